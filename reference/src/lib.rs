@@ -1,0 +1,8 @@
+//! The Hoverlock algorithm in floating point: clear before fast, one module per step.
+//!
+//! A down-looking camera sees the ground; features of the current frame are matched with those of a reference frame, and
+//! the displacement along `X_e` and `Y_e` follows. Each module opens with the equation it implements. Planes hold pixel
+//! codes of the 16-bit camera word, `0 ..= 65535`, whatever the sample type.
+
+pub mod feature;
+pub mod plane;
