@@ -5,4 +5,5 @@
 //! codes of the 16-bit camera word, `0 ..= 65535`, whatever the sample type.
 
 pub mod feature;
+pub mod picture;
 pub mod plane;
