@@ -1,0 +1,45 @@
+//! Pictures inside the page: pixels become a PNG in memory, the PNG a `data:` address.
+
+use crate::colour::Rgb;
+use base64::Engine as _;
+use hoverlock_reference::plane::Plane;
+use image::{ExtendedColorType, ImageEncoder as _, ImageError, codecs::png::PngEncoder};
+
+/// `data:image/png;base64,...` of a colour picture.
+///
+/// # Errors
+/// Where the PNG encoder refuses the picture.
+pub fn colour_png(picture: &Plane<Rgb>) -> Result<String, ImageError> {
+    let bytes: Vec<u8> = picture.as_slice().iter().flatten().copied().collect();
+    encode(&bytes, picture.width(), picture.height(), ExtendedColorType::Rgb8)
+}
+
+/// `data:image/png;base64,...` of a grey picture.
+///
+/// # Errors
+/// Where the PNG encoder refuses the picture.
+pub fn grey_png(picture: &Plane<u8>) -> Result<String, ImageError> {
+    encode(picture.as_slice(), picture.width(), picture.height(), ExtendedColorType::L8)
+}
+
+fn encode(bytes: &[u8], width: usize, height: usize, colour: ExtendedColorType) -> Result<String, ImageError> {
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png).write_image(bytes, width as u32, height as u32, colour)?;
+    Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(png)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_embedded_decodes_to_the_same_pixels() {
+        let picture = Plane::from_fn(5, 3, |x, y| [x as u8, y as u8, 200]);
+        let address = colour_png(&picture).unwrap();
+        let encoded = address.strip_prefix("data:image/png;base64,").unwrap();
+        let png = base64::engine::general_purpose::STANDARD.decode(encoded).unwrap();
+        let decoded = image::load_from_memory(&png).unwrap().to_rgb8();
+        assert_eq!(decoded.dimensions(), (5, 3));
+        assert_eq!(decoded.get_pixel(4, 2).0, [4, 2, 200]);
+    }
+}

@@ -1,0 +1,6 @@
+//! What people look at: the quantisation report, its plots and pictures.
+//!
+//! Every page is one file that needs no network: pictures travel as `data:` addresses, plots as inline SVG.
+
+pub mod colour;
+pub mod embed;
