@@ -1,0 +1,27 @@
+# Two commands on a fresh machine: `make demo` and `make test`. Each installs what it needs, and is quick the second time.
+
+SHELL := /bin/bash
+export PATH := $(HOME)/.cargo/bin:$(PATH)
+
+PICTURES := $(if $(XDG_CACHE_HOME),$(XDG_CACHE_HOME),$(HOME)/.cache)/hoverlock/pictures
+HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
+PYTHON := .venv/bin/python
+
+.PHONY: demo test bench setup build
+
+## A quantisation report on a real aerial photograph.
+demo: build
+	$(HOVERLOCK) report $(PICTURES)/aero1.jpg --out out/demo
+	@echo "The report: $(CURDIR)/out/demo/index.html"
+
+## Format, lints, and every test, the long ones on real pictures included.
+test: setup
+	cargo fmt --all -- --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo test --workspace --locked -- --include-ignored
+
+setup:
+	@setup/bootstrap.sh
+
+build: setup
+	cargo build --release --locked --package hoverlock-cli

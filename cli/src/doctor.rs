@@ -1,0 +1,150 @@
+//! `hoverlock doctor`: what is installed, what is missing, how to get it.
+
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use hoverlock_reference::picture;
+use serde::Serialize;
+
+use crate::Verdict;
+use crate::output::{print, print_json};
+
+/// The list that the bootstrap installs from; one line a tool: `package | command | version | needed for`.
+const TOOLS: &str = include_str!("../../setup/tools.txt");
+
+/// Say what is installed, what is missing and how to get it.
+///
+/// Example: hoverlock doctor --json
+#[derive(clap::Args)]
+pub struct Args {
+    /// One JSON object on stdout: ok, tools[] of name, found, version, wanted, needed_for, get
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    ok: bool,
+    tools: Vec<Tool>,
+}
+
+/// One thing that Hoverlock needs.
+#[derive(Serialize)]
+struct Tool {
+    name: String,
+    /// Installed, in the wanted version.
+    found: bool,
+    /// What it says of its version, or where it lies; nothing where it is missing.
+    version: Option<String>,
+    /// The beginning that its version must have, nothing where any serves.
+    wanted: Option<String>,
+    needed_for: String,
+    get: String,
+}
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    let mut tools = TOOLS
+        .lines()
+        .filter(|line| !line.trim().is_empty() && !line.starts_with('#'))
+        .map(inspect)
+        .collect::<Result<Vec<_>>>()?;
+    tools.push(pictures());
+    let report = Report { ok: tools.iter().all(|tool| tool.found), tools };
+    if args.json {
+        print_json(&report)?;
+    } else {
+        print(&table(&report))?;
+    }
+    Ok(report.ok.into())
+}
+
+/// Looks one line of the list up on this machine.
+fn inspect(line: &str) -> Result<Tool> {
+    let fields: Vec<&str> = line.split('|').map(str::trim).collect();
+    let [package, command, wanted, needed_for] = fields[..] else { bail!("setup/tools.txt: four fields, not: {line}") };
+    let wanted = (wanted != "-").then(|| wanted.to_owned());
+    let version = version_of(command).with_context(|| format!("{command} --version cannot be run"))?;
+    let fits = |version: &str| wanted.as_ref().is_none_or(|wanted| numbers(version).starts_with(wanted.as_str()));
+    Ok(Tool {
+        name: command.to_owned(),
+        found: version.as_deref().is_some_and(fits),
+        get: match (&version, &wanted) {
+            (Some(_), Some(wanted)) => format!("Debian 12's {package} is {wanted}: apt-get install {package}"),
+            _ => format!("apt-get install {package}"),
+        },
+        version,
+        wanted,
+        needed_for: needed_for.to_owned(),
+    })
+}
+
+/// The first line of `command --version`, or nothing where there is no such command.
+fn version_of(command: &str) -> Result<Option<String>> {
+    match Command::new(command).arg("--version").output() {
+        Ok(output) => Ok(Some(String::from_utf8_lossy(&output.stdout).lines().next().unwrap_or_default().to_owned())),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The first word that begins with a digit: `0.23` of `Yosys 0.23 (git sha1 7ce5011c24b)`.
+fn numbers(version: &str) -> &str {
+    version.split_whitespace().find(|word| word.starts_with(|c: char| c.is_ascii_digit())).unwrap_or_default()
+}
+
+/// The newcomer's pictures, which the bootstrap fetches.
+fn pictures() -> Tool {
+    let folder = picture::newcomer_dir().filter(|folder| folder.join("aero1.jpg").is_file());
+    Tool {
+        name: "opencv-doc pictures".to_owned(),
+        found: folder.is_some(),
+        version: folder.map(|folder| folder.display().to_string()),
+        wanted: None,
+        needed_for: "make demo".to_owned(),
+        get: "setup/bootstrap.sh".to_owned(),
+    }
+}
+
+fn table(report: &Report) -> String {
+    let mut text = String::new();
+    for tool in &report.tools {
+        let state = match (&tool.version, tool.found) {
+            (Some(version), true) => format!("ok       {version}"),
+            (Some(version), false) => format!("version  {version}; for {}: {}", tool.needed_for, tool.get),
+            (None, _) => format!("missing  needed for {}: {}", tool.needed_for, tool.get),
+        };
+        text += &format!("{:<20} {state}\n", tool.name);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_are_read_from_what_tools_print() {
+        assert_eq!(numbers("Verilator 5.006 2023-01-22 rev (Debian 5.006-3)"), "5.006");
+        assert_eq!(numbers("g++ (Debian 12.2.0-14+deb12u1) 12.2.0"), "12.2.0");
+        assert_eq!(numbers("no version here"), "");
+    }
+
+    #[test]
+    fn a_missing_tool_and_a_wrong_version_are_told() {
+        let missing = inspect("nothing | no-such-command-anywhere | - | tests").unwrap();
+        assert!(!missing.found && missing.version.is_none());
+        let wrong = inspect("coreutils | ls | 0.0.1 | tests").unwrap();
+        assert!(!wrong.found && wrong.version.is_some());
+        assert!(inspect("coreutils | ls | - | tests").unwrap().found);
+        assert!(inspect("two | fields").is_err());
+    }
+
+    #[test]
+    fn every_line_of_the_list_has_four_fields() {
+        let lines = TOOLS.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+        assert!(lines.clone().count() >= 6);
+        for line in lines {
+            assert_eq!(line.split('|').count(), 4, "{line}");
+        }
+    }
+}
