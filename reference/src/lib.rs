@@ -5,5 +5,6 @@
 //! codes of the 16-bit camera word, `0 ..= 65535`, whatever the sample type.
 
 pub mod feature;
+pub mod motion;
 pub mod picture;
 pub mod plane;

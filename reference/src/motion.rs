@@ -1,0 +1,464 @@
+//! Motion of the picture: `p' = H p` in homogeneous coordinates, `p` a pixel of REF, `p'` the same ground in CUR.
+//!
+//! | model | `H` | parameters | pairs it takes |
+//! |---|---|---|---|
+//! | shift | `[1 0 tx; 0 1 ty; 0 0 1]` | 2 | 1 |
+//! | similarity | `[a -b tx; b a ty; 0 0 1]` | 4 | 2 |
+//! | affine | `[a b tx; c d ty; 0 0 1]` | 6 | 3 |
+//! | homography | `[a b tx; c d ty; g h 1]` | 8 | 4 |
+//!
+//! Coordinates are pixels, `(0, 0)` the centre of the top-left pixel, `x` right, `y` down. Every fit minimises the weighted
+//! transfer error `sum w |p' - H p|^2` (px^2), in coordinates moved to the weighted centroid and scaled to a mean square
+//! distance of 2 (Hartley, 1997, "In defense of the eight-point algorithm"), so that the normal equations are well
+//! conditioned. The homography's error is not linear in its parameters; its equations, multiplied by the denominator, are,
+//! and weights of one over the last denominator squared bring pixels back. The model is exact at the minimal number of pairs.
+//!
+//! The ground is never seen in a mirror and never from behind, so a fit with a negative determinant, or a denominator that
+//! changes its sign between the pairs, is refused like a degenerate sample.
+
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
+
+/// A kind of motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Model {
+    /// Two parameters: a translation.
+    Shift,
+    /// Four: translation, rotation, scale.
+    Similarity,
+    /// Six: a linear map and a translation.
+    Affine,
+    /// Eight: what a plane does between two views.
+    Homography,
+}
+
+/// The same ground in two pictures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// Place in REF, px.
+    pub reference: Vector2<f64>,
+    /// Place in CUR, px.
+    pub current: Vector2<f64>,
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MotionError {
+    /// Fewer pairs with a positive weight than the model has freedoms.
+    #[error("the model needs {needed} pairs, not {given}")]
+    TooFew {
+        /// Pairs the model takes.
+        needed: usize,
+        /// Pairs with a positive weight.
+        given: usize,
+    },
+    /// The pairs leave a freedom open (all in one place, on one line), or the map mirrors or turns over.
+    #[error("the pairs do not determine the model")]
+    Degenerate,
+    /// As many weights as pairs are needed, all finite and none negative; coordinates are finite.
+    #[error("weights and coordinates must be finite, weights not negative and as many as pairs")]
+    NotFinite,
+}
+
+impl Model {
+    /// Pairs that determine the model.
+    pub fn minimal_pairs(self) -> usize {
+        match self {
+            Self::Shift => 1,
+            Self::Similarity => 2,
+            Self::Affine => 3,
+            Self::Homography => 4,
+        }
+    }
+
+    /// Free parameters, two a pair.
+    pub fn parameters(self) -> usize {
+        2 * self.minimal_pairs()
+    }
+
+    /// Least squares over all pairs, each counted once; exact for the minimal number.
+    ///
+    /// # Errors
+    /// Where there are too few pairs or they do not determine the model.
+    pub fn fit(self, pairs: &[Pair]) -> Result<Matrix3<f64>, MotionError> {
+        self.fit_by(pairs, |_| 1.0)
+    }
+
+    /// Least squares with a weight for each pair; weight 0 leaves a pair out.
+    ///
+    /// # Errors
+    /// As [`Model::fit`], and where weights are negative, not finite or not as many as pairs.
+    pub fn fit_weighted(self, pairs: &[Pair], weights: &[f64]) -> Result<Matrix3<f64>, MotionError> {
+        if weights.len() != pairs.len() || weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
+            return Err(MotionError::NotFinite);
+        }
+        self.fit_by(pairs, |i| weights[i])
+    }
+
+    fn fit_by(self, pairs: &[Pair], weight: impl Fn(usize) -> f64) -> Result<Matrix3<f64>, MotionError> {
+        let given = (0..pairs.len()).filter(|&i| weight(i) > 0.0).count();
+        if given < self.minimal_pairs() {
+            return Err(MotionError::TooFew { needed: self.minimal_pairs(), given });
+        }
+        let from = Frame::of(pairs, &weight, |pair| pair.reference)?;
+        let to = Frame::of(pairs, &weight, |pair| pair.current)?;
+        if self == Self::Shift {
+            let t = to.centroid - from.centroid;
+            return Ok(Matrix3::new(1.0, 0.0, t.x, 0.0, 1.0, t.y, 0.0, 0.0, 1.0));
+        }
+        if from.scale == 0.0 || to.scale == 0.0 {
+            return Err(MotionError::Degenerate);
+        }
+        let normal = |pair: &Pair| (from.into_frame(pair.reference), to.into_frame(pair.current));
+        let h = match self {
+            Self::Shift | Self::Similarity => similarity(pairs, &weight, normal),
+            Self::Affine => affine(pairs, &weight, normal)?,
+            Self::Homography => homography(pairs, &weight, normal, given)?,
+        };
+        let h = to.out_of_frame() * h * from.matrix();
+        let h = h / h[(2, 2)];
+        let sound = h.iter().all(|v| v.is_finite()) && h.determinant() > 0.0;
+        if sound { Ok(h) } else { Err(MotionError::Degenerate) }
+    }
+}
+
+/// Where `H` takes a place; nothing where that is at infinity or behind the camera.
+pub fn transfer(h: &Matrix3<f64>, p: Vector2<f64>) -> Option<Vector2<f64>> {
+    let q = h * Vector3::new(p.x, p.y, 1.0);
+    (q.z > 0.0).then(|| Vector2::new(q.x / q.z, q.y / q.z))
+}
+
+/// Squared transfer error of a pair, px^2; infinite where the place is not seen.
+pub fn squared_error(h: &Matrix3<f64>, pair: &Pair) -> f64 {
+    transfer(h, pair.reference).map_or(f64::INFINITY, |q| (pair.current - q).norm_squared())
+}
+
+/// Coordinates about the centroid with a mean square distance of 2.
+struct Frame {
+    centroid: Vector2<f64>,
+    /// 0 where all places are one.
+    scale: f64,
+}
+
+/// Places closer together than this (px, root mean square) are one place: far below what a feature's place is known to.
+const ONE_PLACE: f64 = 1e-6;
+
+impl Frame {
+    fn of(
+        pairs: &[Pair],
+        weight: impl Fn(usize) -> f64,
+        place: impl Fn(&Pair) -> Vector2<f64>,
+    ) -> Result<Self, MotionError> {
+        let mut total = 0.0;
+        let mut sum = Vector2::zeros();
+        for (i, pair) in pairs.iter().enumerate() {
+            total += weight(i);
+            sum += weight(i) * place(pair);
+        }
+        let centroid = sum / total;
+        let spread: f64 =
+            pairs.iter().enumerate().map(|(i, pair)| weight(i) * (place(pair) - centroid).norm_squared()).sum();
+        let rms = (spread / total).sqrt();
+        if !rms.is_finite() {
+            return Err(MotionError::NotFinite);
+        }
+        let scale = if rms > ONE_PLACE { std::f64::consts::SQRT_2 / rms } else { 0.0 };
+        Ok(Self { centroid, scale })
+    }
+
+    fn into_frame(&self, p: Vector2<f64>) -> Vector2<f64> {
+        self.scale * (p - self.centroid)
+    }
+
+    fn matrix(&self) -> Matrix3<f64> {
+        let (s, c) = (self.scale, self.centroid);
+        Matrix3::new(s, 0.0, -s * c.x, 0.0, s, -s * c.y, 0.0, 0.0, 1.0)
+    }
+
+    fn out_of_frame(&self) -> Matrix3<f64> {
+        let (s, c) = (self.scale, self.centroid);
+        Matrix3::new(1.0 / s, 0.0, c.x, 0.0, 1.0 / s, c.y, 0.0, 0.0, 1.0)
+    }
+}
+
+/// The part of the scatter across a line of pairs, relative to the part along it, below which they count as one line:
+/// 1e-10 is a millimetre of a pixel on a picture's diagonal.
+const ON_A_LINE: f64 = 1e-10;
+
+/// About the centroid the translation drops out and, with places as complex numbers, `a + ib = sum(conj(p) p') / sum |p|^2`.
+fn similarity(
+    pairs: &[Pair],
+    weight: impl Fn(usize) -> f64,
+    normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
+) -> Matrix3<f64> {
+    let (mut a, mut b, mut scatter) = (0.0, 0.0, 0.0);
+    for (i, pair) in pairs.iter().enumerate() {
+        let (w, (p, q)) = (weight(i), normal(pair));
+        a += w * p.dot(&q);
+        b += w * p.perp(&q);
+        scatter += w * p.norm_squared();
+    }
+    let (a, b) = (a / scatter, b / scatter);
+    Matrix3::new(a, -b, 0.0, b, a, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// `L = (sum p' p^T) (sum p p^T)^-1` about the centroid.
+fn affine(
+    pairs: &[Pair],
+    weight: impl Fn(usize) -> f64,
+    normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
+) -> Result<Matrix3<f64>, MotionError> {
+    let (mut cross, mut scatter) = (Matrix2::zeros(), Matrix2::zeros());
+    for (i, pair) in pairs.iter().enumerate() {
+        let (w, (p, q)) = (weight(i), normal(pair));
+        cross += w * q * p.transpose();
+        scatter += w * p * p.transpose();
+    }
+    if scatter.determinant() <= ON_A_LINE * scatter.trace().powi(2) {
+        return Err(MotionError::Degenerate);
+    }
+    let linear = cross * scatter.try_inverse().ok_or(MotionError::Degenerate)?;
+    Ok(linear.to_homogeneous())
+}
+
+/// Rounds of the reweighted homography fit; the denominator is 1 within some per cent, so each gains two digits.
+const HOMOGRAPHY_ROUNDS: usize = 3;
+
+/// `(a x + b y + tx) - x' (g x + h y) = x'` and the same for `y'`: linear in the eight parameters.
+fn homography(
+    pairs: &[Pair],
+    weight: impl Fn(usize) -> f64,
+    normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
+    given: usize,
+) -> Result<Matrix3<f64>, MotionError> {
+    let exact = given == Model::Homography.minimal_pairs();
+    if exact && has_three_on_a_line(pairs, &weight, &normal) {
+        return Err(MotionError::Degenerate);
+    }
+    let mut bottom = (0.0, 0.0);
+    let mut h = Matrix3::identity();
+    for _ in 0..if exact { 1 } else { HOMOGRAPHY_ROUNDS } {
+        let mut normal_matrix = SMatrix::<f64, 8, 8>::zeros();
+        let mut right = SVector::<f64, 8>::zeros();
+        for (i, pair) in pairs.iter().enumerate() {
+            let (p, q) = normal(pair);
+            let denominator: f64 = bottom.0 * p.x + bottom.1 * p.y + 1.0;
+            let w = weight(i) / denominator.powi(2);
+            let row_x = SVector::from([p.x, p.y, 1.0, 0.0, 0.0, 0.0, -q.x * p.x, -q.x * p.y]);
+            let row_y = SVector::from([0.0, 0.0, 0.0, p.x, p.y, 1.0, -q.y * p.x, -q.y * p.y]);
+            normal_matrix += w * (row_x * row_x.transpose() + row_y * row_y.transpose());
+            right += w * (q.x * row_x + q.y * row_y);
+        }
+        let scale = normal_matrix.trace();
+        let factor = normal_matrix.cholesky().ok_or(MotionError::Degenerate)?;
+        // The squared pivots are what each parameter has left when the others are taken out of it.
+        if factor.l_dirty().diagonal().iter().any(|pivot| pivot * pivot <= ON_A_LINE * scale) {
+            return Err(MotionError::Degenerate);
+        }
+        let [a, b, tx, c, d, ty, g, k] = factor.solve(&right).into();
+        h = Matrix3::new(a, b, tx, c, d, ty, g, k, 1.0);
+        bottom = (g, k);
+        let behind = |(i, pair): (usize, &Pair)| {
+            let p = normal(pair).0;
+            weight(i) > 0.0 && g * p.x + k * p.y + 1.0 <= 0.0
+        };
+        if pairs.iter().enumerate().any(behind) {
+            return Err(MotionError::Degenerate);
+        }
+    }
+    Ok(h)
+}
+
+/// Of four places three on one line leave the homography open, in either picture.
+fn has_three_on_a_line(
+    pairs: &[Pair],
+    weight: impl Fn(usize) -> f64,
+    normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
+) -> bool {
+    let places: Vec<_> = (0..pairs.len()).filter(|&i| weight(i) > 0.0).map(|i| normal(&pairs[i])).collect();
+    let flat = |a: Vector2<f64>, b: Vector2<f64>, c: Vector2<f64>| (b - a).perp(&(c - a)).powi(2) <= ON_A_LINE;
+    (0..places.len()).any(|left_out| {
+        let mut three = places.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, place)| place);
+        match (three.next(), three.next(), three.next()) {
+            (Some(a), Some(b), Some(c)) => flat(a.0, b.0, c.0) || flat(a.1, b.1, c.1),
+            _ => true,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const MODELS: [Model; 4] = [Model::Shift, Model::Similarity, Model::Affine, Model::Homography];
+
+    /// A motion of the model's kind, as a drone might make: up to 15 degrees, 20 % of scale, 300 px, 5 % of shear, and a
+    /// perspective that changes the scale by up to 5 % over 1000 px.
+    fn motion(model: Model) -> impl Strategy<Value = Matrix3<f64>> {
+        let shear = if model >= Model::Affine { 0.05 } else { 0.0 };
+        let bottom = if model == Model::Homography { 5e-5 } else { 0.0 };
+        let turn = if model == Model::Shift { 0.0 } else { 1.0 };
+        let unit = || -1.0..1.0f64;
+        (unit(), unit(), (unit(), unit()), (unit(), unit()), (unit(), unit())).prop_map(
+            move |(angle, scale, (tx, ty), (s0, s1), (g, h))| {
+                let (sin, cos) = (turn * 0.26 * angle).sin_cos();
+                let k = 1.0 + turn * 0.2 * scale;
+                let (s0, s1) = (shear * s0, shear * s1);
+                Matrix3::new(
+                    k * cos + s0,
+                    -k * sin + s1,
+                    300.0 * tx,
+                    k * sin + s1,
+                    k * cos - s0,
+                    300.0 * ty,
+                    bottom * g,
+                    bottom * h,
+                    1.0,
+                )
+            },
+        )
+    }
+
+    fn places(count: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Vec<Vector2<f64>>> {
+        prop::collection::vec((0.0..1024.0f64, 0.0..768.0f64).prop_map(|(x, y)| Vector2::new(x, y)), count)
+    }
+
+    fn pairs_under(h: &Matrix3<f64>, places: &[Vector2<f64>]) -> Vec<Pair> {
+        places.iter().map(|&p| Pair { reference: p, current: transfer(h, p).unwrap() }).collect()
+    }
+
+    /// A triangle over the picture whose smallest height is at least 20 px, so that rounding is not magnified beyond the
+    /// tolerance below.
+    fn well_spread(places: &[Vector2<f64>]) -> bool {
+        let n = places.len();
+        let far = (0..n).all(|i| (0..i).all(|j| (places[i] - places[j]).norm() > 20.0));
+        let wide = |i: usize, j: usize, k: usize| {
+            let longest = (places[i] - places[j]).norm().max((places[j] - places[k]).norm());
+            (places[j] - places[i]).perp(&(places[k] - places[i])).abs() > 20.0 * longest
+        };
+        far && (0..n).all(|i| (0..i).all(|j| (0..j).all(|k| wide(i, j, k))))
+    }
+
+    fn any_model_with_motion() -> impl Strategy<Value = (Model, Matrix3<f64>)> {
+        prop::sample::select(MODELS.to_vec()).prop_flat_map(|model| motion(model).prop_map(move |h| (model, h)))
+    }
+
+    proptest! {
+        #[test]
+        fn minimal_pairs_are_met_exactly((model, h) in any_model_with_motion(), four in places(4)) {
+            let places = &four[..model.minimal_pairs()];
+            prop_assume!(well_spread(places));
+            let pairs = pairs_under(&h, places);
+            let found = model.fit(&pairs).unwrap();
+            for pair in &pairs {
+                prop_assert!(squared_error(&found, pair) < 1e-12, "{model:?} {found} {h}");
+            }
+        }
+
+        #[test]
+        fn many_exact_pairs_give_the_motion_back((model, h) in any_model_with_motion(), places in places(12..40)) {
+            let pairs = pairs_under(&h, &places);
+            let found = model.fit(&pairs).unwrap();
+            for corner in [(0.0, 0.0), (1023.0, 0.0), (0.0, 767.0), (1023.0, 767.0)] {
+                let corner = Vector2::new(corner.0, corner.1);
+                let miss = (transfer(&found, corner).unwrap() - transfer(&h, corner).unwrap()).norm();
+                prop_assert!(miss < 1e-6, "{model:?} misses a corner by {miss}");
+            }
+        }
+
+        /// No small change of a parameter lowers the weighted sum: the fit is the minimum, weights included.
+        #[test]
+        fn least_squares_is_a_minimum(
+            (model, h) in any_model_with_motion(),
+            places in places(12..30),
+            noise in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64, 0.1..2.0f64), 30),
+        ) {
+            let mut pairs = pairs_under(&h, &places);
+            for (pair, n) in pairs.iter_mut().zip(&noise) {
+                pair.current += Vector2::new(n.0, n.1);
+            }
+            let weights: Vec<f64> = noise.iter().take(pairs.len()).map(|n| n.2).collect();
+            let cost = |h: &Matrix3<f64>| -> f64 {
+                pairs.iter().zip(&weights).map(|(pair, w)| w * squared_error(h, pair)).sum()
+            };
+            let found = model.fit_weighted(&pairs, &weights).unwrap();
+            let least = cost(&found);
+            let mut steps = vec![(0, 2, 0.1), (1, 2, 0.1)];
+            if model >= Model::Affine {
+                steps.extend([(0, 0, 1e-3), (0, 1, 1e-3), (1, 0, 1e-3), (1, 1, 1e-3)]);
+            }
+            for (row, column, step) in steps {
+                for step in [step, -step] {
+                    let mut near = found;
+                    near[(row, column)] += step;
+                    prop_assert!(cost(&near) > least, "{model:?}: {} at ({row}, {column}) {step} under {least}", cost(&near));
+                }
+            }
+            if model == Model::Similarity {
+                for turn in [Matrix3::new(1.001, 0.0, 0.0, 0.0, 1.001, 0.0, 0.0, 0.0, 1.0),
+                             Matrix3::new(1.0, -1e-3, 0.0, 1e-3, 1.0, 0.0, 0.0, 0.0, 1.0)] {
+                    prop_assert!(cost(&(turn * found)) > least);
+                    prop_assert!(cost(&(turn.try_inverse().unwrap() * found)) > least);
+                }
+            }
+        }
+
+        #[test]
+        fn weight_zero_leaves_out(h in motion(Model::Affine), places in places(12..20), wild in places(3)) {
+            let mut pairs = pairs_under(&h, &places);
+            let mut weights = vec![1.0; pairs.len()];
+            pairs.extend(wild.iter().map(|&p| Pair { reference: p, current: Vector2::new(p.y, -p.x) }));
+            weights.resize(pairs.len(), 0.0);
+            for model in MODELS {
+                let left_out = model.fit_weighted(&pairs, &weights).unwrap();
+                let absent = model.fit(&pairs[..places.len()]).unwrap();
+                prop_assert!((left_out - absent).norm() < 1e-9, "{model:?} {left_out} {absent}");
+            }
+        }
+    }
+
+    fn pair(reference: (f64, f64), current: (f64, f64)) -> Pair {
+        Pair { reference: Vector2::new(reference.0, reference.1), current: Vector2::new(current.0, current.1) }
+    }
+
+    #[test]
+    fn degenerate_samples_are_refused() {
+        let still = |x: f64, y: f64| pair((x, y), (x, y));
+        let one_place = [still(5.0, 5.0); 4];
+        let line: Vec<Pair> = (0..6).map(|i| still(10.0 * f64::from(i), 20.0 * f64::from(i))).collect();
+        let three_on_a_line = [still(0.0, 0.0), still(100.0, 0.0), still(200.0, 0.0), still(50.0, 90.0)];
+        for model in [Model::Similarity, Model::Affine, Model::Homography] {
+            assert_eq!(model.fit(&one_place), Err(MotionError::Degenerate), "{model:?}");
+        }
+        for model in [Model::Affine, Model::Homography] {
+            assert_eq!(model.fit(&line), Err(MotionError::Degenerate), "{model:?}");
+        }
+        assert_eq!(Model::Homography.fit(&three_on_a_line), Err(MotionError::Degenerate));
+        assert_eq!(
+            Model::Affine.fit(&line[..2]),
+            Err(MotionError::TooFew { needed: 3, given: 2 }),
+            "two pairs cannot make an affine map"
+        );
+    }
+
+    #[test]
+    fn a_mirror_is_refused() {
+        let mirrored = [
+            pair((0.0, 0.0), (0.0, 0.0)),
+            pair((100.0, 0.0), (-100.0, 0.0)),
+            pair((0.0, 100.0), (0.0, 100.0)),
+            pair((90.0, 80.0), (-90.0, 80.0)),
+        ];
+        assert_eq!(Model::Affine.fit(&mirrored), Err(MotionError::Degenerate));
+        assert_eq!(Model::Homography.fit(&mirrored), Err(MotionError::Degenerate));
+    }
+
+    #[test]
+    fn values_from_outside_are_checked() {
+        let pairs = [pair((0.0, f64::NAN), (1.0, 1.0)), pair((9.0, 1.0), (8.0, 1.0))];
+        assert_eq!(Model::Similarity.fit(&pairs), Err(MotionError::NotFinite));
+        let pairs = [pair((0.0, 0.0), (1.0, 1.0)), pair((9.0, 1.0), (8.0, 1.0))];
+        assert_eq!(Model::Shift.fit_weighted(&pairs, &[1.0]), Err(MotionError::NotFinite));
+        assert_eq!(Model::Shift.fit_weighted(&pairs, &[1.0, -1.0]), Err(MotionError::NotFinite));
+    }
+}
