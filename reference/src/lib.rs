@@ -5,6 +5,7 @@
 //! codes of the 16-bit camera word, `0 ..= 65535`, whatever the sample type.
 
 pub mod feature;
+pub mod matching;
 pub mod motion;
 pub mod picture;
 pub mod plane;
