@@ -4,6 +4,7 @@
 //! the displacement along `X_e` and `Y_e` follows. Each module opens with the equation it implements. Planes hold pixel
 //! codes of the 16-bit camera word, `0 ..= 65535`, whatever the sample type.
 
+pub mod conditions;
 pub mod feature;
 pub mod matching;
 pub mod motion;
