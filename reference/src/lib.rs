@@ -5,8 +5,13 @@
 //! codes of the 16-bit camera word, `0 ..= 65535`, whatever the sample type.
 
 pub mod conditions;
+pub mod dog;
+pub mod extractor;
 pub mod feature;
+pub mod lbp;
 pub mod matching;
+pub mod maxima;
+pub mod maxlbp;
 pub mod motion;
 pub mod picture;
 pub mod plane;
