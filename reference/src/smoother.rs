@@ -1,0 +1,177 @@
+//! `G_sigma`: what the extractor smooths with, the sampled Gaussian (rung 0) or one of its recursive approximations (rung 1).
+//!
+//! A smoother is designed from `sigma` (pixels), has DC gain 1 and a symmetric impulse response, and is applied down the
+//! columns, then along the rows. How far it is from the Gaussian is told by [`Residuals`].
+
+use crate::gaussian::Gaussian;
+use crate::plane::Plane;
+use crate::recursive::border::Border;
+use crate::recursive::{Family, Fit, Recursive};
+use crate::separable;
+
+/// The widest `sigma` anything is designed for, pixels: a quarter of the 1024 columns of the design point.
+pub const SIGMA_MAX: f64 = 256.0;
+
+/// Why a smoother cannot be designed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DesignError {
+    /// `sigma` is not a number, or outside what the method can do.
+    #[error("sigma {sigma} px is not possible for {method}: choose one from {min} to {SIGMA_MAX} px")]
+    Sigma {
+        /// The method asked for.
+        method: String,
+        /// The value given.
+        sigma: f64,
+        /// The narrowest `sigma` of this method, pixels.
+        min: f64,
+    },
+    /// The method has no such order.
+    #[error("{method} has no order {order}: choose one from {min} to {max}")]
+    Order {
+        /// The method asked for.
+        method: &'static str,
+        /// The order given.
+        order: usize,
+        /// Lowest order there is.
+        min: usize,
+        /// Highest order there is.
+        max: usize,
+    },
+    /// The method cannot be fitted that way.
+    #[error("{method} has no {fit} fit")]
+    Fit {
+        /// The method asked for.
+        method: String,
+        /// The fit given.
+        fit: &'static str,
+    },
+}
+
+/// Refuses a `sigma` that is not finite or not within `min ..= SIGMA_MAX`.
+pub(crate) fn check_sigma(method: &str, sigma: f64, min: f64) -> Result<(), DesignError> {
+    // Written so that NaN, which compares false with everything, is refused.
+    if (min..=SIGMA_MAX).contains(&sigma) {
+        Ok(())
+    } else {
+        Err(DesignError::Sigma { method: method.to_owned(), sigma, min })
+    }
+}
+
+/// A smoothing filter of given `sigma`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Smoother {
+    /// Direct convolution with the unit-sum sampled Gaussian.
+    Gaussian(Gaussian),
+    /// A recursive approximation.
+    Recursive(Recursive),
+}
+
+impl Smoother {
+    /// The sampled Gaussian: rung 0.
+    ///
+    /// # Errors
+    /// Where `sigma` is not possible.
+    pub fn gaussian(sigma: f64) -> Result<Self, DesignError> {
+        Ok(Self::Gaussian(Gaussian::design(sigma)?))
+    }
+
+    /// The two-sided first-order filter with the least-squares pole: rung 1.
+    ///
+    /// # Errors
+    /// Where `sigma` is not possible.
+    pub fn first_order(sigma: f64) -> Result<Self, DesignError> {
+        Ok(Self::Recursive(Recursive::design(Family::FirstOrder, Fit::LeastSquares, sigma)?))
+    }
+
+    /// The `sigma` it was designed for, pixels.
+    pub fn sigma(&self) -> f64 {
+        match self {
+            Self::Gaussian(gaussian) => gaussian.sigma(),
+            Self::Recursive(recursive) => recursive.sigma(),
+        }
+    }
+
+    /// What people call it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Gaussian(_) => "sampled Gaussian".to_owned(),
+            Self::Recursive(recursive) => recursive.family().name(),
+        }
+    }
+
+    /// The plane smoothed down its columns, then along its rows.
+    pub fn smooth(&self, plane: &Plane<f64>, border: Border) -> Plane<f64> {
+        match self {
+            Self::Gaussian(gaussian) => separable::columns_then_rows(plane, |tile| gaussian.filter(tile)),
+            Self::Recursive(recursive) => separable::columns_then_rows(plane, |tile| recursive.filter(tile, border)),
+        }
+    }
+
+    /// A single line smoothed.
+    pub fn smooth_line(&self, line: &[f64], border: Border) -> Vec<f64> {
+        match self {
+            Self::Gaussian(gaussian) => separable::single_line(line, |tile| gaussian.filter(tile)),
+            Self::Recursive(recursive) => separable::single_line(line, |tile| recursive.filter(tile, border)),
+        }
+    }
+
+    /// `h[n]` for `n = 0 ..= reach`; it is symmetric, and what lies beyond the reach is below `2^-53` of the whole.
+    pub fn impulse_response(&self) -> Vec<f64> {
+        match self {
+            Self::Gaussian(gaussian) => gaussian.weights().to_vec(),
+            Self::Recursive(recursive) => recursive.impulse_response(),
+        }
+    }
+
+    /// `H(e^{i omega})` at `omega` radians per pixel; it is real, for the impulse response is symmetric.
+    pub fn frequency_response(&self, omega: f64) -> f64 {
+        match self {
+            Self::Gaussian(gaussian) => gaussian.frequency_response(omega),
+            Self::Recursive(recursive) => recursive.frequency_response(omega),
+        }
+    }
+
+    /// How far it is from the Gaussian of its `sigma`.
+    pub fn residuals(&self) -> Residuals {
+        // A smoother exists only with a `sigma` that is possible, and the Gaussian takes the widest range of all.
+        Residuals::of(&self.impulse_response(), self.sigma())
+    }
+}
+
+/// The impulse response `h` against the unit-sum sampled Gaussian `w` of the same `sigma`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residuals {
+    /// `sqrt(sum (h - w)^2 / sum w^2)`.
+    pub l2: f64,
+    /// `max |h - w| / max w`.
+    pub linf: f64,
+    /// `sqrt(sum n^2 h[n] / sum h[n])`, pixels.
+    pub sigma_eff: f64,
+    /// `sum h[n]`.
+    pub dc_gain: f64,
+}
+
+impl Residuals {
+    /// Of a symmetric impulse response given as `h[0 ..= reach]`, against the Gaussian of `sigma` pixels.
+    pub fn of(half: &[f64], sigma: f64) -> Self {
+        let weights = crate::gaussian::unit_sum_half(sigma, half.len().max((20.0 * sigma).ceil() as usize + 1));
+        let (mut difference, mut norm, mut largest) = (0.0, 0.0, 0.0f64);
+        let (mut moment, mut dc_gain) = (0.0, 0.0);
+        // From the tails inwards: small terms are added first.
+        for (n, &w) in weights.iter().enumerate().rev() {
+            let h = half.get(n).copied().unwrap_or(0.0);
+            let sides = if n == 0 { 1.0 } else { 2.0 };
+            difference += sides * (h - w) * (h - w);
+            norm += sides * w * w;
+            largest = largest.max((h - w).abs());
+            moment += sides * (n * n) as f64 * h;
+            dc_gain += sides * h;
+        }
+        Self {
+            l2: (difference / norm).sqrt(),
+            linf: largest / weights[0],
+            sigma_eff: (moment / dc_gain).sqrt(),
+            dc_gain,
+        }
+    }
+}
