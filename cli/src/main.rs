@@ -8,11 +8,12 @@ mod output;
 
 use std::process::ExitCode;
 
+use anyhow::{Result, bail};
 use clap::{Parser, Subcommand};
 
 /// Co-design of a hover drift sensor: floating point, fixed point and RTL, and what each step costs.
 #[derive(Parser)]
-#[command(name = "hoverlock", version, max_term_width = 110)]
+#[command(name = "hoverlock", version, max_term_width = 110, arg_required_else_help = false)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -37,9 +38,9 @@ impl From<bool> for Verdict {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().verb {
+    let outcome = Cli::try_parse().map_or_else(usage, |cli| match cli.verb {
         Verb::Doctor(args) => doctor::run(&args),
-    };
+    });
     match outcome {
         Ok(Verdict::Pass) => ExitCode::SUCCESS,
         Ok(Verdict::Fail) => ExitCode::from(1),
@@ -48,4 +49,15 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Help and version as they are; an error of usage as one line, like every other.
+fn usage(error: clap::Error) -> Result<Verdict> {
+    if !error.use_stderr() {
+        output::print(&error.render().to_string())?;
+        return Ok(Verdict::Pass);
+    }
+    let text = error.render().to_string();
+    let reason: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
+    bail!("{}; see --help", reason.join(" ").trim_start_matches("error: "));
 }
