@@ -1,3 +1,5 @@
 //! The algorithm of [`hoverlock_reference`] taken down to integers, one cause of error at a time.
 //!
 //! Word lengths are data, chosen at run time for sweeps; the design point that the hardware is built for is one constant.
+
+pub mod coefficients;
