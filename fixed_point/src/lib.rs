@@ -2,4 +2,6 @@
 //!
 //! Word lengths are data, chosen at run time for sweeps; the design point that the hardware is built for is one constant.
 
+pub mod bounds;
 pub mod coefficients;
+pub mod measure;
