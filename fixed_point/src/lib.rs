@@ -2,6 +2,11 @@
 //!
 //! Word lengths are data, chosen at run time for sweeps; the design point that the hardware is built for is one constant.
 
+pub mod bit_true;
 pub mod bounds;
 pub mod coefficients;
+pub mod design;
+pub mod format;
+pub mod lerp;
 pub mod measure;
+pub mod stages;
