@@ -13,9 +13,10 @@
 //! sign word : bit i = sign_k(p + o_i)
 //! ```
 //!
-//! **Which pixels.** A centre is eligible where `margin <= x < W - margin`, the same for `y`, both scales alike; `margin` is 18
-//! at the design point, so frames under 37 pixels either way have no features. The window test looks at all 48 neighbours,
-//! eligible or not.
+//! **Which pixels.** A centre is eligible where `18 <= x < W - 18` and `18 <= y < H - 18`, both scales alike, so no window leaves
+//! the frame and frames under 37 pixels either way have no features. The window test looks at all 48 neighbours, eligible
+//! or not. Windows, rings and the tie rule are those of [`hoverlock_reference::maxima`] and [`hoverlock_reference::maxlbp`],
+//! which serve integers and floats alike.
 //!
 //! **Order.** Raster order of the pixel; at one pixel scale 0 before scale 1. Of equal responses in one window the first in
 //! raster order is the feature: the rule is strict against earlier pixels only, so no tie is lost or doubled.
@@ -23,7 +24,10 @@
 //! **What is dropped.** Nothing: this list is complete. Hardware whose feature FIFO is full leaves records out, never
 //! reorders them, and counts them: emitted + dropped is the length of this list, and the emitted are in its order.
 
-use hoverlock_reference::feature::{Descriptor, Feature, RING_POINTS};
+use hoverlock_reference::dog::Dog;
+use hoverlock_reference::feature::{Descriptor, Feature};
+use hoverlock_reference::maxima::maxima;
+use hoverlock_reference::maxlbp::{Layer, descriptor};
 use hoverlock_reference::plane::Plane;
 
 use crate::design::{DesignPoint, SCALES, SMOOTHERS};
@@ -35,12 +39,10 @@ use crate::stages::{self, Cells, Stage};
 pub struct Planes {
     /// `G_0 .. G_2`, state LSB.
     pub smoothed: [Plane<u32>; SMOOTHERS],
-    /// `d_k`, state LSB; its sign bit is `d_k >= 0`.
+    /// `d_k`, state LSB.
     pub signed_dog: [Plane<i32>; SCALES],
-    /// `DOG_k`, LSB of the DoG.
-    pub dog: [Plane<u16>; SCALES],
-    /// `MaxDOG_k`, LSB of the DoG.
-    pub max_dog: [Plane<u16>; SCALES],
+    /// `DOG_k` and `MaxDOG_k`, LSB of the DoG, and the sign bits.
+    pub layers: [Layer<u16>; SCALES],
     /// Samples of `DOG_k` that saturated; the hardware keeps one sticky bit, set where this is not 0.
     pub saturated: [u64; SCALES],
 }
@@ -86,8 +88,8 @@ pub const FLAG_TRAILER: u16 = 1 << 15;
 impl FeatureRecord {
     /// The 256 bits, least significant word first.
     pub fn pack(&self) -> [u32; 8] {
-        let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
-        let flags = u16::from(self.scale) * FLAG_SCALE | u16::from(self.bright) * FLAG_BRIGHT;
+        let pair = |low: u16, high: u16| u32::from(low) | (u32::from(high) << 16);
+        let flags = if self.scale == 1 { FLAG_SCALE } else { 0 } | if self.bright { FLAG_BRIGHT } else { 0 };
         let [left, right, up, down] = self.neighbours;
         let [maxlbp0, maxlbp1, sign0, sign1] = self.descriptor.words();
         [
@@ -138,15 +140,6 @@ impl From<&FeatureRecord> for Feature {
     }
 }
 
-/// The points `o_i` of a ring of `radius` pixels, column and row.
-pub fn ring(radius: u32) -> [(i32, i32); RING_POINTS] {
-    std::array::from_fn(|i| {
-        let angle = std::f64::consts::TAU * i as f64 / RING_POINTS as f64;
-        let point = |part: f64| (f64::from(radius) * part).round() as i32;
-        (point(angle.cos()), point(angle.sin()))
-    })
-}
-
 /// The thresholds `T_k` from the counts of the last finished frame.
 ///
 /// At frame start, per scale, from the count before drops: above `5 N / 4` `T += (T >> 3) + 1`, below `3 N / 4`
@@ -194,13 +187,12 @@ pub fn counts(features: &[FeatureRecord]) -> [u32; SCALES] {
 pub struct BitTrue {
     design: DesignPoint,
     cells: [Cells<u32>; SMOOTHERS],
-    rings: [[(i32, i32); RING_POINTS]; SCALES],
 }
 
 impl BitTrue {
     /// The model with the given integer coefficients, one set per smoother.
     pub fn new(design: &DesignPoint, cells: [Cells<u32>; SMOOTHERS]) -> Self {
-        Self { design: design.clone(), cells, rings: design.ring_radii.map(ring) }
+        Self { design: design.clone(), cells }
     }
 
     /// The design point it was made for.
@@ -230,95 +222,64 @@ impl BitTrue {
         narrow.zip_map(wide, |narrow, wide| *narrow as i32 - *wide as i32)
     }
 
-    /// `DOG_k`, and how many samples saturated.
-    pub fn dog(&self, signed: &Plane<i32>) -> (Plane<u16>, u64) {
+    /// `DOG_k` with its sign bits, and how many samples saturated.
+    pub fn dog(&self, signed: &Plane<i32>) -> (Dog<u16>, u64) {
         let (shift, max) = (self.design.dog_shift(), u64::from(self.design.max_dog()));
         let mut saturated = 0;
-        let dog = signed.map(|d| {
+        let magnitude = signed.map(|d| {
             let magnitude = u64::from(d.unsigned_abs());
             let rounded = if shift > 0 { (magnitude + (1 << (shift - 1))) >> shift } else { magnitude << -shift };
             saturated += u64::from(rounded > max);
             rounded.min(max) as u16
         });
-        (dog, saturated)
-    }
-
-    /// `MaxDOG_k`.
-    pub fn max_dog(&self, dog: &Plane<u16>) -> Plane<u16> {
-        let radius = self.design.max_dog_radius as usize;
-        // The repeated border sample is in the window already, so a window cut at the border has the same maximum.
-        let window = |centre: usize, len: usize| centre.saturating_sub(radius)..(centre + radius + 1).min(len);
-        let (width, height) = (dog.width(), dog.height());
-        let highest = |samples: &[u16]| samples.iter().copied().fold(0, u16::max);
-        let rows = Plane::from_fn(width, height, |x, y| highest(&dog.row(y)[window(x, width)]));
-        Plane::from_fn(width, height, |x, y| window(y, height).map(|row| rows[(x, row)]).fold(0, u16::max))
+        (Dog { magnitude, positive: signed.map(|d| *d >= 0) }, saturated)
     }
 
     /// All planes of a frame.
     pub fn planes(&self, pixels: &Plane<u16>) -> Planes {
         let state = self.state(pixels);
         let smoothed = [0, 1, 2].map(|smoother| self.smooth(smoother, &state, |_, _| ()));
+        self.planes_of(smoothed)
+    }
+
+    /// All planes of a frame whose smoothing is done.
+    pub fn planes_of(&self, smoothed: [Plane<u32>; SMOOTHERS]) -> Planes {
         let signed_dog = [0, 1].map(|k| Self::signed_dog(&smoothed[k], &smoothed[k + 1]));
         let [(fine, fine_saturated), (coarse, coarse_saturated)] = [0, 1].map(|k: usize| self.dog(&signed_dog[k]));
-        let max_dog = [self.max_dog(&fine), self.max_dog(&coarse)];
-        Planes { smoothed, signed_dog, dog: [fine, coarse], max_dog, saturated: [fine_saturated, coarse_saturated] }
+        Planes {
+            smoothed,
+            signed_dog,
+            layers: [Layer::new(fine), Layer::new(coarse)],
+            saturated: [fine_saturated, coarse_saturated],
+        }
     }
+}
 
-    /// All features of a frame, in order. A threshold of 0 counts as 1.
-    pub fn features(&self, planes: &Planes, thresholds: [u32; SCALES]) -> Vec<FeatureRecord> {
-        let (width, height, margin) = (planes.dog[0].width(), planes.dog[0].height(), self.design.margin());
-        let mut features = Vec::new();
-        for y in margin..height.saturating_sub(margin) {
-            for x in margin..width.saturating_sub(margin) {
-                for k in 0..SCALES {
-                    let response = planes.dog[k][(x, y)];
-                    if u32::from(response) >= thresholds[k].max(1) && self.is_maximum(&planes.dog[k], x, y) {
-                        features.push(self.record(planes, k, x, y));
-                    }
-                }
+impl Planes {
+    /// All features of the frame, in order. A threshold of 0 counts as 1.
+    pub fn features(&self, thresholds: [u32; SCALES]) -> Vec<FeatureRecord> {
+        let mut places = Vec::new();
+        for (k, layer) in self.layers.iter().enumerate() {
+            // No response reaches a threshold beyond 16 bits.
+            if let Ok(threshold) = u16::try_from(thresholds[k].max(1)) {
+                places.extend(maxima(&layer.dog.magnitude, threshold).into_iter().map(|(x, y)| (y, x, k)));
             }
         }
-        features
+        places.sort_unstable();
+        places.into_iter().map(|(y, x, k)| self.record(x, y, k)).collect()
     }
 
-    /// The raster tie rule over the maxima window, which lies inside the frame.
-    fn is_maximum(&self, dog: &Plane<u16>, x: usize, y: usize) -> bool {
-        let half = self.design.maxima_window as usize / 2;
-        let centre = dog[(x, y)];
-        (y - half..=y + half).all(|row| {
-            (x - half..=x + half).all(|column| {
-                let other = dog[(column, row)];
-                if (row, column) < (y, x) { centre > other } else { centre >= other }
-            })
-        })
-    }
-
-    fn record(&self, planes: &Planes, k: usize, x: usize, y: usize) -> FeatureRecord {
-        let dog = &planes.dog[k];
-        // Eligible pixels lie inside the frame: the margin is at least half the maxima window, which is 3 or more.
-        let neighbours = [dog[(x - 1, y)], dog[(x + 1, y)], dog[(x, y - 1)], dog[(x, y + 1)]];
+    /// The record of scale pair `k` at an eligible pixel.
+    fn record(&self, x: usize, y: usize, k: usize) -> FeatureRecord {
+        let Dog { magnitude, positive } = &self.layers[k].dog;
         FeatureRecord {
             x: x as u16,
             y: y as u16,
-            response: dog[(x, y)],
+            response: magnitude[(x, y)],
             scale: k as u8,
-            bright: planes.signed_dog[k][(x, y)] >= 0,
-            neighbours,
-            descriptor: self.descriptor(planes, x, y),
+            bright: positive[(x, y)],
+            neighbours: [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)].map(|at| magnitude[at]),
+            descriptor: descriptor(&self.layers, x, y),
         }
-    }
-
-    /// Both scales' words at an eligible pixel.
-    pub fn descriptor(&self, planes: &Planes, x: usize, y: usize) -> Descriptor {
-        let mut descriptor = Descriptor::default();
-        for (k, ring) in self.rings.iter().enumerate() {
-            let centre = planes.dog[k][(x, y)];
-            for (i, (dx, dy)) in ring.iter().enumerate() {
-                let point = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
-                descriptor.maxlbp[k] |= u32::from(centre >= planes.max_dog[k][point]) << i;
-                descriptor.sign[k] |= u32::from(planes.signed_dog[k][point] >= 0) << i;
-            }
-        }
-        descriptor
     }
 }

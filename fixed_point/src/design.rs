@@ -4,6 +4,9 @@
 //! has `N` bits over a quarter of full scale, so one LSB is `2^(14-N)` codes: half a code at `N = 15`, 4 codes at `N = 12`.
 //! From the state's LSB to that of the DoG is a shift by `s = f + 14 - N` bits, 1 at the design point.
 //!
+//! The maxima window, the rings and the radius of MaxDOG are not choices of a word length: they belong to the algorithm and
+//! stand in [`hoverlock_reference::maxima`] and [`hoverlock_reference::maxlbp`], the same for every rung.
+//!
 //! A configuration is TOML with the keys of [`DesignPoint::KEYS`], each of which may be absent; what it leaves out stays as it was.
 
 use std::fmt::Display;
@@ -53,12 +56,6 @@ pub struct DesignPoint {
     pub dog_bits: u32,
     /// The automatic threshold.
     pub threshold: AutomaticThreshold,
-    /// Radius of the descriptor's ring of each scale, pixels.
-    pub ring_radii: [u32; SCALES],
-    /// `D`: MaxDOG looks at `(2 D + 1)^2` pixels.
-    pub max_dog_radius: u32,
-    /// Side of the window a feature is the maximum of, odd, pixels.
-    pub maxima_window: u32,
 }
 
 /// The design point of the KT-27 camera: 1024 x 768 pixels of 16 bits, 15 frames a second.
@@ -72,9 +69,6 @@ pub const KT27: DesignPoint = DesignPoint {
     look_ahead: [5, 5, 6],
     dog_bits: 15,
     threshold: AutomaticThreshold { target: 512, initial: 128 },
-    ring_radii: [12, 16],
-    max_dog_radius: 2,
-    maxima_window: 7,
 };
 
 impl Default for DesignPoint {
@@ -112,7 +106,7 @@ pub enum DesignError {
 
 impl DesignPoint {
     /// The keys of a configuration.
-    pub const KEYS: [&str; 13] = [
+    pub const KEYS: [&str; 10] = [
         "width",
         "height",
         "pixel",
@@ -123,9 +117,6 @@ impl DesignPoint {
         "dog_bits",
         "threshold_target",
         "threshold_initial",
-        "ring_radii",
-        "max_dog_radius",
-        "maxima_window",
     ];
 
     /// The default design point changed by the keys of a TOML text.
@@ -199,14 +190,6 @@ impl DesignPoint {
             "dog_bits" => self.dog_bits = given.whole(2..=16)?,
             "threshold_target" => self.threshold.target = given.whole(1..=65535)?,
             "threshold_initial" => self.threshold.initial = given.whole(1..=65535)?,
-            "ring_radii" => self.ring_radii = given.list(|given| given.whole(1..=64))?,
-            "max_dog_radius" => self.max_dog_radius = given.whole(0..=8)?,
-            "maxima_window" => {
-                self.maxima_window = given.whole(3..=31)?;
-                if self.maxima_window % 2 == 0 {
-                    return Err(given.refused("an odd number from 3 to 31"));
-                }
-            }
             _ => return Err(DesignError::UnknownKey { key: key.into() }),
         }
         Ok(())
@@ -242,15 +225,8 @@ impl DesignPoint {
         i32::from(self.state.fraction_bits()) + i32::from(DOG_RANGE_BITS) - self.dog_bits as i32
     }
 
-    /// Pixels next to the border that cannot be features: no window of a descriptor and no maxima window leaves the frame.
-    pub fn margin(&self) -> usize {
-        let ring = self.ring_radii.iter().max().map_or(0, |radius| radius + self.max_dog_radius);
-        ring.max(self.maxima_window / 2) as usize
-    }
-
     /// The configuration that makes this design point, every key written out.
     pub fn to_toml(&self) -> String {
-        let array = |values: &[u32]| Value::from(values.to_vec());
         let values: [Value; Self::KEYS.len()] = [
             self.width.into(),
             self.height.into(),
@@ -258,13 +234,10 @@ impl DesignPoint {
             self.state.to_string().into(),
             self.coefficient.to_string().into(),
             self.sigmas.to_vec().into(),
-            array(&self.look_ahead),
+            self.look_ahead.to_vec().into(),
             self.dog_bits.into(),
             self.threshold.target.into(),
             self.threshold.initial.into(),
-            array(&self.ring_radii),
-            self.max_dog_radius.into(),
-            self.maxima_window.into(),
         ];
         Self::KEYS.iter().zip(values).map(|(key, value)| format!("{key} = {value}\n")).collect()
     }
@@ -326,7 +299,7 @@ mod tests {
     #[test]
     fn defaults_are_the_design_point() {
         assert_eq!(DesignPoint::from_toml("").unwrap(), KT27);
-        assert_eq!((KT27.state.bits(), KT27.dog_shift(), KT27.max_dog(), KT27.margin()), (18, 1, 32767, 18));
+        assert_eq!((KT27.state.bits(), KT27.dog_shift(), KT27.max_dog()), (18, 1, 32767));
         // One DoG LSB is half a code: FS / 2^17.
         assert_eq!(KT27.dog().lsb(), 0.5);
     }
@@ -334,12 +307,11 @@ mod tests {
     #[test]
     fn written_out_and_read_again() {
         let mut design = KT27;
-        for text in ["dog_bits=12", "state = u16.4", "sigmas=[1, 2.5, 6]", "coefficient=\"u0.12\"", "ring_radii=[8,20]"]
-        {
+        for text in ["dog_bits=12", "state = u16.4", "sigmas=[1, 2.5, 6]", "coefficient=\"u0.12\""] {
             design = design.with_override(text).unwrap();
         }
         assert_eq!(DesignPoint::from_toml(&design.to_toml()).unwrap(), design);
-        assert_eq!((design.dog_bits, design.sigmas, design.margin()), (12, [1.0, 2.5, 6.0], 22));
+        assert_eq!((design.dog_bits, design.sigmas), (12, [1.0, 2.5, 6.0]));
         // Twelve bits over the same quarter of full scale: one LSB is 4 codes, 64 LSB of a state with four fraction bits.
         assert_eq!((design.dog().lsb(), design.dog_shift()), (4.0, 6));
     }
@@ -366,7 +338,6 @@ mod tests {
             ("dog_bits = 15.5", "dog_bits", "15.5", "from 2 to 16"),
             ("dog_bits = '''1\n5'''", "dog_bits", "1", "from 2 to 16"),
             ("threshold_initial = 32768", "threshold_initial", "32768", "32767"),
-            ("maxima_window = 8", "maxima_window", "8", "odd"),
             ("width = -1", "width", "-1", "from 1 to 4096"),
         ] {
             let message = DesignPoint::from_toml(text).expect_err(text).to_string();

@@ -7,6 +7,7 @@ pub mod bounds;
 pub mod coefficients;
 pub mod design;
 pub mod format;
+pub mod ladder;
 pub mod lerp;
 pub mod measure;
 pub mod stages;

@@ -12,6 +12,8 @@
 
 use hoverlock_reference::plane::Plane;
 
+use crate::format::Format;
+
 /// The coefficients of one smoother.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cells<C> {
@@ -27,6 +29,22 @@ impl Cells<f64> {
         // Squared from stage to stage: a^(2^j).
         let powers = std::iter::successors(Some(a), |power| Some(power * power));
         Self { g: 1.0 - a, reach: powers.take(look_ahead as usize).map(|power| 1.0 / (1.0 + power)).collect() }
+    }
+}
+
+impl Cells<f64> {
+    /// The codes nearest to the coefficients that the format has; a lerp with any of them keeps the DC gain at 1.
+    pub fn rounded(&self, format: Format) -> Cells<u32> {
+        let code = |value: f64| format.nearest(value) as u32;
+        Cells { g: code(self.g), reach: self.reach.iter().copied().map(code).collect() }
+    }
+}
+
+impl Cells<u32> {
+    /// What the codes are worth.
+    pub fn values(&self, format: Format) -> Cells<f64> {
+        let value = |code: u32| format.value(i64::from(code));
+        Cells { g: value(self.g), reach: self.reach.iter().copied().map(value).collect() }
     }
 }
 
