@@ -30,6 +30,7 @@ use hoverlock_reference::maxima::maxima;
 use hoverlock_reference::maxlbp::{Layer, descriptor};
 use hoverlock_reference::plane::Plane;
 
+use crate::coefficients::{CoefficientError, LerpCoefficients};
 use crate::design::{DesignPoint, SCALES, SMOOTHERS};
 use crate::lerp::lerp;
 use crate::stages::{self, Cells, Stage};
@@ -190,9 +191,16 @@ pub struct BitTrue {
 }
 
 impl BitTrue {
-    /// The model with the given integer coefficients, one set per smoother.
-    pub fn new(design: &DesignPoint, cells: [Cells<u32>; SMOOTHERS]) -> Self {
-        Self { design: design.clone(), cells }
+    /// The model of a design point.
+    ///
+    /// # Errors
+    /// Where a smoother of one of the sigmas, or its rounding to the coefficient format, does not exist.
+    pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
+        let cells = |smoother: usize| {
+            let (sigma, look_ahead) = (design.sigmas[smoother], design.look_ahead[smoother]);
+            LerpCoefficients::design(sigma, look_ahead, design.coefficient.bits()).map(Cells::from)
+        };
+        Ok(Self { design: design.clone(), cells: [cells(0)?, cells(1)?, cells(2)?] })
     }
 
     /// The design point it was made for.

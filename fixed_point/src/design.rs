@@ -14,8 +14,8 @@ use std::fmt::Display;
 use serde::Serialize;
 use toml::{Table, Value};
 
+use crate::coefficients::MAX_FRACTION_BITS;
 use crate::format::Format;
-use crate::lerp::MAX_COEFFICIENT_BITS;
 
 /// Scale pairs, so also DoG planes.
 pub const SCALES: usize = 2;
@@ -180,8 +180,8 @@ impl DesignPoint {
                 })?;
             }
             "coefficient" => {
-                self.coefficient = given.format("u0.4 to u0.30", |format| {
-                    let bits = 4..=MAX_COEFFICIENT_BITS as i8 - 1;
+                self.coefficient = given.format("u0.4 to u0.31", |format| {
+                    let bits = 4..=MAX_FRACTION_BITS as i8;
                     !format.is_signed() && format.integer_bits() == 0 && bits.contains(&format.fraction_bits())
                 })?;
             }
@@ -327,8 +327,8 @@ mod tests {
             ("sigmas = [3.2, 2.0, 5.12]", "sigmas", "[3.2, 2.0, 5.12]", "rise"),
             ("sigmas = [2.0, 3.2]", "sigmas", "[2.0, 3.2]", "3 values"),
             ("sigmas = 2.0", "sigmas", "2.0", "3 values"),
-            ("coefficient = 'u0.0'", "coefficient", "\"u0.0\"", "u0.4 to u0.30"),
-            ("coefficient = 'u0.200'", "coefficient", "\"u0.200\"", "u0.4 to u0.30"),
+            ("coefficient = 'u0.0'", "coefficient", "\"u0.0\"", "u0.4 to u0.31"),
+            ("coefficient = 'u0.200'", "coefficient", "\"u0.200\"", "u0.4 to u0.31"),
             ("state = 'u15.2'", "state", "\"u15.2\"", "u16.0 to u16.12"),
             ("state = 18", "state", "18", "u16.0 to u16.12"),
             ("pixel = 'u8.0'", "pixel", "\"u8.0\"", "u16.0"),

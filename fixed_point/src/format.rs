@@ -83,11 +83,6 @@ impl Format {
         (1 << (self.bits() - self.signed as u32)) - 1
     }
 
-    /// The code nearest to a finite value, half away from zero, the end of the range where it lies outside.
-    pub fn nearest(self, value: f64) -> i64 {
-        ((value / self.lsb()).round() as i64).clamp(self.min_code(), self.max_code())
-    }
-
     /// The value of a code.
     pub fn value(self, code: i64) -> f64 {
         code as f64 * self.lsb()

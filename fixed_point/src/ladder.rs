@@ -20,9 +20,10 @@ use hoverlock_reference::maxlbp::{Layer, max_dog};
 use hoverlock_reference::plane::Plane;
 use hoverlock_reference::recursive::border::Border;
 use hoverlock_reference::recursive::first_order;
-use hoverlock_reference::smoother::{DesignError, Smoother};
+use hoverlock_reference::smoother::Smoother;
 
 use crate::bit_true::{BitTrue, Planes};
+use crate::coefficients::CoefficientError;
 use crate::design::{DesignPoint, SCALES, SMOOTHERS};
 use crate::stages::{self, Cells, Stage};
 
@@ -94,24 +95,19 @@ impl Ladder {
     ///
     /// # Errors
     /// Where a filter of one of the sigmas, or its rounding to the coefficient format, does not exist.
-    pub fn new(design: &DesignPoint) -> Result<Self, DesignError> {
-        let each = |make: &dyn Fn(f64) -> Result<Smoother, DesignError>| -> Result<[Smoother; SMOOTHERS], DesignError> {
-            let [narrow, middle, wide] = design.sigmas;
-            Ok([make(narrow)?, make(middle)?, make(wide)?])
+    pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
+        let fixed = BitTrue::new(design)?;
+        let [narrow, middle, wide] = design.sigmas;
+        let streaming = |smoother: usize| {
+            first_order::pole(design.sigmas[smoother]).map(|a| Cells::of_pole(a, design.look_ahead[smoother]))
         };
-        let mut streaming = Vec::with_capacity(SMOOTHERS);
-        for (sigma, look_ahead) in design.sigmas.into_iter().zip(design.look_ahead) {
-            streaming.push(Cells::of_pole(first_order::pole(sigma)?, look_ahead));
-        }
-        let streaming: [Cells<f64>; SMOOTHERS] = streaming.try_into().expect("one per smoother");
-        let codes = streaming.clone().map(|cells| cells.rounded(design.coefficient));
         Ok(Self {
             design: design.clone(),
-            ideal: each(&Smoother::gaussian)?,
-            recursive: each(&Smoother::first_order)?,
-            streaming,
-            coefficients: codes.clone().map(|cells| cells.values(design.coefficient)),
-            fixed: BitTrue::new(design, codes),
+            ideal: [Smoother::gaussian(narrow)?, Smoother::gaussian(middle)?, Smoother::gaussian(wide)?],
+            recursive: [Smoother::first_order(narrow)?, Smoother::first_order(middle)?, Smoother::first_order(wide)?],
+            streaming: [streaming(0)?, streaming(1)?, streaming(2)?],
+            coefficients: fixed.cells().each_ref().map(|cells| cells.values(design.coefficient)),
+            fixed,
         })
     }
 

@@ -9,15 +9,14 @@
 //!   built from it can overflow, saturate or grow in width, and a constant passes unchanged whatever the coefficients.
 //! - It errs by half an LSB at most.
 
-/// Most fraction bits a coefficient may have: the product with a 32-bit difference and the half added fit 64 bits.
-pub const MAX_COEFFICIENT_BITS: u32 = 31;
+use crate::coefficients::MAX_FRACTION_BITS;
 
 /// `p + round(c (q - p))` with the coefficient `c = code / 2^fraction_bits`.
 ///
-/// Wants `code < 2^fraction_bits` and `1 <= fraction_bits <= `[`MAX_COEFFICIENT_BITS`]: checked where coefficients are made.
+/// Wants `code < 2^fraction_bits` and `1 <= fraction_bits <= `[`MAX_FRACTION_BITS`]: checked where coefficients are made.
 #[inline]
 pub fn lerp(p: u32, q: u32, code: u32, fraction_bits: u32) -> u32 {
-    debug_assert!((1..=MAX_COEFFICIENT_BITS).contains(&fraction_bits) && code >> fraction_bits == 0);
+    debug_assert!((1..=MAX_FRACTION_BITS).contains(&fraction_bits) && code >> fraction_bits == 0);
     let product = u64::from(code) * u64::from(p.abs_diff(q));
     let t = ((product + (1 << (fraction_bits - 1))) >> fraction_bits) as u32;
     if q >= p { p + t } else { p - t }
@@ -30,7 +29,7 @@ mod tests {
 
     /// A word of up to 32 bits and a coefficient of up to 31, extremes included.
     fn cell() -> impl Strategy<Value = (u32, u32, u32, u32)> {
-        (1..=32u32, 1..=MAX_COEFFICIENT_BITS).prop_flat_map(|(bits, fraction_bits)| {
+        (1..=32u32, 1..=MAX_FRACTION_BITS).prop_flat_map(|(bits, fraction_bits)| {
             let max = (u64::MAX >> (64 - bits)) as u32;
             let word = prop_oneof![6 => 0..=max, 1 => Just(0), 1 => Just(max)];
             let top = (1u32 << fraction_bits) - 1;

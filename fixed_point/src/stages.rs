@@ -12,6 +12,7 @@
 
 use hoverlock_reference::plane::Plane;
 
+use crate::coefficients::LerpCoefficients;
 use crate::format::Format;
 
 /// The coefficients of one smoother.
@@ -32,11 +33,9 @@ impl Cells<f64> {
     }
 }
 
-impl Cells<f64> {
-    /// The codes nearest to the coefficients that the format has; a lerp with any of them keeps the DC gain at 1.
-    pub fn rounded(&self, format: Format) -> Cells<u32> {
-        let code = |value: f64| format.nearest(value) as u32;
-        Cells { g: code(self.g), reach: self.reach.iter().copied().map(code).collect() }
+impl From<LerpCoefficients> for Cells<u32> {
+    fn from(coefficients: LerpCoefficients) -> Self {
+        Self { g: coefficients.g, reach: coefficients.g_j }
     }
 }
 
