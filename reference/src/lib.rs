@@ -16,6 +16,7 @@ pub mod maxlbp;
 pub mod motion;
 pub mod picture;
 pub mod plane;
+pub mod ransac;
 pub mod recursive;
 mod separable;
 pub mod smoother;
