@@ -108,13 +108,13 @@ impl Model {
         if from.scale == 0.0 || to.scale == 0.0 {
             return Err(MotionError::Degenerate);
         }
-        let normal = |pair: &Pair| (from.into_frame(pair.reference), to.into_frame(pair.current));
+        let normal = |pair: &Pair| (from.enter(pair.reference), to.enter(pair.current));
         let h = match self {
             Self::Shift | Self::Similarity => similarity(pairs, &weight, normal),
             Self::Affine => affine(pairs, &weight, normal)?,
             Self::Homography => homography(pairs, &weight, normal, given)?,
         };
-        let h = to.out_of_frame() * h * from.matrix();
+        let h = to.leave() * h * from.matrix();
         let h = h / h[(2, 2)];
         let sound = h.iter().all(|v| v.is_finite()) && h.determinant() > 0.0;
         if sound { Ok(h) } else { Err(MotionError::Degenerate) }
@@ -165,7 +165,7 @@ impl Frame {
         Ok(Self { centroid, scale })
     }
 
-    fn into_frame(&self, p: Vector2<f64>) -> Vector2<f64> {
+    fn enter(&self, p: Vector2<f64>) -> Vector2<f64> {
         self.scale * (p - self.centroid)
     }
 
@@ -174,7 +174,7 @@ impl Frame {
         Matrix3::new(s, 0.0, -s * c.x, 0.0, s, -s * c.y, 0.0, 0.0, 1.0)
     }
 
-    fn out_of_frame(&self) -> Matrix3<f64> {
+    fn leave(&self) -> Matrix3<f64> {
         let (s, c) = (self.scale, self.centroid);
         Matrix3::new(1.0 / s, 0.0, c.x, 0.0, 1.0 / s, c.y, 0.0, 0.0, 1.0)
     }
