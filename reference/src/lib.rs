@@ -6,6 +6,7 @@
 
 pub mod conditions;
 pub mod dog;
+pub mod estimate;
 pub mod extractor;
 pub mod feature;
 pub mod gaussian;
