@@ -4,17 +4,17 @@
 //! w[n] = exp(-n^2 / (2 sigma^2)) / sum_k exp(-k^2 / (2 sigma^2)),    n = -R .. R,    sum w = 1
 //! ```
 //!
-//! `sigma` in pixels, `0.3 ..= 256`. Below 0.3 the neighbours weigh less than half a percent and the samples say nothing of
-//! the curve. `R = ceil(sigma sqrt(2 * 53 ln 2))`, about `8.6 sigma`: the first weight left out is below `2^-53` of the
+//! `sigma` in pixels, `0.5 ..= 256`. Narrower ones are no Gaussians any more once sampled: at 0.5 `sqrt(sum n^2 w)` is 0.463,
+//! at 0.3 it is 0.09. `R = ceil(sigma sqrt(2 * 53 ln 2))`, about `8.6 sigma`: the first weight left out is below `2^-53` of the
 //! middle one, the rounding of an `f64`. Samples beyond the border repeat the border sample; a direct convolution sees its
 //! original input, so both rules of [`Border`](crate::recursive::border::Border) are the same here.
 
 use crate::separable::{LANES, Lanes};
-use crate::smoother::{DesignError, check_sigma};
+use crate::smoother::{DesignError, SIGMA_MAX, check_sigma};
 use multiversion::multiversion;
 
 /// The narrowest `sigma`, pixels.
-pub const SIGMA_MIN: f64 = 0.3;
+pub const SIGMA_MIN: f64 = 0.5;
 
 /// The sampled Gaussian of one `sigma`.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,9 +27,9 @@ impl Gaussian {
     /// Samples and normalises the Gaussian of `sigma` pixels.
     ///
     /// # Errors
-    /// Where `sigma` is not within `0.3 ..= 256`.
+    /// Where `sigma` is not within `0.5 ..= 256`.
     pub fn design(sigma: f64) -> Result<Self, DesignError> {
-        check_sigma("the sampled Gaussian", sigma, SIGMA_MIN)?;
+        check_sigma("the sampled Gaussian", sigma, (SIGMA_MIN, SIGMA_MAX))?;
         let radius = (sigma * (2.0 * 53.0 * std::f64::consts::LN_2).sqrt()).ceil() as usize;
         Ok(Self { sigma, weights: unit_sum_half(sigma, radius + 1) })
     }

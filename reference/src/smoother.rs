@@ -16,7 +16,7 @@ pub const SIGMA_MAX: f64 = 256.0;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// `sigma` is not a number, or outside what the method can do.
-    #[error("sigma {sigma} px is not possible for {method}: choose one from {min} to {SIGMA_MAX} px")]
+    #[error("sigma {sigma} px is not possible for {method}: choose one from {min} to {max} px")]
     Sigma {
         /// The method asked for.
         method: String,
@@ -24,6 +24,8 @@ pub enum DesignError {
         sigma: f64,
         /// The narrowest `sigma` of this method, pixels.
         min: f64,
+        /// The widest.
+        max: f64,
     },
     /// The method has no such order.
     #[error("{method} has no order {order}: choose one from {min} to {max}")]
@@ -47,13 +49,13 @@ pub enum DesignError {
     },
 }
 
-/// Refuses a `sigma` that is not finite or not within `min ..= SIGMA_MAX`.
-pub(crate) fn check_sigma(method: &str, sigma: f64, min: f64) -> Result<(), DesignError> {
-    // Written so that NaN, which compares false with everything, is refused.
-    if (min..=SIGMA_MAX).contains(&sigma) {
+/// Refuses a `sigma` that is not a number or not within the range.
+pub(crate) fn check_sigma(method: &str, sigma: f64, (min, max): (f64, f64)) -> Result<(), DesignError> {
+    // Nothing that is not a number is contained in a range.
+    if (min..=max).contains(&sigma) {
         Ok(())
     } else {
-        Err(DesignError::Sigma { method: method.to_owned(), sigma, min })
+        Err(DesignError::Sigma { method: method.to_owned(), sigma, min, max })
     }
 }
 
@@ -133,7 +135,6 @@ impl Smoother {
 
     /// How far it is from the Gaussian of its `sigma`.
     pub fn residuals(&self) -> Residuals {
-        // A smoother exists only with a `sigma` that is possible, and the Gaussian takes the widest range of all.
         Residuals::of(&self.impulse_response(), self.sigma())
     }
 }

@@ -3,14 +3,21 @@
 
 use hoverlock_reference::plane::Plane;
 use hoverlock_reference::recursive::border::Border;
+use hoverlock_reference::recursive::{Family, Recursive};
 use hoverlock_reference::smoother::Smoother;
 use proptest::prelude::*;
 
 fn any_smoother() -> impl Strategy<Value = Smoother> {
-    (0.5..12.0f64, 0..2usize).prop_map(|(sigma, which)| match which {
-        0 => Smoother::gaussian(sigma).unwrap(),
-        _ => Smoother::first_order(sigma).unwrap(),
-    })
+    let recursive =
+        (prop::sample::select(Family::all().collect::<Vec<_>>()), any::<prop::sample::Index>(), 0.5..12.0f64).prop_map(
+            |(family, fit, sigma)| {
+                Smoother::Recursive(Recursive::design(family, *fit.get(family.fits()), sigma).unwrap())
+            },
+        );
+    prop_oneof![
+        1 => (0.5..12.0f64).prop_map(|sigma| Smoother::gaussian(sigma).unwrap()),
+        6 => recursive,
+    ]
 }
 
 fn any_border() -> impl Strategy<Value = Border> {

@@ -15,7 +15,7 @@
 //! `w[k+1] = F w[k]`. The anticausal section `v[k] = b u[k] + a1 v[k+1] + a2 v[k+2]` is linear in `w[k]` too, `v[k] = l w[k]` with a
 //! row `l`, so `l (I - a1 F - a2 F^2) = b l'` where `l'` is the row of its input. Hence `v[N] = x[N-1] + l F w[N-1]`, and so on.
 
-use super::Section;
+use super::cascade::Section;
 use nalgebra::{DMatrix, RowDVector};
 
 /// What lies behind the last sample of a line.

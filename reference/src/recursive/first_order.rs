@@ -14,18 +14,15 @@
 //! vanishes: negative for small `a` (the exponential is too narrow), positive for large. The fit is far from perfect, an
 //! exponential has a peak and long tails: about 20 % in the l2 norm. What the features make of it is another matter.
 
-use crate::gaussian::unit_sum_half;
-use crate::smoother::{DesignError, check_sigma};
-
-/// The narrowest `sigma`, pixels: that of the sampled Gaussian it is fitted to.
-pub const SIGMA_MIN: f64 = crate::gaussian::SIGMA_MIN;
+use crate::gaussian::{SIGMA_MIN, unit_sum_half};
+use crate::smoother::{DesignError, SIGMA_MAX, check_sigma};
 
 /// `a = b1/b0` of the least-squares fit to the Gaussian of `sigma` pixels, to the last digits of an `f64`.
 ///
 /// # Errors
-/// Where `sigma` is not within `0.3 ..= 256`.
+/// Where `sigma` is not within `0.5 ..= 256`.
 pub fn pole(sigma: f64) -> Result<f64, DesignError> {
-    check_sigma("the first-order filter", sigma, SIGMA_MIN)?;
+    check_sigma("the first-order filter", sigma, (SIGMA_MIN, SIGMA_MAX))?;
     let weights = unit_sum_half(sigma, (20.0 * sigma).ceil() as usize + 1);
     let slope = |a: f64| {
         let (scale, scale_slope) = ((1.0 - a) / (1.0 + a), -2.0 / (1.0 + a).powi(2));
@@ -82,9 +79,9 @@ mod tests {
 
     #[test]
     fn impossible_sigmas_are_refused() {
-        for sigma in [0.0, -1.0, 0.29, 256.1, 1e9, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for sigma in [0.0, -1.0, 0.49, 256.1, 1e9, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let message = pole(sigma).unwrap_err().to_string();
-            assert!(message.contains("first-order") && message.contains("0.3 to 256 px"), "{message}");
+            assert!(message.contains("first-order") && message.contains("0.5 to 256 px"), "{message}");
         }
     }
 }
