@@ -1,0 +1,357 @@
+//! The folder of built models: found by content, built aside under a lock, swept by size.
+//!
+//! ```text
+//! runtime/<key>/*.o                     Verilator's runtime, compiled once for each kind of model
+//! models/<key>/<variant>/model.so       the model; <variant> tells apart what includes held
+//! models/<key>/<variant>/record.json    ports, internals, warnings, manifest of includes
+//! locks/<key>                           held shared while loading, exclusively while building or sweeping
+//! aside/<random>/                       a build on its way; its file `alive` is locked as long as its process lives
+//! ```
+
+use std::fs::{File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use sha2::{Digest, Sha256};
+
+use super::tool::{self, Verilator};
+use super::unity::{self, Workshop};
+use super::{Build, Record, Trace, absolute};
+use crate::error::BuildError;
+use crate::model::Library;
+
+/// Loads the model from the cache, after building it if need be.
+pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
+    let cache = Cache::open(build)?;
+    let verilator = Verilator::find(build.verilator.as_deref())?;
+    let compiler = tool::find_compiler()?;
+    let sources = build.sources.iter().map(|p| absolute(p)).collect::<Result<Vec<_>, _>>()?;
+    let includes = include_folders(build, &sources)?;
+    let key = model_key(build, &verilator, &compiler, &sources, &includes)?;
+    {
+        let _reading = cache.lock(&key, Sharing::Shared)?;
+        if let Some(library) = cache.find(&key, &includes) {
+            return Ok(library);
+        }
+    }
+    let _building = cache.lock(&key, Sharing::Exclusive)?;
+    // Another process may have built it while this one waited.
+    if let Some(library) = cache.find(&key, &includes) {
+        return Ok(library);
+    }
+    let aside = cache.aside()?;
+    let workshop = Workshop {
+        build,
+        verilator: &verilator,
+        compiler: &compiler,
+        sources: &sources,
+        includes: &includes,
+        folder: aside.path(),
+    };
+    let mut record =
+        workshop.make(|root| cache.runtime(&verilator, &compiler, root, build.trace, build.coverage.any()))?;
+    record.library_hash = hash_file(&aside.path().join("model.so"))?;
+    let library = cache.keep(&key, &aside, &record)?;
+    cache.sweep(&key);
+    Ok(library)
+}
+
+struct Cache {
+    root: PathBuf,
+    limit: u64,
+}
+
+enum Sharing {
+    Shared,
+    Exclusive,
+}
+
+/// A folder for a build on its way, removed when dropped.
+struct Aside {
+    folder: tempfile::TempDir,
+    _alive: File,
+}
+
+impl Aside {
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+impl Cache {
+    fn open(build: &Build) -> Result<Cache, BuildError> {
+        let root = match &build.cache {
+            Some(folder) => folder.clone(),
+            None => default_folder()?,
+        };
+        let limit = build.cache_limit.unwrap_or_else(|| {
+            let asked = std::env::var("HOVERLOCK_CACHE_LIMIT").ok().and_then(|text| text.parse::<u64>().ok());
+            asked.unwrap_or(2048).saturating_mul(1 << 20)
+        });
+        for folder in ["runtime", "models", "locks", "aside"] {
+            let path = root.join(folder);
+            std::fs::create_dir_all(&path).map_err(|source| BuildError::Cache { path, source })?;
+        }
+        let root = root.canonicalize().map_err(|source| BuildError::Cache { path: root, source })?;
+        Ok(Cache { root, limit })
+    }
+
+    /// Waits for the lock of a key. The system frees it when the process dies, however it dies.
+    fn lock(&self, key: &str, sharing: Sharing) -> Result<File, BuildError> {
+        let path = self.root.join("locks").join(key);
+        let locked = File::options().create(true).append(true).open(&path).and_then(|file| {
+            match sharing {
+                Sharing::Shared => file.lock_shared()?,
+                Sharing::Exclusive => file.lock()?,
+            }
+            Ok(file)
+        });
+        locked.map_err(|source| BuildError::Cache { path, source })
+    }
+
+    /// The built model whose includes still hold the same, if its files are whole.
+    fn find(&self, key: &str, includes: &[PathBuf]) -> Option<Library> {
+        let folder = self.root.join("models").join(key);
+        let mut variants: Vec<PathBuf> = std::fs::read_dir(folder).ok()?.filter_map(|e| Some(e.ok()?.path())).collect();
+        variants.sort();
+        for variant in variants {
+            let Some(record) = read_record(&variant) else {
+                // Damaged: only a fresh build helps, and it wants the place.
+                let _ = std::fs::remove_dir_all(&variant);
+                continue;
+            };
+            if !record.manifest.iter().all(|(path, hash)| is_current(path, hash, includes)) {
+                continue;
+            }
+            let library = variant.join("model.so");
+            let whole = hash_file(&library).is_ok_and(|hash| hash == record.library_hash);
+            let loaded = whole.then(|| Library::load(&library, record).ok()).flatten();
+            if loaded.is_none() {
+                let _ = std::fs::remove_dir_all(&variant);
+                continue;
+            }
+            touch(&variant);
+            return loaded;
+        }
+        None
+    }
+
+    fn aside(&self) -> Result<Aside, BuildError> {
+        let parent = self.root.join("aside");
+        let make = || -> io::Result<Aside> {
+            let folder = tempfile::Builder::new().prefix("build-").tempdir_in(&parent)?;
+            let alive = File::create(folder.path().join("alive"))?;
+            alive.lock()?;
+            Ok(Aside { folder, _alive: alive })
+        };
+        make().map_err(|source| BuildError::Cache { path: parent.clone(), source })
+    }
+
+    /// The runtime's objects, compiled if they are not there.
+    fn runtime(
+        &self,
+        verilator: &Verilator,
+        compiler: &Path,
+        root: &Path,
+        trace: Trace,
+        coverage: bool,
+    ) -> Result<Vec<PathBuf>, BuildError> {
+        let mut hash = Hash::new();
+        for part in [unity::HOOKS, &format!("{trace:?} {coverage}"), &root.display().to_string()] {
+            hash.add(part.as_bytes());
+        }
+        hash.add(tool::fingerprint(&verilator.path).as_bytes());
+        hash.add(tool::fingerprint(compiler).as_bytes());
+        unity::CXX_FLAGS.iter().for_each(|flag| hash.add(flag.as_bytes()));
+        let key = format!("runtime-{}", hash.finish());
+        let folder = self.root.join("runtime").join(&key);
+        let objects: Vec<PathBuf> =
+            unity::runtime_files(trace, coverage).iter().map(|file| folder.join(format!("{file}.o"))).collect();
+        let _lock = self.lock(&key, Sharing::Exclusive)?;
+        if !objects.iter().all(|o| std::fs::metadata(o).is_ok_and(|m| m.len() > 0)) {
+            let aside = self.aside()?;
+            let into = aside.path().join("objects");
+            let kept = |source| BuildError::Cache { path: folder.clone(), source };
+            std::fs::create_dir(&into).map_err(kept)?;
+            unity::compile_runtime(compiler, root, trace, coverage, &into)?;
+            let _ = std::fs::remove_dir_all(&folder);
+            std::fs::rename(&into, &folder).map_err(kept)?;
+        }
+        touch(&folder);
+        Ok(objects)
+    }
+
+    /// Moves a finished build into its place and loads it from there.
+    fn keep(&self, key: &str, aside: &Aside, record: &Record) -> Result<Library, BuildError> {
+        let mut hash = Hash::new();
+        for (path, content) in &record.manifest {
+            hash.add(path.as_os_str().as_encoded_bytes());
+            hash.add(content.as_bytes());
+        }
+        let variant = self.root.join("models").join(key).join(hash.finish());
+        let moved = || -> io::Result<()> {
+            let ready = aside.path().join("ready");
+            std::fs::create_dir(&ready)?;
+            std::fs::rename(aside.path().join("model.so"), ready.join("model.so"))?;
+            std::fs::write(ready.join("record.json"), serde_json::to_vec(record)?)?;
+            if let Some(parent) = variant.parent() {
+                std::fs::create_dir_all(parent)?;
+            }
+            let _ = std::fs::remove_dir_all(&variant);
+            std::fs::rename(&ready, &variant)
+        };
+        moved().map_err(|source| BuildError::Cache { path: variant.clone(), source })?;
+        Library::load(&variant.join("model.so"), record.clone())
+    }
+
+    /// Removes what killed builds left and, while the cache is over its limit, what was not used for longest.
+    fn sweep(&self, own_key: &str) {
+        for path in children(&self.root.join("aside")) {
+            // No lock on `alive` means that its process is gone; no such file, that it is being made or half removed.
+            let dead = match File::open(path.join("alive")) {
+                Ok(file) => !matches!(file.try_lock(), Err(TryLockError::WouldBlock)),
+                Err(_) => age_in_seconds(&path) > 3600,
+            };
+            if dead {
+                let _ = std::fs::remove_dir_all(path);
+            }
+        }
+        let mut entries: Vec<(SystemTime, u64, String, PathBuf)> = Vec::new();
+        for folder in children(&self.root.join("models")) {
+            let Some(key) = folder.file_name().and_then(|n| n.to_str()).map(str::to_owned) else { continue };
+            for variant in children(&folder) {
+                entries.push((last_use(&variant), size(&variant), key.clone(), variant));
+            }
+        }
+        let mut total: u64 = entries.iter().map(|e| e.1).sum();
+        entries.sort();
+        for (_, bytes, key, variant) in entries {
+            if total <= self.limit {
+                break;
+            }
+            if key == own_key {
+                continue;
+            }
+            let lock = File::options().create(true).append(true).open(self.root.join("locks").join(&key));
+            if let Ok(lock) = lock
+                && lock.try_lock().is_ok()
+                && std::fs::remove_dir_all(&variant).is_ok()
+            {
+                total -= bytes;
+            }
+        }
+    }
+}
+
+fn default_folder() -> Result<PathBuf, BuildError> {
+    let set = |name| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    if let Some(folder) = set("HOVERLOCK_CACHE") {
+        return Ok(folder);
+    }
+    let base = set("XDG_CACHE_HOME").or_else(|| set("HOME").map(|home| home.join(".cache")));
+    base.map(|b| b.join("hoverlock")).ok_or_else(|| BuildError::Cache {
+        path: PathBuf::from("~/.cache/hoverlock"),
+        source: io::Error::new(io::ErrorKind::NotFound, "neither HOME nor XDG_CACHE_HOME is set"),
+    })
+}
+
+/// Includes as asked for, then the folders of the sources, each once.
+fn include_folders(build: &Build, sources: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
+    let mut folders: Vec<PathBuf> = Vec::new();
+    let asked = build.includes.iter().map(|p| absolute(p)).collect::<Result<Vec<_>, _>>()?;
+    for folder in asked.into_iter().chain(sources.iter().filter_map(|s| s.parent().map(Path::to_owned))) {
+        if !folders.contains(&folder) {
+            folders.push(folder);
+        }
+    }
+    Ok(folders)
+}
+
+/// Everything that decides what a build gives, but for the includes, which are known only afterwards.
+fn model_key(
+    build: &Build,
+    verilator: &Verilator,
+    compiler: &Path,
+    sources: &[PathBuf],
+    includes: &[PathBuf],
+) -> Result<String, BuildError> {
+    let mut hash = Hash::new();
+    hash.add(unity::SHIM.as_bytes());
+    hash.add(unity::HOOKS.as_bytes());
+    hash.add(&unity::INTERFACE.to_le_bytes());
+    hash.add(env!("CARGO_PKG_VERSION").as_bytes());
+    unity::CXX_FLAGS.iter().for_each(|flag| hash.add(flag.as_bytes()));
+    hash.add(tool::fingerprint(&verilator.path).as_bytes());
+    hash.add(tool::fingerprint(compiler).as_bytes());
+    build.verilator_arguments(sources, includes).iter().for_each(|argument| hash.add(argument.as_bytes()));
+    build.internals.iter().for_each(|pattern| hash.add(pattern.as_bytes()));
+    hash.add(format!("{:?} {:?} {:?}", build.trace, build.coverage, build.initial).as_bytes());
+    for source in sources {
+        hash.add(hash_file(source)?.as_bytes());
+    }
+    Ok(hash.finish())
+}
+
+/// Whether an included file holds what it held, and no folder searched earlier has one of its name by now.
+fn is_current(path: &Path, hash: &str, includes: &[PathBuf]) -> bool {
+    let shadowed = includes.iter().find_map(|folder| {
+        let below = path.strip_prefix(folder).ok()?;
+        Some(includes.iter().take_while(|f| *f != folder).any(|earlier| earlier.join(below).exists()))
+    });
+    !shadowed.unwrap_or(false) && hash_file(path).is_ok_and(|now| now == hash)
+}
+
+fn read_record(variant: &Path) -> Option<Record> {
+    serde_json::from_slice(&std::fs::read(variant.join("record.json")).ok()?).ok()
+}
+
+/// SHA-256 over parts, each with its length, so that no two lists of parts agree by accident.
+struct Hash(Sha256);
+
+impl Hash {
+    fn new() -> Hash {
+        Hash(Sha256::new())
+    }
+
+    fn add(&mut self, part: &[u8]) {
+        self.0.update((part.len() as u64).to_le_bytes());
+        self.0.update(part);
+    }
+
+    fn finish(self) -> String {
+        hex(&self.0.finalize()[..16])
+    }
+}
+
+pub(super) fn hash_file(path: &Path) -> Result<String, BuildError> {
+    let content = std::fs::read(path).map_err(|source| BuildError::Source { path: path.to_owned(), source })?;
+    Ok(hex(&Sha256::digest(content)))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+fn children(folder: &Path) -> Vec<PathBuf> {
+    std::fs::read_dir(folder).map(|entries| entries.filter_map(|e| Some(e.ok()?.path())).collect()).unwrap_or_default()
+}
+
+fn size(folder: &Path) -> u64 {
+    children(folder).iter().filter_map(|f| Some(std::fs::metadata(f).ok()?.len())).sum()
+}
+
+/// Marks an entry as used now. A cache that cannot be written still serves.
+fn touch(folder: &Path) {
+    let _ = File::create(folder.join("used"));
+}
+
+fn last_use(variant: &Path) -> SystemTime {
+    let time = |path: PathBuf| std::fs::metadata(path).and_then(|m| m.modified());
+    time(variant.join("used")).or_else(|_| time(variant.join("model.so"))).unwrap_or(SystemTime::UNIX_EPOCH)
+}
+
+fn age_in_seconds(path: &Path) -> u64 {
+    let changed = std::fs::metadata(path).and_then(|m| m.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
+    SystemTime::now().duration_since(changed).map_or(0, |age| age.as_secs())
+}

@@ -1,0 +1,244 @@
+//! What the Verilog contains, read from Verilator's `--xml-only` output: instances, variables, signs and enumerations.
+
+use std::collections::HashMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::BuildError;
+
+/// The named values of an enumeration.
+pub type EnumItems = Vec<(String, u64)>;
+
+/// A variable of one instance.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Variable {
+    /// Name below the top module, `u_core.state`; a port of the top has no dot.
+    pub path: String,
+    /// The instance it is in, from the top module on: `top.u_core`.
+    pub scope: String,
+    /// The variable's own name.
+    pub name: String,
+    /// The module as written in the source, which a `.vlt` file wants.
+    pub module: String,
+    /// Whether the type is signed.
+    pub signed: bool,
+    /// The values' names, if its type is an enumeration.
+    pub items: EnumItems,
+    /// Whether it is a port of its module.
+    pub port: bool,
+}
+
+/// Everything named in the design.
+#[derive(Debug, Clone, Default)]
+pub struct Hierarchy {
+    /// Variables of all instances, in the order of the source.
+    pub variables: Vec<Variable>,
+}
+
+/// An element's name and attributes as they stand in the file.
+struct Tag<'a> {
+    name: &'a str,
+    attributes: &'a str,
+    closing: bool,
+    empty: bool,
+}
+
+impl<'a> Tag<'a> {
+    fn get(&self, key: &str) -> Option<String> {
+        let mut rest = self.attributes;
+        while let Some(equals) = rest.find("=\"") {
+            let name = rest[..equals].trim();
+            let value_end = rest[equals + 2..].find('"')? + equals + 2;
+            if name == key {
+                return Some(unescape(&rest[equals + 2..value_end]));
+            }
+            rest = &rest[value_end + 1..];
+        }
+        None
+    }
+}
+
+fn unescape(text: &str) -> String {
+    text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&apos;", "'").replace("&amp;", "&")
+}
+
+fn tags(text: &str) -> impl Iterator<Item = Tag<'_>> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        loop {
+            let start = rest.find('<')?;
+            let end = start + rest[start..].find('>')?;
+            let inner = &rest[start + 1..end];
+            rest = &rest[end + 1..];
+            if inner.starts_with(['?', '!']) {
+                continue;
+            }
+            let closing = inner.starts_with('/');
+            let empty = inner.ends_with('/');
+            let inner = inner.trim_matches('/');
+            let (name, attributes) = inner.split_once(' ').unwrap_or((inner, ""));
+            return Some(Tag { name, attributes, closing, empty });
+        }
+    })
+}
+
+/// `4'hf`, `32'sh10`: the number behind the base.
+fn constant(text: &str) -> Option<u64> {
+    let digits = text.rsplit_once("'h").or_else(|| text.rsplit_once("'sh"))?.1;
+    u64::from_str_radix(digits, 16).ok()
+}
+
+#[derive(Default)]
+struct Module {
+    original: String,
+    variables: Vec<(String, String, String, bool)>, // name, type id, type name, port
+}
+
+/// Reads the XML.
+pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
+    let mut instances: Vec<(String, String)> = Vec::new(); // hierarchical name, module
+    let mut modules: HashMap<String, Module> = HashMap::new();
+    let mut signed: HashMap<String, bool> = HashMap::new();
+    let mut element_type: HashMap<String, String> = HashMap::new();
+    let mut enumerations: HashMap<String, EnumItems> = HashMap::new();
+    let mut module: Option<String> = None;
+    let mut enumeration: Option<String> = None;
+    let mut item: Option<String> = None;
+    for tag in tags(text) {
+        match (tag.name, tag.closing) {
+            ("cell", false) => {
+                if let (Some(path), Some(of)) = (tag.get("hier"), tag.get("submodname")) {
+                    instances.push((path, of));
+                }
+            }
+            ("module", false) => {
+                let name = tag.get("name").unwrap_or_default();
+                let original = tag.get("origName").unwrap_or_else(|| name.clone());
+                modules.insert(name.clone(), Module { original, ..Module::default() });
+                module = Some(name).filter(|_| !tag.empty);
+            }
+            ("module", true) => module = None,
+            ("var", false) => {
+                let constant = tag.get("param").is_some() || tag.get("localparam").is_some();
+                if let (Some(into), Some(name), false) =
+                    (module.as_ref().and_then(|m| modules.get_mut(m)), tag.get("name"), constant)
+                {
+                    into.variables.push((
+                        name,
+                        tag.get("dtype_id").unwrap_or_default(),
+                        tag.get("vartype").unwrap_or_default(),
+                        tag.get("dir").is_some(),
+                    ));
+                }
+            }
+            ("enumdtype", false) => enumeration = tag.get("name"),
+            ("enumdtype", true) => enumeration = None,
+            ("enumitem", false) => item = tag.get("name"),
+            ("enumitem", true) => item = None,
+            ("const", false) => {
+                if let (Some(of), Some(name), Some(value)) =
+                    (&enumeration, &item, tag.get("name").as_deref().and_then(constant))
+                {
+                    enumerations.entry(of.clone()).or_default().push((name.clone(), value));
+                }
+            }
+            (_, false) if tag.name.ends_with("dtype") => {
+                if let Some(id) = tag.get("id") {
+                    if let Some(of) = tag.get("sub_dtype_id") {
+                        element_type.insert(id.clone(), of);
+                    }
+                    signed.insert(id, tag.get("signed").as_deref() == Some("true"));
+                }
+            }
+            _ => {}
+        }
+    }
+    if instances.is_empty() {
+        return Err(BuildError::Unexpected { what: "XML", reason: "it lists no instances".into() });
+    }
+    let is_signed = |type_id: &str| {
+        let mut id = type_id;
+        while let Some(of) = element_type.get(id) {
+            id = of.as_str();
+        }
+        signed.get(id).copied().unwrap_or(false)
+    };
+    let items_of = |module: &str, type_name: &str| -> EnumItems {
+        if type_name.is_empty() || type_name == "logic" {
+            return EnumItems::new();
+        }
+        let tail = format!(".{type_name}");
+        let own = format!("{module}.{type_name}");
+        enumerations
+            .get(&own)
+            .or_else(|| enumerations.get(type_name))
+            .or_else(|| {
+                enumerations.iter().filter(|(name, _)| name.ends_with(&tail)).min_by_key(|(name, _)| *name).map(|f| f.1)
+            })
+            .cloned()
+            .unwrap_or_default()
+    };
+    let mut variables = Vec::new();
+    for (scope, of) in &instances {
+        let Some(module) = modules.get(of) else { continue };
+        let prefix = scope.split_once('.').map(|(_, below)| format!("{below}.")).unwrap_or_default();
+        for (name, type_id, type_name, port) in &module.variables {
+            variables.push(Variable {
+                path: format!("{prefix}{name}"),
+                scope: scope.clone(),
+                name: name.clone(),
+                module: module.original.clone(),
+                signed: is_signed(type_id),
+                items: items_of(of, type_name),
+                port: *port,
+            });
+        }
+    }
+    Ok(Hierarchy { variables })
+}
+
+/// Whether a name fits a pattern in which `*` stands for anything.
+pub fn matches(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((head, tail)) => name
+            .strip_prefix(head)
+            .is_some_and(|rest| (0..=rest.len()).any(|at| rest.is_char_boundary(at) && matches(tail, &rest[at..]))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const XML: &str = r#"<?xml version="1.0" ?><verilator_xml><cells>
+      <cell loc="c" name="t" submodname="t" hier="t"><cell name="u" submodname="sub__W8" hier="t.u"/></cell></cells>
+      <netlist><module name="t" origName="t" topModule="1">
+        <var name="W" dtype_id="1" vartype="logic" param="true"><const name="32'sh8" dtype_id="1"/></var>
+        <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/></module>
+      <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/><var name="st" dtype_id="2" vartype="st_t"/></module>
+      <typetable><basicdtype id="1" name="logic" left="3" right="0" signed="true"/><basicdtype id="2" name="logic"/>
+      <enumdtype id="9" name="sub__W8.st_t" sub_dtype_id="2"><enumitem name="IDLE"><const name="2'h0"/></enumitem>
+      <enumitem name="RUN"><const name="2'h2"/></enumitem></enumdtype>
+      <unpackarraydtype id="7" sub_dtype_id="1"></unpackarraydtype></typetable></netlist></verilator_xml>"#;
+
+    #[test]
+    fn signs_instances_and_enumerations_are_found() {
+        let found = parse(XML).unwrap().variables;
+        let paths: Vec<&str> = found.iter().map(|v| v.path.as_str()).collect();
+        assert_eq!(paths, ["a$b", "u.mem", "u.st"]);
+        assert!(found[0].signed && found[0].port);
+        assert!(found[1].signed && !found[1].port, "a memory has its element's sign");
+        assert_eq!(found[2].items, [("IDLE".to_owned(), 0), ("RUN".to_owned(), 2)]);
+        assert_eq!((found[2].module.as_str(), found[2].scope.as_str()), ("sub", "t.u"));
+    }
+
+    #[test]
+    fn a_star_stands_for_anything() {
+        assert!(matches("u_core.*", "u_core.alu.sum"));
+        assert!(matches("*.state", "u_core.state"));
+        assert!(matches("*", "x"));
+        assert!(!matches("u_core.*", "u_cor"));
+        assert!(!matches("state", "states"));
+    }
+}

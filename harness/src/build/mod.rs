@@ -1,0 +1,357 @@
+//! Verilog to a loaded model: sources + top + parameters + defines + flags -> Verilator -> shared library.
+//!
+//! A build is described by [`Build`] and made by [`Build::compile`]. What was built once is found again by a hash of
+//! everything that matters: the engine's own shim, the tools, flags, names and contents of the sources, and a manifest
+//! of all files that Verilator read besides (includes). Several processes may build at once: each key has a lock, a
+//! build happens aside and is renamed into place, so that a killed build leaves at worst a folder that the next one
+//! sweeps away.
+//!
+//! Environment: `HOVERLOCK_CACHE` (the folder of built models), `HOVERLOCK_CACHE_LIMIT` (its size in MiB, 2048),
+//! `VERILATOR` and `CXX` (the tools).
+
+mod cache;
+mod diagnostic;
+mod hierarchy;
+mod tool;
+mod unity;
+
+pub(crate) use unity::INTERFACE;
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+pub use diagnostic::{Diagnostic, Severity};
+pub use hierarchy::{EnumItems, Variable};
+
+use crate::error::BuildError;
+use crate::model::Library;
+
+/// Which waves a model can write. Tracing built in costs a few percent while closed, 30 times and more while open, so
+/// the traced model is a build of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Trace {
+    /// None: the fastest model.
+    #[default]
+    None,
+    /// Value change dump: large, read by everything.
+    Vcd,
+    /// GTKWave's compact form; needs zlib's headers.
+    Fst,
+}
+
+/// Which coverage a model counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Coverage {
+    /// Lines and branches.
+    pub line: bool,
+    /// Bits that went up and down.
+    pub toggle: bool,
+    /// `cover` statements.
+    pub user: bool,
+}
+
+impl Coverage {
+    /// All kinds.
+    pub const ALL: Coverage = Coverage { line: true, toggle: true, user: true };
+
+    pub(crate) fn any(self) -> bool {
+        self.line || self.toggle || self.user
+    }
+}
+
+/// What registers without a reset hold at the beginning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Initial {
+    /// Zeros: repeatable, but hides a missing reset.
+    #[default]
+    Zero,
+    /// Random bits from the instance's seed: finds a missing reset. Verilator has two states, so there is no X to see.
+    Random,
+}
+
+/// The value of a module parameter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Parameter {
+    /// A number.
+    Integer(i128),
+    /// A string, without its quotes.
+    Text(String),
+    /// Verilog text as it stands, such as `32'hdead_beef`.
+    Verilog(String),
+}
+
+macro_rules! parameter_from {
+    ($($t:ty),*) => { $(impl From<$t> for Parameter {
+        fn from(value: $t) -> Self { Parameter::Integer(i128::from(value)) }
+    })* };
+}
+parameter_from!(u8, u16, u32, u64, i8, i16, i32, i64, bool);
+
+impl From<&str> for Parameter {
+    fn from(text: &str) -> Self {
+        Parameter::Text(text.to_owned())
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            // Verilator takes a plain number as 32 bits.
+            Parameter::Integer(n) if *n >= -(1 << 31) && *n < 1 << 31 => write!(f, "{n}"),
+            Parameter::Integer(n) if *n < 0 => write!(f, "-64'sh{:x}", n.unsigned_abs()),
+            Parameter::Integer(n) => write!(f, "64'h{n:x}"),
+            Parameter::Text(text) => write!(f, "\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")),
+            Parameter::Verilog(text) => f.write_str(text),
+        }
+    }
+}
+
+/// The description of a model to be built.
+///
+/// ```no_run
+/// use hoverlock_harness::build::Build;
+/// let library = Build::new("counter").source("rtl/counter.v").parameter("WIDTH", 8).compile()?;
+/// # Ok::<(), hoverlock_harness::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Build {
+    pub(crate) top: String,
+    pub(crate) sources: Vec<PathBuf>,
+    pub(crate) includes: Vec<PathBuf>,
+    pub(crate) parameters: BTreeMap<String, Parameter>,
+    pub(crate) defines: BTreeMap<String, Option<String>>,
+    pub(crate) flags: Vec<String>,
+    pub(crate) internals: Vec<String>,
+    pub(crate) trace: Trace,
+    pub(crate) coverage: Coverage,
+    pub(crate) initial: Initial,
+    pub(crate) assertions: bool,
+    pub(crate) warnings_are_errors: bool,
+    pub(crate) timescale: String,
+    pub(crate) verilator: Option<PathBuf>,
+    pub(crate) cache: Option<PathBuf>,
+    pub(crate) cache_limit: Option<u64>,
+}
+
+impl Build {
+    /// A build of module `top`.
+    pub fn new(top: impl Into<String>) -> Build {
+        Build {
+            top: top.into(),
+            sources: Vec::new(),
+            includes: Vec::new(),
+            parameters: BTreeMap::new(),
+            defines: BTreeMap::new(),
+            flags: Vec::new(),
+            internals: Vec::new(),
+            trace: Trace::None,
+            coverage: Coverage::default(),
+            initial: Initial::Zero,
+            assertions: true,
+            warnings_are_errors: false,
+            timescale: "1ns/1ps".into(),
+            verilator: None,
+            cache: None,
+            cache_limit: None,
+        }
+    }
+
+    /// Adds a Verilog or SystemVerilog file.
+    pub fn source(mut self, path: impl Into<PathBuf>) -> Build {
+        self.sources.push(path.into());
+        self
+    }
+
+    /// Adds several files.
+    pub fn sources<P: Into<PathBuf>>(mut self, paths: impl IntoIterator<Item = P>) -> Build {
+        self.sources.extend(paths.into_iter().map(Into::into));
+        self
+    }
+
+    /// Adds a folder for `` `include `` and for modules named like their files.
+    pub fn include(mut self, folder: impl Into<PathBuf>) -> Build {
+        self.includes.push(folder.into());
+        self
+    }
+
+    /// Sets a parameter of the top module.
+    pub fn parameter(mut self, name: impl Into<String>, value: impl Into<Parameter>) -> Build {
+        self.parameters.insert(name.into(), value.into());
+        self
+    }
+
+    /// Defines a macro without a value.
+    pub fn define(mut self, name: impl Into<String>) -> Build {
+        self.defines.insert(name.into(), None);
+        self
+    }
+
+    /// Defines a macro.
+    pub fn define_as(mut self, name: impl Into<String>, value: impl fmt::Display) -> Build {
+        self.defines.insert(name.into(), Some(value.to_string()));
+        self
+    }
+
+    /// Passes a flag to Verilator as it stands.
+    pub fn verilator_flag(mut self, flag: impl Into<String>) -> Build {
+        self.flags.push(flag.into());
+        self
+    }
+
+    /// Makes internal signals and memories reachable by hierarchical name below the top; `*` stands for anything.
+    /// Each costs the optimiser something, everything (`*`) a third of the speed and more.
+    pub fn internal(mut self, pattern: impl Into<String>) -> Build {
+        self.internals.push(pattern.into());
+        self
+    }
+
+    /// Builds waves in.
+    pub fn trace(mut self, trace: Trace) -> Build {
+        self.trace = trace;
+        self
+    }
+
+    /// Builds coverage counters in.
+    pub fn coverage(mut self, coverage: Coverage) -> Build {
+        self.coverage = coverage;
+        self
+    }
+
+    /// Chooses what registers without a reset hold at the beginning.
+    pub fn initial(mut self, initial: Initial) -> Build {
+        self.initial = initial;
+        self
+    }
+
+    /// Whether `assert` in the Verilog is checked (it is).
+    pub fn assertions(mut self, on: bool) -> Build {
+        self.assertions = on;
+        self
+    }
+
+    /// Whether Verilator's warnings fail the build (they do not: see [`Library::warnings`]).
+    pub fn warnings_are_errors(mut self, yes: bool) -> Build {
+        self.warnings_are_errors = yes;
+        self
+    }
+
+    /// The time unit and precision of modules that name none.
+    pub fn timescale(mut self, text: impl Into<String>) -> Build {
+        self.timescale = text.into();
+        self
+    }
+
+    /// The Verilator to use in place of the one found.
+    pub fn verilator(mut self, path: impl Into<PathBuf>) -> Build {
+        self.verilator = Some(path.into());
+        self
+    }
+
+    /// The folder of built models in place of the user's.
+    pub fn cache(mut self, folder: impl Into<PathBuf>) -> Build {
+        self.cache = Some(folder.into());
+        self
+    }
+
+    /// How many bytes of built models are kept.
+    pub fn cache_limit(mut self, bytes: u64) -> Build {
+        self.cache_limit = Some(bytes);
+        self
+    }
+
+    /// Builds, or finds what was built before, and loads it.
+    pub fn compile(&self) -> Result<Library, BuildError> {
+        self.check()?;
+        cache::load_or_build(self)
+    }
+
+    fn check(&self) -> Result<(), BuildError> {
+        if self.sources.is_empty() {
+            return Err(BuildError::NoSources { top: self.top.clone() });
+        }
+        let names = std::iter::once(("top module", &self.top))
+            .chain(self.parameters.keys().map(|n| ("parameter", n)))
+            .chain(self.defines.keys().map(|n| ("macro", n)));
+        for (what, name) in names {
+            let plain = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
+            if name.is_empty() || !name.chars().all(plain) || name.starts_with(|c: char| c.is_ascii_digit()) {
+                return Err(BuildError::BadOption { what, value: name.clone(), reason: "not a Verilog name" });
+            }
+        }
+        for path in self.sources.iter().chain(&self.includes) {
+            std::fs::metadata(path).map_err(|source| BuildError::Source { path: path.clone(), source })?;
+        }
+        Ok(())
+    }
+
+    /// The flags Verilator gets in every kind of run, in a fixed order; paths are absolute.
+    fn verilator_arguments(&self, sources: &[PathBuf], includes: &[PathBuf]) -> Vec<String> {
+        let mut arguments: Vec<String> =
+            ["--top-module", &self.top, "--no-timing", "--timescale", &self.timescale].map(str::to_owned).to_vec();
+        if !self.warnings_are_errors {
+            arguments.push("-Wno-fatal".into());
+        }
+        if self.assertions {
+            arguments.push("--assert".into());
+        }
+        arguments.extend(self.parameters.iter().map(|(name, value)| format!("-G{name}={value}")));
+        arguments.extend(self.defines.iter().map(|(name, value)| match value {
+            Some(value) => format!("-D{name}={value}"),
+            None => format!("-D{name}"),
+        }));
+        arguments.extend(includes.iter().map(|folder| format!("-I{}", folder.display())));
+        arguments.extend(self.flags.iter().cloned());
+        arguments.extend(sources.iter().map(|s| s.display().to_string()));
+        arguments
+    }
+}
+
+/// A port of the top module as Verilator stores it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct PortRecord {
+    pub name: String,
+    pub signed: bool,
+    pub items: EnumItems,
+}
+
+/// All that is known of a built model besides its code; kept beside the shared library.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Record {
+    pub top: String,
+    pub ports: Vec<PortRecord>,
+    pub internals: Vec<Variable>,
+    /// Names of everything in the hierarchy, for "nearest" in errors.
+    pub names: Vec<String>,
+    pub trace: Trace,
+    pub coverage: bool,
+    pub initial: Initial,
+    pub warnings: Vec<Diagnostic>,
+    /// Every file Verilator read, with the hash of what it held.
+    pub manifest: Vec<(PathBuf, String)>,
+    pub library_hash: String,
+}
+
+/// Modules declared in the sources, for the error about a top that does not exist.
+fn modules_in(sources: &[PathBuf]) -> Vec<String> {
+    let mut found = Vec::new();
+    for path in sources {
+        let Ok(text) = std::fs::read_to_string(path) else { continue };
+        let mut words = text.split_whitespace();
+        while let Some(word) = words.next() {
+            if word == "module"
+                && let Some(next) = words.next()
+            {
+                let name: String = next.chars().take_while(|c| c.is_alphanumeric() || *c == '_' || *c == '$').collect();
+                found.push(name);
+            }
+        }
+    }
+    found
+}
+
+fn absolute(path: &Path) -> Result<PathBuf, BuildError> {
+    path.canonicalize().map_err(|source| BuildError::Source { path: path.to_owned(), source })
+}

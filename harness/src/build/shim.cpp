@@ -1,0 +1,336 @@
+// The whole interface between the harness and one Verilated model: plain C functions on one instance.
+// The generated header `hoverlock_ports.h` defines HV_PORTS(X), one X(name, member, width, direction) a port.
+// Events ($finish, $error, printed text) are collected in the instance and fetched after eval: no calls back.
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "verilated.h"
+#include "verilated_syms.h"
+#include "verilated_sym_props.h"
+#if VM_TRACE_FST
+#include "verilated_fst_c.h"
+using HvTrace = VerilatedFstC;
+#elif VM_TRACE
+#include "verilated_vcd_c.h"
+using HvTrace = VerilatedVcdC;
+#endif
+#if VM_COVERAGE
+#include "verilated_cov.h"
+#endif
+
+#define HV_API extern "C" __attribute__((visibility("default")))
+
+namespace {
+
+enum HvEventKind : uint32_t { HV_FINISH = 0, HV_STOP = 1, HV_FATAL = 2, HV_WARNING = 3 };
+
+struct HvEvent {
+    uint32_t kind;
+    uint32_t line;
+    std::string file;
+    std::string message;
+};
+
+struct HvPort {
+    const char* name;
+    void* data;
+    uint32_t width;
+    uint32_t direction;
+    uint32_t element_bytes;
+    uint32_t elements;
+};
+
+struct HvVariable {
+    void* data;
+    int32_t packed_left, packed_right;
+    uint32_t dimensions;
+    int32_t left, right;  // of the only unpacked dimension
+    uint32_t element_bytes;
+    uint32_t kind;
+};
+
+struct HvFatal final : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+struct HvInstance;
+
+struct HvContext final : VerilatedContext {
+    HvInstance* owner = nullptr;
+};
+
+struct HvInstance {
+    HvContext context;
+    HV_MODEL* model = nullptr;
+    std::vector<HvPort> ports;
+    std::vector<HvEvent> events;
+    std::string text;
+    std::string taken;  // keeps the text handed out alive until the next call
+    HvEvent event{};
+    uint8_t pending = 0;  // bit 0: text or events to be fetched; bit 1: the model may not be evaluated again
+#if VM_TRACE
+    HvTrace* trace = nullptr;
+#endif
+};
+
+HvInstance* owner() {
+    auto* const context = static_cast<HvContext*>(Verilated::threadContextp());
+    return context ? context->owner : nullptr;
+}
+
+void record(uint32_t kind, const char* file, int line, const char* message) {
+    if (HvInstance* const self = owner()) {
+        self->events.push_back(HvEvent{kind, static_cast<uint32_t>(line > 0 ? line : 0), file ? file : "", message ? message : ""});
+        self->pending |= 1;
+    }
+}
+
+template <typename T> uint32_t elements_of() {
+    return std::is_array<T>::value ? static_cast<uint32_t>(std::extent<T>::value) : 1;
+}
+
+}  // namespace
+
+// ---- what the runtime calls (VL_PRINTF is defined to this)
+
+int hv_printf(const char* format, ...) {
+    char small[512];
+    va_list arguments;
+    va_start(arguments, format);
+    va_list again;
+    va_copy(again, arguments);
+    const int length = vsnprintf(small, sizeof small, format, arguments);
+    va_end(arguments);
+    if (length > 0) {
+        if (HvInstance* const self = owner()) {
+            if (static_cast<size_t>(length) < sizeof small) {
+                self->text.append(small, static_cast<size_t>(length));
+            } else {
+                const size_t before = self->text.size();
+                self->text.resize(before + static_cast<size_t>(length) + 1);
+                vsnprintf(&self->text[before], static_cast<size_t>(length) + 1, format, again);
+                self->text.resize(before + static_cast<size_t>(length));
+            }
+            self->pending |= 1;
+        }
+    }
+    va_end(again);
+    return length;
+}
+
+void vl_finish(const char* file, int line, const char*) VL_MT_UNSAFE {
+    record(HV_FINISH, file, line, "$finish");
+    Verilated::threadContextp()->gotFinish(true);
+}
+
+void vl_stop(const char* file, int line, const char*) VL_MT_UNSAFE { record(HV_STOP, file, line, "$stop"); }
+
+void vl_fatal(const char* file, int line, const char*, const char* message) VL_MT_UNSAFE {
+    record(HV_FATAL, file, line, message);
+    throw HvFatal(message ? message : "fatal");
+}
+
+void vl_warn(const char* file, int line, const char*, const char* message) VL_MT_UNSAFE {
+    record(HV_WARNING, file, line, message);
+}
+
+// ---- what the harness calls
+
+HV_API uint32_t hv_interface() { return HV_INTERFACE; }
+
+HV_API void hv_bind(HvInstance* self) { Verilated::threadContextp(&self->context); }
+
+HV_API HvInstance* hv_new(uint64_t seed, int32_t random_reset, int32_t argc, const char** argv) {
+    HvInstance* const self = new HvInstance;
+    self->context.owner = self;
+    hv_bind(self);
+    self->context.threads(1);
+    self->context.randReset(random_reset);
+    self->context.randSeed(static_cast<int>(seed & 0x7fffffff));
+    self->context.errorLimit(1);
+    self->context.fatalOnError(false);
+#if VM_TRACE
+    self->context.traceEverOn(true);
+#endif
+    if (argc > 0) self->context.commandArgs(argc, argv);
+    try {
+        self->model = new HV_MODEL{&self->context, "TOP"};
+    } catch (const std::exception&) {
+        self->model = nullptr;
+        self->pending |= 2;
+        return self;
+    }
+#define HV_ADD(name, member, width, direction) \
+    self->ports.push_back(HvPort{name, (void*)&self->model->member, width, direction, \
+        (uint32_t)(sizeof(self->model->member) / elements_of<std::remove_reference<decltype(self->model->member)>::type>()), \
+        elements_of<std::remove_reference<decltype(self->model->member)>::type>()});
+    HV_PORTS(HV_ADD)
+#undef HV_ADD
+    return self;
+}
+
+HV_API void hv_delete(HvInstance* self) {
+    hv_bind(self);
+    try {
+#if VM_TRACE
+        if (self->trace) {
+            self->trace->close();
+            delete self->trace;
+        }
+#endif
+        delete self->model;
+    } catch (...) {
+        // Nothing can be told any more: the instance goes.
+    }
+    // The thread must not keep a pointer to a context that is gone.
+    Verilated::threadContextp(nullptr);
+    delete self;
+}
+
+HV_API void hv_eval_bound(HvInstance* self) {
+    try {
+        self->model->eval();
+    } catch (const HvFatal&) {
+        self->pending |= 3;
+    } catch (const std::exception& error) {
+        record(HV_FATAL, "", 0, error.what());
+        self->pending |= 3;
+    }
+}
+
+HV_API void hv_eval(HvInstance* self) {
+    hv_bind(self);
+    hv_eval_bound(self);
+}
+
+HV_API void hv_final(HvInstance* self) {
+    hv_bind(self);
+    try {
+        self->model->final();
+    } catch (const std::exception&) {
+        self->pending |= 3;
+    }
+}
+
+HV_API void hv_time(HvInstance* self, uint64_t time) { self->context.time(time); }
+HV_API int32_t hv_precision(HvInstance* self) { return self->context.timeprecision(); }
+HV_API uint8_t* hv_pending(HvInstance* self) { return &self->pending; }
+
+HV_API uint32_t hv_ports(HvInstance* self, const HvPort** ports) {
+    *ports = self->ports.data();
+    return static_cast<uint32_t>(self->ports.size());
+}
+
+HV_API int32_t hv_variable(HvInstance* self, const char* scope, const char* name, HvVariable* out) {
+    hv_bind(self);
+    const VerilatedScope* const found = self->context.scopeFind(scope);
+    if (!found) return 0;
+    const VerilatedVar* const variable = found->varFind(name);
+    if (!variable) return 0;
+    out->data = variable->datap();
+    out->packed_left = variable->packed().left();
+    out->packed_right = variable->packed().right();
+    out->dimensions = static_cast<uint32_t>(variable->udims());
+    out->left = variable->udims() > 0 ? variable->unpacked().left() : 0;
+    out->right = variable->udims() > 0 ? variable->unpacked().right() : 0;
+    out->element_bytes = static_cast<uint32_t>(variable->entSize());
+    out->kind = static_cast<uint32_t>(variable->vltype());
+    return 1;
+}
+
+HV_API const char* hv_take_text(HvInstance* self, uint64_t* length) {
+    self->taken.swap(self->text);
+    self->text.clear();
+    *length = self->taken.size();
+    return self->taken.data();
+}
+
+// 1 while there was an event; clears the "to be fetched" bit when there is none left.
+HV_API int32_t hv_take_event(HvInstance* self, uint32_t* kind, uint32_t* line, const char** file, const char** message) {
+    if (self->events.empty()) {
+        self->pending &= static_cast<uint8_t>(~1u);
+        return 0;
+    }
+    self->event = self->events.front();
+    self->events.erase(self->events.begin());
+    *kind = self->event.kind;
+    *line = self->event.line;
+    *file = self->event.file.c_str();
+    *message = self->event.message.c_str();
+    return 1;
+}
+
+HV_API int32_t hv_trace_open(HvInstance* self, const char* path, int32_t level, const char* scope) {
+#if VM_TRACE
+    hv_bind(self);
+    try {
+        if (!self->trace) {
+            self->trace = new HvTrace;
+            if (scope && *scope) self->trace->dumpvars(level, scope);
+            self->model->trace(self->trace, level > 0 ? level : 99);
+        }
+        self->trace->open(path);
+        return self->trace->isOpen() ? 1 : -1;
+    } catch (const std::exception&) {
+        return -1;
+    }
+#else
+    (void)self;
+    (void)path;
+    (void)level;
+    (void)scope;
+    return 0;
+#endif
+}
+
+HV_API void hv_trace_dump(HvInstance* self, uint64_t time) {
+#if VM_TRACE
+    if (self->trace && self->trace->isOpen()) {
+        hv_bind(self);
+        self->trace->dump(time);
+    }
+#else
+    (void)self;
+    (void)time;
+#endif
+}
+
+HV_API void hv_trace_flush(HvInstance* self) {
+#if VM_TRACE
+    if (self->trace && self->trace->isOpen()) {
+        hv_bind(self);
+        self->trace->flush();
+    }
+#else
+    (void)self;
+#endif
+}
+
+HV_API void hv_trace_close(HvInstance* self) {
+#if VM_TRACE
+    if (self->trace) {
+        hv_bind(self);
+        self->trace->close();
+    }
+#else
+    (void)self;
+#endif
+}
+
+HV_API int32_t hv_coverage_write(HvInstance* self, const char* path) {
+#if VM_COVERAGE
+    hv_bind(self);
+    self->context.coveragep()->write(path);
+    return 1;
+#else
+    (void)self;
+    (void)path;
+    return 0;
+#endif
+}

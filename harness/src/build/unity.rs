@@ -1,0 +1,357 @@
+//! From Verilator's C++ to one shared library: the table of ports, one unity file, the runtime's objects.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::diagnostic;
+use super::hierarchy::{self, Hierarchy, Variable};
+use super::tool::{self, Verilator};
+use super::{Build, Initial, PortRecord, Record, Trace, modules_in};
+use crate::error::{BuildError, nearest};
+
+pub(super) const SHIM: &str = include_str!("shim.cpp");
+pub(super) const HOOKS: &str = include_str!("runtime_hooks.h");
+/// Counted up whenever the shim's functions change.
+pub(crate) const INTERFACE: u32 = 1;
+
+/// What every C++ compilation gets; the reasons stand in HARNESS rules of the crate's documentation.
+pub(super) const CXX_FLAGS: [&str; 10] = [
+    "-std=c++17",
+    "-O3",
+    "-fPIC",
+    "-w",
+    "-fno-gnu-unique",
+    "-fvisibility=hidden",
+    "-fvisibility-inlines-hidden",
+    "-DVL_TIME_CONTEXT",
+    "-DVERILATOR=1",
+    "-DVM_SC=0",
+];
+
+/// Paths of one build, all absolute.
+pub(super) struct Workshop<'a> {
+    pub build: &'a Build,
+    pub verilator: &'a Verilator,
+    pub compiler: &'a Path,
+    pub sources: &'a [PathBuf],
+    pub includes: &'a [PathBuf],
+    pub folder: &'a Path,
+}
+
+impl Workshop<'_> {
+    /// Runs Verilator and the compiler in the folder; `model.so` is there afterwards. `runtime` gives the objects for a
+    /// Verilator root.
+    pub fn make(&self, runtime: impl FnOnce(&Path) -> Result<Vec<PathBuf>, BuildError>) -> Result<Record, BuildError> {
+        self.verilator.check_version()?;
+        let root = self.verilator.root()?;
+        let hierarchy = self.read_hierarchy()?;
+        let internals = self.choose_internals(&hierarchy)?;
+        let warnings = self.verilate(&internals)?;
+        let generated = self.folder.join("out");
+        let header = read(&generated.join("Vdut.h"))?;
+        let ports = self.write_unity(&generated, &header)?;
+        let objects = runtime(&root)?;
+        self.compile(&root, &generated, &objects)?;
+        let named = |name: &str| hierarchy.variables.iter().find(|v| v.port && v.path == name);
+        Ok(Record {
+            top: self.build.top.clone(),
+            ports: ports
+                .into_iter()
+                .map(|name| {
+                    let (signed, items) = named(&name).map_or((false, Vec::new()), |v| (v.signed, v.items.clone()));
+                    PortRecord { name, signed, items }
+                })
+                .collect(),
+            internals,
+            names: hierarchy.variables.iter().take(20_000).map(|v| v.path.clone()).collect(),
+            trace: self.build.trace,
+            coverage: self.build.coverage.any(),
+            initial: self.build.initial,
+            warnings,
+            manifest: self.read_manifest(&generated)?,
+            library_hash: String::new(),
+        })
+    }
+
+    fn verilator_command(&self, arguments: &[&str]) -> Result<std::process::Output, BuildError> {
+        let mut command = Command::new(&self.verilator.path);
+        command.current_dir(self.folder).args(arguments);
+        command.args(self.build.verilator_arguments(self.sources, self.includes));
+        tool::run(&mut command)
+    }
+
+    fn read_hierarchy(&self) -> Result<Hierarchy, BuildError> {
+        let output = self.verilator_command(&["--xml-only", "--xml-output", "design.xml", "--Mdir", "xml"])?;
+        self.check_output(&output)?;
+        hierarchy::parse(&read(&self.folder.join("design.xml"))?)
+    }
+
+    fn choose_internals(&self, hierarchy: &Hierarchy) -> Result<Vec<Variable>, BuildError> {
+        let inner = || hierarchy.variables.iter().filter(|v| !(v.port && !v.path.contains('.')));
+        for pattern in &self.build.internals {
+            if !inner().any(|v| hierarchy::matches(pattern, &v.path)) {
+                return Err(BuildError::NoSuchInternal {
+                    name: pattern.clone(),
+                    top: self.build.top.clone(),
+                    nearest: nearest(pattern, inner().map(|v| v.path.as_str())),
+                });
+            }
+        }
+        Ok(inner().filter(|v| self.build.internals.iter().any(|p| hierarchy::matches(p, &v.path))).cloned().collect())
+    }
+
+    fn verilate(&self, internals: &[Variable]) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {
+        let mut wanted: Vec<(&str, &str)> = internals.iter().map(|v| (v.module.as_str(), v.name.as_str())).collect();
+        wanted.sort();
+        wanted.dedup();
+        let mut config = String::from("`verilator_config\n");
+        for (module, variable) in wanted {
+            // Writing to a String cannot fail.
+            let _ = writeln!(config, "public_flat_rw -module \"{module}\" -var \"{variable}\"");
+        }
+        write(&self.folder.join("public.vlt"), &config)?;
+        let unique = match self.build.initial {
+            Initial::Zero => "0",
+            Initial::Random => "unique",
+        };
+        let mut arguments = vec!["--cc", "--prefix", "Vdut", "--Mdir", "out", "-O3", "--x-initial", unique];
+        arguments.extend(["--x-assign", if self.build.initial == Initial::Random { "unique" } else { "0" }]);
+        match self.build.trace {
+            Trace::None => {}
+            Trace::Vcd => arguments.extend(["--trace", "--trace-structs"]),
+            Trace::Fst => arguments.extend(["--trace-fst", "--trace-structs"]),
+        }
+        let coverage = self.build.coverage;
+        let kinds = [
+            (coverage.line, "--coverage-line"),
+            (coverage.toggle, "--coverage-toggle"),
+            (coverage.user, "--coverage-user"),
+        ];
+        arguments.extend(kinds.iter().filter(|(on, _)| *on).map(|(_, flag)| *flag));
+        arguments.push("public.vlt");
+        let output = self.verilator_command(&arguments)?;
+        self.check_output(&output)
+    }
+
+    /// Warnings of a good run; of a bad one the error that fits best.
+    fn check_output(&self, output: &std::process::Output) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {
+        let text = String::from_utf8_lossy(&output.stderr);
+        let diagnostics = diagnostic::parse(&text);
+        if output.status.success() {
+            return Ok(diagnostics);
+        }
+        if diagnostics.iter().any(|d| d.message.contains("--top-module") && d.message.contains("not found")) {
+            let modules = modules_in(self.sources);
+            let mut near = nearest(&self.build.top, modules.iter().map(String::as_str));
+            if near.is_empty() {
+                near = modules.into_iter().take(5).collect();
+            }
+            return Err(BuildError::NoSuchTop { top: self.build.top.clone(), nearest: near });
+        }
+        if diagnostics.is_empty() {
+            let reason = format!("{} ({})", text.trim(), output.status);
+            return Err(BuildError::Unexpected { what: "failure", reason });
+        }
+        Err(BuildError::Verilog { diagnostics })
+    }
+
+    /// Writes the table of ports and the unity file; gives the ports' names as written in the Verilog.
+    fn write_unity(&self, generated: &Path, header: &str) -> Result<Vec<String>, BuildError> {
+        let mut names = Vec::new();
+        let mut table = String::from("#define HV_PORTS(X)");
+        for port in header.lines().filter_map(parse_port) {
+            let name = demangle(port.member);
+            let _ = write!(table, " \\\n    X(\"{name}\", {}, {}, {})", port.member, port.width, port.direction);
+            names.push(name);
+        }
+        let mut unity =
+            format!("#define HV_INTERFACE {INTERFACE}\n#define HV_MODEL Vdut\n{table}\n\n#include \"Vdut__Syms.h\"\n");
+        let mut files: Vec<String> = std::fs::read_dir(generated)
+            .map_err(|source| BuildError::Cache { path: generated.to_owned(), source })?
+            .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+            .filter(|name| name.ends_with(".cpp"))
+            .collect();
+        files.sort();
+        for file in files {
+            let _ = writeln!(unity, "#include \"{file}\"");
+        }
+        unity.push_str("#include \"shim.cpp\"\n");
+        write(&self.folder.join("shim.cpp"), SHIM)?;
+        write(&self.folder.join("runtime_hooks.h"), HOOKS)?;
+        write(&self.folder.join("unity.cpp"), &unity)?;
+        Ok(names)
+    }
+
+    fn compile(&self, root: &Path, generated: &Path, objects: &[PathBuf]) -> Result<(), BuildError> {
+        let mut command = Command::new(self.compiler);
+        command.current_dir(self.folder).args(CXX_FLAGS);
+        command.args(trace_flags(self.build.trace));
+        command.arg(format!("-DVM_COVERAGE={}", u8::from(self.build.coverage.any())));
+        command.arg(format!("-I{}", generated.display())).args(include_flags(root));
+        command.args(["-include", "runtime_hooks.h", "-shared", "-Wl,-Bsymbolic", "-o", "model.so", "unity.cpp"]);
+        command.args(objects).arg("-lpthread");
+        if self.build.trace == Trace::Fst {
+            command.arg("-lz");
+        }
+        check_compiler(&tool::run(&mut command)?, self.build.trace)
+    }
+
+    /// All files read, from Verilator's dependency file, less what it generated and its own program.
+    fn read_manifest(&self, generated: &Path) -> Result<Vec<(PathBuf, String)>, BuildError> {
+        let text = read(&generated.join("Vdut__ver.d"))?;
+        let read_files = text.split_once(" : ").map_or("", |(_, files)| files);
+        let mut manifest = Vec::new();
+        for name in
+            read_files.split_whitespace().filter(|n| !n.ends_with("verilator_bin") && !n.ends_with("public.vlt"))
+        {
+            let path = super::absolute(&self.folder.join(name))?;
+            if !self.sources.contains(&path) {
+                let hash = super::cache::hash_file(&path)?;
+                manifest.push((path, hash));
+            }
+        }
+        manifest.sort();
+        manifest.dedup();
+        Ok(manifest)
+    }
+}
+
+/// Compiles Verilator's runtime, once for each kind of model.
+pub(super) fn compile_runtime(
+    compiler: &Path,
+    root: &Path,
+    trace: Trace,
+    coverage: bool,
+    folder: &Path,
+) -> Result<(), BuildError> {
+    write(&folder.join("runtime_hooks.h"), HOOKS)?;
+    for file in runtime_files(trace, coverage) {
+        let mut command = Command::new(compiler);
+        command.current_dir(folder).args(CXX_FLAGS).args(trace_flags(trace));
+        command.arg(format!("-DVM_COVERAGE={}", u8::from(coverage))).args(include_flags(root));
+        command.args(["-include", "runtime_hooks.h", "-c", "-o", &format!("{file}.o")]);
+        command.arg(root.join("include").join(format!("{file}.cpp")));
+        check_compiler(&tool::run(&mut command)?, trace)?;
+    }
+    Ok(())
+}
+
+/// The runtime's files a kind of model needs.
+pub(super) fn runtime_files(trace: Trace, coverage: bool) -> Vec<&'static str> {
+    let mut files = vec!["verilated", "verilated_threads"];
+    match trace {
+        Trace::None => {}
+        Trace::Vcd => files.push("verilated_vcd_c"),
+        Trace::Fst => files.push("verilated_fst_c"),
+    }
+    if coverage {
+        files.push("verilated_cov");
+    }
+    files
+}
+
+fn trace_flags(trace: Trace) -> [&'static str; 3] {
+    match trace {
+        Trace::None => ["-DVM_TRACE=0", "-DVM_TRACE_VCD=0", "-DVM_TRACE_FST=0"],
+        Trace::Vcd => ["-DVM_TRACE=1", "-DVM_TRACE_VCD=1", "-DVM_TRACE_FST=0"],
+        Trace::Fst => ["-DVM_TRACE=1", "-DVM_TRACE_VCD=0", "-DVM_TRACE_FST=1"],
+    }
+}
+
+fn include_flags(root: &Path) -> [String; 2] {
+    let include = root.join("include");
+    [format!("-I{}", include.display()), format!("-I{}", include.join("vltstd").display())]
+}
+
+fn check_compiler(output: &std::process::Output, trace: Trace) -> Result<(), BuildError> {
+    if output.status.success() {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy(&output.stderr);
+    if trace == Trace::Fst && text.contains("zlib.h") {
+        return Err(BuildError::ToolMissing {
+            tool: "zlib.h".into(),
+            hint: "FST waves need it (Debian: apt-get install zlib1g-dev); VCD waves do not".into(),
+        });
+    }
+    let lines: Vec<&str> = text.lines().filter(|l| l.contains("error") || l.contains("undefined")).take(20).collect();
+    let output = if lines.is_empty() { text.trim().to_owned() } else { lines.join("\n") };
+    Err(BuildError::Compiler { output })
+}
+
+struct HeaderPort<'a> {
+    member: &'a str,
+    width: u32,
+    direction: u32,
+}
+
+/// `VL_IN8(&name,7,0);`, `VL_OUTW(&name,69,0,3);`, `VL_IN8((&name)[4],7,0);`.
+fn parse_port(line: &str) -> Option<HeaderPort<'_>> {
+    let rest = line.trim().strip_prefix("VL_")?;
+    let (kind, arguments) = rest.split_once('(')?;
+    let direction = match kind.trim_end_matches(|c: char| c.is_ascii_digit() || c == 'W') {
+        "IN" => 0,
+        "OUT" => 1,
+        "INOUT" => 2,
+        _ => return None,
+    };
+    let arguments = arguments.strip_suffix(");")?;
+    let mut fields = arguments.split(',');
+    let name = fields.next()?;
+    let member = name.trim_start_matches(['(', '&']).split([')', '[']).next()?;
+    let (msb, lsb): (i64, i64) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
+    Some(HeaderPort { member, width: u32::try_from(msb - lsb + 1).ok()?, direction })
+}
+
+/// `video__024data` is `video$data`: Verilator writes what C++ does not take as `__0` and two hexadecimal digits.
+fn demangle(member: &str) -> String {
+    let mut name = String::new();
+    let mut rest = member;
+    while let Some(at) = rest.find("__0") {
+        let code = rest.get(at + 3..at + 5).and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        match code {
+            Some(code) if code.is_ascii_graphic() => {
+                name.push_str(&rest[..at]);
+                name.push(char::from(code));
+                rest = &rest[at + 5..];
+            }
+            _ => {
+                name.push_str(&rest[..at + 3]);
+                rest = &rest[at + 3..];
+            }
+        }
+    }
+    name + rest
+}
+
+fn read(path: &Path) -> Result<String, BuildError> {
+    std::fs::read_to_string(path).map_err(|source| BuildError::Cache { path: path.to_owned(), source })
+}
+
+fn write(path: &Path, text: &str) -> Result<(), BuildError> {
+    std::fs::write(path, text).map_err(|source| BuildError::Cache { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ports_are_read_from_the_header() {
+        let port = parse_port("    VL_OUTW(&wide,69,0,3);").unwrap();
+        assert_eq!((port.member, port.width, port.direction), ("wide", 70, 1));
+        let port = parse_port("    VL_INOUT8(&io__024x,3,0);").unwrap();
+        assert_eq!((port.member, port.width, port.direction), ("io__024x", 4, 2));
+        let port = parse_port("VL_IN16((&taps)[4],8,0);").unwrap();
+        assert_eq!((port.member, port.width, port.direction), ("taps", 9, 0));
+        assert!(parse_port("    VL_UNCOPYABLE(Vdut);  ///< Copying not allowed").is_none());
+    }
+
+    #[test]
+    fn mangled_names_come_back() {
+        assert_eq!(demangle("video__024data"), "video$data");
+        assert_eq!(demangle("plain_name__0"), "plain_name__0");
+        assert_eq!(demangle("a__05Fb"), "a_b");
+    }
+}

@@ -1,0 +1,433 @@
+//! Everything that can go wrong, said once: what, where, why, and what to do.
+
+use std::path::PathBuf;
+
+use crate::build::Diagnostic;
+use crate::sim::{Failure, StuckReport};
+use crate::time::Time;
+
+/// Any error of the harness.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Verilog did not become a loaded model.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// A name, a value or a memory address that the model does not have.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The simulation stopped before the bench had finished.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A bus did not keep its rules.
+    #[error(transparent)]
+    Protocol(#[from] crate::bus::Violation),
+    /// The bench itself says that something is wrong.
+    #[error("{0}")]
+    Bench(String),
+    /// A file of waves, coverage or reports cannot be written or read.
+    #[error("{path}: {source}", path = path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl Error {
+    /// An error of the bench: a wrong value, an unexpected answer.
+    pub fn bench(text: impl Into<String>) -> Self {
+        Error::Bench(text.into())
+    }
+}
+
+/// What can be wrong on the way from Verilog to a loaded model.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// A tool is not installed.
+    #[error("{tool} was not found: {hint}")]
+    ToolMissing {
+        /// The program looked for.
+        tool: String,
+        /// How to get it.
+        hint: String,
+    },
+    /// The Verilator found is not one this harness knows.
+    #[error("verilator {found} at {path} is not supported, {supported} is needed", path = path.display())]
+    VersionUnsupported {
+        /// The version found.
+        found: String,
+        /// Where it was found.
+        path: PathBuf,
+        /// The versions that will do.
+        supported: &'static str,
+    },
+    /// A source or an include folder is not there.
+    #[error("{path}: {source}", path = path.display())]
+    Source {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// No Verilog was given at all.
+    #[error("no Verilog source was given for top module '{top}'")]
+    NoSources {
+        /// The top module asked for.
+        top: String,
+    },
+    /// A name or a value that would not survive the command line.
+    #[error("{what} '{value}' is not valid: {reason}")]
+    BadOption {
+        /// Which option.
+        what: &'static str,
+        /// What was given.
+        value: String,
+        /// Why it will not do.
+        reason: &'static str,
+    },
+    /// The sources have no such module.
+    #[error("no module '{top}' in the sources{}", nearest_text(nearest))]
+    NoSuchTop {
+        /// The top module asked for.
+        top: String,
+        /// The modules whose names are nearest.
+        nearest: Vec<String>,
+    },
+    /// An internal signal asked for by name does not exist.
+    #[error("no internal signal '{name}' in '{top}'{}", nearest_text(nearest))]
+    NoSuchInternal {
+        /// The hierarchical name asked for.
+        name: String,
+        /// The top module.
+        top: String,
+        /// The names that are nearest.
+        nearest: Vec<String>,
+    },
+    /// Verilator refused the Verilog.
+    #[error("verilator found errors in the Verilog:\n{}", diagnostics_text(diagnostics))]
+    Verilog {
+        /// Every message, errors first.
+        diagnostics: Vec<Diagnostic>,
+    },
+    /// The C++ compiler failed on what Verilator wrote.
+    #[error("the C++ compiler failed on the generated model:\n{output}")]
+    Compiler {
+        /// The last lines of what it said.
+        output: String,
+    },
+    /// A program could not be run at all.
+    #[error("{program} could not be run: {source}")]
+    Spawn {
+        /// The program.
+        program: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The folder of built models cannot be used.
+    #[error("the cache folder {path} cannot be used: {source}; set HOVERLOCK_CACHE to a writable folder", path = path.display())]
+    Cache {
+        /// The folder or a file in it.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A built model cannot be loaded, even after a fresh build.
+    #[error("the built model {path} cannot be loaded: {reason}", path = path.display())]
+    Load {
+        /// The shared library.
+        path: PathBuf,
+        /// What the loader says.
+        reason: String,
+    },
+    /// What Verilator wrote is not of the form expected.
+    #[error("cannot make sense of verilator's {what}: {reason}")]
+    Unexpected {
+        /// Which of its outputs.
+        what: &'static str,
+        /// What was not understood.
+        reason: String,
+    },
+}
+
+/// What can be wrong in the use of a model.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// No port or public signal of that name.
+    #[error("no signal '{name}' in '{top}'{}", nearest_text(nearest))]
+    NoSuchSignal {
+        /// The name asked for.
+        name: String,
+        /// The top module.
+        top: String,
+        /// The names that are nearest.
+        nearest: Vec<String>,
+    },
+    /// A value that does not fit the width.
+    #[error("{value} does not fit '{signal}', which is {width} bits wide ({low} to {high})")]
+    OutOfRange {
+        /// The signal.
+        signal: String,
+        /// The value as written.
+        value: String,
+        /// The signal's width.
+        width: u32,
+        /// The least value it takes.
+        low: String,
+        /// The greatest value it takes.
+        high: String,
+    },
+    /// A signal wider than 64 bits asked for as a number, or the other way round.
+    #[error("'{signal}' is {width} bits wide: use `wide` in place of `signal`")]
+    TooWide {
+        /// The signal.
+        signal: String,
+        /// Its width.
+        width: u32,
+    },
+    /// A memory asked for as a signal, or a signal as a memory.
+    #[error("'{signal}' {is}: use `{instead}`")]
+    WrongShape {
+        /// The signal.
+        signal: String,
+        /// What it is.
+        is: &'static str,
+        /// The call that takes it.
+        instead: &'static str,
+    },
+    /// An address outside a memory.
+    #[error("address {index} is outside of '{memory}', which has {first} to {last}")]
+    Address {
+        /// The memory.
+        memory: String,
+        /// The address asked for.
+        index: i64,
+        /// Its lowest address.
+        first: i64,
+        /// Its highest address.
+        last: i64,
+    },
+    /// A write to an output.
+    #[error("'{signal}' is an output of '{top}' and cannot be written")]
+    NotWritable {
+        /// The signal.
+        signal: String,
+        /// The top module.
+        top: String,
+    },
+    /// A write in the region where values only are read.
+    #[error("'{signal}' was written in ReadOnly at {time}: write after NextTimeStep, or in ReadWrite")]
+    WriteInReadOnly {
+        /// The signal.
+        signal: String,
+        /// Simulation time.
+        time: Time,
+    },
+    /// A name that is not one of an enumeration.
+    #[error("'{signal}' has no value named '{name}'{}", nearest_text(nearest))]
+    NoSuchEnumItem {
+        /// The signal.
+        signal: String,
+        /// The name asked for.
+        name: String,
+        /// The items it has.
+        nearest: Vec<String>,
+    },
+    /// The model was built without what is asked for.
+    #[error("{what} needs a model built with {with}")]
+    NotBuiltIn {
+        /// What was asked for.
+        what: &'static str,
+        /// The build option.
+        with: &'static str,
+    },
+    /// The model stopped inside an evaluation and cannot go on.
+    #[error("the model '{top}' stopped: {message}{}", place_text(file, *line))]
+    Dead {
+        /// The top module.
+        top: String,
+        /// What it said.
+        message: String,
+        /// The Verilog file, if known.
+        file: String,
+        /// The line in it.
+        line: u32,
+    },
+    /// The model cannot be made.
+    #[error("an instance of '{top}' cannot be made: {reason}")]
+    Instance {
+        /// The top module.
+        top: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Why a simulation ended before its bench did.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimError {
+    /// A task failed and nobody was waiting for it.
+    #[error("task '{task}' failed at {time}: {failure}")]
+    TaskFailed {
+        /// The task's name.
+        task: String,
+        /// Simulation time.
+        time: Time,
+        /// What it failed with.
+        failure: Failure,
+    },
+    /// A task that was waited for had been cancelled.
+    #[error("task '{task}' was cancelled")]
+    Cancelled {
+        /// The task's name.
+        task: String,
+    },
+    /// Nothing can happen any more, and the bench still waits.
+    #[error("nothing can happen any more at {}, and the bench still waits:\n{report}", report.time)]
+    Deadlock {
+        /// What every task waits for.
+        report: StuckReport,
+    },
+    /// Simulation time ran out.
+    #[error("simulation time limit of {limit} reached; the tasks wait:\n{report}")]
+    TimeLimit {
+        /// The limit.
+        limit: Time,
+        /// What every task waits for.
+        report: StuckReport,
+    },
+    /// Wall-clock time ran out.
+    #[error("wall-clock limit of {seconds} s reached at {}; the tasks wait:\n{report}", report.time)]
+    WallClock {
+        /// The limit.
+        seconds: f64,
+        /// What every task waits for.
+        report: StuckReport,
+    },
+    /// Tasks and model answer each other for ever without time going on.
+    #[error("no end of changes at {}: {rounds} rounds without time going on; the tasks wait:\n{report}", report.time)]
+    NoProgress {
+        /// How many rounds were taken.
+        rounds: u32,
+        /// What every task waits for.
+        report: StuckReport,
+    },
+    /// `$finish` before the bench was done.
+    #[error("the Verilog called $finish at {time}{} before the bench was done", place_text(file, *line))]
+    Finished {
+        /// The Verilog file.
+        file: String,
+        /// The line in it.
+        line: u32,
+        /// Simulation time.
+        time: Time,
+    },
+    /// `$stop`, `$error` or `$fatal` in the Verilog.
+    #[error("{time}: {message}{}", place_text(file, *line))]
+    Verilog {
+        /// What it said.
+        message: String,
+        /// The Verilog file.
+        file: String,
+        /// The line in it.
+        line: u32,
+        /// Simulation time.
+        time: Time,
+    },
+    /// `with_timeout` ran out.
+    #[error("timeout of {limit} at {time}")]
+    Timeout {
+        /// How long was waited.
+        limit: Time,
+        /// Simulation time.
+        time: Time,
+    },
+    /// A trigger awaited where it can never come.
+    #[error("{trigger} awaited in {region} at {time}: {reason}")]
+    WrongRegion {
+        /// The trigger.
+        trigger: &'static str,
+        /// The region.
+        region: &'static str,
+        /// Simulation time.
+        time: Time,
+        /// Why, and what to do.
+        reason: &'static str,
+    },
+    /// The caller asked for an end (Ctrl-C).
+    #[error("interrupted at {time}")]
+    Interrupted {
+        /// Simulation time.
+        time: Time,
+    },
+    /// A time span that cannot be simulated.
+    #[error("{0}")]
+    BadTime(String),
+}
+
+/// The (at most five) candidates nearest to a name, by edit distance without case; nothing far-fetched.
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let wanted = name.to_lowercase();
+    let limit = wanted.chars().count() / 3 + 1;
+    let mut scored: Vec<(usize, &str)> = candidates
+        .into_iter()
+        .filter_map(|candidate| {
+            let lower = candidate.to_lowercase();
+            let tail = lower.rsplit('.').next().unwrap_or(&lower);
+            let distance = edit_distance(&wanted, &lower).min(1 + edit_distance(&wanted, tail));
+            (distance <= limit || lower.contains(&wanted)).then_some((distance, candidate))
+        })
+        .collect();
+    scored.sort();
+    scored.dedup();
+    scored.into_iter().take(5).map(|(_, candidate)| candidate.to_owned()).collect()
+}
+
+/// Levenshtein distance, one row at a time.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(row[j + 1] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+fn nearest_text(nearest: &[String]) -> String {
+    if nearest.is_empty() { String::new() } else { format!("; nearest: {}", nearest.join(", ")) }
+}
+
+fn place_text(file: &str, line: u32) -> String {
+    if file.is_empty() { String::new() } else { format!(" ({file}:{line})") }
+}
+
+fn diagnostics_text(diagnostics: &[Diagnostic]) -> String {
+    let mut lines: Vec<String> = diagnostics.iter().take(20).map(|d| format!("  {d}")).collect();
+    if diagnostics.len() > lines.len() {
+        lines.push(format!("  ... and {} more", diagnostics.len() - lines.len()));
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_name_finds_its_neighbours() {
+        let names = ["clk", "rst_n", "data_in", "data_out", "u_core.data_in"];
+        assert_eq!(nearest("dat_in", names), ["data_in", "u_core.data_in"]);
+        assert_eq!(nearest("CLK", names)[0], "clk");
+        assert!(nearest("completely_else", names).is_empty());
+    }
+}

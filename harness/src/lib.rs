@@ -1,0 +1,11 @@
+//! A test-bench engine for Verilog.
+pub mod build;
+pub mod bus;
+mod error;
+pub mod model;
+pub mod sim;
+mod time;
+mod wave;
+
+pub use error::{BuildError, Error, ModelError, SimError, nearest};
+pub use time::Time;

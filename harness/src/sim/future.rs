@@ -1,0 +1,169 @@
+//! Triggers as futures of Rust, and what combines futures.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::rc::Rc;
+use std::task::{Context, Poll};
+
+use super::core::{Core, NodeRef};
+use super::trigger::{Failure, Outcome, Trigger};
+
+/// A trigger that is awaited: `clk.rising_edge().await`. Reusable by `clone`, or as a plain [`Trigger`].
+///
+/// A wait that is not allowed (a second `ReadOnly` in the same step, a `Timer` of nothing) fails its task.
+#[must_use = "a trigger does nothing until it is awaited"]
+pub struct Wait {
+    core: Rc<Core>,
+    trigger: Trigger,
+    node: Option<NodeRef>,
+}
+
+impl Clone for Wait {
+    fn clone(&self) -> Wait {
+        Wait { core: self.core.clone(), trigger: self.trigger.clone(), node: None }
+    }
+}
+
+impl Wait {
+    #[inline]
+    pub(crate) fn new(core: &Rc<Core>, trigger: Trigger) -> Wait {
+        Wait { core: core.clone(), trigger, node: None }
+    }
+
+    /// The trigger as a value.
+    pub fn trigger(&self) -> Trigger {
+        self.trigger.clone()
+    }
+
+    /// Waits and tells how it ended, in place of failing with a task that failed.
+    pub(crate) fn poll_outcome(&mut self, context: &mut Context<'_>) -> Poll<Outcome> {
+        match self.node {
+            None => match self.core.arm_for_future(&self.trigger, context) {
+                Ok(node) => match self.core.take_outcome(node) {
+                    // What needs no waiting goes on at once, but for `Yield`, which is there to wait.
+                    Some(outcome) if !matches!(self.trigger, Trigger::Yield) => Poll::Ready(outcome),
+                    Some(_) | None => {
+                        self.node = Some(node);
+                        Poll::Pending
+                    }
+                },
+                Err(error) => {
+                    self.core.refuse_current(error.into());
+                    Poll::Pending
+                }
+            },
+            Some(node) => match self.core.take_outcome(node) {
+                Some(outcome) => {
+                    self.node = None;
+                    Poll::Ready(outcome)
+                }
+                None if matches!(self.trigger, Trigger::Yield) => {
+                    self.node = None;
+                    Poll::Ready(Outcome::Fired)
+                }
+                None => Poll::Pending,
+            },
+        }
+    }
+}
+
+impl Future for Wait {
+    type Output = ();
+
+    #[inline]
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<()> {
+        match self.poll_outcome(context) {
+            Poll::Pending => Poll::Pending,
+            Poll::Ready(Outcome::Failed(failure) | Outcome::Refused(failure)) => {
+                self.core.refuse_current(failure);
+                Poll::Pending
+            }
+            Poll::Ready(_) => Poll::Ready(()),
+        }
+    }
+}
+
+impl Drop for Wait {
+    fn drop(&mut self) {
+        if let Some(node) = self.node.take() {
+            self.core.disarm(node);
+        }
+    }
+}
+
+/// The first of several triggers, by its place in the list.
+#[must_use = "a trigger does nothing until it is awaited"]
+pub struct First(pub(crate) Wait);
+
+impl First {
+    /// The trigger as a value.
+    pub fn trigger(&self) -> Trigger {
+        self.0.trigger()
+    }
+}
+
+impl Future for First {
+    type Output = usize;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<usize> {
+        match self.0.poll_outcome(context) {
+            Poll::Ready(Outcome::First(index, _)) => Poll::Ready(index),
+            Poll::Ready(Outcome::Failed(failure) | Outcome::Refused(failure)) => {
+                self.0.core.refuse_current(failure);
+                Poll::Pending
+            }
+            Poll::Ready(_) => {
+                self.0.core.refuse_current(Failure::new("a task waited for in First was cancelled"));
+                Poll::Pending
+            }
+            Poll::Pending => Poll::Pending,
+        }
+    }
+}
+
+/// One of two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Either<A, B> {
+    /// The first.
+    Left(A),
+    /// The second.
+    Right(B),
+}
+
+/// Two futures until one ends; the other is dropped. If both are ready, the first wins.
+pub async fn race<A: Future, B: Future>(a: A, b: B) -> Either<A::Output, B::Output> {
+    let (mut a, mut b) = (std::pin::pin!(a), std::pin::pin!(b));
+    std::future::poll_fn(move |context| {
+        if let Poll::Ready(value) = a.as_mut().poll(context) {
+            return Poll::Ready(Either::Left(value));
+        }
+        b.as_mut().poll(context).map(Either::Right)
+    })
+    .await
+}
+
+/// Two futures until both have ended.
+pub async fn both<A: Future, B: Future>(a: A, b: B) -> (A::Output, B::Output) {
+    let (mut a, mut b) = (std::pin::pin!(a), std::pin::pin!(b));
+    let (mut left, mut right) = (None, None);
+    std::future::poll_fn(move |context| {
+        if left.is_none()
+            && let Poll::Ready(value) = a.as_mut().poll(context)
+        {
+            left = Some(value);
+        }
+        if right.is_none()
+            && let Poll::Ready(value) = b.as_mut().poll(context)
+        {
+            right = Some(value);
+        }
+        match (left.take(), right.take()) {
+            (Some(l), Some(r)) => Poll::Ready((l, r)),
+            (l, r) => {
+                (left, right) = (l, r);
+                Poll::Pending
+            }
+        }
+    })
+    .await
+}

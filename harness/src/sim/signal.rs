@@ -1,0 +1,295 @@
+//! Handles of one simulation: signals of at most 64 bits, wide signals, memories.
+
+use std::rc::Rc;
+
+use super::core::Core;
+use super::future::Wait;
+use super::trigger::{Edge, Trigger};
+use crate::error::{Error, ModelError};
+use crate::model::{Direction, SignalId, SignalInfo, Storage, load, load_words};
+
+/// A signal of at most 64 bits.
+#[derive(Clone)]
+pub struct Signal {
+    pub(crate) core: Rc<Core>,
+    id: SignalId,
+    data: *mut u8,
+    storage: Storage,
+    mask: u64,
+    writable: bool,
+}
+
+impl Signal {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Signal, ModelError> {
+        let model = core.model.borrow();
+        let info = model.info(id);
+        if info.range.is_some() {
+            return Err(wrong_shape(info, "is a memory", "memory"));
+        }
+        if let Storage::Wide(_) = info.storage {
+            return Err(ModelError::TooWide { signal: info.name.clone(), width: info.width });
+        }
+        Ok(Signal {
+            core: core.clone(),
+            id,
+            data: info.data,
+            storage: info.storage,
+            mask: info.mask(),
+            writable: info.direction != Direction::Output,
+        })
+    }
+
+    /// Its value now, unsigned. A buffered write shows only after it was put.
+    #[inline(always)]
+    pub fn get(&self) -> u64 {
+        // SAFETY: `core` keeps the model alive; its storage is not wide.
+        unsafe { load(self.data, self.storage) }
+    }
+
+    /// Its value as a signed number of its width.
+    #[inline]
+    pub fn get_signed(&self) -> i64 {
+        let unused = self.mask.leading_zeros();
+        ((self.get() << unused) as i64) >> unused
+    }
+
+    /// Whether it is 1 (of a wider signal: not 0).
+    #[inline(always)]
+    pub fn is_high(&self) -> bool {
+        self.get() != 0
+    }
+
+    /// Buffers a write: it is put when all tasks of this round have run.
+    #[inline]
+    pub fn set(&self, value: u64) -> Result<(), ModelError> {
+        if value & !self.mask != 0 || !self.writable {
+            return Err(self.refused(value));
+        }
+        self.core.write(self.id.index() as u32, value)
+    }
+
+    /// Buffers a write of a signed number: from `-2^(w-1)` to `2^w - 1`.
+    pub fn set_signed(&self, value: i64) -> Result<(), ModelError> {
+        let encoded = self.core.model.borrow().info(self.id).encode_signed(value)?;
+        self.set(encoded)
+    }
+
+    /// Buffers a write of an enumeration's item.
+    pub fn set_named(&self, item: &str) -> Result<(), ModelError> {
+        let value = self.core.model.borrow().info(self.id).value_of(item)?;
+        self.set(value)
+    }
+
+    /// The name of its value, if its type is an enumeration that has it.
+    pub fn get_named(&self) -> Option<String> {
+        self.core.model.borrow().info(self.id).item(self.get()).map(str::to_owned)
+    }
+
+    #[cold]
+    fn refused(&self, value: u64) -> ModelError {
+        let model = self.core.model.borrow();
+        let info = model.info(self.id);
+        if !self.writable {
+            return ModelError::NotWritable { signal: info.name.clone(), top: model.library().top().to_owned() };
+        }
+        match info.check_unsigned(value) {
+            Err(error) => error,
+            Ok(()) => ModelError::TooWide { signal: info.name.clone(), width: info.width },
+        }
+    }
+
+    /// From 0 to 1.
+    #[inline]
+    pub fn rising_edge(&self) -> Wait {
+        self.edge(Edge::Rising)
+    }
+
+    /// From 1 to 0.
+    #[inline]
+    pub fn falling_edge(&self) -> Wait {
+        self.edge(Edge::Falling)
+    }
+
+    /// Any change.
+    #[inline]
+    pub fn value_change(&self) -> Wait {
+        self.edge(Edge::Any)
+    }
+
+    /// One of the three.
+    #[inline]
+    pub fn edge(&self, edge: Edge) -> Wait {
+        Wait::new(&self.core, Trigger::Edge(self.id, edge))
+    }
+
+    /// So many rising edges.
+    #[inline]
+    pub fn cycles(&self, count: u64) -> Wait {
+        Wait::new(&self.core, Trigger::Edges(self.id, Edge::Rising, count))
+    }
+
+    /// Its place in the model.
+    pub fn id(&self) -> SignalId {
+        self.id
+    }
+
+    /// What is known of it.
+    pub fn info(&self) -> SignalInfo {
+        self.core.model.borrow().info(self.id).clone()
+    }
+
+    pub(crate) fn data(&self) -> *mut u8 {
+        self.data
+    }
+
+    pub(crate) fn storage(&self) -> Storage {
+        self.storage
+    }
+
+    pub(crate) fn mask(&self) -> u64 {
+        self.mask
+    }
+
+    pub(crate) fn width(&self) -> u32 {
+        self.mask.count_ones()
+    }
+}
+
+/// A signal of any width, as 32-bit words, lowest first.
+#[derive(Clone)]
+pub struct Wide {
+    core: Rc<Core>,
+    id: SignalId,
+    data: *mut u8,
+    storage: Storage,
+    width: u32,
+}
+
+impl Wide {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Wide, ModelError> {
+        let model = core.model.borrow();
+        let info = model.info(id);
+        if info.range.is_some() {
+            return Err(wrong_shape(info, "is a memory", "memory"));
+        }
+        Ok(Wide { core: core.clone(), id, data: info.data, storage: info.storage, width: info.width })
+    }
+
+    /// Its words now.
+    pub fn get(&self) -> Vec<u32> {
+        // SAFETY: `core` keeps the model alive.
+        unsafe { load_words(self.data, self.storage) }
+    }
+
+    /// Its value as hexadecimal digits.
+    pub fn get_hex(&self) -> String {
+        let text: String = self.get().iter().rev().map(|w| format!("{w:08x}")).collect();
+        let digits = self.width.div_ceil(4) as usize;
+        text[text.len() - digits..].to_owned()
+    }
+
+    /// Some of its bits, at most 64, from bit `low` on.
+    pub fn get_bits(&self, low: u32, width: u32) -> u64 {
+        let words = self.get();
+        (0..width.min(64))
+            .filter(|b| {
+                let at = low + b;
+                words.get((at / 32) as usize).is_some_and(|w| w >> (at % 32) & 1 == 1)
+            })
+            .fold(0, |value, b| value | 1 << b)
+    }
+
+    /// Buffers a write of its words; those not given are zero.
+    pub fn set(&self, words: &[u32]) -> Result<(), ModelError> {
+        let model = self.core.model.borrow();
+        let info = model.info(self.id);
+        if info.direction == Direction::Output {
+            return Err(ModelError::NotWritable { signal: info.name.clone(), top: model.library().top().to_owned() });
+        }
+        info.check_words(words)?;
+        drop(model);
+        self.core.write_words(self.id.index() as u32, words.to_vec())
+    }
+
+    /// Any change.
+    pub fn value_change(&self) -> Wait {
+        Wait::new(&self.core, Trigger::Edge(self.id, Edge::Any))
+    }
+
+    /// Its width in bits.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Its place in the model.
+    pub fn id(&self) -> SignalId {
+        self.id
+    }
+}
+
+/// A memory made public, or a port that is an array: elements of at most 64 bits.
+#[derive(Clone)]
+pub struct Memory {
+    core: Rc<Core>,
+    id: SignalId,
+    info: SignalInfo,
+}
+
+impl Memory {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Memory, ModelError> {
+        let info = core.model.borrow().info(id).clone();
+        if info.range.is_none() {
+            return Err(wrong_shape(&info, "is not a memory", "signal"));
+        }
+        if let Storage::Wide(_) = info.storage {
+            return Err(ModelError::TooWide { signal: info.name, width: info.width });
+        }
+        Ok(Memory { core: core.clone(), id, info })
+    }
+
+    /// How many elements it has.
+    #[allow(clippy::len_without_is_empty, reason = "a memory of no elements cannot be declared")]
+    pub fn len(&self) -> usize {
+        self.info.elements()
+    }
+
+    /// The element at an index as declared.
+    pub fn get(&self, index: i64) -> Result<u64, ModelError> {
+        let offset = self.info.element_offset(index)?;
+        // SAFETY: `core` keeps the model alive; the offset was checked.
+        Ok(unsafe { self.info.load(offset) })
+    }
+
+    /// Buffers a write of the element at an index as declared.
+    pub fn set(&self, index: i64, value: u64) -> Result<(), ModelError> {
+        if self.info.direction == Direction::Output {
+            let top = self.core.model.borrow().library().top().to_owned();
+            return Err(ModelError::NotWritable { signal: self.info.name.clone(), top });
+        }
+        let offset = self.info.element_offset(index)?;
+        self.info.check_unsigned(value)?;
+        self.core.write_element(self.id.index() as u32, offset, value)
+    }
+
+    /// All elements, lowest index first.
+    pub fn to_vec(&self) -> Vec<u64> {
+        let bytes = self.info.storage.bytes();
+        // SAFETY: the offsets run over the memory's own elements.
+        (0..self.len()).map(|at| unsafe { self.info.load(at * bytes) }).collect()
+    }
+
+    /// Buffers writes of elements from the lowest index on, such as a program.
+    pub fn fill(&self, values: impl IntoIterator<Item = u64>) -> Result<(), ModelError> {
+        let low = self.info.range.map_or(0, |(a, b)| a.min(b));
+        values.into_iter().zip(low..).try_for_each(|(value, index)| self.set(index, value))
+    }
+}
+
+fn wrong_shape(info: &SignalInfo, is: &'static str, instead: &'static str) -> ModelError {
+    ModelError::WrongShape { signal: info.name.clone(), is, instead }
+}
+
+/// Says that two values differ, with simulation time; for benches that return errors rather than panic.
+pub fn expect_equal<T: PartialEq + std::fmt::Debug>(what: &str, found: T, expected: T) -> Result<(), Error> {
+    if found == expected { Ok(()) } else { Err(Error::Bench(format!("{what} is {found:?}, expected {expected:?}"))) }
+}

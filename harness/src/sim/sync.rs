@@ -1,0 +1,182 @@
+//! What tasks share: events, locks, queues.
+
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use super::core::Core;
+use super::future::Wait;
+use super::trigger::{Sync, Trigger};
+
+/// A flag that tasks wait for. Stays set until cleared.
+#[derive(Clone)]
+pub struct Event {
+    core: Rc<Core>,
+    sync: Sync,
+}
+
+impl Event {
+    pub(crate) fn new(core: &Rc<Core>, name: &str) -> Event {
+        Event { core: core.clone(), sync: Sync::new(name, false) }
+    }
+
+    /// Sets it: all that wait become ready.
+    pub fn set(&self) {
+        self.core.set_event(&self.sync);
+    }
+
+    /// Clears it.
+    pub fn clear(&self) {
+        self.sync.0.flag.set(false);
+    }
+
+    /// Whether it is set.
+    pub fn is_set(&self) -> bool {
+        self.sync.0.flag.get()
+    }
+
+    /// Until it is set; at once if it is.
+    pub fn wait(&self) -> Wait {
+        Wait::new(&self.core, self.trigger())
+    }
+
+    /// The wait as a value.
+    pub fn trigger(&self) -> Trigger {
+        Trigger::Sync(self.sync.clone())
+    }
+}
+
+/// A lock that one task has at a time; given in the order of asking.
+#[derive(Clone)]
+pub struct Lock {
+    core: Rc<Core>,
+    sync: Sync,
+}
+
+/// A lock that is held; dropped, it is given on.
+pub struct LockGuard<'a>(&'a Lock);
+
+impl Lock {
+    pub(crate) fn new(core: &Rc<Core>, name: &str) -> Lock {
+        Lock { core: core.clone(), sync: Sync::new(name, true) }
+    }
+
+    /// Waits for the lock and holds it until the guard is dropped.
+    pub async fn lock(&self) -> LockGuard<'_> {
+        self.acquire().await;
+        LockGuard(self)
+    }
+
+    /// Waits for the lock; [`Lock::release`] must follow.
+    pub fn acquire(&self) -> Wait {
+        Wait::new(&self.core, self.trigger())
+    }
+
+    /// The wait as a value; a task that waited for it has the lock.
+    pub fn trigger(&self) -> Trigger {
+        Trigger::Sync(self.sync.clone())
+    }
+
+    /// Gives the lock on.
+    pub fn release(&self) {
+        self.core.release(&self.sync);
+    }
+
+    /// Whether a task has it.
+    pub fn is_locked(&self) -> bool {
+        self.sync.0.flag.get()
+    }
+}
+
+impl Drop for LockGuard<'_> {
+    fn drop(&mut self) {
+        self.0.release();
+    }
+}
+
+/// A first-in first-out queue between tasks, with a greatest length if asked for.
+pub struct Queue<T> {
+    inner: Rc<QueueInner<T>>,
+}
+
+struct QueueInner<T> {
+    items: RefCell<VecDeque<T>>,
+    limit: Cell<usize>,
+    not_empty: Event,
+    not_full: Event,
+}
+
+impl<T> Clone for Queue<T> {
+    fn clone(&self) -> Self {
+        Queue { inner: self.inner.clone() }
+    }
+}
+
+impl<T> Queue<T> {
+    pub(crate) fn new(core: &Rc<Core>, name: &str, limit: usize) -> Queue<T> {
+        let inner = QueueInner {
+            items: RefCell::default(),
+            limit: Cell::new(limit.max(1)),
+            not_empty: Event::new(core, &format!("{name} not empty")),
+            not_full: Event::new(core, &format!("{name} not full")),
+        };
+        inner.not_full.set();
+        Queue { inner: Rc::new(inner) }
+    }
+
+    /// Puts an item at the end, waiting while the queue is full.
+    pub async fn put(&self, item: T) {
+        let mut item = Some(item);
+        while let Some(rejected) = item.take().and_then(|i| self.try_put(i).err()) {
+            item = Some(rejected);
+            self.inner.not_full.wait().await;
+        }
+    }
+
+    /// Puts an item if there is room, or gives it back.
+    pub fn try_put(&self, item: T) -> Result<(), T> {
+        let mut items = self.inner.items.borrow_mut();
+        if items.len() >= self.inner.limit.get() {
+            return Err(item);
+        }
+        items.push_back(item);
+        if items.len() == self.inner.limit.get() {
+            self.inner.not_full.clear();
+        }
+        drop(items);
+        self.inner.not_empty.set();
+        Ok(())
+    }
+
+    /// Takes the first item, waiting while there is none.
+    pub async fn get(&self) -> T {
+        loop {
+            if let Some(item) = self.try_get() {
+                return item;
+            }
+            self.inner.not_empty.wait().await;
+        }
+    }
+
+    /// Takes the first item, if there is one.
+    pub fn try_get(&self) -> Option<T> {
+        let mut items = self.inner.items.borrow_mut();
+        let item = items.pop_front()?;
+        if items.is_empty() {
+            self.inner.not_empty.clear();
+        }
+        drop(items);
+        self.inner.not_full.set();
+        Some(item)
+    }
+
+    /// How many items it holds.
+    pub fn len(&self) -> usize {
+        self.inner.items.borrow().len()
+    }
+
+    /// Whether it holds none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}

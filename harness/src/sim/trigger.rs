@@ -1,0 +1,184 @@
+//! What a task can wait for, as plain values: made once, waited for any number of times, from any language.
+
+use std::cell::{Cell, RefCell};
+use std::fmt;
+use std::rc::Rc;
+
+use super::core::NodeRef;
+use super::task::TaskId;
+use crate::model::SignalId;
+use crate::time::Time;
+
+/// Which change of a signal counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edge {
+    /// From 0 to 1, of a one-bit signal.
+    Rising,
+    /// From 1 to 0, of a one-bit signal.
+    Falling,
+    /// Any change of value, of any signal (`Edge` and `ValueChange` of cocotb).
+    Any,
+}
+
+impl Edge {
+    #[inline(always)]
+    pub(crate) fn is(self, old: u64, new: u64) -> bool {
+        match self {
+            Edge::Rising => old & 1 == 0 && new & 1 == 1,
+            Edge::Falling => old & 1 == 1 && new & 1 == 0,
+            Edge::Any => old != new,
+        }
+    }
+}
+
+/// Something a task can wait for.
+#[derive(Clone)]
+#[non_exhaustive]
+pub enum Trigger {
+    /// A change of a signal.
+    Edge(SignalId, Edge),
+    /// So many changes of a signal; the task sleeps through all but the last.
+    Edges(SignalId, Edge, u64),
+    /// A span of simulation time, more than none.
+    Timer(Time),
+    /// The end of this time step's changes: all values are settled and nothing may be written.
+    ReadOnly,
+    /// All values are settled, and may still be changed in this time step.
+    ReadWrite,
+    /// The beginning of the next time step, whenever that is.
+    NextTimeStep,
+    /// The other ready tasks first, in the same region.
+    Yield,
+    /// An event that is set, or a lock that is got.
+    Sync(Sync),
+    /// The end of a task.
+    Join(TaskId),
+    /// `$finish` in the Verilog; while a task waits for it, it is no error.
+    Finish,
+    /// The first of several; the others are given up.
+    First(Rc<[Trigger]>),
+    /// All of several.
+    Combine(Rc<[Trigger]>),
+}
+
+impl Trigger {
+    /// The first of several.
+    pub fn first(of: impl IntoIterator<Item = Trigger>) -> Trigger {
+        Trigger::First(of.into_iter().collect())
+    }
+
+    /// All of several.
+    pub fn combine(of: impl IntoIterator<Item = Trigger>) -> Trigger {
+        Trigger::Combine(of.into_iter().collect())
+    }
+
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Trigger::Edge(_, Edge::Rising) => "RisingEdge",
+            Trigger::Edge(_, Edge::Falling) => "FallingEdge",
+            Trigger::Edge(_, Edge::Any) => "ValueChange",
+            Trigger::Edges(..) => "ClockCycles",
+            Trigger::Timer(_) => "Timer",
+            Trigger::ReadOnly => "ReadOnly",
+            Trigger::ReadWrite => "ReadWrite",
+            Trigger::NextTimeStep => "NextTimeStep",
+            Trigger::Yield => "Yield",
+            Trigger::Sync(sync) if sync.0.exclusive => "Lock",
+            Trigger::Sync(_) => "Event",
+            Trigger::Join(_) => "Join",
+            Trigger::Finish => "Finish",
+            Trigger::First(_) => "First",
+            Trigger::Combine(_) => "Combine",
+        }
+    }
+}
+
+/// How a wait ended.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// The task begins; it has not waited yet.
+    Start,
+    /// What was waited for happened.
+    Fired,
+    /// Of `First`: which one, and how it ended.
+    First(usize, Box<Outcome>),
+    /// The task waited for failed.
+    Failed(Failure),
+    /// The task waited for was cancelled.
+    Cancelled,
+    /// The wait itself was not allowed; the text says why.
+    Refused(Failure),
+}
+
+/// An event or a lock: state that tasks wait for. Cheap to clone; clones are the same event.
+#[derive(Clone)]
+pub struct Sync(pub(crate) Rc<SyncState>);
+
+pub(crate) struct SyncState {
+    pub name: String,
+    /// An event: it is set. A lock: somebody has it.
+    pub flag: Cell<bool>,
+    pub exclusive: bool,
+    pub waiters: RefCell<Vec<NodeRef>>,
+}
+
+impl Sync {
+    pub(crate) fn new(name: &str, exclusive: bool) -> Sync {
+        Sync(Rc::new(SyncState {
+            name: name.to_owned(),
+            flag: Cell::new(false),
+            exclusive,
+            waiters: RefCell::default(),
+        }))
+    }
+}
+
+/// Why a task failed: a text, and whatever the language of the task wants to carry along (an exception).
+#[derive(Clone)]
+pub struct Failure(std::sync::Arc<FailureInner>);
+
+struct FailureInner {
+    message: String,
+    payload: Option<Box<dyn std::any::Any + Send + std::marker::Sync>>,
+}
+
+impl Failure {
+    /// A failure with a text alone.
+    pub fn new(message: impl Into<String>) -> Failure {
+        Failure(std::sync::Arc::new(FailureInner { message: message.into(), payload: None }))
+    }
+
+    /// A failure that carries something along.
+    pub fn with_payload(message: impl Into<String>, payload: impl std::any::Any + Send + std::marker::Sync) -> Failure {
+        Failure(std::sync::Arc::new(FailureInner { message: message.into(), payload: Some(Box::new(payload)) }))
+    }
+
+    /// What it says.
+    pub fn message(&self) -> &str {
+        &self.0.message
+    }
+
+    /// What it carries, if it is a `T`.
+    pub fn payload<T: 'static>(&self) -> Option<&T> {
+        self.0.payload.as_ref()?.downcast_ref()
+    }
+}
+
+impl<E: std::error::Error + Send + std::marker::Sync + 'static> From<E> for Failure {
+    fn from(error: E) -> Failure {
+        Failure::with_payload(error.to_string(), error)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0.message)
+    }
+}
+
+impl fmt::Debug for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Failure({:?})", self.0.message)
+    }
+}
