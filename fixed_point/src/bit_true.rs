@@ -278,7 +278,7 @@ impl Planes {
     }
 
     /// The record of scale pair `k` at an eligible pixel.
-    fn record(&self, x: usize, y: usize, k: usize) -> FeatureRecord {
+    pub(crate) fn record(&self, x: usize, y: usize, k: usize) -> FeatureRecord {
         let Dog { magnitude, positive } = &self.layers[k].dog;
         FeatureRecord {
             x: x as u16,

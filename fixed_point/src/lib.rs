@@ -11,3 +11,7 @@ pub mod ladder;
 pub mod lerp;
 pub mod measure;
 pub mod stages;
+pub mod swift;
+
+#[cfg(test)]
+mod pictures;
