@@ -67,8 +67,9 @@ mod tests {
     /// `y[n] = x[n] + 2 x[n - 1]`: not symmetric, so that a mistaken direction shows.
     fn doubled_neighbour(tile: &mut [Lanes]) {
         for n in (1..tile.len()).rev() {
-            for l in 0..LANES {
-                tile[n][l] += 2.0 * tile[n - 1][l];
+            let before = tile[n - 1];
+            for (sample, before) in tile[n].iter_mut().zip(before) {
+                *sample += 2.0 * before;
             }
         }
     }
