@@ -3,7 +3,7 @@
 //! A smoother is designed from `sigma` (pixels), has DC gain 1 and a symmetric impulse response, and is applied down the
 //! columns, then along the rows. How far it is from the Gaussian is told by [`Residuals`].
 
-use crate::gaussian::Gaussian;
+use crate::gaussian::{Gaussian, unit_sum_half};
 use crate::plane::Plane;
 use crate::recursive::border::Border;
 use crate::recursive::{Family, Fit, Recursive};
@@ -135,44 +135,87 @@ impl Smoother {
 
     /// How far it is from the Gaussian of its `sigma`.
     pub fn residuals(&self) -> Residuals {
-        Residuals::of(&self.impulse_response(), self.sigma())
+        Residuals::from_gaussian(&self.impulse_response(), self.sigma())
     }
 }
 
-/// The impulse response `h` against the unit-sum sampled Gaussian `w` of the same `sigma`.
+/// An impulse response `h[n]`, `n = -centre ..`; nothing lies beyond.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Response {
+    samples: Vec<f64>,
+    centre: usize,
+}
+
+impl Response {
+    /// Of samples of which `samples[centre]` is `h[0]`.
+    pub fn new(samples: Vec<f64>, centre: usize) -> Self {
+        Self { samples, centre }
+    }
+
+    /// Of `h[0 ..]`, which the other half mirrors.
+    pub fn symmetric(half: &[f64]) -> Self {
+        let samples = half.iter().skip(1).rev().chain(half).copied().collect();
+        Self { samples, centre: half.len().saturating_sub(1) }
+    }
+
+    /// `h[n]`.
+    pub fn at(&self, n: isize) -> f64 {
+        self.centre.checked_add_signed(n).and_then(|i| self.samples.get(i)).copied().unwrap_or(0.0)
+    }
+
+    /// The farthest `n` on either side.
+    pub fn reach(&self) -> isize {
+        self.centre.max(self.samples.len().saturating_sub(self.centre + 1)) as isize
+    }
+}
+
+/// An impulse response `h` against the one it stands for, `w`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residuals {
     /// `sqrt(sum (h - w)^2 / sum w^2)`.
     pub l2: f64,
-    /// `max |h - w| / max w`.
+    /// `max |h - w| / max |w|`.
     pub linf: f64,
-    /// `sqrt(sum n^2 h[n] / sum h[n])`, pixels.
+    /// `sqrt(sum n^2 h[n] / sum h[n])`, pixels: of `h` alone.
     pub sigma_eff: f64,
     /// `sum h[n]`.
     pub dc_gain: f64,
+    /// `sum n h[n] / sum h[n]`, pixels: how far `h` moves a picture; 0 where it is symmetric.
+    pub shift: f64,
 }
 
 impl Residuals {
-    /// Of a symmetric impulse response given as `h[0 ..= reach]`, against the Gaussian of `sigma` pixels.
-    pub fn of(half: &[f64], sigma: f64) -> Self {
-        let weights = crate::gaussian::unit_sum_half(sigma, half.len().max((20.0 * sigma).ceil() as usize + 1));
-        let (mut difference, mut norm, mut largest) = (0.0, 0.0, 0.0f64);
-        let (mut moment, mut dc_gain) = (0.0, 0.0);
+    /// Of `h[0 ..]`, symmetric, against the unit-sum sampled Gaussian of `sigma` pixels.
+    pub fn from_gaussian(half: &[f64], sigma: f64) -> Self {
+        let len = half.len().max((20.0 * sigma).ceil() as usize + 1);
+        Self::between(&Response::symmetric(half), &Response::symmetric(&unit_sum_half(sigma, len)))
+    }
+
+    /// Of `h` against `w`.
+    pub fn between(h: &Response, w: &Response) -> Self {
+        let (mut difference, mut norm) = (0.0, 0.0);
+        let (mut largest, mut peak) = (0.0f64, 0.0f64);
+        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
         // From the tails inwards: small terms are added first.
-        for (n, &w) in weights.iter().enumerate().rev() {
-            let h = half.get(n).copied().unwrap_or(0.0);
-            let sides = if n == 0 { 1.0 } else { 2.0 };
-            difference += sides * (h - w) * (h - w);
-            norm += sides * w * w;
-            largest = largest.max((h - w).abs());
-            moment += sides * (n * n) as f64 * h;
-            dc_gain += sides * h;
+        for n in (0..=h.reach().max(w.reach())).rev() {
+            // The middle sample is met once.
+            for n in [n, -n].into_iter().take(if n == 0 { 1 } else { 2 }) {
+                let (h, w, place) = (h.at(n), w.at(n), n as f64);
+                difference += (h - w) * (h - w);
+                norm += w * w;
+                largest = largest.max((h - w).abs());
+                peak = peak.max(w.abs());
+                sum += h;
+                first += place * h;
+                second += place * place * h;
+            }
         }
         Self {
             l2: (difference / norm).sqrt(),
-            linf: largest / weights[0],
-            sigma_eff: (moment / dc_gain).sqrt(),
-            dc_gain,
+            linf: largest / peak,
+            sigma_eff: (second / sum).sqrt(),
+            dc_gain: sum,
+            shift: first / sum,
         }
     }
 }

@@ -7,6 +7,7 @@
 //!
 //! Feedback is *added*: `a[i]` is the `b_i / b_0` of Young and van Vliet, and the pole itself in the first-order filter.
 
+use crate::smoother::Response;
 use nalgebra::Complex;
 
 /// How the two passes of a filter work together.
@@ -43,6 +44,40 @@ impl DirectForm {
         match self.structure {
             Structure::Cascade => causal * causal.conj(),
             Structure::Parallel => causal + z.conj() * polynomial(&self.b_ahead, z.conj()) / feedback(z.conj()),
+        }
+    }
+
+    /// `h[n]` of both passes together, until what is left is below `1e-18`; of an unstable filter no more than a million samples.
+    pub fn impulse_response(&self) -> Response {
+        let order = self.a.len();
+        // h+[n], as long as the last samples, which carry on all by themselves, are not negligible.
+        let mut causal: Vec<f64> = Vec::new();
+        while causal.len() < 1 << 20 {
+            let n = causal.len();
+            let past = |i: usize| n.checked_sub(i).map_or(0.0, |n| causal[n]);
+            let feedback: f64 = self.a.iter().zip(1..).map(|(a, i)| a * past(i)).sum();
+            causal.push(self.b.get(n).unwrap_or(&0.0) + feedback);
+            if n > 2 * order && causal[n - order..].iter().all(|h| h.abs() < 1e-18) {
+                break;
+            }
+        }
+        let centre = causal.len() + order;
+        let mut samples = vec![0.0; centre];
+        samples.extend(&causal);
+        samples.extend(vec![0.0; order]);
+        // The anticausal pass over what the causal one put out, or over the impulse.
+        let input = |n: usize| match self.structure {
+            Structure::Cascade => self.b[0] * samples[n],
+            Structure::Parallel if n < centre => self.b_ahead.get(centre - n - 1).copied().unwrap_or(0.0),
+            Structure::Parallel => 0.0,
+        };
+        let mut anticausal = vec![0.0; samples.len()];
+        for n in (0..samples.len() - order).rev() {
+            anticausal[n] = input(n) + self.a.iter().zip(n + 1..).map(|(a, ahead)| a * anticausal[ahead]).sum::<f64>();
+        }
+        match self.structure {
+            Structure::Cascade => Response::new(anticausal, centre),
+            Structure::Parallel => Response::new(samples.iter().zip(&anticausal).map(|(u, v)| u + v).collect(), centre),
         }
     }
 

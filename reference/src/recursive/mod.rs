@@ -62,6 +62,17 @@ impl Family {
         std::iter::once(Self::FirstOrder).chain(repeated).chain(deriche).chain([Self::YoungVanVliet]).chain(vyv)
     }
 
+    /// What machines call it, the order apart.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::FirstOrder => "first-order",
+            Self::AlvarezMazorra { .. } => "alvarez-mazorra",
+            Self::Deriche { .. } => "deriche",
+            Self::YoungVanVliet => "yvv95",
+            Self::VanVlietYoungVerbeek { .. } => "vyv",
+        }
+    }
+
     /// What people call it.
     pub fn name(self) -> String {
         match self {
@@ -285,7 +296,7 @@ impl Recursive {
 
     /// How far it is from the Gaussian of its `sigma`.
     pub fn residuals(&self) -> Residuals {
-        Residuals::of(&self.impulse_response(), self.sigma)
+        Residuals::from_gaussian(&self.impulse_response(), self.sigma)
     }
 
     /// Filters a tile in place.
@@ -298,7 +309,8 @@ impl Recursive {
 /// fifths of the wanted one, as at half a pixel, where the sampled Gaussian is narrower than its name, to twice, for an
 /// exponential wants half as much again.
 fn least_squares(family: Family, sigma: f64) -> f64 {
-    let error = |s: f64| Residuals::of(&family.passes(family.parameter_of_variance(s)).impulse_response(), sigma).l2;
+    let error =
+        |s: f64| Residuals::from_gaussian(&family.passes(family.parameter_of_variance(s)).impulse_response(), sigma).l2;
     let ratio = 0.5 * (5f64.sqrt() - 1.0);
     let (mut low, mut high) = (0.78 * sigma, 2.0 * sigma);
     let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
@@ -321,6 +333,7 @@ fn least_squares(family: Family, sigma: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::smoother::Response;
 
     /// Every filter with every fit it has.
     fn designs() -> impl Iterator<Item = (Family, Fit)> {
@@ -373,6 +386,16 @@ mod tests {
                 let difference = direct.frequency_response(omega) - filter.frequency_response(omega);
                 assert!(difference.norm() < 1e-11, "{family:?}: {difference}");
             }
+        }
+    }
+
+    #[test]
+    fn direct_forms_smooth_as_the_sections_do() {
+        for (family, fit) in designs() {
+            let filter = Recursive::design(family, fit, 3.2).unwrap();
+            let wanted = Response::symmetric(&filter.impulse_response());
+            let residuals = Residuals::between(&filter.direct_form().impulse_response(), &wanted);
+            assert!(residuals.linf < 1e-11, "{family:?}: {residuals:?}");
         }
     }
 
