@@ -8,6 +8,8 @@
 //! `u0.F`. Whatever the rounding, a lerp has DC gain 1 and cannot be unstable. `m` stages reach `2^m - 1` samples; of the
 //! whole sum `sum_k a^k` they leave out the part `a^(2^m)`, which is how `m` follows from a wanted error.
 
+pub mod direct_form;
+
 use hoverlock_reference::recursive::first_order;
 use hoverlock_reference::smoother::DesignError;
 
@@ -42,6 +44,19 @@ pub enum CoefficientError {
         code: u64,
         /// Fraction bits asked for.
         fraction_bits: u32,
+    },
+    /// No integers near the exact coefficients make a stable filter of DC gain 1.
+    #[error(
+        "no rounding of the order-{order} filter of sigma {sigma} to {frac_bits} fraction bits is stable with DC gain 1: \
+         take more fraction bits or a lower order"
+    )]
+    NoRounding {
+        /// Poles of each side.
+        order: usize,
+        /// `sigma` of the filter, pixels.
+        sigma: f64,
+        /// Fraction bits asked for.
+        frac_bits: u32,
     },
     /// The wanted error is not a fraction.
     #[error("a look-ahead error of {0} is not possible: choose more than 0 and less than 1")]
