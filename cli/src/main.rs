@@ -4,6 +4,7 @@
 //! the verb's gates hold, 1 where they do not, and 2 for bad usage or input, with one line that says what, where and why.
 
 mod doctor;
+mod matching;
 mod output;
 
 use std::process::ExitCode;
@@ -22,6 +23,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Doctor(doctor::Args),
+    Match(matching::Args),
 }
 
 /// Whether a verb's gates hold.
@@ -40,6 +42,7 @@ impl From<bool> for Verdict {
 fn main() -> ExitCode {
     let outcome = Cli::try_parse().map_or_else(usage, |cli| match cli.verb {
         Verb::Doctor(args) => doctor::run(&args),
+        Verb::Match(args) => matching::run(&args),
     });
     match outcome {
         Ok(Verdict::Pass) => ExitCode::SUCCESS,

@@ -4,3 +4,4 @@
 
 pub mod colour;
 pub mod embed;
+pub mod overlay;
