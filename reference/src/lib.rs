@@ -8,6 +8,7 @@ pub mod conditions;
 pub mod dog;
 pub mod estimate;
 pub mod extractor;
+pub mod fast;
 pub mod feature;
 pub mod gaussian;
 pub mod lbp;

@@ -7,7 +7,7 @@
 //! scale: 16 px of the outer ring and 2 px of MaxDOG, so that no window of a feature leaves the frame. All 48 neighbours
 //! are looked at, eligible or not. A frame under 37 px in either direction has no feature point.
 
-use std::ops::Range;
+use std::{cmp::Ordering, ops::Range};
 
 use crate::{feature::Feature, plane::Plane};
 
@@ -63,34 +63,81 @@ pub fn nth_strongest<T: Copy + PartialOrd>(dog: &Plane<T>, floor: T, n: usize) -
     if n == 0 || n > responses.len() {
         return None;
     }
-    let descending = |a: &T, b: &T| b.partial_cmp(a).unwrap_or(std::cmp::Ordering::Equal);
+    let descending = |a: &T, b: &T| b.partial_cmp(a).unwrap_or(Ordering::Equal);
     Some(*responses.select_nth_unstable_by(n - 1, descending).1)
 }
 
-/// The `n` features to keep, spread over the frame: every 64x64 cell gives its strongest before any gives its second, and
-/// so on; where a round has too many, the stronger ones go first. Ties fall in the order given, which the result keeps.
+/// The `n` features to keep, spread over the frame as [`spread`] tells.
 pub fn strongest_per_cell(features: &[Feature], n: usize) -> Vec<Feature> {
-    let mut order: Vec<usize> = (0..features.len()).collect();
-    let cell = |i: usize| (features[i].y / CELL, features[i].x / CELL);
-    let stronger = |&a: &usize, &b: &usize| features[b].response.total_cmp(&features[a].response).then(a.cmp(&b));
-    order.sort_unstable_by(|a, b| cell(*a).cmp(&cell(*b)).then_with(|| stronger(a, b)));
+    spread(features, n, |f| (f.x, f.y, f.response))
+}
 
-    // `(round, index)`: how many stronger ones of its own cell stand before a feature.
-    let mut rounds = Vec::with_capacity(order.len());
-    for (at, &i) in order.iter().enumerate() {
-        let round = match rounds.last() {
-            Some(&(previous, _)) if cell(order[at - 1]) == cell(i) => previous + 1,
-            _ => 0usize,
-        };
-        rounds.push((round, i));
+/// The `n` items to keep: every 64x64 cell gives its strongest before any gives its second, and so on; of the last round,
+/// which may have too many, the strongest go. Ties fall in the order given, which the result keeps. `place` is column,
+/// row and response of an item.
+pub fn spread<T: Copy>(items: &[T], n: usize, place: impl Fn(&T) -> (u32, u32, f64)) -> Vec<T> {
+    if items.len() <= n {
+        return items.to_vec();
     }
-    if n < rounds.len() {
-        rounds.select_nth_unstable_by(n, |a, b| a.0.cmp(&b.0).then_with(|| stronger(&a.1, &b.1)));
-        rounds.truncate(n);
+    let cell = |item: &T| {
+        let (x, y, _) = place(item);
+        ((x / CELL) as usize, (y / CELL) as usize)
+    };
+    let columns = items.iter().map(|item| cell(item).0).max().unwrap_or(0) + 1;
+    let cell = |item: &T| cell(item).1 * columns + cell(item).0;
+    let cells = items.iter().map(cell).max().unwrap_or(0) + 1;
+
+    // Items by cell: where each cell ends in `ranked`, counted first, then filled from behind.
+    let mut bounds = vec![0; cells + 1];
+    items.iter().for_each(|item| bounds[cell(item)] += 1);
+    let mut end = 0;
+    for bound in &mut bounds {
+        end += *bound;
+        *bound = end;
     }
-    let mut kept: Vec<usize> = rounds.into_iter().map(|(_, i)| i).collect();
-    kept.sort_unstable();
-    kept.into_iter().map(|i| features[i]).collect()
+    let mut ranked = vec![Ranked { response: 0.0, index: 0 }; items.len()];
+    for (index, item) in items.iter().enumerate() {
+        let bound = &mut bounds[cell(item)];
+        *bound -= 1;
+        ranked[*bound] = Ranked { response: place(item).2, index };
+    }
+
+    // As many rounds as can go whole. There is always one that cannot, for there are more than `n` items.
+    let after = |rounds: usize| bounds.windows(2).map(|b| (b[1] - b[0]).min(rounds)).sum::<usize>();
+    let rounds = (1..).find(|&rounds| after(rounds) > n).unwrap_or(1) - 1;
+    let left = n - after(rounds);
+
+    let mut kept = vec![false; items.len()];
+    let mut last_round = Vec::new();
+    for bounds in bounds.windows(2) {
+        let mut cell = &mut ranked[bounds[0]..bounds[1]];
+        if cell.len() > rounds {
+            let (stronger, nth, _) = cell.select_nth_unstable_by(rounds, Ranked::stronger);
+            last_round.push(*nth);
+            cell = stronger;
+        }
+        cell.iter().for_each(|item| kept[item.index] = true);
+    }
+    if left < last_round.len() {
+        last_round.select_nth_unstable_by(left, Ranked::stronger);
+        last_round.truncate(left);
+    }
+    last_round.iter().for_each(|item| kept[item.index] = true);
+    items.iter().zip(kept).filter_map(|(&item, kept)| kept.then_some(item)).collect()
+}
+
+/// An item of [`spread`].
+#[derive(Clone, Copy)]
+struct Ranked {
+    response: f64,
+    index: usize,
+}
+
+impl Ranked {
+    /// Orders the stronger first, of equals the earlier.
+    fn stronger(&self, other: &Self) -> Ordering {
+        other.response.total_cmp(&self.response).then(self.index.cmp(&other.index))
+    }
 }
 
 #[cfg(test)]
@@ -222,6 +269,24 @@ mod tests {
         assert_eq!(kept(4), [9.0, 8.0, 1.0, 2.0]);
         assert_eq!(kept(5), [9.0, 8.0, 7.0, 1.0, 2.0]);
         assert_eq!(kept(6).len(), 5);
+    }
+
+    proptest! {
+        #[test]
+        fn spreading_takes_rounds_in_order(
+            all in prop::collection::vec((0u32..200, 0u32..150, 0u8..9), 0..80), n in 0usize..90,
+        ) {
+            // The definition: sort by round, then response, then place in the list; take the first n.
+            let all: Vec<Feature> = all.into_iter().map(|(x, y, r)| feature(x, y, f64::from(r))).collect();
+            let beats = |a: usize, b: usize| (all[b].response, a) < (all[a].response, b);
+            let cell = |i: usize| (all[i].x / 64, all[i].y / 64);
+            let round = |i: usize| (0..all.len()).filter(|&j| j != i && cell(j) == cell(i) && beats(j, i)).count();
+            let mut order: Vec<usize> = (0..all.len()).collect();
+            order.sort_by(|&a, &b| round(a).cmp(&round(b)).then(all[b].response.total_cmp(&all[a].response)));
+            order.truncate(n);
+            order.sort_unstable();
+            prop_assert_eq!(strongest_per_cell(&all, n), order.into_iter().map(|i| all[i]).collect::<Vec<_>>());
+        }
     }
 
     #[test]

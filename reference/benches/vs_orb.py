@@ -1,0 +1,88 @@
+"""Float features of one 1024x768 frame against OpenCV's ORB, one thread each, by turns on one core.
+
+Usage: python vs_orb.py [--rounds 7] [--runs 10] [--max-ratio 1.0] IMAGE..
+
+Both get the 1024x768 pixels in the middle of the picture and describe about a thousand features. Reading the picture is
+not timed. A round is some runs of ours, then as many of ORB, so that whatever else the machine does falls on both.
+Prints the medians and their ratio per picture; exit status 1 where the ratio is above the limit or we return fewer
+than a thousand features, 2 on bad usage.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cv2
+
+WIDTH, HEIGHT, FEATURES = 1024, 768, 1000
+
+
+def example() -> str:
+    """Builds our side and returns the path of its executable."""
+    command = ["cargo", "build", "--release", "--example", "float_features", "--message-format=json"]
+    root = Path(__file__).resolve().parent.parent
+    built = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, check=True, text=True)
+    artefacts = (json.loads(line) for line in built.stdout.splitlines() if line.startswith("{"))
+    return next(a["executable"] for a in artefacts if a.get("target", {}).get("name") == "float_features" and a["executable"])
+
+
+def refuse(reason: str):
+    print(reason, file=sys.stderr)
+    sys.exit(2)
+
+
+def centre(path: str):
+    """The frame as ORB takes it: 8 bit, the middle of the picture."""
+    picture = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+    if picture is None:
+        refuse(f"{path}: not a picture OpenCV can read")
+    height, width = picture.shape
+    if width < WIDTH or height < HEIGHT:
+        refuse(f"{path}: {width}x{height} is smaller than {WIDTH}x{HEIGHT}")
+    x, y = (width - WIDTH) // 2, (height - HEIGHT) // 2
+    return picture[y : y + HEIGHT, x : x + WIDTH].copy()
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("images", nargs="+", metavar="IMAGE")
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--runs", type=int, default=10)
+    parser.add_argument("--max-ratio", type=float, default=1.0)
+    arguments = parser.parse_args()
+
+    program = example()
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # our side inherits it
+    cv2.setNumThreads(1)
+    orb = cv2.ORB_create(FEATURES)
+
+    passed = True
+    print(f"{'picture':<28} {'hoverlock':>10} {'ORB':>10} {'ratio':>6}   features (ours, ORB's)")
+    for path in arguments.images:
+        frame = centre(path)
+        ours, theirs = [], []
+        for _ in range(arguments.rounds):
+            run = subprocess.run([program, path, str(arguments.runs)], stdout=subprocess.PIPE, check=True)
+            result = json.loads(run.stdout)
+            ours += result["seconds"]
+            keypoints, _ = orb.detectAndCompute(frame, None)  # the first run sizes the buffers, as in ours
+            for _ in range(arguments.runs):
+                start = time.perf_counter()
+                orb.detectAndCompute(frame, None)
+                theirs.append(time.perf_counter() - start)
+        a, b = statistics.median(ours), statistics.median(theirs)
+        good = a <= arguments.max_ratio * b and result["features"] >= FEATURES
+        passed &= good
+        counts = f"{result['features']}, {len(keypoints)}"
+        print(f"{Path(path).name:<28} {a * 1e3:>7.2f} ms {b * 1e3:>7.2f} ms {a / b:>6.2f}   {counts}{'' if good else '  FAILED'}")
+    return 0 if passed else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
