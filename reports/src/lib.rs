@@ -5,3 +5,4 @@
 pub mod colour;
 pub mod embed;
 pub mod overlay;
+pub mod plot;

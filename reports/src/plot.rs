@@ -1,0 +1,337 @@
+//! Plots as SVG: lines, points and bars over axes whose ticks the caller knows.
+//!
+//! A logarithmic axis is a linear axis of `log10`, labelled with the numbers themselves. All plots share one look: thin grey
+//! grid lines, no frame, text in the page's own size.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use crate::colour::Rgb;
+
+/// Text and axes.
+pub const INK: Rgb = [38, 50, 64];
+/// What is less important.
+pub const GREY: Rgb = [139, 150, 161];
+/// First series.
+pub const BLUE: Rgb = [31, 95, 168];
+/// Second series.
+pub const ORANGE: Rgb = [214, 122, 30];
+/// Third series, and what is right.
+pub const GREEN: Rgb = [35, 128, 86];
+/// Limits, and what is wrong.
+pub const RED: Rgb = [184, 38, 32];
+/// Fourth series.
+pub const VIOLET: Rgb = [116, 76, 158];
+
+/// Why a plot cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+#[error("a plot cannot be drawn: {0}")]
+pub struct PlotError(String);
+
+/// One axis of a plot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    label: String,
+    from: f64,
+    to: f64,
+    log: bool,
+    ticks: Vec<(f64, String)>,
+}
+
+impl Axis {
+    /// A linear axis with ticks at round numbers.
+    pub fn linear(label: impl Into<String>, from: f64, to: f64) -> Self {
+        let (from, to) = if to > from { (from, to) } else { (from - 0.5, from + 0.5) };
+        let step = round_step((to - from) / 5.0);
+        let first = (from / step - 1e-9).ceil() as i64;
+        let last = (to / step + 1e-9).floor() as i64;
+        let decimals = (-step.log10().floor()).max(0.0) as usize;
+        let ticks =
+            (first..=last).map(|i| (i as f64 * step, minus(format!("{:.decimals$}", i as f64 * step)))).collect();
+        Self { label: label.into(), from, to, log: false, ticks }
+    }
+
+    /// A linear axis with the given ticks.
+    pub fn ticked(label: impl Into<String>, from: f64, to: f64, ticks: Vec<(f64, String)>) -> Self {
+        Self { label: label.into(), from, to, log: false, ticks }
+    }
+
+    /// A logarithmic axis between two positive numbers, ticks at the decades, and at 2 and 5 of them where few fit.
+    pub fn log(label: impl Into<String>, from: f64, to: f64) -> Self {
+        let (from, to) = (from.log10(), to.log10().max(from.log10() + 0.1));
+        let steps: &[f64] = if to - from > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let decades = from.floor() as i32..=to.ceil() as i32;
+        let ticks = decades
+            .flat_map(|decade| steps.iter().map(move |step| step * 10f64.powi(decade)))
+            .filter(|value| (from - 1e-9..=to + 1e-9).contains(&value.log10()))
+            .map(|value| (value.log10(), plain(value)))
+            .collect();
+        Self { label: label.into(), from, to, log: true, ticks }
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        if self.log { value.max(1e-300).log10().clamp(self.from, self.to) } else { value.clamp(self.from, self.to) }
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let part = (value - self.from) / (self.to - self.from);
+        limit.0 + (part * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _hint: Hint) -> Vec<f64> {
+        self.ticks.iter().map(|tick| tick.0).collect()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.from..self.to
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    fn format_ext(&self, value: &f64) -> String {
+        let tick = self.ticks.iter().find(|tick| tick.0 == *value);
+        tick.map(|tick| tick.1.clone()).unwrap_or_default()
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at least `step`.
+fn round_step(step: f64) -> f64 {
+    let decade = 10f64.powf(step.log10().floor());
+    let lead = step / decade;
+    decade
+        * if lead <= 1.0 {
+            1.0
+        } else if lead <= 2.0 {
+            2.0
+        } else if lead <= 5.0 {
+            5.0
+        } else {
+            10.0
+        }
+}
+
+/// Without an exponent and without needless zeros.
+fn plain(value: f64) -> String {
+    let decimals = (-value.log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// The sign that print uses.
+fn minus(text: String) -> String {
+    text.replace('-', "\u{2212}")
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mark {
+    /// A line through all points.
+    Line,
+    /// A line with a dot at each point.
+    LineDots,
+    /// A dot of this radius in px at each point.
+    Dots(i32),
+    /// Bars from the axis up, of this width in units of `x`.
+    Bars(f64),
+}
+
+/// Points that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// What the legend calls it; nothing where it has no entry.
+    pub name: String,
+    /// Its colour.
+    pub colour: Rgb,
+    /// How it is drawn.
+    pub mark: Mark,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// A line across the whole plot.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rule {
+    /// At this `y`: a limit.
+    Limit(f64, String),
+    /// At this `x`: the choice that was made.
+    Choice(f64, String),
+}
+
+/// One plot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// Said above the plot.
+    pub title: String,
+    /// Width and height, px.
+    pub size: (u32, u32),
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// What is drawn, first at the back.
+    pub series: Vec<Series>,
+    /// Lines across.
+    pub rules: Vec<Rule>,
+}
+
+const FONT: &str = "sans-serif";
+
+fn rgb(colour: Rgb) -> RGBColor {
+    RGBColor(colour[0], colour[1], colour[2])
+}
+
+impl Chart {
+    /// The plot as an `<svg>` element that fills the width it is given.
+    ///
+    /// # Errors
+    /// Where the plotting crate refuses it.
+    pub fn svg(&self) -> Result<String, PlotError> {
+        let mut svg = String::new();
+        self.draw(&mut svg).map_err(|error| PlotError(format!("{}: {error}", self.title)))?;
+        Ok(scalable(&svg, &self.title))
+    }
+
+    fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+        let root = SVGBackend::with_string(svg, self.size).into_drawing_area();
+        let text = |size: i32, colour: Rgb| (FONT, size).into_font().color(&rgb(colour));
+        let mut builder = ChartBuilder::on(&root);
+        builder.margin(6).margin_right(14).x_label_area_size(38).y_label_area_size(52);
+        if !self.title.is_empty() {
+            builder.caption(&self.title, text(14, INK));
+        }
+        let mut chart = builder.build_cartesian_2d(self.x.clone(), self.y.clone())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(rgb([226, 230, 234]))
+            .axis_style(rgb([176, 184, 192]))
+            .x_labels(self.x.ticks.len().max(1))
+            .y_labels(self.y.ticks.len().max(1))
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .label_style(text(12, INK))
+            .axis_desc_style(text(12, INK))
+            .draw()?;
+        for rule in &self.rules {
+            let (line, at, name, colour, pos) = match rule {
+                Rule::Limit(y, name) => {
+                    let y = self.y.place(*y);
+                    let pos = Pos::new(HPos::Right, VPos::Bottom);
+                    ([(self.x.from, y), (self.x.to, y)], (self.x.to, y), name, RED, pos)
+                }
+                Rule::Choice(x, name) => {
+                    let x = self.x.place(*x);
+                    let pos = Pos::new(HPos::Left, VPos::Top);
+                    ([(x, self.y.from), (x, self.y.to)], (x, self.y.to), name, GREEN, pos)
+                }
+            };
+            chart.draw_series(DashedLineSeries::new(line, 5, 4, rgb(colour).stroke_width(1)))?;
+            chart.draw_series([Text::new(format!(" {name} "), at, text(11, colour).pos(pos))])?;
+        }
+        for series in &self.series {
+            let colour = rgb(series.colour);
+            let points = || series.points.iter().map(|&(x, y)| (self.x.place(x), self.y.place(y)));
+            match series.mark {
+                Mark::Line => {
+                    chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?;
+                }
+                Mark::LineDots => {
+                    chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?;
+                    chart.draw_series(points().map(|point| Circle::new(point, 3, colour.filled())))?;
+                }
+                Mark::Dots(radius) => {
+                    chart.draw_series(points().map(|point| Circle::new(point, radius, colour.mix(0.75).filled())))?;
+                }
+                Mark::Bars(width) => {
+                    let bar = |(x, y): (f64, f64)| {
+                        let corners = [(x - width / 2.0, self.y.from), (x + width / 2.0, y)];
+                        Rectangle::new(corners, colour.filled())
+                    };
+                    chart.draw_series(points().map(bar))?;
+                }
+            }
+        }
+        self.draw_legend(&root)?;
+        root.present()?;
+        Ok(())
+    }
+
+    /// Names in their colours, in one row at the top right.
+    fn draw_legend(
+        &self,
+        root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        let named: Vec<&Series> = self.series.iter().filter(|series| !series.name.is_empty()).collect();
+        let mut right = self.size.0 as i32 - 14;
+        let top = if self.title.is_empty() { 2 } else { 30 };
+        for series in named.iter().rev() {
+            let colour = rgb(series.colour);
+            let style = (FONT, 12).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Right, VPos::Top));
+            root.draw(&Text::new(series.name.clone(), (right, top), style))?;
+            // Half an em a letter, as in most sans-serif faces.
+            right -= 7 * series.name.chars().count() as i32 + 8;
+            root.draw(&Circle::new((right, top + 6), 4, colour.filled()))?;
+            right -= 16;
+        }
+        Ok(())
+    }
+}
+
+/// Takes the fixed size from an `<svg>` element, keeps its `viewBox`, and says what it shows to those who cannot see it.
+pub fn scalable(svg: &str, title: &str) -> String {
+    let start = svg.find("<svg").unwrap_or(0);
+    let end = svg[start..].find('>').map_or(svg.len(), |at| start + at);
+    let view_box = svg[start..end].find("viewBox=").map_or("", |at| {
+        let rest = &svg[start + at..end];
+        rest.match_indices('"').nth(1).map_or("", |(close, _)| &rest[..=close])
+    });
+    let title = minijinja::HtmlEscape(title);
+    format!("<svg {view_box} role=\"img\" aria-label=\"{title}\"{}", &svg[end..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis) -> Vec<&str> {
+        axis.ticks.iter().map(|tick| tick.1.as_str()).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_numbers_inside_the_axis() {
+        assert_eq!(labels(&Axis::linear("", -1.0, 1.0)), ["\u{2212}1.0", "\u{2212}0.5", "0.0", "0.5", "1.0"]);
+        assert_eq!(labels(&Axis::linear("", 8.0, 18.0)), ["8", "10", "12", "14", "16", "18"]);
+        assert_eq!(labels(&Axis::log("", 0.01, 100.0)), ["0.01", "0.1", "1", "10", "100"]);
+        assert_eq!(labels(&Axis::log("", 80.0, 1000.0)), ["100", "200", "500", "1000"]);
+        assert_eq!(labels(&Axis::linear("", 3.0, 3.0)).is_empty(), false);
+    }
+
+    #[test]
+    fn a_plot_is_one_scalable_element_without_outside_resources() {
+        let chart = Chart {
+            title: "a < b".into(),
+            size: (320, 200),
+            x: Axis::linear("x", 0.0, 4.0),
+            y: Axis::log("y", 0.1, 10.0),
+            series: vec![Series {
+                name: "s".into(),
+                colour: BLUE,
+                mark: Mark::LineDots,
+                points: vec![(0.0, 0.0), (4.0, 20.0)],
+            }],
+            rules: vec![Rule::Limit(1.0, "limit".into()), Rule::Choice(2.0, "chosen".into())],
+        };
+        let svg = chart.svg().unwrap();
+        assert!(svg.starts_with("<svg viewBox=\"0 0 320 200\" role=\"img\" aria-label=\"a &lt; b\">"), "{svg}");
+        assert!(svg.trim_end().ends_with("</svg>") && !svg.contains("width=\"320\" height=\"200\" viewBox"));
+        assert!(svg.contains("limit") && svg.contains("chosen"));
+        assert!(!svg.contains("<image") && !svg.contains("href"));
+    }
+}
