@@ -120,6 +120,17 @@ pub struct Seeds {
     pub motion: u64,
 }
 
+impl Seeds {
+    /// The seed of a condition of [`hoverlock_reference::conditions`].
+    pub fn of(&self, condition: &str) -> u64 {
+        match condition {
+            "combined" => self.combined,
+            "fog" => self.fog,
+            _ => self.nominal,
+        }
+    }
+}
+
 /// A column of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

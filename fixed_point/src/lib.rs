@@ -2,6 +2,7 @@
 //!
 //! Word lengths are data, chosen at run time for sweeps; the design point that the hardware is built for is one constant.
 
+pub mod acceptance;
 pub mod bit_true;
 pub mod bounds;
 pub mod coefficients;
