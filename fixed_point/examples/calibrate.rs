@@ -9,6 +9,7 @@ use hoverlock_fixed_point::acceptance::Comparison;
 use hoverlock_fixed_point::bounds::Bounds;
 use hoverlock_fixed_point::design::KT27;
 use hoverlock_fixed_point::ladder::Ladder;
+use hoverlock_fixed_point::measure::BitKind;
 use hoverlock_reference::conditions::CONDITIONS;
 use hoverlock_reference::picture::Picture;
 
@@ -41,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
         let name = format!("{folder}/{}", path.file_stem().unwrap_or_default().to_string_lossy());
         for condition in CONDITIONS {
-            for seed in [bounds.seeds.of(condition.name), 1001, 1002] {
+            for seed in [bounds.seeds.of(&condition), 1001, 1002] {
                 let Some(comparison) = Comparison::of_frame(&ladder, &condition.apply(&frame, seed), bounds) else {
                     eprintln!("{name}: too small, passed over");
                     continue;
@@ -56,8 +57,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                         scale.interior.rms,
                         scale.whole_frame.max,
                         scale.interior.sqnr_db,
-                        scale.maxlbp_flips_percent,
-                        scale.sign_flips_percent,
+                        comparison.flips.percent(BitKind::Maxlbp),
+                        comparison.flips.percent(BitKind::Sign),
                         scale.kept.reference,
                         scale.kept.same_pixel_percent,
                         scale.kept.within_one_px_percent

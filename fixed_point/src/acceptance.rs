@@ -2,7 +2,8 @@
 //!
 //! Errors are those of the signed response `sign_k * DOG_k` in LSB of the design point's DoG, `FS / 2^17`, also where another
 //! configuration has a coarser step: a narrowed format is judged by the measure of the full one. `T_k` is the response of a
-//! given rank at rung 2, rounded to an LSB, the same for both rungs.
+//! given rank at rung 2, rounded to an LSB, the same for both rungs. The integer `T` stands for responses from `T - 1/2`, so
+//! that is what rung 2 is asked for; else rung 4 would show more features by the threshold alone.
 
 use hoverlock_reference::dog::Dog;
 use hoverlock_reference::extractor;
@@ -19,8 +20,10 @@ use crate::measure::{BitKind, ErrorStatistics, Flips, Kept, Region, threshold_of
 /// One scale pair of one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScaleComparison {
-    /// The column that the contrast of this scale puts it in.
-    pub class: Option<Class>,
+    /// The column of SQNR that the contrast of this scale puts it in.
+    pub signal_class: Option<Class>,
+    /// The column of the places of features.
+    pub features_class: Option<Class>,
     /// `T_k`, LSB.
     pub threshold_lsb: f64,
     /// Error of the response on the interior.
@@ -29,10 +32,6 @@ pub struct ScaleComparison {
     pub whole_frame: ErrorStatistics,
     /// What became of the features.
     pub kept: Kept,
-    /// MaxLBP bits of this scale that flipped, percent.
-    pub maxlbp_flips_percent: f64,
-    /// Sign bits of this scale that flipped, percent.
-    pub sign_flips_percent: f64,
 }
 
 /// Two rungs on one frame.
@@ -97,13 +96,12 @@ impl Comparison {
             let (wanted, measured) = (response(reference, k), response(test, k));
             let interior = ErrorStatistics::between(&wanted, &measured, lsb, bounds.interior)?;
             Some(ScaleComparison {
-                class: bounds.class(interior.reference_rms),
+                signal_class: bounds.class.signal.class(interior.reference_rms),
+                features_class: bounds.class.features.class(interior.reference_rms),
                 threshold_lsb: thresholds[k] / lsb,
                 interior,
                 whole_frame: ErrorStatistics::between(&wanted, &measured, lsb, Region::WHOLE)?,
                 kept: Kept::between(&reference_features, &test_features, k as u8),
-                maxlbp_flips_percent: flips.percent(BitKind::Maxlbp, k),
-                sign_flips_percent: flips.percent(BitKind::Sign, k),
             })
         };
         let scales = [scale(0)?, scale(1)?];
@@ -119,7 +117,10 @@ impl Comparison {
         };
         let spot = |k: usize, error: &ErrorStatistics| format!("scale {k} at {}, {}", error.max_at.0, error.max_at.1);
         let at_scale = |k: usize| format!("scale {k}");
-        let column = |scale: &ScaleComparison| scale.class.map(|class| bounds.column(class));
+        let column = |class: Option<Class>| class.map(|class| bounds.column(class));
+        // Flips are counted over the bits of both scales, so the scale of lower contrast chooses their column.
+        let lowest = self.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
+        let bits = column(bounds.class.signal.class(lowest));
         let at_most = |name, unit, limit, measured, place| {
             Some(Judgement::new(name, unit, Sense::AtMost, limit, measured, place))
         };
@@ -134,25 +135,27 @@ impl Comparison {
                 at_most("DoG error, maximum, whole frame", "LSB", limit, error.max.abs(), spot(k, error))
             }),
             worse(&|k, scale| {
-                let limit = column(scale)?.sqnr_db;
+                let limit = column(scale.signal_class)?.sqnr_db;
                 let measured = scale.interior.sqnr_db;
                 Some(Judgement::new("DoG SQNR", "dB", Sense::AtLeastDecibel, limit, measured, at_scale(k)))
             }),
-            worse(&|k, scale| {
-                let limit = column(scale)?.maxlbp_flips_percent;
-                at_most("MaxLBP bits flipped", "%", limit, scale.maxlbp_flips_percent, at_scale(k))
+            bits.and_then(|column| {
+                let measured = self.flips.percent(BitKind::Maxlbp);
+                at_most("MaxLBP bits flipped", "%", column.maxlbp_flips_percent, measured, "both scales".into())
+            }),
+            bits.and_then(|column| {
+                let measured = self.flips.percent(BitKind::Sign);
+                at_most("sign bits flipped", "%", column.sign_flips_percent, measured, "both scales".into())
             }),
             worse(&|k, scale| {
-                let limit = column(scale)?.sign_flips_percent;
-                at_most("sign bits flipped", "%", limit, scale.sign_flips_percent, at_scale(k))
-            }),
-            worse(&|k, scale| {
-                let (limit, measured) = (column(scale)?.same_pixel_percent, scale.kept.same_pixel_percent);
+                let (limit, measured) =
+                    (column(scale.features_class)?.same_pixel_percent, scale.kept.same_pixel_percent);
                 let sense = Sense::AtLeastPercent;
                 Some(Judgement::new("features at the same pixel", "%", sense, limit, measured, at_scale(k)))
             }),
             worse(&|k, scale| {
-                let (limit, measured) = (column(scale)?.within_one_px_percent, scale.kept.within_one_px_percent);
+                let (limit, measured) =
+                    (column(scale.features_class)?.within_one_px_percent, scale.kept.within_one_px_percent);
                 let sense = Sense::AtLeastPercent;
                 Some(Judgement::new("features within 1 px", "%", sense, limit, measured, at_scale(k)))
             }),
@@ -165,4 +168,71 @@ impl Comparison {
         .flatten()
         .collect()
     }
+}
+
+/// Effective sigma of one smoother in one direction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SigmaEff {
+    /// The `sigma` it was designed for, px.
+    pub sigma: f64,
+    /// Along the rows, else down the columns.
+    pub along_rows: bool,
+    /// `sqrt(2 a) / (1 - a)`: unrounded coefficients, infinite reach, px.
+    pub unquantised: f64,
+    /// Rounded coefficients and finite reach, px.
+    pub quantised: f64,
+}
+
+impl SigmaEff {
+    /// Relative change by rounding and truncation.
+    pub fn relative(&self) -> f64 {
+        self.quantised / self.unquantised - 1.0
+    }
+}
+
+/// The effective sigma of all smoothers. Variances of a chain add up: a recursion with gain `g` has `(1 - g) / g^2`, and a cell that
+/// reaches `2^j` samples, two weights `g_j` and `1 - g_j`, has `g_j (1 - g_j) 4^j`.
+pub fn sigma_eff(ladder: &Ladder) -> Vec<SigmaEff> {
+    let (Some(exact), Some(rounded)) = (ladder.cells(Rung::Streaming), ladder.cells(Rung::Fixed)) else {
+        return Vec::new();
+    };
+    let of_smoother = |smoother: usize| {
+        let (exact, rounded) = (&exact[smoother], &rounded[smoother]);
+        let recursion = |g: f64| (1.0 - g) / (g * g);
+        let ahead: f64 = rounded.reach.iter().enumerate().map(|(j, g)| g * (1.0 - g) * 4f64.powi(j as i32)).sum();
+        [false, true].map(|along_rows| SigmaEff {
+            sigma: ladder.design().sigmas[smoother],
+            along_rows,
+            unquantised: (2.0 * recursion(exact.g)).sqrt(),
+            quantised: (ahead + if along_rows { ahead } else { recursion(rounded.g) }).sqrt(),
+        })
+    };
+    (0..exact.len()).flat_map(of_smoother).collect()
+}
+
+/// The bounds that concern the filters alone: effective sigma, and constant pictures.
+pub fn judge_coefficients(ladder: &Ladder, bounds: &Bounds) -> Vec<Judgement> {
+    let worst = sigma_eff(ladder).into_iter().max_by(|a, b| a.relative().abs().total_cmp(&b.relative().abs()));
+    let sigma = worst.map(|worst| {
+        let direction = if worst.along_rows { "along the rows" } else { "down the columns" };
+        let place = format!("sigma {} {direction}", worst.sigma);
+        let (limit, measured) = (bounds.coefficients.sigma_eff_relative, worst.relative().abs());
+        Judgement::new("sigma_eff, relative change", "", Sense::AtMost, limit, measured, place)
+    });
+    // Either end of the word, its middle, and a code of mixed bits.
+    let deviation = |value: u16| {
+        let planes = ladder.planes(Rung::Fixed, &Plane::filled(96, 80, value));
+        let from = |plane: &Plane<f64>, wanted: f64| {
+            plane.as_slice().iter().map(|sample| (sample - wanted).abs()).fold(0.0, f64::max) / dog_lsb()
+        };
+        let smoothed = planes.smoothed.iter().map(|plane| from(plane, f64::from(value)));
+        let dog = planes.dog.iter().map(|plane| from(plane, 0.0));
+        (smoothed.chain(dog).fold(0.0, f64::max), value)
+    };
+    let worst = [0, 1, 0x8000, 0xa5c3, u16::MAX].map(deviation).into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let constant = worst.map(|(measured, value)| {
+        let limit = bounds.coefficients.constant_lsb;
+        Judgement::new("a constant stays constant", "LSB", Sense::AtMost, limit, measured, format!("code {value}"))
+    });
+    sigma.into_iter().chain(constant).collect()
 }

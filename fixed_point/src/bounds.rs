@@ -6,6 +6,7 @@
 
 use std::sync::LazyLock;
 
+use hoverlock_reference::conditions::{COMBINED, Condition, FOG};
 use serde::{Deserialize, Serialize};
 
 use crate::measure::Region;
@@ -19,7 +20,7 @@ pub struct Bounds {
     /// How features are chosen for comparison.
     pub features: FeatureRule,
     /// Where each column begins.
-    pub class: ClassLimits,
+    pub class: Classes,
     /// Limits of the DoG error that hold for any picture.
     pub dog: DogLimits,
     /// Relative limits at good contrast.
@@ -44,6 +45,16 @@ pub struct FeatureRule {
     pub rank: usize,
     /// Fewer features than this fail.
     pub minimum: usize,
+}
+
+/// Where each column begins, for two kinds of measures.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Classes {
+    /// For SQNR and bit flips, which average over ten thousands of samples or bits.
+    pub signal: ClassLimits,
+    /// For the places of features, of which there are some hundred, most of them the weakest that are let in.
+    pub features: ClassLimits,
 }
 
 /// Least rms of the rung-2 DoG of each column, LSB.
@@ -121,13 +132,25 @@ pub struct Seeds {
 }
 
 impl Seeds {
-    /// The seed of a condition of [`hoverlock_reference::conditions`].
-    pub fn of(&self, condition: &str) -> u64 {
-        match condition {
-            "combined" => self.combined,
-            "fog" => self.fog,
-            _ => self.nominal,
+    /// The seed of one of the three conditions; that of any other is the nominal one's.
+    pub fn of(&self, condition: &Condition) -> u64 {
+        if *condition == COMBINED {
+            self.combined
+        } else if *condition == FOG {
+            self.fog
+        } else {
+            self.nominal
         }
+    }
+}
+
+impl ClassLimits {
+    /// The column for a rung-2 DoG of this rms in LSB; none where only the absolute limits hold.
+    pub fn class(&self, dog_rms_lsb: f64) -> Option<Class> {
+        [(self.nominal, Class::Nominal), (self.combined, Class::Combined), (self.fog, Class::Fog)]
+            .into_iter()
+            .find(|(least, _)| dog_rms_lsb >= *least)
+            .map(|(_, class)| class)
     }
 }
 
@@ -150,15 +173,6 @@ impl Bounds {
     /// The acceptance bounds of the project.
     pub fn acceptance() -> &'static Self {
         &ACCEPTANCE
-    }
-
-    /// The column for a picture whose rung-2 DoG has this rms in LSB; none where only the absolute limits hold.
-    pub fn class(&self, dog_rms_lsb: f64) -> Option<Class> {
-        let ClassLimits { nominal, combined, fog } = self.class;
-        [(nominal, Class::Nominal), (combined, Class::Combined), (fog, Class::Fog)]
-            .into_iter()
-            .find(|(least, _)| dog_rms_lsb >= *least)
-            .map(|(_, class)| class)
     }
 
     /// The limits of a column.
@@ -243,7 +257,9 @@ mod tests {
             assert!(pair[0].same_pixel_percent >= pair[1].same_pixel_percent);
             assert!(pair[0].within_one_px_percent > pair[1].within_one_px_percent);
         }
-        assert!(bounds.class.nominal > bounds.class.combined && bounds.class.combined > bounds.class.fog);
+        for class in [bounds.class.signal, bounds.class.features] {
+            assert!(class.nominal > class.combined && class.combined > class.fog);
+        }
         assert!(bounds.dog.whole_frame_max_lsb >= bounds.dog.max_lsb);
         let misspelt = include_str!("../bounds.toml").replace("rms_lsb", "rms_lbs");
         assert!(toml::from_str::<Bounds>(&misspelt).is_err(), "a misspelt bound must not be passed over");
@@ -251,12 +267,12 @@ mod tests {
 
     #[test]
     fn contrast_chooses_the_column() {
-        let bounds = Bounds::acceptance();
-        assert_eq!(bounds.class(bounds.class.nominal), Some(Class::Nominal));
-        assert_eq!(bounds.class(bounds.class.nominal - 0.1), Some(Class::Combined));
-        assert_eq!(bounds.class(bounds.class.fog), Some(Class::Fog));
-        assert_eq!(bounds.class(bounds.class.fog - 0.1), None);
-        assert_eq!(bounds.class(f64::NAN), None);
+        let limits = ClassLimits { nominal: 400.0, combined: 200.0, fog: 80.0 };
+        assert_eq!(limits.class(400.0), Some(Class::Nominal));
+        assert_eq!(limits.class(399.9), Some(Class::Combined));
+        assert_eq!(limits.class(80.0), Some(Class::Fog));
+        assert_eq!(limits.class(79.9), None);
+        assert_eq!(limits.class(f64::NAN), None);
     }
 
     #[test]

@@ -7,6 +7,7 @@ pub mod bit_true;
 pub mod bounds;
 pub mod coefficients;
 pub mod design;
+pub mod displacement;
 pub mod format;
 pub mod ladder;
 pub mod lerp;

@@ -295,11 +295,11 @@ impl Flips {
         }
     }
 
-    /// Share of the bits of one kind and scale that differ, percent.
-    pub fn percent(&self, kind: BitKind, scale: usize) -> f64 {
-        let word = scale + if kind == BitKind::Sign { 2 } else { 0 };
-        let flipped: u64 = self.per_bit[word * RING_POINTS..(word + 1) * RING_POINTS].iter().sum();
-        100.0 * flipped as f64 / (self.features * RING_POINTS as u64).max(1) as f64
+    /// Share of the bits of one kind, of both scales, that differ, percent.
+    pub fn percent(&self, kind: BitKind) -> f64 {
+        let first = if kind == BitKind::Sign { 2 * RING_POINTS } else { 0 };
+        let flipped: u64 = self.per_bit[first..first + 2 * RING_POINTS].iter().sum();
+        100.0 * flipped as f64 / (self.features * 2 * RING_POINTS as u64).max(1) as f64
     }
 }
 
@@ -408,13 +408,12 @@ mod tests {
         assert_eq!(flips.sign_margin[2], MarginBin { bits: 1, flipped: 1 });
         // 100 LSB lies between 2^6 and 2^7: bin 8.
         assert_eq!(flips.maxlbp_margin[8], MarginBin { bits: 62, flipped: 0 });
-        assert_eq!(flips.percent(BitKind::Maxlbp, 0), 100.0 / 32.0);
-        assert_eq!(flips.percent(BitKind::Sign, 0), 0.0);
-        assert_eq!(flips.percent(BitKind::Sign, 1), 100.0 / 32.0);
+        assert_eq!(flips.percent(BitKind::Maxlbp), 200.0 / 64.0);
+        assert_eq!(flips.percent(BitKind::Sign), 100.0 / 64.0);
         let mut twice = flips.clone();
         twice.add(&flips);
         assert_eq!((twice.features, twice.per_bit[3], twice.sign_margin[2].bits), (2, 2, 2));
-        assert_eq!(twice.percent(BitKind::Maxlbp, 0), 100.0 / 32.0);
+        assert_eq!(twice.percent(BitKind::Maxlbp), 200.0 / 64.0);
     }
 
     #[test]
