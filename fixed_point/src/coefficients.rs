@@ -9,9 +9,14 @@
 //! whole sum `sum_k a^k` they leave out the part `a^(2^m)`, which is how `m` follows from a wanted error.
 
 pub mod direct_form;
+pub mod export;
+pub mod set;
+
+use crate::stages::{self, Cells};
+use hoverlock_reference::plane::Plane;
 
 use hoverlock_reference::recursive::first_order;
-use hoverlock_reference::smoother::DesignError;
+use hoverlock_reference::smoother::{DesignError, Response};
 
 /// Most fraction bits of a coefficient: its product with a 32-bit word still fits 64 bits with the rounding half added.
 pub const MAX_FRACTION_BITS: u32 = 31;
@@ -126,6 +131,21 @@ impl LerpCoefficients {
             })
             .collect();
         Ok(Self { sigma, a, frac_bits, g: g as u32, g_j, saturated })
+    }
+
+    /// What the codes are worth together: the impulse response down the columns and along the rows, arithmetic in f64.
+    pub fn impulse_responses(&self) -> [Response; 2] {
+        let value = |code: u32| f64::from(code) * (-f64::from(self.frac_bits)).exp2();
+        let cells = Cells { g: value(self.g), reach: self.g_j.iter().copied().map(value).collect() };
+        // The recursion dies away as (1 - g)^n: until it is below 2^-70, on both sides of the impulse, as are the look-aheads.
+        let tail = (-70.0 * std::f64::consts::LN_2 / (-cells.g).ln_1p()).ceil() as usize;
+        let centre = tail.max(1 << self.look_ahead());
+        let impulse = |n: usize| f64::from(u8::from(n == centre));
+        let length = 2 * centre + 1;
+        [Plane::from_fn(1, length, |_, y| impulse(y)), Plane::from_fn(length, 1, |x, _| impulse(x))].map(|line| {
+            let response = stages::smooth(&line, &cells, |p, q, c| p + c * (q - p), |_, _| ());
+            Response::new(response.into_vec(), centre)
+        })
     }
 
     /// The number of look-ahead stages, `m`.

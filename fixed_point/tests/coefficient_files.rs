@@ -1,0 +1,131 @@
+//! The written coefficient files, read by the tools they are for, say the numbers of the set.
+
+use hoverlock_fixed_point::coefficients::export;
+use hoverlock_fixed_point::coefficients::set::{CoefficientSet, LookAhead, Wish};
+use hoverlock_reference::recursive::{Family, Fit};
+use std::path::Path;
+use std::process::Command;
+
+fn sets(family: Family, fit: Fit) -> Vec<CoefficientSet> {
+    let design = |sigma| {
+        let wish = Wish { family, fit, sigma, frac_bits: 16, look_ahead: LookAhead::Error(1e-4) };
+        CoefficientSet::design(&wish).unwrap()
+    };
+    [2.0, 3.2, 5.12].map(design).to_vec()
+}
+
+/// The lerp cells, signed direct forms of a cascade, and those in parallel.
+fn all_kinds() -> [Vec<CoefficientSet>; 3] {
+    [
+        sets(Family::FirstOrder, Fit::LeastSquares),
+        sets(Family::YoungVanVliet, Fit::Published),
+        sets(Family::Deriche { order: 4 }, Fit::Published),
+    ]
+}
+
+/// `(SMOOTHER<i>_<word>, code)` of every word.
+fn named_words(sets: &[CoefficientSet]) -> Vec<(String, i64)> {
+    let of = |(i, set): (usize, &CoefficientSet)| {
+        set.words().into_iter().map(move |word| (format!("SMOOTHER{i}_{}", word.name), word.code)).collect::<Vec<_>>()
+    };
+    sets.iter().enumerate().flat_map(of).collect()
+}
+
+/// Runs a tool in `folder`, where there is such a tool.
+fn run(folder: &Path, program: &str, arguments: &[&str]) {
+    match Command::new(program).args(arguments).current_dir(folder).output() {
+        Ok(output) => assert!(output.status.success(), "{program}: {}", String::from_utf8_lossy(&output.stderr)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            eprintln!("SKIPPED: no {program} on this machine");
+        }
+        Err(error) => panic!("{program}: {error}"),
+    }
+}
+
+#[test]
+fn the_memory_file_holds_every_code_in_its_width() {
+    for sets in all_kinds() {
+        let text = export::mif(&sets, "test");
+        let field = |name: &str| -> u32 {
+            let line = text.lines().find(|line| line.starts_with(name)).unwrap();
+            line.split(['=', ';']).nth(1).unwrap().trim().parse().unwrap()
+        };
+        let (width, depth) = (field("WIDTH"), field("DEPTH"));
+        let signed = sets[0].word_format().1;
+        let content = text.split("CONTENT BEGIN").nth(1).unwrap();
+        let read: Vec<i64> = content
+            .lines()
+            .filter_map(|line| line.split_once(':').filter(|(address, _)| !address.trim().starts_with("--")))
+            .map(|(_, rest)| {
+                let bits = i64::from_str_radix(rest.split(';').next().unwrap().trim(), 16).unwrap();
+                if signed && bits >> (width - 1) == 1 { bits - (1 << width) } else { bits }
+            })
+            .collect();
+        let want: Vec<i64> = named_words(&sets).into_iter().map(|(_, code)| code).collect();
+        assert_eq!(read, want);
+        assert_eq!(depth as usize, want.len());
+        assert!(text.trim_end().ends_with("END;"));
+    }
+}
+
+#[test]
+fn verilog_reads_the_codes() {
+    for sets in all_kinds() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("coefficients.vh"), export::verilog(&sets, "test")).unwrap();
+        // Where a word differs, its block exists, and names a module that does not.
+        let checks: String = named_words(&sets)
+            .iter()
+            .map(|(name, code)| format!("if ({name} != {code}) missing wrong_{name}();\n"))
+            .collect();
+        let top =
+            format!("module top;\n`include \"coefficients.vh\"\n`include \"coefficients.vh\"\n{checks}endmodule\n");
+        std::fs::write(folder.path().join("top.v"), top).unwrap();
+        run(folder.path(), "verilator", &["--lint-only", "-Wno-WIDTH", "top.v"]);
+    }
+}
+
+#[test]
+fn c_reads_the_codes() {
+    for sets in all_kinds() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("coefficients.h"), export::c(&sets, "test")).unwrap();
+        let checks: String = named_words(&sets)
+            .iter()
+            .map(|(name, code)| format!("_Static_assert(HOVERLOCK_{name} == {code}, \"{name}\");\n"))
+            .collect();
+        std::fs::write(folder.path().join("check.c"), format!("#include \"coefficients.h\"\n{checks}")).unwrap();
+        run(folder.path(), "cc", &["-std=c11", "-Wall", "-Werror", "-fsyntax-only", "check.c"]);
+    }
+}
+
+#[test]
+fn rust_reads_the_codes() {
+    for sets in all_kinds() {
+        let folder = tempfile::tempdir().unwrap();
+        let checks: String = named_words(&sets)
+            .iter()
+            .map(|(name, code)| format!("const _: () = assert!({name} == {code});\n"))
+            .collect();
+        let text = format!("#![deny(missing_docs)]\n//! Check.\n{}{checks}", export::rust(&sets, "test"));
+        std::fs::write(folder.path().join("check.rs"), text).unwrap();
+        run(folder.path(), "rustc", &["--edition=2024", "--crate-type=lib", "--emit=metadata", "check.rs"]);
+    }
+}
+
+#[test]
+fn markdown_has_a_row_for_every_word() {
+    for sets in all_kinds() {
+        let text = export::markdown(&sets, "test");
+        for word in sets.iter().flat_map(CoefficientSet::words) {
+            assert!(text.contains(&format!("| `{}` | {} |", word.name, word.code)), "{}", word.name);
+        }
+        // Every row of a table has as many cells as its head.
+        let mut columns = 0;
+        for line in text.lines() {
+            let cells = line.matches('|').count();
+            assert!(cells == 0 || columns == 0 || cells == columns, "{line}");
+            columns = cells;
+        }
+    }
+}
