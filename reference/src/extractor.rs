@@ -3,6 +3,8 @@
 //! Features come in raster order, `k = 0` before `k = 1` where both scales find one pixel. The steps stand apart, so that a
 //! rung of the ladder that makes its own DoG (integers too) shares the search and the descriptors with all others.
 
+use std::ops::Sub;
+
 use crate::{
     dog::{Dog, SIGMAS},
     feature::Feature,
@@ -39,8 +41,15 @@ pub fn extract(
 /// `DOG_k`, sign and `MaxDOG_k` of both scale pairs of the default chain of sigmas.
 pub fn layers(frame: &Plane<u16>, smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>) -> [Layer<f64>; 2] {
     let frame = frame.map(|&code| f64::from(code));
-    let [fine, middle, coarse] = SIGMAS.map(|sigma| smooth(&frame, sigma));
-    [Dog::between(&fine, &middle), Dog::between(&middle, &coarse)].map(Layer::new)
+    layers_between(&SIGMAS.map(|sigma| smooth(&frame, sigma)))
+}
+
+/// The same from smoothed planes, the narrowest first.
+///
+/// # Panics
+/// Where the planes differ in shape.
+pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>([narrow, middle, wide]: &[Plane<T>; 3]) -> [Layer<T>; 2] {
+    [Dog::between(narrow, middle), Dog::between(middle, wide)].map(Layer::new)
 }
 
 /// Every maximum of at least the threshold of its scale, described. `codes_per_unit` turns a response into codes of the
@@ -126,9 +135,8 @@ mod tests {
         fn integers_and_floats_share_one_search(frame in picture()) {
             // Whole numbers in either type: every comparison has the same outcome, so every feature is the same.
             let frames = [3.0, 5.0, 9.0].map(|reach| box_mean(&frame.map(|&c| f64::from(c)), reach).map(|v| v.round()));
-            let float = [0, 1].map(|k| Layer::new(Dog::between(&frames[k], &frames[k + 1])));
-            let whole = frames.map(|f| f.map(|&v| v as u32));
-            let whole = [0, 1].map(|k| Layer::new(Dog::between(&whole[k], &whole[k + 1])));
+            let float = layers_between(&frames);
+            let whole = layers_between(&frames.map(|f| f.map(|&v| v as u32)));
             prop_assert_eq!(features(&float, [40.0; 2], 0.5), features(&whole, [40; 2], 0.5));
         }
     }

@@ -20,5 +20,6 @@ pub mod picture;
 pub mod plane;
 pub mod ransac;
 pub mod recursive;
+pub mod repeatability;
 mod separable;
 pub mod smoother;
