@@ -291,3 +291,226 @@ impl Planes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::KT27;
+    use crate::format::Format;
+    use crate::pictures::pictures;
+    use hoverlock_reference::maxlbp::rings;
+    use proptest::prelude::*;
+
+    /// A design point with other word lengths, reach and sigmas; the others stay.
+    fn design(state: i8, coefficient: i8, dog_bits: u32, look_ahead: [u32; SMOOTHERS]) -> DesignPoint {
+        let state = Format::unsigned(16, state);
+        DesignPoint { state, coefficient: Format::unsigned(0, coefficient), dog_bits, look_ahead, ..KT27 }
+    }
+
+    /// Round half away from zero of `numerator / 2^bits`, in wide signed integers, unlike the cell.
+    fn half_away(numerator: i128, bits: u32) -> i128 {
+        let half = 1i128 << (bits - 1);
+        if numerator >= 0 { (numerator + half) >> bits } else { -((-numerator + half) >> bits) }
+    }
+
+    /// One smoother straight from the equations, sample by sample, with arrays of rows.
+    fn smoothed(x: &[Vec<i128>], cells: &Cells<u32>, bits: u32) -> Vec<Vec<i128>> {
+        let (height, width) = (x.len(), x[0].len());
+        let lerp = |p: i128, q: i128, code: u32| p + half_away(i128::from(code) * (q - p), bits);
+        let at = |u: &[Vec<i128>], r: i64, c: i64| {
+            u[r.clamp(0, height as i64 - 1) as usize][c.clamp(0, width as i64 - 1) as usize]
+        };
+        let mut u = x.to_vec();
+        for r in 1..height {
+            for c in 0..width {
+                u[r][c] = lerp(u[r - 1][c], x[r][c], cells.g);
+            }
+        }
+        for (dr, dc) in [(1, 0), (0, -1), (0, 1)] {
+            for (j, code) in cells.reach.iter().enumerate() {
+                let step = 1i64 << j;
+                let before = u.clone();
+                for r in 0..height {
+                    for c in 0..width {
+                        let p = at(&before, r as i64 + dr * step, c as i64 + dc * step);
+                        u[r][c] = lerp(p, before[r][c], *code);
+                    }
+                }
+            }
+        }
+        u
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(96))]
+
+        #[test]
+        fn planes_and_features_are_the_equations(
+            picture in pictures(60),
+            (state, coefficient, dog_bits) in (0i8..=12, 6i8..=31, 2u32..=16),
+            look_ahead in prop::array::uniform3(1u32..=7),
+            thresholds in prop::array::uniform2(prop_oneof![0u32..50, 0..5000u32]),
+        ) {
+            let pixels = picture.draw();
+            let (width, height) = (pixels.width(), pixels.height());
+            let design = design(state, coefficient, dog_bits, look_ahead);
+            let model = BitTrue::new(&design).unwrap();
+            let planes = model.planes(&pixels);
+            let x: Vec<Vec<i128>> = pixels.rows().map(|row| row.iter().map(|p| i128::from(*p) << state).collect()).collect();
+            let g: Vec<_> = model.cells().iter().map(|cells| smoothed(&x, cells, coefficient as u32)).collect();
+            for (smoothed, plane) in g.iter().zip(&planes.smoothed) {
+                prop_assert!(smoothed.iter().flatten().eq(plane.as_slice().iter().map(|s| i128::from(*s)).collect::<Vec<_>>().iter()));
+            }
+            // 2^14 codes, a quarter of full scale, are 2^N LSB.
+            let d = |k: usize, r: usize, c: usize| g[k][r][c] - g[k + 1][r][c];
+            let dog =
+                |k: usize, r: usize, c: usize| half_away(d(k, r, c).abs() << dog_bits, u32::from(state as u8) + 14);
+            let most = (1i128 << dog_bits) - 1;
+            for k in 0..SCALES {
+                let mut saturated = 0;
+                for r in 0..height {
+                    for c in 0..width {
+                        let layer = &planes.layers[k];
+                        prop_assert_eq!(i128::from(planes.signed_dog[k][(c, r)]), d(k, r, c));
+                        prop_assert_eq!(layer.dog.positive[(c, r)], d(k, r, c) >= 0);
+                        prop_assert_eq!(i128::from(layer.dog.magnitude[(c, r)]), dog(k, r, c).min(most));
+                        saturated += u64::from(dog(k, r, c) > most);
+                        let window = (r.saturating_sub(2)..=(r + 2).min(height - 1))
+                            .flat_map(|y| (c.saturating_sub(2)..=(c + 2).min(width - 1)).map(move |x| (x, y)));
+                        let max = window.map(|at| layer.dog.magnitude[at]).max();
+                        prop_assert_eq!(Some(layer.max_dog[(c, r)]), max);
+                    }
+                }
+                prop_assert_eq!(planes.saturated[k], saturated);
+            }
+
+            let mut expected = Vec::new();
+            for y in 18..height.saturating_sub(18) {
+                for x in 18..width.saturating_sub(18) {
+                    for (k, threshold) in thresholds.iter().enumerate() {
+                        let dog = &planes.layers[k].dog.magnitude;
+                        let centre = dog[(x, y)];
+                        let beats = |dx: usize, dy: usize| {
+                            let other = dog[(x + dx - 3, y + dy - 3)];
+                            if dy * 7 + dx < 24 { centre > other } else { centre >= other }
+                        };
+                        let wins = (0..49).all(|i| beats(i % 7, i / 7));
+                        if wins && u32::from(centre) >= (*threshold).max(1) {
+                            expected.push((x as u16, y as u16, k as u8));
+                        }
+                    }
+                }
+            }
+            let found = planes.features(thresholds);
+            prop_assert_eq!(found.iter().map(|f| (f.x, f.y, f.scale)).collect::<Vec<_>>(), expected);
+            for feature in &found {
+                let (x, y, k) = (usize::from(feature.x), usize::from(feature.y), usize::from(feature.scale));
+                let dog = &planes.layers[k].dog;
+                prop_assert_eq!(feature.response, dog.magnitude[(x, y)]);
+                prop_assert_eq!(feature.bright, planes.signed_dog[k][(x, y)] >= 0);
+                let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+                prop_assert_eq!(feature.neighbours, around.map(|at| dog.magnitude[at]));
+                for (scale, layer) in planes.layers.iter().enumerate() {
+                    for (i, (dx, dy)) in rings()[scale].iter().enumerate() {
+                        let at = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
+                        let bits = (feature.descriptor.maxlbp[scale] >> i & 1, feature.descriptor.sign[scale] >> i & 1);
+                        let maxlbp = layer.dog.magnitude[(x, y)] >= layer.max_dog[at];
+                        prop_assert_eq!(bits, (u32::from(maxlbp), u32::from(planes.signed_dog[scale][at] >= 0)));
+                    }
+                }
+            }
+            prop_assert_eq!(counts(&found).iter().sum::<u32>() as usize, found.len());
+        }
+
+        #[test]
+        fn records_survive_packing(
+            (x, y, response, scale, bright) in (any::<u16>(), any::<u16>(), any::<u16>(), 0u8..2, any::<bool>()),
+            neighbours: [u16; 4], maxlbp: [u32; 2], sign: [u32; 2],
+        ) {
+            let record =
+                FeatureRecord { x, y, response, scale, bright, neighbours, descriptor: Descriptor { maxlbp, sign } };
+            prop_assert_eq!(FeatureRecord::unpack(&record.pack()), Some(record));
+        }
+
+        #[test]
+        fn controller_stays_in_range_and_moves_the_right_way(counts in prop::collection::vec(0u32..3000, 1..200)) {
+            let mut controller = ThresholdController::new(&KT27);
+            for count in counts {
+                let before = controller.thresholds()[0];
+                controller.finish_frame([count, 512]);
+                let [after, other] = controller.thresholds();
+                prop_assert!((1..=KT27.max_dog()).contains(&after));
+                // 640 = 5/4 of 512, 384 = 3/4: neither is beyond its limit.
+                match count {
+                    641.. => prop_assert!(after > before || before == KT27.max_dog()),
+                    ..384 => prop_assert!(after < before || before == 1),
+                    _ => prop_assert_eq!(after, before),
+                }
+                prop_assert_eq!(other, KT27.threshold.initial, "scales do not mix");
+            }
+        }
+    }
+
+    #[test]
+    fn record_has_the_layout_of_the_bus() {
+        let descriptor = Descriptor { maxlbp: [0x0102_0304, 0x1112_1314], sign: [0x2122_2324, 0x3132_3334] };
+        let record = FeatureRecord {
+            x: 0x0a0b,
+            y: 0x0c0d,
+            response: 0x7abc,
+            scale: 1,
+            bright: true,
+            neighbours: [0x1111, 0x2222, 0x3333, 0x4444],
+            descriptor,
+        };
+        let words = record.pack();
+        assert_eq!(words[..4], [0x0c0d_0a0b, 0x0003_7abc, 0x2222_1111, 0x4444_3333]);
+        assert_eq!(words[4..], [0x0102_0304, 0x1112_1314, 0x2122_2324, 0x3132_3334]);
+        let mut trailer = words;
+        trailer[1] |= u32::from(FLAG_TRAILER) << 16;
+        assert_eq!(FeatureRecord::unpack(&trailer), None);
+        let feature = Feature::from(&record);
+        assert_eq!((feature.x, feature.response), (0x0a0b, f64::from(0x7abc) / 2.0));
+    }
+
+    #[test]
+    fn controller_takes_the_steps_of_the_design() {
+        let mut controller = ThresholdController::new(&KT27);
+        assert_eq!(controller.thresholds(), [128, 128]);
+        controller.finish_frame([641, 383]);
+        assert_eq!(controller.thresholds(), [128 + 17, 128 - 17]);
+        for _ in 0..100 {
+            controller.finish_frame([u32::MAX, 0]);
+        }
+        assert_eq!(controller.thresholds(), [32767, 1]);
+    }
+
+    #[test]
+    fn coefficients_are_the_table_of_the_design() {
+        let model = BitTrue::new(&KT27).unwrap();
+        let table = [
+            (24536, vec![40315, 47101, 56830, 64033, 65500]),
+            (17102, vec![37685, 42386, 50478, 60180, 65021]),
+            (11450, vec![35905, 38984, 44768, 53931, 62636, 65396]),
+        ];
+        assert_eq!(*model.cells(), table.map(|(g, reach)| Cells { g, reach }));
+    }
+
+    #[test]
+    fn saturated_samples_are_counted_and_held() {
+        // Two bits over a quarter of full scale round up to 4 from 7/8 of it on: a white spot of 6 px radius gives 0.22 FS or
+        // more in the coarse pair, and 4 is one more than two bits hold.
+        let spot =
+            Plane::from_fn(
+                128,
+                128,
+                |x, y| {
+                    if x.abs_diff(64).pow(2) + y.abs_diff(64).pow(2) <= 36 { u16::MAX } else { 0 }
+                },
+            );
+        let planes = BitTrue::new(&design(2, 16, 2, KT27.look_ahead)).unwrap().planes(&spot);
+        assert!(f64::from(planes.signed_dog[1][(64, 64)]) >= 0.22 * 262_140.0);
+        assert!(planes.saturated[1] > 0);
+        assert_eq!(planes.layers[1].dog.magnitude[(64, 64)], 3);
+    }
+}

@@ -14,6 +14,7 @@ pub mod lerp;
 pub mod measure;
 pub mod stages;
 pub mod swift;
+pub mod worst_case;
 
 #[cfg(test)]
 mod pictures;
