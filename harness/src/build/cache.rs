@@ -277,9 +277,10 @@ fn model_key(
     includes: &[PathBuf],
 ) -> Result<String, BuildError> {
     let mut hash = Hash::new();
-    hash.add(unity::SHIM.as_bytes());
-    hash.add(unity::HOOKS.as_bytes());
-    hash.add(&unity::INTERFACE.to_le_bytes());
+    // The generator itself, so that no model of an older one is found.
+    for text in [unity::SHIM, unity::HOOKS, include_str!("unity.rs"), include_str!("hierarchy.rs")] {
+        hash.add(text.as_bytes());
+    }
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
     unity::CXX_FLAGS.iter().for_each(|flag| hash.add(flag.as_bytes()));
     hash.add(tool::fingerprint(&verilator.path).as_bytes());

@@ -165,8 +165,11 @@ impl Workshop<'_> {
             let _ = write!(table, " \\\n    X(\"{name}\", {}, {}, {})", port.member, port.width, port.direction);
             names.push(name);
         }
-        let mut unity =
-            format!("#define HV_INTERFACE {INTERFACE}\n#define HV_MODEL Vdut\n{table}\n\n#include \"Vdut__Syms.h\"\n");
+        let direct = u8::from(is_plain_eval(&read(&generated.join("Vdut.cpp"))?));
+        let mut unity = format!(
+            "#define HV_INTERFACE {INTERFACE}\n#define HV_MODEL Vdut\n#define HV_DIRECT_EVAL {direct}\n{table}\n\n\
+             #include \"Vdut__Syms.h\"\n"
+        );
         let mut files: Vec<String> = std::fs::read_dir(generated)
             .map_err(|source| BuildError::Cache { path: generated.to_owned(), source })?
             .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
@@ -278,6 +281,29 @@ fn check_compiler(output: &std::process::Output, trace: Trace) -> Result<(), Bui
     let lines: Vec<&str> = text.lines().filter(|l| l.contains("error") || l.contains("undefined")).take(20).collect();
     let output = if lines.is_empty() { text.trim().to_owned() } else { lines.join("\n") };
     Err(BuildError::Compiler { output })
+}
+
+/// Whether `eval_step` does nothing past the first time but evaluate the root and end threads that are not there.
+fn is_plain_eval(text: &str) -> bool {
+    let Some((_, body)) = text.split_once("::eval_step() {\n") else { return false };
+    let plain = |l: &&str| !l.starts_with("VL_DEBUG_IF") && !l.starts_with("//") && !l.starts_with('#');
+    let statements: Vec<&str> = body.lines().map(str::trim).filter(plain).take(13).collect();
+    statements
+        == [
+            "Vdut___024root___eval_debug_assertions(&(vlSymsp->TOP));",
+            "if (VL_UNLIKELY(!vlSymsp->__Vm_didInit)) {",
+            "vlSymsp->__Vm_didInit = true;",
+            "Vdut___024root___eval_static(&(vlSymsp->TOP));",
+            "Vdut___024root___eval_initial(&(vlSymsp->TOP));",
+            "Vdut___024root___eval_settle(&(vlSymsp->TOP));",
+            "}",
+            "Verilated::mtaskId(0);",
+            "Vdut___024root___eval(&(vlSymsp->TOP));",
+            "Verilated::endOfThreadMTask(vlSymsp->__Vm_evalMsgQp);",
+            "Verilated::endOfEval(vlSymsp->__Vm_evalMsgQp);",
+            "}",
+            "",
+        ]
 }
 
 struct HeaderPort<'a> {

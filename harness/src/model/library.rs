@@ -57,7 +57,6 @@ functions! {
     hv_new: fn(u64, i32, i32, *const *const c_char) -> Instance;
     hv_delete: fn(Instance);
     hv_bind: fn(Instance);
-    hv_eval: fn(Instance);
     hv_eval_bound: fn(Instance);
     hv_final: fn(Instance);
     hv_time: fn(Instance, u64);

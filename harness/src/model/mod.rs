@@ -9,6 +9,7 @@
 
 mod library;
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::ffi::{CStr, CString, c_char};
 use std::marker::PhantomData;
@@ -315,6 +316,20 @@ impl<T: Word> RawSignal<T> {
 
 static NEXT_MODEL: AtomicU32 = AtomicU32::new(1);
 
+thread_local! {
+    /// The model whose context the runtime has on this thread, so that it is set only when it changes.
+    static BOUND: Cell<u32> = const { Cell::new(0) };
+}
+
+/// What an access needs to know of a signal, and no more.
+#[derive(Clone, Copy)]
+struct Slot {
+    data: *mut u8,
+    mask: u64,
+    storage: Storage,
+    writable: bool,
+}
+
 /// One instance of a built model.
 pub struct Model {
     raw: Instance,
@@ -323,9 +338,14 @@ pub struct Model {
     library: Library,
     id: u32,
     signals: Vec<SignalInfo>,
+    slots: Vec<Slot>,
     by_name: HashMap<String, u32>,
     femtoseconds_per_tick: u64,
     time: Time,
+    /// `time` in ticks, what is left of it in femtoseconds, and the last span with its quotient and remainder.
+    ticks: u64,
+    rest: u64,
+    last_span: (u64, u64, u64),
     messages: Vec<Message>,
     partial_line: String,
     dead: Option<ModelError>,
@@ -347,6 +367,7 @@ impl Model {
         }
         let pointers: Vec<*const c_char> = arguments.iter().map(|a| a.as_ptr()).collect();
         let random_reset = if library.record().initial == Initial::Random { 2 } else { 0 };
+        BOUND.set(0);
         // SAFETY: the pointers are valid for the call; the runtime copies what it keeps.
         let raw = unsafe { (functions.hv_new)(options.seed, random_reset, pointers.len() as i32, pointers.as_ptr()) };
         if raw.is_null() {
@@ -360,9 +381,13 @@ impl Model {
             pending,
             id: NEXT_MODEL.fetch_add(1, Ordering::Relaxed),
             signals: Vec::new(),
+            slots: Vec::new(),
             by_name: HashMap::new(),
             femtoseconds_per_tick: 10u64.pow((15 + precision.clamp(-15, 0)) as u32),
             time: Time::ZERO,
+            ticks: 0,
+            rest: 0,
+            last_span: (0, 0, 0),
             messages: Vec::new(),
             partial_line: String::new(),
             dead: None,
@@ -438,6 +463,12 @@ impl Model {
 
     fn add(&mut self, signal: SignalInfo) {
         self.by_name.insert(signal.name.clone(), self.signals.len() as u32);
+        self.slots.push(Slot {
+            data: signal.data,
+            mask: signal.mask(),
+            storage: signal.storage,
+            writable: signal.direction != Direction::Output && !matches!(signal.storage, Storage::Wide(_)),
+        });
         self.signals.push(signal);
     }
 
@@ -478,21 +509,27 @@ impl Model {
     /// The value of a signal of at most 64 bits (of a wider one, its lowest 32).
     #[inline]
     pub fn get(&self, signal: SignalId) -> u64 {
+        let slot = self.slot(signal);
         // SAFETY: the signal is of this live model.
-        unsafe { self.info(signal).load(0) }
+        unsafe { load(slot.data, slot.storage) }
     }
 
     /// Sets an input (or a public internal) at once, without an evaluation.
     #[inline]
     pub fn set(&mut self, signal: SignalId, value: u64) -> Result<(), ModelError> {
-        let info = self.info(signal);
-        if value & !info.mask() != 0 || info.direction == Direction::Output || matches!(info.storage, Storage::Wide(_))
-        {
-            return Err(self.refused(info, value));
+        let slot = self.slot(signal);
+        if value & !slot.mask != 0 || !slot.writable {
+            return Err(self.refused(self.info(signal), value));
         }
         // SAFETY: the signal is of this live model, borrowed alone.
-        unsafe { store(info.data, info.storage, value) };
+        unsafe { store(slot.data, slot.storage, value) };
         Ok(())
+    }
+
+    #[inline(always)]
+    fn slot(&self, signal: SignalId) -> Slot {
+        assert!(signal.model == self.id, "a signal of one model was used on another");
+        self.slots[signal.index()]
     }
 
     #[cold]
@@ -571,8 +608,11 @@ impl Model {
         if self.dead.is_some() {
             return self.fetch();
         }
-        // SAFETY: the instance is alive, and `hv_eval` sets the thread's context.
-        unsafe { (self.functions.hv_eval)(self.raw) };
+        if BOUND.get() != self.id {
+            self.bind();
+        }
+        // SAFETY: the instance is alive and has this thread's context.
+        unsafe { (self.functions.hv_eval_bound)(self.raw) };
         self.initial_done = true;
         // SAFETY: the byte lives in the instance.
         if unsafe { *self.pending } == 0 { Ok(()) } else { self.fetch() }
@@ -580,6 +620,7 @@ impl Model {
 
     /// Makes this the instance that [`Model::eval_bound`] evaluates on this thread.
     pub fn bind(&mut self) {
+        BOUND.set(self.id);
         // SAFETY: the instance is alive.
         unsafe { (self.functions.hv_bind)(self.raw) };
     }
@@ -606,9 +647,23 @@ impl Model {
     /// Sets what `$time` says.
     #[inline]
     pub fn set_time(&mut self, time: Time) {
+        // A clock repeats its spans: the last one's quotient is kept, a division costs as much as a small evaluation.
+        if time >= self.time && (time - self.time).as_fs() == self.last_span.0 {
+            self.ticks += self.last_span.1;
+            self.rest += self.last_span.2;
+            if self.rest >= self.femtoseconds_per_tick {
+                self.ticks += 1;
+                self.rest -= self.femtoseconds_per_tick;
+            }
+        } else {
+            let split = |fs: u64| (fs / self.femtoseconds_per_tick, fs % self.femtoseconds_per_tick);
+            let span = (time - self.time).as_fs();
+            self.last_span = (span, split(span).0, split(span).1);
+            (self.ticks, self.rest) = split(time.as_fs());
+        }
         self.time = time;
         // SAFETY: the instance is alive.
-        unsafe { (self.functions.hv_time)(self.raw, time.as_fs() / self.femtoseconds_per_tick) };
+        unsafe { (self.functions.hv_time)(self.raw, self.ticks) };
     }
 
     /// What `$time` says.
@@ -674,6 +729,7 @@ impl Model {
     /// Runs the Verilog's `final` blocks.
     pub fn finish(&mut self) {
         if self.dead.is_none() && self.initial_done {
+            self.bind();
             // SAFETY: the instance is alive.
             unsafe { (self.functions.hv_final)(self.raw) };
         }
@@ -692,6 +748,7 @@ impl Model {
         };
         let name = CString::new(path.as_os_str().as_encoded_bytes()).map_err(|_| invalid("zero byte in the name"))?;
         let scope = CString::new(scope).map_err(|_| invalid("zero byte in the scope"))?;
+        self.bind();
         // SAFETY: the strings live through the call.
         match unsafe { (self.functions.hv_trace_open)(self.raw, name.as_ptr(), level as i32, scope.as_ptr()) } {
             1 => Ok(()),
@@ -701,11 +758,13 @@ impl Model {
     }
 
     pub(crate) fn trace_dump(&mut self, time: Time) {
+        self.bind();
         // SAFETY: the instance is alive; does nothing without an open file.
         unsafe { (self.functions.hv_trace_dump)(self.raw, time.as_fs() / self.femtoseconds_per_tick) };
     }
 
     pub(crate) fn trace_close(&mut self) {
+        self.bind();
         // SAFETY: as above.
         unsafe { (self.functions.hv_trace_close)(self.raw) };
     }
@@ -716,6 +775,7 @@ impl Model {
             path: path.to_owned(),
             source: std::io::Error::new(std::io::ErrorKind::InvalidInput, "zero byte in the name"),
         })?;
+        self.bind();
         // SAFETY: the string lives through the call.
         if unsafe { (self.functions.hv_coverage_write)(self.raw, name.as_ptr()) } == 0 {
             return Err(ModelError::NotBuiltIn { what: "coverage", with: ".coverage(Coverage::ALL)" }.into());
@@ -726,6 +786,7 @@ impl Model {
 
 impl Drop for Model {
     fn drop(&mut self) {
+        BOUND.set(0);
         // SAFETY: made by `hv_new` and freed only here.
         unsafe { (self.functions.hv_delete)(self.raw) };
     }

@@ -12,6 +12,8 @@ use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
 use super::log::{Level, Log};
+pub(crate) use super::node::NodeRef;
+use super::node::{Node, Nodes, State, Target, Waiting};
 use super::report::{StuckReport, TaskReport};
 use super::task::{Body, Ending, Step, Task, TaskId, TaskWaker};
 use super::trigger::{Edge, Failure, Outcome, Sync, Trigger};
@@ -20,49 +22,6 @@ use crate::error::{Error, ModelError, SimError};
 use crate::model::{Direction, Message, Model, SignalId, Storage, load, load_words, store, store_words};
 use crate::time::Time;
 use crate::wave::Waves;
-
-/// A wait: valid as long as the generations agree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct NodeRef {
-    index: u32,
-    generation: u32,
-}
-
-#[derive(Clone)]
-enum Target {
-    Task(TaskId),
-    /// A combinator's own waker.
-    Waker(Waker),
-    /// One of the parts of `First` or `Combine`.
-    Parent(NodeRef, u32),
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
-    Free,
-    Armed,
-    Fired,
-}
-
-/// What a node waits for, for reports; small and free of reference counts.
-#[derive(Clone)]
-enum Waiting {
-    Edge(u32, Edge, u64),
-    Until(Time),
-    Named(&'static str),
-    Sync(Sync),
-    Join(TaskId),
-    First(Vec<NodeRef>),
-    Combine(Vec<NodeRef>, u32),
-}
-
-struct Node {
-    generation: u32,
-    state: State,
-    target: Target,
-    waiting: Waiting,
-    outcome: Outcome,
-}
 
 struct Watcher {
     node: NodeRef,
@@ -100,16 +59,18 @@ struct SignalState {
 
 const NONE: u32 = u32::MAX;
 
-enum Value {
-    Word(u64),
-    Words(Vec<u32>),
-    /// An element of a memory, at a byte offset.
-    Element(usize, u64),
-}
-
+/// A buffered write of at most 64 bits.
+#[derive(Clone, Copy)]
 struct Write {
     signal: u32,
-    value: Value,
+    value: u64,
+}
+
+/// A buffered write of another kind.
+enum LargeWrite {
+    Words(u32, Vec<u32>),
+    /// An element of a memory, at a byte offset.
+    Element(u32, usize, u64),
 }
 
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
@@ -136,9 +97,9 @@ pub(crate) struct Core {
     region: Cell<Region>,
     writes: RefCell<Vec<Write>>,
     applying: RefCell<Vec<Write>>,
+    large_writes: RefCell<Vec<LargeWrite>>,
     observed: RefCell<Vec<u32>>,
-    nodes: RefCell<Vec<Node>>,
-    free_nodes: RefCell<Vec<u32>>,
+    nodes: RefCell<Nodes>,
     tasks: RefCell<Vec<Task>>,
     free_tasks: RefCell<Vec<u32>>,
     ready: RefCell<VecDeque<Ready>>,
@@ -151,6 +112,8 @@ pub(crate) struct Core {
     next_step: RefCell<Vec<NodeRef>>,
     finish_waiters: RefCell<Vec<NodeRef>>,
     current: Cell<Option<TaskId>>,
+    /// The data of the running task's own waker, to know it again.
+    current_waker: Cell<*const ()>,
     woken: Arc<Mutex<Vec<TaskId>>>,
     pub log: RefCell<Log>,
     pub limits: RefCell<Limits>,
@@ -193,9 +156,9 @@ impl Core {
             region: Cell::new(Region::Active),
             writes: RefCell::default(),
             applying: RefCell::default(),
+            large_writes: RefCell::default(),
             observed: RefCell::default(),
             nodes: RefCell::default(),
-            free_nodes: RefCell::default(),
             tasks: RefCell::default(),
             free_tasks: RefCell::default(),
             ready: RefCell::default(),
@@ -208,6 +171,7 @@ impl Core {
             next_step: RefCell::default(),
             finish_waiters: RefCell::default(),
             current: Cell::new(None),
+            current_waker: Cell::new(std::ptr::null()),
             woken: Arc::default(),
             log: RefCell::default(),
             limits: RefCell::default(),
@@ -258,10 +222,10 @@ impl Core {
         let mut writes = self.writes.borrow_mut();
         let at = state.pending.get();
         if at != NONE {
-            writes[at as usize].value = Value::Word(value);
+            writes[at as usize].value = value;
         } else {
             state.pending.set(writes.len() as u32);
-            writes.push(Write { signal, value: Value::Word(value) });
+            writes.push(Write { signal, value });
         }
         Ok(())
     }
@@ -270,15 +234,7 @@ impl Core {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
         }
-        let state = &self.signals[signal as usize];
-        let mut writes = self.writes.borrow_mut();
-        let at = state.pending.get();
-        if at != NONE {
-            writes[at as usize].value = Value::Words(words);
-        } else {
-            state.pending.set(writes.len() as u32);
-            writes.push(Write { signal, value: Value::Words(words) });
-        }
+        self.large_writes.borrow_mut().push(LargeWrite::Words(signal, words));
         Ok(())
     }
 
@@ -286,7 +242,7 @@ impl Core {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
         }
-        self.writes.borrow_mut().push(Write { signal, value: Value::Element(offset, value) });
+        self.large_writes.borrow_mut().push(LargeWrite::Element(signal, offset, value));
         Ok(())
     }
 
@@ -310,45 +266,20 @@ impl Core {
 
     // ---- waits
 
+    #[inline]
     fn new_node(&self, target: Target, waiting: Waiting) -> NodeRef {
-        let mut nodes = self.nodes.borrow_mut();
-        if let Some(index) = self.free_nodes.borrow_mut().pop() {
-            let node = &mut nodes[index as usize];
-            node.state = State::Armed;
-            node.target = target;
-            node.waiting = waiting;
-            node.outcome = Outcome::Fired;
-            return NodeRef { index, generation: node.generation };
-        }
-        let index = nodes.len() as u32;
-        nodes.push(Node { generation: 0, state: State::Armed, target, waiting, outcome: Outcome::Fired });
-        NodeRef { index, generation: 0 }
+        self.nodes.borrow_mut().add(target, waiting)
     }
 
-    /// Frees a node; what still lists it finds another generation. Gives what it had waited for.
-    fn free_node(&self, node: NodeRef) -> Option<(State, Waiting, Outcome)> {
-        let mut nodes = self.nodes.borrow_mut();
-        let slot = nodes.get_mut(node.index as usize).filter(|n| n.generation == node.generation)?;
-        let state = slot.state;
-        slot.state = State::Free;
-        slot.generation = slot.generation.wrapping_add(1);
-        let waiting = std::mem::replace(&mut slot.waiting, Waiting::Named(""));
-        let outcome = std::mem::replace(&mut slot.outcome, Outcome::Fired);
-        slot.target = Target::Parent(NodeRef { index: NONE, generation: 0 }, 0);
-        self.free_nodes.borrow_mut().push(node.index);
-        Some((state, waiting, outcome))
-    }
-
+    #[inline]
     fn is_armed(&self, node: NodeRef) -> bool {
-        self.nodes
-            .borrow()
-            .get(node.index as usize)
-            .is_some_and(|n| n.generation == node.generation && n.state == State::Armed)
+        self.nodes.borrow().is_armed(node)
     }
 
     /// Gives up a wait, with all its parts. A lock got but not taken goes to the next.
     pub fn disarm(&self, node: NodeRef) {
-        let Some((state, waiting, _)) = self.free_node(node) else { return };
+        let removed = self.nodes.borrow_mut().remove(node);
+        let Some((state, waiting, _)) = removed else { return };
         match waiting {
             Waiting::First(parts) | Waiting::Combine(parts, _) => parts.into_iter().for_each(|p| self.disarm(p)),
             Waiting::Edge(signal, ..) if state == State::Armed => self.compact(&self.signals[signal as usize].watchers),
@@ -371,48 +302,54 @@ impl Core {
     }
 
     /// If the wait is over, how it ended; the node is free then.
+    #[inline]
     pub fn take_outcome(&self, node: NodeRef) -> Option<Outcome> {
-        {
-            let nodes = self.nodes.borrow();
-            let slot = nodes.get(node.index as usize)?;
-            if slot.generation != node.generation || slot.state != State::Fired {
+        let (_, waiting, outcome) = {
+            let mut nodes = self.nodes.borrow_mut();
+            if nodes.get(node)?.state != State::Fired {
                 return None;
             }
-        }
-        let (_, waiting, outcome) = self.free_node(node)?;
-        let outcome = match (outcome, waiting) {
-            (Outcome::First(index, _), Waiting::First(parts)) => {
-                let inner = parts.get(index).and_then(|p| self.take_outcome(*p)).unwrap_or(Outcome::Fired);
-                parts.into_iter().for_each(|p| self.disarm(p));
-                if matches!(inner, Outcome::Failed(_) | Outcome::Cancelled | Outcome::Refused(_)) {
-                    return Some(inner);
-                }
-                Outcome::First(index, Box::new(inner))
-            }
-            (outcome, Waiting::Combine(parts, _)) => {
-                let mut bad = None;
-                for part in parts {
-                    match self.take_outcome(part) {
-                        Some(o @ (Outcome::Failed(_) | Outcome::Cancelled)) if bad.is_none() => bad = Some(o),
-                        Some(_) => {}
-                        None => self.disarm(part),
-                    }
-                }
-                bad.unwrap_or(outcome)
-            }
-            (outcome, _) => outcome,
+            nodes.remove(node)?
         };
-        Some(outcome)
+        match waiting {
+            Waiting::First(parts) => Some(self.first_outcome(*parts, outcome)),
+            Waiting::Combine(parts, _) => Some(self.combined_outcome(*parts)),
+            _ => Some(outcome.map_or(Outcome::Fired, |o| *o)),
+        }
+    }
+
+    #[cold]
+    fn first_outcome(&self, parts: Vec<NodeRef>, outcome: Option<Box<Outcome>>) -> Outcome {
+        let index = match outcome.as_deref() {
+            Some(Outcome::First(index, _)) => *index,
+            _ => 0,
+        };
+        let inner = parts.get(index).and_then(|p| self.take_outcome(*p)).unwrap_or(Outcome::Fired);
+        parts.into_iter().for_each(|p| self.disarm(p));
+        match inner {
+            Outcome::Failed(_) | Outcome::Cancelled | Outcome::Refused(_) => inner,
+            _ => Outcome::First(index, Box::new(inner)),
+        }
+    }
+
+    #[cold]
+    fn combined_outcome(&self, parts: Vec<NodeRef>) -> Outcome {
+        let mut all = Outcome::Fired;
+        for part in parts {
+            match self.take_outcome(part) {
+                Some(bad @ (Outcome::Failed(_) | Outcome::Cancelled)) if matches!(all, Outcome::Fired) => all = bad,
+                Some(_) => {}
+                None => self.disarm(part),
+            }
+        }
+        all
     }
 
     /// Begins a wait for the running task, woken by its own waker or by a combinator's.
     #[inline]
     pub fn arm_for_future(&self, trigger: &Trigger, context: &Context<'_>) -> Result<NodeRef, SimError> {
-        let own = self.current.get().filter(|id| {
-            let tasks = self.tasks.borrow();
-            tasks.get(id.index as usize).is_some_and(|t| t.waker.will_wake(context.waker()))
-        });
-        let target = own.map_or_else(|| Target::Waker(context.waker().clone()), Target::Task);
+        let own = self.current.get().filter(|_| self.current_waker.get() == context.waker().data());
+        let target = own.map_or_else(|| Target::Waker(Box::new(context.waker().clone())), Target::Task);
         self.arm(trigger, target)
     }
 
@@ -496,7 +433,7 @@ impl Core {
             Trigger::Finish => self.listed_node(target, "$finish", &self.finish_waiters),
             Trigger::Yield => {
                 let node = self.new_node(target, Waiting::Named("Yield"));
-                self.fire(node, Outcome::Fired);
+                self.fire(node, None);
                 node
             }
             Trigger::Sync(sync) => {
@@ -504,7 +441,7 @@ impl Core {
                 let free = sync.0.flag.get() != sync.0.exclusive;
                 if free {
                     sync.0.flag.set(true);
-                    self.fire(node, Outcome::Fired);
+                    self.fire(node, None);
                 } else {
                     sync.0.waiters.borrow_mut().push(node);
                 }
@@ -538,7 +475,11 @@ impl Core {
                 // A part may fire while it is armed, so the count is known before.
                 self.set_waiting(
                     node,
-                    if first { Waiting::First(Vec::new()) } else { Waiting::Combine(Vec::new(), parts.len() as u32) },
+                    if first {
+                        Waiting::First(Box::default())
+                    } else {
+                        Waiting::Combine(Box::default(), parts.len() as u32)
+                    },
                 );
                 for (index, part) in parts.iter().enumerate() {
                     match self.arm(part, Target::Parent(node, index as u32)) {
@@ -564,25 +505,25 @@ impl Core {
     }
 
     fn set_waiting(&self, node: NodeRef, waiting: Waiting) {
-        self.nodes.borrow_mut()[node.index as usize].waiting = waiting;
+        if let Some(slot) = self.nodes.borrow_mut().get_mut(node) {
+            slot.waiting = waiting;
+        }
     }
 
     fn add_part(&self, node: NodeRef, child: NodeRef) {
-        match &mut self.nodes.borrow_mut()[node.index as usize].waiting {
-            Waiting::First(parts) | Waiting::Combine(parts, _) => parts.push(child),
-            _ => {}
+        if let Some(slot) = self.nodes.borrow_mut().get_mut(node)
+            && let Waiting::First(parts) | Waiting::Combine(parts, _) = &mut slot.waiting
+        {
+            parts.push(child);
         }
     }
 
     /// What a node waited for has happened: its task becomes ready.
     #[inline]
-    fn fire(&self, node: NodeRef, outcome: Outcome) {
+    fn fire(&self, node: NodeRef, outcome: Option<Box<Outcome>>) {
         let target = {
             let mut nodes = self.nodes.borrow_mut();
-            let Some(slot) = nodes.get_mut(node.index as usize) else { return };
-            if slot.generation != node.generation || slot.state != State::Armed {
-                return;
-            }
+            let Some(slot) = nodes.get_mut(node).filter(|n| n.state == State::Armed) else { return };
             slot.state = State::Fired;
             slot.outcome = outcome;
             match &slot.target {
@@ -604,14 +545,12 @@ impl Core {
     fn part_fired(&self, parent: NodeRef, index: u32) {
         let over = {
             let mut nodes = self.nodes.borrow_mut();
-            let Some(slot) = nodes.get_mut(parent.index as usize).filter(|n| n.generation == parent.generation) else {
-                return;
-            };
+            let Some(slot) = nodes.get_mut(parent) else { return };
             match &mut slot.waiting {
-                Waiting::First(_) => Some(Outcome::First(index as usize, Box::new(Outcome::Fired))),
+                Waiting::First(_) => Some(Some(Box::new(Outcome::First(index as usize, Box::new(Outcome::Fired))))),
                 Waiting::Combine(_, remaining) => {
                     *remaining -= 1;
-                    (*remaining == 0).then_some(Outcome::Fired)
+                    (*remaining == 0).then_some(None)
                 }
                 _ => None,
             }
@@ -644,7 +583,7 @@ impl Core {
     pub fn set_event(&self, event: &Sync) {
         event.0.flag.set(true);
         let waiters = std::mem::take(&mut *event.0.waiters.borrow_mut());
-        waiters.into_iter().for_each(|node| self.fire(node, Outcome::Fired));
+        waiters.into_iter().for_each(|node| self.fire(node, None));
     }
 
     /// Gives a lock to the task that has waited longest, or to nobody.
@@ -656,7 +595,7 @@ impl Core {
             };
             match next {
                 None => return lock.0.flag.set(false),
-                Some(node) if self.is_armed(node) => return self.fire(node, Outcome::Fired),
+                Some(node) if self.is_armed(node) => return self.fire(node, None),
                 Some(_) => {}
             }
         }
@@ -841,16 +780,18 @@ impl Core {
                 return;
             }
             let Some(body) = task.body.take() else { return };
-            let waker = if matches!(body, Body::Coroutine(_)) { None } else { Some(task.waker.clone()) };
+            // SAFETY: a copy that is never dropped; the original stays in the task's slot, which is not given to another
+            // task before this one has ended.
+            let waker = std::mem::ManuallyDrop::new(unsafe { std::ptr::read(&task.waker) });
             (body, task.wait.take(), waker)
         };
-        let outer = self.current.replace(Some(id));
-        let (body, ending) = match (body, waker) {
-            (Body::Coroutine(mut coroutine), _) => {
+        let outer = (self.current.replace(Some(id)), self.current_waker.replace(waker.data()));
+        let (body, ending) = match body {
+            Body::Coroutine(mut coroutine) => {
                 let ending = self.resume(id, &mut *coroutine, wait);
                 (Body::Coroutine(coroutine), ending)
             }
-            (Body::Future(mut future), Some(waker)) => {
+            Body::Future(mut future) => {
                 let ending = match future.as_mut().poll(&mut Context::from_waker(&waker)) {
                     Poll::Pending => None,
                     Poll::Ready(Ok(())) => Some(Ending::Done),
@@ -858,16 +799,16 @@ impl Core {
                 };
                 (Body::Future(future), ending)
             }
-            (Body::Main, Some(waker)) => {
+            Body::Main => {
                 let ending = match main.as_mut().map(|m| m.as_mut().poll(&mut Context::from_waker(&waker))) {
                     Some(Poll::Ready(())) => Some(Ending::Done),
                     _ => None,
                 };
                 (Body::Main, ending)
             }
-            (body, None) => (body, None),
         };
-        self.current.set(outer);
+        self.current.set(outer.0);
+        self.current_waker.set(outer.1);
         let ending = {
             let mut tasks = self.tasks.borrow_mut();
             let task = &mut tasks[id.index as usize];
@@ -1003,14 +944,14 @@ impl Core {
             };
             let Some(Reverse(entry)) = due else { break };
             timed = true;
-            self.fire(NodeRef { index: entry.node.0, generation: entry.node.1 }, Outcome::Fired);
+            self.fire(NodeRef { index: entry.node.0, generation: entry.node.1 }, None);
         }
         self.timed.set(timed);
     }
 
     fn fire_list(&self, list: &RefCell<Vec<NodeRef>>) {
         let waiting = std::mem::take(&mut *list.borrow_mut());
-        waiting.into_iter().for_each(|node| self.fire(node, Outcome::Fired));
+        waiting.into_iter().for_each(|node| self.fire(node, None));
     }
 
     #[inline]
@@ -1022,7 +963,7 @@ impl Core {
         }
         let mut rounds = 0u32;
         loop {
-            while !self.writes.borrow().is_empty() {
+            while !self.writes.borrow().is_empty() || !self.large_writes.borrow().is_empty() {
                 rounds += 1;
                 if rounds > self.limits.borrow().rounds {
                     return Err(SimError::NoProgress { rounds, report: self.report() }.into());
@@ -1087,25 +1028,32 @@ impl Core {
     fn apply_writes(&self) {
         let mut applying = self.applying.borrow_mut();
         std::mem::swap(&mut *applying, &mut *self.writes.borrow_mut());
-        for write in applying.drain(..) {
-            let state = &self.signals[write.signal as usize];
-            match write.value {
-                Value::Word(value) => {
-                    state.pending.set(NONE);
-                    // SAFETY: the model lives as long as the core; nobody holds a reference into it.
-                    let old = unsafe {
-                        let old = load(state.data, state.storage);
-                        store(state.data, state.storage, value);
-                        old
-                    };
-                    state.last.set(value);
-                    if old != value {
-                        self.fire_edges(state, old, value);
-                    }
-                }
-                Value::Words(words) => {
-                    state.pending.set(NONE);
-                    // SAFETY: as above.
+        for Write { signal, value } in applying.drain(..) {
+            let state = &self.signals[signal as usize];
+            state.pending.set(NONE);
+            // SAFETY: the model lives as long as the core; nobody holds a reference into it.
+            let old = unsafe {
+                let old = load(state.data, state.storage);
+                store(state.data, state.storage, value);
+                old
+            };
+            state.last.set(value);
+            if old != value {
+                self.fire_edges(state, old, value);
+            }
+        }
+        if !self.large_writes.borrow().is_empty() {
+            self.apply_large_writes();
+        }
+    }
+
+    #[cold]
+    fn apply_large_writes(&self) {
+        for write in std::mem::take(&mut *self.large_writes.borrow_mut()) {
+            match write {
+                LargeWrite::Words(signal, words) => {
+                    let state = &self.signals[signal as usize];
+                    // SAFETY: as in `apply_writes`; the words fit the signal.
                     let changed = unsafe {
                         let old = load_words(state.data, state.storage);
                         store_words(state.data, state.storage, &words);
@@ -1116,7 +1064,8 @@ impl Core {
                         self.fire_edges(state, 0, 1);
                     }
                 }
-                Value::Element(offset, value) => {
+                LargeWrite::Element(signal, offset, value) => {
+                    let state = &self.signals[signal as usize];
                     // SAFETY: the offset was checked when the write was buffered.
                     unsafe { store(state.data.add(offset), state.storage, value) };
                 }
@@ -1145,7 +1094,7 @@ impl Core {
             if watcher.remaining > 0 {
                 return true;
             }
-            self.fire(watcher.node, Outcome::Fired);
+            self.fire(watcher.node, None);
             false
         });
     }
@@ -1276,8 +1225,8 @@ impl Core {
         StuckReport { time: self.now(), tasks: reports, no_clock: stopped }
     }
 
-    fn describe(&self, waiting: &Waiting, nodes: &[Node], tasks: &[Task]) -> String {
-        let part = |p: &NodeRef| match nodes.get(p.index as usize).filter(|n| n.generation == p.generation) {
+    fn describe(&self, waiting: &Waiting, nodes: &Nodes, tasks: &[Task]) -> String {
+        let part = |p: &NodeRef| match nodes.get(*p) {
             Some(node) if node.state == State::Armed => self.describe(&node.waiting, nodes, tasks),
             _ => "done".into(),
         };
@@ -1304,11 +1253,11 @@ impl Core {
     }
 }
 
-fn joined(ending: Ending) -> Outcome {
+fn joined(ending: Ending) -> Option<Box<Outcome>> {
     match ending {
-        Ending::Done => Outcome::Fired,
-        Ending::Failed(failure) => Outcome::Failed(failure),
-        Ending::Cancelled => Outcome::Cancelled,
+        Ending::Done => None,
+        Ending::Failed(failure) => Some(Box::new(Outcome::Failed(failure))),
+        Ending::Cancelled => Some(Box::new(Outcome::Cancelled)),
     }
 }
 

@@ -21,6 +21,7 @@
 mod core;
 mod future;
 mod log;
+mod node;
 mod report;
 mod signal;
 mod sync;

@@ -5,7 +5,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Wake, Waker};
 
-use super::core::NodeRef;
+use super::node::NodeRef;
 use super::trigger::{Failure, Outcome, Trigger};
 
 /// A task, as long as it is remembered; never reused for another.
