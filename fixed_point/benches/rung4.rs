@@ -1,11 +1,13 @@
 //! Rung 4 in pixels a second: three smoothers, two DoG, maxima, descriptors, all planes kept, on one core.
 //!
-//! The picture is 1024 x 768 of value noise with over 800 features. `cargo bench -p hoverlock-fixed-point` prints `thrpt`
-//! in elements, that is pixels, a second.
+//! The picture is 1024 x 768 of noise at several scales, the thresholds such that each scale gives 512 features, as the
+//! automatic threshold does. `cargo bench -p hoverlock-fixed-point` prints `thrpt` in elements, that is pixels, a second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hoverlock_fixed_point::design::KT27;
 use hoverlock_fixed_point::swift::Swift;
+use hoverlock_reference::maxima::nth_strongest;
+use hoverlock_reference::maxlbp::Layer;
 use hoverlock_reference::plane::Plane;
 
 /// Noise at several scales, as the ground has it: the sum of octaves of smoothed random lattices.
@@ -32,7 +34,9 @@ fn textured() -> Plane<u16> {
 fn rung4(criterion: &mut Criterion) {
     let picture = textured();
     let mut swift = Swift::new(&KT27).expect("the design point is the swift model's own");
-    let thresholds = [100; 2];
+    swift.frame(&picture, [1; 2]);
+    let strongest = |layer: &Layer<u16>| nth_strongest(&layer.dog.magnitude, 1, 512).expect("noise has many maxima");
+    let thresholds = swift.planes().layers.each_ref().map(|layer| u32::from(strongest(layer)));
     let features = swift.frame(&picture, thresholds).len();
     assert!(features >= 800, "only {features} features: not a picture with texture");
     println!("{features} features in 1024 x 768 pixels");

@@ -476,9 +476,11 @@ mod tests {
     #[test]
     fn controller_takes_the_steps_of_the_design() {
         let mut controller = ThresholdController::new(&KT27);
-        assert_eq!(controller.thresholds(), [128, 128]);
+        assert_eq!(controller.thresholds(), [2048, 2048]);
         controller.finish_frame([641, 383]);
-        assert_eq!(controller.thresholds(), [128 + 17, 128 - 17]);
+        assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
+        controller.finish_frame([640, 384]);
+        assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
         for _ in 0..100 {
             controller.finish_frame([u32::MAX, 0]);
         }

@@ -48,6 +48,16 @@ impl Format {
         Self { signed: false, integer_bits, fraction_bits }
     }
 
+    /// The same magnitude bits and a sign bit.
+    ///
+    /// # Panics
+    /// Where there are [`MAX_BITS`] magnitude bits already.
+    pub const fn with_sign(self) -> Self {
+        let format = Self { signed: true, ..self };
+        assert!(format.bits() <= MAX_BITS, "no bit is left for the sign");
+        format
+    }
+
     /// Whether there is a sign bit.
     pub const fn is_signed(self) -> bool {
         self.signed

@@ -71,6 +71,16 @@ pub struct RungPlanes {
     pub max_dog: [Plane<f64>; SCALES],
 }
 
+impl RungPlanes {
+    /// Everything that follows from the smoothed planes of rungs 0 to 3.
+    pub fn of(smoothed: [Plane<f64>; SMOOTHERS]) -> Self {
+        let signed_dog = [0, 1].map(|k| smoothed[k].zip_map(&smoothed[k + 1], |narrow, wide| narrow - wide));
+        let dog = [0, 1].map(|k: usize| signed_dog[k].map(|d: &f64| d.abs()));
+        let max_dog = [0, 1].map(|k: usize| max_dog(&dog[k]));
+        Self { smoothed, signed_dog, dog, max_dog }
+    }
+}
+
 /// What one smoother makes of a frame, in codes of the camera word.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smoothed {
@@ -191,11 +201,7 @@ impl Ladder {
             Rung::Recursive => self.recursive[smoother].smooth(&codes(pixels), Border::Held),
             _ => self.stages(rung, smoother, pixels, |_, _| ()),
         };
-        let smoothed = per_smoother(smooth);
-        let signed_dog = [0, 1].map(|k| smoothed[k].zip_map(&smoothed[k + 1], |narrow, wide| narrow - wide));
-        let dog = [0, 1].map(|k: usize| signed_dog[k].map(|d: &f64| d.abs()));
-        let max_dog = [0, 1].map(|k: usize| max_dog(&dog[k]));
-        RungPlanes { smoothed, signed_dog, dog, max_dog }
+        RungPlanes::of(per_smoother(smooth))
     }
 
     /// All planes of rung 4 in its own integers, the three smoothers side by side.

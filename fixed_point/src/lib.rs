@@ -12,6 +12,7 @@ pub mod format;
 pub mod ladder;
 pub mod lerp;
 pub mod measure;
+pub mod range;
 pub mod stages;
 pub mod swift;
 pub mod worst_case;

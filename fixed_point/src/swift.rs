@@ -260,8 +260,12 @@ fn whole_chain(
     scratch: &mut Scratch,
 ) {
     let (width, height) = (pixels.width(), pixels.height());
-    for (gains, smoothed) in gains.iter().zip(&mut planes.smoothed) {
-        columns(pixels, gains, smoothed, &mut scratch.strip);
+    scratch.strip.resize(height, [0; LANES]);
+    // One strip of pixels serves all smoothers while it is near.
+    for left in (0..width).step_by(LANES) {
+        for (gains, smoothed) in gains.iter().zip(&mut planes.smoothed) {
+            columns(pixels, left, gains, smoothed, &mut scratch.strip);
+        }
     }
 
     let pad = gains.iter().map(|gains| 1 << (gains.reach.len() - 1)).max().unwrap_or(0);
@@ -314,55 +318,54 @@ fn whole_chain(
     }
 }
 
-/// The vertical pass of one smoother.
+/// The vertical pass of one smoother over the strip of columns that begins at `left`.
 #[inline(always)]
-fn columns(pixels: &Plane<u16>, gains: &Gains, smoothed: &mut Plane<u32>, strip: &mut Vec<Lanes>) {
+fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane<u32>, strip: &mut [Lanes]) {
     let (width, height) = (pixels.width(), pixels.height());
-    strip.resize(height, [0; LANES]);
-    let strip = strip.as_mut_slice();
-    for left in (0..width).step_by(LANES) {
-        let used = LANES.min(width - left);
-        for (lanes, row) in strip.iter_mut().zip(pixels.rows()) {
-            match row[left..left + used].first_chunk::<LANES>() {
-                Some(pixels) => (0..LANES).for_each(|l| lanes[l] = i32::from(pixels[l]) << 2),
-                None => lanes.iter_mut().zip(&row[left..]).for_each(|(lane, pixel)| *lane = i32::from(*pixel) << 2),
-            }
+    let used = LANES.min(width - left);
+    let states = |row: &[u16]| {
+        let mut states = [0; LANES];
+        match row[left..left + used].first_chunk::<LANES>() {
+            Some(pixels) => (0..LANES).for_each(|l| states[l] = i32::from(pixels[l]) << 2),
+            None => states.iter_mut().zip(&row[left..]).for_each(|(state, pixel)| *state = i32::from(*pixel) << 2),
         }
-        with_cell!(gains.g, cell => {
-            let mut state = strip[0];
-            for lanes in &mut *strip {
+        states
+    };
+    with_cell!(gains.g, cell => {
+        let mut state = states(pixels.row(0));
+        for (lanes, row) in strip.iter_mut().zip(pixels.rows()) {
+            let x = states(row);
+            for l in 0..LANES {
+                state[l] = cell(state[l], x[l]);
+            }
+            *lanes = state;
+        }
+    });
+    for (j, gain) in gains.reach.iter().enumerate() {
+        let reach = 1 << j;
+        let inner = height.saturating_sub(reach);
+        let last = strip[height - 1];
+        // In place: the row ahead has not been reached yet.
+        with_cell!(*gain, cell => {
+            for r in 0..inner {
+                let ahead = strip[r + reach];
+                let here = &mut strip[r];
                 for l in 0..LANES {
-                    state[l] = cell(state[l], lanes[l]);
+                    here[l] = cell(ahead[l], here[l]);
                 }
-                *lanes = state;
+            }
+            for here in &mut strip[inner..] {
+                for l in 0..LANES {
+                    here[l] = cell(last[l], here[l]);
+                }
             }
         });
-        for (j, gain) in gains.reach.iter().enumerate() {
-            let reach = 1 << j;
-            let inner = height.saturating_sub(reach);
-            let last = strip[height - 1];
-            // In place: the row ahead has not been reached yet.
-            with_cell!(*gain, cell => {
-                for r in 0..inner {
-                    let ahead = strip[r + reach];
-                    let here = &mut strip[r];
-                    for l in 0..LANES {
-                        here[l] = cell(ahead[l], here[l]);
-                    }
-                }
-                for here in &mut strip[inner..] {
-                    for l in 0..LANES {
-                        here[l] = cell(last[l], here[l]);
-                    }
-                }
-            });
-        }
-        for (y, lanes) in strip.iter().enumerate() {
-            let row = &mut smoothed.row_mut(y)[left..left + used];
-            match row.first_chunk_mut::<LANES>() {
-                Some(row) => (0..LANES).for_each(|l| row[l] = lanes[l] as u32),
-                None => row.iter_mut().zip(lanes).for_each(|(sample, lane)| *sample = *lane as u32),
-            }
+    }
+    for (y, lanes) in strip.iter().enumerate() {
+        let row = &mut smoothed.row_mut(y)[left..left + used];
+        match row.first_chunk_mut::<LANES>() {
+            Some(row) => (0..LANES).for_each(|l| row[l] = lanes[l] as u32),
+            None => row.iter_mut().zip(lanes).for_each(|(sample, lane)| *sample = *lane as u32),
         }
     }
 }

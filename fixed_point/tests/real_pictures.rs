@@ -1,0 +1,45 @@
+//! Real nadir pictures, cut to the frame of the design point, through both models of rung 4.
+
+use hoverlock_fixed_point::bit_true::{BitTrue, ThresholdController, counts};
+use hoverlock_fixed_point::design::KT27;
+use hoverlock_fixed_point::swift::Swift;
+use hoverlock_reference::picture::{Picture, data_dir};
+
+#[test]
+#[ignore = "sixteen real pictures through the slow model take some seconds"]
+fn swift_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
+    let Some(folder) = data_dir() else {
+        eprintln!("skipped: no folder of real pictures, set HOVERLOCK_DATA");
+        return;
+    };
+    let files = std::fs::read_dir(folder.join("textures")).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = files.filter(|path| path.extension().is_some_and(|extension| extension == "png")).collect();
+    files.sort();
+    assert!(!files.is_empty());
+    let model = BitTrue::new(&KT27).unwrap();
+    let mut swift = Swift::new(&KT27).unwrap();
+    let mut portable = swift.clone();
+    for path in files {
+        let frame = Picture::open(&path).unwrap().frame().luma;
+        let planes = model.planes(&frame);
+        assert_eq!(planes.saturated, [0, 0], "{}", path.display());
+        let mut controller = ThresholdController::new(&KT27);
+        let mut settled = None;
+        for round in 0..60 {
+            let thresholds = controller.thresholds();
+            let features = planes.features(thresholds);
+            if round < 2 {
+                assert_eq!(swift.frame(&frame, thresholds), features, "{}", path.display());
+                assert_eq!(portable.portable_frame(&frame, thresholds), features, "{}", path.display());
+                assert!(*swift.planes() == planes && *portable.planes() == planes, "{}", path.display());
+            }
+            controller.finish_frame(counts(&features));
+            if controller.thresholds() == thresholds {
+                settled = Some((round, thresholds, counts(&features)));
+                break;
+            }
+        }
+        let (round, thresholds, counts) = settled.unwrap_or_else(|| panic!("{} never settles", path.display()));
+        println!("{}: settled after {round} frames at {thresholds:?} with {counts:?}", path.display());
+    }
+}
