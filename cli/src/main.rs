@@ -3,6 +3,7 @@
 //! Results go to stdout, one JSON object with `--json`; progress and diagnostics go to stderr. The exit status is 0 where
 //! the verb's gates hold, 1 where they do not, and 2 for bad usage or input, with one line that says what, where and why.
 
+mod coeffs;
 mod doctor;
 mod matching;
 mod output;
@@ -22,6 +23,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
+    Coeffs(coeffs::Args),
     Doctor(doctor::Args),
     Match(matching::Args),
 }
@@ -41,6 +43,7 @@ impl From<bool> for Verdict {
 
 fn main() -> ExitCode {
     let outcome = Cli::try_parse().map_or_else(usage, |cli| match cli.verb {
+        Verb::Coeffs(args) => coeffs::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::Match(args) => matching::run(&args),
     });

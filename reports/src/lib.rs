@@ -2,6 +2,7 @@
 //!
 //! Every page is one file that needs no network: pictures travel as `data:` addresses, plots as inline SVG.
 
+pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
 pub mod overlay;

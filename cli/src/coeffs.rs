@@ -1,0 +1,243 @@
+//! `hoverlock coeffs`: sigma in, coefficients out, with what they cost.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use hoverlock_fixed_point::coefficients::export;
+use hoverlock_fixed_point::coefficients::set::{CoefficientSet, LookAhead, Wish};
+use hoverlock_reference::recursive::{Family, Fit, Recursive};
+use hoverlock_reports::coefficient_plots::figures;
+use serde::Serialize;
+
+use crate::Verdict;
+use crate::output::{print, print_json, write_file};
+
+/// Regenerate filter coefficients.
+///
+/// Designs recursive smoothers that stand for a Gaussian, rounds them to integers, and says what either step costs.
+///
+/// a[i] is feedback and is added, b[i] feed-forward:
+/// a cascade is u[n] = b[0] x[n] + sum a[i] u[n-i], then y[n] = b[0] u[n] + sum a[i] y[n+i];
+/// in parallel (Deriche) u[n] = sum b[i] x[n-i] + sum a[i] u[n-i] and v[n] = sum b_ahead[i] x[n+i] + sum a[i] v[n+i] are added.
+/// So a[1] of first-order is its pole b1/b0, and a[1..3] of yvv95 are b1/b0, b2/b0, b3/b0 in its authors' letters.
+/// g and g_j are the unsigned coefficients of the lerp cells y = p + c (q - p), which the first-order filter is built from.
+///
+/// Example: hoverlock coeffs --sigma 2 3.2 5.12 --out out/coefficients
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Sigma of each smoother, pixels
+    #[arg(long, required = true, num_args = 1.., value_name = "S", allow_negative_numbers = true)]
+    sigma: Vec<f64>,
+    /// Which approximation of the Gaussian
+    #[arg(long, value_enum, default_value = "first-order")]
+    method: Method,
+    /// Poles of each side: alvarez-mazorra 1-4 (passes), deriche 2-4, vyv 3-5 [default: 1, 4 and 3]
+    #[arg(long, value_name = "N")]
+    order: Option<usize>,
+    /// How the free parameter is chosen [default: least-squares for first-order, published for deriche and yvv95, else variance]
+    #[arg(long, value_enum)]
+    fit: Option<FitChoice>,
+    /// Fraction bits of the integer coefficients, 1 to 31
+    #[arg(long, default_value_t = 16, value_name = "F", allow_negative_numbers = true)]
+    frac_bits: u32,
+    /// Look-ahead stages of the lerp form; m stages reach 2^m - 1 samples [default: as many as --look-ahead-error asks for]
+    #[arg(long, value_name = "M", conflicts_with = "look_ahead_error")]
+    look_ahead: Option<u32>,
+    /// Part of the filter's sum that the look-ahead may leave out
+    #[arg(long, default_value_t = 1e-4, value_name = "E")]
+    look_ahead_error: f64,
+    /// Write coefficients.json, .vh, .mif, .h, .rs, .md and the plots into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object on stdout: sets[] of method order sigma a[] b[] sigma_eff linf l2 dc_gain (against the sampled Gaussian,
+    /// relative) and quantised (against the unquantised filter, with lerp g and g_j); files[]
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Method {
+    /// Two-sided first order: what the hardware is built from
+    FirstOrder,
+    /// First order repeated
+    AlvarezMazorra,
+    /// Deriche 1993
+    Deriche,
+    /// Young and van Vliet 1995
+    Yvv95,
+    /// Van Vliet, Young and Verbeek 1998
+    Vyv,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FitChoice {
+    /// The formula its authors print
+    Published,
+    /// The variance of the impulse response is sigma squared
+    Variance,
+    /// Least squares against the unit-sum sampled Gaussian
+    LeastSquares,
+}
+
+impl FitChoice {
+    fn fit(self) -> Fit {
+        match self {
+            Self::Published => Fit::Published,
+            Self::Variance => Fit::Variance,
+            Self::LeastSquares => Fit::LeastSquares,
+        }
+    }
+}
+
+impl Method {
+    fn family(self, order: Option<usize>) -> Result<Family> {
+        let fixed = |family: Family| match order {
+            Some(order) if order != family.order() => {
+                bail!("{} has no order {order}: it is always {}", family.name(), family.order())
+            }
+            _ => Ok(family),
+        };
+        match self {
+            Self::FirstOrder => fixed(Family::FirstOrder),
+            Self::Yvv95 => fixed(Family::YoungVanVliet),
+            Self::AlvarezMazorra => Ok(Family::AlvarezMazorra { passes: order.unwrap_or(1) }),
+            Self::Deriche => Ok(Family::Deriche { order: order.unwrap_or(4) }),
+            Self::Vyv => Ok(Family::VanVlietYoungVerbeek { order: order.unwrap_or(3) }),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Report {
+    sets: Vec<CoefficientSet>,
+    /// What was written.
+    files: Vec<PathBuf>,
+}
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    let family = args.method.family(args.order)?;
+    let fit = args.fit.map_or(family.fits()[0], FitChoice::fit);
+    let look_ahead = args.look_ahead.map_or(LookAhead::Error(args.look_ahead_error), LookAhead::Stages);
+    let design =
+        |&sigma: &f64| CoefficientSet::design(&Wish { family, fit, sigma, frac_bits: args.frac_bits, look_ahead });
+    let sets = args.sigma.iter().map(design).collect::<Result<Vec<_>, _>>()?;
+    let mut report = Report { sets, files: Vec::new() };
+    if let Some(folder) = &args.out {
+        report.files = write(folder, &report.sets, family, fit)?;
+    }
+    if args.json {
+        print_json(&report)?;
+    } else {
+        print(&table(&report))?;
+    }
+    Ok(Verdict::Pass)
+}
+
+/// Writes every form of the sets; all texts are made before the first file is.
+fn write(folder: &Path, sets: &[CoefficientSet], family: Family, fit: Fit) -> Result<Vec<PathBuf>> {
+    let command = command(sets);
+    let mut json = serde_json::to_string_pretty(&serde_json::json!({ "command": &command, "sets": sets }))
+        .context("the coefficients cannot be written as JSON")?;
+    json.push('\n');
+    let mut texts = vec![("coefficients.json".to_owned(), json)];
+    texts.extend(export::all(sets, &command).into_iter().map(|file| (file.name.to_owned(), file.text)));
+    let filters = sets.iter().map(|set| Recursive::design(family, fit, set.sigma)).collect::<Result<Vec<_>, _>>()?;
+    for figure in figures(&filters)? {
+        texts.push((format!("{}.svg", figure.name), figure.file()?));
+    }
+    std::fs::create_dir_all(folder).with_context(|| {
+        format!("{}: cannot be made a folder; check the path and its permissions", folder.display())
+    })?;
+    texts
+        .into_iter()
+        .map(|(name, text)| {
+            let path = folder.join(name);
+            write_file(&path, text.as_bytes())?;
+            Ok(path)
+        })
+        .collect()
+}
+
+/// The command that gives these sets again, whatever defaults may become.
+fn command(sets: &[CoefficientSet]) -> String {
+    let mut command = "hoverlock coeffs --sigma".to_owned();
+    for set in sets {
+        command += &format!(" {}", set.sigma);
+    }
+    if let Some(set) = sets.first() {
+        command += &format!(
+            " --method {} --order {} --fit {} --frac-bits {}",
+            set.method, set.order, set.fit, set.quantised.frac_bits
+        );
+        // Where the look-aheads differ they came from a wanted error.
+        let stages: Vec<u32> = sets.iter().filter_map(|set| Some(set.quantised.lerp.as_ref()?.look_ahead)).collect();
+        if let Some(first) = stages.first().filter(|first| stages.iter().all(|m| m == *first)) {
+            command += &format!(" --look-ahead {first}");
+        }
+    }
+    command
+}
+
+fn table(report: &Report) -> String {
+    let mut text = String::new();
+    for set in &report.sets {
+        let list = |values: &[f64]| values.iter().map(|v| format!("{v:.8}")).collect::<Vec<_>>().join("  ");
+        let codes = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join("  ");
+        let q = &set.quantised;
+        text += &format!(
+            "sigma {} px: {}, order {}, {}, {} fit, {} = {:.6}\n",
+            set.sigma, set.method, set.order, set.structure, set.fit, set.parameter.name, set.parameter.value
+        );
+        text += &format!("  a                 {}\n  b                 {}\n", list(&set.a), list(&set.b));
+        if !set.b_ahead.is_empty() {
+            text += &format!("  b_ahead           {}\n", list(&set.b_ahead));
+        }
+        text += &format!(
+            "  against Gaussian  sigma_eff {:.4} px, l2 {:.3} %, linf {:.3} % of the peak, DC gain {:.12}\n",
+            set.sigma_eff,
+            100.0 * set.l2,
+            100.0 * set.linf,
+            set.dc_gain
+        );
+        text += &format!("  integers / 2^{:<4} a: {}   b: {}", q.frac_bits, codes(&q.a), codes(&q.b));
+        if !q.b_ahead.is_empty() {
+            text += &format!("   b_ahead: {}", codes(&q.b_ahead));
+        }
+        text += &format!(
+            "\n    quantisation    sigma_eff {:.5} px, l2 {:.5} %, linf {:.5} %, DC gain exactly {}\n",
+            q.sigma_eff,
+            100.0 * q.l2,
+            100.0 * q.linf,
+            q.dc_gain
+        );
+        if let Some(lerp) = &q.lerp {
+            let stages = lerp.g_j.iter().map(u32::to_string).collect::<Vec<_>>().join("  ");
+            text += &format!("  lerp u0.{:<9} g {}   g_j {stages}\n", q.frac_bits, lerp.g);
+            text += &format!(
+                "    look-ahead      {} stages leave out {:.1e} of the sum\n",
+                lerp.look_ahead, lerp.look_ahead_error
+            );
+            for (name, way) in [("columns", lerp.columns), ("rows", lerp.rows)] {
+                text += &format!(
+                    "    {name:<15} sigma_eff {:.5} px, l2 {:.5} %, linf {:.5} %, shift {:+.5} px, DC gain exactly 1\n",
+                    way.sigma_eff,
+                    100.0 * way.l2,
+                    100.0 * way.linf,
+                    // A symmetric filter is moved by rounding of f64 only: no minus before the zero.
+                    if way.shift.abs() < 1e-9 { 0.0 } else { way.shift }
+                );
+            }
+            if let Some(first) = lerp.saturated.first() {
+                text += &format!(
+                    "    note            g_j rounds to 1 from stage {first} on: look-ahead {first} is as good\n"
+                );
+            }
+        }
+    }
+    for path in &report.files {
+        text += &format!("wrote {}\n", path.display());
+    }
+    text
+}
