@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let sets = args.sigma.iter().map(design).collect::<Result<Vec<_>, _>>()?;
     let mut report = Report { sets, files: Vec::new() };
     if let Some(folder) = &args.out {
-        report.files = write(folder, &report.sets, family, fit)?;
+        report.files = write(folder, &report.sets, family, fit, look_ahead)?;
     }
     if args.json {
         print_json(&report)?;
@@ -136,8 +136,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
 }
 
 /// Writes every form of the sets; all texts are made before the first file is.
-fn write(folder: &Path, sets: &[CoefficientSet], family: Family, fit: Fit) -> Result<Vec<PathBuf>> {
-    let command = command(sets);
+fn write(
+    folder: &Path,
+    sets: &[CoefficientSet],
+    family: Family,
+    fit: Fit,
+    look_ahead: LookAhead,
+) -> Result<Vec<PathBuf>> {
+    let command = command(sets, look_ahead);
     let mut json = serde_json::to_string_pretty(&serde_json::json!({ "command": &command, "sets": sets }))
         .context("the coefficients cannot be written as JSON")?;
     json.push('\n');
@@ -161,23 +167,18 @@ fn write(folder: &Path, sets: &[CoefficientSet], family: Family, fit: Fit) -> Re
 }
 
 /// The command that gives these sets again, whatever defaults may become.
-fn command(sets: &[CoefficientSet]) -> String {
-    let mut command = "hoverlock coeffs --sigma".to_owned();
-    for set in sets {
-        command += &format!(" {}", set.sigma);
-    }
-    if let Some(set) = sets.first() {
-        command += &format!(
-            " --method {} --order {} --fit {} --frac-bits {}",
-            set.method, set.order, set.fit, set.quantised.frac_bits
-        );
-        // Where the look-aheads differ they came from a wanted error.
-        let stages: Vec<u32> = sets.iter().filter_map(|set| Some(set.quantised.lerp.as_ref()?.look_ahead)).collect();
-        if let Some(first) = stages.first().filter(|first| stages.iter().all(|m| m == *first)) {
-            command += &format!(" --look-ahead {first}");
-        }
-    }
-    command
+fn command(sets: &[CoefficientSet], look_ahead: LookAhead) -> String {
+    let sigmas: String = sets.iter().map(|set| format!(" {}", set.sigma)).collect();
+    let Some(set) = sets.first() else { return String::new() };
+    let choice = match (&set.quantised.lerp, look_ahead) {
+        (None, _) => String::new(),
+        (Some(_), LookAhead::Stages(stages)) => format!(" --look-ahead {stages}"),
+        (Some(_), LookAhead::Error(error)) => format!(" --look-ahead-error {error}"),
+    };
+    format!(
+        "hoverlock coeffs --sigma{sigmas} --method {} --order {} --fit {} --frac-bits {}{choice}",
+        set.method, set.order, set.fit, set.quantised.frac_bits
+    )
 }
 
 fn table(report: &Report) -> String {

@@ -40,12 +40,14 @@ pub enum DesignError {
         max: usize,
     },
     /// The method cannot be fitted that way.
-    #[error("{method} has no {fit} fit")]
+    #[error("{method} has no {fit} fit: choose {allowed}")]
     Fit {
         /// The method asked for.
         method: String,
         /// The fit given.
         fit: &'static str,
+        /// The fits it has.
+        allowed: String,
     },
 }
 

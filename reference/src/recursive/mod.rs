@@ -240,7 +240,8 @@ impl Recursive {
     pub fn design(family: Family, fit: Fit, sigma: f64) -> Result<Self, DesignError> {
         family.check_order()?;
         if !family.fits().contains(&fit) {
-            return Err(DesignError::Fit { method: family.name(), fit: fit.name() });
+            let allowed = family.fits().iter().map(|fit| fit.name()).collect::<Vec<_>>().join(" or ");
+            return Err(DesignError::Fit { method: family.name(), fit: fit.name(), allowed });
         }
         check_sigma(&family.name(), sigma, family.sigma_range())?;
         let parameter = match (fit, family) {
@@ -406,7 +407,7 @@ mod tests {
         assert_eq!(message, "Deriche has no order 5: choose one from 2 to 4");
         assert!(refused(Family::AlvarezMazorra { passes: 0 }, Fit::Variance, 2.0).contains("no order 0"));
         assert!(refused(Family::VanVlietYoungVerbeek { order: 2 }, Fit::Variance, 2.0).contains("from 3 to 5"));
-        assert!(refused(Family::FirstOrder, Fit::Published, 2.0).contains("no published fit"));
+        assert!(refused(Family::FirstOrder, Fit::Published, 2.0).contains("no published fit: choose least"));
         for (family, fit) in designs() {
             for sigma in [0.0, -1.0, 0.49, 1e9, f64::NAN, f64::INFINITY] {
                 let message = refused(family, fit, sigma);
