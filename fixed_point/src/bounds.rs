@@ -167,9 +167,12 @@ pub enum Class {
 }
 
 static ACCEPTANCE: LazyLock<Bounds> =
-    LazyLock::new(|| toml::from_str(include_str!("../bounds.toml")).expect("bounds.toml is part of this crate"));
+    LazyLock::new(|| toml::from_str(Bounds::FILE).expect("bounds.toml is part of this crate"));
 
 impl Bounds {
+    /// The text of `bounds.toml`.
+    pub const FILE: &'static str = include_str!("../bounds.toml");
+
     /// The acceptance bounds of the project.
     pub fn acceptance() -> &'static Self {
         &ACCEPTANCE
@@ -261,7 +264,7 @@ mod tests {
             assert!(class.nominal > class.combined && class.combined > class.fog);
         }
         assert!(bounds.dog.whole_frame_max_lsb >= bounds.dog.max_lsb);
-        let misspelt = include_str!("../bounds.toml").replace("rms_lsb", "rms_lbs");
+        let misspelt = Bounds::FILE.replace("rms_lsb", "rms_lbs");
         assert!(toml::from_str::<Bounds>(&misspelt).is_err(), "a misspelt bound must not be passed over");
     }
 

@@ -25,7 +25,12 @@ pub fn grey_png(picture: &Plane<u8>) -> Result<String, ImageError> {
 fn encode(bytes: &[u8], width: usize, height: usize, colour: ExtendedColorType) -> Result<String, ImageError> {
     let mut png = Vec::new();
     PngEncoder::new(&mut png).write_image(bytes, width as u32, height as u32, colour)?;
-    Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(png)))
+    Ok(address("image/png", &png))
+}
+
+/// The `data:` address of bytes of a media type.
+pub fn address(media_type: &str, bytes: &[u8]) -> String {
+    format!("data:{media_type};base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes))
 }
 
 #[cfg(test)]

@@ -5,5 +5,9 @@
 pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
+pub mod figures;
 pub mod overlay;
 pub mod plot;
+pub mod provenance;
+pub mod study;
+pub mod sweep;

@@ -31,6 +31,11 @@ pub const VIOLET: Rgb = [116, 76, 158];
 #[error("a plot cannot be drawn: {0}")]
 pub struct PlotError(String);
 
+/// What went wrong with the plot of this name.
+pub(crate) fn failed(plot: &str, error: impl std::fmt::Display) -> PlotError {
+    PlotError(format!("{plot}: {error}"))
+}
+
 /// One axis of a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -194,7 +199,7 @@ impl Chart {
     /// Where the plotting crate refuses it.
     pub fn svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
-        self.draw(&mut svg).map_err(|error| PlotError(format!("{}: {error}", self.title)))?;
+        self.draw(&mut svg).map_err(|error| failed(&self.title, error))?;
         Ok(scalable(&svg, &self.title))
     }
 

@@ -1,0 +1,18 @@
+//! Names the sources in reports: `git describe`, where there is a repository and a git to ask.
+
+use std::process::Command;
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
+    String::from_utf8(output.stdout).ok().map(|text| text.trim().to_owned()).filter(|text| !text.is_empty())
+}
+
+fn main() {
+    let commit = git(&["describe", "--always", "--dirty", "--abbrev=12"]);
+    println!("cargo::rustc-env=HOVERLOCK_COMMIT={}", commit.as_deref().unwrap_or("no repository"));
+    for file in ["HEAD", "logs/HEAD", "index"] {
+        if let Some(path) = git(&["rev-parse", "--git-path", file]) {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
+}

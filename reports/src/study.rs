@@ -1,0 +1,378 @@
+//! Pictures in, measurements out: everything that the quantisation report says, before any page is made of it.
+//!
+//! Every picture passes through every condition and every rung. Errors are of two kinds that are never added up:
+//! *approximation*, rungs 1 and 2 against rung 0 (the true Gaussian), and *quantisation*, rungs 3 and 4 against rung 2.
+
+use hoverlock_fixed_point::acceptance::{Comparison, SigmaEff, judge_coefficients, response, sigma_eff};
+use hoverlock_fixed_point::bounds::{Bounds, Judgement, Sense};
+use hoverlock_fixed_point::coefficients::CoefficientError;
+use hoverlock_fixed_point::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
+use hoverlock_fixed_point::displacement::{self, Displacement};
+use hoverlock_fixed_point::ladder::{Ladder, Rung, RungPlanes};
+use hoverlock_fixed_point::measure::{BitKind, ErrorStatistics, Flips};
+use hoverlock_reference::conditions::{CONDITIONS, Condition, NOMINAL};
+use hoverlock_reference::picture;
+use hoverlock_reference::plane::Plane;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::figures::{Figures, overlay};
+use crate::provenance::Provenance;
+use crate::sweep::{self, Sweep};
+
+/// The smallest side of a picture with an interior: 8 and 70 pixels are left out, and one must remain.
+pub const LEAST_SIDE: usize = 79;
+
+/// Known motions per picture.
+const MOTIONS: usize = 5;
+
+/// A picture to be measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Subject {
+    /// What it is called, without its folder.
+    pub name: String,
+    /// What the camera would see, at most the frame of the design point.
+    pub frame: Plane<u16>,
+    /// SHA-256 of the whole decoded plane.
+    pub sha256: String,
+    /// Columns and rows of the whole picture.
+    pub whole: (usize, usize),
+}
+
+/// What is measured of one picture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PictureStudy {
+    /// What it is called.
+    pub name: String,
+    /// SHA-256 of the decoded plane.
+    pub sha256: String,
+    /// Columns and rows of the picture.
+    pub whole: (usize, usize),
+    /// Columns and rows of what was measured.
+    pub frame: (usize, usize),
+    /// Under each condition.
+    pub conditions: Vec<ConditionStudy>,
+    /// Known motions, nominal condition.
+    pub displacements: Vec<Displacement>,
+    /// Pictures for the page.
+    #[serde(skip)]
+    pub figures: Figures,
+}
+
+/// What is measured of one picture under one condition.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ConditionStudy {
+    /// The condition.
+    pub condition: Condition,
+    /// The seed of its noise and gain.
+    pub seed: u64,
+    /// The gain that the seed gave.
+    pub gain: f64,
+    /// SHA-256 of the degraded frame.
+    pub sha256: String,
+    /// Rung 4 against rung 2.
+    pub comparison: Comparison,
+}
+
+/// Which of the two columns an error belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Against rung 0.
+    Approximation,
+    /// Against rung 2.
+    Quantisation,
+}
+
+/// One stage of one rung on one picture under one condition.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Measurement {
+    /// Name of the picture.
+    pub picture: String,
+    /// Name of the condition.
+    pub condition: &'static str,
+    /// What was compared.
+    pub stage: Stage,
+    /// Against what.
+    pub kind: Kind,
+    /// The step that errors are told in, codes of the camera word.
+    pub lsb_codes: f64,
+    /// The error on the interior, LSB.
+    #[serde(flatten)]
+    pub error: ErrorStatistics,
+}
+
+/// A plane that every rung has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stage {
+    /// A smoother's output.
+    Smoothed(usize),
+    /// The signed response of a scale pair.
+    Dog(usize),
+    /// The maximum of the response around each pixel.
+    MaxDog(usize),
+}
+
+impl Stage {
+    /// All of them, in the order of the data.
+    pub const ALL: [Self; SMOOTHERS + 2 * SCALES] = [
+        Self::Smoothed(0),
+        Self::Smoothed(1),
+        Self::Smoothed(2),
+        Self::Dog(0),
+        Self::Dog(1),
+        Self::MaxDog(0),
+        Self::MaxDog(1),
+    ];
+
+    /// How people call it, with the sigmas of the design.
+    pub fn name(self, design: &DesignPoint) -> String {
+        let sigma = |smoother: usize| design.sigmas[smoother];
+        match self {
+            Self::Smoothed(smoother) => format!("smoothed, σ {}", sigma(smoother)),
+            Self::Dog(k) => format!("DoG {k}, σ {} − {}", sigma(k), sigma(k + 1)),
+            Self::MaxDog(k) => format!("MaxDOG {k}"),
+        }
+    }
+
+    /// The step of the design point's word, codes.
+    pub fn lsb(self) -> f64 {
+        match self {
+            Self::Smoothed(_) => KT27.state.lsb(),
+            Self::Dog(_) | Self::MaxDog(_) => KT27.dog().lsb(),
+        }
+    }
+
+    fn plane(self, planes: &RungPlanes) -> Plane<f64> {
+        match self {
+            Self::Smoothed(smoother) => planes.smoothed[smoother].clone(),
+            Self::Dog(k) => response(planes, k),
+            Self::MaxDog(k) => planes.max_dog[k].clone(),
+        }
+    }
+}
+
+/// One rung and all that was measured of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RungStudy {
+    /// `1 ..= 4`.
+    pub rung: usize,
+    /// One word.
+    pub name: &'static str,
+    /// The one thing that differs from the rung above.
+    pub changes: &'static str,
+    /// Every stage on every picture under every condition.
+    pub measurements: Vec<Measurement>,
+}
+
+/// A bound, and on what it was judged.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BoundRow {
+    /// The judgement.
+    #[serde(flatten)]
+    pub judgement: Judgement,
+    /// Distance to the limit, positive where the bound holds.
+    pub margin: f64,
+    /// The picture; nothing where the filters alone were judged.
+    pub picture: Option<String>,
+    /// The condition, where one was applied.
+    pub condition: Option<&'static str>,
+}
+
+/// Error after every cell of a smoother, rung 4 against rung 2.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Chain {
+    /// The `sigma` of the smoother.
+    pub sigma: f64,
+    /// Name of each cell and the rms of the error after it, state LSB.
+    pub cells: Vec<(String, f64)>,
+}
+
+/// Everything the report says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Study {
+    /// Whether every bound holds.
+    pub pass: bool,
+    /// What was measured, with what.
+    pub provenance: Provenance,
+    /// Every bound on every picture and condition.
+    pub bounds: Vec<BoundRow>,
+    /// Rungs 1 to 4.
+    pub rungs: Vec<RungStudy>,
+    /// Effective sigmas.
+    pub sigma_eff: Vec<SigmaEff>,
+    /// How the error grows along the cells of each smoother, on the first picture, nominal.
+    pub chains: Vec<Chain>,
+    /// Each picture.
+    pub pictures: Vec<PictureStudy>,
+    /// Descriptor bits, all pictures together, per condition.
+    pub flips: Vec<(&'static str, Flips)>,
+    /// Word lengths either side of the chosen ones.
+    pub sweeps: Vec<Sweep>,
+}
+
+/// How many times [`run`] reports progress for so many pictures.
+pub fn steps(pictures: usize) -> u64 {
+    (pictures * (CONDITIONS.len() + 1 + sweep::points()) + 1) as u64
+}
+
+/// Measures everything.
+///
+/// # Errors
+/// Where the design point has no coefficients.
+pub fn run(
+    subjects: &[Subject],
+    design: &DesignPoint,
+    command: &str,
+    step: &(dyn Fn(&str) + Sync),
+) -> Result<Study, CoefficientError> {
+    let bounds = Bounds::acceptance();
+    let ladder = Ladder::new(design)?;
+    let measured: Vec<(PictureStudy, Vec<(Rung, Measurement)>)> =
+        subjects.par_iter().map(|subject| measure_picture(&ladder, subject, bounds, step)).collect();
+    let sweeps = sweep::run(design, subjects, bounds, step)?;
+    let chains = subjects.first().map(|subject| chains(&ladder, subject, bounds)).unwrap_or_default();
+    step("cells of the smoothers");
+
+    let (pictures, measurements): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
+    let measurements: Vec<(Rung, Measurement)> = measurements.into_iter().flatten().collect();
+    let rungs = Rung::ALL[1..]
+        .iter()
+        .map(|&rung| RungStudy {
+            rung: rung.number(),
+            name: rung.name(),
+            changes: changes(rung),
+            measurements: measurements.iter().filter(|(of, _)| *of == rung).map(|(_, m)| m.clone()).collect(),
+        })
+        .collect();
+    let flips = CONDITIONS
+        .iter()
+        .enumerate()
+        .map(|(index, condition)| {
+            let mut sum = Flips::default();
+            pictures.iter().filter_map(|p| p.conditions.get(index)).for_each(|c| sum.add(&c.comparison.flips));
+            (condition.name, sum)
+        })
+        .collect();
+    let rows = judge(&ladder, &pictures, bounds);
+    Ok(Study {
+        pass: rows.iter().all(|row| row.judgement.pass),
+        provenance: Provenance::of(&ladder, command),
+        bounds: rows,
+        rungs,
+        sigma_eff: sigma_eff(&ladder),
+        chains,
+        pictures,
+        flips,
+        sweeps,
+    })
+}
+
+fn changes(rung: Rung) -> &'static str {
+    match rung {
+        Rung::Ideal => "sampled Gaussian, f64",
+        Rung::Recursive => "two-sided first-order recursion instead of the Gaussian",
+        Rung::Streaming => "look-ahead and look-back of finite reach",
+        Rung::Coefficients => "coefficients rounded, arithmetic still f64",
+        Rung::Fixed => "integers: state and DoG rounded",
+    }
+}
+
+fn measure_picture(
+    ladder: &Ladder,
+    subject: &Subject,
+    bounds: &Bounds,
+    step: &(dyn Fn(&str) + Sync),
+) -> (PictureStudy, Vec<(Rung, Measurement)>) {
+    let mut figures = Figures::default();
+    let mut measurements = Vec::new();
+    let mut conditions = Vec::new();
+    let mut worst_kept = f64::INFINITY;
+    for condition in CONDITIONS {
+        let seed = bounds.seeds.of(&condition);
+        let frame = condition.apply(&subject.frame, seed);
+        let planes: Vec<RungPlanes> = Rung::ALL.par_iter().map(|&rung| ladder.planes(rung, &frame)).collect();
+        let of = |rung: Rung| &planes[rung.number()];
+        let pairs = [
+            (Rung::Recursive, Rung::Ideal, Kind::Approximation),
+            (Rung::Streaming, Rung::Ideal, Kind::Approximation),
+            (Rung::Coefficients, Rung::Streaming, Kind::Quantisation),
+            (Rung::Fixed, Rung::Streaming, Kind::Quantisation),
+        ];
+        for stage in Stage::ALL {
+            let planes: Vec<Plane<f64>> = planes.iter().map(|planes| stage.plane(planes)).collect();
+            for (test, reference, kind) in pairs {
+                let (reference, tested) = (&planes[reference.number()], &planes[test.number()]);
+                let Some(error) = ErrorStatistics::between(reference, tested, stage.lsb(), bounds.interior) else {
+                    continue;
+                };
+                let picture = subject.name.clone();
+                let condition = condition.name;
+                measurements
+                    .push((test, Measurement { picture, condition, stage, kind, lsb_codes: stage.lsb(), error }));
+            }
+        }
+        if condition == NOMINAL {
+            figures.heat_maps(of(Rung::Ideal), of(Rung::Streaming), of(Rung::Fixed));
+        }
+        let Some((comparison, _)) = Comparison::between(of(Rung::Streaming), of(Rung::Fixed), bounds) else {
+            continue;
+        };
+        let kept = comparison.scales.iter().map(|s| s.kept.within_one_px_percent).fold(f64::INFINITY, f64::min);
+        if kept < worst_kept {
+            worst_kept = kept;
+            figures.features = overlay(&frame, &comparison, condition.name);
+        }
+        let (gain, sha256) = (condition.gain(seed), picture::sha256(&frame));
+        conditions.push(ConditionStudy { condition, seed, gain, sha256, comparison });
+        step(&format!("{}, {}", subject.name, condition.name));
+    }
+    let displacements = displacement::displacements(ladder, &subject.frame, &NOMINAL, bounds, MOTIONS);
+    step(&format!("{}, displacement", subject.name));
+    let frame = (subject.frame.width(), subject.frame.height());
+    let (name, sha256, whole) = (subject.name.clone(), subject.sha256.clone(), subject.whole);
+    (PictureStudy { name, sha256, whole, frame, conditions, displacements, figures }, measurements)
+}
+
+fn judge(ladder: &Ladder, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<BoundRow> {
+    let row = |judgement: Judgement, picture: Option<&PictureStudy>, condition: Option<&'static str>| {
+        let distance = judgement.limit - judgement.measured;
+        let margin = if judgement.sense == Sense::AtMost { distance } else { -distance };
+        BoundRow { judgement, margin, picture: picture.map(|picture| picture.name.clone()), condition }
+    };
+    let mut rows: Vec<BoundRow> = judge_coefficients(ladder, bounds).into_iter().map(|j| row(j, None, None)).collect();
+    for picture in pictures {
+        for study in &picture.conditions {
+            let judgements = study.comparison.judge(bounds).into_iter();
+            rows.extend(judgements.map(|j| row(j, Some(picture), Some(study.condition.name))));
+        }
+        let judgements = displacement::judge(&picture.displacements, bounds).into_iter();
+        rows.extend(judgements.map(|j| row(j, Some(picture), Some(NOMINAL.name))));
+    }
+    rows
+}
+
+fn chains(ladder: &Ladder, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
+    let frame = NOMINAL.apply(&subject.frame, bounds.seeds.of(&NOMINAL));
+    let chain = |smoother: usize| {
+        let mut reference = Vec::new();
+        ladder.stages(Rung::Streaming, smoother, &frame, |_, plane| reference.push(plane.clone()));
+        let (mut cells, mut reference) = (Vec::new(), reference.into_iter());
+        ladder.stages(Rung::Fixed, smoother, &frame, |stage, plane| {
+            let error = reference
+                .next()
+                .and_then(|wanted| ErrorStatistics::between(&wanted, plane, KT27.state.lsb(), bounds.interior));
+            cells.extend(error.map(|error| (stage.to_string(), error.rms)));
+        });
+        Chain { sigma: ladder.design().sigmas[smoother], cells }
+    };
+    (0..SMOOTHERS).into_par_iter().map(chain).collect()
+}
+
+impl Study {
+    /// Share of flipped bits of one kind over all pictures under a condition, percent.
+    pub fn flips_percent(&self, condition: &str, kind: BitKind) -> f64 {
+        self.flips.iter().find(|(name, _)| *name == condition).map_or(f64::NAN, |(_, flips)| flips.percent(kind))
+    }
+}

@@ -1,0 +1,147 @@
+//! One word length at a time, the others as chosen: how many bits the state, the coefficients and the DoG are worth.
+
+use hoverlock_fixed_point::acceptance::Comparison;
+use hoverlock_fixed_point::bounds::Bounds;
+use hoverlock_fixed_point::coefficients::CoefficientError;
+use hoverlock_fixed_point::design::DesignPoint;
+use hoverlock_fixed_point::format::Format;
+use hoverlock_fixed_point::ladder::{Ladder, Rung};
+use hoverlock_fixed_point::measure::{BitKind, Flips};
+use hoverlock_reference::conditions::{CONDITIONS, Condition};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::study::Subject;
+
+/// Fraction bits of the state tried.
+const STATE: [i8; 5] = [0, 1, 2, 3, 4];
+/// Fraction bits of the coefficients tried.
+const COEFFICIENT: [i8; 6] = [8, 10, 12, 14, 16, 18];
+/// Bits of the DoG magnitude tried.
+const DOG: [u32; 6] = [10, 11, 12, 13, 14, 15];
+
+/// One word length varied.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sweep {
+    /// What is varied.
+    pub parameter: &'static str,
+    /// The chosen number of bits.
+    pub chosen: f64,
+    /// What each number of bits brings.
+    pub points: Vec<SweepPoint>,
+}
+
+/// One number of bits under one condition, all pictures together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SweepPoint {
+    /// The number of bits.
+    pub bits: f64,
+    /// The condition.
+    pub condition: &'static str,
+    /// Root mean square of the DoG error, LSB of the design point.
+    pub dog_rms_lsb: f64,
+    /// MaxLBP bits flipped, percent.
+    pub maxlbp_flips_percent: f64,
+    /// Sign bits flipped, percent.
+    pub sign_flips_percent: f64,
+    /// Features not at the same pixel, percent.
+    pub moved_percent: f64,
+}
+
+/// Numbers of bits tried in all.
+pub(crate) const fn points() -> usize {
+    STATE.len() + COEFFICIENT.len() + DOG.len()
+}
+
+/// Sums over pictures.
+#[derive(Debug, Clone, Default)]
+struct Sum {
+    squares: f64,
+    planes: f64,
+    flips: Flips,
+    same: usize,
+    features: usize,
+}
+
+pub(crate) fn run(
+    design: &DesignPoint,
+    subjects: &[Subject],
+    bounds: &Bounds,
+    step: &(dyn Fn(&str) + Sync),
+) -> Result<Vec<Sweep>, CoefficientError> {
+    let state = |bits: &i8| DesignPoint { state: Format::unsigned(16, *bits), ..design.clone() };
+    let coefficient = |bits: &i8| DesignPoint { coefficient: Format::unsigned(0, *bits), ..design.clone() };
+    let dog = |bits: &u32| DesignPoint { dog_bits: *bits, ..design.clone() };
+    let variants: [(&'static str, f64, Vec<(f64, DesignPoint)>); 3] = [
+        (
+            "state",
+            f64::from(design.state.bits()),
+            STATE.iter().map(|bits| (f64::from(16 + *bits), state(bits))).collect(),
+        ),
+        (
+            "coefficients",
+            f64::from(design.coefficient.bits()),
+            COEFFICIENT.iter().map(|bits| (f64::from(*bits), coefficient(bits))).collect(),
+        ),
+        ("DoG", f64::from(design.dog_bits), DOG.iter().map(|bits| (f64::from(*bits), dog(bits))).collect()),
+    ];
+    let ladders = variants
+        .iter()
+        .map(|(_, _, points)| points.iter().map(|(_, design)| Ladder::new(design)).collect::<Result<Vec<_>, _>>())
+        .collect::<Result<Vec<_>, _>>()?;
+    let exact = Ladder::new(design)?;
+    // Rung 2 of a picture serves all word lengths, so pictures and conditions are the outer loop.
+    let jobs: Vec<(&Subject, Condition)> =
+        subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
+    let measured: Vec<(Condition, Vec<Vec<Option<Comparison>>>)> = jobs
+        .par_iter()
+        .map(|(subject, condition)| {
+            let frame = condition.apply(&subject.frame, bounds.seeds.of(condition));
+            let reference = exact.planes(Rung::Streaming, &frame);
+            let compare = |ladder: &Ladder| {
+                let test = ladder.planes(Rung::Fixed, &frame);
+                if *condition == CONDITIONS[0] {
+                    step(&format!("{}, word lengths", subject.name));
+                }
+                Comparison::between(&reference, &test, bounds).map(|(comparison, _)| comparison)
+            };
+            (*condition, ladders.iter().map(|ladders| ladders.iter().map(compare).collect()).collect())
+        })
+        .collect();
+    let sweeps = variants.into_iter().enumerate().map(|(v, (parameter, chosen, points))| {
+        let points = points.iter().enumerate().flat_map(|(p, (bits, _))| {
+            let measured = &measured;
+            CONDITIONS.into_iter().map(move |condition| {
+                let of_condition = measured.iter().filter(|(of, _)| *of == condition);
+                let mut sum = Sum::default();
+                of_condition.filter_map(|(_, all)| all[v][p].as_ref()).for_each(|comparison| sum.add(comparison));
+                sum.point(*bits, condition.name)
+            })
+        });
+        Sweep { parameter, chosen, points: points.collect() }
+    });
+    Ok(sweeps.collect())
+}
+
+impl Sum {
+    fn add(&mut self, comparison: &Comparison) {
+        for scale in &comparison.scales {
+            self.squares += scale.interior.rms.powi(2);
+            self.planes += 1.0;
+            self.same += scale.kept.same;
+            self.features += scale.kept.reference.max(scale.kept.test);
+        }
+        self.flips.add(&comparison.flips);
+    }
+
+    fn point(&self, bits: f64, condition: &'static str) -> SweepPoint {
+        SweepPoint {
+            bits,
+            condition,
+            dog_rms_lsb: (self.squares / self.planes).sqrt(),
+            maxlbp_flips_percent: self.flips.percent(BitKind::Maxlbp),
+            sign_flips_percent: self.flips.percent(BitKind::Sign),
+            moved_percent: 100.0 * (1.0 - self.same as f64 / self.features.max(1) as f64),
+        }
+    }
+}
