@@ -173,6 +173,9 @@ impl Bounds {
     /// The text of `bounds.toml`.
     pub const FILE: &'static str = include_str!("../bounds.toml");
 
+    /// Every picture, condition and seed that the limits of the columns were read off, as CSV; made by the example `calibrate`.
+    pub const CALIBRATION: &'static str = include_str!("../calibration.csv");
+
     /// The acceptance bounds of the project.
     pub fn acceptance() -> &'static Self {
         &ACCEPTANCE

@@ -13,6 +13,7 @@ use hoverlock_fixed_point::measure::{BitKind, ErrorStatistics, Flips};
 use hoverlock_reference::conditions::{CONDITIONS, Condition, NOMINAL};
 use hoverlock_reference::picture;
 use hoverlock_reference::plane::Plane;
+use hoverlock_reference::repeatability::{self, Curve};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -33,10 +34,8 @@ pub struct Subject {
     pub name: String,
     /// What the camera would see, at most the frame of the design point.
     pub frame: Plane<u16>,
-    /// SHA-256 of the whole decoded plane.
-    pub sha256: String,
-    /// Columns and rows of the whole picture.
-    pub whole: (usize, usize),
+    /// The whole picture.
+    pub picture: Plane<u16>,
 }
 
 /// What is measured of one picture.
@@ -210,6 +209,10 @@ pub struct Study {
     pub flips: Vec<(&'static str, Flips)>,
     /// Word lengths either side of the chosen ones.
     pub sweeps: Vec<Sweep>,
+    /// Stability of rungs 0 and 1, and of three descriptors, under warps of the first picture.
+    pub repeatability: Vec<Curve>,
+    /// The design point.
+    pub design: DesignPoint,
 }
 
 /// How many times [`run`] reports progress for so many pictures.
@@ -233,7 +236,11 @@ pub fn run(
         subjects.par_iter().map(|subject| measure_picture(&ladder, subject, bounds, step)).collect();
     let sweeps = sweep::run(design, subjects, bounds, step)?;
     let chains = subjects.first().map(|subject| chains(&ladder, subject, bounds)).unwrap_or_default();
-    step("cells of the smoothers");
+    let repeatability = match subjects.first() {
+        Some(subject) => repeatability::curves(&subject.picture)?,
+        None => Vec::new(),
+    };
+    step("repeatability");
 
     let (pictures, measurements): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
     let measurements: Vec<(Rung, Measurement)> = measurements.into_iter().flatten().collect();
@@ -266,6 +273,8 @@ pub fn run(
         pictures,
         flips,
         sweeps,
+        repeatability,
+        design: design.clone(),
     })
 }
 
@@ -331,7 +340,8 @@ fn measure_picture(
     let displacements = displacement::displacements(ladder, &subject.frame, &NOMINAL, bounds, MOTIONS);
     step(&format!("{}, displacement", subject.name));
     let frame = (subject.frame.width(), subject.frame.height());
-    let (name, sha256, whole) = (subject.name.clone(), subject.sha256.clone(), subject.whole);
+    let whole = (subject.picture.width(), subject.picture.height());
+    let (name, sha256) = (subject.name.clone(), picture::sha256(&subject.picture));
     (PictureStudy { name, sha256, whole, frame, conditions, displacements, figures }, measurements)
 }
 

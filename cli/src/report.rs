@@ -1,0 +1,134 @@
+//! `hoverlock report`: what quantisation costs on given pictures, and whether every bound holds.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use hoverlock_fixed_point::design::{DesignPoint, KT27};
+use hoverlock_reference::picture::Picture;
+use hoverlock_reports::output;
+use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::Verdict;
+use crate::output::print;
+
+/// Measure what quantisation costs, stage by stage, and judge it.
+///
+/// Writes index.html, report.json and junit.xml. Status 0 only where every bound holds on every picture under every condition.
+///
+/// Example: hoverlock report aerial.png --out out/report
+#[derive(clap::Args)]
+pub struct Args {
+    /// Pictures of the ground: PNG, JPEG, TIFF, BMP, PNM or WebP, at least 79x79; the centre 1024x768 of larger ones
+    #[arg(value_name = "IMAGE", required = true)]
+    images: Vec<PathBuf>,
+    /// The folder to write into
+    #[arg(long, value_name = "DIR", default_value = "out/report")]
+    out: PathBuf,
+    /// Change the design point: a TOML file, or one key like dog_bits=12 or state=u16.4
+    #[arg(long, value_name = "FILE|KEY=VALUE")]
+    config: Vec<String>,
+    /// One JSON object on stdout, the same as report.json: pass provenance bounds[] rungs[] pictures[] and more
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    let design = configured(&args.config)?;
+    let subjects = subjects(&args.images)?;
+    output::prepare(&args.out)?;
+    let bar = ProgressBar::new(study::steps(subjects.len()));
+    if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {elapsed}  {msg}") {
+        bar.set_style(style);
+    }
+    let step = |what: &str| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    };
+    let study = study::run(&subjects, &design, &command(), &step)?;
+    bar.finish_and_clear();
+    output::write(&study, &args.out)?;
+    for row in study.bounds.iter().filter(|row| !row.judgement.pass) {
+        eprintln!("hoverlock: bound fails: {}", failure(row));
+    }
+    if args.json {
+        print(&output::json(&study)?)?;
+    } else {
+        print(&summary(&study, &args.out))?;
+    }
+    Ok(study.pass.into())
+}
+
+/// The default design point, changed by files and by single keys in the order given.
+fn configured(changes: &[String]) -> Result<DesignPoint> {
+    let mut design = KT27;
+    for change in changes {
+        design = if change.contains('=') && !Path::new(change).exists() {
+            design.with_override(change)?
+        } else {
+            let text = std::fs::read_to_string(change)
+                .with_context(|| format!("{change}: the configuration cannot be read"))?;
+            design.with_toml(&text).with_context(|| change.clone())?
+        };
+    }
+    Ok(design)
+}
+
+/// Opens all pictures before any work begins, and gives each a name of its own.
+fn subjects(paths: &[PathBuf]) -> Result<Vec<Subject>> {
+    let mut names: BTreeMap<String, usize> = BTreeMap::new();
+    let mut subjects = Vec::new();
+    for path in paths {
+        let picture = Picture::open(path)?.require(LEAST_SIDE, LEAST_SIDE)?;
+        let frame = picture.frame();
+        if frame.is_cropped_from(&picture) {
+            let (width, height) = (picture.luma.width(), picture.luma.height());
+            let (to_width, to_height) = (frame.luma.width(), frame.luma.height());
+            eprintln!(
+                "hoverlock: {}: {width}x{height} is larger than the frame; measuring its centre {to_width}x{to_height} at ({}, {})",
+                path.display(),
+                frame.x,
+                frame.y
+            );
+        }
+        let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let seen = names.entry(stem.clone()).or_default();
+        *seen += 1;
+        let name = if *seen == 1 { stem } else { format!("{stem} ({seen})") };
+        subjects.push(Subject { name, frame: frame.luma, picture: picture.luma });
+    }
+    Ok(subjects)
+}
+
+/// The command as typed, without the folder of the program.
+fn command() -> String {
+    let quoted = std::env::args().skip(1).map(|word| if word.contains(' ') { format!("'{word}'") } else { word });
+    std::iter::once("hoverlock".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+}
+
+fn failure(row: &BoundRow) -> String {
+    let judgement = &row.judgement;
+    let picture = row.picture.as_deref().map(|name| format!("{name}, ")).unwrap_or_default();
+    let condition = row.condition.map(|name| format!("{name}, ")).unwrap_or_default();
+    format!(
+        "{}: measured {:.4} {unit}, limit {} {unit} ({picture}{condition}{})",
+        judgement.name,
+        judgement.measured,
+        judgement.limit,
+        judgement.place,
+        unit = judgement.unit
+    )
+}
+
+fn summary(study: &Study, folder: &Path) -> String {
+    let failed = study.bounds.iter().filter(|row| !row.judgement.pass).count();
+    let verdict = if study.pass { "PASS" } else { "FAIL" };
+    let held = study.bounds.len() - failed;
+    format!(
+        "{verdict}: {held} of {} judgements hold on {} picture(s)\n{}\n",
+        study.bounds.len(),
+        study.pictures.len(),
+        folder.join(output::PAGE).display()
+    )
+}
