@@ -7,6 +7,7 @@ mod coeffs;
 mod doctor;
 mod matching;
 mod output;
+mod report;
 
 use std::process::ExitCode;
 
@@ -26,6 +27,7 @@ enum Verb {
     Coeffs(coeffs::Args),
     Doctor(doctor::Args),
     Match(matching::Args),
+    Report(report::Args),
 }
 
 /// Whether a verb's gates hold.
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Verb::Coeffs(args) => coeffs::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::Match(args) => matching::run(&args),
+        Verb::Report(args) => report::run(&args),
     });
     match outcome {
         Ok(Verdict::Pass) => ExitCode::SUCCESS,

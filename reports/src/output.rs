@@ -135,11 +135,8 @@ fn test_case(row: &BoundRow, suite: &str) -> TestCase {
         judgement.place,
         unit = judgement.unit
     );
-    let mut status = if judgement.pass {
-        TestCaseStatus::success()
-    } else {
-        TestCaseStatus::non_success(NonSuccessKind::Failure)
-    };
+    let mut status =
+        if judgement.pass { TestCaseStatus::success() } else { TestCaseStatus::non_success(NonSuccessKind::Failure) };
     if !judgement.pass {
         status.set_message(says.clone()).set_type("bound");
     }
