@@ -13,15 +13,19 @@ use serde::Serialize;
 use crate::Verdict;
 use crate::output::{print, print_json, write_file};
 
-/// Regenerate filter coefficients.
+/// Regenerate filter coefficients
 ///
-/// Designs recursive smoothers that stand for a Gaussian, rounds them to integers, and says what either step costs.
+/// Designs recursive smoothers that stand for a Gaussian, rounds them to integers, and says what
+/// either step costs.
 ///
-/// a[i] is feedback and is added, b[i] feed-forward:
-/// a cascade is u[n] = b[0] x[n] + sum a[i] u[n-i], then y[n] = b[0] u[n] + sum a[i] y[n+i];
-/// in parallel (Deriche) u[n] = sum b[i] x[n-i] + sum a[i] u[n-i] and v[n] = sum b_ahead[i] x[n+i] + sum a[i] v[n+i] are added.
-/// So a[1] of first-order is its pole b1/b0, and a[1..3] of yvv95 are b1/b0, b2/b0, b3/b0 in its authors' letters.
-/// g and g_j are the unsigned coefficients of the lerp cells y = p + c (q - p), which the first-order filter is built from.
+/// a[i] is feedback and is added, b[i] is feed-forward. A cascade, all but Deriche, is
+///   u[n] = b[0] x[n] + sum a[i] u[n-i]     then  y[n] = b[0] u[n] + sum a[i] y[n+i]
+/// and Deriche's two sides, in parallel, are
+///   u[n] = sum b[i] x[n-i] + sum a[i] u[n-i]
+///   v[n] = sum b_ahead[i] x[n+i] + sum a[i] v[n+i]     y[n] = u[n] + v[n]
+/// So a[1] of first-order is its pole b1/b0; a[1] to a[3] of yvv95 are b1/b0, b2/b0 and b3/b0
+/// in its authors' letters. g and g_j are the unsigned coefficients of the lerp cells
+/// y = p + c (q - p) that the first-order filter is built from.
 ///
 /// Example: hoverlock coeffs --sigma 2 3.2 5.12 --out out/coefficients
 #[derive(clap::Args)]

@@ -151,20 +151,6 @@ impl Family {
     }
 }
 
-/// The parameter at which `variance` is `sigma^2`, by bisection to the last bit: it lies between 0 and `2 sigma + 1`, and the
-/// variance is above `sigma^2` on its right and below on its left for any `sigma` of 0.38 and more. (Below that the poles
-/// of van Vliet, Young and Verbeek turn once too often round the circle.)
-fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, 2.0 * sigma + 1.0);
-    loop {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            return middle;
-        }
-        if variance(middle) < sigma * sigma { low = middle } else { high = middle }
-    }
-}
-
 /// How the free parameter of a family is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fit {
@@ -303,6 +289,20 @@ impl Recursive {
     /// Filters a tile in place.
     pub(crate) fn filter(&self, tile: &mut [Lanes], border: Border) {
         self.passes.filter(tile, border);
+    }
+}
+
+/// The parameter at which `variance` is `sigma^2`, by bisection to the last bit: it lies between 0 and `2 sigma + 1`, and the
+/// variance is above `sigma^2` on its right and below on its left for any `sigma` of 0.38 and more. (Below that the poles
+/// of van Vliet, Young and Verbeek turn once too often round the circle.)
+fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 2.0 * sigma + 1.0);
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        if variance(middle) < sigma * sigma { low = middle } else { high = middle }
     }
 }
 
