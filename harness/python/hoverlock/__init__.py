@@ -1,0 +1,129 @@
+"""cocotb's habits on Verilator, near the simulator's own speed.
+
+>>> import hoverlock
+>>> from hoverlock import Clock, ClockCycles, Design
+>>>
+>>> design = Design("counter.v", top="counter")
+>>>
+>>> @hoverlock.test()
+... async def counts(dut):
+...     Clock(dut.clk, 10, "ns").start()
+...     dut.enable.value = 1
+...     await ClockCycles(dut.clk, 10)
+...     assert dut.count.value == 9
+
+Run it with ``pytest``, or with ``python -m hoverlock test_counter.py``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ._core import ArrayHandle, Handle, Library, Task, Value, start_soon
+from .clock import Clock
+from .design import Design
+from .errors import (
+    BuildError,
+    CancelledError,
+    DeadlockError,
+    HoverlockError,
+    NoSuchSignal,
+    NotWritable,
+    ProtocolError,
+    RangeError,
+    ReadOnlyError,
+    SimTimeoutError,
+    SimulationError,
+    TriggerError,
+    VerilogError,
+    VerilogFinished,
+)
+from .hierarchy import Hierarchy
+from .queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
+from .testing import Test, parametrize, pass_test, running, simulate, test
+from .triggers import (
+    ClockCycles,
+    Combine,
+    Edge,
+    Event,
+    FallingEdge,
+    First,
+    Lock,
+    NextTimeStep,
+    NullTrigger,
+    ReadOnly,
+    ReadWrite,
+    RisingEdge,
+    Timer,
+    Trigger,
+    ValueChange,
+    VerilogFinish,
+    with_timeout,
+)
+from .utils import get_sim_time
+
+__all__ = [
+    "ArrayHandle",
+    "BuildError",
+    "CancelledError",
+    "Clock",
+    "ClockCycles",
+    "Combine",
+    "DeadlockError",
+    "Design",
+    "Edge",
+    "Event",
+    "FallingEdge",
+    "First",
+    "Handle",
+    "Hierarchy",
+    "HoverlockError",
+    "Library",
+    "LifoQueue",
+    "Lock",
+    "NextTimeStep",
+    "NoSuchSignal",
+    "NotWritable",
+    "NullTrigger",
+    "PriorityQueue",
+    "ProtocolError",
+    "Queue",
+    "QueueEmpty",
+    "QueueFull",
+    "RangeError",
+    "ReadOnly",
+    "ReadOnlyError",
+    "ReadWrite",
+    "RisingEdge",
+    "SimTimeoutError",
+    "SimulationError",
+    "Task",
+    "Test",
+    "Timer",
+    "Trigger",
+    "TriggerError",
+    "Value",
+    "ValueChange",
+    "VerilogError",
+    "VerilogFinish",
+    "VerilogFinished",
+    "get_sim_time",
+    "parametrize",
+    "pass_test",
+    "running",
+    "simulate",
+    "start",
+    "start_soon",
+    "test",
+    "with_timeout",
+]
+
+
+async def start(coro: Any) -> Task:
+    """Starts a coroutine and lets it run to its first wait before this task goes on.
+
+    >>> task = await hoverlock.start(drive(dut))
+    """
+    task = start_soon(coro)
+    await NullTrigger()
+    return task

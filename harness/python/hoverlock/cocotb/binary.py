@@ -1,0 +1,5 @@
+"""``cocotb.binary``."""
+
+from .types import BinaryValue
+
+__all__ = ["BinaryValue"]

@@ -1,0 +1,5 @@
+"""``cocotb.clock``."""
+
+from ..clock import Clock
+
+__all__ = ["Clock"]

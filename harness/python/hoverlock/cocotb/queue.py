@@ -1,0 +1,5 @@
+"""``cocotb.queue``."""
+
+from ..queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
+
+__all__ = ["LifoQueue", "PriorityQueue", "Queue", "QueueEmpty", "QueueFull"]

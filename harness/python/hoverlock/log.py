@@ -1,0 +1,49 @@
+"""Logging with simulation time; what the Verilog prints ends up here too.
+
+>>> dut._log.info("frame %d sent", n)
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+
+from . import _core
+
+__all__ = ["SimTimeFormatter", "default_config", "log"]
+
+log = logging.getLogger("hoverlock")
+
+
+class SimTimeFormatter(logging.Formatter):
+    """Puts simulation time, level and source before each line."""
+
+    def __init__(self) -> None:
+        super().__init__("%(sim_time)14s %(levelname)-8s %(name)-20s %(message)s")
+
+    def format(self, record: logging.LogRecord) -> str:
+        if not hasattr(record, "sim_time"):
+            record.sim_time = sim_time_text(_core.now())
+        return super().format(record)
+
+
+def sim_time_text(femtoseconds: int) -> str:
+    """In nanoseconds: ``12.5ns``."""
+    return f"{femtoseconds / 1e6:.15g}ns"
+
+
+def default_config(level: int = logging.INFO) -> None:
+    """Sends the log to stderr, for the runner and scripts; pytest captures it itself."""
+    if not log.handlers:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.setFormatter(SimTimeFormatter())
+        log.addHandler(handler)
+        log.propagate = False
+    log.setLevel(level)
+
+
+def listener(time: int, level: int, source: str, text: str) -> None:
+    """Takes the engine's lines."""
+    logger = log.getChild(source)
+    if logger.isEnabledFor(level):
+        logger.log(level, "%s", text, extra={"sim_time": sim_time_text(time)})

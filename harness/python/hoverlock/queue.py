@@ -1,0 +1,124 @@
+"""Queues between tasks.
+
+>>> queue = Queue(maxsize=4)
+>>> await queue.put(3)
+>>> value = await queue.get()
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import deque
+from typing import Generic, TypeVar
+
+from .triggers import Event
+
+__all__ = ["LifoQueue", "PriorityQueue", "Queue", "QueueEmpty", "QueueFull"]
+
+T = TypeVar("T")
+
+
+class QueueEmpty(Exception):
+    """``get_nowait`` of an empty queue."""
+
+
+class QueueFull(Exception):
+    """``put_nowait`` to a full queue."""
+
+
+class Queue(Generic[T]):
+    """First in, first out; of at most ``maxsize`` items, or without limit."""
+
+    def __init__(self, maxsize: int = 0) -> None:
+        self.maxsize = maxsize
+        self._items: deque[T] | list[T] = self._make()
+        # The tasks that wait, longest first: each has an event of its own, so that one item wakes one task.
+        self._getters: deque[Event] = deque()
+        self._putters: deque[Event] = deque()
+
+    def _make(self) -> deque[T] | list[T]:
+        return deque()
+
+    def _put(self, item: T) -> None:
+        self._items.append(item)
+
+    def _get(self) -> T:
+        return self._items.popleft()  # type: ignore[union-attr]
+
+    def qsize(self) -> int:
+        """How many items it holds."""
+        return len(self._items)
+
+    def empty(self) -> bool:
+        """Whether it holds none."""
+        return not self._items
+
+    def full(self) -> bool:
+        """Whether no more go in."""
+        return 0 < self.maxsize <= len(self._items)
+
+    def put_nowait(self, item: T) -> None:
+        """Puts an item, or raises ``QueueFull``."""
+        if self.full():
+            raise QueueFull(f"the queue holds {self.maxsize} items")
+        self._put(item)
+        _wake(self._getters)
+
+    def get_nowait(self) -> T:
+        """Takes an item, or raises ``QueueEmpty``."""
+        if not self._items:
+            raise QueueEmpty("the queue is empty")
+        item = self._get()
+        _wake(self._putters)
+        return item
+
+    async def put(self, item: T) -> None:
+        """Puts an item, waiting while the queue is full."""
+        while self.full():
+            await _sleep(self._putters, "queue not full")
+        self.put_nowait(item)
+
+    async def get(self) -> T:
+        """Takes an item, waiting while there is none."""
+        while not self._items:
+            await _sleep(self._getters, "queue not empty")
+        return self.get_nowait()
+
+
+async def _sleep(waiting: deque[Event], name: str) -> None:
+    event = Event(name)
+    waiting.append(event)
+    try:
+        await event.wait()
+    except GeneratorExit:
+        # Cancelled: what it was woken for goes to the next.
+        if event.is_set():
+            _wake(waiting)
+        else:
+            waiting.remove(event)
+        raise
+
+
+def _wake(waiting: deque[Event]) -> None:
+    if waiting:
+        waiting.popleft().set()
+
+
+class PriorityQueue(Queue[T]):
+    """The least item first."""
+
+    def _make(self) -> list[T]:
+        return []
+
+    def _put(self, item: T) -> None:
+        heapq.heappush(self._items, item)  # type: ignore[type-var, arg-type]
+
+    def _get(self) -> T:
+        return heapq.heappop(self._items)  # type: ignore[type-var, arg-type]
+
+
+class LifoQueue(Queue[T]):
+    """Last in, first out."""
+
+    def _get(self) -> T:
+        return self._items.pop()

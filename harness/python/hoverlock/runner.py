@@ -1,0 +1,173 @@
+"""Runs the tests of modules without pytest.
+
+>>> results = run("test_counter.py", Design("counter.v", top="counter"), seed=1)
+>>> assert all(r.passed for r in results)
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import sys
+import time
+import traceback
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from .design import Design
+from .errors import HoverlockError
+from .testing import Test, seed_of
+
+__all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "write_junit"]
+
+
+@dataclass
+class Result:
+    """How a test ended."""
+
+    name: str
+    module: str
+    seed: int
+    seconds: float
+    passed: bool
+    skipped: str | None = None
+    error: BaseException | None = None
+    text: str = ""
+
+
+def new_seed() -> int:
+    """A seed for a session that was given none."""
+    return int.from_bytes(os.urandom(4), "little")
+
+
+def replay_text(session_seed: int) -> str:
+    """How to get the same random numbers again."""
+    return f"random seed {session_seed}: replay with --hoverlock-seed {session_seed}"
+
+
+def load(module: str | Path) -> ModuleType:
+    """A module by file or by name."""
+    path = Path(module)
+    if path.suffix == ".py":
+        if not path.is_file():
+            raise HoverlockError(f"{path}: no such file")
+        folder = str(path.resolve().parent)
+        if folder not in sys.path:
+            sys.path.insert(0, folder)
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        if spec is None or spec.loader is None:
+            raise HoverlockError(f"{path}: not a Python file")
+        loaded = importlib.util.module_from_spec(spec)
+        sys.modules[path.stem] = loaded
+        spec.loader.exec_module(loaded)
+        return loaded
+    return importlib.import_module(str(module))
+
+
+def collect(module: ModuleType) -> list[Test]:
+    """The tests of a module in the order of the file, one for each combination of parameters."""
+    found = [value for value in vars(module).values() if isinstance(value, Test)]
+    found = [t for t in found if getattr(t.function, "__module__", None) == module.__name__]
+    return [variant for t in found for variant in t.variants()]
+
+
+def design_of(test: Test, module: ModuleType, given: Design | None) -> Design:
+    """The design a test runs on: its own, its module's, or the one given."""
+    design = test.design or getattr(module, "design", None) or given
+    if not isinstance(design, Design):
+        raise HoverlockError(
+            f"{test.name}: no design. Write design = hoverlock.Design('file.v', top='module') in {module.__name__}, "
+            "pass design= to the test, or name --hoverlock-source and --hoverlock-top"
+        )
+    return design
+
+
+def run(
+    modules: str | Path | Iterable[str | Path],
+    design: Design | None = None,
+    *,
+    seed: int | None = None,
+    match: str = "",
+    wall_timeout: float | None = None,
+    quiet: bool = False,
+) -> list[Result]:
+    """Runs the tests whose names hold ``match``; says how each ended unless quiet."""
+    session_seed = new_seed() if seed is None else seed
+    results = []
+    for name in [modules] if isinstance(modules, (str, Path)) else modules:
+        module = load(name)
+        for test in collect(module):
+            if match in test.name:
+                results.append(_run_one(test, module, design, session_seed, wall_timeout))
+                if not quiet:
+                    _say(results[-1], session_seed)
+    if not quiet:
+        failed = sum(not r.passed and r.skipped is None for r in results)
+        skipped = sum(r.skipped is not None for r in results)
+        print(f"{len(results) - failed - skipped} passed, {failed} failed, {skipped} skipped (seed {session_seed})")
+    return results
+
+
+def _run_one(
+    test: Test, module: ModuleType, design: Design | None, session_seed: int, wall_timeout: float | None
+) -> Result:
+    seed = seed_of(session_seed, test.name)
+    if test.skip:
+        reason = test.skip if isinstance(test.skip, str) else "skipped"
+        return Result(test.name, module.__name__, seed, 0.0, False, skipped=reason)
+    started = time.monotonic()
+    error: BaseException | None = None
+    text = ""
+    try:
+        test.run(design_of(test, module, design), seed=seed, wall_timeout=wall_timeout)
+    except Exception as raised:
+        error = raised
+        text = "".join(traceback.format_exception(raised))
+    seconds = time.monotonic() - started
+    return Result(test.name, module.__name__, seed, seconds, error is None, error=error, text=text)
+
+
+def _say(result: Result, session_seed: int) -> None:
+    word = "SKIP" if result.skipped is not None else "PASS" if result.passed else "FAIL"
+    print(f"{word} {result.module}.{result.name} ({result.seconds:.2f} s)", flush=True)
+    if word == "FAIL":
+        print(result.text.rstrip())
+        print(replay_text(session_seed), flush=True)
+
+
+def write_junit(results: Iterable[Result], path: str | Path) -> None:
+    """Writes the results as JUnit XML, through a temporary name."""
+    from xml.etree import ElementTree
+
+    results = list(results)
+    suite = ElementTree.Element(
+        "testsuite",
+        name="hoverlock",
+        tests=str(len(results)),
+        failures=str(sum(isinstance(r.error, AssertionError) for r in results)),
+        errors=str(sum(r.error is not None and not isinstance(r.error, AssertionError) for r in results)),
+        skipped=str(sum(r.skipped is not None for r in results)),
+        time=f"{sum(r.seconds for r in results):.3f}",
+    )
+    for result in results:
+        case: Any = ElementTree.SubElement(
+            suite, "testcase", classname=result.module, name=result.name, time=f"{result.seconds:.3f}"
+        )
+        properties = ElementTree.SubElement(case, "properties")
+        ElementTree.SubElement(properties, "property", name="random_seed", value=str(result.seed))
+        if result.skipped is not None:
+            ElementTree.SubElement(case, "skipped", message=result.skipped)
+        elif result.error is not None:
+            kind = "failure" if isinstance(result.error, AssertionError) else "error"
+            node = ElementTree.SubElement(case, kind, message=str(result.error), type=type(result.error).__name__)
+            node.text = result.text
+    suites = ElementTree.Element("testsuites")
+    suites.append(suite)
+    path = Path(path)
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    ElementTree.ElementTree(suites).write(aside, encoding="utf-8", xml_declaration=True)
+    aside.replace(path)

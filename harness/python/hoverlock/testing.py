@@ -1,0 +1,285 @@
+"""Tests: the decorator, and how one test is run.
+
+>>> @hoverlock.test(timeout_time=1, timeout_unit="ms")
+... async def counts(dut):
+...     ...
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import itertools
+import random
+import signal
+import threading
+import zlib
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from . import _core, hierarchy
+from .design import Design
+from .errors import SimTimeoutError, TestSuccess
+from .log import listener, log
+
+__all__ = ["Running", "Test", "parametrize", "pass_test", "running", "simulate", "test"]
+
+Bench = Callable[..., Coroutine[Any, Any, Any]]
+
+
+class Test:
+    """A coroutine function that is a test, with how it is to be run; made by ``test``."""
+
+    __test__ = False
+
+    def __init__(
+        self,
+        function: Bench,
+        *,
+        design: Design | None = None,
+        timeout_time: float | None = None,
+        timeout_unit: str = "step",
+        wall_timeout: float | None = 600.0,
+        skip: bool | str = False,
+        expect_fail: bool = False,
+        expect_error: type[BaseException] | tuple[type[BaseException], ...] = (),
+        name: str | None = None,
+        arguments: dict[str, Any] | None = None,
+    ) -> None:
+        self.function = function
+        self.design = design
+        self.time_limit = None if timeout_time is None else _core.femtoseconds(timeout_time, timeout_unit)
+        self.timeout_text = f"{timeout_time} {timeout_unit}"
+        self.wall_timeout = wall_timeout
+        self.skip = skip
+        self.expect_fail = expect_fail
+        self.expect_error = expect_error if isinstance(expect_error, tuple) else (expect_error,)
+        self.name = name or function.__name__
+        self.arguments = arguments or {}
+        self.options = {
+            "design": design,
+            "timeout_time": timeout_time,
+            "timeout_unit": timeout_unit,
+            "wall_timeout": wall_timeout,
+            "skip": skip,
+            "expect_fail": expect_fail,
+            "expect_error": expect_error,
+        }
+        functools.update_wrapper(self, function)
+
+    def with_arguments(self, name: str, arguments: dict[str, Any]) -> Test:
+        """The same test with arguments of its own."""
+        return Test(self.function, name=name, arguments=arguments, **self.options)
+
+    def variants(self) -> Iterator[Test]:
+        """One test for each combination that ``parametrize`` asks for."""
+        sets: list[list[tuple[str, dict[str, Any]]]] = getattr(self.function, "_hoverlock_parameters", [])
+        for choice in itertools.product(*sets):
+            if not choice:
+                yield self
+                continue
+            arguments = {key: value for _, chosen in choice for key, value in chosen.items()}
+            label = "-".join(text for text, _ in choice)
+            yield self.with_arguments(f"{self.name}[{label}]", arguments)
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Coroutine[Any, Any, Any]:
+        return self.function(*args, **kwargs)
+
+    def run(self, design: Design, *, seed: int, wall_timeout: float | None = None) -> None:
+        """Runs it on a fresh model; raises what makes it fail."""
+        log.getChild("test").info("%s: seed %d", self.name, seed)
+        try:
+            simulate(
+                design,
+                self.function,
+                seed=seed,
+                name=self.name,
+                time_limit=self.time_limit,
+                wall_limit=wall_timeout or self.wall_timeout,
+                arguments=self.arguments,
+            )
+        except TestSuccess:
+            pass
+        except AssertionError:
+            if not self.expect_fail and AssertionError not in self.expect_error:
+                raise
+            return
+        except self.expect_error as error:
+            log.getChild("test").info("%s: raised as expected: %s", self.name, error)
+            return
+        if self.expect_fail:
+            raise AssertionError(f"{self.name} passed, but was expected to fail")
+        if self.expect_error:
+            names = " or ".join(kind.__name__ for kind in self.expect_error)
+            raise AssertionError(f"{self.name} passed, but was expected to raise {names}")
+
+
+def test(
+    function: Bench | None = None,
+    *,
+    design: Design | None = None,
+    timeout_time: float | None = None,
+    timeout_unit: str = "step",
+    wall_timeout: float | None = 600.0,
+    skip: bool | str = False,
+    expect_fail: bool = False,
+    expect_error: type[BaseException] | tuple[type[BaseException], ...] = (),
+    name: str | None = None,
+    stage: int | None = None,
+) -> Any:
+    """Makes a coroutine function a test.
+
+    The design is that of ``design=``, or the ``design`` of the module, or the one given to the runner. ``timeout_time`` is
+    simulation time, ``wall_timeout`` seconds on the wall. ``expect_fail`` wants an ``AssertionError``, ``expect_error``
+    the exceptions named. ``skip`` may be the reason. ``stage`` is taken for cocotb's sake; tests run in the order of
+    the file.
+
+    >>> @hoverlock.test(timeout_time=10, timeout_unit="us")
+    ... async def counts(dut):
+    ...     Clock(dut.clk, 10, "ns").start()
+    ...     await ClockCycles(dut.clk, 3)
+    ...     assert dut.count.value == 3
+    """
+
+    def decorate(of: Bench) -> Test:
+        if not inspect.iscoroutinefunction(of):
+            raise TypeError(f"{of.__name__} must be a coroutine function: async def {of.__name__}(dut)")
+        return Test(
+            of,
+            design=design,
+            timeout_time=timeout_time,
+            timeout_unit=timeout_unit,
+            wall_timeout=wall_timeout,
+            skip=skip,
+            expect_fail=expect_fail,
+            expect_error=expect_error,
+            name=name,
+        )
+
+    return decorate if function is None else decorate(function)
+
+
+def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: Iterable[Any]) -> Callable[[Any], Any]:
+    """Runs a test once for each value, or for each combination where several are named.
+
+    >>> @hoverlock.test()
+    ... @hoverlock.parametrize(width=[1, 8], gap=[0, 3])
+    ... async def passes(dut, width, gap):
+    ...     ...
+    >>> @hoverlock.parametrize((("a", "b"), [(1, 2), (3, 4)]))
+    """
+    sets: list[list[tuple[str, dict[str, Any]]]] = []
+    for names, values in [*options, *named.items()]:
+        if isinstance(names, str):
+            sets.append([(f"{names}={_label(value)}", {names: value}) for value in values])
+        else:
+            sets.append([
+                (",".join(f"{n}={_label(v)}" for n, v in zip(names, value, strict=True)), dict(zip(names, value)))
+                for value in values
+            ])
+
+    def decorate(target: Any) -> Any:
+        function = target.function if isinstance(target, Test) else target
+        function._hoverlock_parameters = sets + getattr(function, "_hoverlock_parameters", [])
+        return target
+
+    return decorate
+
+
+def _label(value: Any) -> str:
+    return getattr(value, "__name__", None) or str(value)
+
+
+@dataclass
+class Running:
+    """The test that runs."""
+
+    name: str
+    seed: int
+    design: Design
+    dut: hierarchy.Hierarchy
+    simulation: _core.Simulation
+    plusargs: list[str] = field(default_factory=list)
+
+
+_running: list[Running] = []
+
+
+def running() -> Running:
+    """The test that runs on this thread: its name, seed, design and ``dut``."""
+    if not _running:
+        from .errors import SimulationError
+
+        raise SimulationError("no test is running")
+    return _running[-1]
+
+
+def pass_test(reason: str = "") -> None:
+    """Ends the test well at once."""
+    raise TestSuccess(reason)
+
+
+def simulate(
+    design: Design,
+    bench: Callable[..., Awaitable[Any]],
+    *,
+    seed: int = 0,
+    name: str | None = None,
+    time_limit: int | None = None,
+    wall_limit: float | None = None,
+    arguments: dict[str, Any] | None = None,
+) -> Any:
+    """Runs a bench on a fresh model of a design, and gives its result; for scripts that are no tests.
+
+    >>> frames = simulate(design, capture, arguments={"count": 3})
+    """
+    library = design.compile()
+    simulation = _core.Simulation(
+        library, seed=seed, plusargs=list(design.plusargs), edges_after_eval=design.edges_after_eval
+    )
+    simulation.set_log_listener(listener)
+    dut = hierarchy.build(library.top, simulation)
+    label = name or getattr(bench, "__name__", "bench")
+    state = random.getstate()
+    random.seed(seed)
+    _running.append(Running(label, seed, design, dut, simulation, list(design.plusargs)))
+    try:
+        with _alarm(wall_limit):
+            coroutine = bench(dut, **(arguments or {}))
+            result = simulation.run(coroutine, label, time_limit_fs=time_limit, wall_limit=wall_limit)
+        left = simulation.living_tasks()
+        if left:
+            log.getChild("test").info("%d tasks still ran at the end and are cancelled: %s", len(left), ", ".join(left))
+        return result
+    finally:
+        for line in simulation.close():
+            log.getChild("verilog").info("%s", line)
+        _running.pop()
+        random.setstate(state)
+
+
+@contextmanager
+def _alarm(seconds: float | None) -> Iterator[None]:
+    """Ends a bench that never comes back to the scheduler. One that does is ended by that, with a better message, so
+    this waits a little longer."""
+    if not seconds or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def ring(_number: int, _frame: Any) -> None:
+        raise SimTimeoutError(f"wall-clock limit of {seconds} s reached inside the bench: it does not await anything")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds * 1.1 + 0.2)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def seed_of(session_seed: int, name: str) -> int:
+    """A test's seed from that of the session: its own, whatever else runs."""
+    return zlib.crc32(f"{session_seed}:{name}".encode())

@@ -1,0 +1,108 @@
+//! Errors of the engine as Python exceptions; the classes are those of `hoverlock/errors.py`.
+
+use hoverlock_harness::sim::Failure;
+use hoverlock_harness::{BuildError, Error, ModelError, SimError};
+use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::gil;
+
+mod python {
+    #![allow(missing_docs, reason = "the classes are documented where they are defined, in Python")]
+    pyo3::import_exception!(hoverlock.errors, HoverlockError);
+    pyo3::import_exception!(hoverlock.errors, BuildError);
+    pyo3::import_exception!(hoverlock.errors, NoSuchSignal);
+    pyo3::import_exception!(hoverlock.errors, RangeError);
+    pyo3::import_exception!(hoverlock.errors, NotWritable);
+    pyo3::import_exception!(hoverlock.errors, ReadOnlyError);
+    pyo3::import_exception!(hoverlock.errors, SimulationError);
+    pyo3::import_exception!(hoverlock.errors, TriggerError);
+    pyo3::import_exception!(hoverlock.errors, DeadlockError);
+    pyo3::import_exception!(hoverlock.errors, SimTimeoutError);
+    pyo3::import_exception!(hoverlock.errors, VerilogError);
+    pyo3::import_exception!(hoverlock.errors, VerilogFinished);
+    pyo3::import_exception!(hoverlock.errors, ProtocolError);
+    pyo3::import_exception!(hoverlock.errors, CancelledError);
+}
+
+pub use python::{CancelledError, HoverlockError, RangeError, SimulationError, TriggerError};
+
+/// A Python exception carried through the engine by a failed task.
+pub struct Raised(Py<PyAny>);
+
+impl Raised {
+    /// As a failure of the engine.
+    pub fn failure(py: Python<'_>, error: &PyErr) -> Failure {
+        Failure::with_payload(error.to_string(), Raised(error.value(py).clone().into_any().unbind()))
+    }
+}
+
+impl Drop for Raised {
+    fn drop(&mut self) {
+        // The engine drops failures when it likes; the exception needs the lock.
+        gil::resume();
+    }
+}
+
+/// The exception for an error of the engine.
+pub fn exception(py: Python<'_>, error: Error) -> PyErr {
+    match &error {
+        Error::Build(e) => of_build(e),
+        Error::Model(e) => of_model(e),
+        Error::Sim(e) => of_sim(py, e),
+        Error::Protocol(e) => python::ProtocolError::new_err(e.to_string()),
+        other => python::HoverlockError::new_err(other.to_string()),
+    }
+}
+
+/// The exception for an error on the way from Verilog to a model.
+pub fn of_build(error: &BuildError) -> PyErr {
+    python::BuildError::new_err(error.to_string())
+}
+
+/// The exception for a wrong name, value or place.
+pub fn of_model(error: &ModelError) -> PyErr {
+    let text = error.to_string();
+    match error {
+        ModelError::NoSuchSignal { .. } => python::NoSuchSignal::new_err(text),
+        ModelError::OutOfRange { .. } => python::RangeError::new_err(text),
+        ModelError::Address { .. } => PyIndexError::new_err(text),
+        ModelError::NotWritable { .. } => python::NotWritable::new_err(text),
+        ModelError::WriteInReadOnly { .. } => python::ReadOnlyError::new_err(text),
+        ModelError::NoSuchEnumItem { .. } => PyValueError::new_err(text),
+        ModelError::TooWide { .. } | ModelError::WrongShape { .. } => PyTypeError::new_err(text),
+        _ => python::SimulationError::new_err(text),
+    }
+}
+
+/// The exception for the end of a simulation.
+pub fn of_sim(py: Python<'_>, error: &SimError) -> PyErr {
+    let text = error.to_string();
+    match error {
+        SimError::TaskFailed { failure, .. } => of_failure(py, failure),
+        SimError::Cancelled { .. } => python::CancelledError::new_err(text),
+        SimError::Deadlock { .. } | SimError::NoProgress { .. } => python::DeadlockError::new_err(text),
+        SimError::TimeLimit { .. } | SimError::WallClock { .. } | SimError::Timeout { .. } => {
+            python::SimTimeoutError::new_err(text)
+        }
+        SimError::Verilog { .. } => python::VerilogError::new_err(text),
+        SimError::Finished { .. } => python::VerilogFinished::new_err(text),
+        SimError::WrongRegion { .. } => python::TriggerError::new_err(text),
+        SimError::BadTime(_) => PyValueError::new_err(text),
+        _ => python::SimulationError::new_err(text),
+    }
+}
+
+/// The very exception a coroutine raised, or that of an error of the engine.
+pub fn of_failure(py: Python<'_>, failure: &Failure) -> PyErr {
+    if let Some(raised) = failure.payload::<Raised>() {
+        return PyErr::from_value(raised.0.bind(py).clone());
+    }
+    if let Some(error) = failure.payload::<SimError>() {
+        return of_sim(py, error);
+    }
+    if let Some(error) = failure.payload::<ModelError>() {
+        return of_model(error);
+    }
+    python::SimulationError::new_err(failure.message().to_owned())
+}

@@ -1,0 +1,59 @@
+//! The interpreter's lock while a simulation runs.
+//!
+//! A coroutine is resumed up to millions of times a second, too often to take and release the lock each time. So `run`
+//! keeps it, and gives it back where no Python runs: as soon as a few milliseconds of simulation went by without a
+//! coroutine being resumed. The next resume takes it again.
+
+use std::cell::Cell;
+
+use pyo3::ffi;
+use pyo3::prelude::*;
+
+thread_local! {
+    /// The thread's state while the lock is given back, otherwise null.
+    static SAVED: Cell<*mut ffi::PyThreadState> = const { Cell::new(std::ptr::null_mut()) };
+    /// Whether Python ran since `pause` was last called.
+    static RAN: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Takes the lock again if it was given back; for code that a running simulation calls.
+#[inline]
+pub fn resume<'a>() -> Python<'a> {
+    RAN.set(true);
+    if !SAVED.get().is_null() {
+        take_back();
+    }
+    // SAFETY: only called below `Simulation::run` and its kin, which were called from Python on this thread; the lock
+    // is held unless `pause` gave it back, and `take_back` has undone that.
+    unsafe { Python::assume_attached() }
+}
+
+#[cold]
+fn take_back() {
+    let saved = SAVED.replace(std::ptr::null_mut());
+    // SAFETY: `saved` came from `PyEval_SaveThread` on this thread and is used once.
+    unsafe { ffi::PyEval_RestoreThread(saved) };
+}
+
+/// Called every few milliseconds by a running simulation: looks for signals such as Ctrl-C, and gives the lock back if
+/// no Python ran since the last call.
+pub fn pause() -> PyResult<()> {
+    let ran = RAN.get();
+    resume().check_signals()?;
+    RAN.set(false);
+    if !ran {
+        // SAFETY: the lock is held. Until `resume`, this thread runs the scheduler, the model and bus models, none of
+        // which touches Python; what they call back (coroutines, listeners, exceptions they drop) begins with `resume`.
+        SAVED.set(unsafe { ffi::PyEval_SaveThread() });
+    }
+    Ok(())
+}
+
+/// Held by whoever lets a simulation run: the lock is there again when it ends, however it ends.
+pub struct Running;
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        resume();
+    }
+}

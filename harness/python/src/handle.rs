@@ -1,0 +1,720 @@
+//! Handles of ports, internals and memories, and the values read from them.
+
+use hoverlock_harness::model::{Direction, SignalId, SignalInfo, Storage};
+use hoverlock_harness::sim::{Dut, Memory, Signal, Wide};
+use pyo3::IntoPyObjectExt;
+use pyo3::basic::CompareOp;
+use pyo3::exceptions::{PyAttributeError, PyIndexError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyInt, PyList, PySlice, PyString, PyTuple};
+
+use crate::errors::{self, RangeError};
+use crate::trigger::{FallingEdge, RisingEdge, ValueChange};
+
+enum Access {
+    Word(Signal),
+    Wide(Wide),
+}
+
+/// A port or an internal signal.
+#[pyclass(unsendable, module = "hoverlock", weakref)]
+pub struct Handle {
+    access: Access,
+    info: SignalInfo,
+    id: SignalId,
+    width: u32,
+    pub rising: PyOnceLock<Py<RisingEdge>>,
+    pub falling: PyOnceLock<Py<FallingEdge>>,
+    pub change: PyOnceLock<Py<ValueChange>>,
+}
+
+impl Handle {
+    pub fn new(dut: &Dut, info: SignalInfo) -> PyResult<Handle> {
+        let (access, id) = if matches!(info.storage, Storage::Wide(_)) {
+            let wide = dut.wide(&info.name).map_err(|e| errors::of_model(&e))?;
+            let id = wide.id();
+            (Access::Wide(wide), id)
+        } else {
+            let signal = dut.signal(&info.name).map_err(|e| errors::of_model(&e))?;
+            let id = signal.id();
+            (Access::Word(signal), id)
+        };
+        let width = info.width;
+        let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        Ok(Handle { access, info, id, width, rising, falling, change })
+    }
+
+    pub fn id(&self) -> SignalId {
+        self.id
+    }
+
+    pub fn name(&self) -> &str {
+        &self.info.name
+    }
+
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    #[cold]
+    fn write_other(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Ok(text) = value.cast::<PyString>() {
+            let text = text.to_str()?;
+            if let Ok(code) = self.info.value_of(text) {
+                return self.write_int(code.into_bound_py_any(value.py())?.cast::<PyInt>()?);
+            }
+            return self.write_int(&self.from_binary(value.py(), text)?);
+        }
+        match value.call_method0("__index__") {
+            Ok(index) => self.write_int(index.cast::<PyInt>()?),
+            Err(_) => Err(PyTypeError::new_err(format!(
+                "'{}' takes a whole number, a binary string or an enumeration's name, not {}",
+                self.info.name,
+                value.repr()?
+            ))),
+        }
+    }
+
+    fn from_binary<'py>(&self, py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyInt>> {
+        let digits: String = text.chars().filter(|c| *c != '_').collect();
+        if digits.len() != self.width as usize || !digits.chars().all(|c| c == '0' || c == '1') {
+            let names: Vec<&str> = self.info.items.iter().map(|(name, _)| name.as_str()).collect();
+            let names = if names.is_empty() { String::new() } else { format!(", or one of {}", names.join(", ")) };
+            return Err(PyValueError::new_err(format!(
+                "'{text}' is not a value of '{}': {} digits 0 and 1 are wanted{names} (Verilator has no X and no Z)",
+                self.info.name, self.width
+            )));
+        }
+        Ok(py.get_type::<PyInt>().call1((digits, 2))?.cast_into::<PyInt>()?)
+    }
+
+    fn write_int(&self, value: &Bound<'_, PyInt>) -> PyResult<()> {
+        match &self.access {
+            Access::Word(signal) => match value.extract::<u64>() {
+                Ok(word) => signal.set(word),
+                Err(_) => match value.extract::<i64>() {
+                    Ok(word) => signal.set_signed(word),
+                    Err(_) => return Err(self.out_of_range(value)),
+                },
+            }
+            .map_err(|e| errors::of_model(&e)),
+            Access::Wide(wide) => {
+                let py = value.py();
+                let negative = value.lt(0)?;
+                let value = if negative { value.add(self.modulus(py)?)? } else { value.clone().into_any() };
+                let half = value.rshift(self.width - 1)?.is_truthy()?;
+                if value.lt(0)? || value.rshift(self.width)?.is_truthy()? || (negative && !half) {
+                    return Err(self.out_of_range(&value));
+                }
+                let bytes = self.width.div_ceil(32) as usize * 4;
+                let bytes: Vec<u8> = value.call_method1("to_bytes", (bytes, "little"))?.extract()?;
+                let words: Vec<u32> = bytes.as_chunks::<4>().0.iter().map(|w| u32::from_le_bytes(*w)).collect();
+                wide.set(&words).map_err(|e| errors::of_model(&e))
+            }
+        }
+    }
+
+    fn modulus<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        1u32.into_bound_py_any(py)?.lshift(self.width)
+    }
+
+    fn out_of_range(&self, value: &Bound<'_, PyAny>) -> PyErr {
+        RangeError::new_err(format!("{value} does not fit '{}', which is {} bits wide", self.info.name, self.width))
+    }
+}
+
+#[pymethods]
+impl Handle {
+    /// The value now; written, it is put when all tasks of this round have run.
+    #[getter]
+    #[inline]
+    fn get_value(&self) -> Value {
+        let bits = match &self.access {
+            Access::Word(signal) => Bits::Word(signal.get()),
+            Access::Wide(wide) => Bits::Wide(wide.get().into_boxed_slice()),
+        };
+        Value { bits, width: self.width, signed: self.info.signed }
+    }
+
+    #[setter]
+    #[inline]
+    fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Access::Word(signal) = &self.access
+            && let Ok(whole) = value.cast_exact::<PyInt>()
+            && let Ok(word) = whole.extract::<u64>()
+        {
+            return signal.set(word).map_err(|e| errors::of_model(&e));
+        }
+        if let Ok(read) = value.cast::<Value>() {
+            return self.write_int(read.borrow().int(value.py())?.cast::<PyInt>()?);
+        }
+        match value.cast::<PyInt>() {
+            Ok(whole) => self.write_int(whole),
+            Err(_) => self.write_other(value),
+        }
+    }
+
+    /// As assigning to `value`.
+    fn set(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_value(value)
+    }
+
+    /// As reading `value`.
+    fn get(&self) -> Value {
+        self.get_value()
+    }
+
+    /// As assigning to `value`: a model in this process knows no write that is more immediate.
+    fn setimmediatevalue(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_value(value)
+    }
+
+    /// `RisingEdge` of this signal.
+    #[getter]
+    fn rising_edge<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().get_type::<RisingEdge>().call1((slf,))
+    }
+
+    /// `FallingEdge` of this signal.
+    #[getter]
+    fn falling_edge<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().get_type::<FallingEdge>().call1((slf,))
+    }
+
+    /// `ValueChange` of this signal.
+    #[getter]
+    fn value_change<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().get_type::<ValueChange>().call1((slf,))
+    }
+
+    /// Its name below the top module.
+    #[getter]
+    fn _name(&self) -> &str {
+        &self.info.name
+    }
+
+    /// Its name below the top module.
+    #[getter]
+    fn _path(&self) -> &str {
+        &self.info.name
+    }
+
+    /// `input`, `output`, `inout` or `internal`.
+    #[getter]
+    fn direction(&self) -> &'static str {
+        direction_name(self.info.direction)
+    }
+
+    /// Whether its Verilog type is signed.
+    #[getter]
+    fn is_signed(&self) -> bool {
+        self.info.signed
+    }
+
+    /// The name of its value, if its type is an enumeration that has it.
+    #[getter]
+    fn value_name(&self) -> Option<&str> {
+        match &self.access {
+            Access::Word(signal) => self.info.item(signal.get()),
+            Access::Wide(_) => None,
+        }
+    }
+
+    fn __len__(&self) -> usize {
+        self.width as usize
+    }
+
+    fn __getitem__(&self, _index: &Bound<'_, PyAny>) -> PyResult<()> {
+        Err(PyTypeError::new_err(format!(
+            "a bit of '{}' is no signal of its own: read it with `.value[i]`, write the whole signal",
+            self.info.name
+        )))
+    }
+
+    fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.get_value().int(py)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<{} {} [{}:0]>", direction_name(self.info.direction), self.info.name, self.width - 1)
+    }
+}
+
+pub fn direction_name(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Input => "input",
+        Direction::Output => "output",
+        Direction::Inout => "inout",
+        Direction::Internal => "internal",
+    }
+}
+
+enum Bits {
+    Word(u64),
+    Wide(Box<[u32]>),
+}
+
+/// A value read from a signal: a whole number that knows its width. Compares and calculates as its unsigned number.
+#[pyclass(unsendable, module = "hoverlock", frozen, freelist = 32)]
+pub struct Value {
+    bits: Bits,
+    width: u32,
+    signed: bool,
+}
+
+impl Value {
+    #[inline]
+    fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match &self.bits {
+            Bits::Word(word) => word.into_bound_py_any(py),
+            Bits::Wide(words) => {
+                let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+                py.get_type::<PyInt>().call_method1("from_bytes", (bytes.as_slice(), "little"))
+            }
+        }
+    }
+
+    fn bit(&self, at: u32) -> u32 {
+        match &self.bits {
+            Bits::Word(word) => (word >> at & 1) as u32,
+            Bits::Wide(words) => words[(at / 32) as usize] >> (at % 32) & 1,
+        }
+    }
+
+    /// Some of its bits as a value of their own.
+    fn part(&self, low: u32, width: u32) -> Value {
+        if let Bits::Word(word) = self.bits {
+            let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
+            return Value { bits: Bits::Word(word >> low & mask), width, signed: false };
+        }
+        let bits = if width <= 64 {
+            Bits::Word((0..width).fold(0, |value, b| value | u64::from(self.bit(low + b)) << b))
+        } else {
+            let mut words = vec![0u32; width.div_ceil(32) as usize];
+            for b in 0..width {
+                words[(b / 32) as usize] |= self.bit(low + b) << (b % 32);
+            }
+            Bits::Wide(words.into_boxed_slice())
+        };
+        Value { bits, width, signed: false }
+    }
+}
+
+#[pymethods]
+impl Value {
+    #[inline]
+    fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)
+    }
+
+    fn __index__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)
+    }
+
+    #[inline]
+    fn __bool__(&self) -> bool {
+        match &self.bits {
+            Bits::Word(word) => *word != 0,
+            Bits::Wide(words) => words.iter().any(|w| *w != 0),
+        }
+    }
+
+    #[inline]
+    fn __richcmp__<'py>(&self, other: &Bound<'py, PyAny>, op: CompareOp) -> PyResult<Bound<'py, PyAny>> {
+        let py = other.py();
+        if let Bits::Word(word) = self.bits
+            && let Ok(whole) = other.cast_exact::<PyInt>()
+            && let Ok(whole) = whole.extract::<u64>()
+        {
+            return op.matches(word.cmp(&whole)).into_bound_py_any(py);
+        }
+        if let Ok(text) = other.cast::<PyString>() {
+            return self.binstr().into_bound_py_any(py)?.rich_compare(text, op);
+        }
+        if let Ok(value) = other.cast::<Value>() {
+            return self.int(py)?.rich_compare(value.get_int(py)?, op);
+        }
+        self.int(py)?.rich_compare(other, op)
+    }
+
+    fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+        self.int(py)?.hash()
+    }
+
+    fn __len__(&self) -> usize {
+        self.width as usize
+    }
+
+    /// `value[3]` is bit 3, `value[7:0]` the lowest eight, as in Verilog.
+    fn __getitem__<'py>(&self, index: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = index.py();
+        let within = |i: i64| {
+            u32::try_from(i)
+                .ok()
+                .filter(|i| *i < self.width)
+                .ok_or_else(|| PyIndexError::new_err(format!("bit {i} of a value of {} bits", self.width)))
+        };
+        if let Ok(slice) = index.cast::<PySlice>() {
+            let end = |name: &str, default: i64| -> PyResult<i64> {
+                let bound = slice.getattr(name)?;
+                if bound.is_none() { Ok(default) } else { bound.extract() }
+            };
+            let (high, low) = (within(end("start", i64::from(self.width) - 1)?)?, within(end("stop", 0)?)?);
+            if high < low || !slice.getattr("step")?.is_none() {
+                return Err(PyIndexError::new_err(format!(
+                    "[{high}:{low}]: write the higher bit first, as in Verilog"
+                )));
+            }
+            return self.part(low, high - low + 1).into_bound_py_any(py);
+        }
+        self.bit(within(index.extract()?)?).into_bound_py_any(py)
+    }
+
+    /// The unsigned number.
+    #[getter]
+    fn integer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)
+    }
+
+    /// The number in two's complement.
+    #[getter]
+    fn signed_integer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let whole = self.int(py)?;
+        if self.width > 0 && self.bit(self.width - 1) == 1 {
+            whole.sub(1u32.into_bound_py_any(py)?.lshift(self.width)?)
+        } else {
+            Ok(whole)
+        }
+    }
+
+    /// The unsigned number, by cocotb 2's name.
+    fn to_unsigned<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)
+    }
+
+    /// The number in two's complement, by cocotb 2's name.
+    fn to_signed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.signed_integer(py)
+    }
+
+    /// Its digits, highest first.
+    #[getter]
+    fn binstr(&self) -> String {
+        (0..self.width).rev().map(|at| if self.bit(at) == 1 { '1' } else { '0' }).collect()
+    }
+
+    /// Always: Verilator has two states.
+    #[getter]
+    fn is_resolvable(&self) -> bool {
+        true
+    }
+
+    /// Bits.
+    #[getter]
+    fn n_bits(&self) -> u32 {
+        self.width
+    }
+
+    /// Its bytes, highest first.
+    #[getter]
+    fn buff<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)?.call_method1("to_bytes", (self.width.div_ceil(8), "big"))
+    }
+
+    fn __str__(&self) -> String {
+        self.binstr()
+    }
+
+    fn __format__<'py>(&self, py: Python<'py>, spec: &str) -> PyResult<Bound<'py, PyAny>> {
+        if spec.is_empty() {
+            return self.binstr().into_bound_py_any(py);
+        }
+        self.int(py)?.call_method1("__format__", (spec,))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("{}'d{}", self.width, self.int(py)?))
+    }
+
+    // What it calculates is a plain whole number, of any size.
+
+    fn __add__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.add(other)
+    }
+
+    fn __radd__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.add(self.int(other.py())?)
+    }
+
+    fn __sub__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.sub(other)
+    }
+
+    fn __rsub__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.sub(self.int(other.py())?)
+    }
+
+    fn __mul__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.mul(other)
+    }
+
+    fn __rmul__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.mul(self.int(other.py())?)
+    }
+
+    fn __truediv__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.div(other)
+    }
+
+    fn __rtruediv__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.div(self.int(other.py())?)
+    }
+
+    fn __floordiv__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.floor_div(other)
+    }
+
+    fn __rfloordiv__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.floor_div(self.int(other.py())?)
+    }
+
+    fn __mod__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.rem(other)
+    }
+
+    fn __rmod__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.rem(self.int(other.py())?)
+    }
+
+    fn __and__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.bitand(other)
+    }
+
+    fn __rand__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.bitand(self.int(other.py())?)
+    }
+
+    fn __or__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.bitor(other)
+    }
+
+    fn __ror__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.bitor(self.int(other.py())?)
+    }
+
+    fn __xor__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.bitxor(other)
+    }
+
+    fn __rxor__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.bitxor(self.int(other.py())?)
+    }
+
+    fn __lshift__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.lshift(other)
+    }
+
+    fn __rlshift__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.lshift(self.int(other.py())?)
+    }
+
+    fn __rshift__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.rshift(other)
+    }
+
+    fn __rrshift__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        other.rshift(self.int(other.py())?)
+    }
+
+    fn __pow__<'py>(&self, other: &Bound<'py, PyAny>, modulus: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.pow(other, modulus)
+    }
+
+    fn __neg__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)?.neg()
+    }
+
+    fn __invert__(&self) -> Value {
+        let bits = match &self.bits {
+            Bits::Word(word) => Bits::Word(!word & (u64::MAX >> (64 - self.width.clamp(1, 64)))),
+            Bits::Wide(words) => {
+                let mut words: Vec<u32> = words.iter().map(|w| !w).collect();
+                if self.width % 32 != 0
+                    && let Some(top) = words.last_mut()
+                {
+                    *top &= (1 << (self.width % 32)) - 1;
+                }
+                Bits::Wide(words.into_boxed_slice())
+            }
+        };
+        Value { bits, width: self.width, signed: self.signed }
+    }
+}
+
+trait ReadInt<'py> {
+    fn get_int(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>>;
+}
+
+impl<'py> ReadInt<'py> for Bound<'py, Value> {
+    fn get_int(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.borrow().int(py)
+    }
+}
+
+/// A memory, or a port that is an array.
+#[pyclass(unsendable, module = "hoverlock", weakref)]
+pub struct ArrayHandle {
+    memory: Memory,
+    info: SignalInfo,
+}
+
+impl ArrayHandle {
+    pub fn new(dut: &Dut, info: SignalInfo) -> PyResult<ArrayHandle> {
+        let memory = dut.memory(&info.name).map_err(|e| errors::of_model(&e))?;
+        Ok(ArrayHandle { memory, info })
+    }
+
+    fn ends(&self) -> (i64, i64) {
+        self.info.range.unwrap_or((0, 0))
+    }
+}
+
+#[pymethods]
+impl ArrayHandle {
+    /// The element at an index as declared in the Verilog.
+    fn __getitem__(slf: &Bound<'_, Self>, index: i64) -> PyResult<Element> {
+        let this = slf.borrow();
+        let (a, b) = this.ends();
+        if index < a.min(b) || index > a.max(b) {
+            // What the engine says of it names memory and bounds.
+            this.memory.get(index).map_err(|e| errors::of_model(&e))?;
+        }
+        Ok(Element { array: slf.clone().unbind(), index })
+    }
+
+    fn __len__(&self) -> usize {
+        self.memory.len()
+    }
+
+    /// All elements, lowest index first.
+    #[getter]
+    fn get_value(&self) -> Vec<u64> {
+        self.memory.to_vec()
+    }
+
+    /// Writes elements from the lowest index on, such as a program.
+    #[setter]
+    fn set_value(&self, values: &Bound<'_, PyAny>) -> PyResult<()> {
+        let values = values.try_iter()?.map(|v| v?.extract::<u64>()).collect::<PyResult<Vec<_>>>()?;
+        if values.len() > self.memory.len() {
+            return Err(PyIndexError::new_err(format!(
+                "{} values for '{}', which has {} elements",
+                values.len(),
+                self.info.name,
+                self.memory.len()
+            )));
+        }
+        self.memory.fill(values).map_err(|e| errors::of_model(&e))
+    }
+
+    /// Its name below the top module.
+    #[getter]
+    fn _name(&self) -> &str {
+        &self.info.name
+    }
+
+    /// `input`, `output`, `inout` or `internal`.
+    #[getter]
+    fn direction(&self) -> &'static str {
+        direction_name(self.info.direction)
+    }
+
+    fn __repr__(&self) -> String {
+        let (a, b) = self.ends();
+        format!("<{} {} [{}:0] [{a}:{b}]>", direction_name(self.info.direction), self.info.name, self.info.width - 1)
+    }
+}
+
+/// An element of a memory.
+#[pyclass(unsendable, module = "hoverlock")]
+pub struct Element {
+    array: Py<ArrayHandle>,
+    index: i64,
+}
+
+#[pymethods]
+impl Element {
+    #[getter]
+    fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
+        let array = self.array.borrow(py);
+        let word = array.memory.get(self.index).map_err(|e| errors::of_model(&e))?;
+        Ok(Value { bits: Bits::Word(word), width: array.info.width, signed: array.info.signed })
+    }
+
+    #[setter]
+    fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let array = self.array.borrow(value.py());
+        let width = array.info.width;
+        let whole = value
+            .call_method0("__index__")
+            .map_err(|_| PyTypeError::new_err(format!("'{}' takes whole numbers, not {value}", array.info.name)))?;
+        let word = match whole.extract::<u64>() {
+            Ok(word) => word,
+            Err(_) => match whole.extract::<i64>() {
+                Ok(word) if width >= 64 || word >= -(1 << (width - 1)) => word as u64 & array.info.mask(),
+                _ => {
+                    let text = format!("{whole} does not fit '{}', which is {width} bits wide", array.info.name);
+                    return Err(RangeError::new_err(text));
+                }
+            },
+        };
+        array.memory.set(self.index, word).map_err(|e| errors::of_model(&e))
+    }
+
+    fn __int__(&self, py: Python<'_>) -> PyResult<u64> {
+        self.array.borrow(py).memory.get(self.index).map_err(|e| errors::of_model(&e))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        format!("<element {}[{}]>", self.array.borrow(py).info.name, self.index)
+    }
+}
+
+/// Ports and internals of a simulation, by name, in the order of the Verilog.
+pub fn all<'py>(py: Python<'py>, dut: &Dut) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for info in dut.signals() {
+        let name = info.name.clone();
+        if info.range.is_some() {
+            if matches!(info.storage, Storage::Wide(_)) {
+                continue;
+            }
+            list.append((name, Bound::new(py, ArrayHandle::new(dut, info)?)?))?;
+        } else {
+            list.append((name, Bound::new(py, Handle::new(dut, info)?)?))?;
+        }
+    }
+    Ok(list)
+}
+
+/// A level of the hierarchy; its children stand in its dictionary, where reading them costs least. A name that is not
+/// there is asked of `_missing`, which gives the exception.
+#[pyclass(subclass, dict, module = "hoverlock._core")]
+pub struct HierarchyBase {}
+
+#[pymethods]
+impl HierarchyBase {
+    #[new]
+    #[pyo3(signature = (*_arguments))]
+    fn new(_arguments: &Bound<'_, PyTuple>) -> HierarchyBase {
+        HierarchyBase {}
+    }
+
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Py<PyAny>> {
+        if name.starts_with('_') {
+            return Err(PyAttributeError::new_err(format!("no attribute '{name}'")));
+        }
+        Err(PyErr::from_value(slf.call_method1("_missing", (name,))?))
+    }
+}

@@ -1,0 +1,33 @@
+//! `hoverlock._core`: the engine and the models as Python sees them. What users import is in `hoverlock/*.py`, which
+//! adds what needs no speed: the decorator, the runner, queues, logging, the pytest plug-in.
+//!
+//! Coroutines are resumed by the engine's scheduler through `PyIter_Send`; see `task` and `trigger` for why a wait makes
+//! no object, and `gil` for when the interpreter's lock is given back.
+
+mod errors;
+mod gil;
+mod handle;
+mod library;
+mod models;
+mod simulation;
+mod task;
+mod trigger;
+
+#[pyo3::pymodule]
+mod _core {
+    #[pymodule_export]
+    use crate::handle::{ArrayHandle, Element, Handle, HierarchyBase, Value};
+    #[pymodule_export]
+    use crate::library::{Library, compile};
+    #[pymodule_export]
+    use crate::models::{BitTrue, lerp_coefficients, look_ahead_of};
+    #[pymodule_export]
+    use crate::simulation::{RunningClock, Simulation, femtoseconds, now, region, start_clock};
+    #[pymodule_export]
+    use crate::task::{Task, start_soon};
+    #[pymodule_export]
+    use crate::trigger::{
+        ClockCycles, Combine, FallingEdge, First, NextTimeStep, NullTrigger, RawEvent, RawLock, ReadOnly, ReadWrite,
+        RisingEdge, Timer, Trigger, ValueChange, VerilogFinish,
+    };
+}

@@ -1,0 +1,115 @@
+//! Verilog to a built model, from Python.
+
+use std::path::PathBuf;
+
+use hoverlock_harness::build::{Build, Coverage, Initial, Parameter, Trace};
+use hoverlock_harness::model;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict};
+
+use crate::errors;
+
+/// A built model, from which simulations are made.
+#[pyclass(module = "hoverlock", frozen)]
+pub struct Library {
+    pub library: model::Library,
+}
+
+#[pymethods]
+impl Library {
+    /// The top module's name.
+    #[getter]
+    fn top(&self) -> &str {
+        self.library.top()
+    }
+
+    /// What Verilator warned of, a line each.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.library.warnings().iter().map(ToString::to_string).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Library {}>", self.library.top())
+    }
+}
+
+/// Builds a model, or finds the one that was built before. The interpreter's lock is given back meanwhile.
+#[pyfunction]
+#[pyo3(signature = (top, sources, *, includes = vec![], parameters = None, defines = None, flags = vec![],
+                    internals = vec![], waves = None, coverage = false, random_initial = false, assertions = true,
+                    warnings_are_errors = false, timescale = None, verilator = None, cache = None))]
+#[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+pub fn compile(
+    py: Python<'_>,
+    top: &str,
+    sources: Vec<PathBuf>,
+    includes: Vec<PathBuf>,
+    parameters: Option<&Bound<'_, PyDict>>,
+    defines: Option<&Bound<'_, PyDict>>,
+    flags: Vec<String>,
+    internals: Vec<String>,
+    waves: Option<&str>,
+    coverage: bool,
+    random_initial: bool,
+    assertions: bool,
+    warnings_are_errors: bool,
+    timescale: Option<&str>,
+    verilator: Option<PathBuf>,
+    cache: Option<PathBuf>,
+) -> PyResult<Library> {
+    let trace = match waves {
+        None => Trace::None,
+        Some("vcd") => Trace::Vcd,
+        Some("fst") => Trace::Fst,
+        Some(other) => return Err(PyValueError::new_err(format!("waves are 'vcd' or 'fst', not '{other}'"))),
+    };
+    let mut build = Build::new(top)
+        .sources(sources)
+        .trace(trace)
+        .coverage(if coverage { Coverage::ALL } else { Coverage::default() })
+        .initial(if random_initial { Initial::Random } else { Initial::Zero })
+        .assertions(assertions)
+        .warnings_are_errors(warnings_are_errors);
+    for folder in includes {
+        build = build.include(folder);
+    }
+    for (name, value) in parameters.into_iter().flatten() {
+        build = build.parameter(name.extract::<String>()?, parameter(&value)?);
+    }
+    for (name, value) in defines.into_iter().flatten() {
+        let name: String = name.extract()?;
+        build = if value.is_none() { build.define(name) } else { build.define_as(name, value.str()?.to_str()?) };
+    }
+    for flag in flags {
+        build = build.verilator_flag(flag);
+    }
+    for pattern in internals {
+        build = build.internal(pattern);
+    }
+    if let Some(text) = timescale {
+        build = build.timescale(text);
+    }
+    if let Some(path) = verilator {
+        build = build.verilator(path);
+    }
+    if let Some(folder) = cache {
+        build = build.cache(folder);
+    }
+    let library = py.detach(|| build.compile()).map_err(|e| errors::of_build(&e))?;
+    Ok(Library { library })
+}
+
+fn parameter(value: &Bound<'_, PyAny>) -> PyResult<Parameter> {
+    if let Ok(flag) = value.cast::<PyBool>() {
+        return Ok(Parameter::Integer(i128::from(flag.is_true())));
+    }
+    if let Ok(number) = value.extract::<i64>() {
+        return Ok(Parameter::Integer(i128::from(number)));
+    }
+    if let Ok(text) = value.extract::<String>() {
+        return Ok(Parameter::Text(text));
+    }
+    Err(PyTypeError::new_err(format!("a parameter is a whole number or a string, not {}", value.repr()?)))
+}

@@ -1,0 +1,255 @@
+//! One simulation of a built model, run from Python.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use hoverlock_harness::Time;
+use hoverlock_harness::model::InstanceOptions;
+use hoverlock_harness::sim::{Clock, Dut, EdgeOrder, Level, Limits, Sim};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+use crate::errors::{self, SimulationError};
+use crate::gil;
+use crate::handle::{self, Handle};
+use crate::library::Library;
+use crate::task::{PyCoroutine, Task};
+
+thread_local! {
+    /// The simulations that run on this thread, the innermost last.
+    static RUNNING: RefCell<Vec<Dut>> = const { RefCell::new(Vec::new()) };
+}
+
+/// The simulation that runs on this thread.
+pub fn current() -> PyResult<Dut> {
+    RUNNING
+        .with_borrow(|running| running.last().cloned())
+        .ok_or_else(|| SimulationError::new_err("no simulation is running: this can only be used from inside a test"))
+}
+
+struct Entered;
+
+impl Entered {
+    fn new(dut: Dut) -> Entered {
+        RUNNING.with_borrow_mut(|running| running.push(dut));
+        Entered
+    }
+}
+
+impl Drop for Entered {
+    fn drop(&mut self) {
+        RUNNING.with_borrow_mut(|running| drop(running.pop()));
+    }
+}
+
+/// A simulation: one fresh instance of a model, with its tasks. Stays on the thread it was made on.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct Simulation {
+    /// Away while it runs, `None` once it was closed.
+    sim: RefCell<Option<Sim>>,
+    dut: Dut,
+    interrupt: Rc<RefCell<Option<PyErr>>>,
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    #[pyo3(signature = (library, *, seed = 0, plusargs = vec![], edges_after_eval = false))]
+    fn new(
+        py: Python<'_>,
+        library: &Library,
+        seed: u64,
+        plusargs: Vec<String>,
+        edges_after_eval: bool,
+    ) -> PyResult<Simulation> {
+        let options = InstanceOptions { seed, plusargs };
+        let model = library.library.instance_with(&options).map_err(|e| errors::of_model(&e))?;
+        let sim = Sim::new(model).map_err(|e| errors::exception(py, e))?;
+        if edges_after_eval {
+            sim.set_edge_order(EdgeOrder::AfterEval);
+        }
+        let interrupt = Rc::new(RefCell::new(None));
+        let slot = interrupt.clone();
+        sim.set_interrupt(move || match gil::pause() {
+            Ok(()) => false,
+            Err(error) => {
+                *slot.borrow_mut() = Some(error);
+                true
+            }
+        });
+        Ok(Simulation { dut: sim.dut(), sim: RefCell::new(Some(sim)), interrupt })
+    }
+
+    /// All handles as `(name, handle)`.
+    fn handles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        handle::all(py, &self.dut)
+    }
+
+    /// The error about a name that the design does not have, with the nearest it has.
+    fn no_such_signal(&self, name: &str) -> PyErr {
+        match self.dut.signal(name) {
+            Err(error) => errors::of_model(&error),
+            Ok(_) => SimulationError::new_err(format!("'{name}' is a signal")),
+        }
+    }
+
+    /// Runs a coroutine to its end, and the time step to its end; gives its result.
+    #[pyo3(signature = (coroutine, name, *, time_limit_fs = None, wall_limit = None))]
+    fn run(
+        &self,
+        py: Python<'_>,
+        coroutine: Py<PyAny>,
+        name: &str,
+        time_limit_fs: Option<u64>,
+        wall_limit: Option<f64>,
+    ) -> PyResult<Py<PyAny>> {
+        let wall_clock = wall_limit.map(Duration::try_from_secs_f64).transpose();
+        let wall_clock = wall_clock.map_err(|e| PyValueError::new_err(format!("wall_limit: {e}")))?;
+        let task = Py::new(py, Task::new(self.dut.clone(), name))?;
+        let body = PyCoroutine::new(coroutine, task.clone_ref(py));
+        self.running(py, |sim| {
+            sim.set_limits(Limits { time: time_limit_fs.map(Time::fs), wall_clock, ..Limits::default() });
+            sim.run_coroutine(name, Box::new(body))
+        })?;
+        Ok(task.borrow(py).result_or_none(py))
+    }
+
+    /// Lets time go on by so many femtoseconds, with whatever clocks and tasks run.
+    fn run_for(&self, py: Python<'_>, femtoseconds: u64) -> PyResult<()> {
+        self.running(py, |sim| sim.run_for(Time::fs(femtoseconds)))
+    }
+
+    /// What every living task waits for, as text.
+    fn report(&self) -> String {
+        self.sim.borrow().as_ref().map_or_else(String::new, |sim| sim.report().to_string())
+    }
+
+    /// Names of the tasks that live.
+    fn living_tasks(&self) -> Vec<String> {
+        let sim = self.sim.borrow();
+        sim.as_ref().map_or_else(Vec::new, |sim| sim.report().tasks.into_iter().map(|t| t.task).collect())
+    }
+
+    /// Hands every line of the log to `listener(time_fs, level, source, text)`.
+    fn set_log_listener(&self, listener: Py<PyAny>) {
+        if let Some(sim) = self.sim.borrow().as_ref() {
+            sim.set_log_listener(move |line| {
+                let py = gil::resume();
+                let level = match line.level {
+                    Level::Debug => 10,
+                    Level::Info => 20,
+                    Level::Warning => 30,
+                    Level::Error => 40,
+                };
+                let given = (line.time.as_fs(), level, line.source.as_str(), line.text.as_str());
+                if let Err(error) = listener.call1(py, given) {
+                    error.write_unraisable(py, None);
+                }
+            });
+        }
+    }
+
+    /// How often the model was evaluated.
+    fn evaluations(&self) -> u64 {
+        self.sim.borrow().as_ref().map_or(0, Sim::evaluations)
+    }
+
+    /// Simulation time in femtoseconds.
+    fn now(&self) -> u64 {
+        self.dut.now().as_fs()
+    }
+
+    /// Ends all tasks, runs the Verilog's `final` blocks and frees the model; what these print is given back.
+    fn close(&self) -> Vec<String> {
+        let _entered = Entered::new(self.dut.clone());
+        let Some(sim) = self.sim.borrow_mut().take() else { return Vec::new() };
+        let messages = sim.finish();
+        messages
+            .into_iter()
+            .filter_map(|m| match m {
+                hoverlock_harness::model::Message::Text(text) => Some(text),
+                _ => None,
+            })
+            .collect()
+    }
+}
+
+impl Simulation {
+    fn running<T>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Sim) -> Result<T, hoverlock_harness::Error>,
+    ) -> PyResult<T> {
+        let Some(mut sim) = self.sim.borrow_mut().take() else {
+            return Err(SimulationError::new_err("the simulation runs already, or was closed"));
+        };
+        let _entered = Entered::new(self.dut.clone());
+        let ended = {
+            let _running = gil::Running;
+            work(&mut sim)
+        };
+        *self.sim.borrow_mut() = Some(sim);
+        match (self.interrupt.borrow_mut().take(), ended) {
+            (Some(signal), _) => Err(signal),
+            (None, Ok(value)) => Ok(value),
+            (None, Err(error)) => Err(errors::exception(py, error)),
+        }
+    }
+}
+
+impl Drop for Simulation {
+    fn drop(&mut self) {
+        if let Some(mut sim) = self.sim.borrow_mut().take() {
+            let _entered = Entered::new(self.dut.clone());
+            sim.cancel_all();
+        }
+    }
+}
+
+/// A clock of the engine; it costs nothing but its evaluations.
+#[pyclass(unsendable, module = "hoverlock._core", name = "RunningClock")]
+pub struct RunningClock {
+    clock: Clock,
+}
+
+#[pymethods]
+impl RunningClock {
+    /// Stops it at its level.
+    fn stop(&self) {
+        self.clock.stop();
+    }
+}
+
+/// Starts a clock in the simulation that runs; times in femtoseconds.
+#[pyfunction]
+pub fn start_clock(py: Python<'_>, signal: &Handle, high: u64, low: u64, phase: u64) -> PyResult<RunningClock> {
+    let clock = current()?
+        .clock_with(signal.name(), Time::fs(high), Time::fs(low), Time::fs(phase))
+        .map_err(|e| errors::exception(py, e))?;
+    Ok(RunningClock { clock })
+}
+
+/// Simulation time in femtoseconds; 0 where no simulation runs.
+#[pyfunction]
+pub fn now() -> u64 {
+    RUNNING.with_borrow(|running| running.last().map_or(0, |dut| dut.now().as_fs()))
+}
+
+/// A span of time in femtoseconds.
+#[pyfunction]
+pub fn femtoseconds(time: &Bound<'_, PyAny>, unit: &str) -> PyResult<u64> {
+    crate::trigger::time_of(time, unit).map(Time::as_fs)
+}
+
+/// The region of the time step: `Active`, `ReadWrite` or `ReadOnly`.
+#[pyfunction]
+pub fn region() -> PyResult<&'static str> {
+    use hoverlock_harness::sim::Region;
+    Ok(match current()?.region() {
+        Region::Active => "Active",
+        Region::ReadWrite => "ReadWrite",
+        Region::ReadOnly => "ReadOnly",
+    })
+}

@@ -1,0 +1,426 @@
+//! Triggers: what a coroutine awaits.
+//!
+//! A trigger object is its own iterator: `__await__` gives it back, its first `__next__` yields it to the scheduler, the
+//! second ends the wait with its result. No object is made for a wait, and an edge trigger is made once for each signal.
+
+#![allow(unsafe_op_in_unsafe_fn, reason = "what pyo3 writes for the classes made by macros; no unsafe code is here")]
+
+use std::cell::{Cell, RefCell};
+
+use hoverlock_harness::Time;
+use hoverlock_harness::sim::{self, Edge, Outcome};
+use pyo3::exceptions::{PyStopIteration, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::errors::{self, HoverlockError};
+use crate::handle::Handle;
+use crate::simulation;
+use crate::task::{self, Task};
+
+/// What a wait gives the coroutine when it is over.
+enum Gives {
+    Nothing,
+    /// The task's result.
+    TaskResult(Py<Task>),
+    /// Of several: the result of the one that came first.
+    OneOf(Vec<Py<Trigger>>),
+}
+
+/// Something a coroutine can await. Triggers can be kept and awaited again, also by several tasks at a time.
+#[pyclass(subclass, unsendable, module = "hoverlock")]
+pub struct Trigger {
+    what: sim::Trigger,
+    gives: Gives,
+    /// Awaited, not yet yielded to the scheduler.
+    fresh: Cell<bool>,
+    result: RefCell<Option<Py<PyAny>>>,
+    text: Cell<Option<&'static str>>,
+}
+
+impl Trigger {
+    pub fn new(what: sim::Trigger) -> Trigger {
+        Trigger {
+            what,
+            gives: Gives::Nothing,
+            fresh: Cell::new(false),
+            result: RefCell::default(),
+            text: Cell::new(None),
+        }
+    }
+
+    /// The engine's trigger.
+    #[inline]
+    pub fn what(&self) -> &sim::Trigger {
+        &self.what
+    }
+
+    /// Keeps the result of a wait that is over, for `__next__`.
+    pub fn settle(slf: &Bound<'_, Trigger>, outcome: &Outcome) {
+        let this = slf.borrow();
+        if !matches!(this.gives, Gives::Nothing) {
+            let result = this.result_of(slf, outcome);
+            *this.result.borrow_mut() = Some(result);
+        }
+    }
+
+    fn result_of(&self, slf: &Bound<'_, Trigger>, outcome: &Outcome) -> Py<PyAny> {
+        let py = slf.py();
+        match (&self.gives, outcome) {
+            (Gives::TaskResult(task), _) => task.borrow(py).result_or_none(py),
+            (Gives::OneOf(parts), Outcome::First(index, inner)) => {
+                let part = parts[*index].bind(py);
+                part.borrow().result_of(part, inner)
+            }
+            _ => slf.clone().into_any().unbind(),
+        }
+    }
+}
+
+#[pymethods]
+impl Trigger {
+    #[inline]
+    fn __await__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf.borrow().fresh.set(true);
+        slf
+    }
+
+    fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf.borrow().fresh.set(true);
+        slf
+    }
+
+    #[inline]
+    fn __next__<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, Self>>> {
+        let this = slf.borrow();
+        if this.fresh.replace(false) {
+            return Ok(Some(slf.clone()));
+        }
+        if matches!(this.gives, Gives::Nothing) {
+            return Ok(None);
+        }
+        match this.result.take() {
+            // In a tuple, so that a result that is a tuple itself stays whole.
+            Some(result) => Err(PyStopIteration::new_err((result,))),
+            None => Ok(None),
+        }
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let name = slf.get_type().name()?;
+        Ok(match slf.borrow().text.get() {
+            Some(text) => text.to_owned(),
+            None => format!("{name}()"),
+        })
+    }
+}
+
+macro_rules! edge_trigger {
+    ($(#[$doc:meta])* $name:ident, $edge:expr, $cache:ident, $one_bit:expr) => {
+        $(#[$doc])*
+        #[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+        pub struct $name {
+            /// The signal it watches.
+            #[pyo3(get)]
+            signal_name: String,
+        }
+
+        #[pymethods]
+        impl $name {
+            #[new]
+            fn new(signal: &Bound<'_, Handle>) -> PyResult<Py<Self>> {
+                let handle = signal.borrow();
+                let py = signal.py();
+                let made = handle.$cache.get_or_try_init(py, || {
+                    if $one_bit && handle.width() != 1 {
+                        return Err(PyTypeError::new_err(format!(
+                            "{} wants a signal of one bit, '{}' has {}: use ValueChange",
+                            stringify!($name), handle.name(), handle.width()
+                        )));
+                    }
+                    let base = Trigger::new(sim::Trigger::Edge(handle.id(), $edge));
+                    let whole = PyClassInitializer::from(base)
+                        .add_subclass($name { signal_name: handle.name().to_owned() });
+                    Py::new(py, whole)
+                })?;
+                Ok(made.clone_ref(py))
+            }
+
+            fn __repr__(&self) -> String {
+                format!("{}({})", stringify!($name), self.signal_name)
+            }
+        }
+    };
+}
+
+edge_trigger!(
+    /// The change of a one-bit signal from 0 to 1.
+    ///
+    /// >>> await RisingEdge(dut.clk)
+    RisingEdge, Edge::Rising, rising, true
+);
+edge_trigger!(
+    /// The change of a one-bit signal from 1 to 0.
+    ///
+    /// >>> await FallingEdge(dut.clk)
+    FallingEdge, Edge::Falling, falling, true
+);
+edge_trigger!(
+    /// Any change of a signal's value.
+    ///
+    /// >>> await ValueChange(dut.state)
+    ValueChange, Edge::Any, change, false
+);
+
+/// So many rising (or falling) edges; the task sleeps through all but the last.
+///
+/// >>> await ClockCycles(dut.clk, 100)
+#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+pub struct ClockCycles {}
+
+#[pymethods]
+impl ClockCycles {
+    #[new]
+    #[pyo3(signature = (signal, num_cycles, rising = true))]
+    fn new(signal: &Bound<'_, Handle>, num_cycles: u64, rising: bool) -> PyResult<PyClassInitializer<Self>> {
+        let handle = signal.borrow();
+        if num_cycles == 0 {
+            return Err(PyValueError::new_err("ClockCycles of 0 cycles: nothing to wait for"));
+        }
+        let edge = if rising { Edge::Rising } else { Edge::Falling };
+        let base = Trigger::new(sim::Trigger::Edges(handle.id(), edge, num_cycles));
+        Ok(PyClassInitializer::from(base).add_subclass(ClockCycles {}))
+    }
+}
+
+/// A span of simulation time.
+///
+/// >>> await Timer(10, "ns")
+#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+pub struct Timer {
+    span: Time,
+}
+
+#[pymethods]
+impl Timer {
+    #[new]
+    #[pyo3(signature = (time, unit = None, *, units = None))]
+    fn new(time: &Bound<'_, PyAny>, unit: Option<&str>, units: Option<&str>) -> PyResult<PyClassInitializer<Self>> {
+        let span = time_of(time, unit.or(units).unwrap_or("step"))?;
+        if span == Time::ZERO {
+            return Err(PyValueError::new_err(
+                "a Timer of 0: use ReadWrite, ReadOnly or NextTimeStep to order things within a step",
+            ));
+        }
+        Ok(PyClassInitializer::from(Trigger::new(sim::Trigger::Timer(span))).add_subclass(Timer { span }))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Timer({})", self.span)
+    }
+}
+
+macro_rules! plain_trigger {
+    ($(#[$doc:meta])* $name:ident, $what:expr) => {
+        $(#[$doc])*
+        #[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+        pub struct $name {}
+
+        #[pymethods]
+        impl $name {
+            #[new]
+            fn new() -> PyClassInitializer<Self> {
+                PyClassInitializer::from(Trigger::new($what)).add_subclass($name {})
+            }
+        }
+    };
+}
+
+plain_trigger!(
+    /// The end of this time step's changes: all values are settled, and nothing may be written.
+    ReadOnly, sim::Trigger::ReadOnly
+);
+plain_trigger!(
+    /// All values are settled, and may still be changed in this time step.
+    ReadWrite, sim::Trigger::ReadWrite
+);
+plain_trigger!(
+    /// The beginning of the next time step, whenever that is.
+    NextTimeStep, sim::Trigger::NextTimeStep
+);
+plain_trigger!(
+    /// Lets the other ready tasks run first.
+    NullTrigger, sim::Trigger::Yield
+);
+plain_trigger!(
+    /// `$finish` in the Verilog; while a task awaits it, it is no error.
+    VerilogFinish, sim::Trigger::Finish
+);
+
+/// The first of several triggers, tasks or coroutines; the others are given up. Gives the trigger that came, or the
+/// result of the task that ended.
+///
+/// >>> first = await First(RisingEdge(dut.done), Timer(1, "us"))
+#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+pub struct First {}
+
+#[pymethods]
+impl First {
+    #[new]
+    #[pyo3(signature = (*triggers))]
+    fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
+        let parts = parts("First", triggers)?;
+        let py = triggers.py();
+        let mut base = Trigger::new(sim::Trigger::first(parts.iter().map(|p| p.borrow(py).what.clone())));
+        base.gives = Gives::OneOf(parts);
+        Ok(PyClassInitializer::from(base).add_subclass(First {}))
+    }
+}
+
+/// All of several triggers, tasks or coroutines.
+///
+/// >>> await Combine(RisingEdge(dut.a_done), RisingEdge(dut.b_done))
+#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+pub struct Combine {}
+
+#[pymethods]
+impl Combine {
+    #[new]
+    #[pyo3(signature = (*triggers))]
+    fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
+        let parts = parts("Combine", triggers)?;
+        let py = triggers.py();
+        let base = Trigger::new(sim::Trigger::combine(parts.iter().map(|p| p.borrow(py).what.clone())));
+        Ok(PyClassInitializer::from(base).add_subclass(Combine {}))
+    }
+}
+
+fn parts(name: &str, of: &Bound<'_, PyTuple>) -> PyResult<Vec<Py<Trigger>>> {
+    if of.is_empty() {
+        return Err(PyValueError::new_err(format!("{name} of nothing")));
+    }
+    of.iter().map(|item| as_trigger(&item).map(Bound::unbind)).collect()
+}
+
+/// A trigger as it is, the end of a task, or the end of a coroutine that is started for it.
+pub fn as_trigger<'py>(item: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Trigger>> {
+    if let Ok(trigger) = item.cast::<Trigger>() {
+        return Ok(trigger.clone());
+    }
+    if let Ok(task) = item.cast::<Task>() {
+        return join(task);
+    }
+    if task::is_coroutine(item) {
+        return join(&task::start(item, None)?);
+    }
+    Err(PyTypeError::new_err(format!("{} is neither a trigger nor a task nor a coroutine", item.repr()?)))
+}
+
+/// The end of a task; gives its result.
+pub fn join<'py>(task: &Bound<'py, Task>) -> PyResult<Bound<'py, Trigger>> {
+    let mut trigger = Trigger::new(sim::Trigger::Join(task.borrow().id()?));
+    trigger.gives = Gives::TaskResult(task.clone().unbind());
+    trigger.text.set(Some("the end of a task"));
+    Bound::new(task.py(), trigger)
+}
+
+/// An event of the engine, bound to the simulation in which it is first used.
+#[pyclass(unsendable, module = "hoverlock._core", name = "RawEvent")]
+pub struct RawEvent {
+    name: String,
+    event: RefCell<Option<sim::Event>>,
+}
+
+impl RawEvent {
+    fn event(&self) -> PyResult<sim::Event> {
+        let mut slot = self.event.borrow_mut();
+        if slot.is_none() {
+            *slot = Some(simulation::current()?.event(&self.name));
+        }
+        slot.clone().ok_or_else(|| HoverlockError::new_err("no event"))
+    }
+}
+
+#[pymethods]
+impl RawEvent {
+    #[new]
+    fn new(name: String) -> Self {
+        RawEvent { name, event: RefCell::default() }
+    }
+
+    fn set(&self) -> PyResult<()> {
+        self.event()?.set();
+        Ok(())
+    }
+
+    fn clear(&self) -> PyResult<()> {
+        self.event()?.clear();
+        Ok(())
+    }
+
+    fn is_set(&self) -> bool {
+        self.event.borrow().as_ref().is_some_and(sim::Event::is_set)
+    }
+
+    fn wait(&self) -> PyResult<Trigger> {
+        Ok(Trigger::new(self.event()?.trigger()))
+    }
+}
+
+/// A lock of the engine, bound to the simulation in which it is first used.
+#[pyclass(unsendable, module = "hoverlock._core", name = "RawLock")]
+pub struct RawLock {
+    name: String,
+    lock: RefCell<Option<sim::Lock>>,
+}
+
+#[pymethods]
+impl RawLock {
+    #[new]
+    fn new(name: String) -> Self {
+        RawLock { name, lock: RefCell::default() }
+    }
+
+    fn locked(&self) -> bool {
+        self.lock.borrow().as_ref().is_some_and(sim::Lock::is_locked)
+    }
+
+    fn acquire(&self) -> PyResult<Trigger> {
+        let mut slot = self.lock.borrow_mut();
+        if slot.is_none() {
+            *slot = Some(simulation::current()?.lock(&self.name));
+        }
+        slot.as_ref().map(|lock| Trigger::new(lock.trigger())).ok_or_else(|| HoverlockError::new_err("no lock"))
+    }
+
+    fn release(&self) -> PyResult<()> {
+        match self.lock.borrow().as_ref().filter(|lock| lock.is_locked()) {
+            Some(lock) => {
+                lock.release();
+                Ok(())
+            }
+            None => {
+                Err(errors::TriggerError::new_err(format!("the lock '{}' is released, and nobody has it", self.name)))
+            }
+        }
+    }
+}
+
+/// A number with a unit; whole numbers are exact. A `step` is the picosecond that models are built with.
+pub fn time_of(value: &Bound<'_, PyAny>, unit: &str) -> PyResult<Time> {
+    let (value, unit) = if unit == "step" { (value.clone(), "ps") } else { (value.clone(), unit) };
+    let from_unit: fn(u64) -> Time = match unit {
+        "fs" => Time::fs,
+        "ps" => Time::ps,
+        "ns" => Time::ns,
+        "us" => Time::us,
+        "ms" => Time::ms,
+        "s" | "sec" => Time::s,
+        _ => return Err(PyValueError::new_err(format!("no unit '{unit}': fs, ps, ns, us, ms, sec or step"))),
+    };
+    if let Ok(whole) = value.extract::<u64>() {
+        return Ok(from_unit(whole));
+    }
+    let number: f64 = value.extract()?;
+    Time::from_unit(number, unit).map_err(|e| PyValueError::new_err(e.to_string()))
+}
