@@ -6,6 +6,8 @@ export PATH := $(HOME)/.cargo/bin:$(PATH)
 PICTURES := $(if $(XDG_CACHE_HOME),$(XDG_CACHE_HOME),$(HOME)/.cache)/hoverlock/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
+# A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
+BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
 .PHONY: demo test bench setup build
 
@@ -19,6 +21,11 @@ test: setup
 	cargo fmt --all -- --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo test --workspace --locked -- --include-ignored
+
+## Float features against OpenCV's ORB, by turns in one run; then rung 4 in pixels a second, with and without AVX2.
+bench: setup
+	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
+	cargo bench --locked --package hoverlock-fixed-point --bench rung4
 
 setup:
 	@setup/bootstrap.sh

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what `make demo` and `make test` need beside Rust, says what it does, and is silent and quick the second time:
-# Debian packages (setup/tools.txt), a Python venv (setup/requirements.txt), and the aerial photographs of Debian's
+# Debian packages (setup/tools.txt), a Python venv (setup/requirements.txt), and the photographs of Debian's
 # opencv-doc, which go into a cache folder because they are not ours to carry.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -51,12 +51,12 @@ fi
 
 # The newcomer's pictures.
 pictures="${XDG_CACHE_HOME:-$HOME/.cache}/hoverlock/pictures"
-names="aero1.jpg aero3.jpg graf1.png graf3.png H1to3p.xml"
+names="aero1.jpg aero3.jpg aloeL.jpg graf1.png graf3.png H1to3p.xml"
 complete=yes
 for name in $names; do [ -s "$pictures/$name" ] || complete=no; done
 if [ "$complete" = no ]; then
     missing="opencv-doc"
-    say "fetching aerial photographs (Debian's opencv-doc, 96 MB, once) into $pictures"
+    say "fetching photographs (Debian's opencv-doc, 96 MB, once) into $pictures"
     mkdir -p "$pictures"
     work=$(mktemp -d "$pictures.XXXXXX") # beside its goal, so that moving is a rename: no half picture is left
     trap 'rm -rf "$work"' EXIT
