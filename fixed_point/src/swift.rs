@@ -7,8 +7,8 @@
 //!   `p + round(c e / 2^16) = q - ((c' e + 2^15 - 1 - m) >> 16)`, which rounds half toward zero because it is subtracted. Pixels are at
 //!   most 65535, so `|e| <= 262140`, and for `c <= 8191` all of it stays below `2^31`. Above that `e = 4 h + l` splits the
 //!   product: `(4 c h + c l + bias) >> 16 = (c h + ((c l + bias) >> 2)) >> 14`, both terms below `2^31` again.
-//! - **Columns in strips** of [`LANES`] side by side, so that the vertical stages run in place in the nearest cache; rows one
-//!   by one through all later stages while they are in it.
+//! - **Columns in strips** of [`LANES`] side by side, the vertical stages following one another a few rows apart, in place, so that
+//!   they find their rows in the nearest cache; rows one by one through all later stages while they are in it.
 //! - **Maxima from MaxDOG**: a feature equals the maximum of its 5x5 window, which is there already; only such pixels are
 //!   given the full test.
 //!
@@ -22,12 +22,15 @@ use hoverlock_reference::plane::Plane;
 use multiversion::multiversion;
 
 use crate::bit_true::{FeatureRecord, Planes};
-use crate::coefficients::{CoefficientError, LerpCoefficients};
+use crate::coefficients::{CoefficientError, LerpCoefficients, MAX_LOOK_AHEAD};
 use crate::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
 use crate::format::Format;
 
 /// Columns of a strip: two cache lines of states.
 pub const LANES: usize = 32;
+
+/// Rows of a strip that one stage does before the next follows, so that all stages of a smoother work on rows still near.
+const BLOCK: usize = 16;
 
 /// The states of one row of a strip.
 type Lanes = [i32; LANES];
@@ -318,7 +321,7 @@ fn whole_chain(
     }
 }
 
-/// The vertical pass of one smoother over the strip of columns that begins at `left`.
+/// The vertical pass of one smoother over the strip of columns that begins at `left`. `strip` has a place for every row.
 #[inline(always)]
 fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane<u32>, strip: &mut [Lanes]) {
     let (width, height) = (pixels.width(), pixels.height());
@@ -331,42 +334,48 @@ fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane
         }
         states
     };
-    with_cell!(gains.g, cell => {
-        let mut state = states(pixels.row(0));
-        for (lanes, row) in strip.iter_mut().zip(pixels.rows()) {
-            let x = states(row);
-            for l in 0..LANES {
-                state[l] = cell(state[l], x[l]);
-            }
-            *lanes = state;
-        }
-    });
-    for (j, gain) in gains.reach.iter().enumerate() {
-        let reach = 1 << j;
-        let inner = height.saturating_sub(reach);
-        let last = strip[height - 1];
-        // In place: the row ahead has not been reached yet.
-        with_cell!(*gain, cell => {
-            for r in 0..inner {
-                let ahead = strip[r + reach];
-                let here = &mut strip[r];
+    // How many rows each stage has given; [0] is the recursion.
+    let mut given = [0; MAX_LOOK_AHEAD as usize + 1];
+    let stages = gains.reach.len();
+    let mut state = states(pixels.row(0));
+    let mut written = 0;
+    while written < height {
+        let rows = given[0]..(given[0] + BLOCK).min(height);
+        given[0] = rows.end;
+        with_cell!(gains.g, cell => {
+            for r in rows {
+                let x = states(pixels.row(r));
                 for l in 0..LANES {
-                    here[l] = cell(ahead[l], here[l]);
+                    state[l] = cell(state[l], x[l]);
                 }
-            }
-            for here in &mut strip[inner..] {
-                for l in 0..LANES {
-                    here[l] = cell(last[l], here[l]);
-                }
+                strip[r] = state;
             }
         });
-    }
-    for (y, lanes) in strip.iter().enumerate() {
-        let row = &mut smoothed.row_mut(y)[left..left + used];
-        match row.first_chunk_mut::<LANES>() {
-            Some(row) => (0..LANES).for_each(|l| row[l] = lanes[l] as u32),
-            None => row.iter_mut().zip(lanes).for_each(|(sample, lane)| *sample = *lane as u32),
+        for (j, gain) in gains.reach.iter().enumerate() {
+            let reach = 1 << j;
+            let ready = if given[j] == height { height } else { given[j].saturating_sub(reach).max(given[j + 1]) };
+            let rows = given[j + 1]..ready;
+            given[j + 1] = ready;
+            // In place: the row ahead is one this stage has not come to. The last row is the same before and after every
+            // stage, for it is a lerp of itself with itself.
+            with_cell!(*gain, cell => {
+                for r in rows {
+                    let ahead = strip[(r + reach).min(height - 1)];
+                    let here = &mut strip[r];
+                    for l in 0..LANES {
+                        here[l] = cell(ahead[l], here[l]);
+                    }
+                }
+            });
         }
+        for (y, lanes) in (written..given[stages]).zip(&strip[written..]) {
+            let row = &mut smoothed.row_mut(y)[left..left + used];
+            match row.first_chunk_mut::<LANES>() {
+                Some(row) => (0..LANES).for_each(|l| row[l] = lanes[l] as u32),
+                None => row.iter_mut().zip(lanes).for_each(|(sample, lane)| *sample = *lane as u32),
+            }
+        }
+        written = given[stages];
     }
 }
 
