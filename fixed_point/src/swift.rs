@@ -26,8 +26,8 @@ use crate::coefficients::{CoefficientError, LerpCoefficients, MAX_LOOK_AHEAD};
 use crate::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
 use crate::format::Format;
 
-/// Columns of a strip: two cache lines of states.
-pub const LANES: usize = 32;
+/// Columns of a strip: four cache lines of states, next to each other in every row they are written to.
+pub const LANES: usize = 64;
 
 /// Rows of a strip that one stage does before the next follows, so that all stages of a smoother work on rows still near.
 const BLOCK: usize = 16;
@@ -472,7 +472,7 @@ mod tests {
     use super::*;
     use crate::bit_true::BitTrue;
     use crate::lerp::lerp;
-    use crate::pictures::pictures;
+    use crate::pictures::{Content, Picture, pictures};
     use proptest::prelude::*;
 
     fn by_gain(p: i32, q: i32, gain: Gain) -> i32 {
@@ -526,6 +526,20 @@ mod tests {
             let message = Swift::new(&KT27.with_override(text).unwrap()).unwrap_err().to_string();
             assert!(message.contains("only, not"), "{message}");
         }
+    }
+
+    #[test]
+    fn a_whole_frame_is_that_of_the_bit_true_model() {
+        let content = Content::Noise { low: 20_000, high: 30_000 };
+        let frame = Picture { width: 1024, height: 768, seed: 11, content }.draw();
+        let planes = BitTrue::new(&KT27).unwrap().planes(&frame);
+        let features = planes.features([300, 200]);
+        assert!(features.len() > 800, "{}", features.len());
+        let mut swift = Swift::new(&KT27).unwrap();
+        assert_eq!(swift.frame(&frame, [300, 200]), features);
+        assert!(*swift.planes() == planes);
+        assert_eq!(swift.portable_frame(&frame, [300, 200]), features);
+        assert!(*swift.planes() == planes);
     }
 
     proptest! {
