@@ -8,7 +8,7 @@ use std::ops::Sub;
 use crate::{
     dog::{Dog, SIGMAS},
     feature::Feature,
-    maxima::{maxima, strongest_per_cell},
+    maxima::{maxima, spread},
     maxlbp::{Layer, descriptor},
     plane::Plane,
 };
@@ -18,7 +18,7 @@ use crate::{
 pub struct Selection {
     /// `T_k` in codes of the camera word: a feature has `DOG_k >= T_k`.
     pub thresholds: [f64; 2],
-    /// At most so many features, spread over the frame by [`strongest_per_cell`].
+    /// At most so many features, spread over the frame by [`spread`].
     pub count: usize,
 }
 
@@ -35,7 +35,11 @@ pub fn extract(
     smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>,
     selection: &Selection,
 ) -> Vec<Feature> {
-    strongest_per_cell(&features(&layers(frame, smooth), selection.thresholds, 1.0), selection.count)
+    let layers = layers(frame, smooth);
+    let found = points(&layers, selection.thresholds);
+    let place = |p: &Point| (p.x as u32, p.y as u32, layers[p.scale].dog.magnitude[(p.x, p.y)]);
+    let kept = spread(&found, selection.count, place);
+    kept.into_iter().map(|point| feature(&layers, point, 1.0)).collect()
 }
 
 /// `DOG_k`, sign and `MaxDOG_k` of both scale pairs of the default chain of sigmas.
@@ -62,27 +66,42 @@ pub fn features<T: Copy + PartialOrd + Into<f64>>(
     thresholds: [T; 2],
     codes_per_unit: f64,
 ) -> Vec<Feature> {
+    points(layers, thresholds).into_iter().map(|point| feature(layers, point, codes_per_unit)).collect()
+}
+
+/// Where a feature is; the order of the fields is the order of features.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Point {
+    y: usize,
+    x: usize,
+    scale: usize,
+}
+
+fn points<T: Copy + PartialOrd>(layers: &[Layer<T>; 2], thresholds: [T; 2]) -> Vec<Point> {
     let shape = |k: usize| (layers[k].dog.magnitude.width(), layers[k].dog.magnitude.height());
     assert_eq!(shape(0), shape(1), "layers of different shape");
-    let mut found: Vec<(usize, usize, usize)> = Vec::new();
-    for k in 0..2 {
-        found.extend(maxima(&layers[k].dog.magnitude, thresholds[k]).into_iter().map(|(x, y)| (y, x, k)));
+    let mut found = Vec::new();
+    for (scale, threshold) in thresholds.into_iter().enumerate() {
+        let maxima = maxima(&layers[scale].dog.magnitude, threshold);
+        found.extend(maxima.into_iter().map(|(x, y)| Point { y, x, scale }));
     }
     found.sort_unstable();
-    let feature = |(y, x, k): (usize, usize, usize)| {
-        let dog = &layers[k].dog;
-        let codes = |x: usize, y: usize| dog.magnitude[(x, y)].into() * codes_per_unit;
-        Feature {
-            x: x as u32,
-            y: y as u32,
-            scale: k as u8,
-            bright: dog.positive[(x, y)],
-            response: codes(x, y),
-            neighbours: [codes(x - 1, y), codes(x + 1, y), codes(x, y - 1), codes(x, y + 1)],
-            descriptor: descriptor(layers, x, y),
-        }
-    };
-    found.into_iter().map(feature).collect()
+    found
+}
+
+fn feature<T: Copy + PartialOrd + Into<f64>>(layers: &[Layer<T>; 2], at: Point, codes_per_unit: f64) -> Feature {
+    let Point { x, y, scale } = at;
+    let dog = &layers[scale].dog;
+    let codes = |x: usize, y: usize| dog.magnitude[(x, y)].into() * codes_per_unit;
+    Feature {
+        x: x as u32,
+        y: y as u32,
+        scale: scale as u8,
+        bright: dog.positive[(x, y)],
+        response: codes(x, y),
+        neighbours: [codes(x - 1, y), codes(x + 1, y), codes(x, y - 1), codes(x, y + 1)],
+        descriptor: descriptor(layers, x, y),
+    }
 }
 
 #[cfg(test)]

@@ -56,26 +56,43 @@ impl<T: Copy + PartialOrd> Layer<T> {
 /// `MaxDOG` of every sample; at the border the maximum over the part of the window that lies in the frame, which is also
 /// what repeating the border sample gives.
 pub fn max_dog<T: Copy + PartialOrd>(dog: &Plane<T>) -> Plane<T> {
-    let larger = |a: T, b: T| if b > a { b } else { a };
+    const WINDOW: usize = 2 * MAX_RADIUS + 1;
     let (w, h) = (dog.width(), dog.height());
-
-    let mut along_rows = dog.clone();
-    for y in 0..h {
-        let source = dog.row(y);
-        for dx in 1..=MAX_RADIUS.min(w - 1) {
-            let target = along_rows.row_mut(y);
-            target.iter_mut().zip(&source[dx..]).for_each(|(m, &s)| *m = larger(*m, s));
-            target[dx..].iter_mut().zip(source).for_each(|(m, &s)| *m = larger(*m, s));
+    // Maxima along the row of the last five rows: row `y` stands in place `y % 5`.
+    let mut along_rows: [Vec<T>; WINDOW] = std::array::from_fn(|_| dog.row(0).to_vec());
+    let mut out = dog.clone();
+    for y in 0..h + MAX_RADIUS {
+        if y < h {
+            max_along_row(dog.row(y), &mut along_rows[y % WINDOW]);
+        }
+        if y >= MAX_RADIUS {
+            // Rows of the window that lie in the frame; the others are left out by taking the centre again.
+            let centre = y - MAX_RADIUS;
+            let rows: [&[T]; WINDOW] = std::array::from_fn(|i| {
+                let q = centre + i;
+                let inside = q >= MAX_RADIUS && q - MAX_RADIUS < h;
+                &along_rows[if inside { q - MAX_RADIUS } else { centre } % WINDOW][..w]
+            });
+            let out = &mut out.row_mut(centre)[..w];
+            for x in 0..w {
+                out[x] = rows[1..].iter().fold(rows[0][x], |m, row| larger(m, row[x]));
+            }
         }
     }
+    out
+}
 
-    let mut both = along_rows.clone();
-    for y in 0..h {
-        for q in y.saturating_sub(MAX_RADIUS)..=(y + MAX_RADIUS).min(h - 1) {
-            both.row_mut(y).iter_mut().zip(along_rows.row(q)).for_each(|(m, &s)| *m = larger(*m, s));
-        }
+fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}
+
+/// `out[x] = max source[x - 2 ..= x + 2]`, as far as that lies in the row.
+fn max_along_row<T: Copy + PartialOrd>(source: &[T], out: &mut [T]) {
+    out.copy_from_slice(source);
+    for dx in 1..=MAX_RADIUS.min(source.len() - 1) {
+        out.iter_mut().zip(&source[dx..]).for_each(|(m, &s)| *m = larger(*m, s));
+        out[dx..].iter_mut().zip(source).for_each(|(m, &s)| *m = larger(*m, s));
     }
-    both
 }
 
 /// The descriptor at a pixel, from both scale pairs.
