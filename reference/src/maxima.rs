@@ -45,16 +45,21 @@ pub fn is_maximum<T: Copy + PartialOrd>(dog: &Plane<T>, x: usize, y: usize) -> b
 /// The eligible maxima of at least `threshold`, in raster order, as `(x, y)`.
 pub fn maxima<T: Copy + PartialOrd>(dog: &Plane<T>, threshold: T) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
+    let columns = eligible(dog.width());
+    // The nearest four neighbours first, without branches: few samples get past them.
+    let mut candidates = vec![false; columns.len()];
     for y in eligible(dog.height()) {
-        let (above, row, below) = (dog.row(y - 1), dog.row(y), dog.row(y + 1));
-        for x in eligible(dog.width()) {
-            // The nearest four first and without branches: few samples get past them.
-            let c = row[x];
-            let nearest = (c > above[x]) & (c > row[x - 1]) & (c >= row[x + 1]) & (c >= below[x]);
-            if nearest & (c >= threshold) && is_maximum(dog, x, y) {
-                found.push((x, y));
-            }
+        let (start, n) = (columns.start, columns.len());
+        let part = |y: usize, x: usize| &dog.row(y)[x..x + n];
+        let (centre, above, below) = (part(y, start), part(y - 1, start), part(y + 1, start));
+        let (left, right) = (part(y, start - 1), part(y, start + 1));
+        let candidates = &mut candidates[..n];
+        for x in 0..n {
+            let c = centre[x];
+            candidates[x] = (c >= threshold) & (c > above[x]) & (c > left[x]) & (c >= right[x]) & (c >= below[x]);
         }
+        let chosen = (start..).zip(candidates).filter(|(x, candidate)| **candidate && is_maximum(dog, *x, y));
+        found.extend(chosen.map(|(x, _)| (x, y)));
     }
     found
 }
