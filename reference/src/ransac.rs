@@ -590,10 +590,10 @@ mod tests {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 let mut pairs = scene(&mut rng, &similarity(0.0, 1.0, 1e6, 0.0), 0, 120, 0.0);
                 if crowded {
-                    // Two thirds of the features in a strip of a tenth of the picture: a shore beside open water.
+                    // Two thirds of the features in 2 % of the picture: a jetty in open water.
                     for pair in pairs.iter_mut().take(80) {
-                        pair.reference.x *= 0.1;
-                        pair.current.x *= 0.1;
+                        pair.reference = pair.reference.component_mul(&Vector2::new(0.1, 0.2));
+                        pair.current = pair.current.component_mul(&Vector2::new(0.1, 0.2));
                     }
                 }
                 let pairs = shuffled(&mut rng, pairs);
