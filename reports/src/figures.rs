@@ -93,8 +93,9 @@ fn colour(error: f64) -> Rgb {
 /// # Errors
 /// Where the number of shades cannot be drawn, which does not happen.
 pub fn colour_bar() -> Result<String, PlotError> {
-    let (width, height, left) = (720.0, 16.0, 20.0);
-    let mut svg = String::from("<svg viewBox=\"0 0 760 52\" role=\"img\" aria-label=\"colour bar of the error maps\">");
+    let (width, height, left) = (1040.0, 18.0, 40.0);
+    let mut svg =
+        String::from("<svg viewBox=\"0 0 1120 62\" role=\"img\" aria-label=\"colour bar of the error maps\">");
     let steps = 2 * SHADES as i32 + 1;
     let mut write =
         |text: std::fmt::Arguments<'_>| svg.write_fmt(text).map_err(|error| plot::failed("colour bar", error));
@@ -110,11 +111,11 @@ pub fn colour_bar() -> Result<String, PlotError> {
         let x = left + width * (on_scale(e) + 1.0) / 2.0;
         let label = if e < 0.0 { format!("\u{2212}{}", -e) } else { format!("{e}") };
         write(format_args!(
-            "<path d=\"M{x:.1} 18v5\" stroke=\"#8b96a1\"/><text x=\"{x:.1}\" y=\"36\" text-anchor=\"middle\">{label}</text>"
+            "<path d=\"M{x:.1} 20v5\" stroke=\"#8b96a1\"/><text x=\"{x:.1}\" y=\"38\" text-anchor=\"middle\">{label}</text>"
         ))?;
     }
     write(format_args!(
-        "<text x=\"380\" y=\"50\" text-anchor=\"middle\">signed DoG error, LSB (full scale / 2¹⁷)</text></svg>"
+        "<text x=\"560\" y=\"58\" text-anchor=\"middle\">signed DoG error, LSB (full scale / 2¹⁷)</text></svg>"
     ))?;
     Ok(svg)
 }

@@ -11,5 +11,6 @@ pub mod overlay;
 pub mod page;
 pub mod plot;
 pub mod provenance;
+pub mod ranges;
 pub mod study;
 pub mod sweep;

@@ -81,6 +81,7 @@ pub fn html(study: &Study) -> Result<String, PageError> {
     let mut environment = Environment::new();
     environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
     environment.add_filter("sig", |value: f64, digits: usize| significant(value, digits));
+    environment.add_filter("plain", |value: f64| typeset(value.to_string()));
     environment.add_filter("count", |value: u64| grouped(value));
     environment.add_template("report.html", TEMPLATE)?;
     let groups = bound_groups(&study.bounds);
@@ -99,6 +100,8 @@ pub fn html(study: &Study) -> Result<String, PageError> {
         quantisation => value(error_rows(study, Kind::Quantisation)),
         histograms => ulp_histograms(study)?,
         chains => chains(study)?,
+        formats => value(&study.format_groups),
+        ranges => ranges(study)?,
         colour_bar => figures::colour_bar()?,
         figures => value(figure_views(study)),
         flips => flip_plots(study)?,
@@ -319,7 +322,13 @@ fn chains(study: &Study) -> Result<String, PlotError> {
     let colours = [BLUE, VIOLET, ORANGE];
     let longest = study.chains.iter().max_by_key(|chain| chain.cells.len());
     let cells = longest.map_or(1, |chain| chain.cells.len());
-    let short = |name: &str| name.replace("columns, ", "c ").replace("rows, ", "r ").replace("recursion", "rec");
+    let short = |name: &str| {
+        name.replace("columns, ", "c ")
+            .replace("rows, ", "r ")
+            .replace("recursion", "rec")
+            .replace("ahead ", "+")
+            .replace("back ", "−")
+    };
     let ticks = longest.map_or(Vec::new(), |chain| {
         let names = chain.cells.iter().enumerate();
         names.map(|(place, (name, _))| (place as f64 + 1.0, short(name))).collect()
@@ -335,7 +344,7 @@ fn chains(study: &Study) -> Result<String, PlotError> {
         title: String::new(),
         size: (1040, 270),
         x: Axis::ticked(
-            "cell, in the order of the data (c: down the columns, r: along the rows)",
+            "cell, in the order of the data: down the columns (c), then along the rows (r); ±n: reach in samples",
             0.5,
             cells as f64 + 0.5,
             ticks,
@@ -345,6 +354,66 @@ fn chains(study: &Study) -> Result<String, PlotError> {
         rules: Vec::new(),
     }
     .svg()
+}
+
+/// One band a word: the share of its samples in each power of two, by height, in the colour of how they fit.
+fn ranges(study: &Study) -> Result<String, PlotError> {
+    let rows = &study.format_groups;
+    let exponents = || rows.iter().flat_map(|row| row.histogram.iter().map(|bin| bin.0));
+    let (least, most) = (exponents().min().unwrap_or(-2).max(-12), exponents().max().unwrap_or(16));
+    let fits = [("in range", BLUE), ("overflow", RED), ("underflow", ORANGE)];
+    let band = |place: usize| (rows.len() - 1 - place) as f64;
+    let series = fits.map(|(name, colour)| {
+        let points = rows.iter().enumerate().flat_map(|(place, row)| {
+            let top = row.histogram.iter().map(|bin| bin.1).max().unwrap_or(1) as f64;
+            let bins = row.histogram.iter().filter(move |bin| bin.2 == name);
+            // The root keeps small shares visible.
+            bins.map(move |bin| (f64::from(bin.0.max(least)), band(place), 0.82 * (bin.1 as f64 / top).sqrt()))
+        });
+        (Series { name: name.into(), colour, mark: Mark::Dots(0), points: Vec::new() }, points.collect::<Vec<_>>())
+    });
+    let y_ticks =
+        rows.iter().enumerate().map(|(place, row)| (band(place) + 0.3, format!("{}  {}", row.node, row.format)));
+    let x_ticks = (least..=most).filter(|e| e % 2 == 0).map(|e| (f64::from(e), superscript(e))).collect();
+    let mut bars: Vec<Series> = Vec::new();
+    for (named, points) in series {
+        bars.push(named.clone());
+        let columns = points.into_iter().map(|(x, from, height)| Series {
+            name: String::new(),
+            colour: named.colour,
+            mark: Mark::Columns { from, width: 0.9 },
+            points: vec![(x + 0.5, from + height)],
+        });
+        bars.extend(columns);
+    }
+    Chart {
+        title: String::new(),
+        size: (1040, 70 + 34 * rows.len() as u32),
+        x: Axis::ticked("magnitude, codes of the camera word", f64::from(least), f64::from(most) + 1.0, x_ticks),
+        y: Axis::ticked("", -0.1, rows.len() as f64, y_ticks.collect()),
+        series: bars,
+        rules: Vec::new(),
+    }
+    .svg()
+}
+
+/// 2 to that power.
+fn superscript(exponent: i32) -> String {
+    let text = exponent.to_string();
+    let digits = text.chars().map(|c| match c {
+        '-' => '⁻',
+        '0' => '⁰',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '4' => '⁴',
+        '5' => '⁵',
+        '6' => '⁶',
+        '7' => '⁷',
+        '8' => '⁸',
+        _ => '⁹',
+    });
+    std::iter::once('2').chain(digits).collect()
 }
 
 /// What the page shows of one picture.
@@ -494,6 +563,9 @@ fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
             sweep.points.iter().map(|point| point.bits).fold(f64::INFINITY, f64::min),
             sweep.points.iter().map(|point| point.bits).fold(0.0, f64::max),
         );
+        let mut ticks: Vec<(f64, String)> =
+            sweep.points.iter().map(|point| (point.bits, point.bits.to_string())).collect();
+        ticks.dedup();
         for (row, (label, measure, low, high)) in measures.iter().enumerate() {
             let series = CONDITIONS.iter().zip(CONDITION_COLOURS).map(|(condition, colour)| Series {
                 name: condition.name.into(),
@@ -514,7 +586,7 @@ fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
             let chart = Chart {
                 title: format!("{}: {label}", sweep.parameter),
                 size: (380, 260),
-                x: Axis::linear("bits", least - 0.4, most + 0.4),
+                x: Axis::ticked("bits", least - 0.4, most + 0.4, ticks.clone()),
                 y: Axis::log("", *low, *high),
                 series: series.collect(),
                 rules,

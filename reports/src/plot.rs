@@ -145,6 +145,13 @@ pub enum Mark {
     Dots(i32),
     /// Bars from the axis up, of this width in units of `x`.
     Bars(f64),
+    /// Bars from another level up.
+    Columns {
+        /// Where they stand, `y`.
+        from: f64,
+        /// Their width in units of `x`.
+        width: f64,
+    },
 }
 
 /// Points that belong together.
@@ -207,9 +214,14 @@ impl Chart {
         let root = SVGBackend::with_string(svg, self.size).into_drawing_area();
         let text = |size: i32, colour: Rgb| (FONT, size).into_font().color(&rgb(colour));
         let mut builder = ChartBuilder::on(&root);
-        builder.margin(6).margin_right(14).x_label_area_size(38).y_label_area_size(52);
+        let legend = self.series.iter().any(|series| !series.name.is_empty());
+        builder.margin(6).margin_right(14).x_label_area_size(42).y_label_area_size(self.y_label_width());
+        // The legend has a line of its own between the title and the plot.
+        let title = if self.title.is_empty() { 0 } else { 24 };
+        builder.margin_top(6 + title + if legend { 22 } else { 0 });
         if !self.title.is_empty() {
-            builder.caption(&self.title, text(14, INK));
+            let style = text(16, INK).pos(Pos::new(HPos::Left, VPos::Top));
+            root.draw(&Text::new(self.title.clone(), (14, 6), style))?;
         }
         let mut chart = builder.build_cartesian_2d(self.x.clone(), self.y.clone())?;
         chart
@@ -221,8 +233,8 @@ impl Chart {
             .y_labels(self.y.ticks.len().max(1))
             .x_desc(&self.x.label)
             .y_desc(&self.y.label)
-            .label_style(text(12, INK))
-            .axis_desc_style(text(12, INK))
+            .label_style(text(14, INK))
+            .axis_desc_style(text(14, INK))
             .draw()?;
         for rule in &self.rules {
             let (line, at, name, colour, pos) = match rule {
@@ -233,12 +245,14 @@ impl Chart {
                 }
                 Rule::Choice(x, name) => {
                     let x = self.x.place(*x);
-                    let pos = Pos::new(HPos::Left, VPos::Top);
+                    // On the side with more room.
+                    let room = x < (self.x.from + self.x.to) / 2.0;
+                    let pos = Pos::new(if room { HPos::Left } else { HPos::Right }, VPos::Top);
                     ([(x, self.y.from), (x, self.y.to)], (x, self.y.to), name, GREEN, pos)
                 }
             };
             chart.draw_series(DashedLineSeries::new(line, 5, 4, rgb(colour).stroke_width(1)))?;
-            chart.draw_series([Text::new(format!(" {name} "), at, text(11, colour).pos(pos))])?;
+            chart.draw_series([Text::new(format!(" {name} "), at, text(13, colour).pos(pos))])?;
         }
         for series in &self.series {
             let colour = rgb(series.colour);
@@ -254,9 +268,14 @@ impl Chart {
                 Mark::Dots(radius) => {
                     chart.draw_series(points().map(|point| Circle::new(point, radius, colour.mix(0.75).filled())))?;
                 }
-                Mark::Bars(width) => {
+                Mark::Bars(_) | Mark::Columns { .. } => {
+                    let (from, width) = match series.mark {
+                        Mark::Columns { from, width } => (self.y.place(from), width),
+                        Mark::Bars(width) => (self.y.from, width),
+                        _ => (self.y.from, 0.0),
+                    };
                     let bar = |(x, y): (f64, f64)| {
-                        let corners = [(x - width / 2.0, self.y.from), (x + width / 2.0, y)];
+                        let corners = [(x - width / 2.0, from), (x + width / 2.0, y)];
                         Rectangle::new(corners, colour.filled())
                     };
                     chart.draw_series(points().map(bar))?;
@@ -268,6 +287,12 @@ impl Chart {
         Ok(())
     }
 
+    /// Room for the tick labels of the vertical axis and its name, px.
+    fn y_label_width(&self) -> u32 {
+        let longest = self.y.ticks.iter().map(|tick| tick.1.chars().count()).max().unwrap_or(0) as u32;
+        13 + 7 * longest + if self.y.label.is_empty() { 0 } else { 20 }
+    }
+
     /// Names in their colours, in one row at the top right.
     fn draw_legend(
         &self,
@@ -275,18 +300,27 @@ impl Chart {
     ) -> Result<(), Box<dyn std::error::Error>> {
         let named: Vec<&Series> = self.series.iter().filter(|series| !series.name.is_empty()).collect();
         let mut right = self.size.0 as i32 - 14;
-        let top = if self.title.is_empty() { 2 } else { 30 };
+        let top = if self.title.is_empty() { 6 } else { 30 };
         for series in named.iter().rev() {
             let colour = rgb(series.colour);
-            let style = (FONT, 12).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Right, VPos::Top));
+            let style = (FONT, 14).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Right, VPos::Top));
             root.draw(&Text::new(series.name.clone(), (right, top), style))?;
-            // Half an em a letter, as in most sans-serif faces.
-            right -= 7 * series.name.chars().count() as i32 + 8;
+            right -= text_width(&series.name) + 8;
             root.draw(&Circle::new((right, top + 6), 4, colour.filled()))?;
-            right -= 16;
+            right -= 18;
         }
         Ok(())
     }
+}
+
+/// About how wide a name of the legend is in most sans-serif faces, px.
+fn text_width(text: &str) -> i32 {
+    let tenths = text.chars().map(|c| match c {
+        'i' | 'j' | 'l' | 'f' | 't' | 'r' | 'I' | ' ' | '.' | ',' | '\'' => 37,
+        'm' | 'w' | 'M' | 'W' => 98,
+        _ => 66,
+    });
+    tenths.sum::<i32>() / 10
 }
 
 /// Takes the fixed size from an `<svg>` element, keeps its `viewBox`, and says what it shows to those who cannot see it.
@@ -315,7 +349,7 @@ mod tests {
         assert_eq!(labels(&Axis::linear("", 8.0, 18.0)), ["8", "10", "12", "14", "16", "18"]);
         assert_eq!(labels(&Axis::log("", 0.01, 100.0)), ["0.01", "0.1", "1", "10", "100"]);
         assert_eq!(labels(&Axis::log("", 80.0, 1000.0)), ["100", "200", "500", "1000"]);
-        assert_eq!(labels(&Axis::linear("", 3.0, 3.0)).is_empty(), false);
+        assert!(!labels(&Axis::linear("", 3.0, 3.0)).is_empty());
     }
 
     #[test]

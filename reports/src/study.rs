@@ -10,6 +10,7 @@ use hoverlock_fixed_point::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
 use hoverlock_fixed_point::displacement::{self, Displacement};
 use hoverlock_fixed_point::ladder::{Ladder, Rung, RungPlanes};
 use hoverlock_fixed_point::measure::{BitKind, ErrorStatistics, Flips};
+use hoverlock_fixed_point::range::Ranges;
 use hoverlock_reference::conditions::{CONDITIONS, Condition, NOMINAL};
 use hoverlock_reference::picture;
 use hoverlock_reference::plane::Plane;
@@ -19,6 +20,7 @@ use serde::Serialize;
 
 use crate::figures::{Figures, overlay};
 use crate::provenance::Provenance;
+use crate::ranges::RangeRow;
 use crate::sweep::{self, Sweep};
 
 /// The smallest side of a picture with an interior: 8 and 70 pixels are left out, and one must remain.
@@ -199,6 +201,11 @@ pub struct Study {
     pub bounds: Vec<BoundRow>,
     /// Rungs 1 to 4.
     pub rungs: Vec<RungStudy>,
+    /// What every word held, all pictures and conditions together.
+    pub formats: Vec<RangeRow>,
+    /// The same, all cells of a smoother as one.
+    #[serde(skip)]
+    pub format_groups: Vec<RangeRow>,
     /// Effective sigmas.
     pub sigma_eff: Vec<SigmaEff>,
     /// How the error grows along the cells of each smoother, on the first picture, nominal.
@@ -232,7 +239,7 @@ pub fn run(
 ) -> Result<Study, CoefficientError> {
     let bounds = Bounds::acceptance();
     let ladder = Ladder::new(design)?;
-    let measured: Vec<(PictureStudy, Vec<(Rung, Measurement)>)> =
+    let measured: Vec<Measured> =
         subjects.par_iter().map(|subject| measure_picture(&ladder, subject, bounds, step)).collect();
     let sweeps = sweep::run(design, subjects, bounds, step)?;
     let chains = subjects.first().map(|subject| chains(&ladder, subject, bounds)).unwrap_or_default();
@@ -242,8 +249,13 @@ pub fn run(
     };
     step("repeatability");
 
-    let (pictures, measurements): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
-    let measurements: Vec<(Rung, Measurement)> = measurements.into_iter().flatten().collect();
+    let mut ranges = Ranges::new(design);
+    let (mut pictures, mut measurements) = (Vec::new(), Vec::new());
+    for measured in measured {
+        ranges.merge(&measured.ranges);
+        measurements.extend(measured.errors);
+        pictures.push(measured.picture);
+    }
     let rungs = Rung::ALL[1..]
         .iter()
         .map(|&rung| RungStudy {
@@ -268,6 +280,8 @@ pub fn run(
         provenance: Provenance::of(&ladder, command),
         bounds: rows,
         rungs,
+        formats: RangeRow::each(&ranges),
+        format_groups: RangeRow::grouped(&ranges, &design.sigmas),
         sigma_eff: sigma_eff(&ladder),
         chains,
         pictures,
@@ -288,14 +302,17 @@ fn changes(rung: Rung) -> &'static str {
     }
 }
 
-fn measure_picture(
-    ladder: &Ladder,
-    subject: &Subject,
-    bounds: &Bounds,
-    step: &(dyn Fn(&str) + Sync),
-) -> (PictureStudy, Vec<(Rung, Measurement)>) {
+/// All that one picture brings.
+struct Measured {
+    picture: PictureStudy,
+    errors: Vec<(Rung, Measurement)>,
+    ranges: Ranges,
+}
+
+fn measure_picture(ladder: &Ladder, subject: &Subject, bounds: &Bounds, step: &(dyn Fn(&str) + Sync)) -> Measured {
+    let mut ranges = Ranges::new(ladder.design());
     let mut figures = Figures::default();
-    let mut measurements = Vec::new();
+    let mut errors = Vec::new();
     let mut conditions = Vec::new();
     let mut worst_kept = f64::INFINITY;
     for condition in CONDITIONS {
@@ -318,10 +335,10 @@ fn measure_picture(
                 };
                 let picture = subject.name.clone();
                 let condition = condition.name;
-                measurements
-                    .push((test, Measurement { picture, condition, stage, kind, lsb_codes: stage.lsb(), error }));
+                errors.push((test, Measurement { picture, condition, stage, kind, lsb_codes: stage.lsb(), error }));
             }
         }
+        ranges.see(ladder, &frame);
         if condition == NOMINAL {
             figures.heat_maps(of(Rung::Ideal), of(Rung::Streaming), of(Rung::Fixed));
         }
@@ -342,7 +359,11 @@ fn measure_picture(
     let frame = (subject.frame.width(), subject.frame.height());
     let whole = (subject.picture.width(), subject.picture.height());
     let (name, sha256) = (subject.name.clone(), picture::sha256(&subject.picture));
-    (PictureStudy { name, sha256, whole, frame, conditions, displacements, figures }, measurements)
+    Measured {
+        picture: PictureStudy { name, sha256, whole, frame, conditions, displacements, figures },
+        errors,
+        ranges,
+    }
 }
 
 fn judge(ladder: &Ladder, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<BoundRow> {

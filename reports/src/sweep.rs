@@ -18,7 +18,7 @@ const STATE: [i8; 5] = [0, 1, 2, 3, 4];
 /// Fraction bits of the coefficients tried.
 const COEFFICIENT: [i8; 6] = [8, 10, 12, 14, 16, 18];
 /// Bits of the DoG magnitude tried.
-const DOG: [u32; 6] = [10, 11, 12, 13, 14, 15];
+const DOG: [u32; 7] = [10, 11, 12, 13, 14, 15, 16];
 
 /// One word length varied.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -48,6 +48,9 @@ pub struct SweepPoint {
     pub moved_percent: f64,
 }
 
+/// What is varied, the chosen number of bits, and the design point of each number tried.
+type Variants = (&'static str, f64, Vec<(f64, DesignPoint)>);
+
 /// Numbers of bits tried in all.
 pub(crate) const fn points() -> usize {
     STATE.len() + COEFFICIENT.len() + DOG.len()
@@ -72,7 +75,7 @@ pub(crate) fn run(
     let state = |bits: &i8| DesignPoint { state: Format::unsigned(16, *bits), ..design.clone() };
     let coefficient = |bits: &i8| DesignPoint { coefficient: Format::unsigned(0, *bits), ..design.clone() };
     let dog = |bits: &u32| DesignPoint { dog_bits: *bits, ..design.clone() };
-    let variants: [(&'static str, f64, Vec<(f64, DesignPoint)>); 3] = [
+    let variants: [Variants; 3] = [
         (
             "state",
             f64::from(design.state.bits()),

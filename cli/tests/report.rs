@@ -1,0 +1,104 @@
+//! `hoverlock report` as a user runs it: status, streams and one clear line for bad input.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use hoverlock_reference::picture::{data_dir, newcomer_dir};
+use image::{GrayImage, ImageBuffer, Luma};
+
+fn report(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hoverlock")).arg("report").args(arguments).output().expect("the command runs")
+}
+
+fn saved(folder: &Path, name: &str, picture: &GrayImage) -> String {
+    let path = folder.join(name);
+    picture.save(&path).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn texture(width: u32, height: u32) -> GrayImage {
+    ImageBuffer::from_fn(width, height, |x, y| Luma([(x * x / 7 + y * y / 5 + x * y / 3) as u8]))
+}
+
+#[test]
+fn bad_input_is_one_line_and_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let out = at("out");
+    fs::write(at("text.png"), "no picture").unwrap();
+    fs::write(at("empty.png"), "").unwrap();
+    fs::write(at("file"), "").unwrap();
+    let good = saved(folder.path(), "good.png", &texture(90, 80));
+    let small = saved(folder.path(), "small.png", &texture(90, 78));
+    let flat = saved(folder.path(), "flat.png", &GrayImage::from_pixel(90, 90, Luma([7])));
+    let line = saved(folder.path(), "line.png", &texture(2000, 20));
+    let under_file = at("file/out");
+    let cases: [(&[&str], &str); 12] = [
+        (&[&at("none.png"), "--out", &out], "none.png"),
+        (&[folder.path().to_str().unwrap(), "--out", &out], "is a folder"),
+        (&[&at("text.png"), "--out", &out], "not a picture"),
+        (&[&at("empty.png"), "--out", &out], "is empty"),
+        (&[&small, "--out", &out], "79 x 79"),
+        (&[&line, "--out", &out], "79 x 79"),
+        (&[&flat, "--out", &out], "every pixel"),
+        (&[&good, &small, "--out", &out], "small.png"),
+        (&[&good, "--out", &out, "--config", "dog_bits=200"], "dog_bits"),
+        (&[&good, "--out", &out, "--config", "sigmas=[nan, 3, 5]"], "sigmas"),
+        (&[&good, "--out", &out, "--config", "missing.toml"], "missing.toml"),
+        (&[&good, "--out", &under_file], "file"),
+    ];
+    for (arguments, reason) in cases {
+        let output = report(arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        assert!(said.contains(reason), "{arguments:?}: {said}");
+        assert!(output.stdout.is_empty());
+        assert!(!Path::new(&out).exists(), "nothing is written");
+    }
+}
+
+#[test]
+fn a_picture_with_too_few_features_fails_with_status_1_and_names_the_bound() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = saved(folder.path(), "tiny.png", &texture(79, 79));
+    let out = folder.path().join("out");
+    let output = report(&[&picture, "--out", out.to_str().unwrap(), "--json"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("bound fails: features at rung 2") && said.contains("tiny, nominal"), "{said}");
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
+    assert_eq!(printed["pass"], false);
+    let written: serde_json::Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    assert!(out.join("index.html").exists() && out.join("junit.xml").exists());
+}
+
+#[test]
+#[ignore = "a minute on real pictures"]
+fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
+    let textures = data_dir().map(|folder| folder.join("textures"));
+    let wanted = ["pasture_low_texture.png", "urban_intersection_a.png", "aero1.jpg"];
+    let folders: Vec<_> = [textures, newcomer_dir()].into_iter().flatten().collect();
+    let found: Vec<String> = folders
+        .iter()
+        .flat_map(|folder| wanted.map(|name| folder.join(name)))
+        .filter(|path| path.exists())
+        .map(|path| path.to_str().unwrap().to_owned())
+        .collect();
+    let Some(first) = found.first() else {
+        eprintln!("SKIPPED: no real pictures; `make demo` fetches some, or name a folder in HOVERLOCK_DATA");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let mut arguments: Vec<&str> = found.iter().map(String::as_str).collect();
+    arguments.extend(["--out", out]);
+    let output = report(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let narrow = report(&[first, "--out", out, "--config", "dog_bits=12"]);
+    let said = String::from_utf8_lossy(&narrow.stderr);
+    assert_eq!(narrow.status.code(), Some(1), "{said}");
+    assert!(said.contains("bound fails: DoG error, rms"), "{said}");
+}

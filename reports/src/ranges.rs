@@ -1,0 +1,96 @@
+//! What the words of the chain held, as rows of a table: one node, or all cells of one smoother together.
+
+use hoverlock_fixed_point::range::{Fit, Node, Observed, Ranges};
+use serde::Serialize;
+
+/// One word, or several of one format.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RangeRow {
+    /// What it is called.
+    pub node: String,
+    /// Its format.
+    pub format: String,
+    /// One step, codes of the camera word.
+    pub step_codes: f64,
+    /// Values seen.
+    pub values: u64,
+    /// Smallest value, codes.
+    pub least: f64,
+    /// Largest value, codes.
+    pub largest: f64,
+    /// Leading magnitude bits that no value needed.
+    pub unused_bits: i32,
+    /// Values above the largest code.
+    pub overflow: u64,
+    /// Values that are not zero and round to it.
+    pub underflow: u64,
+    /// Samples that saturated in the integers.
+    pub saturated: u64,
+    /// The narrowest format that holds all of this with the same step; the same format where no bit is unused.
+    pub proposal: String,
+    /// Power of two, count, and how it stands to the format.
+    pub histogram: Vec<(i32, u64, &'static str)>,
+}
+
+impl RangeRow {
+    /// Several nodes of one format under one name; nothing of none.
+    fn of(name: String, nodes: &[&Observed]) -> Option<Self> {
+        let widest = nodes.iter().max_by_key(|node| node.used_bits())?;
+        let sum = |count: fn(&Observed) -> u64| nodes.iter().map(|node| count(node)).sum();
+        let ranges = || nodes.iter().filter_map(|node| node.range);
+        let mut histogram: Vec<(i32, u64, &'static str)> = Vec::new();
+        for (exponent, _) in widest.histogram() {
+            let count = nodes.iter().flat_map(|n| n.histogram()).filter(|(e, _)| *e == exponent).map(|(_, c)| c).sum();
+            let fit = match widest.fit(exponent) {
+                Fit::InRange => "in range",
+                Fit::Overflow => "overflow",
+                Fit::Underflow => "underflow",
+            };
+            if count > 0 {
+                histogram.push((exponent, count, fit));
+            }
+        }
+        Some(Self {
+            node: name,
+            format: widest.format.to_string(),
+            step_codes: widest.format.lsb(),
+            values: sum(|node| node.values),
+            least: ranges().map(|range| range.0).fold(f64::INFINITY, f64::min),
+            largest: ranges().map(|range| range.1).fold(f64::NEG_INFINITY, f64::max),
+            unused_bits: widest.unused_bits(),
+            overflow: sum(|node| node.overflows),
+            underflow: sum(|node| node.underflows),
+            saturated: sum(|node| node.saturated),
+            proposal: widest.proposal().unwrap_or(widest.format).to_string(),
+            histogram,
+        })
+    }
+
+    /// One row a node.
+    pub fn each(ranges: &Ranges) -> Vec<Self> {
+        ranges.nodes().iter().filter_map(|node| Self::of(node.node.to_string(), &[node])).collect()
+    }
+
+    /// One row for all cells of a smoother, one for each other node.
+    pub fn grouped(ranges: &Ranges, sigmas: &[f64]) -> Vec<Self> {
+        let name = |node: Node| match node {
+            Node::Stage(smoother, _) => {
+                let sigma = sigmas.get(smoother).copied().unwrap_or_default();
+                format!("state, σ {sigma}, all cells")
+            }
+            Node::Pixel => "pixel".into(),
+            Node::Difference(k) => format!("difference {k}, before rounding"),
+            Node::Dog(k) => format!("DoG {k}"),
+            Node::MaxDog(k) => format!("MaxDOG {k}"),
+        };
+        let mut groups: Vec<(String, Vec<&Observed>)> = Vec::new();
+        for node in ranges.nodes() {
+            let name = name(node.node);
+            match groups.last_mut().filter(|(of, _)| *of == name) {
+                Some((_, nodes)) => nodes.push(node),
+                None => groups.push((name, vec![node])),
+            }
+        }
+        groups.into_iter().filter_map(|(name, nodes)| Self::of(name, &nodes)).collect()
+    }
+}

@@ -1,0 +1,140 @@
+//! The report from pictures to files: numbers, page and test cases say the same, and a narrowed format fails.
+
+use std::fs;
+use std::sync::LazyLock;
+
+use hoverlock_fixed_point::design::KT27;
+use hoverlock_reference::plane::Plane;
+use hoverlock_reports::study::{self, LEAST_SIDE, Study, Subject};
+use hoverlock_reports::{output, page};
+use quick_junit::{Report, TestCaseStatus};
+use serde_json::Value;
+
+/// Blobs of three sizes: features wherever one looks.
+fn subject(width: usize, height: usize) -> Subject {
+    let hash = |x: usize, y: usize| {
+        let mixed = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
+        (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 48
+    };
+    let picture = Plane::from_fn(width, height, |x, y| {
+        ((hash(x / 5, y / 5) + hash(x / 11, y / 11 + 1000) + hash(x / 23, y / 23 + 2000)) / 3) as u16
+    });
+    Subject { name: "blobs & <co>".into(), frame: picture.clone(), picture }
+}
+
+fn measured(width: usize, height: usize, change: &str) -> Study {
+    let design = KT27.with_override(change).unwrap();
+    study::run(&[subject(width, height)], &design, "hoverlock report blobs.png", &|_| ()).unwrap()
+}
+
+static FULL: LazyLock<Study> = LazyLock::new(|| measured(440, 400, "dog_bits=15"));
+
+#[test]
+fn the_design_point_holds_every_bound() {
+    let failed: Vec<_> = FULL.bounds.iter().filter(|row| !row.judgement.pass).collect();
+    assert!(FULL.pass && failed.is_empty(), "{failed:?}");
+}
+
+#[test]
+fn a_narrowed_format_fails_and_says_which_bound() {
+    let narrow = measured(440, 400, "dog_bits=12");
+    assert!(!narrow.pass);
+    let row = narrow.bounds.iter().find(|row| row.judgement.name == "DoG error, rms" && !row.judgement.pass).unwrap();
+    assert!(row.margin < 0.0 && row.picture.is_some() && row.condition.is_some());
+    let html = page::html(&narrow).unwrap();
+    assert!(html.contains(">FAIL<") && html.contains("<b>DoG error, rms</b>"));
+    let junit = Report::deserialize_from_str(&output::junit(&narrow).unwrap()).unwrap();
+    let cases = junit.test_suites.iter().flat_map(|suite| &suite.test_cases);
+    let failures = cases.filter(|case| matches!(case.status, TestCaseStatus::NonSuccess { .. })).count();
+    assert_eq!(failures, narrow.bounds.iter().filter(|row| !row.judgement.pass).count());
+}
+
+#[test]
+fn numbers_for_programs_have_the_promised_keys() {
+    let json: Value = serde_json::from_str(&output::json(&FULL).unwrap()).unwrap();
+    assert_eq!(json["pass"], Value::Bool(FULL.pass));
+    let bounds = json["bounds"].as_array().unwrap();
+    assert_eq!(bounds.len(), FULL.bounds.len());
+    for (row, of) in bounds.iter().zip(&FULL.bounds) {
+        assert_eq!(row["name"], of.judgement.name);
+        // The reader of JSON may err in the last bit.
+        let same = |key: &str, wanted: f64| (row[key].as_f64().unwrap() - wanted).abs() <= 1e-15 * wanted.abs();
+        assert!(same("limit", of.judgement.limit) && same("measured", of.judgement.measured), "{row}");
+        assert_eq!(row["pass"], of.judgement.pass);
+    }
+    let rungs = json["rungs"].as_array().unwrap();
+    let numbers: Vec<_> = rungs.iter().map(|rung| rung["rung"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, [1, 2, 3, 4]);
+    for rung in rungs {
+        // Seven stages under three conditions of one picture, and one kind of error only.
+        let measurements = rung["measurements"].as_array().unwrap();
+        assert_eq!(measurements.len(), 21);
+        let kind = if rung["rung"].as_u64() < Some(3) { "approximation" } else { "quantisation" };
+        assert!(measurements.iter().all(|m| m["kind"] == kind && m["rms"].as_f64().is_some()));
+    }
+    assert_eq!(json["provenance"]["configuration_sha256"].as_str().map(str::len), Some(64));
+}
+
+#[test]
+fn the_page_needs_no_network_and_leaves_nothing_open() {
+    let html = page::html(&FULL).unwrap();
+    for attribute in ["src=\"", "href=\"", "url("] {
+        for (at, _) in html.match_indices(attribute) {
+            let target = &html[at + attribute.len()..(at + attribute.len() + 5).min(html.len())];
+            assert_eq!(target, "data:", "{attribute}");
+        }
+    }
+    assert!(
+        !html.contains("http://")
+            && !html.contains("https://")
+            && !html.contains("@import")
+            && !html.contains("<script")
+    );
+    let body = &html[html.find("</style>").unwrap()..];
+    for text in body.split('<').filter_map(|piece| piece.split_once('>')).map(|(_, text)| text) {
+        for word in text.split(|c: char| !c.is_alphanumeric()) {
+            assert!(!["undefined", "NaN", "nan", "none", "None", "inf"].contains(&word), "{text}");
+        }
+    }
+    assert!(html.contains("blobs &amp; &lt;co&gt;") && !html.contains("<co>"), "names are escaped");
+    for tag in ["table", "figure", "svg", "div", "section", "main", "p"] {
+        let opened = html.matches(&format!("<{tag}>")).count() + html.matches(&format!("<{tag} ")).count();
+        assert_eq!(opened, html.matches(&format!("</{tag}>")).count(), "{tag}");
+    }
+    for section in 1..=10 {
+        assert!(html.contains(&format!("<h2><span>{section}</span>")), "section {section}");
+    }
+    assert!(html.len() < 4_000_000, "{} bytes for one picture", html.len());
+}
+
+#[test]
+fn test_cases_are_the_bounds() {
+    let report = Report::deserialize_from_str(&output::junit(&FULL).unwrap()).unwrap();
+    assert_eq!(report.tests, FULL.bounds.len());
+    assert_eq!(report.failures, 0);
+    let suites: Vec<&str> = report.test_suites.iter().map(|suite| suite.name.as_str()).collect();
+    assert_eq!(suites, ["coefficients", "blobs & <co>, nominal", "blobs & <co>, combined", "blobs & <co>, fog"]);
+}
+
+#[test]
+fn the_least_picture_is_measured_the_same_every_time_and_has_too_few_features() {
+    let once = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
+    let again = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
+    assert_eq!(output::json(&once).unwrap(), output::json(&again).unwrap());
+    assert_eq!(page::html(&once).unwrap(), page::html(&again).unwrap());
+    assert!(once.bounds.iter().any(|row| row.judgement.name == "features at rung 2" && !row.judgement.pass));
+}
+
+#[test]
+fn files_are_written_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a/b");
+    output::prepare(&out).unwrap();
+    output::write(&FULL, &out).unwrap();
+    let mut names: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, [output::PAGE, output::TESTS, output::NUMBERS]);
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    assert!(matches!(output::prepare(&file.join("under")), Err(output::OutputError::Write { .. })));
+}
