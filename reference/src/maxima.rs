@@ -46,6 +46,9 @@ pub fn is_maximum<T: Copy + PartialOrd>(dog: &Plane<T>, x: usize, y: usize) -> b
 pub fn maxima<T: Copy + PartialOrd>(dog: &Plane<T>, threshold: T) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let columns = eligible(dog.width());
+    if columns.is_empty() {
+        return found;
+    }
     // The nearest four neighbours first, without branches: few samples get past them.
     let mut candidates = vec![false; columns.len()];
     for y in eligible(dog.height()) {
