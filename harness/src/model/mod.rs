@@ -145,7 +145,8 @@ impl SignalInfo {
         if fits { Ok(value as u64 & self.mask()) } else { Err(self.out_of_range(value.to_string(), true)) }
     }
 
-    pub(crate) fn sign_extend(&self, value: u64) -> i64 {
+    /// A value of this signal as a signed number.
+    pub fn to_signed(&self, value: u64) -> i64 {
         let unused = 64 - self.width.min(64);
         ((value << unused) as i64) >> unused
     }
@@ -761,6 +762,12 @@ impl Model {
         self.bind();
         // SAFETY: the instance is alive; does nothing without an open file.
         unsafe { (self.functions.hv_trace_dump)(self.raw, time.as_fs() / self.femtoseconds_per_tick) };
+    }
+
+    pub(crate) fn trace_flush(&mut self) {
+        self.bind();
+        // SAFETY: the instance is alive; does nothing without an open file.
+        unsafe { (self.functions.hv_trace_flush)(self.raw) };
     }
 
     pub(crate) fn trace_close(&mut self) {

@@ -1183,6 +1183,10 @@ impl Core {
         self.has_waves.set(on);
     }
 
+    pub fn has_waves(&self) -> bool {
+        self.has_waves.get()
+    }
+
     /// Goes to a later time directly: the bulk paths keep clocks and time themselves.
     pub fn set_now(&self, time: Time) {
         self.now.set(time);

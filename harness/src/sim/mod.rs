@@ -38,7 +38,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-pub(crate) use self::core::{Agent, Core, WallWatch};
+pub(crate) use self::core::{Agent, Core};
 pub use self::future::{Either, First, Wait, both, race};
 pub use self::log::{Level, Line};
 pub use self::report::{StuckReport, TaskReport};
@@ -50,6 +50,7 @@ pub use self::trigger::{Edge, Failure, Outcome, Sync, Trigger};
 use crate::error::{Error, ModelError, SimError};
 use crate::model::{Message, Model, SignalInfo};
 use crate::time::Time;
+use crate::wave::{Recording, RecordingId};
 
 /// Where in a time step the simulation is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -157,11 +158,26 @@ impl Sim {
             self.core.forget(id);
             ended
         };
-        match result.into_inner() {
+        let result = match result.into_inner() {
             // What the bench says comes first: an error of its last time step would hide it.
             Some(Err(error)) => Err(error.into()),
             Some(Ok(value)) => ended.map(|()| value),
             None => ended.and(Err(Error::bench("the bench was cancelled"))),
+        };
+        self.keep_waves(result.is_err())?;
+        result
+    }
+
+    /// Brings the waves into their files, and those of a failure too.
+    fn keep_waves(&self, failed: bool) -> Result<(), Error> {
+        let mut waves = self.core.waves.borrow_mut();
+        let mut model = self.core.model.borrow_mut();
+        if failed {
+            // A model that stopped in the middle has this step's values too.
+            waves.sample(&mut model, self.core.now())?;
+            waves.failed(&mut model)
+        } else {
+            waves.flush(&mut model)
         }
     }
 
@@ -172,6 +188,7 @@ impl Sim {
         let ending = self.core.ending(id);
         self.core.cancel(id);
         self.core.forget(id);
+        self.keep_waves(ended.is_err() || matches!(ending, Some(Ending::Failed(_))))?;
         ended?;
         match ending {
             Some(Ending::Failed(failure)) => {
@@ -234,6 +251,8 @@ impl Drop for Sim {
     fn drop(&mut self) {
         // Tasks hold the core through their signals: without this neither would ever be freed.
         self.core.cancel_all();
+        // A file that cannot be written any more was told of by the last run.
+        let _ = self.core.waves.borrow_mut().flush(&mut self.core.model.borrow_mut());
     }
 }
 
@@ -430,6 +449,26 @@ impl Dut {
         Ok(clock)
     }
 
+    /// Begins to record waves.
+    pub fn start_waves(&self, recording: &Recording) -> Result<RecordingId, Error> {
+        let id = self.core.waves.borrow_mut().start(&mut self.core.model.borrow_mut(), recording)?;
+        self.core.set_waves(true);
+        Ok(id)
+    }
+
+    /// Ends a recording; its file is whole then. Recordings that are not stopped end with the simulation.
+    pub fn stop_waves(&self, id: RecordingId) -> Result<(), Error> {
+        let mut waves = self.core.waves.borrow_mut();
+        waves.stop(&mut self.core.model.borrow_mut(), id)?;
+        self.core.set_waves(!waves.is_empty());
+        Ok(())
+    }
+
+    /// Writes the coverage counted so far, in Verilator's form; see [`coverage`](crate::coverage).
+    pub fn write_coverage(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        self.core.model.borrow_mut().write_coverage(path.as_ref())
+    }
+
     /// Puts a line into the log.
     pub fn log(&self, level: Level, source: &str, text: &str) {
         self.core.log.borrow_mut().put(self.now(), level, source, text);
@@ -459,6 +498,14 @@ impl Clock {
     /// High and low together.
     pub fn period(&self) -> Time {
         self.high + self.low
+    }
+
+    pub(crate) fn high(&self) -> Time {
+        self.high
+    }
+
+    pub(crate) fn low(&self) -> Time {
+        self.low
     }
 
     /// Begins again with a rising edge after `phase`; until then the clock is low.

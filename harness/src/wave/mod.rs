@@ -1,14 +1,202 @@
-//! Waves.
+//! Waves: of everything by Verilator, of chosen signals by the harness, or only of the time before a failure.
+//!
+//! | what | build | cost |
+//! |---|---|---|
+//! | [`Recording::everything`] | `.trace(Trace::Vcd)` or `Fst` | 20 to 60 times slower while it records |
+//! | [`Recording::signals`] | any | a comparison for each signal and step |
+//! | [`Recording::before_failure`] | any | a copy of each signal and step, written only if a run fails |
+//!
+//! Beside each file a view for GTKWave (`.gtkw`) is written, with the signals in their order.
+
+mod vcd;
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+
+use vcd::{Channel, Writer};
+
 use crate::error::Error;
 use crate::model::Model;
 use crate::time::Time;
 
-/// What is recorded, and where to.
+/// What is recorded, from when, until when, and where to.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    path: PathBuf,
+    kind: Kind,
+    from: Time,
+    until: Time,
+}
+
+#[derive(Debug, Clone)]
+enum Kind {
+    Everything { scope: String, levels: u32 },
+    Signals(Vec<String>),
+    BeforeFailure(Vec<String>, usize),
+}
+
+impl Recording {
+    /// Every signal of the design, by Verilator; the file's form is that of the build's [`Trace`](crate::build::Trace).
+    pub fn everything(path: impl Into<PathBuf>) -> Recording {
+        Recording::new(path, Kind::Everything { scope: String::new(), levels: 0 })
+    }
+
+    /// The signals of a scope (`top.u_core`) and so many levels below it (0: all), by Verilator. The first recording of a
+    /// model chooses for all.
+    pub fn scope(path: impl Into<PathBuf>, scope: &str, levels: u32) -> Recording {
+        Recording::new(path, Kind::Everything { scope: scope.to_owned(), levels })
+    }
+
+    /// Ports and public internals by name, as VCD; none named: all of them.
+    pub fn signals<N: Into<String>>(path: impl Into<PathBuf>, names: impl IntoIterator<Item = N>) -> Recording {
+        Recording::new(path, Kind::Signals(names.into_iter().map(Into::into).collect()))
+    }
+
+    /// The last `steps` time steps (two a clock cycle) before a run fails, as VCD; nothing is written if none fails.
+    pub fn before_failure<N: Into<String>>(
+        path: impl Into<PathBuf>,
+        names: impl IntoIterator<Item = N>,
+        steps: usize,
+    ) -> Recording {
+        Recording::new(path, Kind::BeforeFailure(names.into_iter().map(Into::into).collect(), steps.max(1)))
+    }
+
+    fn new(path: impl Into<PathBuf>, kind: Kind) -> Recording {
+        Recording { path: path.into(), kind, from: Time::ZERO, until: Time::fs(u64::MAX) }
+    }
+
+    /// Records only from one time to another, both included.
+    pub fn window(mut self, from: Time, until: Time) -> Recording {
+        (self.from, self.until) = (from, until);
+        self
+    }
+}
+
+/// A recording on its way; see [`Dut::stop_waves`](crate::sim::Dut::stop_waves).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordingId(u32);
+
+enum Recorder {
+    Everything,
+    Signals(Writer),
+    BeforeFailure {
+        channels: Vec<Channel>,
+        kept: VecDeque<(Time, Vec<u32>)>,
+        steps: usize,
+        path: PathBuf,
+        top: String,
+        precision: Time,
+    },
+}
+
+struct Running {
+    id: u32,
+    from: Time,
+    until: Time,
+    recorder: Recorder,
+}
+
+/// All recordings of a simulation.
 #[derive(Default)]
-pub(crate) struct Waves {}
+pub(crate) struct Waves {
+    running: Vec<Running>,
+    next: u32,
+}
 
 impl Waves {
-    pub fn sample(&mut self, _model: &mut Model, _now: Time) -> Result<(), Error> {
+    /// Begins a recording.
+    pub fn start(&mut self, model: &mut Model, recording: &Recording) -> Result<RecordingId, Error> {
+        let top = model.library().top().to_owned();
+        let precision = model.precision();
+        let recorder = match &recording.kind {
+            Kind::Everything { scope, levels } => {
+                let scope = if scope.is_empty() { String::new() } else { format!("TOP.{scope}") };
+                model.trace_open(&recording.path, *levels, &scope)?;
+                let channels = vcd::channels(model, &[])?;
+                vcd::write_view(&recording.path, &format!("TOP.{top}"), &channels)?;
+                Recorder::Everything
+            }
+            Kind::Signals(names) => {
+                let channels = vcd::channels(model, names)?;
+                vcd::write_view(&recording.path, &top, &channels)?;
+                Recorder::Signals(Writer::create(&recording.path, &top, precision, channels)?)
+            }
+            Kind::BeforeFailure(names, steps) => Recorder::BeforeFailure {
+                channels: vcd::channels(model, names)?,
+                kept: VecDeque::new(),
+                steps: *steps,
+                path: recording.path.clone(),
+                top,
+                precision,
+            },
+        };
+        self.next += 1;
+        self.running.push(Running { id: self.next, from: recording.from, until: recording.until, recorder });
+        Ok(RecordingId(self.next))
+    }
+
+    /// Ends a recording; its file is whole then.
+    pub fn stop(&mut self, model: &mut Model, id: RecordingId) -> Result<(), Error> {
+        let Some(at) = self.running.iter().position(|r| r.id == id.0) else { return Ok(()) };
+        match self.running.remove(at).recorder {
+            Recorder::Everything => model.trace_close(),
+            Recorder::Signals(writer) => writer.finish()?,
+            Recorder::BeforeFailure { .. } => {}
+        }
         Ok(())
     }
+
+    pub fn is_empty(&self) -> bool {
+        self.running.is_empty()
+    }
+
+    /// Takes in the settled values of a time step.
+    pub fn sample(&mut self, model: &mut Model, now: Time) -> Result<(), Error> {
+        for running in self.running.iter_mut().filter(|r| r.from <= now && now <= r.until) {
+            match &mut running.recorder {
+                Recorder::Everything => model.trace_dump(now),
+                Recorder::Signals(writer) => writer.sample(now)?,
+                Recorder::BeforeFailure { channels, kept, steps, .. } => {
+                    let mut words =
+                        if kept.len() == *steps { kept.pop_front().map_or(Vec::new(), |k| k.1) } else { Vec::new() };
+                    words.clear();
+                    channels.iter().for_each(|c| c.append_words(&mut words));
+                    kept.push_back((now, words));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A run has failed: what was kept for this case is written.
+    pub fn failed(&mut self, model: &mut Model) -> Result<(), Error> {
+        for running in &mut self.running {
+            if let Recorder::BeforeFailure { channels, kept, path, top, precision, .. } = &mut running.recorder {
+                let mut writer = Writer::create(path, top, *precision, channels.clone())?;
+                for (time, words) in kept.drain(..) {
+                    writer.sample_words(time, &words)?;
+                }
+                writer.finish()?;
+                vcd::write_view(path, top, channels)?;
+            }
+        }
+        self.flush(model)
+    }
+
+    /// Brings everything recorded so far into the files.
+    pub fn flush(&mut self, model: &mut Model) -> Result<(), Error> {
+        self.running.iter_mut().try_for_each(|r| match &mut r.recorder {
+            Recorder::Everything => {
+                model.trace_flush();
+                Ok(())
+            }
+            Recorder::Signals(writer) => writer.flush(),
+            Recorder::BeforeFailure { .. } => Ok(()),
+        })
+    }
+}
+
+fn file_error(path: &Path) -> impl Fn(std::io::Error) -> Error {
+    let path = path.to_owned();
+    move |source| Error::File { path: path.clone(), source }
 }

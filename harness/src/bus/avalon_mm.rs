@@ -1,0 +1,256 @@
+//! Avalon-MM: a master for the bench, and a memory for a design that is one.
+//!
+//! ```text
+//! clk            __/~~\__/~~\__/~~\__/~~\__
+//! read | write   ____/~~~~~~~~~~~\_________   held, with address and data, while waitrequest is 1
+//! waitrequest    ____/~~~~~\_______________
+//! readdatavalid  ______________________/~~~   any number of cycles after the read was taken, or, without that
+//! readdata       ----------------------<D>-   signal, `read_latency` cycles after it
+//! ```
+
+use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
+use std::rc::Rc;
+
+use super::{Pause, Random, Reset, Violation, optional};
+use crate::error::{Error, ModelError};
+use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
+
+struct Ports {
+    name: String,
+    clock: Signal,
+    address: Signal,
+    read: Option<Signal>,
+    write: Option<Signal>,
+    write_data: Option<Signal>,
+    read_data: Option<Signal>,
+    wait_request: Option<Signal>,
+    read_data_valid: Option<Signal>,
+    byte_enable: Option<Signal>,
+}
+
+impl Ports {
+    fn find(dut: &Dut, clock: &Signal, prefix: &str) -> Result<Ports, ModelError> {
+        let some = |name| optional(dut, prefix, name);
+        Ok(Ports {
+            name: prefix.trim_end_matches(['_', '$', '.']).to_owned(),
+            clock: clock.clone(),
+            address: dut.signal(&format!("{prefix}address"))?,
+            read: some("read")?,
+            write: some("write")?,
+            write_data: some("writedata")?,
+            read_data: some("readdata")?,
+            wait_request: some("waitrequest")?,
+            read_data_valid: some("readdatavalid")?,
+            byte_enable: some("byteenable")?,
+        })
+    }
+
+    fn needed<'a>(&self, signal: &'a Option<Signal>, what: &str) -> Result<&'a Signal, Error> {
+        signal.as_ref().ok_or_else(|| Error::bench(format!("'{}' has no {what}", self.name)))
+    }
+}
+
+/// Reads and writes the design's registers; one access at a time, in the order of asking.
+#[derive(Clone)]
+pub struct Master {
+    ports: Rc<Ports>,
+    lock: Lock,
+    read_latency: u64,
+}
+
+impl Master {
+    /// The slave whose signals begin with `prefix`. `read_latency` counts only where there is no `readdatavalid`.
+    pub fn new(dut: &Dut, clock: &Signal, prefix: &str, read_latency: u64) -> Result<Master, Error> {
+        let ports = Ports::find(dut, clock, prefix)?;
+        for signal in [&ports.read, &ports.write].into_iter().flatten() {
+            signal.set(0)?;
+        }
+        let lock = dut.lock(&ports.name);
+        Ok(Master { ports: Rc::new(ports), lock, read_latency })
+    }
+
+    /// Until the slave takes the command: an edge at which `waitrequest` is 0.
+    async fn taken(&self) {
+        loop {
+            self.ports.clock.rising_edge().await;
+            if self.ports.wait_request.as_ref().is_none_or(|w| !w.is_high()) {
+                return;
+            }
+        }
+    }
+
+    /// Writes a word.
+    pub async fn write(&self, address: u64, data: u64) -> Result<(), Error> {
+        let all = self.ports.byte_enable.as_ref().map_or(0, Signal::mask);
+        self.write_bytes(address, data, all).await
+    }
+
+    /// Writes some bytes of a word.
+    pub async fn write_bytes(&self, address: u64, data: u64, byte_enable: u64) -> Result<(), Error> {
+        let _turn = self.lock.lock().await;
+        let ports = &self.ports;
+        let write = ports.needed(&ports.write, "write")?;
+        ports.address.set(address)?;
+        ports.needed(&ports.write_data, "writedata")?.set(data)?;
+        if let Some(enable) = &ports.byte_enable {
+            enable.set(byte_enable)?;
+        }
+        write.set(1)?;
+        self.taken().await;
+        Ok(write.set(0)?)
+    }
+
+    /// Reads a word.
+    pub async fn read(&self, address: u64) -> Result<u64, Error> {
+        let _turn = self.lock.lock().await;
+        let ports = &self.ports;
+        let read = ports.needed(&ports.read, "read")?;
+        let data = ports.needed(&ports.read_data, "readdata")?;
+        ports.address.set(address)?;
+        if let Some(enable) = &ports.byte_enable {
+            enable.set(enable.mask())?;
+        }
+        read.set(1)?;
+        self.taken().await;
+        read.set(0)?;
+        if let Some(valid) = &ports.read_data_valid {
+            loop {
+                ports.clock.rising_edge().await;
+                if valid.is_high() {
+                    return Ok(data.get());
+                }
+            }
+        }
+        if self.read_latency > 0 {
+            ports.clock.cycles(self.read_latency).await;
+        }
+        Ok(data.get())
+    }
+}
+
+struct MemoryState {
+    words: HashMap<u64, u64>,
+    stall: Pause,
+    latency: (u64, u64),
+    random: Random,
+    accesses: u64,
+}
+
+/// A memory at a design that is a master: words by address, with stalls and latencies as asked for.
+#[derive(Clone)]
+pub struct Memory {
+    state: Rc<RefCell<MemoryState>>,
+}
+
+struct MemoryAgent {
+    ports: Ports,
+    reset: Option<Reset>,
+    state: Rc<RefCell<MemoryState>>,
+    cycle: u64,
+    /// Reads on their way: the cycle of their answer, and the word.
+    answers: VecDeque<(u64, u64)>,
+    /// What waits for `waitrequest` to fall, to check that it holds.
+    held: Option<(u64, bool, bool, u64)>,
+}
+
+impl Memory {
+    /// A memory of zeros at the signals that begin with `prefix`; `address` counts in the master's own units.
+    pub fn new(dut: &Dut, clock: &Signal, prefix: &str, reset: Option<Reset>) -> Result<Memory, Error> {
+        let ports = Ports::find(dut, clock, prefix)?;
+        for signal in [&ports.wait_request, &ports.read_data_valid].into_iter().flatten() {
+            signal.set(0)?;
+        }
+        let state = MemoryState {
+            words: HashMap::new(),
+            stall: Pause::Never,
+            latency: (1, 1),
+            random: Random::new(0),
+            accesses: 0,
+        };
+        let state = Rc::new(RefCell::new(state));
+        let agent = MemoryAgent { ports, reset, state: state.clone(), cycle: 0, answers: VecDeque::new(), held: None };
+        dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
+        Ok(Memory { state })
+    }
+
+    /// In which cycles `waitrequest` is 1.
+    pub fn set_stall(&self, stall: Pause) {
+        self.state.borrow_mut().stall = stall;
+    }
+
+    /// How many cycles an answer takes, at least 1, drawn anew for each read.
+    pub fn set_latency(&self, least: u64, most: u64, seed: u64) {
+        let mut state = self.state.borrow_mut();
+        state.latency = (least.max(1), most.max(least.max(1)));
+        state.random = Random::new(seed);
+    }
+
+    /// The word at an address.
+    pub fn get(&self, address: u64) -> u64 {
+        self.state.borrow().words.get(&address).copied().unwrap_or(0)
+    }
+
+    /// Sets the word at an address.
+    pub fn set(&self, address: u64, word: u64) {
+        self.state.borrow_mut().words.insert(address, word);
+    }
+
+    /// Accesses so far.
+    pub fn accesses(&self) -> u64 {
+        self.state.borrow().accesses
+    }
+}
+
+impl Agent for MemoryAgent {
+    fn edge(&mut self, core: &Core) -> Result<(), Error> {
+        let put = |signal: &Option<Signal>, value: u64| signal.as_ref().map_or(Ok(()), |s| s.set(value));
+        let high = |signal: &Option<Signal>| signal.as_ref().is_some_and(Signal::is_high);
+        if self.reset.as_ref().is_some_and(Reset::is_active) {
+            self.answers.clear();
+            self.held = None;
+            put(&self.ports.read_data_valid, 0)?;
+            return Ok(());
+        }
+        self.cycle += 1;
+        let mut state = self.state.borrow_mut();
+        let (read, write) = (high(&self.ports.read), high(&self.ports.write));
+        let violation = |rule: &str| Violation { bus: self.ports.name.clone(), rule: rule.into(), time: core.now() };
+        if read && write {
+            return Err(violation("read and write together").into());
+        }
+        let data = self.ports.write_data.as_ref().map_or(0, Signal::get);
+        let address = self.ports.address.get();
+        let command = (address, read, write, if write { data } else { 0 });
+        if let Some(held) = self.held.take()
+            && held != command
+        {
+            return Err(violation("the command changed while waitrequest was 1").into());
+        }
+        if high(&self.ports.wait_request) {
+            if read || write {
+                self.held = Some(command);
+            }
+        } else if write {
+            state.accesses += 1;
+            let bytes = self.ports.byte_enable.as_ref().map_or(u64::MAX, Signal::get);
+            let mask = (0..8).filter(|b| bytes >> b & 1 == 1).fold(0, |m, b| m | 0xff << (8 * b));
+            let word = state.words.entry(address).or_insert(0);
+            *word = *word & !mask | data & mask;
+        } else if read {
+            state.accesses += 1;
+            let word = state.words.get(&address).copied().unwrap_or(0);
+            let (least, most) = state.latency;
+            let latency = least + state.random.below(most - least + 1);
+            let after = self.answers.back().map_or(0, |(cycle, _)| cycle + 1);
+            self.answers.push_back(((self.cycle + latency - 1).max(after), word));
+        }
+        let due = self.answers.front().is_some_and(|(cycle, _)| *cycle <= self.cycle);
+        if due && let Some((_, word)) = self.answers.pop_front() {
+            let data = self.ports.needed(&self.ports.read_data, "readdata")?;
+            data.set(word & data.mask())?;
+        }
+        put(&self.ports.read_data_valid, u64::from(due))?;
+        put(&self.ports.wait_request, u64::from(state.stall.next_cycle())).map_err(Error::from)
+    }
+}

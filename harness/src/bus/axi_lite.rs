@@ -1,0 +1,346 @@
+//! AXI4-Lite: a master for the bench, and a memory for a design that is one.
+//!
+//! Five channels, each with `valid` and `ready`: write address, write data, write response, read address, read data.
+//! The two of a write may come in any order. An answer other than OKAY is given back, not hidden.
+
+use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
+use std::rc::Rc;
+
+use super::{Pause, Reset, Violation, optional};
+use crate::error::{Error, ModelError};
+use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal, both};
+use crate::time::Time;
+
+/// An answer of the slave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Response {
+    /// Done.
+    Okay,
+    /// The slave refused.
+    SlaveError,
+    /// Nobody is at that address.
+    DecodeError,
+    /// A code AXI4-Lite does not have (1).
+    Reserved,
+}
+
+impl Response {
+    fn of(code: u64) -> Response {
+        match code {
+            0 => Response::Okay,
+            2 => Response::SlaveError,
+            3 => Response::DecodeError,
+            _ => Response::Reserved,
+        }
+    }
+}
+
+struct Ports {
+    name: String,
+    clock: Signal,
+    aw: (Signal, Signal),
+    aw_address: Signal,
+    w: (Signal, Signal),
+    w_data: Signal,
+    w_strobe: Option<Signal>,
+    b: (Signal, Signal),
+    b_response: Option<Signal>,
+    ar: (Signal, Signal),
+    ar_address: Signal,
+    r: (Signal, Signal),
+    r_data: Signal,
+    r_response: Option<Signal>,
+}
+
+impl Ports {
+    fn find(dut: &Dut, clock: &Signal, prefix: &str) -> Result<Ports, ModelError> {
+        let one = |name: &str| dut.signal(&format!("{prefix}{name}"));
+        let pair = |name: &str| Ok::<_, ModelError>((one(&format!("{name}valid"))?, one(&format!("{name}ready"))?));
+        Ok(Ports {
+            name: prefix.trim_end_matches(['_', '$', '.']).to_owned(),
+            clock: clock.clone(),
+            aw: pair("aw")?,
+            aw_address: one("awaddr")?,
+            w: pair("w")?,
+            w_data: one("wdata")?,
+            w_strobe: optional(dut, prefix, "wstrb")?,
+            b: pair("b")?,
+            b_response: optional(dut, prefix, "bresp")?,
+            ar: pair("ar")?,
+            ar_address: one("araddr")?,
+            r: pair("r")?,
+            r_data: one("rdata")?,
+            r_response: optional(dut, prefix, "rresp")?,
+        })
+    }
+
+    /// Holds `valid` until an edge at which `ready` is 1.
+    async fn offer(&self, channel: &(Signal, Signal)) -> Result<(), Error> {
+        channel.0.set(1)?;
+        loop {
+            self.clock.rising_edge().await;
+            if channel.1.is_high() {
+                return Ok(channel.0.set(0)?);
+            }
+        }
+    }
+
+    /// Holds `ready` until an edge at which `valid` is 1.
+    async fn accept<T>(&self, channel: &(Signal, Signal), take: impl Fn() -> T) -> Result<T, Error> {
+        channel.1.set(1)?;
+        loop {
+            self.clock.rising_edge().await;
+            if channel.0.is_high() {
+                let taken = take();
+                channel.1.set(0)?;
+                return Ok(taken);
+            }
+        }
+    }
+}
+
+fn response(signal: &Option<Signal>) -> Response {
+    Response::of(signal.as_ref().map_or(0, Signal::get))
+}
+
+/// Reads and writes the design's registers; one write and one read at a time.
+#[derive(Clone)]
+pub struct Master {
+    ports: Rc<Ports>,
+    writing: Lock,
+    reading: Lock,
+    dut: Dut,
+    idle: Rc<RefCell<Pause>>,
+}
+
+impl Master {
+    /// The slave whose signals begin with `prefix`, such as `s_axi_`.
+    pub fn new(dut: &Dut, clock: &Signal, prefix: &str) -> Result<Master, Error> {
+        let ports = Ports::find(dut, clock, prefix)?;
+        for signal in [&ports.aw.0, &ports.w.0, &ports.ar.0, &ports.b.1, &ports.r.1] {
+            signal.set(0)?;
+        }
+        let (writing, reading) =
+            (dut.lock(&format!("{} write", ports.name)), dut.lock(&format!("{} read", ports.name)));
+        Ok(Master { ports: Rc::new(ports), writing, reading, dut: dut.clone(), idle: Rc::default() })
+    }
+
+    /// In which cycles it holds back before each of its channels.
+    pub fn set_pause(&self, pause: Pause) {
+        *self.idle.borrow_mut() = pause;
+    }
+
+    async fn wait_idle(&self) {
+        while self.idle.borrow_mut().next_cycle() {
+            self.ports.clock.rising_edge().await;
+        }
+    }
+
+    /// Writes a word.
+    pub async fn write(&self, address: u64, data: u64) -> Result<Response, Error> {
+        let all = self.ports.w_strobe.as_ref().map_or(0, Signal::mask);
+        self.write_bytes(address, data, all).await
+    }
+
+    /// Writes some bytes of a word.
+    pub async fn write_bytes(&self, address: u64, data: u64, strobe: u64) -> Result<Response, Error> {
+        let _turn = self.writing.lock().await;
+        let ports = &self.ports;
+        let address_channel = async {
+            self.wait_idle().await;
+            ports.aw_address.set(address)?;
+            ports.offer(&ports.aw).await
+        };
+        let data_channel = async {
+            self.wait_idle().await;
+            ports.w_data.set(data)?;
+            if let Some(signal) = &ports.w_strobe {
+                signal.set(strobe)?;
+            }
+            ports.offer(&ports.w).await
+        };
+        let (a, d) = both(address_channel, data_channel).await;
+        a?;
+        d?;
+        self.wait_idle().await;
+        ports.accept(&ports.b, || response(&ports.b_response)).await
+    }
+
+    /// Reads a word.
+    pub async fn read(&self, address: u64) -> Result<(u64, Response), Error> {
+        let _turn = self.reading.lock().await;
+        let ports = &self.ports;
+        self.wait_idle().await;
+        ports.ar_address.set(address)?;
+        ports.offer(&ports.ar).await?;
+        self.wait_idle().await;
+        ports.accept(&ports.r, || (ports.r_data.get(), response(&ports.r_response))).await
+    }
+
+    /// Simulation time, for benches that only have the master.
+    pub fn now(&self) -> Time {
+        self.dut.now()
+    }
+}
+
+struct MemoryState {
+    words: HashMap<u64, u64>,
+    stall: Pause,
+    accesses: u64,
+}
+
+/// A memory at a design that is a master; addresses in bytes, words as wide as the data.
+#[derive(Clone)]
+pub struct Memory {
+    state: Rc<RefCell<MemoryState>>,
+    bytes: u64,
+}
+
+struct MemoryAgent {
+    ports: Ports,
+    reset: Option<Reset>,
+    state: Rc<RefCell<MemoryState>>,
+    addresses: VecDeque<u64>,
+    data: VecDeque<(u64, u64)>,
+    responses: u64,
+    reads: VecDeque<u64>,
+    /// What the master offered and was not taken yet on `aw`, `w` and `ar`.
+    offered: [Option<(u64, u64)>; 3],
+}
+
+impl Memory {
+    /// A memory of zeros at the signals that begin with `prefix`, such as `m_axi_`.
+    pub fn new(dut: &Dut, clock: &Signal, prefix: &str, reset: Option<Reset>) -> Result<Memory, Error> {
+        let ports = Ports::find(dut, clock, prefix)?;
+        for signal in [&ports.aw.1, &ports.w.1, &ports.ar.1, &ports.b.0, &ports.r.0] {
+            signal.set(0)?;
+        }
+        let bytes = u64::from(ports.r_data.width() / 8).max(1);
+        let state = MemoryState { words: HashMap::new(), stall: Pause::Never, accesses: 0 };
+        let state = Rc::new(RefCell::new(state));
+        let agent = MemoryAgent {
+            ports,
+            reset,
+            state: state.clone(),
+            addresses: VecDeque::new(),
+            data: VecDeque::new(),
+            responses: 0,
+            reads: VecDeque::new(),
+            offered: [None; 3],
+        };
+        dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
+        Ok(Memory { state, bytes })
+    }
+
+    /// In which cycles each channel holds back.
+    pub fn set_stall(&self, stall: Pause) {
+        self.state.borrow_mut().stall = stall;
+    }
+
+    /// The word that holds a byte address.
+    pub fn get(&self, address: u64) -> u64 {
+        self.state.borrow().words.get(&(address / self.bytes)).copied().unwrap_or(0)
+    }
+
+    /// Sets the word that holds a byte address.
+    pub fn set(&self, address: u64, word: u64) {
+        self.state.borrow_mut().words.insert(address / self.bytes, word);
+    }
+
+    /// Accesses so far.
+    pub fn accesses(&self) -> u64 {
+        self.state.borrow().accesses
+    }
+}
+
+impl Agent for MemoryAgent {
+    fn edge(&mut self, core: &Core) -> Result<(), Error> {
+        let ports = &self.ports;
+        if self.reset.as_ref().is_some_and(Reset::is_active) {
+            self.addresses.clear();
+            self.data.clear();
+            self.reads.clear();
+            self.responses = 0;
+            self.offered = [None; 3];
+            for signal in [&ports.aw.1, &ports.w.1, &ports.ar.1, &ports.b.0, &ports.r.0] {
+                signal.set(0)?;
+            }
+            return Ok(());
+        }
+        let bytes = u64::from(ports.r_data.width() / 8).max(1);
+        let strobe = ports.w_strobe.as_ref().map_or(u64::MAX, Signal::get);
+        let channels = [
+            ("aw", &ports.aw, (ports.aw_address.get(), 0)),
+            ("w", &ports.w, (ports.w_data.get(), strobe)),
+            ("ar", &ports.ar, (ports.ar_address.get(), 0)),
+        ];
+        for (at, (name, (valid, ready), payload)) in channels.into_iter().enumerate() {
+            if let Some(offered) = self.offered[at].take() {
+                let broken = match (valid.is_high(), offered == payload) {
+                    (false, _) => Some("valid fell before ready came"),
+                    (true, false) => Some("the payload changed while valid waited for ready"),
+                    _ => None,
+                };
+                if let Some(rule) = broken {
+                    let rule = format!("{name}: {rule}");
+                    return Err(Violation { bus: ports.name.clone(), rule, time: core.now() }.into());
+                }
+            }
+            if !valid.is_high() {
+                continue;
+            }
+            if !ready.is_high() {
+                self.offered[at] = Some(payload);
+                continue;
+            }
+            match at {
+                0 => self.addresses.push_back(payload.0),
+                1 => self.data.push_back(payload),
+                _ => self.reads.push_back(payload.0),
+            }
+        }
+        let mut state = self.state.borrow_mut();
+        while !self.addresses.is_empty() && !self.data.is_empty() {
+            if let (Some(address), Some((data, strobe))) = (self.addresses.pop_front(), self.data.pop_front()) {
+                let mask = (0..8).filter(|b| strobe >> b & 1 == 1).fold(0, |m, b| m | 0xff << (8 * b));
+                let word = state.words.entry(address / bytes).or_insert(0);
+                *word = *word & !mask | data & mask;
+                state.accesses += 1;
+                self.responses += 1;
+            }
+        }
+        // An answer stays until it is taken; the next may come in the same edge.
+        let b_taken = ports.b.0.is_high() && ports.b.1.is_high();
+        if b_taken {
+            self.responses -= 1;
+        }
+        if !ports.b.0.is_high() || b_taken {
+            let offer = self.responses > 0 && !state.stall.next_cycle();
+            ports.b.0.set(u64::from(offer))?;
+            if let Some(signal) = &ports.b_response {
+                signal.set(0)?;
+            }
+        }
+        let r_taken = ports.r.0.is_high() && ports.r.1.is_high();
+        if r_taken {
+            self.reads.pop_front();
+            state.accesses += 1;
+        }
+        if !ports.r.0.is_high() || r_taken {
+            let offer = !self.reads.is_empty() && !state.stall.next_cycle();
+            ports.r.0.set(u64::from(offer))?;
+            if let (true, Some(address)) = (offer, self.reads.front()) {
+                let word = state.words.get(&(address / bytes)).copied().unwrap_or(0);
+                ports.r_data.set(word & ports.r_data.mask())?;
+            }
+            if let Some(signal) = &ports.r_response {
+                signal.set(0)?;
+            }
+        }
+        for (_, ready) in [&ports.aw, &ports.w, &ports.ar] {
+            ready.set(u64::from(!state.stall.next_cycle()))?;
+        }
+        Ok(())
+    }
+}

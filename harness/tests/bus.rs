@@ -1,0 +1,417 @@
+//! Every bus model: length x data x idle x back-pressure x width, and every rule the checkers know, broken once.
+
+mod common;
+
+use common::{build, run, sim};
+use hoverlock_harness::build::Build;
+use hoverlock_harness::bus::bulk::{Bulk, Options, run_cycles};
+use hoverlock_harness::bus::stream::{Dialect, Frame, Monitor, Ports, Rules, Sink, Source};
+use hoverlock_harness::bus::{Pause, Random, Reset, avalon_mm, axi_lite};
+use hoverlock_harness::sim::{Dut, Signal, Sim};
+use hoverlock_harness::{Error, Time};
+
+const PERIOD: Time = Time::ns(10);
+const AVALON: Dialect = Dialect::Avalon { ready_latency: 0 };
+
+/// Clock running, reset given for two cycles by a task of its own.
+fn start(build: Build, reset_name: &str) -> (Sim, Dut, Signal, Reset) {
+    let sim = sim(build);
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    let reset = dut.signal(reset_name).unwrap();
+    let high = reset_name == "rst";
+    reset.set(u64::from(high)).unwrap();
+    let kept = if high { Reset::high(&reset) } else { Reset::low(&reset) };
+    let clock = clk.clone();
+    dut.spawn("reset", async move {
+        clock.cycles(3).await;
+        reset.set(u64::from(!high))?;
+        Ok::<(), Error>(())
+    });
+    (sim, dut, clk, kept)
+}
+
+fn pauses(seed: u64) -> Vec<(&'static str, Pause)> {
+    vec![
+        ("never", Pause::Never),
+        ("every other", Pause::pattern([true, false])),
+        ("bursts", Pause::pattern([false, false, false, true, true, true, true, true])),
+        ("random", Pause::random(0.5, seed)),
+    ]
+}
+
+/// Frames of all short lengths and some long ones, with data of several kinds.
+fn frames(symbol_bits: u32, lengths: &[usize], seed: u64) -> Vec<Frame> {
+    let mut random = Random::new(seed);
+    let largest = u64::MAX >> (64 - symbol_bits);
+    lengths
+        .iter()
+        .enumerate()
+        .map(|(number, length)| {
+            let symbols = (0..*length as u64).map(|at| match number % 4 {
+                0 => at & largest,
+                1 => largest,
+                2 => 0,
+                _ => random.bits() & largest,
+            });
+            Frame { symbols: symbols.collect(), ..Frame::default() }
+        })
+        .collect()
+}
+
+#[test]
+fn avalon_streams_of_every_length_idle_stall_latency_and_width() {
+    // Width, bits of `empty`, lengths that fill beats or not.
+    for (width, empty, latency) in [(8, 1, 0), (32, 2, 0), (64, 3, 0), (128, 4, 0), (32, 2, 1), (32, 2, 3), (128, 4, 2)]
+    {
+        let design =
+            build("avalon_fifo").parameter("WIDTH", width).parameter("EMPTY", empty).parameter("LATENCY", latency);
+        let lengths: Vec<usize> = (1..=9).chain([16, 31, 64, 100]).collect();
+        let mut sent = frames(8, &lengths, u64::from(width as u32));
+        for (number, frame) in sent.iter_mut().enumerate() {
+            frame.channel = number as u64 % 16;
+            frame.error = u64::from(number % 3 == 0);
+        }
+        for (idle_name, idle) in pauses(1) {
+            for (stall_name, stall) in pauses(2) {
+                let (mut sim, dut, clk, reset) = start(design.clone(), "rst");
+                let dialect = Dialect::Avalon { ready_latency: latency as u32 };
+                let input = Ports::find(&dut, "in_", dialect).unwrap();
+                let output = Ports::find(&dut, "out_", dialect).unwrap();
+                let source = Source::new(&dut, &clk, input.clone(), Some(reset.clone())).unwrap();
+                let monitor = Monitor::new(&dut, &clk, input, Some(reset.clone()), Rules::Strict).unwrap();
+                let sink = Sink::new(&dut, &clk, output, Some(reset), Rules::Strict).unwrap();
+                source.set_pause(idle.clone());
+                sink.set_pause(stall);
+                run(&mut sim, async {
+                    for frame in &sent {
+                        source.send(frame)?;
+                    }
+                    let received = async {
+                        for expected in &sent {
+                            let frame = sink.recv().await;
+                            assert_eq!(&frame, expected, "{width} bits, idle {idle_name}, stall {stall_name}");
+                        }
+                    };
+                    dut.with_timeout(Time::ms(1), received).await?;
+                    Ok(())
+                });
+                assert_eq!((monitor.len(), monitor.beats()), (sent.len(), source.sent()));
+                assert_eq!(source.pending(), 0);
+            }
+        }
+    }
+}
+
+#[test]
+fn axi_streams_through_a_width_adapter_of_every_ratio() {
+    for (s, m) in [(1, 1), (4, 2), (2, 4), (3, 5), (8, 1), (1, 8), (16, 4), (64, 8)] {
+        let design = build("axis_adapter").parameter("S", s).parameter("M", m);
+        let lengths: Vec<usize> = (1..=10).chain([63, 64, 65, 128]).collect();
+        let mut sent = frames(8, &lengths, s as u64);
+        for (number, frame) in sent.iter_mut().enumerate() {
+            frame.error = number as u64 % 2;
+        }
+        for (idle_name, idle) in pauses(3) {
+            for (stall_name, stall) in pauses(4) {
+                let (mut sim, dut, clk, reset) = start(design.clone(), "rst_n");
+                let input = Ports::find(&dut, "s_axis_", Dialect::Axi).unwrap();
+                assert_eq!(input.lanes(), s as u32);
+                let source = Source::new(&dut, &clk, input, Some(reset.clone())).unwrap();
+                let output = Ports::find(&dut, "m_axis_", Dialect::Axi).unwrap();
+                let sink = Sink::new(&dut, &clk, output, Some(reset), Rules::Strict).unwrap();
+                source.set_pause(idle.clone());
+                sink.set_pause(stall);
+                run(&mut sim, async {
+                    sent.iter().try_for_each(|frame| source.send(frame))?;
+                    for expected in &sent {
+                        let frame = dut.with_timeout(Time::ms(1), sink.recv()).await?;
+                        assert_eq!(&frame, expected, "{s} to {m} bytes, idle {idle_name}, stall {stall_name}");
+                    }
+                    source.drained().await;
+                    Ok(())
+                });
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stream_without_packets_gives_symbols() {
+    let (mut sim, dut, clk, reset) = start(build("fifo").parameter("WIDTH", 12), "rst");
+    let source = Source::new(&dut, &clk, Ports::find(&dut, "in_", AVALON).unwrap(), Some(reset.clone())).unwrap();
+    let sink = Sink::new(&dut, &clk, Ports::find(&dut, "out_", AVALON).unwrap(), Some(reset), Rules::Strict).unwrap();
+    sink.set_pause(Pause::random(0.3, 9));
+    let symbols: Vec<u16> = (0..500).map(|n| n * 7 % 4096).collect();
+    run(&mut sim, async {
+        source.send(&Frame::new(&symbols))?;
+        let mut got = sink.recv_symbols(300).await;
+        got.extend(sink.recv_symbols(200).await);
+        assert!(got.iter().zip(&symbols).all(|(a, b)| *a == u64::from(*b)));
+        Ok(())
+    });
+}
+
+#[test]
+fn a_frame_that_cannot_be_sent_is_refused() {
+    let (_sim, dut, clk, _) = start(build("avalon_fifo"), "rst");
+    let ports = Ports::find(&dut, "in_", AVALON).unwrap();
+    let source = Source::new(&dut, &clk, ports.clone(), None).unwrap();
+    assert!(source.send(&Frame::default()).unwrap_err().to_string().contains("no symbols"));
+    assert!(source.send(&Frame::new(&[256u16])).unwrap_err().to_string().contains("symbol 256 does not fit 8 bits"));
+    assert!(source.send(&Frame::new(&[1u8]).on_channel(16)).unwrap_err().to_string().contains("channel 16"));
+    assert!(ports.clone().symbols_of(7).is_err());
+    assert_eq!(ports.symbols_of(16).unwrap().lanes(), 2);
+    assert!(Source::new(&dut, &clk, Ports::find(&dut, "out_", AVALON).unwrap(), None).is_err(), "an output");
+    assert!(Ports::find(&dut, "inn_", AVALON).is_err());
+}
+
+/// Drives the inputs of the FIFO by hand for some cycles under a monitor, and gives the first rule broken.
+fn broken(latency: u32, cycles: &[&[(&str, u64)]]) -> Option<String> {
+    let (mut sim, dut, clk, reset) = start(build("avalon_fifo").parameter("LATENCY", latency), "rst");
+    let ports = Ports::find(&dut, "in_", Dialect::Avalon { ready_latency: latency }).unwrap();
+    let monitor = Monitor::new(&dut, &clk, ports, Some(reset), Rules::Recorded).unwrap();
+    run(&mut sim, async {
+        clk.cycles(6).await;
+        for writes in cycles {
+            for (name, value) in *writes {
+                dut.signal(name)?.set(*value)?;
+            }
+            clk.rising_edge().await;
+        }
+        clk.cycles(2).await;
+        Ok(())
+    });
+    monitor.violations().first().map(|v| v.to_string())
+}
+
+#[test]
+fn each_rule_of_avalon_st_is_checked_by_name_and_time() {
+    let sop = ("in_startofpacket", 1);
+    let eop = ("in_endofpacket", 1);
+    let (on, off) = (("in_valid", 1), ("in_valid", 0));
+    assert_eq!(broken(0, &[&[on, sop, eop], &[off]]), None);
+    assert_eq!(broken(0, &[&[on, eop], &[off]]).unwrap(), "in at 60 ns: a beat outside of a packet: no startofpacket");
+    let twice = broken(0, &[&[on, sop], &[], &[off]]).unwrap();
+    assert!(twice.ends_with("startofpacket inside a packet"), "{twice}");
+    let early = broken(0, &[&[on, sop, ("in_empty", 1)], &[off]]).unwrap();
+    assert!(early.ends_with("empty is 1 before endofpacket"), "{early}");
+    let hop = broken(0, &[&[on, sop], &[("in_startofpacket", 0), ("in_channel", 3)], &[off]]).unwrap();
+    assert!(hop.ends_with("channel changed inside a packet"), "{hop}");
+    // The FIFO fills up (nobody takes from it): then the beat waits.
+    let fill: &[(&str, u64)] = &[on, sop, eop];
+    let give_up = [off];
+    let mut wait = vec![fill; 17];
+    wait.push(&give_up);
+    assert!(broken(0, &wait).unwrap().ends_with("valid fell before ready came"));
+    wait.pop();
+    wait.push(&[("in_data", 77)]);
+    assert!(broken(0, &wait).unwrap().ends_with("the beat changed while valid waited for ready"));
+    let late = vec![fill; 20];
+    assert!(broken(2, &late).unwrap().ends_with("valid without ready 2 cycles before"));
+}
+
+#[test]
+fn a_strict_rule_ends_the_run() {
+    let (mut sim, dut, clk, reset) = start(build("avalon_fifo"), "rst");
+    let _monitor =
+        Monitor::new(&dut, &clk, Ports::find(&dut, "in_", AVALON).unwrap(), Some(reset), Rules::Strict).unwrap();
+    let result = sim.run(async {
+        clk.cycles(5).await;
+        dut.signal("in_valid")?.set(1)?;
+        clk.cycles(5).await;
+        Ok::<(), Error>(())
+    });
+    match result {
+        Err(Error::Protocol(violation)) => assert_eq!((violation.bus.as_str(), violation.time), ("in", Time::ns(50))),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_fault_in_a_fifo_is_found() {
+    // The FIFO of the tutorial: with FAULT it says ready while it is full, and a word is lost.
+    let lost = |fault: u64| {
+        let (mut sim, dut, clk, reset) = start(build("fifo").parameter("FAULT", fault), "rst");
+        let source = Source::new(&dut, &clk, Ports::find(&dut, "in_", AVALON).unwrap(), Some(reset.clone())).unwrap();
+        let sink =
+            Sink::new(&dut, &clk, Ports::find(&dut, "out_", AVALON).unwrap(), Some(reset), Rules::Strict).unwrap();
+        sink.set_pause(Pause::random(0.7, 1));
+        let sent: Vec<u64> = (0..100).collect();
+        sim.run(async {
+            source.send(&Frame::new(&sent))?;
+            Ok::<_, Error>(sink.recv_symbols(100).await)
+        })
+        .map(|got| got == sent)
+    };
+    assert!(lost(0).unwrap());
+    assert!(!lost(1).unwrap());
+}
+
+#[test]
+fn bulk_gives_what_the_scheduler_gives_whatever_idles_and_stalls() {
+    let words: Vec<u8> = (0..3000u32).map(|n| (n * 31 % 251) as u8).collect();
+    for (idle_name, idle) in pauses(5) {
+        for (stall_name, stall) in pauses(6) {
+            let (mut sim, dut, clk, reset) = start(build("stream"), "rst");
+            let source =
+                Source::new(&dut, &clk, Ports::find(&dut, "in_", AVALON).unwrap(), Some(reset.clone())).unwrap();
+            let output = Ports::find(&dut, "out_", AVALON).unwrap().symbols_of(16).unwrap();
+            let sink = Sink::new(&dut, &clk, output, Some(reset), Rules::Strict).unwrap();
+            source.set_pause(idle.clone());
+            sink.set_pause(stall.clone());
+            let mut expected: Vec<u16> = Vec::new();
+            run(&mut sim, async {
+                for packet in words.chunks(1000) {
+                    source.send(&Frame::new(packet))?;
+                }
+                for _ in 0..3 {
+                    expected.extend(sink.recv().await.symbols.iter().map(|s| *s as u16));
+                }
+                Ok(())
+            });
+
+            let mut sim = common::sim(build("stream"));
+            let dut = sim.dut();
+            let clock = dut.clock("clk", PERIOD).unwrap();
+            dut.signal("rst").unwrap().set(1).unwrap();
+            sim.run_for(PERIOD * 2).unwrap();
+            dut.signal("rst").unwrap().set(0).unwrap();
+            sim.run_for(PERIOD).unwrap();
+            let mut bulk = Bulk::<u8, u16>::new(&dut, &clock, "in_", "out_", AVALON).unwrap();
+            let options =
+                Options { idle: idle.clone(), stall, packet: 1000, expect: words.len(), ..Options::default() };
+            let mut received = Vec::new();
+            let report = bulk.transfer(&mut sim, &words, &mut received, &options).unwrap();
+            assert_eq!(received, expected, "idle {idle_name}, stall {stall_name}");
+            assert_eq!((report.sent, report.received, report.packets), (3000, 3000, 3));
+            // Time went on, and the clock runs on from there.
+            assert!(dut.now() >= PERIOD * report.cycles);
+            let before = dut.now();
+            run(&mut sim, async {
+                dut.signal("clk")?.rising_edge().await;
+                assert_eq!(dut.now() - before, Time::ns(5));
+                Ok(())
+            });
+        }
+    }
+}
+
+#[test]
+fn bulk_that_cannot_end_says_so_and_wrong_types_are_refused() {
+    let mut sim = sim(build("stream"));
+    let dut = sim.dut();
+    let clock = dut.clock("clk", PERIOD).unwrap();
+    sim.run_for(PERIOD).unwrap();
+    let mut bulk = Bulk::<u8, u16>::new(&dut, &clock, "in_", "out_", AVALON).unwrap();
+    let options = Options { expect: 11, most_cycles: 500, ..Options::default() };
+    let error = bulk.transfer(&mut sim, &[1; 10], &mut Vec::new(), &options).unwrap_err().to_string();
+    assert!(error.contains("did not end within 500 cycles: 10 of 10 words taken, 10 of 11 given"), "{error}");
+    let error = Bulk::<u16, u16>::new(&dut, &clock, "in_", "out_", AVALON).err().unwrap().to_string();
+    assert!(error.contains("its slice is of 8-bit words, not of 16-bit ones"), "{error}");
+    let before = dut.now();
+    run_cycles(&mut sim, &clock, 1000).unwrap();
+    assert_eq!(dut.now() - before, PERIOD * 1000);
+}
+
+#[test]
+fn an_avalon_master_reads_and_writes_through_every_stall_and_latency() {
+    for stall in [0u64, 1, 3] {
+        for latency in [1u64, 2, 5] {
+            let design = build("registers_mm").parameter("STALL", stall).parameter("LATENCY", latency);
+            let (mut sim, dut, clk, _) = start(design, "rst");
+            let master = avalon_mm::Master::new(&dut, &clk, "csr_", 1).unwrap();
+            run(&mut sim, async {
+                clk.cycles(5).await;
+                for at in 0..8 {
+                    master.write(at, 0x1111_1111 * at).await?;
+                }
+                for at in (0..8).rev() {
+                    assert_eq!(master.read(at).await?, 0x1111_1111 * at);
+                }
+                master.write_bytes(2, 0xaabb_ccdd, 0b0101).await?;
+                assert_eq!(master.read(2).await?, 0x22bb_22dd);
+                // Two tasks take turns.
+                let other = master.clone();
+                let task = dut.spawn("other", async move { other.read(7).await });
+                assert_eq!(master.read(1).await?, 0x1111_1111);
+                assert_eq!(task.await?, 0x7777_7777);
+                Ok(())
+            });
+        }
+    }
+}
+
+#[test]
+fn an_avalon_memory_serves_a_master_and_checks_it() {
+    for (least, most, stall) in [(1, 1, 0.0), (2, 5, 0.5), (1, 9, 0.9)] {
+        let (mut sim, dut, clk, reset) = start(build("copier_mm"), "rst");
+        let memory = avalon_mm::Memory::new(&dut, &clk, "m_", Some(reset)).unwrap();
+        memory.set_latency(least, most, 1);
+        memory.set_stall(Pause::random(stall, 2));
+        (0..20).for_each(|at| memory.set(at, 1000 + at));
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            dut.signal("count")?.set(20)?;
+            dut.signal("start")?.set(1)?;
+            dut.with_timeout(Time::ms(1), dut.signal("done")?.rising_edge()).await?;
+            Ok(())
+        });
+        assert!((0..20).all(|at| memory.get(256 + at) == 1001 + at));
+        assert_eq!(memory.accesses(), 40);
+    }
+    let (mut sim, dut, clk, reset) = start(build("copier_mm").parameter("FAULT", 1), "rst");
+    let memory = avalon_mm::Memory::new(&dut, &clk, "m_", Some(reset)).unwrap();
+    memory.set_stall(Pause::random(0.5, 2));
+    let result = sim.run(async {
+        clk.cycles(5).await;
+        dut.signal("count")?.set(20)?;
+        dut.signal("start")?.set(1)?;
+        dut.signal("done")?.rising_edge().await;
+        Ok::<(), Error>(())
+    });
+    let text = result.unwrap_err().to_string();
+    assert!(text.contains("the command changed while waitrequest was 1"), "{text}");
+}
+
+#[test]
+fn an_axi_lite_master_reads_and_writes_with_pauses() {
+    use hoverlock_harness::bus::axi_lite::Response;
+    for idle in [0.0, 0.5, 0.8] {
+        let (mut sim, dut, clk, _) = start(build("registers_axi"), "rst_n");
+        let master = axi_lite::Master::new(&dut, &clk, "s_axi_").unwrap();
+        master.set_pause(Pause::random(idle, 3));
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            for at in 0..4 {
+                assert_eq!(master.write(4 * at, 0xdead_0000 + at).await?, Response::Okay);
+            }
+            master.write_bytes(4, 0x1234_5678, 0b1100).await?;
+            assert_eq!(master.read(4).await?, (0x1234_0001, Response::Okay));
+            assert_eq!(master.read(12).await?, (0xdead_0003, Response::Okay));
+            assert_eq!(master.write(0x40, 1).await?, Response::SlaveError);
+            assert_eq!(master.read(0x40).await?.1, Response::DecodeError);
+            Ok(())
+        });
+    }
+}
+
+#[test]
+fn an_axi_lite_memory_serves_a_master() {
+    for stall in [0.0, 0.5, 0.9] {
+        let (mut sim, dut, clk, reset) = start(build("copier_axi"), "rst_n");
+        let memory = axi_lite::Memory::new(&dut, &clk, "m_axi_", Some(reset)).unwrap();
+        memory.set_stall(Pause::random(stall, 4));
+        (0..30).for_each(|at| memory.set(4 * at, 7 * at));
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            dut.signal("count")?.set(30)?;
+            dut.signal("start")?.set(1)?;
+            dut.with_timeout(Time::ms(1), dut.signal("done")?.rising_edge()).await?;
+            Ok(())
+        });
+        assert!((0..30).all(|at| memory.get(1024 + 4 * at) == 7 * at + 1));
+        assert_eq!(memory.accesses(), 60);
+    }
+}

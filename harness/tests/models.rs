@@ -1,0 +1,230 @@
+//! Signals of every kind, several models and instances in one process, and models driven without the scheduler.
+
+mod common;
+
+use common::{build, run, sim};
+use hoverlock_harness::build::Initial;
+use hoverlock_harness::model::{Direction, InstanceOptions, Message};
+use hoverlock_harness::sim::Sim;
+use hoverlock_harness::{Error, ModelError, Time};
+use proptest::prelude::*;
+
+#[test]
+fn ports_tell_width_direction_and_sign() {
+    let sim = sim(build("wide"));
+    let signals = sim.dut().signals();
+    let of = |name: &str| signals.iter().find(|s| s.name == name).unwrap();
+    assert_eq!((of("a").width, of("a").direction, of("a").signed), (100, Direction::Input, false));
+    assert_eq!((of("s").width, of("s").signed), (5, true));
+    assert_eq!((of("s_extended").direction, of("s_extended").signed), (Direction::Output, true));
+    assert_eq!(of("video$data").width, 33);
+    assert_eq!(signals.len(), 11);
+    assert!(sim.dut().signal("video.data").is_ok(), "a dot finds what is written with a dollar");
+}
+
+#[test]
+fn wide_values_go_through_unharmed() {
+    let mut sim = sim(build("wide"));
+    let dut = sim.dut();
+    dut.clock("clk", Time::ns(10)).unwrap();
+    let (a, a_next) = (dut.wide("a").unwrap(), dut.wide("a_next").unwrap());
+    let (b, swapped) = (dut.wide("b").unwrap(), dut.wide("b_swapped").unwrap());
+    run(&mut sim, async {
+        a.set(&[u32::MAX, u32::MAX, u32::MAX, 7])?;
+        let words: Vec<u32> = (1..=16).collect();
+        b.set(&words)?;
+        a_next.value_change().await;
+        assert_eq!(a_next.get(), [0, 0, 0, 8]);
+        assert_eq!(a_next.get_hex(), "8000000000000000000000000");
+        assert_eq!(swapped.get(), [&words[8..], &words[..8]].concat());
+        assert_eq!(swapped.get_bits(30, 4), 10 << 2 & 0xf);
+        Ok(())
+    });
+    let error = a.set(&[0, 0, 0, 16]).unwrap_err();
+    assert!(error.to_string().starts_with("0x10000000000000000000000000"), "{error}");
+    assert!(matches!(dut.signal("a"), Err(ModelError::TooWide { width: 100, .. })));
+    assert!(matches!(a_next.set(&[0]), Err(ModelError::NotWritable { .. })));
+}
+
+#[test]
+fn out_of_range_and_signed_writes() {
+    let mut sim = sim(build("wide"));
+    let dut = sim.dut();
+    let (s, extended, c) = (dut.signal("s").unwrap(), dut.signal("s_extended").unwrap(), dut.signal("c").unwrap());
+    assert_eq!(s.set(32).unwrap_err().to_string(), "32 does not fit 's', which is 5 bits wide (0 to 31)");
+    assert_eq!(s.set_signed(-17).unwrap_err().to_string(), "-17 does not fit 's', which is 5 bits wide (-16 to 31)");
+    run(&mut sim, async {
+        s.set_signed(-16)?;
+        c.set(u64::MAX)?;
+        dut.read_write().await;
+        assert_eq!((s.get(), s.get_signed(), extended.get_signed()), (16, -16, -16));
+        assert_eq!(dut.signal("c_inverted")?.get(), 0);
+        Ok(())
+    });
+}
+
+#[test]
+fn internals_memories_and_enumerations_by_name() {
+    let mut sim = sim(build("wide").internal("memory"));
+    let dut = sim.dut();
+    let memory = dut.memory("memory").unwrap();
+    assert_eq!(memory.len(), 8);
+    dut.clock("clk", Time::ns(10)).unwrap();
+    run(&mut sim, async {
+        memory.set(3, 0xff_ffff_ffff)?;
+        memory.set(10, 5)?;
+        dut.signal("clk")?.cycles(2).await;
+        assert_eq!((memory.get(3)?, memory.get(4)?, memory.get(10)?), (0xff_ffff_ffff, 0, 5));
+        assert_eq!(memory.to_vec()[7], 5);
+        Ok(())
+    });
+    assert_eq!(memory.get(11).unwrap_err().to_string(), "address 11 is outside of 'memory', which has 3 to 10");
+    assert!(memory.set(4, 1 << 40).is_err());
+    assert!(matches!(dut.signal("memory"), Err(ModelError::WrongShape { .. })));
+    assert!(matches!(dut.memory("a"), Err(ModelError::WrongShape { .. })));
+    let hidden = common::sim(build("wide")).dut().memory("memory").err().unwrap().to_string();
+    assert!(hidden.contains("memory (not public: add .internal(\"memory\") to the build)"), "{hidden}");
+}
+
+#[test]
+fn instances_of_one_and_of_several_models_do_not_disturb_each_other() {
+    let counters = build("counter").compile().unwrap();
+    let talks = build("talks").compile().unwrap();
+    let mut models: Vec<_> = (0..5).map(|_| counters.instance().unwrap()).collect();
+    let mut talker = talks.instance().unwrap();
+    let command = talker.find("command").unwrap();
+    let talker_clk = talker.find("clk").unwrap();
+    for cycle in 0..100u64 {
+        for (number, model) in (1u64..).zip(&mut models) {
+            let s = |name: &str| model.find(name).unwrap();
+            let (clk, rst, enable, step) = (s("clk"), s("rst"), s("enable"), s("step"));
+            model.set(rst, u64::from(cycle == 0)).unwrap();
+            model.set(enable, 1).unwrap();
+            model.set(step, number).unwrap();
+            for level in [0, 1] {
+                model.set(clk, level).unwrap();
+                model.eval().unwrap();
+            }
+        }
+        // One instance comes and goes in between.
+        drop(counters.instance().unwrap());
+        talker.set(command, u64::from(cycle == 50)).unwrap();
+        for level in [0, 1] {
+            talker.set(talker_clk, level).unwrap();
+            talker.set_time(Time::ns(cycle));
+            talker.eval().unwrap();
+        }
+    }
+    for (number, model) in (1u64..).zip(&models) {
+        let count = model.find("count").unwrap();
+        assert_eq!(model.get(count), 99 * number % 256);
+    }
+    assert_eq!(talker.take_messages(), [Message::Text("hello at 50000".into())]);
+    models.swap_remove(0);
+    assert_eq!(models.len(), 4);
+}
+
+#[test]
+fn a_model_moves_to_another_thread_and_models_run_in_parallel() {
+    let library = build("counter").compile().unwrap();
+    let counted: Vec<u64> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (1..=4u64)
+            .map(|step| {
+                let model = library.instance().unwrap();
+                scope.spawn(move || {
+                    let mut sim = Sim::new(model).unwrap();
+                    let dut = sim.dut();
+                    dut.clock("clk", Time::ns(2)).unwrap();
+                    let s = |name: &str| dut.signal(name).unwrap();
+                    let (clk, enable, count) = (s("clk"), s("enable"), s("count"));
+                    let by = s("step");
+                    run(&mut sim, async {
+                        by.set(step)?;
+                        enable.set(1)?;
+                        clk.cycles(1001).await;
+                        Ok(())
+                    });
+                    count.get()
+                })
+            })
+            .collect();
+        threads.into_iter().map(|t| t.join().unwrap()).collect()
+    });
+    // 1001 edges, the last of them included in the run's last step.
+    assert_eq!(counted, [1, 2, 3, 4].map(|step| 1001 * step % 256));
+}
+
+#[test]
+fn a_signal_of_another_model_is_refused() {
+    let library = build("counter").compile().unwrap();
+    let (one, two) = (library.instance().unwrap(), library.instance().unwrap());
+    let count = one.find("count").unwrap();
+    let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| two.get(count)));
+    assert!(refused.is_err());
+}
+
+#[test]
+fn random_initial_values_come_from_the_seed_and_find_a_missing_reset() {
+    let zero = build("talks").compile().unwrap();
+    let random = build("talks").initial(Initial::Random).compile().unwrap();
+    let start = |library: &hoverlock_harness::model::Library, seed| {
+        let model = library.instance_with(&InstanceOptions { seed, ..InstanceOptions::default() }).unwrap();
+        let unreset = model.find("unreset").unwrap();
+        let mut model = model;
+        model.eval().unwrap();
+        model.get(unreset)
+    };
+    assert!((0..8).all(|seed| start(&zero, seed) == 0));
+    let values: Vec<u64> = (1..40).map(|seed| start(&random, seed)).collect();
+    assert!(values.iter().any(|v| *v != values[0]), "{values:?}");
+    assert_eq!(values, (1..40).map(|seed| start(&random, seed)).collect::<Vec<_>>(), "replayed");
+}
+
+#[test]
+fn random_and_plusargs_reach_the_verilog() {
+    let library = build("talks").compile().unwrap();
+    let ask = |seed, plusargs: Vec<String>, command, answer: &str| {
+        let mut model = library.instance_with(&InstanceOptions { seed, plusargs }).unwrap();
+        let (clk, line, answer) =
+            (model.find("clk").unwrap(), model.find("command").unwrap(), model.find(answer).unwrap());
+        model.set(line, command).unwrap();
+        for level in [0, 1] {
+            model.set(clk, level).unwrap();
+            model.eval().unwrap();
+        }
+        model.get(answer)
+    };
+    assert_eq!(ask(5, vec![], 7, "random"), ask(5, vec![], 7, "random"));
+    assert_ne!(ask(5, vec![], 7, "random"), ask(6, vec![], 7, "random"));
+    assert_eq!(ask(0, vec!["+verbose".into()], 8, "seen"), 1);
+    assert_eq!(ask(0, vec![], 8, "seen"), 0);
+}
+
+#[test]
+fn raw_signals_are_of_the_stored_word() {
+    let model = build("wide").compile().unwrap().instance().unwrap();
+    assert!(model.raw::<u8>("s").is_ok() && model.raw::<u64>("c").is_ok());
+    assert!(matches!(model.raw::<u16>("s"), Err(ModelError::WrongShape { instead: "raw::<u8>", .. })));
+    assert!(matches!(model.raw::<u64>("b"), Err(ModelError::WrongShape { .. })));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn every_value_that_fits_is_read_back_and_none_else_is_taken(value in any::<u64>(), width in 1u32..=64) {
+        // `c` takes all 64 bits, `s` five, `video$data` 33, `clk` one.
+        let sim = sim(build("wide"));
+        let dut = sim.dut();
+        let name = match width { 1..=16 => "clk", 17..=32 => "s", 33..=48 => "video$data", _ => "c" };
+        let signal = dut.signal(name).unwrap();
+        let bits = signal.info().width;
+        let fits = bits == 64 || value >> bits == 0;
+        prop_assert_eq!(signal.set(value).is_ok(), fits);
+        let masked = value & signal.info().mask();
+        signal.set(masked).unwrap();
+        let mut sim = sim;
+        let settled: Result<(), Error> = sim.run_for(Time::ns(1));
+        settled.unwrap();
+        prop_assert_eq!(signal.get(), masked);
+    }
+}

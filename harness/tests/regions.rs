@@ -1,0 +1,454 @@
+//! The order of a time step, rule by rule: the races that make benches flaky, each with its known answer.
+
+mod common;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use common::{build, run, sim};
+use hoverlock_harness::sim::{Coroutine, EdgeOrder, Outcome, Region, Step, Trigger};
+use hoverlock_harness::{Error, ModelError, SimError, Time};
+
+const PERIOD: Time = Time::ns(10);
+
+#[test]
+fn a_register_sampled_at_its_edge_shows_the_value_before_it() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let (clk, d, q) = (dut.signal("clk").unwrap(), dut.signal("d").unwrap(), dut.signal("q").unwrap());
+    run(&mut sim, async {
+        d.set(1)?;
+        clk.rising_edge().await;
+        assert_eq!(q.get(), 0, "still the old value at the edge");
+        dut.read_only().await;
+        assert_eq!(q.get(), 1, "the new one once settled");
+        Ok(())
+    });
+}
+
+#[test]
+fn what_is_written_at_an_edge_is_sampled_by_the_next_one() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let (clk, d, q) = (dut.signal("clk").unwrap(), dut.signal("d").unwrap(), dut.signal("q").unwrap());
+    run(&mut sim, async {
+        clk.rising_edge().await;
+        d.set(1)?;
+        dut.read_only().await;
+        assert_eq!((d.get(), q.get()), (1, 0), "put after this edge");
+        clk.rising_edge().await;
+        dut.read_only().await;
+        assert_eq!(q.get(), 1);
+        Ok(())
+    });
+}
+
+#[test]
+fn the_other_edge_order_shows_the_value_after_the_edge() {
+    let mut sim = sim(build("dff"));
+    sim.set_edge_order(EdgeOrder::AfterEval);
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let (clk, d, q) = (dut.signal("clk").unwrap(), dut.signal("d").unwrap(), dut.signal("q").unwrap());
+    run(&mut sim, async {
+        d.set(1)?;
+        clk.rising_edge().await;
+        assert_eq!(q.get(), 1);
+        Ok(())
+    });
+}
+
+#[test]
+fn a_write_is_read_back_only_after_it_was_put_and_the_last_one_counts() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    let (d, not_d) = (dut.signal("d").unwrap(), dut.signal("not_d").unwrap());
+    run(&mut sim, async {
+        assert_eq!(not_d.get(), 1, "settled before the bench begins");
+        d.set(1)?;
+        d.set(0)?;
+        d.set(1)?;
+        assert_eq!((d.get(), not_d.get()), (0, 1), "buffered");
+        dut.read_write().await;
+        assert_eq!((d.get(), not_d.get()), (1, 0), "put and settled");
+        d.set(0)?;
+        dut.read_only().await;
+        assert_eq!((d.get(), not_d.get()), (0, 1), "ReadWrite may write");
+        Ok(())
+    });
+}
+
+#[test]
+fn a_pulse_within_one_round_is_no_edge() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    let d = dut.signal("d").unwrap();
+    let seen = Rc::new(RefCell::new(0));
+    let (count, watched) = (seen.clone(), d.clone());
+    dut.spawn("watch", async move {
+        loop {
+            watched.value_change().await;
+            *count.borrow_mut() += 1;
+        }
+        #[allow(unreachable_code)]
+        Ok::<(), Error>(())
+    });
+    run(&mut sim, async {
+        dut.timer(Time::ns(1)).await;
+        d.set(1)?;
+        d.set(0)?;
+        dut.timer(Time::ns(1)).await;
+        assert_eq!(*seen.borrow(), 0);
+        d.set(1)?;
+        dut.timer(Time::ns(1)).await;
+        assert_eq!(*seen.borrow(), 1);
+        Ok(())
+    });
+}
+
+#[test]
+fn a_write_in_read_only_is_an_error_that_names_signal_and_time() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    let d = dut.signal("d").unwrap();
+    let result = sim.run(async {
+        dut.timer(Time::ns(7)).await;
+        dut.read_only().await;
+        assert_eq!(dut.region(), Region::ReadOnly);
+        d.set(1)?;
+        Ok::<(), Error>(())
+    });
+    match result {
+        Err(Error::Model(ModelError::WriteInReadOnly { signal, time })) => {
+            assert_eq!((signal.as_str(), time), ("d", Time::ns(7)));
+        }
+        other => panic!("{other:?}"),
+    }
+    // The next step takes writes again.
+    run(&mut sim, async {
+        dut.timer(Time::ns(1)).await;
+        d.set(1)?;
+        Ok(())
+    });
+    assert_eq!(d.get(), 1);
+}
+
+#[test]
+fn read_only_and_read_write_are_refused_where_they_cannot_come() {
+    for (again, name) in [(Trigger::ReadOnly, "ReadOnly"), (Trigger::ReadWrite, "ReadWrite")] {
+        let mut sim = sim(build("dff"));
+        let dut = sim.dut();
+        let result = sim.run(async {
+            dut.timer(Time::ns(1)).await;
+            dut.read_only().await;
+            dut.wait(again.clone()).await;
+            Ok::<(), Error>(())
+        });
+        let text = result.unwrap_err().to_string();
+        assert!(text.contains(&format!("{name} awaited in ReadOnly at 1 ns")), "{text}");
+    }
+}
+
+#[test]
+fn next_time_step_is_the_beginning_of_the_next_one() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    run(&mut sim, async {
+        clk.rising_edge().await;
+        dut.read_only().await;
+        dut.next_time_step().await;
+        assert_eq!((dut.now(), dut.region()), (Time::ns(5), Region::Active));
+        assert_eq!(clk.get(), 1, "the falling edge is not put yet");
+        Ok(())
+    });
+}
+
+#[test]
+fn logic_settles_through_every_round_before_read_write() {
+    let mut sim = sim(build("chain"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let s = |name: &str| dut.signal(name).unwrap();
+    let (clk, d, q1, q2, sum) = (s("clk"), s("d"), s("q1"), s("q2"), s("sum"));
+    run(&mut sim, async {
+        d.set(5)?;
+        clk.rising_edge().await;
+        clk.rising_edge().await;
+        // Before the second edge: q1 holds 5, q2 holds what q1 held.
+        assert_eq!((q1.get(), q2.get(), sum.get()), (5, 0, 10));
+        d.set(7)?;
+        dut.read_write().await;
+        assert_eq!((q1.get(), q2.get(), sum.get()), (5, 5, 12));
+        d.set(1)?;
+        dut.read_write().await;
+        assert_eq!((q1.get(), q2.get(), sum.get()), (5, 5, 6));
+        Ok(())
+    });
+}
+
+#[test]
+fn an_edge_of_an_output_is_seen_after_the_evaluation_of_the_same_step() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let (clk, d, q) = (dut.signal("clk").unwrap(), dut.signal("d").unwrap(), dut.signal("q").unwrap());
+    run(&mut sim, async {
+        clk.falling_edge().await;
+        d.set(1)?;
+        q.rising_edge().await;
+        assert_eq!((dut.now(), q.get()), (Time::ns(10), 1));
+        d.set(0)?;
+        q.falling_edge().await;
+        assert_eq!(dut.now(), Time::ns(20));
+        Ok(())
+    });
+}
+
+#[test]
+fn clocks_that_rise_together_sample_each_others_old_values() {
+    let mut sim = sim(build("chain"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    dut.clock("clk_b", PERIOD).unwrap();
+    let s = |name: &str| dut.signal(name).unwrap();
+    let (clk, d, q1, q_b) = (s("clk"), s("d"), s("q1"), s("q_b"));
+    run(&mut sim, async {
+        d.set(1)?;
+        for expected in [0, 1, 1] {
+            clk.rising_edge().await;
+            dut.read_only().await;
+            assert_eq!((q1.get(), q_b.get()), (1, expected));
+            dut.next_time_step().await;
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn clocks_with_phases_and_unequal_halves_tick_when_they_should() {
+    let mut sim = sim(build("chain"));
+    let dut = sim.dut();
+    dut.clock_with("clk", Time::ns(3), Time::ns(7), Time::ns(2)).unwrap();
+    dut.clock_with("clk_b", Time::ps(500), Time::fs(1), Time::ZERO).unwrap();
+    let (clk, clk_b) = (dut.signal("clk").unwrap(), dut.signal("clk_b").unwrap());
+    run(&mut sim, async {
+        let mut times = Vec::new();
+        for _ in 0..2 {
+            clk.rising_edge().await;
+            times.push(dut.now());
+            clk.falling_edge().await;
+            times.push(dut.now());
+        }
+        assert_eq!(times, [2, 5, 12, 15].map(Time::ns));
+        clk_b.rising_edge().await;
+        let first = dut.now();
+        clk_b.rising_edge().await;
+        assert_eq!(dut.now() - first, Time::fs(500_001));
+        Ok(())
+    });
+}
+
+#[test]
+fn a_stopped_clock_stays_and_starts_again() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    let clock = dut.clock("clk", PERIOD).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    run(&mut sim, async {
+        clk.cycles(3).await;
+        clock.stop();
+        dut.timer(Time::ns(95)).await;
+        assert_eq!((dut.now(), clk.get()), (Time::ns(115), 1));
+        clock.start(Time::ns(4))?;
+        clk.rising_edge().await;
+        assert_eq!(dut.now(), Time::ns(119));
+        Ok(())
+    });
+}
+
+#[test]
+fn a_write_after_a_timer_in_a_clock_step_is_sampled_and_warned_of() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let (d, q) = (dut.signal("d").unwrap(), dut.signal("q").unwrap());
+    run(&mut sim, async {
+        dut.timer(Time::ns(10)).await;
+        d.set(1)?;
+        dut.read_only().await;
+        assert_eq!(q.get(), 1, "put together with the clock");
+        Ok(())
+    });
+    let log = sim.log();
+    assert!(log.iter().any(|line| line.text.contains("'d' was written after a Timer")), "{log:?}");
+}
+
+#[test]
+fn a_write_after_a_timer_between_edges_is_not_warned_of() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let d = dut.signal("d").unwrap();
+    run(&mut sim, async {
+        dut.timer(Time::ns(8)).await;
+        d.set(1)?;
+        dut.timer(Time::ns(8)).await;
+        Ok(())
+    });
+    assert!(sim.log().is_empty());
+}
+
+#[test]
+fn a_driver_and_a_monitor_never_race_however_they_are_ordered() {
+    for driver_first in [true, false] {
+        let mut sim = sim(build("chain"));
+        let dut = sim.dut();
+        dut.clock("clk", PERIOD).unwrap();
+        let driver = || {
+            let (clk, d) = (dut.signal("clk").unwrap(), dut.signal("d").unwrap());
+            dut.spawn("driver", async move {
+                for value in 1..100 {
+                    clk.rising_edge().await;
+                    d.set(value)?;
+                }
+                Ok::<(), Error>(())
+            })
+        };
+        if driver_first {
+            driver();
+        }
+        let seen = Rc::new(RefCell::new(Vec::new()));
+        let (clk, q1, list) = (dut.signal("clk").unwrap(), dut.signal("q1").unwrap(), seen.clone());
+        dut.spawn("monitor", async move {
+            loop {
+                clk.rising_edge().await;
+                list.borrow_mut().push(q1.get());
+            }
+            #[allow(unreachable_code)]
+            Ok::<(), Error>(())
+        });
+        if !driver_first {
+            driver();
+        }
+        sim.run_for(PERIOD * 50).unwrap();
+        // Edge 0 puts 1, edge 1 samples it, edge 2 sees it: after two zeros the count.
+        let expected: Vec<u64> = [0, 0].into_iter().chain(1..).take(seen.borrow().len()).collect();
+        assert_eq!(*seen.borrow(), expected);
+        assert!(expected.len() >= 50);
+    }
+}
+
+#[test]
+fn tasks_run_in_the_order_in_which_they_began_to_wait() {
+    let order = || {
+        let mut sim = sim(build("dff"));
+        let dut = sim.dut();
+        dut.clock("clk", PERIOD).unwrap();
+        let list = Rc::new(RefCell::new(Vec::new()));
+        for number in 0..20 {
+            let (clk, list, dut) = (dut.signal("clk").unwrap(), list.clone(), dut.clone());
+            let task = dut.clone().spawn("one of many", async move {
+                for round in 0..3 {
+                    if number % 3 == round {
+                        dut.yield_now().await;
+                    }
+                    clk.rising_edge().await;
+                    list.borrow_mut().push(number);
+                }
+                Ok::<(), Error>(())
+            });
+            drop(task);
+        }
+        sim.run_for(PERIOD * 5).unwrap();
+        list.take()
+    };
+    let first = order();
+    assert_eq!(first.len(), 60);
+    // In the first round those that yielded wait last, each group in its own order.
+    let yielded: Vec<u32> = (0..20).filter(|n| n % 3 == 0).collect();
+    let others: Vec<u32> = (0..20).filter(|n| n % 3 != 0).collect();
+    assert_eq!(first[..20], [others, yielded].concat());
+    assert_eq!(first, order(), "the same in every run");
+}
+
+#[test]
+fn tasks_that_answer_each_other_for_ever_are_stopped() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    let (d, not_d) = (dut.signal("d").unwrap(), dut.signal("not_d").unwrap());
+    let result = sim.run(async {
+        loop {
+            d.set(not_d.get())?;
+            not_d.value_change().await;
+        }
+        #[allow(unreachable_code)]
+        Ok::<(), Error>(())
+    });
+    assert!(matches!(result, Err(Error::Sim(SimError::NoProgress { rounds: 10_001, .. }))), "{result:?}");
+}
+
+/// A coroutine as another language would bring it: waits for each trigger of a list and notes how it ended.
+struct Script {
+    waits: std::vec::IntoIter<Trigger>,
+    seen: Rc<RefCell<Vec<String>>>,
+}
+
+impl Coroutine for Script {
+    fn resume(&mut self, outcome: Outcome) -> Step {
+        self.seen.borrow_mut().push(format!("{outcome:?}"));
+        self.waits.next().map_or(Step::Done, Step::Wait)
+    }
+
+    fn cancel(&mut self) {
+        self.seen.borrow_mut().push("cancelled".into());
+    }
+}
+
+#[test]
+fn a_coroutine_of_another_language_gets_each_outcome() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    let seen = Rc::new(RefCell::new(Vec::new()));
+    let set = dut.event("set already");
+    set.set();
+    let nanosecond = dut.timer(Time::ns(1));
+    let failing = dut.spawn("fails", async move {
+        nanosecond.await;
+        Err::<(), _>(hoverlock_harness::sim::Failure::new("on purpose"))
+    });
+    let waits = vec![
+        Trigger::Join(failing.id()),
+        clk.rising_edge().trigger(),
+        Trigger::first([clk.falling_edge().trigger(), Trigger::Timer(Time::ns(100))]),
+        Trigger::first([clk.cycles(50).trigger(), Trigger::Timer(Time::ns(3))]),
+        Trigger::combine([Trigger::Timer(Time::ns(1)), Trigger::Timer(Time::ns(2))]),
+        set.trigger(),
+        Trigger::Yield,
+        Trigger::Timer(Time::ZERO),
+        Trigger::ReadOnly,
+        Trigger::ReadWrite,
+        Trigger::NextTimeStep,
+    ];
+    let script = Script { waits: waits.into_iter(), seen: seen.clone() };
+    sim.run_coroutine("script", Box::new(script)).unwrap();
+    let seen = seen.take();
+    assert_eq!(seen[0], "Start");
+    assert_eq!(seen[1], "Failed(Failure(\"on purpose\"))");
+    assert_eq!(seen[2..8], ["Fired", "First(0, Fired)", "First(1, Fired)", "Fired", "Fired", "Fired"]);
+    assert!(seen[8].starts_with("Refused") && seen[8].contains("Timer of 0"), "{}", seen[8]);
+    assert_eq!(seen[9], "Fired");
+    assert!(seen[10].starts_with("Refused") && seen[10].contains("ReadWrite awaited in ReadOnly"), "{}", seen[10]);
+    assert_eq!(seen[11..], ["Fired"]);
+    let endless = Script { waits: vec![Trigger::Timer(Time::s(1))].into_iter(), seen: Rc::default() };
+    let list = endless.seen.clone();
+    let id = dut.spawn_coroutine("endless", Box::new(endless));
+    sim.run_for(PERIOD).unwrap();
+    dut.cancel(id);
+    assert_eq!(*list.borrow(), ["Start", "cancelled"]);
+}
