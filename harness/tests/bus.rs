@@ -63,8 +63,7 @@ fn frames(symbol_bits: u32, lengths: &[usize], seed: u64) -> Vec<Frame> {
 #[test]
 fn avalon_streams_of_every_length_idle_stall_latency_and_width() {
     // Width, bits of `empty`, lengths that fill beats or not.
-    for (width, empty, latency) in [(8, 1, 0), (32, 2, 0), (64, 3, 0), (128, 4, 0), (32, 2, 1), (32, 2, 3), (128, 4, 2)]
-    {
+    for (width, empty, latency) in [(8, 1, 0), (32, 2, 0), (128, 4, 0), (32, 2, 1), (128, 4, 3)] {
         let design =
             build("avalon_fifo").parameter("WIDTH", width).parameter("EMPTY", empty).parameter("LATENCY", latency);
         let lengths: Vec<usize> = (1..=9).chain([16, 31, 64, 100]).collect();
@@ -106,7 +105,7 @@ fn avalon_streams_of_every_length_idle_stall_latency_and_width() {
 
 #[test]
 fn axi_streams_through_a_width_adapter_of_every_ratio() {
-    for (s, m) in [(1, 1), (4, 2), (2, 4), (3, 5), (8, 1), (1, 8), (16, 4), (64, 8)] {
+    for (s, m) in [(1, 1), (4, 2), (3, 5), (1, 8), (64, 8)] {
         let design = build("axis_adapter").parameter("S", s).parameter("M", m);
         let lengths: Vec<usize> = (1..=10).chain([63, 64, 65, 128]).collect();
         let mut sent = frames(8, &lengths, s as u64);
@@ -231,7 +230,7 @@ fn a_strict_rule_ends_the_run() {
 
 #[test]
 fn a_fault_in_a_fifo_is_found() {
-    // The FIFO of the tutorial: with FAULT it says ready while it is full, and a word is lost.
+    // With FAULT it says ready while it is full: the word written over is the one that waits at the output.
     let lost = |fault: u64| {
         let (mut sim, dut, clk, reset) = start(build("fifo").parameter("FAULT", fault), "rst");
         let source = Source::new(&dut, &clk, Ports::find(&dut, "in_", AVALON).unwrap(), Some(reset.clone())).unwrap();
@@ -246,7 +245,8 @@ fn a_fault_in_a_fifo_is_found() {
         .map(|got| got == sent)
     };
     assert!(lost(0).unwrap());
-    assert!(!lost(1).unwrap());
+    let text = lost(1).unwrap_err().to_string();
+    assert!(text.contains("out at") && text.contains("the beat changed while valid waited for ready"), "{text}");
 }
 
 #[test]
@@ -317,8 +317,8 @@ fn bulk_that_cannot_end_says_so_and_wrong_types_are_refused() {
 
 #[test]
 fn an_avalon_master_reads_and_writes_through_every_stall_and_latency() {
-    for stall in [0u64, 1, 3] {
-        for latency in [1u64, 2, 5] {
+    for stall in [0u64, 3] {
+        for latency in [1u64, 5] {
             let design = build("registers_mm").parameter("STALL", stall).parameter("LATENCY", latency);
             let (mut sim, dut, clk, _) = start(design, "rst");
             let master = avalon_mm::Master::new(&dut, &clk, "csr_", 1).unwrap();

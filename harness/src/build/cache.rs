@@ -148,7 +148,7 @@ impl Cache {
         make().map_err(|source| BuildError::Cache { path: parent.clone(), source })
     }
 
-    /// The runtime's objects, compiled if they are not there.
+    /// The folder of the runtime's objects and headers, made if it is not there.
     fn runtime(
         &self,
         verilator: &Verilator,
@@ -156,20 +156,19 @@ impl Cache {
         root: &Path,
         trace: Trace,
         coverage: bool,
-    ) -> Result<Vec<PathBuf>, BuildError> {
+    ) -> Result<PathBuf, BuildError> {
         let mut hash = Hash::new();
-        for part in [unity::HOOKS, &format!("{trace:?} {coverage}"), &root.display().to_string()] {
+        let kind = format!("{trace:?} {coverage}");
+        for part in [unity::HOOKS, include_str!("unity.rs"), &kind, &root.display().to_string()] {
             hash.add(part.as_bytes());
         }
         hash.add(tool::fingerprint(&verilator.path).as_bytes());
         hash.add(tool::fingerprint(compiler).as_bytes());
-        unity::CXX_FLAGS.iter().for_each(|flag| hash.add(flag.as_bytes()));
         let key = format!("runtime-{}", hash.finish());
         let folder = self.root.join("runtime").join(&key);
-        let objects: Vec<PathBuf> =
-            unity::runtime_files(trace, coverage).iter().map(|file| folder.join(format!("{file}.o"))).collect();
         let _lock = self.lock(&key, Sharing::Exclusive)?;
-        if !objects.iter().all(|o| std::fs::metadata(o).is_ok_and(|m| m.len() > 0)) {
+        let whole = |o: &PathBuf| std::fs::metadata(o).is_ok_and(|m| m.len() > 0);
+        if !unity::runtime_objects(&folder, trace, coverage).iter().all(whole) {
             let aside = self.aside()?;
             let into = aside.path().join("objects");
             let kept = |source| BuildError::Cache { path: folder.clone(), source };
@@ -179,7 +178,7 @@ impl Cache {
             std::fs::rename(&into, &folder).map_err(kept)?;
         }
         touch(&folder);
-        Ok(objects)
+        Ok(folder)
     }
 
     /// Moves a finished build into its place and loads it from there.
