@@ -12,7 +12,12 @@
 //!
 //! Side by side stand the sampled Gaussian (rung 0) and the two-sided first-order recursion (rung 1), the claim being that
 //! the recursion, poor fit as it is, is "almost identically stable"; and, on the points of either, plain LBP on intensities,
-//! MaxLBP alone (strict) and MaxLBP with sign bits. Source of the measure: K. Mikolajczyk et al., "A comparison of affine
+//! MaxLBP alone (strict) and MaxLBP with sign bits. Measured over 16 pictures the claim holds where a hovering helicopter is:
+//! within 5 degrees the recursion repeats at most 2.6 points in a hundred less, and under changes of scale as many or more.
+//! It does not hold for large rotations (87 against 96 of a hundred at 20 degrees): the product of two exponentials has
+//! diamonds for level lines, where the product of two Gaussians has circles.
+//!
+//! Source of the measure: K. Mikolajczyk et al., "A comparison of affine
 //! region detectors", 2005, section 4.1, with places in pixels instead of overlapping regions: all features of a scale pair
 //! have one size here.
 
@@ -323,6 +328,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::picture::{Picture, data_dir};
 
     /// Random values on a grid of 7 px, bicubic in between: detail of about the size the extractor looks for.
     fn texture(width: usize, height: usize) -> Plane<u16> {
@@ -402,6 +408,35 @@ mod tests {
         let from = [put(20.0, 0, true), put(21.0, 0, true), put(40.0, 1, true), put(60.0, 0, true), put(80.0, 0, true)];
         let to = [put(20.9, 0, true), put(40.0, 0, true), put(60.0, 0, false), put(81.6, 0, true), put(82.0, 0, true)];
         assert_eq!(repeated(&from, &to, &Matrix3::identity()), [(1, 0)]);
+    }
+
+    #[test]
+    #[ignore = "25 warps of real pictures, some 4 s each"]
+    fn the_recursion_is_almost_as_stable_as_the_gaussian_within_the_envelope() {
+        let Some(folder) = data_dir() else {
+            eprintln!("SKIPPED: no picture folder, set HOVERLOCK_DATA");
+            return;
+        };
+        for name in ["farmstead", "pasture_low_texture", "urban_intersection_a"] {
+            let picture = Picture::open(folder.join("textures").join(name).with_extension("png")).unwrap();
+            for curve in curves(&picture.luma).unwrap() {
+                // Roll, pitch and yaw of 5 degrees, 5 m of altitude in 100 m.
+                let within = |value: f64| match curve.warp {
+                    Warp::Rotation | Warp::Tilt => value <= 5.0,
+                    Warp::Scale => (0.95..=1.05).contains(&value),
+                };
+                for sample in curve.samples.iter().filter(|sample| within(sample.value)) {
+                    let (ideal, recursive) = (sample.ideal, sample.recursive);
+                    let lost = ideal.repeatability - recursive.repeatability;
+                    eprintln!("{name} {:?} {}: {ideal:.3?} {recursive:.3?}", curve.warp, sample.value);
+                    assert_eq!(sample.points, 2 * POINTS_PER_SCALE);
+                    // Measured over 16 pictures, on average: 0.92 and more, and at most 0.026 behind the Gaussian.
+                    assert!(lost <= 0.05 && recursive.repeatability >= 0.85, "{name} {:?} {sample:?}", curve.warp);
+                    assert!(recursive.signs >= recursive.strict && recursive.strict >= recursive.lbp, "{sample:?}");
+                    assert!(recursive.signs >= 0.9, "{name} {:?} {sample:?}", curve.warp);
+                }
+            }
+        }
     }
 
     #[test]
