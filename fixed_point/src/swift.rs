@@ -358,6 +358,8 @@ fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane
             given[j + 1] = ready;
             // In place: the row ahead is one this stage has not come to. The last row is the same before and after every
             // stage, for it is a lerp of itself with itself.
+            // The row ahead is copied because the compiler then knows the two apart; borrowed from one slice, the loop takes twice
+            // as long.
             with_cell!(*gain, cell => {
                 for r in rows {
                     let ahead = strip[(r + reach).min(height - 1)];
