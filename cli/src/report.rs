@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use hoverlock_fixed_point::design::{DesignPoint, KT27};
+use hoverlock_fixed_point::ladder::Ladder;
 use hoverlock_reference::picture::Picture;
 use hoverlock_reports::output;
 use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
@@ -36,6 +37,8 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<Verdict> {
     let design = configured(&args.config)?;
+    // A design point without coefficients is refused before anything is written.
+    Ladder::new(&design)?;
     let subjects = subjects(&args.images)?;
     output::prepare(&args.out)?;
     let bar = ProgressBar::new(study::steps(subjects.len()));

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use hoverlock_fixed_point::acceptance::{Comparison, judge_coefficients};
+use hoverlock_fixed_point::acceptance::{Comparison, dog_lsb, judge_coefficients};
 use hoverlock_fixed_point::bounds::{Bounds, Judgement};
 use hoverlock_fixed_point::design::KT27;
 use hoverlock_fixed_point::displacement;
-use hoverlock_fixed_point::ladder::Ladder;
+use hoverlock_fixed_point::ladder::{Ladder, Rung};
 use hoverlock_reference::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_reference::picture::{Picture, data_dir, newcomer_dir};
 use hoverlock_reference::plane::Plane;
@@ -18,17 +18,18 @@ fn failures(what: &str, judgements: Vec<Judgement>) -> Vec<String> {
         .collect()
 }
 
-/// All textures, and the newcomer's aerial photographs (`graf` is a wall).
+/// All textures, and the newcomer's aerial photographs.
 fn pictures() -> Vec<PathBuf> {
-    let textures = data_dir().map(|folder| folder.join("textures"));
-    let mut found: Vec<PathBuf> = [textures, newcomer_dir()]
-        .into_iter()
-        .flatten()
-        .filter_map(|folder| std::fs::read_dir(folder).ok())
-        .flat_map(|entries| entries.flatten().map(|entry| entry.path()))
-        .filter(|path| path.extension().is_some_and(|e| e == "png" || e == "jpg"))
-        .filter(|path| !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("graf")))
-        .collect();
+    let in_folder = |folder: Option<PathBuf>, start: &str| -> Vec<PathBuf> {
+        let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok()).into_iter().flatten().flatten();
+        let named = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(start));
+        named
+            .map(|entry| entry.path())
+            .filter(|path| path.extension().is_some_and(|e| e == "png" || e == "jpg"))
+            .collect()
+    };
+    let mut found = in_folder(data_dir().map(|folder| folder.join("textures")), "");
+    found.extend(in_folder(newcomer_dir(), "aero"));
     found.sort();
     if found.is_empty() {
         eprintln!("SKIPPED: no real pictures; `make demo` fetches some, or name a folder in HOVERLOCK_DATA");
@@ -74,6 +75,24 @@ fn a_narrowed_format_fails_and_the_full_one_does_not() {
     }
     let failed = judge("dog_bits=8");
     assert!(failed.iter().any(|line| line.contains("same pixel")), "{failed:?}");
+}
+
+#[test]
+fn the_threshold_favours_neither_rung() {
+    // A test that is rung 2 rounded to an LSB and nothing else shows the features of rung 2, but for ties that rounding makes.
+    let (bounds, ladder) = (Bounds::acceptance(), Ladder::new(&KT27).unwrap());
+    let faint = blobs().map(|&code| 30_000 + code / 40);
+    let reference = ladder.planes(Rung::Streaming, &faint);
+    let mut test = reference.clone();
+    for plane in test.dog.iter_mut().chain(&mut test.max_dog) {
+        *plane = plane.map(|code| (code / dog_lsb()).round() * dog_lsb());
+    }
+    let (comparison, _) = Comparison::between(&reference, &test, bounds).unwrap();
+    for scale in &comparison.scales {
+        assert!(scale.interior.reference_rms < 200.0, "faint enough to tell: {}", scale.interior.reference_rms);
+        assert!(scale.interior.max.abs() <= 0.5 + 1e-9);
+        assert!(scale.kept.reference.abs_diff(scale.kept.test) <= 1, "{} {}", scale.kept.reference, scale.kept.test);
+    }
 }
 
 #[test]

@@ -41,7 +41,7 @@ pub struct HeatMap {
     pub scale: usize,
     /// Approximation, else quantisation.
     pub approximation: bool,
-    /// `data:` address of the picture; empty where it could not be encoded.
+    /// `data:` address of the picture.
     pub address: String,
 }
 
@@ -62,7 +62,7 @@ impl Figures {
         for scale in 0..SCALES {
             for (approximation, reference, test) in [(true, ideal, streaming), (false, streaming, fixed)] {
                 let error = response(test, scale).zip_map(&response(reference, scale), |t, r| (t - r) / dog_lsb());
-                let address = embed::colour_png(&pooled(&error).map(|&e| colour(e))).unwrap_or_default();
+                let address = embed::colour_png(&pooled(&error).map(|&e| colour(e))).expect("a PNG in memory");
                 self.maps.push(HeatMap { scale, approximation, address });
             }
         }
@@ -125,7 +125,7 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
     let mut svg = format!(
         "<svg viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"features of rungs 2 and 4\"><image width=\"{w}\" height=\"{h}\" \
          href=\"{}\"/>",
-        background(frame).unwrap_or_default(),
+        background(frame).expect("a JPEG in memory, no larger than the frame"),
         w = frame.width(),
         h = frame.height()
     );

@@ -51,6 +51,9 @@ pub struct SweepPoint {
 /// What is varied, the chosen number of bits, and the design point of each number tried.
 type Variants = (&'static str, f64, Vec<(f64, DesignPoint)>);
 
+/// The numbers of bits with which the filters exist, and the rungs of each.
+type Ladders = Vec<(f64, Ladder)>;
+
 /// Numbers of bits tried in all.
 pub(crate) const fn points() -> usize {
     STATE.len() + COEFFICIENT.len() + DOG.len()
@@ -88,10 +91,10 @@ pub(crate) fn run(
         ),
         ("DoG", f64::from(design.dog_bits), DOG.iter().map(|bits| (f64::from(*bits), dog(bits))).collect()),
     ];
-    let ladders = variants
-        .iter()
-        .map(|(_, _, points)| points.iter().map(|(_, design)| Ladder::new(design)).collect::<Result<Vec<_>, _>>())
-        .collect::<Result<Vec<_>, _>>()?;
+    // Few bits leave some filters without coefficients: no point of the curve, and no fault of the design point.
+    let existing = |(bits, design): &(f64, DesignPoint)| Some((*bits, Ladder::new(design).ok()?));
+    let ladders: Vec<Ladders> =
+        variants.iter().map(|(_, _, points)| points.iter().filter_map(existing).collect()).collect();
     let exact = Ladder::new(design)?;
     // Rung 2 of a picture serves all word lengths, so pictures and conditions are the outer loop.
     let jobs: Vec<(&Subject, Condition)> =
@@ -108,11 +111,14 @@ pub(crate) fn run(
                 }
                 Comparison::between(&reference, &test, bounds).map(|(comparison, _)| comparison)
             };
-            (*condition, ladders.iter().map(|ladders| ladders.iter().map(compare).collect()).collect())
+            (
+                *condition,
+                ladders.iter().map(|ladders| ladders.iter().map(|(_, ladder)| compare(ladder)).collect()).collect(),
+            )
         })
         .collect();
-    let sweeps = variants.into_iter().enumerate().map(|(v, (parameter, chosen, points))| {
-        let points = points.iter().enumerate().flat_map(|(p, (bits, _))| {
+    let sweeps = variants.iter().zip(&ladders).enumerate().map(|(v, ((parameter, chosen, _), ladders))| {
+        let points = ladders.iter().enumerate().flat_map(|(p, (bits, _))| {
             let measured = &measured;
             CONDITIONS.into_iter().map(move |condition| {
                 let of_condition = measured.iter().filter(|(of, _)| *of == condition);
@@ -121,7 +127,7 @@ pub(crate) fn run(
                 sum.point(*bits, condition.name)
             })
         });
-        Sweep { parameter, chosen, points: points.collect() }
+        Sweep { parameter, chosen: *chosen, points: points.collect() }
     });
     Ok(sweeps.collect())
 }
