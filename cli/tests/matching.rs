@@ -240,3 +240,21 @@ fn real_neighbours_are_found_within_two_pixels() {
     }
     assert!(failed.is_empty(), "{failed:?}");
 }
+
+#[test]
+#[ignore = "real pictures: 16 pairs of unrelated ground"]
+fn unrelated_real_ground_gives_no_estimate() {
+    let Some(data) = data_dir() else {
+        eprintln!("SKIPPED: no folder of real pictures (HOVERLOCK_DATA)");
+        return;
+    };
+    let listed = fs::read_dir(data.join("textures")).unwrap().map(|entry| entry.unwrap().path());
+    let mut textures: Vec<PathBuf> = listed.filter(|path| path.extension().is_some_and(|e| e == "png")).collect();
+    textures.sort();
+    assert!(textures.len() >= 16);
+    for (i, reference) in textures.iter().enumerate() {
+        let current = &textures[(i + 1) % textures.len()];
+        let report = json(&[reference.to_str().unwrap(), current.to_str().unwrap(), "--features", "fixed"]);
+        assert_eq!(report["ok"], false, "{} and {}: {report}", reference.display(), current.display());
+    }
+}

@@ -35,8 +35,10 @@ use rand::SeedableRng;
 use rand::seq::index;
 use rand_chacha::ChaCha8Rng;
 
-/// Largest `NFA` of an estimate: at 15 frames a second one in 18 hours of pictures without any true match.
-pub const CHANCE: f64 = 1e-6;
+/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true match. Wrong matches
+/// of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures the least is 10^-4.4, where
+/// 10^-2.4 is to be expected; those two decades are added.
+pub const CHANCE: f64 = 1e-8;
 
 /// Radius of the neighbourhood in which the crowding of features is measured, px: many times what they keep from each
 /// other (4 px), a small part of a picture.
@@ -616,7 +618,7 @@ mod tests {
         for seed in 0..10 {
             let pairs = scene(&mut ChaCha8Rng::seed_from_u64(seed), &truth, 12, 200, 0.5);
             let found = Ransac { seed, ..Ransac::default() }.run(&pairs, None).unwrap();
-            assert!(centre_miss(&found.homography, &truth) < 1.5 && found.quality >= 6, "{found:?}");
+            assert!(centre_miss(&found.homography, &truth) < 1.5 && found.quality >= 8, "{found:?}");
         }
     }
 
