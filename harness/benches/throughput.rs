@@ -7,8 +7,11 @@ use std::path::Path;
 use std::process::Command;
 
 use hoverlock_harness::build::Build;
+use hoverlock_harness::bus::Pause;
+use hoverlock_harness::bus::bulk::{Bulk, Options};
+use hoverlock_harness::bus::stream::{Dialect, Frame, Ports, Rules, Sink, Source};
 use hoverlock_harness::model::Model;
-use hoverlock_harness::sim::Sim;
+use hoverlock_harness::sim::{Clock, Sim};
 use hoverlock_harness::{Error, Time};
 
 const RUNS: usize = 7;
@@ -69,7 +72,7 @@ fn checked(cycles: u64) -> Result<(f64, u64), Error> {
     let mut sum = 0;
     let start = cpu();
     for i in 0..cycles {
-        model.set(data, i * 7 & 255)?;
+        model.set(data, (i * 7) & 255)?;
         model.set(clk, 0)?;
         model.eval()?;
         sum += model.get(out);
@@ -101,7 +104,7 @@ fn per_cycle(cycles: u64) -> Result<(f64, u64), Error> {
         for i in 1..=cycles {
             clk.rising_edge().await;
             sum += out.get();
-            data.set(i * 7 & 255)?;
+            data.set((i * 7) & 255)?;
         }
         Ok::<_, Error>(sum)
     })?;
@@ -123,7 +126,7 @@ fn driver_and_monitor(cycles: u64) -> Result<(f64, u64), Error> {
         data.set(0)?;
         for i in 1..=cycles {
             driver_clk.rising_edge().await;
-            data.set(i * 7 & 255)?;
+            data.set((i * 7) & 255)?;
         }
         Ok::<(), Error>(())
     });
@@ -136,6 +139,60 @@ fn driver_and_monitor(cycles: u64) -> Result<(f64, u64), Error> {
         Ok::<_, Error>(sum)
     })?;
     Ok((cpu() - start, sum))
+}
+
+/// A simulation out of reset, with its clock.
+fn reset_sim() -> Result<(Sim, Clock), Error> {
+    let mut sim = Sim::new(library()?.instance()?)?;
+    let dut = sim.dut();
+    let clock = dut.clock("clk", Time::ns(2))?;
+    dut.signal("rst")?.set(1)?;
+    sim.run_for(Time::ns(8))?;
+    dut.signal("rst")?.set(0)?;
+    sim.run_for(Time::ns(4))?;
+    Ok((sim, clock))
+}
+
+const PACKET: usize = 100_000;
+const AVALON: Dialect = Dialect::Avalon { ready_latency: 0 };
+
+fn bytes(count: u64) -> Vec<u8> {
+    (0..count).map(|i| (i * 7) as u8).collect()
+}
+
+/// Whole frames through native source and sink inside the scheduler; cycles are counted by the clock.
+fn source_and_sink(words: u64, stall: Pause) -> Result<(f64, u64, u64), Error> {
+    let (mut sim, clock) = reset_sim()?;
+    let dut = sim.dut();
+    let source = Source::new(&dut, clock.signal(), Ports::find(&dut, "in_", AVALON)?, None)?;
+    let output = Ports::find(&dut, "out_", AVALON)?.symbols_of(16)?;
+    let sink = Sink::new(&dut, clock.signal(), output, None, Rules::Strict)?;
+    sink.set_pause(stall);
+    let data = bytes(words);
+    let begin = dut.now();
+    let start = cpu();
+    let sum = sim.run(async {
+        let mut sum = 0;
+        for packet in data.chunks(PACKET) {
+            source.send(&Frame::new(packet))?;
+            sum += sink.recv().await.symbols.iter().sum::<u64>();
+        }
+        Ok::<_, Error>(sum)
+    })?;
+    let seconds = cpu() - start;
+    Ok((seconds, sum, (dut.now() - begin).as_fs() / 2_000_000))
+}
+
+fn bulk(words: u64, stall: Pause) -> Result<(f64, u64, u64), Error> {
+    let (mut sim, clock) = reset_sim()?;
+    let mut bulk = Bulk::<u8, u16>::new(&sim.dut(), &clock, "in_", "out_", AVALON)?;
+    let data = bytes(words);
+    let mut received = Vec::with_capacity(data.len());
+    let options = Options { stall, packet: PACKET, expect: data.len(), ..Options::default() };
+    let start = cpu();
+    let report = bulk.transfer(&mut sim, &data, &mut received, &options)?;
+    let seconds = cpu() - start;
+    Ok((seconds, received.iter().map(|w| u64::from(*w)).sum(), report.cycles))
 }
 
 /// Builds the C++ loop with the same Verilator and `-O3`, and gives its program.
@@ -174,31 +231,46 @@ fn limit(program: &Path, cycles: u64) -> Result<(f64, u64), Error> {
     Ok((seconds, sum))
 }
 
-type Way<'a> = (&'a str, u64, bool, Box<dyn Fn(u64) -> Result<(f64, u64), Error> + 'a>);
+/// Gives CPU seconds, the sum of the outputs and the cycles that were simulated.
+type Run<'a> = Box<dyn Fn() -> Result<(f64, u64, u64), Error> + 'a>;
+
+/// Its name, the sum its outputs must have (if they are compared), and the run.
+type Way<'a> = (&'a str, Option<u64>, Run<'a>);
 
 fn main() -> Result<(), Error> {
     let folder = tempfile::tempdir().map_err(|e| Error::bench(e.to_string()))?;
     let program = build_limit(folder.path());
     let million = 1_000_000;
+    let (many, some) = (20 * million, 3 * million);
+    let direct = |f: fn(u64) -> Result<(f64, u64), Error>, cycles| -> Run<'_> {
+        Box::new(move || f(cycles).map(|(seconds, sum)| (seconds, sum, cycles)))
+    };
+    let loop_of = |cycles| limit(&program, cycles).map(|(seconds, sum)| (seconds, sum, cycles));
+    let (of_many, of_some) = (Some(limit(&program, many)?.1), Some(limit(&program, some)?.1));
+    let packets = Some(bulk(some, Pause::Never)?.1);
+    let stall = || Pause::random(0.3, 1);
     let ways: Vec<Way> = vec![
-        ("plain C++ loop", 20 * million, true, Box::new(|n| limit(&program, n))),
-        ("Rust direct, unchecked", 20 * million, true, Box::new(raw)),
-        ("Rust direct, checked", 20 * million, true, Box::new(checked)),
-        ("clock only", 5 * million, false, Box::new(clock_only)),
-        ("async, one task", 3 * million, true, Box::new(per_cycle)),
-        ("async, driver and monitor", 3 * million, true, Box::new(driver_and_monitor)),
+        ("plain C++ loop", of_many, Box::new(move || loop_of(many))),
+        ("Rust direct, unchecked", of_many, direct(raw, many)),
+        ("Rust direct, checked", of_many, direct(checked, many)),
+        ("frames in bulk", packets, Box::new(move || bulk(some, Pause::Never))),
+        ("frames in bulk, stalls", packets, Box::new(move || bulk(some, stall()))),
+        ("source and sink", packets, Box::new(move || source_and_sink(some, Pause::Never))),
+        ("source and sink, stalls", packets, Box::new(move || source_and_sink(some, stall()))),
+        ("clock only", None, direct(clock_only, 5 * million)),
+        ("async, one task", of_some, direct(per_cycle, some)),
+        ("async, driver and monitor", of_some, direct(driver_and_monitor, some)),
     ];
-    let (_, expected) = limit(&program, 3 * million)?;
     println!("{:<28} {:>14} {:>8}", "way", "cycles/s", "of C++");
     let mut rates = vec![Vec::new(); ways.len()];
     // Round robin, so that a disturbance of the machine meets all ways alike.
     for _ in 0..RUNS {
-        for (rate, (name, cycles, compared, run)) in rates.iter_mut().zip(&ways) {
-            let (seconds, sum) = run(*cycles)?;
-            if *compared && *cycles == 3 * million {
-                assert_eq!(sum, expected, "{name} did other work");
+        for (rate, (name, expected, run)) in rates.iter_mut().zip(&ways) {
+            let (seconds, sum, cycles) = run()?;
+            if let Some(expected) = expected {
+                assert_eq!(sum, *expected, "{name} did other work");
             }
-            rate.push(*cycles as f64 / seconds);
+            rate.push(cycles as f64 / seconds);
         }
     }
     let median = |rates: &[f64]| {
@@ -209,6 +281,30 @@ fn main() -> Result<(), Error> {
     let limit = median(&rates[0]);
     for (rate, (name, ..)) in rates.iter().zip(&ways) {
         println!("{name:<28} {:>12.2} M {:>8.3}", median(rate) / 1e6, median(rate) / limit);
+    }
+    start_times(folder.path())
+}
+
+/// How long a test waits for its model: cached, and after an edit of the Verilog.
+fn start_times(folder: &Path) -> Result<(), Error> {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/designs/stream.v"));
+    let text = text.map_err(|e| Error::bench(e.to_string()))?;
+    let source = folder.join("stream.v");
+    let build = Build::new("stream").source(&source);
+    let (mut edited, mut cached) = (Vec::new(), Vec::new());
+    for number in 0..5 {
+        let stamp = std::time::SystemTime::now();
+        let edit = format!("{text}// edit {number} at {stamp:?}\n");
+        std::fs::write(&source, edit).map_err(|e| Error::bench(e.to_string()))?;
+        for times in [&mut edited, &mut cached] {
+            let start = std::time::Instant::now();
+            Sim::new(build.compile()?.instance()?)?;
+            times.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    for (name, mut times) in [("start after an edit", edited), ("start of a cached model", cached)] {
+        times.sort_by(f64::total_cmp);
+        println!("{name:<28} {:>11.1} ms (wall, best of 5; median {:.1})", times[0], times[2]);
     }
     Ok(())
 }

@@ -372,7 +372,7 @@ pub enum SimError {
 /// The (at most five) candidates nearest to a name, by edit distance without case; nothing far-fetched.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let wanted = name.to_lowercase();
-    let limit = (wanted.chars().count() + 2) / 3;
+    let limit = wanted.chars().count().div_ceil(3);
     let mut scored: Vec<(usize, &str)> = candidates
         .into_iter()
         .filter_map(|candidate| {

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use common::{build, run, sim};
-use hoverlock_harness::sim::{Either, Failure, Level, Limits, Sim, both, expect_equal, race};
+use hoverlock_harness::sim::{Either, Failure, Level, Limits, Signal, Sim, Wait, both, expect_equal, race};
 use hoverlock_harness::{Error, ModelError, SimError, Time};
 
 const PERIOD: Time = Time::ns(10);
@@ -16,6 +16,16 @@ fn clocked(top: &str) -> Sim {
     let sim = sim(build(top));
     sim.dut().clock("clk", PERIOD).unwrap();
     sim
+}
+
+async fn ending(wait: Wait) -> Result<(), Error> {
+    wait.await;
+    Ok(())
+}
+
+/// Waits for an edge that does not come.
+fn never(signal: &Signal) -> impl Future<Output = Result<(), Error>> {
+    ending(signal.rising_edge())
 }
 
 #[test]
@@ -59,7 +69,7 @@ fn zero_cycles_and_a_timer_of_zero_fail_the_bench() {
         let dut = sim.dut();
         let clk = dut.signal("clk").unwrap();
         let wait = if zero == "timer" { dut.timer(Time::ZERO) } else { clk.cycles(0) };
-        let text = sim.run(async { Ok::<(), Error>(wait.await) }).unwrap_err().to_string();
+        let text = sim.run(ending(wait)).unwrap_err().to_string();
         assert!(text.contains("of 0"), "{text}");
     }
 }
@@ -427,11 +437,11 @@ fn limits_of_simulation_time_and_of_the_wall_clock_end_a_run() {
     let dut = sim.dut();
     let q = dut.signal("q").unwrap();
     sim.set_limits(Limits { time: Some(Time::us(1)), ..Limits::default() });
-    let error = sim.run(async { Ok::<(), Error>(q.rising_edge().await) }).unwrap_err();
+    let error = sim.run(never(&q)).unwrap_err();
     assert!(matches!(error, Error::Sim(SimError::TimeLimit { limit, .. }) if limit == Time::us(1)), "{error}");
     sim.set_limits(Limits { wall_clock: Some(Duration::from_millis(50)), ..Limits::default() });
     let start = Instant::now();
-    let error = sim.run(async { Ok::<(), Error>(q.rising_edge().await) }).unwrap_err();
+    let error = sim.run(never(&q)).unwrap_err();
     assert!(error.to_string().contains("wall-clock limit of 0.05 s"), "{error}");
     assert!(error.to_string().contains("'bench' waits for RisingEdge(q), which is 0x0"), "{error}");
     assert!(start.elapsed() < Duration::from_secs(5));
@@ -446,11 +456,11 @@ fn a_run_is_interrupted_from_outside() {
         std::thread::sleep(Duration::from_millis(30));
         flag.stop();
     });
-    let error = sim.run(async { Ok::<(), Error>(q.rising_edge().await) }).unwrap_err();
+    let error = sim.run(never(&q)).unwrap_err();
     stopper.join().unwrap();
     assert!(matches!(error, Error::Sim(SimError::Interrupted { .. })), "{error}");
     sim.set_interrupt(|| true);
-    let error = sim.run(async { Ok::<(), Error>(q.rising_edge().await) }).unwrap_err();
+    let error = sim.run(never(&q)).unwrap_err();
     assert!(matches!(error, Error::Sim(SimError::Interrupted { .. })), "{error}");
 }
 

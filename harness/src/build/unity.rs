@@ -89,7 +89,7 @@ impl Workshop<'_> {
     }
 
     fn choose_internals(&self, hierarchy: &Hierarchy) -> Result<Vec<Variable>, BuildError> {
-        let inner = || hierarchy.variables.iter().filter(|v| !(v.port && !v.path.contains('.')));
+        let inner = || hierarchy.variables.iter().filter(|v| !v.port || v.path.contains('.'));
         for pattern in &self.build.internals {
             if !inner().any(|v| hierarchy::matches(pattern, &v.path)) {
                 return Err(BuildError::NoSuchInternal {

@@ -43,12 +43,15 @@ impl fmt::Display for Line {
     }
 }
 
+/// Whoever listens to the log.
+pub(crate) type Listener = Box<dyn FnMut(&Line)>;
+
 /// Keeps the last lines and hands each to whoever listens.
 pub struct Log {
     lines: VecDeque<Line>,
     kept: usize,
     threshold: Level,
-    listener: Option<Box<dyn FnMut(&Line)>>,
+    listener: Option<Listener>,
 }
 
 impl Default for Log {
@@ -77,7 +80,7 @@ impl Log {
         self.threshold = level;
     }
 
-    pub(crate) fn set_listener(&mut self, listener: Box<dyn FnMut(&Line)>) {
+    pub(crate) fn set_listener(&mut self, listener: Listener) {
         self.listener = Some(listener);
     }
 

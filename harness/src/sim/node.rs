@@ -31,6 +31,10 @@ pub(super) enum State {
 }
 
 /// What is waited for, as far as reports and giving up need it.
+#[expect(
+    clippy::box_collection,
+    reason = "combined waits are rare, and a wait is written at every edge: it stays small"
+)]
 pub(super) enum Waiting {
     Edge(u32, Edge, u64),
     Until(Time),

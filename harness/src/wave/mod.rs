@@ -93,6 +93,8 @@ struct Running {
     id: u32,
     from: Time,
     until: Time,
+    /// When it was sampled last: a step that is taken up again at the same time is no new one.
+    last: Option<Time>,
     recorder: Recorder,
 }
 
@@ -131,7 +133,13 @@ impl Waves {
             },
         };
         self.next += 1;
-        self.running.push(Running { id: self.next, from: recording.from, until: recording.until, recorder });
+        self.running.push(Running {
+            id: self.next,
+            from: recording.from,
+            until: recording.until,
+            last: None,
+            recorder,
+        });
         Ok(RecordingId(self.next))
     }
 
@@ -153,12 +161,16 @@ impl Waves {
     /// Takes in the settled values of a time step.
     pub fn sample(&mut self, model: &mut Model, now: Time) -> Result<(), Error> {
         for running in self.running.iter_mut().filter(|r| r.from <= now && now <= r.until) {
+            let again = running.last.replace(now) == Some(now);
             match &mut running.recorder {
+                // Verilator's files take each time once.
+                Recorder::Everything if again => {}
                 Recorder::Everything => model.trace_dump(now),
                 Recorder::Signals(writer) => writer.sample(now)?,
                 Recorder::BeforeFailure { channels, kept, steps, .. } => {
-                    let mut words =
-                        if kept.len() == *steps { kept.pop_front().map_or(Vec::new(), |k| k.1) } else { Vec::new() };
+                    let reused = if again { kept.pop_back() } else { None };
+                    let reused = reused.or_else(|| if kept.len() >= *steps { kept.pop_front() } else { None });
+                    let mut words = reused.map_or(Vec::new(), |(_, words)| words);
                     words.clear();
                     channels.iter().for_each(|c| c.append_words(&mut words));
                     kept.push_back((now, words));

@@ -15,12 +15,13 @@ module uart #(parameter DIVISOR = 8) (
     reg [3:0] tx_left, rx_left;
     reg [15:0] tx_wait, rx_wait;
     reg [7:0] rx_shift;
-    assign tx_busy = tx_left != 0;
+    assign tx_busy = tx_left != 0 || tx_wait != 0;
     always @(posedge clk) begin
         rx_valid <= 0;
         if (rst) begin
             tx <= 1;
             tx_left <= 0;
+            tx_wait <= 0;
             rx_left <= 0;
             framing_error <= 0;
         end else begin
