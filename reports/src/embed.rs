@@ -3,7 +3,10 @@
 use crate::colour::Rgb;
 use base64::Engine as _;
 use hoverlock_reference::plane::Plane;
-use image::{ExtendedColorType, ImageEncoder as _, ImageError, codecs::png::PngEncoder};
+use image::{
+    ExtendedColorType, ImageEncoder as _, ImageError,
+    codecs::png::{CompressionType, FilterType, PngEncoder},
+};
 
 /// `data:image/png;base64,...` of a colour picture.
 ///
@@ -24,7 +27,9 @@ pub fn grey_png(picture: &Plane<u8>) -> Result<String, ImageError> {
 
 fn encode(bytes: &[u8], width: usize, height: usize, colour: ExtendedColorType) -> Result<String, ImageError> {
     let mut png = Vec::new();
-    PngEncoder::new(&mut png).write_image(bytes, width as u32, height as u32, colour)?;
+    // Few colours and much noise: the same bytes recur, and a filter between neighbours would only hide that.
+    let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Best, FilterType::NoFilter);
+    encoder.write_image(bytes, width as u32, height as u32, colour)?;
     Ok(address("image/png", &png))
 }
 

@@ -475,7 +475,7 @@ fn flip_plots(study: &Study) -> Result<Vec<String>, PlotError> {
         points: bins
             .iter()
             .enumerate()
-            .filter(|(_, bin)| bin.bits > 0)
+            .filter(|(_, bin)| bin.flipped > 0)
             .map(|(place, bin)| (place as f64, percent(bin.flipped, bin.bits)))
             .collect(),
     });

@@ -305,7 +305,7 @@ impl Chart {
             let colour = rgb(series.colour);
             let style = (FONT, 14).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Right, VPos::Top));
             root.draw(&Text::new(series.name.clone(), (right, top), style))?;
-            right -= text_width(&series.name) + 8;
+            right -= text_width(&series.name) + 10;
             root.draw(&Circle::new((right, top + 6), 4, colour.filled()))?;
             right -= 18;
         }
@@ -316,9 +316,9 @@ impl Chart {
 /// About how wide a name of the legend is in most sans-serif faces, px.
 fn text_width(text: &str) -> i32 {
     let tenths = text.chars().map(|c| match c {
-        'i' | 'j' | 'l' | 'f' | 't' | 'r' | 'I' | ' ' | '.' | ',' | '\'' => 37,
-        'm' | 'w' | 'M' | 'W' => 98,
-        _ => 66,
+        'i' | 'j' | 'l' | 'f' | 't' | 'r' | 'I' | ' ' | '.' | ',' | '\'' => 42,
+        'm' | 'w' | 'M' | 'W' => 100,
+        _ => 68,
     });
     tenths.sum::<i32>() / 10
 }
