@@ -10,6 +10,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyInt, PyList, PySlice, PyString, PyTuple};
 
 use crate::errors::{self, RangeError};
+use crate::on_thread::OnThread;
 use crate::trigger::{FallingEdge, RisingEdge, ValueChange};
 
 enum Access {
@@ -18,10 +19,10 @@ enum Access {
 }
 
 /// A port or an internal signal.
-#[pyclass(unsendable, module = "hoverlock", weakref)]
+#[pyclass(frozen, module = "hoverlock", weakref)]
 pub struct Handle {
-    access: Access,
-    info: SignalInfo,
+    access: OnThread<Access>,
+    info: OnThread<SignalInfo>,
     id: SignalId,
     width: u32,
     pub rising: PyOnceLock<Py<RisingEdge>>,
@@ -42,6 +43,7 @@ impl Handle {
         };
         let width = info.width;
         let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        let (access, info) = (OnThread::new(access), OnThread::new(info));
         Ok(Handle { access, info, id, width, rising, falling, change })
     }
 
@@ -50,7 +52,7 @@ impl Handle {
     }
 
     pub fn name(&self) -> &str {
-        &self.info.name
+        &self.info.get().name
     }
 
     pub fn width(&self) -> u32 {
@@ -61,7 +63,7 @@ impl Handle {
     fn write_other(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         if let Ok(text) = value.cast::<PyString>() {
             let text = text.to_str()?;
-            if let Ok(code) = self.info.value_of(text) {
+            if let Ok(code) = self.info.get().value_of(text) {
                 return self.write_int(code.into_bound_py_any(value.py())?.cast::<PyInt>()?);
             }
             return self.write_int(&self.from_binary(value.py(), text)?);
@@ -70,7 +72,7 @@ impl Handle {
             Ok(index) => self.write_int(index.cast::<PyInt>()?),
             Err(_) => Err(PyTypeError::new_err(format!(
                 "'{}' takes a whole number, a binary string or an enumeration's name, not {}",
-                self.info.name,
+                self.info.get().name,
                 value.repr()?
             ))),
         }
@@ -79,18 +81,19 @@ impl Handle {
     fn from_binary<'py>(&self, py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyInt>> {
         let digits: String = text.chars().filter(|c| *c != '_').collect();
         if digits.len() != self.width as usize || !digits.chars().all(|c| c == '0' || c == '1') {
-            let names: Vec<&str> = self.info.items.iter().map(|(name, _)| name.as_str()).collect();
+            let names: Vec<&str> = self.info.get().items.iter().map(|(name, _)| name.as_str()).collect();
             let names = if names.is_empty() { String::new() } else { format!(", or one of {}", names.join(", ")) };
             return Err(PyValueError::new_err(format!(
                 "'{text}' is not a value of '{}': {} digits 0 and 1 are wanted{names} (Verilator has no X and no Z)",
-                self.info.name, self.width
+                self.info.get().name,
+                self.width
             )));
         }
         Ok(py.get_type::<PyInt>().call1((digits, 2))?.cast_into::<PyInt>()?)
     }
 
     fn write_int(&self, value: &Bound<'_, PyInt>) -> PyResult<()> {
-        match &self.access {
+        match self.access.get() {
             Access::Word(signal) => match value.extract::<u64>() {
                 Ok(word) => signal.set(word),
                 Err(_) => match value.extract::<i64>() {
@@ -120,7 +123,11 @@ impl Handle {
     }
 
     fn out_of_range(&self, value: &Bound<'_, PyAny>) -> PyErr {
-        RangeError::new_err(format!("{value} does not fit '{}', which is {} bits wide", self.info.name, self.width))
+        RangeError::new_err(format!(
+            "{value} does not fit '{}', which is {} bits wide",
+            self.info.get().name,
+            self.width
+        ))
     }
 }
 
@@ -130,17 +137,17 @@ impl Handle {
     #[getter]
     #[inline]
     fn get_value(&self) -> Value {
-        let bits = match &self.access {
+        let bits = match self.access.get() {
             Access::Word(signal) => Bits::Word(signal.get()),
             Access::Wide(wide) => Bits::Wide(wide.get().into_boxed_slice()),
         };
-        Value { bits, width: self.width, signed: self.info.signed }
+        Value { bits, width: self.width, signed: self.info.get().signed }
     }
 
     #[setter]
     #[inline]
     fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        if let Access::Word(signal) = &self.access
+        if let Access::Word(signal) = self.access.get()
             && let Ok(whole) = value.cast_exact::<PyInt>()
             && let Ok(word) = whole.extract::<u64>()
         {
@@ -191,32 +198,32 @@ impl Handle {
     /// Its name below the top module.
     #[getter]
     fn _name(&self) -> &str {
-        &self.info.name
+        &self.info.get().name
     }
 
     /// Its name below the top module.
     #[getter]
     fn _path(&self) -> &str {
-        &self.info.name
+        &self.info.get().name
     }
 
     /// `input`, `output`, `inout` or `internal`.
     #[getter]
     fn direction(&self) -> &'static str {
-        direction_name(self.info.direction)
+        direction_name(self.info.get().direction)
     }
 
     /// Whether its Verilog type is signed.
     #[getter]
     fn is_signed(&self) -> bool {
-        self.info.signed
+        self.info.get().signed
     }
 
     /// The name of its value, if its type is an enumeration that has it.
     #[getter]
     fn value_name(&self) -> Option<&str> {
-        match &self.access {
-            Access::Word(signal) => self.info.item(signal.get()),
+        match self.access.get() {
+            Access::Word(signal) => self.info.get().item(signal.get()),
             Access::Wide(_) => None,
         }
     }
@@ -228,7 +235,7 @@ impl Handle {
     fn __getitem__(&self, _index: &Bound<'_, PyAny>) -> PyResult<()> {
         Err(PyTypeError::new_err(format!(
             "a bit of '{}' is no signal of its own: read it with `.value[i]`, write the whole signal",
-            self.info.name
+            self.info.get().name
         )))
     }
 
@@ -237,7 +244,7 @@ impl Handle {
     }
 
     fn __repr__(&self) -> String {
-        format!("<{} {} [{}:0]>", direction_name(self.info.direction), self.info.name, self.width - 1)
+        format!("<{} {} [{}:0]>", direction_name(self.info.get().direction), self.info.get().name, self.width - 1)
     }
 }
 
@@ -256,7 +263,7 @@ enum Bits {
 }
 
 /// A value read from a signal: a whole number that knows its width. Compares and calculates as its unsigned number.
-#[pyclass(unsendable, module = "hoverlock", frozen, freelist = 32)]
+#[pyclass(module = "hoverlock", frozen, freelist = 32)]
 pub struct Value {
     bits: Bits,
     width: u32,

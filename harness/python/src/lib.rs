@@ -9,6 +9,7 @@ mod gil;
 mod handle;
 mod library;
 mod models;
+mod on_thread;
 mod simulation;
 mod task;
 mod trigger;

@@ -139,11 +139,13 @@ pub struct PyCoroutine {
     task: Py<Task>,
     /// What it awaits.
     waiting: Option<Py<Trigger>>,
+    /// Whether that has a result.
+    result_due: bool,
 }
 
 impl PyCoroutine {
     pub fn new(coroutine: Py<PyAny>, task: Py<Task>) -> PyCoroutine {
-        PyCoroutine { coroutine, task, waiting: None }
+        PyCoroutine { coroutine, task, waiting: None, result_due: false }
     }
 
     /// Resumes with `None`.
@@ -196,7 +198,9 @@ impl Coroutine for PyCoroutine {
         let mut sent = match outcome {
             Outcome::Start => self.send(py),
             Outcome::Fired | Outcome::First(..) => {
-                if let Some(waited) = &waited {
+                if self.result_due
+                    && let Some(waited) = &waited
+                {
                     Trigger::settle(waited.bind(py), &outcome);
                 }
                 self.send(py)
@@ -208,7 +212,11 @@ impl Coroutine for PyCoroutine {
             match sent {
                 Ok(Sent::Yielded(yielded)) => match yielded.into_bound(py).cast_into::<Trigger>() {
                     Ok(trigger) => {
-                        let what = trigger.borrow().what().clone();
+                        let what = {
+                            let trigger = trigger.get();
+                            self.result_due = trigger.gives_result();
+                            trigger.what().clone()
+                        };
                         self.waiting = Some(trigger.unbind());
                         return Step::Wait(what);
                     }

@@ -15,6 +15,7 @@ use pyo3::types::PyTuple;
 
 use crate::errors::{self, HoverlockError};
 use crate::handle::Handle;
+use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::task::{self, Task};
 
@@ -28,50 +29,49 @@ enum Gives {
 }
 
 /// Something a coroutine can await. Triggers can be kept and awaited again, also by several tasks at a time.
-#[pyclass(subclass, unsendable, module = "hoverlock")]
-pub struct Trigger {
+#[pyclass(subclass, frozen, module = "hoverlock")]
+pub struct Trigger(OnThread<Inner>);
+
+struct Inner {
     what: sim::Trigger,
     gives: Gives,
     /// Awaited, not yet yielded to the scheduler.
     fresh: Cell<bool>,
     result: RefCell<Option<Py<PyAny>>>,
-    text: Cell<Option<&'static str>>,
 }
 
 impl Trigger {
     pub fn new(what: sim::Trigger) -> Trigger {
-        Trigger {
-            what,
-            gives: Gives::Nothing,
-            fresh: Cell::new(false),
-            result: RefCell::default(),
-            text: Cell::new(None),
-        }
+        Trigger::giving(what, Gives::Nothing)
+    }
+
+    fn giving(what: sim::Trigger, gives: Gives) -> Trigger {
+        Trigger(OnThread::new(Inner { what, gives, fresh: Cell::new(false), result: RefCell::default() }))
     }
 
     /// The engine's trigger.
     #[inline]
     pub fn what(&self) -> &sim::Trigger {
-        &self.what
+        &self.0.get().what
+    }
+
+    /// Whether a wait for it has a result.
+    #[inline]
+    pub fn gives_result(&self) -> bool {
+        !matches!(self.0.get().gives, Gives::Nothing)
     }
 
     /// Keeps the result of a wait that is over, for `__next__`.
     pub fn settle(slf: &Bound<'_, Trigger>, outcome: &Outcome) {
-        let this = slf.borrow();
-        if !matches!(this.gives, Gives::Nothing) {
-            let result = this.result_of(slf, outcome);
-            *this.result.borrow_mut() = Some(result);
-        }
+        let result = Trigger::result_of(slf, outcome);
+        *slf.get().0.get().result.borrow_mut() = Some(result);
     }
 
-    fn result_of(&self, slf: &Bound<'_, Trigger>, outcome: &Outcome) -> Py<PyAny> {
+    fn result_of(slf: &Bound<'_, Trigger>, outcome: &Outcome) -> Py<PyAny> {
         let py = slf.py();
-        match (&self.gives, outcome) {
+        match (&slf.get().0.get().gives, outcome) {
             (Gives::TaskResult(task), _) => task.borrow(py).result_or_none(py),
-            (Gives::OneOf(parts), Outcome::First(index, inner)) => {
-                let part = parts[*index].bind(py);
-                part.borrow().result_of(part, inner)
-            }
+            (Gives::OneOf(parts), Outcome::First(index, inner)) => Trigger::result_of(parts[*index].bind(py), inner),
             _ => slf.clone().into_any().unbind(),
         }
     }
@@ -81,18 +81,17 @@ impl Trigger {
 impl Trigger {
     #[inline]
     fn __await__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf.borrow().fresh.set(true);
+        slf.get().0.get().fresh.set(true);
         slf
     }
 
     fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf.borrow().fresh.set(true);
-        slf
+        Self::__await__(slf)
     }
 
     #[inline]
     fn __next__<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, Self>>> {
-        let this = slf.borrow();
+        let this = slf.get().0.get();
         if this.fresh.replace(false) {
             return Ok(Some(slf.clone()));
         }
@@ -107,18 +106,17 @@ impl Trigger {
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        let name = slf.get_type().name()?;
-        Ok(match slf.borrow().text.get() {
-            Some(text) => text.to_owned(),
-            None => format!("{name}()"),
-        })
+        if let Gives::TaskResult(task) = &slf.get().0.get().gives {
+            return Ok(format!("the end of {}", task.bind(slf.py()).repr()?));
+        }
+        Ok(format!("{}()", slf.get_type().name()?))
     }
 }
 
 macro_rules! edge_trigger {
     ($(#[$doc:meta])* $name:ident, $edge:expr, $cache:ident, $one_bit:expr) => {
         $(#[$doc])*
-        #[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+        #[pyclass(extends = Trigger, frozen, module = "hoverlock")]
         pub struct $name {
             /// The signal it watches.
             #[pyo3(get)]
@@ -129,7 +127,7 @@ macro_rules! edge_trigger {
         impl $name {
             #[new]
             fn new(signal: &Bound<'_, Handle>) -> PyResult<Py<Self>> {
-                let handle = signal.borrow();
+                let handle = signal.get();
                 let py = signal.py();
                 let made = handle.$cache.get_or_try_init(py, || {
                     if $one_bit && handle.width() != 1 {
@@ -175,7 +173,7 @@ edge_trigger!(
 /// So many rising (or falling) edges; the task sleeps through all but the last.
 ///
 /// >>> await ClockCycles(dut.clk, 100)
-#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
 pub struct ClockCycles {}
 
 #[pymethods]
@@ -183,7 +181,7 @@ impl ClockCycles {
     #[new]
     #[pyo3(signature = (signal, num_cycles, rising = true))]
     fn new(signal: &Bound<'_, Handle>, num_cycles: u64, rising: bool) -> PyResult<PyClassInitializer<Self>> {
-        let handle = signal.borrow();
+        let handle = signal.get();
         if num_cycles == 0 {
             return Err(PyValueError::new_err("ClockCycles of 0 cycles: nothing to wait for"));
         }
@@ -196,7 +194,7 @@ impl ClockCycles {
 /// A span of simulation time.
 ///
 /// >>> await Timer(10, "ns")
-#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
 pub struct Timer {
     span: Time,
 }
@@ -223,7 +221,7 @@ impl Timer {
 macro_rules! plain_trigger {
     ($(#[$doc:meta])* $name:ident, $what:expr) => {
         $(#[$doc])*
-        #[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+        #[pyclass(extends = Trigger, frozen, module = "hoverlock")]
         pub struct $name {}
 
         #[pymethods]
@@ -261,7 +259,7 @@ plain_trigger!(
 /// result of the task that ended.
 ///
 /// >>> first = await First(RisingEdge(dut.done), Timer(1, "us"))
-#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
 pub struct First {}
 
 #[pymethods]
@@ -271,8 +269,8 @@ impl First {
     fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
         let parts = parts("First", triggers)?;
         let py = triggers.py();
-        let mut base = Trigger::new(sim::Trigger::first(parts.iter().map(|p| p.borrow(py).what.clone())));
-        base.gives = Gives::OneOf(parts);
+        let first = sim::Trigger::first(parts.iter().map(|p| p.bind(py).get().what().clone()));
+        let base = Trigger::giving(first, Gives::OneOf(parts));
         Ok(PyClassInitializer::from(base).add_subclass(First {}))
     }
 }
@@ -280,7 +278,7 @@ impl First {
 /// All of several triggers, tasks or coroutines.
 ///
 /// >>> await Combine(RisingEdge(dut.a_done), RisingEdge(dut.b_done))
-#[pyclass(extends = Trigger, unsendable, module = "hoverlock")]
+#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
 pub struct Combine {}
 
 #[pymethods]
@@ -290,7 +288,7 @@ impl Combine {
     fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
         let parts = parts("Combine", triggers)?;
         let py = triggers.py();
-        let base = Trigger::new(sim::Trigger::combine(parts.iter().map(|p| p.borrow(py).what.clone())));
+        let base = Trigger::new(sim::Trigger::combine(parts.iter().map(|p| p.bind(py).get().what().clone())));
         Ok(PyClassInitializer::from(base).add_subclass(Combine {}))
     }
 }
@@ -318,10 +316,8 @@ pub fn as_trigger<'py>(item: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Trigger>
 
 /// The end of a task; gives its result.
 pub fn join<'py>(task: &Bound<'py, Task>) -> PyResult<Bound<'py, Trigger>> {
-    let mut trigger = Trigger::new(sim::Trigger::Join(task.borrow().id()?));
-    trigger.gives = Gives::TaskResult(task.clone().unbind());
-    trigger.text.set(Some("the end of a task"));
-    Bound::new(task.py(), trigger)
+    let what = sim::Trigger::Join(task.borrow().id()?);
+    Bound::new(task.py(), Trigger::giving(what, Gives::TaskResult(task.clone().unbind())))
 }
 
 /// An event of the engine, bound to the simulation in which it is first used.
