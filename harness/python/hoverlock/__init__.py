@@ -119,11 +119,11 @@ __all__ = [
 ]
 
 
-async def start(coro: Any) -> Task:
+async def start(coro: Any) -> Task[Any]:
     """Starts a coroutine and lets it run to its first wait before this task goes on.
 
     >>> task = await hoverlock.start(drive(dut))
     """
-    task = start_soon(coro)
+    task: Task[Any] = start_soon(coro)
     await NullTrigger()
     return task

@@ -58,7 +58,7 @@ class Test:
         self.expect_error = expect_error if isinstance(expect_error, tuple) else (expect_error,)
         self.name = name or function.__name__
         self.arguments = arguments or {}
-        self.options = {
+        self.options: dict[str, Any] = {
             "design": design,
             "timeout_time": timeout_time,
             "timeout_unit": timeout_unit,
@@ -181,7 +181,7 @@ def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: It
             ])
 
     def decorate(target: Any) -> Any:
-        function = target.function if isinstance(target, Test) else target
+        function: Any = target.function if isinstance(target, Test) else target
         function._hoverlock_parameters = sets + getattr(function, "_hoverlock_parameters", [])
         return target
 
@@ -241,7 +241,7 @@ def simulate(
     )
     simulation.set_log_listener(listener)
     dut = hierarchy.build(library.top, simulation)
-    label = name or getattr(bench, "__name__", "bench")
+    label = name or str(getattr(bench, "__name__", "bench"))
     state = random.getstate()
     random.seed(seed)
     _running.append(Running(label, seed, design, dut, simulation, list(design.plusargs)))

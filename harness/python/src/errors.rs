@@ -31,9 +31,12 @@ pub use python::{CancelledError, HoverlockError, RangeError, SimulationError, Tr
 pub struct Raised(Py<PyAny>);
 
 impl Raised {
-    /// As a failure of the engine.
-    pub fn failure(py: Python<'_>, error: &PyErr) -> Failure {
-        Failure::with_payload(error.to_string(), Raised(error.value(py).clone().into_any().unbind()))
+    /// As a failure of the engine, and the exception itself.
+    pub fn failure(py: Python<'_>, error: PyErr) -> (Failure, Py<PyAny>) {
+        let text = error.to_string();
+        // With its traceback, which `value` alone would not have on older interpreters.
+        let exception = error.into_value(py).into_any();
+        (Failure::with_payload(text, Raised(exception.clone_ref(py))), exception)
     }
 }
 

@@ -25,7 +25,7 @@ enum State {
 ///
 /// >>> task = hoverlock.start_soon(drive(dut))
 /// >>> result = await task
-#[pyclass(unsendable, module = "hoverlock", weakref)]
+#[pyclass(unsendable, generic, module = "hoverlock", weakref)]
 pub struct Task {
     dut: Dut,
     id: Cell<Option<TaskId>>,
@@ -180,8 +180,9 @@ impl PyCoroutine {
     fn failed(&self, py: Python<'_>, error: PyErr) -> Step {
         let task = self.task.borrow(py);
         task.state.set(State::Failed);
-        *task.exception.borrow_mut() = Some(error.value(py).clone().into_any().unbind());
-        Step::Failed(Raised::failure(py, &error))
+        let (failure, exception) = Raised::failure(py, error);
+        *task.exception.borrow_mut() = Some(exception);
+        Step::Failed(failure)
     }
 }
 

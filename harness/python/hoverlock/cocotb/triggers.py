@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from .._core import Task
 from ..triggers import (
     ClockCycles,
     Combine,
@@ -21,7 +24,6 @@ from ..triggers import (
     ValueChange,
     with_timeout,
 )
-from .._core import Task
 
 __all__ = [
     "ClockCycles",
@@ -46,7 +48,7 @@ __all__ = [
 ]
 
 
-def Join(task: Task) -> Trigger:
+def Join(task: Task[Any]) -> Trigger:
     """The end of a task; gives its result."""
     return task.join()
 

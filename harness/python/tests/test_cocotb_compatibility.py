@@ -1,0 +1,194 @@
+"""Benches as cocotb's users write them, version 1's habits and version 2's, with only the imports changed."""
+
+import logging
+import random
+
+import pytest
+
+import hoverlock.cocotb as cocotb
+from hoverlock import Design
+from hoverlock.cocotb.binary import BinaryValue
+from hoverlock.cocotb.clock import Clock
+from hoverlock.cocotb.handle import SimHandleBase
+from hoverlock.cocotb.queue import Queue
+from hoverlock.cocotb.regression import TestFactory
+from hoverlock.cocotb.runner import get_runner
+from hoverlock.cocotb.triggers import ClockCycles, Combine, FallingEdge, First, Join, ReadOnly, RisingEdge, Timer, with_timeout
+from hoverlock.cocotb.types import LogicArray
+from hoverlock.cocotb.utils import get_sim_time
+
+adder = Design("designs/adder.v", top="adder")
+dff = Design("designs/dff.v", top="dff")
+matrix = Design("designs/matrix_multiplier.v", top="matrix_multiplier")
+counter = Design("designs/counter.v", top="counter")
+
+
+@cocotb.test(design=adder)
+async def adder_basic_test(dut):
+    """Test for 5 + 10"""
+    dut.A.value = 5
+    dut.B.value = 10
+    await Timer(2, units="ns")
+    assert dut.X.value == 15, f"Adder result is incorrect: {dut.X.value} != 15"
+
+
+@cocotb.test(design=adder)
+async def adder_randomised_test(dut):
+    for _ in range(10):
+        a, b = random.randint(0, 15), random.randint(0, 15)
+        dut.A.value = a
+        dut.B.value = b
+        await Timer(2, unit="ns")
+        assert dut.X.value == a + b, "Randomised test failed with: {A} + {B} = {X}".format(
+            A=dut.A.value, B=dut.B.value, X=dut.X.value
+        )
+
+
+@cocotb.test(design=dff)
+async def dff_simple_test(dut):
+    """d propagates to q"""
+    dut.d.value = 0
+    clock = Clock(dut.clk, 10, units="us")
+    cocotb.start_soon(clock.start(start_high=False))
+    await RisingEdge(dut.clk)
+    expected = 0
+    for i in range(10):
+        val = random.randint(0, 1)
+        dut.d.value = val
+        await RisingEdge(dut.clk)
+        assert dut.q.value == expected, f"output q was incorrect on the {i}th cycle"
+        expected = val
+    await RisingEdge(dut.clk)
+    assert dut.q.value == expected
+    assert get_sim_time("us") == 115  # the first edge after half a period, then 11 more
+
+
+class DataValidMonitor:
+    """Puts what passes into a queue, as the matrix multiplier's bench does."""
+
+    def __init__(self, clk: SimHandleBase, valid: SimHandleBase, datas: dict):
+        self.values = Queue()
+        self._clk, self._valid, self._datas, self._coro = clk, valid, datas, None
+
+    def start(self):
+        if self._coro is not None:
+            raise RuntimeError("Monitor already started")
+        self._coro = cocotb.start_soon(self._run())
+
+    def stop(self):
+        self._coro.kill()
+        self._coro = None
+
+    async def _run(self):
+        while True:
+            await RisingEdge(self._clk)
+            if self._valid.value.binstr != "1":
+                await RisingEdge(self._valid)
+                continue
+            self.values.put_nowait({name: handle.value for name, handle in self._datas.items()})
+
+
+@cocotb.test(design=matrix, expect_error=IndexError if cocotb.SIM_NAME.lower().startswith("ghdl") else ())
+async def multiply_test(dut):
+    cocotb.start_soon(Clock(dut.clk_i, 10, units="ns").start())
+    outputs = DataValidMonitor(dut.clk_i, dut.valid_o, {"C": dut.c_o})
+    dut.reset_i.value = 1
+    dut.valid_i.value = 0
+    for _ in range(3):
+        await RisingEdge(dut.clk_i)
+    dut.reset_i.value = 0
+    outputs.start()
+    dut._log.info("Test multiplication operations")
+
+    def pack(values, bits):
+        return sum(v << (bits * i) for i, v in enumerate(values))
+
+    for _ in range(20):
+        a = [random.getrandbits(8) for _ in range(6)]
+        b = [random.getrandbits(8) for _ in range(6)]
+        await RisingEdge(dut.clk_i)
+        dut.a_i.value = pack(a, 8)
+        dut.b_i.value = pack(b, 8)
+        dut.valid_i.value = 1
+        await RisingEdge(dut.clk_i)
+        dut.valid_i.value = 0
+        await RisingEdge(dut.valid_o)
+        await ReadOnly()
+        expected = [sum(a[r * 3 + k] * b[k * 2 + c] for k in range(3)) for r in range(2) for c in range(2)]
+        assert dut.c_o.value.integer == pack(expected, 18)
+        await FallingEdge(dut.valid_o)
+    outputs.stop()
+
+
+@cocotb.test(design=counter)
+async def counter_test(dut):
+    """cocotb 2's habits: start() of a clock gives the task, `start_soon` of a task is allowed."""
+    assert cocotb.top is dut and isinstance(cocotb.RANDOM_SEED, int)
+    Clock(dut.clk, 10, unit="ns").start()
+    dut.enable.value, dut.step.value = 1, LogicArray("00000001")
+    task = cocotb.start_soon(ClockCyclesThen(dut.clk, 3))
+    done = await First(task, Timer(1, unit="us"))
+    assert done == "done" and task.done()
+    assert await Join(task) == "done" and await task.join() == "done"
+    assert dut.count.value.to_unsigned() == 2 and dut.count.value.is_resolvable
+    dut.step.value = BinaryValue("00000111")
+    await with_timeout(Combine(RisingEdge(dut.clk), cocotb.start_soon(ClockCyclesThen(dut.clk, 2))), 1, "us")
+    assert dut.count.value == 3 + 7  # one step of 1 at the first edge, then one of 7
+    with pytest.raises(AttributeError, match="Coming from cocotb"):
+        cocotb.does_not_exist
+
+
+async def ClockCyclesThen(clk, count):
+    await ClockCycles(clk, count)
+    return "done"
+
+
+async def add(dut, a, b):
+    dut.A.value, dut.B.value = a, b
+    await Timer(1, "ns")
+    assert int(dut.X.value) == a + b
+
+
+def test_factories_make_one_test_for_each_combination(monkeypatch):
+    factory = TestFactory(add)
+    factory.add_option("a", [1, 2])
+    factory.add_option("b", [3, 4, 5])
+    factory.generate_tests(prefix="made_")
+    made = {name: value for name, value in globals().items() if name.startswith("made_add")}
+    try:
+        assert sorted(made) == [f"made_add_{n:03d}" for n in range(1, 7)]
+        for test in made.values():
+            test.run(adder, seed=1)
+    finally:
+        for name in made:
+            del globals()[name]
+
+
+def test_the_runner_builds_and_tests(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "test_it.py").write_text(
+        "import hoverlock.cocotb as cocotb\n"
+        "from hoverlock.cocotb.triggers import Timer\n"
+        "@cocotb.test()\n"
+        "async def sums(dut):\n"
+        "    dut.A.value, dut.B.value = 200, 100\n"
+        "    await Timer(1, units='ns')\n"
+        "    assert dut.X.value == 300\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    from pathlib import Path
+
+    runner = get_runner("verilator")
+    source = Path(__file__).parent / "designs" / "adder.v"
+    runner.build(verilog_sources=[source], hdl_toplevel="adder", parameters={"DATA_WIDTH": 8}, always=True)
+    results = runner.test(hdl_toplevel="adder", test_module="test_it")
+    assert 'failures="0"' in results.read_text() and 'tests="1"' in results.read_text()
+    with pytest.raises(ValueError, match="verilator only"):
+        get_runner("icarus")
+
+
+def test_log_lines_carry_simulation_time(caplog):
+    from hoverlock.log import SimTimeFormatter
+
+    record = logging.LogRecord("hoverlock.x", logging.INFO, "f", 1, "text", None, None)
+    assert SimTimeFormatter().format(record).startswith("           0ns INFO")

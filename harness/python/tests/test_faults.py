@@ -1,0 +1,344 @@
+"""What goes wrong is told clearly, ends at once, and leaves nothing behind."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import hoverlock
+from hoverlock import Clock, Design, RisingEdge, Timer, simulate, start_soon
+
+HERE = Path(__file__).parent
+counter = Design("designs/counter.v", top="counter")
+talker = Design("designs/talker.v", top="talker")
+
+
+def test_a_bench_that_raises_keeps_its_traceback():
+    async def inner():
+        await Timer(1, "ns")
+        raise LookupError("the bench's own")
+
+    async def bench(dut):
+        await start_soon(inner())
+
+    with pytest.raises(LookupError, match="the bench's own") as caught:
+        simulate(counter, bench)
+    names = [entry.name for entry in caught.traceback]
+    assert names.index("bench") < names.index("inner")
+
+
+def test_a_task_nobody_waits_for_fails_the_test():
+    async def fail():
+        await Timer(5, "ns")
+        raise ValueError("in the background")
+
+    async def bench(dut):
+        start_soon(fail())
+        await Timer(1, "us")
+
+    with pytest.raises(ValueError, match="in the background"):
+        simulate(counter, bench)
+
+
+def test_a_forgotten_clock_is_told():
+    async def bench(dut):
+        await RisingEdge(dut.clk)
+
+    with pytest.raises(hoverlock.DeadlockError, match=r"(?s)'bench' waits for RisingEdge\(clk.*no clock runs"):
+        simulate(counter, bench)
+
+
+def test_a_bench_that_hangs_is_ended_by_simulation_time():
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        await RisingEdge(dut.wrapped)
+
+    with pytest.raises(hoverlock.SimTimeoutError, match=r"(?s)limit of 1000 ns.*'bench' waits for RisingEdge\(wrapped"):
+        simulate(counter, bench, time_limit=10**9)
+
+
+def test_a_bench_that_hangs_is_ended_by_the_wall_clock():
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        await RisingEdge(dut.wrapped)
+
+    started = time.monotonic()
+    with pytest.raises(hoverlock.SimTimeoutError, match=r"wall-clock limit of 0\.3 s"):
+        simulate(counter, bench, wall_limit=0.3)
+    assert time.monotonic() - started < 5
+
+
+def test_a_bench_that_never_awaits_is_ended_by_the_wall_clock():
+    async def bench(dut):
+        while True:
+            pass
+
+    with pytest.raises(hoverlock.SimTimeoutError, match="does not await anything"):
+        simulate(counter, bench, wall_limit=0.2)
+
+
+def test_a_bench_that_never_lets_time_go_on_is_ended():
+    async def bench(dut):
+        for value in range(10**9):
+            dut.step.value = value & 1
+            await hoverlock.ReadWrite()
+
+    with pytest.raises(hoverlock.DeadlockError, match="without time going on"):
+        simulate(counter, bench)
+
+
+def test_leaked_tasks_are_ended_and_told(caplog):
+    ended = []
+
+    async def leak():
+        try:
+            await Timer(1, "sec")
+        finally:
+            ended.append(True)
+
+    async def bench(dut):
+        start_soon(leak())
+        await Timer(1, "ns")
+
+    with caplog.at_level("INFO", logger="hoverlock"):
+        simulate(counter, bench)
+    assert ended == [True] and "1 tasks still ran at the end and are cancelled" in caplog.text
+
+
+def test_a_forgotten_await_or_another_librarys_is_told():
+    import asyncio
+
+    async def bench(dut):
+        await asyncio.sleep(1)
+
+    with pytest.raises((TypeError, RuntimeError)):
+        simulate(counter, bench)
+
+    class Foreign:
+        def __await__(self):
+            yield 3
+
+    async def foreign(dut):
+        await Foreign()
+
+    with pytest.raises(TypeError, match=r"\(int\) that is no trigger"):
+        simulate(counter, foreign)
+
+
+def test_verilog_complaints_fail_and_its_words_are_logged(caplog):
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        dut.say.value = 1
+        await Timer(25, "ns")
+        dut.say.value = 0
+        dut.complain.value = 1
+        await Timer(1, "us")
+
+    with caplog.at_level("INFO", logger="hoverlock"), pytest.raises(hoverlock.VerilogError, match=r"complaint number 7.*talker\.v:10"):
+        simulate(talker, bench)
+    assert "hello at" in caplog.text
+
+
+def test_finish_ends_the_test_unless_awaited():
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        dut.end_it.value = 1
+        await Timer(1, "us")
+
+    with pytest.raises(hoverlock.VerilogFinished, match=r"\$finish.*talker\.v:11"):
+        simulate(talker, bench)
+
+    async def waits(dut):
+        Clock(dut.clk, 10, "ns").start()
+        dut.end_it.value = 1
+        await hoverlock.VerilogFinish()
+        return "finished"
+
+    assert simulate(talker, waits) == "finished"
+
+
+def test_verilog_that_does_not_compile_names_file_and_line(tmp_path):
+    (tmp_path / "bad.v").write_text("module bad(input wire a);\n  assign b = ;\nendmodule\n")
+    with pytest.raises(hoverlock.BuildError, match=r"bad\.v:2"):
+        Design("bad.v", top="bad", folder=tmp_path).compile()
+
+
+def test_no_such_top_names_the_nearest():
+    with pytest.raises(hoverlock.BuildError, match="no module 'countr'.*counter"):
+        Design("designs/counter.v", top="countr").compile()
+
+
+def test_missing_files_and_tools_are_told(tmp_path):
+    with pytest.raises(hoverlock.BuildError, match=r"nowhere\.v"):
+        Design("nowhere.v", top="nowhere").compile()
+    with pytest.raises(hoverlock.BuildError, match="no-verilator"):
+        Design("designs/counter.v", top="counter", verilator=tmp_path / "no-verilator", cache=tmp_path / "c").compile()
+    with pytest.raises(hoverlock.BuildError, match=r"(?s)cache folder.*HOVERLOCK_CACHE"):
+        Design("designs/counter.v", top="counter", cache="/proc/nothing").compile()
+
+
+def test_nothing_runs_outside_of_a_test():
+    coroutine = hoverlock.with_timeout(Timer(1, "ns"), 1, "ns")
+    with pytest.raises(hoverlock.SimulationError, match="no simulation is running"):
+        start_soon(coroutine)
+    coroutine.close()
+
+
+def test_two_simulations_do_not_disturb_each_other():
+    async def count(dut, cycles):
+        Clock(dut.clk, 10, "ns").start()
+        dut.enable.value = 1
+        dut.step.value = 1
+        for _ in range(cycles):
+            await RisingEdge(dut.clk)
+        if cycles == 50:
+            assert simulate(counter, count, arguments={"cycles": 20}) == 19
+        return int(dut.count.value)
+
+    assert simulate(counter, count, arguments={"cycles": 50}) == 49
+
+
+def test_threads_have_simulations_of_their_own_and_handles_stay_there():
+    results, kept = [], []
+
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        dut.enable.value, dut.step.value = 1, 1
+        for _ in range(2000):
+            await RisingEdge(dut.clk)
+        kept.append(dut.count)
+        return int(dut.count.value)
+
+    threads = [threading.Thread(target=lambda: results.append(simulate(counter, bench))) for _ in range(4)]
+    [t.start() for t in threads]
+    [t.join() for t in threads]
+    assert results == [1999 % 256] * 4
+    with pytest.raises(BaseException, match="another thread"):
+        kept[0].value
+
+
+def test_other_threads_run_while_no_python_does():
+    beats = []
+    stop = threading.Event()
+
+    def beat():
+        while not stop.is_set():
+            beats.append(time.monotonic())
+            time.sleep(0.005)
+
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        await Timer(20, "ms")  # two million cycles without Python
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    try:
+        started = time.monotonic()
+        simulate(counter, bench)
+        seconds = time.monotonic() - started
+    finally:
+        stop.set()
+        thread.join()
+    # Were the lock kept, no beat would fall into the run but at its ends.
+    assert len([b for b in beats if started < b < started + seconds]) > seconds / 0.1
+
+
+def test_random_numbers_come_from_the_seed():
+    async def bench(dut):
+        return random.random()
+
+    assert simulate(counter, bench, seed=5) == simulate(counter, bench, seed=5) != simulate(counter, bench, seed=6)
+
+
+def run_pytest(folder, *options):
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options], cwd=folder, env=environment, capture_output=True, text=True
+    )
+
+
+@pytest.fixture
+def benches(tmp_path):
+    (tmp_path / "test_bench.py").write_text(textwrap.dedent(f"""
+        import random
+        import hoverlock
+        from hoverlock import Clock, ClockCycles, Design, Timer
+        design = Design({str(HERE / 'designs/counter.v')!r}, top="counter")
+
+        @hoverlock.test()
+        async def good(dut):
+            Clock(dut.clk, 10, "ns").start()
+            await ClockCycles(dut.clk, 3)
+
+        @hoverlock.test()
+        async def bad(dut):
+            await Timer(1, "ns")
+            assert int(dut.count.value) == random.randrange(1, 10**9), "not the count"
+
+        @hoverlock.test(skip=True)
+        async def left_out(dut):
+            pass
+    """))
+    return tmp_path
+
+
+def test_pytest_reports_in_parallel_with_junit_and_seed(benches):
+    done = run_pytest(benches, "-n", "2", "--junitxml", "r.xml", "--hoverlock-seed", "77")
+    assert "1 failed, 1 passed, 1 skipped" in done.stdout
+    assert "--hoverlock-seed 77" in done.stdout and "not the count" in done.stdout
+    xml = (benches / "r.xml").read_text()
+    assert 'tests="3"' in xml and 'failures="1"' in xml and "random_seed" in xml
+    shown = [line for line in done.stdout.splitlines() if "random.randrange" in line and "assert" in line]
+    again = run_pytest(benches, "-k", "bad", "--hoverlock-seed", "77")
+    compared = [line for line in done.stdout.splitlines() if "assert 0 ==" in line]
+    assert shown and compared and [line for line in again.stdout.splitlines() if "assert 0 ==" in line] == compared
+    other = run_pytest(benches, "-k", "bad", "--hoverlock-seed", "78")
+    assert [line for line in other.stdout.splitlines() if "assert 0 ==" in line] != compared
+
+
+def test_the_traceback_begins_in_the_bench(benches):
+    done = run_pytest(benches, "-k", "bad")
+    assert "testing.py" not in done.stdout and "test_bench.py:15" in done.stdout
+
+
+def test_the_command_line(benches):
+    def command(*options):
+        return subprocess.run([sys.executable, "-m", "hoverlock", *options], cwd=benches, capture_output=True, text=True)
+
+    done = command("test_bench.py", "--hoverlock-seed", "5", "--junit", "r.xml")
+    assert done.returncode == 1 and "1 passed, 1 failed, 1 skipped (seed 5)" in done.stdout
+    assert "replay with --hoverlock-seed 5" in done.stdout and 'failures="1"' in (benches / "r.xml").read_text()
+    assert command("test_bench.py", "-k", "good").returncode == 0
+    for wrong in (["nowhere.py"], ["test_bench.py", "-k", "nothing"], ["test_bench.py", "--hoverlock-top", "x"]):
+        done = command(*wrong)
+        assert done.returncode == 2 and done.stderr.startswith("hoverlock:") and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("body", ["await Timer(1000, 'sec')", "await forever(dut)"])
+def test_ctrl_c_ends_at_once(tmp_path, body):
+    (tmp_path / "bench.py").write_text(textwrap.dedent(f"""
+        from hoverlock import *
+        async def forever(dut):
+            while True:
+                await RisingEdge(dut.clk)
+        async def bench(dut):
+            Clock(dut.clk, 10, "ns").start()
+            print("runs", flush=True)
+            {body}
+        simulate(Design({str(HERE / 'designs/counter.v')!r}, top="counter"), bench)
+    """))
+    with subprocess.Popen([sys.executable, "bench.py"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "runs\n"
+        time.sleep(0.2)
+        started = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=20)
+    assert time.monotonic() - started < 3
+    assert "KeyboardInterrupt" in said and process.returncode != 0
