@@ -160,10 +160,10 @@ impl Workshop<'_> {
     /// Writes the table of ports and the unity file; gives the ports' names as written in the Verilog.
     fn write_unity(&self, generated: &Path, header: &str) -> Result<Vec<String>, BuildError> {
         let mut names = Vec::new();
-        let mut table = String::from("#define HV_PORTS(X)");
+        let mut table = String::from("#define HV_PORTS(HV_PORT)");
         for port in header.lines().filter_map(parse_port) {
             let name = demangle(port.member);
-            let _ = write!(table, " \\\n    X(\"{name}\", {}, {}, {})", port.member, port.width, port.direction);
+            let _ = write!(table, " \\\n    HV_PORT(\"{name}\", {}, {}, {})", port.member, port.width, port.direction);
             names.push(name);
         }
         let direct = u8::from(is_plain_eval(&read(&generated.join("Vdut.cpp"))?));
