@@ -40,7 +40,7 @@ from .errors import (
 )
 from .hierarchy import Hierarchy
 from .queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
-from .testing import Test, parametrize, pass_test, running, simulate, test
+from .testing import Session, Test, parametrize, pass_test, running, simulate, test
 from .triggers import (
     ClockCycles,
     Combine,
@@ -95,6 +95,7 @@ __all__ = [
     "ReadOnlyError",
     "ReadWrite",
     "RisingEdge",
+    "Session",
     "SimTimeoutError",
     "SimulationError",
     "Task",

@@ -92,16 +92,18 @@ def run(
     *,
     seed: int | None = None,
     match: str = "",
+    names: Iterable[str] | None = None,
     wall_timeout: float | None = None,
     quiet: bool = False,
 ) -> list[Result]:
-    """Runs the tests whose names hold ``match``; says how each ended unless quiet."""
+    """Runs the tests whose names hold ``match``, or only those named; says how each ended unless quiet."""
     session_seed = new_seed() if seed is None else seed
     results = []
+    wanted = None if names is None else set(names)
     for name in [modules] if isinstance(modules, (str, Path)) else modules:
         module = load(name)
         for test in collect(module):
-            if match in test.name:
+            if match in test.name and (wanted is None or test.name in wanted):
                 results.append(_run_one(test, module, design, session_seed, wall_timeout))
                 if not quiet:
                     _say(results[-1], session_seed)

@@ -24,7 +24,7 @@ from .design import Design
 from .errors import SimTimeoutError, TestSuccess
 from .log import listener, log
 
-__all__ = ["Running", "Test", "parametrize", "pass_test", "running", "simulate", "test"]
+__all__ = ["Running", "Session", "Test", "parametrize", "pass_test", "running", "simulate", "test"]
 
 Bench = Callable[..., Coroutine[Any, Any, Any]]
 
@@ -221,6 +221,111 @@ def pass_test(reason: str = "") -> None:
     raise TestSuccess(reason)
 
 
+class Session:
+    """A fresh model of a design, used from plain Python: benches run on it one after the other, and whole frames pass through
+    it as numpy arrays.
+
+    >>> with Session(design, seed=1) as session:
+    ...     session.run(reset)
+    ...     out = session.transfer(frame.ravel(), "in_", "out_", clock="clk", stall=0.25)
+    """
+
+    def __init__(self, design: Design, *, seed: int = 0, name: str = "bench") -> None:
+        library = design.compile()
+        self.name = name
+        self.simulation = _core.Simulation(
+            library, seed=seed, plusargs=list(design.plusargs), edges_after_eval=design.edges_after_eval
+        )
+        self.simulation.set_log_listener(listener)
+        self.dut = hierarchy.build(library.top, self.simulation)
+        self._running = Running(name, seed, design, self.dut, self.simulation, list(design.plusargs))
+        self._random = random.Random(seed).getstate()
+
+    def run(
+        self,
+        bench: Callable[..., Awaitable[Any]],
+        *,
+        time_limit: int | None = None,
+        wall_limit: float | None = None,
+        **arguments: Any,
+    ) -> Any:
+        """Runs ``bench(dut, **arguments)`` to its end and gives its result. Tasks it started live on until the next."""
+        before = random.getstate()
+        random.setstate(self._random)
+        _running.append(self._running)
+        try:
+            with _alarm(wall_limit):
+                return self.simulation.run(
+                    bench(self.dut, **arguments), self.name, time_limit_fs=time_limit, wall_limit=wall_limit
+                )
+        finally:
+            _running.pop()
+            self._random = random.getstate()
+            random.setstate(before)
+
+    def run_for(self, time: float, unit: str = "step") -> None:
+        """Lets time go on, with whatever clocks and tasks run."""
+        self.simulation.run_for(_core.femtoseconds(time, unit))
+
+    def transfer(
+        self,
+        words: Any,
+        input: str = "in_",
+        output: str = "out_",
+        *,
+        clock: str = "clk",
+        period: tuple[float, str] = (10, "ns"),
+        bus: str = "avalon",
+        idle: Any = None,
+        stall: Any = None,
+        seed: int = 0,
+        packet: int = 0,
+        expect: int | None = None,
+        most_cycles: int = 0,
+    ) -> Any:
+        """Sends an array of words through the design, without the scheduler, and gives what came out as an array.
+
+        The signals of the streams begin with ``input`` and ``output``; the element type of the array is the one Verilator
+        stores ``data`` in (``uint8`` up to 8 bits, ``uint16`` up to 16 ...). ``idle`` and ``stall`` hold the source and the
+        sink back: a probability, or a pattern. ``packet`` words make a packet (0: all). It ends when ``expect`` words came
+        (as many as were sent, unless told). Tasks sleep meanwhile.
+        """
+        import numpy as np
+
+        words = np.ascontiguousarray(words).reshape(-1)
+        count = len(words) if expect is None else expect
+        received, self.report = self.simulation.transfer(
+            words,
+            input=input,
+            output=output,
+            bus=bus,
+            clock=clock,
+            period=_core.femtoseconds(*period),
+            idle=idle,
+            stall=stall,
+            seed=seed,
+            packet=packet,
+            expect=count,
+            most_cycles=most_cycles,
+        )
+        return received
+
+    def close(self) -> None:
+        """Ends all tasks, runs the Verilog's ``final`` blocks and frees the model."""
+        left = self.simulation.living_tasks()
+        if left:
+            text = ", ".join(left)
+            log.getChild("test").info("%d tasks still ran at the end and are cancelled: %s", len(left), text)
+        for line in self.simulation.close():
+            log.getChild("verilog").info("%s", line)
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
 def simulate(
     design: Design,
     bench: Callable[..., Awaitable[Any]],
@@ -235,29 +340,9 @@ def simulate(
 
     >>> frames = simulate(design, capture, arguments={"count": 3})
     """
-    library = design.compile()
-    simulation = _core.Simulation(
-        library, seed=seed, plusargs=list(design.plusargs), edges_after_eval=design.edges_after_eval
-    )
-    simulation.set_log_listener(listener)
-    dut = hierarchy.build(library.top, simulation)
     label = name or str(getattr(bench, "__name__", "bench"))
-    state = random.getstate()
-    random.seed(seed)
-    _running.append(Running(label, seed, design, dut, simulation, list(design.plusargs)))
-    try:
-        with _alarm(wall_limit):
-            coroutine = bench(dut, **(arguments or {}))
-            result = simulation.run(coroutine, label, time_limit_fs=time_limit, wall_limit=wall_limit)
-        left = simulation.living_tasks()
-        if left:
-            log.getChild("test").info("%d tasks still ran at the end and are cancelled: %s", len(left), ", ".join(left))
-        return result
-    finally:
-        for line in simulation.close():
-            log.getChild("verilog").info("%s", line)
-        _running.pop()
-        random.setstate(state)
+    with Session(design, seed=seed, name=label) as session:
+        return session.run(bench, time_limit=time_limit, wall_limit=wall_limit, **(arguments or {}))
 
 
 @contextmanager

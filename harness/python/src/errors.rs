@@ -49,7 +49,11 @@ impl Drop for Raised {
 
 /// The exception for an error of the engine.
 pub fn exception(py: Python<'_>, error: Error) -> PyErr {
-    match &error {
+    of_error(py, &error)
+}
+
+fn of_error(py: Python<'_>, error: &Error) -> PyErr {
+    match error {
         Error::Build(e) => of_build(e),
         Error::Model(e) => of_model(e),
         Error::Sim(e) => of_sim(py, e),
@@ -106,6 +110,9 @@ pub fn of_failure(py: Python<'_>, failure: &Failure) -> PyErr {
     }
     if let Some(error) = failure.payload::<ModelError>() {
         return of_model(error);
+    }
+    if let Some(error) = failure.payload::<Error>() {
+        return of_error(py, error);
     }
     python::SimulationError::new_err(failure.message().to_owned())
 }

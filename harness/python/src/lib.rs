@@ -4,6 +4,7 @@
 //! Coroutines are resumed by the engine's scheduler through `PyIter_Send`; see `task` and `trigger` for why a wait makes
 //! no object, and `gil` for when the interpreter's lock is given back.
 
+mod bus;
 mod errors;
 mod gil;
 mod handle;
@@ -17,13 +18,15 @@ mod trigger;
 #[pyo3::pymodule]
 mod _core {
     #[pymodule_export]
+    use crate::bus::{Access, RawListener, RawMaster, RawMemory, RawSource};
+    #[pymodule_export]
     use crate::handle::{ArrayHandle, Element, Handle, HierarchyBase, Value};
     #[pymodule_export]
     use crate::library::{Library, compile};
     #[pymodule_export]
     use crate::models::{BitTrue, lerp_coefficients, look_ahead_of};
     #[pymodule_export]
-    use crate::simulation::{RunningClock, Simulation, femtoseconds, now, region, start_clock};
+    use crate::simulation::{RunningClock, Simulation, Waves, femtoseconds, now, region, start_clock};
     #[pymodule_export]
     use crate::task::{Task, start_soon};
     #[pymodule_export]

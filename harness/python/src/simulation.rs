@@ -1,16 +1,19 @@
 //! One simulation of a built model, run from Python.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::Duration;
 
 use hoverlock_harness::Time;
 use hoverlock_harness::model::InstanceOptions;
 use hoverlock_harness::sim::{Clock, Dut, EdgeOrder, Level, Limits, Sim};
+use hoverlock_harness::wave::{Recording, RecordingId};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
+use crate::bus::{Transfer, Transferred};
 use crate::errors::{self, SimulationError};
 use crate::gil;
 use crate::handle::{self, Handle};
@@ -116,6 +119,71 @@ impl Simulation {
         Ok(task.borrow(py).result_or_none(py))
     }
 
+    /// Sends whole frames through a stream of the design, without the scheduler.
+    #[pyo3(signature = (words, *, input, output, bus, clock, period, idle, stall, seed, packet, expect, most_cycles))]
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn transfer<'py>(
+        &self,
+        words: &Bound<'py, PyAny>,
+        input: &str,
+        output: &str,
+        bus: &str,
+        clock: &str,
+        period: u64,
+        idle: Option<&Bound<'py, PyAny>>,
+        stall: Option<&Bound<'py, PyAny>>,
+        seed: u64,
+        packet: usize,
+        expect: usize,
+        most_cycles: u64,
+    ) -> PyResult<Transferred<'py>> {
+        let py = words.py();
+        let transfer = Transfer::new(
+            py,
+            &self.dut,
+            input,
+            output,
+            bus,
+            clock,
+            period,
+            idle,
+            stall,
+            seed,
+            packet,
+            expect,
+            most_cycles,
+        )?;
+        let mut result = None;
+        self.running(py, |sim| {
+            result = Some(transfer.run(sim, words));
+            Ok(())
+        })?;
+        result.unwrap_or_else(|| Err(SimulationError::new_err("the transfer did not run")))
+    }
+
+    /// Begins to write waves: all by Verilator, or the signals named, or only the last steps before a failure.
+    #[pyo3(signature = (path, signals = None, before_failure = None))]
+    fn start_waves(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        signals: Option<Vec<String>>,
+        before_failure: Option<usize>,
+    ) -> PyResult<Waves> {
+        let recording = match (signals, before_failure) {
+            (signals, Some(steps)) => Recording::before_failure(path, signals.unwrap_or_default(), steps),
+            (Some(signals), None) => Recording::signals(path, signals),
+            (None, None) => Recording::everything(path),
+        };
+        let id = self.dut.start_waves(&recording).map_err(|e| errors::exception(py, e))?;
+        Ok(Waves { dut: self.dut.clone(), id: Cell::new(Some(id)) })
+    }
+
+    /// Writes the coverage counted so far, in Verilator's form.
+    fn write_coverage(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.dut.write_coverage(path).map_err(|e| errors::exception(py, e))
+    }
+
     /// Lets time go on by so many femtoseconds, with whatever clocks and tasks run.
     fn run_for(&self, py: Python<'_>, femtoseconds: u64) -> PyResult<()> {
         self.running(py, |sim| sim.run_for(Time::fs(femtoseconds)))
@@ -205,6 +273,21 @@ impl Drop for Simulation {
             let _entered = Entered::new(self.dut.clone());
             sim.cancel_all();
         }
+    }
+}
+
+/// Waves that are being written.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct Waves {
+    dut: Dut,
+    id: Cell<Option<RecordingId>>,
+}
+
+#[pymethods]
+impl Waves {
+    /// Ends the file.
+    fn stop(&self, py: Python<'_>) -> PyResult<()> {
+        self.id.take().map_or(Ok(()), |id| self.dut.stop_waves(id)).map_err(|e| errors::exception(py, e))
     }
 }
 

@@ -77,9 +77,8 @@ class Verilator:
         os.environ.update(extra_env or {})
         try:
             design = self.design.changed(plusargs=tuple(plusargs))
-            results = run(
-                test_module, design, seed=None if seed is None else int(seed), match=testcase or ""
-            )
+            names = testcase.split(",") if testcase else None
+            results = run(test_module, design, seed=None if seed is None else int(seed), names=names)
         finally:
             os.environ.clear()
             os.environ.update(before)
