@@ -14,7 +14,7 @@ import random
 import signal
 import threading
 import zlib
-from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -243,7 +243,7 @@ class Session:
 
     def run(
         self,
-        bench: Callable[..., Awaitable[Any]],
+        bench: Bench,
         *,
         time_limit: int | None = None,
         wall_limit: float | None = None,
@@ -253,12 +253,12 @@ class Session:
         before = random.getstate()
         random.setstate(self._random)
         _running.append(self._running)
+        coroutine = bench(self.dut, **arguments)
         try:
             with _alarm(wall_limit):
-                return self.simulation.run(
-                    bench(self.dut, **arguments), self.name, time_limit_fs=time_limit, wall_limit=wall_limit
-                )
+                return self.simulation.run(coroutine, self.name, time_limit_fs=time_limit, wall_limit=wall_limit)
         finally:
+            coroutine.close()
             _running.pop()
             self._random = random.getstate()
             random.setstate(before)
@@ -328,7 +328,7 @@ class Session:
 
 def simulate(
     design: Design,
-    bench: Callable[..., Awaitable[Any]],
+    bench: Bench,
     *,
     seed: int = 0,
     name: str | None = None,
