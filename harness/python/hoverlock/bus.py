@@ -125,6 +125,12 @@ class _Listener:
             await self._raw.arrived()
         return Frame(*parts)
 
+    async def recv_symbols(self, count: int) -> Any:
+        """The next symbols of a stream without packets, waiting for them, as an array."""
+        symbols = self._raw.recv_symbols(count)
+        await symbols.ended()
+        return symbols.value()
+
     def try_recv(self) -> Frame | None:
         """The next packet, if there is one."""
         parts = self._raw.try_recv()

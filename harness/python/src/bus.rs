@@ -72,6 +72,24 @@ fn parts_of(py: Python<'_>, frame: Frame) -> FrameParts<'_> {
     (PyArray1::from_vec(py, frame.symbols), frame.channel, frame.error, frame.destination)
 }
 
+/// Symbols of a stream without packets that are waited for.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct Symbols {
+    ended: sim::Trigger,
+    value: Rc<RefCell<Vec<u64>>>,
+}
+
+#[pymethods]
+impl Symbols {
+    fn ended(&self) -> Trigger {
+        Trigger::new(self.ended.clone())
+    }
+
+    fn value<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_vec(py, self.value.take())
+    }
+}
+
 /// Drives a stream.
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct RawSource {
@@ -172,6 +190,20 @@ impl RawListener {
 
     fn try_recv<'py>(&self, py: Python<'py>) -> Option<FrameParts<'py>> {
         either!(self, l => l.try_recv()).map(|frame| parts_of(py, frame))
+    }
+
+    fn recv_symbols(&self, count: usize) -> PyResult<Symbols> {
+        let value = Rc::new(RefCell::default());
+        let slot = value.clone();
+        let dut = simulation::current()?;
+        let task = either!(self, l => {
+            let listener = l.clone();
+            dut.spawn("recv_symbols", async move {
+                *slot.borrow_mut() = listener.recv_symbols(count).await;
+                Ok::<(), Error>(())
+            })
+        });
+        Ok(Symbols { ended: sim::Trigger::Join(task.id()), value })
     }
 
     fn arrived(&self) -> Trigger {
