@@ -3,15 +3,17 @@
 //! `cargo bench -p hoverlock-harness` prints medians of several runs and their ratio to the C++ loop of the same run.
 //! All ways do the same work: drive one byte and sample one word a cycle; their sums must agree.
 
+use std::cell::Cell;
 use std::path::Path;
 use std::process::Command;
+use std::rc::Rc;
 
 use hoverlock_harness::build::Build;
 use hoverlock_harness::bus::Pause;
 use hoverlock_harness::bus::bulk::{Bulk, Options};
 use hoverlock_harness::bus::stream::{Dialect, Frame, Ports, Rules, Sink, Source};
 use hoverlock_harness::model::Model;
-use hoverlock_harness::sim::{Clock, Sim};
+use hoverlock_harness::sim::{Clock, Coroutine, Edge, Outcome, Signal, Sim, Step, Trigger};
 use hoverlock_harness::{Error, Time};
 
 const RUNS: usize = 7;
@@ -111,6 +113,46 @@ fn per_cycle(cycles: u64) -> Result<(f64, u64), Error> {
     let seconds = cpu() - start;
     clock.stop();
     Ok((seconds, sum))
+}
+
+/// A task as another language brings it: resumed through a trait object, each wait a value.
+struct PerCycle {
+    clk: Signal,
+    data: Signal,
+    out: Signal,
+    cycles: u64,
+    at: u64,
+    sum: Rc<Cell<u64>>,
+}
+
+impl Coroutine for PerCycle {
+    fn resume(&mut self, _: Outcome) -> Step {
+        if self.at > 0 {
+            self.sum.set(self.sum.get() + self.out.get());
+        }
+        if let Err(error) = self.data.set((self.at * 7) & 255) {
+            return Step::Failed(error.into());
+        }
+        if self.at == self.cycles {
+            return Step::Done;
+        }
+        self.at += 1;
+        Step::Wait(Trigger::Edge(self.clk.id(), Edge::Rising))
+    }
+}
+
+fn coroutine(cycles: u64) -> Result<(f64, u64), Error> {
+    let mut model = library()?.instance()?;
+    reset(&mut model)?;
+    let mut sim = Sim::new(model)?;
+    let dut = sim.dut();
+    dut.clock_with("clk", Time::ns(1), Time::ns(1), Time::ns(1))?;
+    let sum = Rc::new(Cell::new(0));
+    let (clk, data, out) = (dut.signal("clk")?, dut.signal("in_data")?, dut.signal("out_data")?);
+    let task = PerCycle { clk, data, out, cycles, at: 0, sum: sum.clone() };
+    let start = cpu();
+    sim.run_coroutine("bench", Box::new(task))?;
+    Ok((cpu() - start, sum.get()))
 }
 
 fn driver_and_monitor(cycles: u64) -> Result<(f64, u64), Error> {
@@ -259,6 +301,7 @@ fn main() -> Result<(), Error> {
         ("source and sink, stalls", packets, Box::new(move || source_and_sink(some, stall()))),
         ("clock only", None, direct(clock_only, 5 * million)),
         ("async, one task", of_some, direct(per_cycle, some)),
+        ("coroutine, one task", of_some, direct(coroutine, some)),
         ("async, driver and monitor", of_some, direct(driver_and_monitor, some)),
     ];
     println!("{:<28} {:>14} {:>8}", "way", "cycles/s", "of C++");

@@ -340,6 +340,29 @@ fn a_cancelled_task_stops_and_says_so_and_may_cancel_itself() {
 }
 
 #[test]
+fn the_places_of_ended_tasks_are_used_again() {
+    let mut sim = clocked("dff");
+    let dut = sim.dut();
+    run(&mut sim, async {
+        let kept = dut.spawn("kept", async { Ok::<_, Error>(7) });
+        let mut places = std::collections::HashSet::new();
+        for _ in 0..1000 {
+            let timed = dut.clone();
+            let short = dut.spawn("short", async move {
+                timed.timer(Time::ps(1)).await;
+                Ok::<(), Error>(())
+            });
+            places.insert(format!("{:?}", short.id()).split(',').next().map(str::to_owned));
+            drop(short);
+            dut.timer(Time::ps(2)).await;
+        }
+        assert!(places.len() <= 2, "{places:?}");
+        assert_eq!(kept.await?, 7, "a task that is held on to keeps its value");
+        Ok(())
+    });
+}
+
+#[test]
 fn foreign_combinators_with_their_own_wakers_work() {
     // A waker that is not the task's own, as `FuturesUnordered` has: it must be called.
     struct Flag(std::sync::atomic::AtomicBool, std::task::Waker);

@@ -619,6 +619,7 @@ impl Core {
             joiners: Vec::new(),
             ending: None,
             queued: true,
+            detached: false,
             cancel_requested: false,
             refused: None,
             waker,
@@ -678,11 +679,11 @@ impl Core {
     }
 
     fn end_task(&self, id: TaskId, ending: Ending) {
-        let (joiners, wait, name) = {
+        let (joiners, wait, name, detached) = {
             let mut tasks = self.tasks.borrow_mut();
             let task = &mut tasks[id.index as usize];
             task.ending = Some(ending.clone());
-            (std::mem::take(&mut task.joiners), task.wait.take(), task.name.clone())
+            (std::mem::take(&mut task.joiners), task.wait.take(), task.name.clone(), task.detached)
         };
         if let Some((node, _)) = wait {
             self.disarm(node);
@@ -698,6 +699,19 @@ impl Core {
             let error = SimError::TaskFailed { task: name, time: self.now(), failure };
             self.error.borrow_mut().get_or_insert(error.into());
         }
+        if detached {
+            self.forget(id);
+        }
+    }
+
+    /// Forgets a task as soon as it has ended.
+    pub fn detach(&self, id: TaskId) {
+        {
+            let mut tasks = self.tasks.borrow_mut();
+            let Some(task) = tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) else { return };
+            task.detached = true;
+        }
+        self.forget(id);
     }
 
     /// Forgets an ended task, so that its place can be used again.

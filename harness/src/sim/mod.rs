@@ -397,7 +397,12 @@ impl Dut {
         self.core.spawn(name, Body::Coroutine(coroutine), false)
     }
 
-    /// How a task ended, if it has.
+    /// Gives up a task's id: the task runs on, and its place is used again once it has ended.
+    pub fn detach(&self, task: TaskId) {
+        self.core.detach(task);
+    }
+
+    /// How a task ended, if it has; of one that was detached, `Done`.
     pub fn ending(&self, task: TaskId) -> Option<Ending> {
         self.core.ending(task)
     }
@@ -570,6 +575,12 @@ impl<T> TaskHandle<T> {
     pub fn join(self) -> Join<T> {
         let wait = self.ended();
         Join { wait, handle: self, _value: PhantomData }
+    }
+}
+
+impl<T> Drop for TaskHandle<T> {
+    fn drop(&mut self) {
+        self.core.detach(self.id);
     }
 }
 

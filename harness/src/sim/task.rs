@@ -62,6 +62,8 @@ pub(crate) struct Task {
     pub joiners: Vec<NodeRef>,
     pub ending: Option<Ending>,
     pub queued: bool,
+    /// Nobody will ask for its ending: its place is free once it has ended.
+    pub detached: bool,
     pub cancel_requested: bool,
     /// A wait or write that was not allowed: the task fails when its poll returns.
     pub refused: Option<Failure>,
