@@ -316,6 +316,34 @@ fn bulk_that_cannot_end_says_so_and_wrong_types_are_refused() {
 }
 
 #[test]
+fn what_the_verilog_says_in_bulk_is_heard_and_only_errors_end_it() {
+    for (command, ends) in [(1u64, None), (2, Some("something is off")), (3, Some("called $finish at"))] {
+        let mut sim = sim(build("talks"));
+        let dut = sim.dut();
+        let clock = dut.clock("clk", PERIOD).unwrap();
+        let line = dut.signal("command").unwrap();
+        sim.run_for(PERIOD).unwrap();
+        run(&mut sim, async {
+            dut.signal("clk")?.falling_edge().await;
+            line.set(command)?;
+            Ok(())
+        });
+        let before = dut.now();
+        let result = run_cycles(&mut sim, &clock, 10).map_err(|e| e.to_string());
+        match ends {
+            None => {
+                assert_eq!((result, dut.now() - before), (Ok(()), PERIOD * 10));
+                let heard: Vec<Time> =
+                    sim.log().iter().filter(|l| l.text.starts_with("hello")).map(|l| l.time).collect();
+                assert_eq!(heard.len(), 10);
+                assert_eq!(heard[9] - heard[0], PERIOD * 9);
+            }
+            Some(text) => assert!(result.unwrap_err().contains(text)),
+        }
+    }
+}
+
+#[test]
 fn an_avalon_master_reads_and_writes_through_every_stall_and_latency() {
     for stall in [0u64, 3] {
         for latency in [1u64, 5] {

@@ -217,7 +217,11 @@ impl<I: Element, O: Element> Bulk<I, O> {
                 put_now(&clk, 0);
                 model.eval_bound();
                 if model.has_messages() {
-                    break;
+                    core.set_now(now);
+                    drop(model);
+                    listen(dut)?;
+                    model = core.model.borrow_mut();
+                    model.bind();
                 }
                 if tracing {
                     core.waves.borrow_mut().sample(&mut model, now)?;
@@ -236,7 +240,11 @@ impl<I: Element, O: Element> Bulk<I, O> {
                 put_now(&clk, 1);
                 model.eval_bound();
                 if model.has_messages() {
-                    break;
+                    core.set_now(now);
+                    drop(model);
+                    listen(dut)?;
+                    model = core.model.borrow_mut();
+                    model.bind();
                 }
                 if tracing {
                     core.waves.borrow_mut().sample(&mut model, now)?;
@@ -285,6 +293,12 @@ impl<I: Element, O: Element> Bulk<I, O> {
     }
 }
 
+/// Takes in what the Verilog said: text goes to the log, errors and `$finish` end the transfer.
+fn listen(dut: &Dut) -> Result<(), Error> {
+    dut.handle_messages()?;
+    dut.core().check_finished()
+}
+
 /// Cycles of a clock alone, without the scheduler: the fastest way to let a design run.
 pub fn run_cycles(sim: &mut Sim, clock: &Clock, cycles: u64) -> Result<(), Error> {
     let dut = sim.dut();
@@ -309,7 +323,14 @@ pub fn run_cycles(sim: &mut Sim, clock: &Clock, cycles: u64) -> Result<(), Error
             model.eval_bound();
             now += clock.high();
             if model.has_messages() {
-                break;
+                core.set_now(now);
+                drop(model);
+                ended = listen(&dut);
+                model = core.model.borrow_mut();
+                model.bind();
+                if ended.is_err() {
+                    break;
+                }
             }
             if watch.is_due() {
                 core.set_now(now);

@@ -882,10 +882,7 @@ impl Core {
             if done() {
                 return Ok(());
             }
-            if let Some((time, line)) = self.finished.take() {
-                let file = self.finish_file.borrow().clone();
-                return Err(SimError::Finished { file, line, time }.into());
-            }
+            self.check_finished()?;
             let next = self.next_time();
             let Some(next) = next else {
                 return Err(SimError::Deadlock { report: self.report() }.into());
@@ -897,6 +894,17 @@ impl Core {
                 self.check_wall_clock(&mut watch)?;
             }
             self.begin_step(next);
+        }
+    }
+
+    /// An error if the Verilog called `$finish` and nobody waited for it.
+    pub fn check_finished(&self) -> Result<(), Error> {
+        match self.finished.take() {
+            None => Ok(()),
+            Some((time, line)) => {
+                let file = self.finish_file.borrow().clone();
+                Err(SimError::Finished { file, line, time }.into())
+            }
         }
     }
 
