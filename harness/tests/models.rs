@@ -228,3 +228,21 @@ proptest! {
         prop_assert_eq!(signal.get(), masked);
     }
 }
+
+#[test]
+fn names_go_through_generate_loops_and_a_grid_is_said_to_be_none() {
+    let mut sim = sim(build("tree").internal("*.count").internal("*.grid"));
+    let dut = sim.dut();
+    dut.clock("clk", Time::ns(10)).unwrap();
+    let names: Vec<String> = dut.signals().into_iter().map(|s| s.name).collect();
+    assert!(names.contains(&"lane[0].u_leaf.count".to_owned()), "{names:?}");
+    let (one, two) = (dut.signal("lane[0].u_leaf.count").unwrap(), dut.signal("lane[1].u_leaf.count").unwrap());
+    run(&mut sim, async {
+        dut.signal("clk")?.cycles(5).await;
+        dut.read_only().await;
+        assert_eq!((one.get(), two.get(), dut.signal("total")?.get()), (5, 10, 15));
+        Ok(())
+    });
+    let text = dut.memory("lane[0].u_leaf.grid").err().unwrap().to_string();
+    assert!(text.contains("lane[0].u_leaf.grid (of a shape that is not reachable)"), "{text}");
+}

@@ -92,11 +92,25 @@ fn constant(text: &str) -> Option<u64> {
 struct Module {
     original: String,
     variables: Vec<(String, String, String, bool)>, // name, type id, type name, port
+    instances: Vec<(String, String)>,               // name below this module, with its generate blocks; module
+}
+
+/// All instances below and with one, as (hierarchical name, module), in the order of the source.
+fn expand(modules: &HashMap<String, Module>, path: String, of: &str, depth: u32, into: &mut Vec<(String, String)>) {
+    into.push((path.clone(), of.to_owned()));
+    // No design is that deep: a limit all the same, since the file comes from outside.
+    if let (Some(module), true) = (modules.get(of), depth < 200) {
+        for (name, below) in &module.instances {
+            expand(modules, format!("{path}.{name}"), below, depth + 1, into);
+        }
+    }
 }
 
 /// Reads the XML.
 pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
-    let mut instances: Vec<(String, String)> = Vec::new(); // hierarchical name, module
+    let mut top: Option<String> = None;
+    // The blocks the tag at hand is in, by name if they have one.
+    let mut blocks: Vec<String> = Vec::new();
     let mut modules: HashMap<String, Module> = HashMap::new();
     let mut signed: HashMap<String, bool> = HashMap::new();
     let mut element_type: HashMap<String, String> = HashMap::new();
@@ -106,18 +120,30 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
     let mut item: Option<String> = None;
     for tag in tags(text) {
         match (tag.name, tag.closing) {
-            ("cell", false) => {
-                if let (Some(path), Some(of)) = (tag.get("hier"), tag.get("submodname")) {
-                    instances.push((path, of));
-                }
-            }
             ("module", false) => {
                 let name = tag.get("name").unwrap_or_default();
+                if tag.get("topModule").is_some() {
+                    top = Some(name.clone());
+                }
+                blocks.clear();
                 let original = tag.get("origName").unwrap_or_else(|| name.clone());
                 modules.insert(name.clone(), Module { original, ..Module::default() });
                 module = Some(name).filter(|_| !tag.empty);
             }
             ("module", true) => module = None,
+            ("begin", false) if !tag.empty => blocks.push(tag.get("name").unwrap_or_default()),
+            ("begin", true) => {
+                blocks.pop();
+            }
+            ("instance", false) => {
+                if let (Some(into), Some(name), Some(of)) =
+                    (module.as_ref().and_then(|m| modules.get_mut(m)), tag.get("name"), tag.get("defName"))
+                {
+                    let mut path: Vec<&str> = blocks.iter().map(String::as_str).filter(|b| !b.is_empty()).collect();
+                    path.push(&name);
+                    into.instances.push((path.join("."), of));
+                }
+            }
             ("var", false) => {
                 let constant = tag.get("param").is_some() || tag.get("localparam").is_some();
                 if let (Some(into), Some(name), false) =
@@ -153,9 +179,11 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
             _ => {}
         }
     }
-    if instances.is_empty() {
-        return Err(BuildError::Unexpected { what: "XML", reason: "it lists no instances".into() });
-    }
+    let Some(top) = top else {
+        return Err(BuildError::Unexpected { what: "XML", reason: "it names no top module".into() });
+    };
+    let mut instances = Vec::new();
+    expand(&modules, top.clone(), &top, 0, &mut instances);
     let is_signed = |type_id: &str| {
         let mut id = type_id;
         while let Some(of) = element_type.get(id) {
@@ -215,7 +243,8 @@ mod tests {
       <cell loc="c" name="t" submodname="t" hier="t"><cell name="u" submodname="sub__W8" hier="t.u"/></cell></cells>
       <netlist><module name="t" origName="t" topModule="1">
         <var name="W" dtype_id="1" vartype="logic" param="true"><const name="32'sh8" dtype_id="1"/></var>
-        <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/></module>
+        <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/>
+        <begin name="lane"/><begin name="lane[0]"><instance name="u" defName="sub__W8"/></begin></module>
       <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/><var name="st" dtype_id="2" vartype="st_t"/></module>
       <typetable><basicdtype id="1" name="logic" left="3" right="0" signed="true"/><basicdtype id="2" name="logic"/>
       <enumdtype id="9" name="sub__W8.st_t" sub_dtype_id="2"><enumitem name="IDLE"><const name="2'h0"/></enumitem>
@@ -226,11 +255,11 @@ mod tests {
     fn signs_instances_and_enumerations_are_found() {
         let found = parse(XML).unwrap().variables;
         let paths: Vec<&str> = found.iter().map(|v| v.path.as_str()).collect();
-        assert_eq!(paths, ["a$b", "u.mem", "u.st"]);
+        assert_eq!(paths, ["a$b", "lane[0].u.mem", "lane[0].u.st"]);
         assert!(found[0].signed && found[0].port);
         assert!(found[1].signed && !found[1].port, "a memory has its element's sign");
         assert_eq!(found[2].items, [("IDLE".to_owned(), 0), ("RUN".to_owned(), 2)]);
-        assert_eq!((found[2].module.as_str(), found[2].scope.as_str()), ("sub", "t.u"));
+        assert_eq!((found[2].module.as_str(), found[2].scope.as_str()), ("sub", "t.lane[0].u"));
     }
 
     #[test]

@@ -491,7 +491,12 @@ impl Model {
             let hidden: Vec<String> = nearest(name, self.library.record().names.iter().map(String::as_str));
             for other in hidden {
                 if !self.by_name.contains_key(&other) && near.len() < 8 {
-                    near.push(format!("{other} (not public: add .internal(\"{other}\") to the build)"));
+                    let asked_for = self.library.record().internals.iter().any(|v| v.path == other);
+                    near.push(if asked_for {
+                        format!("{other} (of a shape that is not reachable)")
+                    } else {
+                        format!("{other} (not public: add .internal(\"{other}\") to the build)")
+                    });
                 }
             }
             ModelError::NoSuchSignal { name: name.to_owned(), top: self.library.top().to_owned(), nearest: near }
