@@ -1,0 +1,301 @@
+//! The registers of [`crate::registers`] behind an Avalon-MM slave: 32 bits, no wait states, data one cycle after `read`.
+
+use rust_hdl::prelude::*;
+
+use super::{Height, Response, Width};
+use crate::registers::{Access, Field, Register};
+
+/// Bits of a word address.
+pub const WORD_ADDRESS_BITS: usize = 6;
+
+/// See the module.
+#[derive(LogicBlock)]
+pub struct Csr {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// All registers to their values after reset.
+    pub reset: Signal<In, Bit>,
+    /// Word address.
+    pub address: Signal<In, Bits<6>>,
+    /// Read it.
+    pub read: Signal<In, Bit>,
+    /// What was read, one cycle later.
+    pub readdata: Signal<Out, Bits<32>>,
+    /// Write it.
+    pub write: Signal<In, Bit>,
+    /// What to write.
+    pub writedata: Signal<In, Bits<32>>,
+    /// Interrupt, a level.
+    pub interrupt: Signal<Out, Bit>,
+    /// Clear the pipeline.
+    pub clear: Signal<Out, Bit>,
+    /// Frames are taken.
+    pub enable: Signal<Out, Bit>,
+    /// `W`.
+    pub width: Signal<Out, Width>,
+    /// `H`.
+    pub height: Signal<Out, Height>,
+    /// What a frame takes with it.
+    pub bank: Signal<Out, Bits<368>>,
+    /// Frames are in the pipeline.
+    pub busy: Signal<In, Bit>,
+    /// Errors of this cycle.
+    pub errors: Signal<In, Bits<4>>,
+    /// A frame is done.
+    pub done: Signal<In, Bit>,
+    /// Its features.
+    pub count: Signal<In, Bits<20>>,
+    /// Its dropped features.
+    pub dropped: Signal<In, Bits<20>>,
+    /// Frames done.
+    pub frames: Signal<In, Bits<32>>,
+    /// A response was cut.
+    pub saturated: Signal<In, Bit>,
+    /// Threshold in use.
+    pub threshold_0: Signal<In, Response>,
+    /// Threshold in use.
+    pub threshold_1: Signal<In, Response>,
+    _map: Vec<Register>,
+    _words: Vec<u32>,
+    _read: u32,
+    _clear: bool,
+}
+
+impl Csr {
+    /// The slave of a map.
+    pub fn new(map: Vec<Register>) -> Self {
+        let words = map.iter().map(reset_word).collect();
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            address: Signal::default(),
+            read: Signal::default(),
+            readdata: Signal::default(),
+            write: Signal::default(),
+            writedata: Signal::default(),
+            interrupt: Signal::default(),
+            clear: Signal::default(),
+            enable: Signal::default(),
+            width: Signal::default(),
+            height: Signal::default(),
+            bank: Signal::default(),
+            busy: Signal::default(),
+            errors: Signal::default(),
+            done: Signal::default(),
+            count: Signal::default(),
+            dropped: Signal::default(),
+            frames: Signal::default(),
+            saturated: Signal::default(),
+            threshold_0: Signal::default(),
+            threshold_1: Signal::default(),
+            _map: map,
+            _words: words,
+            _read: 0,
+            _clear: false,
+        }
+    }
+
+    fn word(&self, name: &str) -> u32 {
+        self._map.iter().position(|register| register.name == name).map_or(0, |i| self._words[i])
+    }
+
+    /// What hardware sets in a cycle, by the name of the status field.
+    fn events(&self) -> u32 {
+        let errors = self.errors.val().to_u32();
+        let lost = self.done.val() && self.dropped.val().to_u32() != 0;
+        u32::from(self.done.val()) | errors << 1 | u32::from(lost) << 5 | u32::from(self.saturated.val()) << 6
+    }
+
+    /// What hardware shows in a register.
+    fn shown(&self, name: &str) -> Option<u32> {
+        Some(match name {
+            "status" => u32::from(self.busy.val()) << 31,
+            "threshold_now" => self.threshold_1.val().to_u32() << 16 | self.threshold_0.val().to_u32(),
+            "frames" => self.frames.val().to_u32(),
+            _ => return None,
+        })
+    }
+}
+
+fn mask(field: &Field) -> u32 {
+    (((1u64 << field.bits) - 1) << field.low) as u32
+}
+
+fn reset_word(register: &Register) -> u32 {
+    register.fields.iter().fold(0, |word, field| word | field.reset << field.low)
+}
+
+fn masked(register: &Register, access: Access) -> u32 {
+    register.fields.iter().filter(|field| field.access == access).fold(0, |word, field| word | mask(field))
+}
+
+impl Logic for Csr {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            self._clear = false;
+            if self.reset.val() {
+                self._words = self._map.iter().map(reset_word).collect();
+                self._clear = true;
+            } else {
+                let at = self.address.val().to_u32() << 2;
+                let write = self.write.val().then(|| self.writedata.val().to_u32());
+                let (events, done) = (self.events(), self.done.val());
+                if self.read.val() {
+                    let found = self._map.iter().position(|register| register.offset == at);
+                    self._read =
+                        found.map_or(0, |i| self._words[i] | self.shown(&self._map[i].name).unwrap_or_default());
+                }
+                for (register, word) in self._map.iter().zip(&mut self._words) {
+                    let data = write.filter(|_| register.offset == at);
+                    if let Some(data) = data {
+                        let kept = masked(register, Access::ReadWrite);
+                        *word = *word & !kept | data & kept;
+                        *word &= !(data & masked(register, Access::Clear));
+                        self._clear |= data & masked(register, Access::Pulse) != 0;
+                    }
+                    match register.name.as_str() {
+                        "status" => *word |= events,
+                        "features" if done => *word = self.count.val().to_u32(),
+                        "dropped" if done => *word = self.dropped.val().to_u32(),
+                        _ => {}
+                    }
+                }
+            }
+        }
+        self.readdata.next = u64::from(self._read).into();
+        self.clear.next = self._clear;
+        let (control, status, size) = (self.word("control"), self.word("status"), self.word("size"));
+        self.enable.next = control & 1 != 0;
+        self.interrupt.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x7e != 0;
+        self.width.next = u64::from(size & 0x7ff).into();
+        self.height.next = u64::from(size >> 16 & 0xfff).into();
+        let mut bank = Bits::<368>::default();
+        let codes = self._map.iter().zip(&self._words).filter(|(register, _)| register.fields[0].name == "code");
+        for (i, (_, word)) in codes.enumerate() {
+            bank.set_bits(16 * i, Bits::<16>::from(u64::from(*word)));
+        }
+        let threshold = self.word("threshold");
+        bank.set_bits(304, Bits::<16>::from(u64::from(threshold & 0x7fff)));
+        bank.set_bits(320, Bits::<16>::from(u64::from(threshold >> 16 & 0x7fff)));
+        bank.set_bits(336, Bits::<16>::from(u64::from(self.word("target"))));
+        bank.set_bits(352, Bits::<16>::from(u64::from(control >> 1 & 1)));
+        self.bank.next = bank;
+    }
+
+    fn connect(&mut self) {
+        self.readdata.connect();
+        self.interrupt.connect();
+        self.clear.connect();
+        self.enable.connect();
+        self.width.connect();
+        self.height.connect();
+        self.bank.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        let mut declarations = String::new();
+        let (mut resets, mut writes, mut cases) = (String::new(), String::new(), String::new());
+        for register in &self._map {
+            let mut parts = Vec::new();
+            let mut at = 32;
+            for field in register.fields.iter().rev() {
+                let high = field.low + field.bits;
+                if high < at {
+                    parts.push(format!("{}'d0", at - high));
+                }
+                at = field.low;
+                let name = format!("{}_{}", register.name, field.name);
+                let (bits, low, top) = (field.bits, field.low, field.low + field.bits - 1);
+                let range = if bits == 1 { String::new() } else { format!("[{}:0] ", bits - 1) };
+                let slice = if bits == 1 { format!("writedata[{low}]") } else { format!("writedata[{top}:{low}]") };
+                let word = register.offset >> 2;
+                parts.push(name.clone());
+                match field.access {
+                    Access::ReadWrite => {
+                        declarations += &format!("reg  {range}{name};\n");
+                        resets += &format!("    {name} <= {bits}'d{};\n", field.reset);
+                        writes += &format!("    if (write & (address == 6'd{word}))\n      {name} <= {slice};\n");
+                    }
+                    Access::Clear => {
+                        declarations += &format!("reg  {range}{name};\n");
+                        resets += &format!("    {name} <= {bits}'d0;\n");
+                        writes += &format!(
+                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) | {};\n",
+                            event(&field.name)
+                        );
+                    }
+                    Access::Pulse => {
+                        declarations += &format!("reg  {range}clear_now;\nwire {range}{name} = 1'b0;\n");
+                        resets += "    clear_now <= 1'b1;\n";
+                        writes += &format!("    clear_now <= write & (address == 6'd{word}) & {slice};\n");
+                    }
+                    Access::Read => match (register.name.as_str(), field.name.as_str()) {
+                        ("features", _) | ("dropped", _) => {
+                            let source = if register.name == "features" { "count" } else { "dropped" };
+                            declarations += &format!("reg  {range}{name};\n");
+                            resets += &format!("    {name} <= {bits}'d0;\n");
+                            writes += &format!("    if (done)\n      {name} <= {source};\n");
+                        }
+                        ("status", _) => declarations += &format!("wire {range}{name} = busy;\n"),
+                        ("threshold_now", "fine") => declarations += &format!("wire {range}{name} = threshold_0;\n"),
+                        ("threshold_now", _) => declarations += &format!("wire {range}{name} = threshold_1;\n"),
+                        ("frames", _) => declarations += &format!("wire {range}{name} = frames;\n"),
+                        _ => declarations += &format!("wire {range}{name} = {bits}'h{:x};\n", field.reset),
+                    },
+                }
+            }
+            if at > 0 {
+                parts.push(format!("{at}'d0"));
+            }
+            cases += &format!("      6'd{}: readdata <= {{{}}};\n", register.offset >> 2, parts.join(", "));
+        }
+        let codes: Vec<String> = self
+            ._map
+            .iter()
+            .filter(|register| register.fields[0].name == "code")
+            .map(|register| format!("{}_code", register.name))
+            .rev()
+            .collect();
+        Verilog::Custom(format!(
+            "// module: csr
+{declarations}
+always @(posedge clock)
+  if (reset) begin
+{resets}  end else begin
+{writes}  end
+
+always @(posedge clock)
+  if (read)
+    case (address)
+{cases}      default: readdata <= 32'd0;
+    endcase
+
+always @(*) begin
+  interrupt = (control_interrupt_frame & status_frame)
+            | (control_interrupt_error & (status_short_frame | status_long_frame | status_interrupted | status_refused
+                                          | status_dropped | status_saturated));
+  clear  = clear_now;
+  enable = control_enable;
+  width  = size_width;
+  height = size_height;
+  bank   = {{15'd0, control_automatic, target_count, 1'b0, threshold_coarse, 1'b0, threshold_fine,
+            {}}};
+end
+",
+            codes.join(",\n            ")
+        ))
+    }
+}
+
+/// What sets a status field.
+fn event(field: &str) -> &'static str {
+    match field {
+        "frame" => "done",
+        "short_frame" => "errors[0]",
+        "long_frame" => "errors[1]",
+        "interrupted" => "errors[2]",
+        "refused" => "errors[3]",
+        "dropped" => "(done & (dropped != 20'd0))",
+        _ => "saturated",
+    }
+}

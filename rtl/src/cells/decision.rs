@@ -1,0 +1,237 @@
+//! Is the centre of the window a feature, and from which response on.
+//!
+//! `hit = p > strict and p >= loose and p >= T` at an eligible pixel, one step. The threshold of a frame is taken over at the
+//! marker of the window stage: by then the last frame's count is complete, whatever the gap between the frames.
+
+use rust_hdl::prelude::*;
+
+use super::{Height, Response, Width};
+
+/// Centres this close to the border have a ring that leaves the frame.
+pub const MARGIN: u64 = 18;
+
+/// `18 <= x < W - 18` and `18 <= y < H - 18`, with the place itself a step later.
+#[derive(LogicBlock, Default)]
+pub struct Eligible {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// `W`.
+    pub width: Signal<In, Width>,
+    /// `H`.
+    pub height: Signal<In, Height>,
+    /// A sample of a frame is here.
+    pub active: Signal<In, Bit>,
+    /// Column.
+    pub x: Signal<In, Bits<10>>,
+    /// Row.
+    pub y: Signal<In, Bits<11>>,
+    /// Eligible, now.
+    pub eligible: Signal<Out, Bit>,
+    /// Column and row below it, one step later.
+    pub place: Signal<Out, Bits<21>>,
+}
+
+impl Logic for Eligible {
+    fn update(&mut self) {
+        let (x, y) = (self.x.val().to_u64(), self.y.val().to_u64());
+        let (width, height) = (self.width.val().to_u64(), self.height.val().to_u64());
+        let inside = |at: u64, size: u64| at >= MARGIN && at < size.wrapping_sub(MARGIN);
+        self.eligible.next = self.active.val() && inside(x, width) && inside(y, height);
+        if self.clock.pos_edge() && self.advance.val() {
+            self.place.next = (y << 10 | x).into();
+        }
+    }
+
+    fn connect(&mut self) {
+        self.eligible.connect();
+        self.place.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: eligible
+wire [10:0] end_x = width - 11'd18;
+wire [11:0] end_y = height - 12'd18;
+
+always @(*)
+  eligible = active & (x >= 10'd18) & ({1'b0, x} < end_x) & (y >= 11'd18) & ({1'b0, y} < end_y);
+
+always @(posedge clock)
+  if (advance)
+    place <= {y, x};
+"
+            .into(),
+        )
+    }
+}
+
+/// The comparison at the centre.
+#[derive(LogicBlock, Default)]
+pub struct Decision {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Nothing is found.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// May be a feature.
+    pub eligible: Signal<In, Bit>,
+    /// Response of the centre.
+    pub p: Signal<In, Response>,
+    /// Maximum of what comes earlier in raster order.
+    pub strict: Signal<In, Response>,
+    /// Maximum of what comes later.
+    pub loose: Signal<In, Response>,
+    /// `T`.
+    pub threshold: Signal<In, Response>,
+    /// A feature, one step later.
+    pub hit: Signal<Out, Bit>,
+}
+
+impl Logic for Decision {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            if self.reset.val() {
+                self.hit.next = false;
+            } else if self.advance.val() {
+                let p = self.p.val().to_u64();
+                self.hit.next = self.eligible.val()
+                    && p > self.strict.val().to_u64()
+                    && p >= self.loose.val().to_u64()
+                    && p >= self.threshold.val().to_u64();
+            }
+        }
+    }
+
+    fn connect(&mut self) {
+        self.hit.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: decision
+always @(posedge clock)
+  if (reset)
+    hit <= 1'b0;
+  else if (advance)
+    hit <= eligible & (p > strict) & (p >= loose) & (p >= threshold);
+"
+            .into(),
+        )
+    }
+}
+
+/// `T` of a frame: the manual one, or from the last frame's count `n` before drops: above `5 N / 4` `T + (T >> 3) + 1`, below
+/// `3 N / 4` `T - (T >> 3) - 1`, at least 1 and at most the largest response. The first follow frame takes the manual one.
+#[derive(LogicBlock, Default)]
+pub struct Threshold {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Forgets what was counted.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// A frame begins at the window stage.
+    pub start: Signal<In, Bit>,
+    /// A feature before drops.
+    pub hit: Signal<In, Bit>,
+    /// Follow the count.
+    pub follow: Signal<In, Bit>,
+    /// `T` where it does not.
+    pub manual: Signal<In, Response>,
+    /// `N`.
+    pub target: Signal<In, Bits<16>>,
+    /// `T` of this frame.
+    pub threshold: Signal<Out, Response>,
+    /// Features of this frame so far.
+    pub count: Signal<Out, Bits<20>>,
+    _follows: bool,
+    _step: u64,
+    _more: bool,
+    _less: bool,
+}
+
+impl Logic for Threshold {
+    fn update(&mut self) {
+        if !self.clock.pos_edge() {
+            return;
+        }
+        let (threshold, count, target) =
+            (self.threshold.val().to_u64(), self.count.val().to_u64(), self.target.val().to_u64());
+        if self.reset.val() {
+            self.count.next = 0u64.into();
+            self._follows = false;
+        } else if self.advance.val() {
+            if self.start.val() {
+                self.count.next = 0u64.into();
+                let manual = self.manual.val().to_u64().max(1);
+                let next = match (self.follow.val() && self._follows, self._more, self._less) {
+                    (false, ..) => manual,
+                    (_, true, _) => (threshold + self._step).min(0x7fff),
+                    (_, _, true) => threshold.saturating_sub(self._step).max(1),
+                    _ => threshold,
+                };
+                self.threshold.next = next.into();
+                self._follows = self.follow.val();
+            } else if self.hit.val() {
+                self.count.next = ((count + 1) & 0xf_ffff).into();
+            }
+        }
+        self._step = (threshold >> 3) + 1;
+        self._more = 4 * count > 5 * target;
+        self._less = 4 * count < 3 * target;
+    }
+
+    fn connect(&mut self) {
+        self.threshold.connect();
+        self.count.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: threshold
+// What the count asks for, ready long before the next frame begins.
+reg        follows;
+reg [12:0] change;
+reg        more;
+reg        less;
+wire [21:0] four_counts = {count, 2'b00};
+wire [21:0] three_targets = {6'd0, target} + {5'd0, target, 1'b0};
+wire [21:0] five_targets = {6'd0, target} + {4'd0, target, 2'b00};
+wire [15:0] up = {1'b0, threshold} + {3'd0, change};
+wire [15:0] down = {1'b0, threshold} - {3'd0, change};
+wire        at_floor = down[15] | (down == 16'd0);
+
+always @(posedge clock) begin
+  change <= {1'b0, threshold[14:3]} + 13'd1;
+  more   <= four_counts > five_targets;
+  less   <= four_counts < three_targets;
+end
+
+always @(posedge clock)
+  if (reset) begin
+    count   <= 20'd0;
+    follows <= 1'b0;
+  end else if (advance) begin
+    if (start) begin
+      count   <= 20'd0;
+      follows <= follow;
+      if (~(follow & follows))
+        threshold <= manual == 15'd0 ? 15'd1 : manual;
+      else if (more)
+        threshold <= up[15] ? 15'h7fff : up[14:0];
+      else if (less)
+        threshold <= at_floor ? 15'd1 : down[14:0];
+    end else if (hit)
+      count <= count + 20'd1;
+  end
+"
+            .into(),
+        )
+    }
+}

@@ -1,0 +1,503 @@
+//! `y[n] = x[n - N]`: words and flags some steps later, pulses and frame markers any number of steps later.
+//!
+//! Four shapes, because what is delayed decides what is cheap: [`Delay`] keeps every word, in registers where it is short and in
+//! a small memory where it is long; [`FlagDelay`] keeps a bit in registers, which reset clears; [`PulseDelay`] and
+//! [`FrameDelay`] count steps for a pulse that comes at most once in the time counted.
+
+use std::collections::VecDeque;
+
+use rust_hdl::prelude::*;
+
+use super::{Height, Width};
+
+/// Longest delay of one memory: an MLAB has 32 words, and the output register adds one step.
+pub const LONGEST_DELAY: usize = 33;
+
+/// Up to here a delay is cheaper in registers.
+const LONGEST_IN_REGISTERS: usize = 3;
+
+/// A word `steps` steps later. What it gives before that many steps after reset means nothing.
+#[derive(LogicBlock)]
+pub struct Delay<const N: usize> {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Puts the memory's counter to its start.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// The word.
+    pub x: Signal<In, Bits<N>>,
+    /// The word `steps` steps before.
+    pub y: Signal<Out, Bits<N>>,
+    _memory: Vec<Bits<N>>,
+    _place: usize,
+}
+
+impl<const N: usize> Delay<N> {
+    /// A delay of `steps`, 1 to [`LONGEST_DELAY`].
+    pub fn new(steps: usize) -> Self {
+        debug_assert!((1..=LONGEST_DELAY).contains(&steps));
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            x: Signal::default(),
+            y: Signal::default(),
+            _memory: vec![0u64.into(); steps - 1],
+            _place: 0,
+        }
+    }
+
+    fn steps(&self) -> usize {
+        self._memory.len() + 1
+    }
+}
+
+impl<const N: usize> Default for Delay<N> {
+    fn default() -> Self {
+        Self::new(1)
+    }
+}
+
+impl<const N: usize> Logic for Delay<N> {
+    fn update(&mut self) {
+        if !self.clock.pos_edge() {
+            return;
+        }
+        if self.advance.val() {
+            if self._memory.is_empty() {
+                self.y.next = self.x.val();
+            } else {
+                self.y.next = self._memory[self._place];
+                self._memory[self._place] = self.x.val();
+                self._place = (self._place + 1) % self._memory.len();
+            }
+        }
+        // Registers have no place to go back to.
+        if self.reset.val() && self.steps() > LONGEST_IN_REGISTERS {
+            self._place = 0;
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(delay_verilog(N, self.steps()))
+    }
+}
+
+fn delay_verilog(bits: usize, steps: usize) -> String {
+    let body = delay_body("", "x", "y", bits, steps).replace(&format!("reg [{}:0] y;\n", bits - 1), "");
+    let unused = if steps <= LONGEST_IN_REGISTERS { "\nwire unused = reset;\n" } else { "" };
+    format!("// module: delay_{bits}x{steps}\n{body}{unused}")
+}
+
+/// `output` is `input` `steps` steps later: declarations and processes, names with a prefix.
+pub(super) fn delay_body(prefix: &str, input: &str, output: &str, bits: usize, steps: usize) -> String {
+    let top = bits - 1;
+    if steps <= LONGEST_IN_REGISTERS {
+        let (mut declarations, mut body, mut past) = (String::new(), String::new(), input.to_owned());
+        for age in 1..=steps {
+            let name = if age == steps { output.to_owned() } else { format!("{prefix}past_{age}") };
+            declarations += &format!("reg [{top}:0] {name};\n");
+            body += &format!("    {name} <= {past};\n");
+            past = name;
+        }
+        return format!("{declarations}\nalways @(posedge clock)\n  if (advance) begin\n{body}  end\n");
+    }
+    let last = steps - 2;
+    let size = address_bits(steps - 1);
+    format!(
+        "\
+reg [{top}:0] {output};
+reg [{top}:0] {prefix}memory [0:{last}];
+reg [{p}:0] {prefix}place;
+
+always @(posedge clock)
+  if (reset)
+    {prefix}place <= {size}'d0;
+  else if (advance)
+    {prefix}place <= {prefix}place == {size}'d{last} ? {size}'d0 : {prefix}place + {size}'d1;
+
+always @(posedge clock)
+  if (advance) begin
+    {output} <= {prefix}memory[{prefix}place];
+    {prefix}memory[{prefix}place] <= {input};
+  end
+",
+        p = size - 1
+    )
+}
+
+pub(super) fn address_bits(words: usize) -> usize {
+    (usize::BITS - (words - 1).leading_zeros()).max(1) as usize
+}
+
+/// A bit `steps` steps later, 0 after reset.
+#[derive(LogicBlock)]
+pub struct FlagDelay {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Clears what is under way.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// The bit.
+    pub x: Signal<In, Bit>,
+    /// The bit `steps` steps before.
+    pub y: Signal<Out, Bit>,
+    _past: VecDeque<bool>,
+}
+
+impl FlagDelay {
+    /// A delay of `steps`, at least 1.
+    pub fn new(steps: usize) -> Self {
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            x: Signal::default(),
+            y: Signal::default(),
+            _past: vec![false; steps].into(),
+        }
+    }
+}
+
+impl Default for FlagDelay {
+    fn default() -> Self {
+        Self::new(1)
+    }
+}
+
+impl Logic for FlagDelay {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            if self.reset.val() {
+                self._past.iter_mut().for_each(|bit| *bit = false);
+                self.y.next = false;
+            } else if self.advance.val() {
+                self._past.push_front(self.x.val());
+                self._past.pop_back();
+                self.y.next = *self._past.back().expect("a delay has at least one step");
+            }
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        let steps = self._past.len();
+        Verilog::Custom(if steps == 1 {
+            "// module: flag_delay_1\nalways @(posedge clock)\n  if (reset)\n    y <= 1'b0;\n  else if (advance)\n    y <= x;\n"
+                .into()
+        } else {
+            let kept = if steps == 2 {
+                "past <= x".to_owned()
+            } else {
+                let kept = if steps == 3 { "past[0]".to_owned() } else { format!("past[{}:0]", steps - 3) };
+                format!("past <= {{{kept}, x}}")
+            };
+            let declaration = if steps == 2 { "reg past;".to_owned() } else { format!("reg [{}:0] past;", steps - 2) };
+            let last = if steps == 2 { "past".to_owned() } else { format!("past[{}]", steps - 2) };
+            format!(
+                "// module: flag_delay_{steps}\n{declaration}\n\nalways @(posedge clock)\n  if (reset) begin\n    past <= {}'d0;\n    \
+                 y <= 1'b0;\n  end else if (advance) begin\n    {kept};\n    y <= {last};\n  end\n",
+                steps - 1
+            )
+        })
+    }
+}
+
+/// A pulse `steps` steps later, by counting: pulses must be at least `steps` apart.
+#[derive(LogicBlock)]
+pub struct PulseDelay {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Clears what is under way.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// The pulse.
+    pub x: Signal<In, Bit>,
+    /// The pulse `steps` steps later.
+    pub y: Signal<Out, Bit>,
+    _steps: u64,
+    _left: u64,
+}
+
+impl PulseDelay {
+    /// A delay of `steps`, at least 2.
+    pub fn new(steps: u64) -> Self {
+        debug_assert!(steps >= 2);
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            x: Signal::default(),
+            y: Signal::default(),
+            _steps: steps,
+            _left: 0,
+        }
+    }
+}
+
+impl Default for PulseDelay {
+    fn default() -> Self {
+        Self::new(2)
+    }
+}
+
+impl Logic for PulseDelay {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            if self.reset.val() {
+                self._left = 0;
+                self.y.next = false;
+            } else if self.advance.val() {
+                self.y.next = self._left == 1;
+                self._left = if self.x.val() { self._steps - 1 } else { self._left.saturating_sub(1) };
+            }
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        let steps = self._steps;
+        let bits = address_bits(steps as usize);
+        Verilog::Custom(format!(
+            "// module: pulse_delay_{steps}
+reg [{top}:0] left;
+
+always @(posedge clock)
+  if (reset) begin
+    left <= {bits}'d0;
+    y    <= 1'b0;
+  end else if (advance) begin
+    y <= left == {bits}'d1;
+    if (x)
+      left <= {bits}'d{load};
+    else if (left != {bits}'d0)
+      left <= left - {bits}'d1;
+  end
+",
+            top = bits - 1,
+            load = steps - 1
+        ))
+    }
+}
+
+/// A frame marker `lines W + steps` steps later, by counting: markers must be at least that far apart.
+#[derive(LogicBlock)]
+pub struct FrameDelay {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Clears what is under way.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// `W`; changes only while nothing is under way.
+    pub width: Signal<In, Width>,
+    /// The marker.
+    pub x: Signal<In, Bit>,
+    /// The marker, later.
+    pub y: Signal<Out, Bit>,
+    _lines: u64,
+    _steps: u64,
+    _total: u64,
+    _left: u64,
+}
+
+/// Bits of the count: 63 lines of 1024 and some steps are below 2^17.
+const FRAME_DELAY_BITS: usize = 17;
+
+impl FrameDelay {
+    /// A delay of `lines W + steps` steps; `lines` is a power of two, or one less or more than one.
+    pub fn new(lines: u64, steps: u64) -> Self {
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            width: Signal::default(),
+            x: Signal::default(),
+            y: Signal::default(),
+            _lines: lines,
+            _steps: steps,
+            _total: 0,
+            _left: 0,
+        }
+    }
+}
+
+impl Default for FrameDelay {
+    fn default() -> Self {
+        Self::new(1, 1)
+    }
+}
+
+impl Logic for FrameDelay {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            if self.reset.val() {
+                self._left = 0;
+                self.y.next = false;
+            } else if self.advance.val() {
+                self.y.next = self._left == 1;
+                self._left = if self.x.val() { self._total } else { self._left.saturating_sub(1) };
+            }
+            self._total = (self._lines * self.width.val().to_u64() + self._steps - 1) & ((1 << FRAME_DELAY_BITS) - 1);
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        let (lines, steps) = (self._lines, self._steps);
+        let wide = format!("{{6'd0, width}}");
+        let times = if lines.is_power_of_two() {
+            format!("({wide} << {})", lines.trailing_zeros())
+        } else if (lines + 1).is_power_of_two() {
+            format!("({wide} << {}) - {wide}", (lines + 1).trailing_zeros())
+        } else {
+            format!("({wide} << {}) + {wide}", (lines - 1).trailing_zeros())
+        };
+        Verilog::Custom(format!(
+            "// module: frame_delay_{lines}x{steps}
+reg [16:0] total;
+reg [16:0] left;
+
+always @(posedge clock)
+  total <= {times} + 17'd{load};
+
+always @(posedge clock)
+  if (reset) begin
+    left <= 17'd0;
+    y    <= 1'b0;
+  end else if (advance) begin
+    y <= left == 17'd1;
+    if (x)
+      left <= total;
+    else if (left != 17'd0)
+      left <= left - 17'd1;
+  end
+",
+            load = steps - 1
+        ))
+    }
+}
+
+/// Where a frame is: column and row of the sample, from the marker one step before its first sample.
+#[derive(LogicBlock, Default)]
+pub struct Cursor {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// No frame is under way.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// `W`.
+    pub width: Signal<In, Width>,
+    /// `H`.
+    pub height: Signal<In, Height>,
+    /// One step before the frame's first sample.
+    pub start: Signal<In, Bit>,
+    /// A sample of a frame is here.
+    pub active: Signal<Out, Bit>,
+    /// Its column.
+    pub x: Signal<Out, Bits<10>>,
+    /// Its row.
+    pub y: Signal<Out, Bits<11>>,
+    /// `x = 0`.
+    pub first_column: Signal<Out, Bit>,
+    /// `x = W - 1`.
+    pub last_column: Signal<Out, Bit>,
+    /// `y = 0`.
+    pub first_row: Signal<Out, Bit>,
+    /// `y = H - 1`.
+    pub last_row: Signal<Out, Bit>,
+    _at: (bool, u64, u64),
+}
+
+impl Logic for Cursor {
+    fn update(&mut self) {
+        let (last_x, last_y) = (self.width.val().to_u64().wrapping_sub(1), self.height.val().to_u64().wrapping_sub(1));
+        if self.clock.pos_edge() {
+            let (active, x, y) = self._at;
+            if self.reset.val() {
+                self._at = (false, 0, 0);
+            } else if self.advance.val() {
+                self._at = if self.start.val() {
+                    (true, 0, 0)
+                } else if x == last_x {
+                    (active && y != last_y, 0, (y + 1) & 0x7ff)
+                } else {
+                    (active, (x + 1) & 0x3ff, y)
+                };
+            }
+        }
+        let (active, x, y) = self._at;
+        self.active.next = active;
+        self.x.next = x.into();
+        self.y.next = y.into();
+        self.first_column.next = active && x == 0;
+        self.last_column.next = active && x == last_x;
+        self.first_row.next = active && y == 0;
+        self.last_row.next = active && y == last_y;
+    }
+
+    fn connect(&mut self) {
+        self.active.connect();
+        self.x.connect();
+        self.y.connect();
+        self.first_column.connect();
+        self.last_column.connect();
+        self.first_row.connect();
+        self.last_row.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: cursor
+wire [10:0] last_x = width - 11'd1;
+wire [11:0] last_y = height - 12'd1;
+wire        at_last_x = {1'b0, x} == last_x;
+wire        at_last_y = {1'b0, y} == last_y;
+
+always @(posedge clock)
+  if (reset) begin
+    active <= 1'b0;
+    x      <= 10'd0;
+    y      <= 11'd0;
+  end else if (advance) begin
+    if (start) begin
+      active <= 1'b1;
+      x      <= 10'd0;
+      y      <= 11'd0;
+    end else if (at_last_x) begin
+      active <= active & ~at_last_y;
+      x      <= 10'd0;
+      y      <= y + 11'd1;
+    end else
+      x <= x + 10'd1;
+  end
+
+always @(*) begin
+  first_column = active & (x == 10'd0);
+  last_column  = active & at_last_x;
+  first_row    = active & (y == 11'd0);
+  last_row     = active & at_last_y;
+end
+"
+            .into(),
+        )
+    }
+}

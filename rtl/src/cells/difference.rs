@@ -1,0 +1,78 @@
+//! `DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1)` and the sign bit of `narrow - wide`, taken before rounding.
+//!
+//! Two steps from input to output.
+
+use rust_hdl::prelude::*;
+
+use super::{Response, State};
+
+/// Steps from the smoothed samples to the response.
+pub const DIFFERENCE_STEPS: u32 = 2;
+
+/// See the module.
+#[derive(LogicBlock, Default)]
+pub struct Difference {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// Sample of the narrower smoother.
+    pub narrow: Signal<In, State>,
+    /// Sample of the wider smoother.
+    pub wide: Signal<In, State>,
+    /// `DOG`.
+    pub magnitude: Signal<Out, Response>,
+    /// `narrow >= wide`.
+    pub positive: Signal<Out, Bit>,
+    /// The magnitude did not fit and was cut to the largest code.
+    pub saturated: Signal<Out, Bit>,
+    _distance: (u64, bool),
+}
+
+impl Logic for Difference {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            let (distance, positive) = self._distance;
+            let rounded = (distance + 1) >> 1;
+            self.magnitude.next = rounded.min(0x7fff).into();
+            self.saturated.next = rounded > 0x7fff;
+            self.positive.next = positive;
+            let (narrow, wide) = (self.narrow.val().to_u64(), self.wide.val().to_u64());
+            self._distance = (narrow.abs_diff(wide), narrow >= wide);
+        }
+    }
+
+    fn connect(&mut self) {
+        self.magnitude.connect();
+        self.positive.connect();
+        self.saturated.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: difference
+wire [18:0] up = {1'b0, narrow} - {1'b0, wide};
+wire [17:0] down = wide - narrow;
+
+reg [17:0] distance;
+reg        positive_1;
+wire [18:0] rounded = {1'b0, distance} + 19'd1;
+wire        over = |rounded[18:16];
+
+always @(posedge clock)
+  if (advance) begin
+    distance   <= up[18] ? down : up[17:0];
+    positive_1 <= ~up[18];
+
+    magnitude <= over ? 15'h7fff : rounded[15:1];
+    saturated <= over;
+    positive  <= positive_1;
+  end
+
+wire unused = rounded[0];
+"
+            .into(),
+        )
+    }
+}

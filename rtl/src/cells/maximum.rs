@@ -1,0 +1,239 @@
+//! Maxima over columns and rows of a window, each comparison between two registers.
+//!
+//! [`ColumnMaximum`] takes seven samples above one another, `v_0` the newest row, and gives the maxima of the parts the window
+//! tests need. [`WindowMaximum`] is `y[n] = max(x[n], .., x[n - N + 1])` in `ceil(log2 N)` steps, by doubling: two, four, then
+//! two windows of the largest power of two that overlap.
+
+use rust_hdl::prelude::*;
+
+use super::Response;
+
+/// Steps from the seven samples to the four results.
+pub const COLUMN_STEPS: u32 = 3;
+
+/// Maxima of one column of the 7x7 window.
+#[derive(LogicBlock, Default)]
+pub struct ColumnMaximum {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// `v_0`, the newest row.
+    pub newest: Signal<In, Response>,
+    /// `v_1 ..= v_6`, 16 bits each, the newer lower; the top bit of each is not used.
+    pub older: Signal<In, Bits<96>>,
+    /// `max(v_0 ..= v_2)`, the rows that come later than the middle.
+    pub later: Signal<Out, Response>,
+    /// `v_3`, the middle.
+    pub middle: Signal<Out, Response>,
+    /// `max(v_4 ..= v_6)`, the rows that come earlier.
+    pub earlier: Signal<Out, Response>,
+    /// `max(v_0 ..= v_4)`, the column of MaxDOG.
+    pub five: Signal<Out, Response>,
+    _first: [u64; 6],
+    _second: [u64; 4],
+}
+
+impl Logic for ColumnMaximum {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            let older = self.older.val();
+            let v = |row: usize| older.get_bits::<15>(16 * (row - 1)).to_u64();
+            let [later, middle, earlier, three_four] = self._second;
+            self.later.next = later.into();
+            self.middle.next = middle.into();
+            self.earlier.next = earlier.into();
+            self.five.next = later.max(three_four).into();
+            let [zero_one, two, three, four, five_six, three_four] = self._first;
+            self._second = [zero_one.max(two), three, four.max(five_six), three_four];
+            self._first = [self.newest.val().to_u64().max(v(1)), v(2), v(3), v(4), v(5).max(v(6)), v(3).max(v(4))];
+        }
+    }
+
+    fn connect(&mut self) {
+        self.later.connect();
+        self.middle.connect();
+        self.earlier.connect();
+        self.five.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: column_maximum
+wire [14:0] v1 = older[14:0];
+wire [14:0] v2 = older[30:16];
+wire [14:0] v3 = older[46:32];
+wire [14:0] v4 = older[62:48];
+wire [14:0] v5 = older[78:64];
+wire [14:0] v6 = older[94:80];
+
+reg [14:0] m01, v2_1, v3_1, v4_1, m56, m34;
+reg [14:0] m012, v3_2, m456, m34_2;
+
+always @(posedge clock)
+  if (advance) begin
+    m01  <= newest > v1 ? newest : v1;
+    v2_1 <= v2;
+    v3_1 <= v3;
+    v4_1 <= v4;
+    m56  <= v5 > v6 ? v5 : v6;
+    m34  <= v3 > v4 ? v3 : v4;
+
+    m012  <= m01 > v2_1 ? m01 : v2_1;
+    v3_2  <= v3_1;
+    m456  <= m56 > v4_1 ? m56 : v4_1;
+    m34_2 <= m34;
+
+    later   <= m012;
+    middle  <= v3_2;
+    earlier <= m456;
+    five    <= m012 > m34_2 ? m012 : m34_2;
+  end
+
+wire unused = ^{older[15], older[31], older[47], older[63], older[79], older[95]};
+"
+            .into(),
+        )
+    }
+}
+
+/// `y[n] = max(x[n], .., x[n - N + 1])`.
+#[derive(LogicBlock)]
+pub struct WindowMaximum {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// A sample a step.
+    pub x: Signal<In, Response>,
+    /// The running maximum.
+    pub y: Signal<Out, Response>,
+    _samples: usize,
+    /// Each round's past inputs, newest first, and what to compare a sample with.
+    _rounds: Vec<(usize, Vec<u64>)>,
+}
+
+impl WindowMaximum {
+    /// A window of `samples`.
+    pub fn new(samples: usize) -> Self {
+        let rounds = shifts(samples).into_iter().map(|shift| (shift, vec![0; shift + 1])).collect();
+        Self {
+            clock: Signal::default(),
+            advance: Signal::default(),
+            x: Signal::default(),
+            y: Signal::default(),
+            _samples: samples,
+            _rounds: rounds,
+        }
+    }
+
+    /// Steps from a sample to the first maximum it is part of.
+    pub fn steps(samples: usize) -> u32 {
+        shifts(samples).len() as u32
+    }
+}
+
+impl Default for WindowMaximum {
+    fn default() -> Self {
+        Self::new(2)
+    }
+}
+
+/// How far apart the two values of each round are: 1, 2, 4, .., and last what is left.
+fn shifts(samples: usize) -> Vec<usize> {
+    let mut covered = 1;
+    let mut shifts = Vec::new();
+    while covered < samples {
+        let shift = covered.min(samples - covered);
+        shifts.push(shift);
+        covered += shift;
+    }
+    shifts
+}
+
+impl Logic for WindowMaximum {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            let mut input = self.x.val().to_u64();
+            let last = self._rounds.len() - 1;
+            let mut outputs = vec![];
+            for (shift, past) in &self._rounds {
+                outputs.push(input.max(past[shift - 1]));
+                // The next round's input is this round's register, which still holds the step before.
+                input = past[*shift];
+            }
+            self.y.next = outputs[last].into();
+            let mut input = self.x.val().to_u64();
+            for (round, output) in outputs.into_iter().enumerate() {
+                let (shift, past) = &mut self._rounds[round];
+                let register = past[*shift];
+                past.insert(0, input);
+                past.truncate(*shift);
+                past.push(output);
+                input = register;
+            }
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        let shifts = shifts(self._samples);
+        let mut declarations = String::new();
+        let mut body = String::new();
+        let mut input = "x".to_owned();
+        for (round, &shift) in shifts.iter().enumerate() {
+            let mut past = input.clone();
+            for age in 1..=shift {
+                let name = format!("r{round}_past_{age}");
+                declarations += &format!("reg [14:0] {name};\n");
+                body += &format!("    {name} <= {past};\n");
+                past = name;
+            }
+            let output = if round + 1 == shifts.len() { "y".to_owned() } else { format!("r{}", round + 1) };
+            if output != "y" {
+                declarations += &format!("reg [14:0] {output};\n");
+            }
+            body += &format!("    {output} <= {input} > {past} ? {input} : {past};\n");
+            input = output;
+        }
+        Verilog::Custom(format!(
+            "// module: window_maximum_{}\n{declarations}\nalways @(posedge clock)\n  if (advance) begin\n{body}  end\n",
+            self._samples
+        ))
+    }
+}
+
+/// `y = max(a, b)`, one step.
+#[derive(LogicBlock, Default)]
+pub struct Maximum {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// One.
+    pub a: Signal<In, Response>,
+    /// The other.
+    pub b: Signal<In, Response>,
+    /// The larger, one step later.
+    pub y: Signal<Out, Response>,
+}
+
+impl Logic for Maximum {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            self.y.next = self.a.val().to_u64().max(self.b.val().to_u64()).into();
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom("// module: maximum\nalways @(posedge clock)\n  if (advance)\n    y <= a > b ? a : b;\n".into())
+    }
+}

@@ -1,0 +1,557 @@
+//! Candidates on their way from the window to the ring, and records on their way out.
+//!
+//! A candidate is found 15 lines and some steps before its ring is complete. To delay every response that long would take 45
+//! memories of 10 Kbit; candidates are rare, so they wait in a queue instead, and are found again by their place.
+
+use std::collections::VecDeque;
+
+use rust_hdl::prelude::*;
+
+use super::Response;
+
+/// Bits of a candidate: place 21, which scales 2, signs 2, two responses of 15, twice four neighbours of 15.
+pub const CANDIDATE_BITS: usize = 175;
+
+/// A candidate's word: from the lowest bit `place, hit_0, hit_1, sign and response of scale 0, of scale 1, neighbours of scale 0, of
+/// scale 1`, neighbours left, right, upper, lower.
+#[derive(LogicBlock, Default)]
+pub struct CandidateWord {
+    /// Row above column.
+    pub place: Signal<In, Bits<21>>,
+    /// Found at scale pair 0.
+    pub hit_0: Signal<In, Bit>,
+    /// Found at scale pair 1.
+    pub hit_1: Signal<In, Bit>,
+    /// Sign and response of scale pair 0.
+    pub centre_0: Signal<In, Bits<16>>,
+    /// Of scale pair 1.
+    pub centre_1: Signal<In, Bits<16>>,
+    /// Neighbours of scale pair 0.
+    pub neighbours_0: Signal<In, Bits<60>>,
+    /// Of scale pair 1.
+    pub neighbours_1: Signal<In, Bits<60>>,
+    /// The word.
+    pub word: Signal<Out, Bits<175>>,
+}
+
+impl Logic for CandidateWord {
+    fn update(&mut self) {
+        let mut word = Bits::<175>::default();
+        word.set_bits(0, self.place.val());
+        word = word.replace_bit(21, self.hit_0.val()).replace_bit(22, self.hit_1.val());
+        let (zero, one) = (self.centre_0.val(), self.centre_1.val());
+        word.set_bits(23, zero);
+        word.set_bits(39, one);
+        word.set_bits(55, self.neighbours_0.val());
+        word.set_bits(115, self.neighbours_1.val());
+        self.word.next = word;
+    }
+
+    fn connect(&mut self) {
+        self.word.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "// module: candidate_word\nalways @(*)\n  word = {neighbours_1, neighbours_0, centre_1, centre_0, hit_1, hit_0, place};\n"
+                .into(),
+        )
+    }
+}
+
+/// The queue of candidates, and the one whose ring is complete.
+#[derive(LogicBlock, Default)]
+pub struct CandidateQueue {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Empties it.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// A candidate.
+    pub word: Signal<In, Bits<175>>,
+    /// A sample is at the centre of the ring in the next step.
+    pub active: Signal<In, Bit>,
+    /// Its column.
+    pub x: Signal<In, Bits<10>>,
+    /// Its row.
+    pub y: Signal<In, Bits<11>>,
+    /// The centre is a candidate, one step later.
+    pub found: Signal<Out, Bit>,
+    /// It, with `found`.
+    pub candidate: Signal<Out, Bits<175>>,
+    /// Its response at scale pair 0.
+    pub centre_0: Signal<Out, Response>,
+    /// At scale pair 1.
+    pub centre_1: Signal<Out, Response>,
+    /// Features lost because the queue was full, one step later.
+    pub dropped: Signal<Out, Bits<2>>,
+    _memory: VecDeque<Bits<175>>,
+    _next: Option<Bits<175>>,
+    _head: Option<Bits<175>>,
+}
+
+/// Candidates that can wait, beside two on their way out.
+pub const CANDIDATES: usize = 512;
+
+impl Logic for CandidateQueue {
+    fn update(&mut self) {
+        if !self.clock.pos_edge() {
+            return;
+        }
+        if self.reset.val() {
+            self._memory.clear();
+            self._next = None;
+            self._head = None;
+            self.found.next = false;
+            self.dropped.next = 0u64.into();
+            return;
+        }
+        if !self.advance.val() {
+            return;
+        }
+        let place = self.y.val().to_u64() << 10 | self.x.val().to_u64();
+        let fits = self.active.val() && self._head.is_some_and(|head| head.get_bits::<21>(0).to_u64() == place);
+        self.found.next = fits;
+        if let Some(head) = self._head {
+            self.candidate.next = head;
+            self.centre_0.next = head.get_bits::<15>(23);
+            self.centre_1.next = head.get_bits::<15>(39);
+        }
+        let full = self._memory.len() == CANDIDATES;
+        let take_head = self._head.is_none() || fits;
+        let take_next = self._next.is_none() || take_head;
+        if take_head {
+            self._head = self._next.take();
+        }
+        if take_next {
+            self._next = self._memory.pop_front();
+        }
+        let word = self.word.val();
+        let hits = u64::from(word.get_bit(21)) + u64::from(word.get_bit(22));
+        self.dropped.next = if full { hits } else { 0 }.into();
+        if hits != 0 && !full {
+            self._memory.push_back(word);
+        }
+    }
+
+    fn connect(&mut self) {
+        self.found.connect();
+        self.candidate.connect();
+        self.centre_0.connect();
+        self.centre_1.connect();
+        self.dropped.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: candidate_queue
+reg [174:0] memory [0:511];
+reg [8:0]   write_place;
+reg [8:0]   read_place;
+reg [9:0]   waiting;
+reg [174:0] next;
+reg         next_valid;
+reg [174:0] head;
+reg         head_valid;
+
+wire fits   = active & head_valid & (head[20:0] == {y, x});
+wire take_head = ~head_valid | fits;
+wire take_next = ~next_valid | take_head;
+wire some      = waiting != 10'd0;
+wire full      = waiting[9];
+wire push      = (word[21] | word[22]) & ~full;
+wire pop       = take_next & some;
+
+always @(posedge clock)
+  if (reset) begin
+    write_place <= 9'd0;
+    read_place  <= 9'd0;
+    waiting     <= 10'd0;
+    next_valid  <= 1'b0;
+    head_valid  <= 1'b0;
+    found       <= 1'b0;
+    dropped     <= 2'd0;
+  end else if (advance) begin
+    write_place <= write_place + {8'd0, push};
+    read_place  <= read_place + {8'd0, pop};
+    waiting     <= waiting + {9'd0, push} - {9'd0, pop};
+    if (take_next)
+      next_valid <= some;
+    if (take_head)
+      head_valid <= next_valid;
+    found   <= fits;
+    dropped <= full ? {1'b0, word[21]} + {1'b0, word[22]} : 2'd0;
+  end
+
+always @(posedge clock)
+  if (advance & take_next)
+    next <= memory[read_place];
+
+always @(posedge clock)
+  if (advance & push)
+    memory[write_place] <= word;
+
+always @(posedge clock)
+  if (advance) begin
+    if (take_head)
+      head <= next;
+    candidate <= head;
+    centre_0  <= head[37:23];
+    centre_1  <= head[53:39];
+  end
+"
+            .into(),
+        )
+    }
+}
+
+/// From candidates with their rings to records of 256 bits, and the trailer that ends a frame.
+///
+/// Two scales may find the same pixel; the second record is written one step after the first. That is always in time: after a
+/// pixel that both scales found, neither finds another for three steps.
+#[derive(LogicBlock, Default)]
+pub struct RecordWriter {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Forgets everything.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// `candidate` is one, its ring words come one step later.
+    pub found: Signal<In, Bit>,
+    /// The candidate.
+    pub candidate: Signal<In, Bits<175>>,
+    /// MaxLBP of scale pair 0.
+    pub maxlbp_0: Signal<In, Bits<32>>,
+    /// MaxLBP of scale pair 1.
+    pub maxlbp_1: Signal<In, Bits<32>>,
+    /// Signs of scale pair 0.
+    pub sign_0: Signal<In, Bits<32>>,
+    /// Signs of scale pair 1.
+    pub sign_1: Signal<In, Bits<32>>,
+    /// Features lost before.
+    pub lost: Signal<In, Bits<2>>,
+    /// The last pixel of a frame was at the ring's centre.
+    pub frame_end: Signal<In, Bit>,
+    /// What went wrong with the frame at the input.
+    pub errors: Signal<In, Bits<4>>,
+    /// The frame's thresholds.
+    pub threshold_0: Signal<In, Response>,
+    /// The frame's thresholds.
+    pub threshold_1: Signal<In, Response>,
+    /// The FIFO has room for features.
+    pub room: Signal<In, Bit>,
+    /// Write `record`.
+    pub write: Signal<Out, Bit>,
+    /// The record.
+    pub record: Signal<Out, Bits<256>>,
+    /// A trailer is written: the frame is done.
+    pub done: Signal<Out, Bit>,
+    /// Features of the frame written.
+    pub count: Signal<Out, Bits<20>>,
+    /// Features of the frame dropped.
+    pub dropped: Signal<Out, Bits<20>>,
+    /// Frames done.
+    pub frames: Signal<Out, Bits<32>>,
+    _waits: bool,
+    _waiting: Bits<175>,
+    _hits: u64,
+    _now: Bits<175>,
+    _words: [u64; 4],
+    _trailer: bool,
+}
+
+impl RecordWriter {
+    fn step(&mut self) {
+        if self.advance.val() {
+            let feature = self._hits != 0;
+            let end_now = self._trailer && !feature;
+            let (count, dropped) = (self.count.val().to_u64(), self.dropped.val().to_u64());
+            self.record.next = words_to_bits(if end_now { self.trailer(count, dropped) } else { self.feature() });
+            let (taken, lost) = (feature && self.room.val(), feature && !self.room.val());
+            let done = self.done.val();
+            let keep = |value: u64| if done { 0 } else { value };
+            self.count.next = (keep(count) + u64::from(taken) & 0xf_ffff).into();
+            self.dropped.next = (keep(dropped) + self.lost.val().to_u64() + u64::from(lost) & 0xf_ffff).into();
+            self.frames.next = (self.frames.val().to_u64() + u64::from(done) & 0xffff_ffff).into();
+            self.write.next = taken || end_now;
+            self.done.next = end_now;
+            self._trailer = self.frame_end.val() || (self._trailer && !end_now);
+            self._hits = match (self._waits, self._hits & 1) {
+                (true, _) => self._waiting.get_bits::<2>(21).to_u64(),
+                (false, 1) => self._hits & 2,
+                (false, _) => 0,
+            };
+            if self._waits {
+                self._now = self._waiting;
+                self._words =
+                    [&self.maxlbp_0, &self.maxlbp_1, &self.sign_0, &self.sign_1].map(|word| word.val().to_u64());
+            }
+            self._waits = self.found.val();
+            self._waiting = self.candidate.val();
+        }
+        if self.reset.val() {
+            (self._waits, self._hits, self._trailer) = (false, 0, false);
+            self.write.next = false;
+            self.done.next = false;
+            self.count.next = 0u64.into();
+            self.dropped.next = 0u64.into();
+            self.frames.next = 0u64.into();
+        }
+    }
+
+    fn feature(&self) -> [u64; 8] {
+        let second = self._hits & 1 == 0;
+        let (centre, around) = if second { (39, 115) } else { (23, 55) };
+        let centre = self._now.get_bits::<16>(centre).to_u64();
+        let place = self._now.get_bits::<21>(0).to_u64();
+        let neighbour = |i: usize| self._now.get_bits::<15>(around + 15 * i).to_u64();
+        let [maxlbp_0, maxlbp_1, sign_0, sign_1] = self._words;
+        [
+            (place >> 10) << 16 | place & 0x3ff,
+            (centre >> 15) << 17 | u64::from(second) << 16 | centre & 0x7fff,
+            neighbour(1) << 16 | neighbour(0),
+            neighbour(3) << 16 | neighbour(2),
+            maxlbp_0,
+            maxlbp_1,
+            sign_0,
+            sign_1,
+        ]
+    }
+
+    fn trailer(&self, count: u64, dropped: u64) -> [u64; 8] {
+        let thresholds = self.threshold_1.val().to_u64() << 16 | self.threshold_0.val().to_u64();
+        let flags = 0x8000_0000 | self.errors.val().to_u64();
+        [self.frames.val().to_u64(), flags, count, dropped, thresholds, 0, 0, 0]
+    }
+}
+
+fn words_to_bits(words: [u64; 8]) -> Bits<256> {
+    let mut record = Bits::<256>::default();
+    words.into_iter().enumerate().for_each(|(i, word)| record.set_bits(32 * i, Bits::<32>::from(word)));
+    record
+}
+
+impl Logic for RecordWriter {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            self.step();
+        }
+    }
+
+    fn connect(&mut self) {
+        self.write.connect();
+        self.record.connect();
+        self.done.connect();
+        self.count.connect();
+        self.dropped.connect();
+        self.frames.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: record_writer
+// The candidate waits one step for its ring words, then its records are written, scale pair 0 first.
+reg         waits;
+reg [174:0] waiting;
+reg [1:0]   hits;
+reg [174:0] now;
+reg [127:0] words;
+reg         trailer;
+
+wire         second  = ~hits[0];
+wire         feature = |hits;
+wire         end_now = trailer & ~feature;
+wire [15:0]  centre  = second ? now[54:39] : now[38:23];
+wire [59:0]  around  = second ? now[174:115] : now[114:55];
+wire [31:0]  place   = {5'd0, now[20:10], 6'd0, now[9:0]};
+wire [31:0]  answer  = {14'd0, centre[15], second, 1'b0, centre[14:0]};
+wire [63:0]  cardinal   = {1'b0, around[59:45], 1'b0, around[44:30], 1'b0, around[29:15], 1'b0, around[14:0]};
+wire [255:0] ended   = {96'd0, 1'b0, threshold_1, 1'b0, threshold_0, 12'd0, dropped, 12'd0, count,
+                        16'h8000, 12'd0, errors, frames};
+
+always @(posedge clock)
+  if (reset) begin
+    waits   <= 1'b0;
+    hits    <= 2'd0;
+    trailer <= 1'b0;
+    write   <= 1'b0;
+    done    <= 1'b0;
+    count   <= 20'd0;
+    dropped <= 20'd0;
+    frames  <= 32'd0;
+  end else if (advance) begin
+    waits <= found;
+    if (waits)
+      hits <= waiting[22:21];
+    else
+      hits <= hits[0] ? {hits[1], 1'b0} : 2'd0;
+    trailer <= frame_end | (trailer & ~end_now);
+    write   <= (feature & room) | end_now;
+    done    <= end_now;
+    count   <= done ? {19'd0, feature & room} : count + {19'd0, feature & room};
+    dropped <= (done ? 20'd0 : dropped) + {18'd0, lost} + {19'd0, feature & ~room};
+    frames  <= frames + {31'd0, done};
+  end
+
+always @(posedge clock)
+  if (advance) begin
+    waiting <= candidate;
+    if (waits) begin
+      now   <= waiting;
+      words <= {sign_1, sign_0, maxlbp_1, maxlbp_0};
+    end
+    record <= end_now ? ended : {words, cardinal, answer, place};
+  end
+"
+            .into(),
+        )
+    }
+}
+
+/// Records that can wait for the sink.
+pub const RECORDS: usize = 512;
+
+/// Places of the FIFO kept for trailers: features are dropped before a frame's end is.
+pub const RESERVED: usize = 16;
+
+/// The FIFO before the sink, with Avalon-ST's marks of packets.
+#[derive(LogicBlock, Default)]
+pub struct RecordFifo {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Empties it.
+    pub reset: Signal<In, Bit>,
+    /// Write in this cycle.
+    pub write: Signal<In, Bit>,
+    /// The record.
+    pub record: Signal<In, Bits<256>>,
+    /// There is room for features.
+    pub room: Signal<Out, Bit>,
+    /// Not even for trailers: the datapath must stop.
+    pub stop: Signal<Out, Bit>,
+    /// The sink takes `data`.
+    pub ready: Signal<In, Bit>,
+    /// `data` is a record.
+    pub valid: Signal<Out, Bit>,
+    /// The record.
+    pub data: Signal<Out, Bits<256>>,
+    /// First of its packet.
+    pub start_of_packet: Signal<Out, Bit>,
+    /// Last of its packet, the trailer.
+    pub end_of_packet: Signal<Out, Bit>,
+    _memory: VecDeque<Bits<256>>,
+    _next: Option<Bits<256>>,
+    _first: bool,
+}
+
+impl Logic for RecordFifo {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            if self.reset.val() {
+                self._memory.clear();
+                self._next = None;
+                self._first = false;
+                self.valid.next = false;
+            } else {
+                let take_data = !self.valid.val() || self.ready.val();
+                let take_next = self._next.is_none() || take_data;
+                let popped = if take_next { self._memory.pop_front() } else { None };
+                if self.valid.val() && self.ready.val() {
+                    self._first = !self.end_of_packet.val();
+                }
+                if take_data {
+                    self.valid.next = self._next.is_some();
+                    if let Some(record) = self._next {
+                        self.data.next = record;
+                    }
+                }
+                if take_next {
+                    self._next = popped;
+                }
+                if self.write.val() {
+                    self._memory.push_back(self.record.val());
+                }
+            }
+            self.room.next = self._memory.len() < RECORDS - RESERVED;
+            self.stop.next = self._memory.len() >= RECORDS - 3;
+        }
+        self.start_of_packet.next = !self._first;
+        self.end_of_packet.next = self.data.val().get_bit(63);
+    }
+
+    fn connect(&mut self) {
+        self.room.connect();
+        self.stop.connect();
+        self.valid.connect();
+        self.data.connect();
+        self.start_of_packet.connect();
+        self.end_of_packet.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: record_fifo
+reg [255:0] memory [0:511];
+reg [8:0]   write_place;
+reg [8:0]   read_place;
+reg [9:0]   waiting;
+reg [255:0] next;
+reg         next_valid;
+reg         in_packet;
+
+wire take_data = ~valid | ready;
+wire take_next = ~next_valid | take_data;
+wire some      = waiting != 10'd0;
+wire pop       = take_next & some;
+wire [9:0] after = waiting + {9'd0, write} - {9'd0, pop};
+
+always @(posedge clock)
+  if (reset) begin
+    write_place <= 9'd0;
+    read_place  <= 9'd0;
+    waiting     <= 10'd0;
+    next_valid  <= 1'b0;
+    valid       <= 1'b0;
+    in_packet      <= 1'b0;
+    room        <= 1'b1;
+    stop        <= 1'b0;
+  end else begin
+    write_place <= write_place + {8'd0, write};
+    read_place  <= read_place + {8'd0, pop};
+    waiting     <= after;
+    room        <= after < 10'd496;
+    stop        <= after >= 10'd509;
+    if (take_next)
+      next_valid <= some;
+    if (take_data)
+      valid <= next_valid;
+    if (valid & ready)
+      in_packet <= ~end_of_packet;
+  end
+
+always @(posedge clock)
+  if (take_next)
+    next <= memory[read_place];
+
+always @(posedge clock)
+  if (write)
+    memory[write_place] <= record;
+
+always @(posedge clock)
+  if (take_data)
+    data <= next;
+
+always @(*) begin
+  start_of_packet = ~in_packet;
+  end_of_packet   = data[63];
+end
+"
+            .into(),
+        )
+    }
+}

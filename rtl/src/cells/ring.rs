@@ -1,0 +1,165 @@
+//! The ring around a centre: `MaxDOG(p + o_i)` and the sign there, 32 points side by side, and the bits they give.
+//!
+//! A point `(dx, dy)` of the ring is the sample `16 - dy` lines and `16 - dx` steps before the newest one, for both radii, so that
+//! the two scales meet at the same centre. The lines come from a line delay; of a row with two points the right one is delayed
+//! first and the left one follows from it, so that no more than `2 dx` words are kept.
+
+use hoverlock_reference::maxlbp::rings;
+use rust_hdl::prelude::*;
+
+use super::{Response, delay::delay_body};
+
+/// Lines and steps from the newest sample to the centre.
+pub const RING_REACH: i32 = 16;
+
+/// The rows of a ring as lines before the newest, rising, each with its points as steps before the newest, rising, and the
+/// number of the point.
+pub fn rows(scale: usize) -> Vec<(usize, Vec<(usize, usize)>)> {
+    let mut rows: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
+    for (i, &(dx, dy)) in rings()[scale].iter().enumerate() {
+        let (line, step) = ((RING_REACH - dy) as usize, (RING_REACH - dx) as usize);
+        match rows.iter_mut().find(|row| row.0 == line) {
+            Some(row) => row.1.push((step, i)),
+            None => rows.push((line, vec![(step, i)])),
+        }
+    }
+    rows.sort_unstable();
+    rows.iter_mut().for_each(|row| row.1.sort_unstable());
+    rows
+}
+
+/// The 32 points of one ring, side by side.
+#[derive(LogicBlock)]
+pub struct RingTaps<const IN: usize> {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Puts the counters to their start.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// Sign and MaxDOG of the rows that have points, the newest lowest.
+    pub rows: Signal<In, Bits<IN>>,
+    /// Sign and MaxDOG of point `i` at bits `16 i`.
+    pub points: Signal<Out, Bits<512>>,
+    _scale: usize,
+    _past: Vec<Vec<u64>>,
+}
+
+impl<const IN: usize> RingTaps<IN> {
+    /// The ring of a scale pair.
+    pub fn new(scale: usize) -> Self {
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            rows: Signal::default(),
+            points: Signal::default(),
+            _scale: scale,
+            _past: vec![vec![0; 2 * RING_REACH as usize + 1]; IN / 16],
+        }
+    }
+}
+
+impl<const IN: usize> Logic for RingTaps<IN> {
+    fn update(&mut self) {
+        let inputs = self.rows.val();
+        if self.clock.pos_edge() && self.advance.val() {
+            for (row, past) in self._past.iter_mut().enumerate() {
+                past.insert(0, inputs.get_bits::<16>(16 * row).to_u64());
+                past.pop();
+            }
+        }
+        let mut points = self.points.val();
+        for (row, (_, taps)) in rows(self._scale).iter().enumerate() {
+            for &(step, i) in taps {
+                let point = match step {
+                    0 => inputs.get_bits::<16>(16 * row),
+                    _ => self._past[row][step - 1].into(),
+                };
+                points.set_bits(16 * i, point);
+            }
+        }
+        self.points.next = points;
+    }
+
+    fn connect(&mut self) {
+        self.points.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        let scale = self._scale;
+        let mut text = format!("// module: ring_taps_{scale}\n");
+        let mut wires = vec![String::new(); 32];
+        for (row, (line, taps)) in rows(scale).iter().enumerate() {
+            text += &format!("// {line} lines before the newest\n");
+            let mut signal = format!("rows[{}:{}]", 16 * row + 15, 16 * row);
+            let mut at = 0;
+            for &(step, i) in taps {
+                if step > at {
+                    let name = format!("point_{i}");
+                    text += &delay_body(&format!("point_{i}_"), &signal, &name, 16, step - at);
+                    signal = name;
+                    at = step;
+                }
+                wires[i] = signal.clone();
+            }
+        }
+        wires.reverse();
+        Verilog::Custom(format!("{text}\nalways @(*)\n  points = {{{}}};\n", wires.join(", ")))
+    }
+}
+
+/// `maxlbp[i] = centre >= MaxDOG_i`, `sign[i] = sign_i`, one step.
+#[derive(LogicBlock, Default)]
+pub struct RingComparator {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// `DOG_k` at the centre.
+    pub centre: Signal<In, Response>,
+    /// The ring.
+    pub points: Signal<In, Bits<512>>,
+    /// The MaxLBP word.
+    pub maxlbp: Signal<Out, Bits<32>>,
+    /// The sign word.
+    pub sign: Signal<Out, Bits<32>>,
+}
+
+impl Logic for RingComparator {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            let (centre, points) = (self.centre.val().to_u64(), self.points.val());
+            let (mut maxlbp, mut sign) = (0u64, 0u64);
+            for i in 0..32 {
+                let point = points.get_bits::<16>(16 * i).to_u64();
+                maxlbp |= u64::from(centre >= point & 0x7fff) << i;
+                sign |= (point >> 15) << i;
+            }
+            self.maxlbp.next = maxlbp.into();
+            self.sign.next = sign.into();
+        }
+    }
+
+    fn connect(&mut self) {
+        self.maxlbp.connect();
+        self.sign.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: ring_comparator
+integer i;
+
+always @(posedge clock)
+  if (advance)
+    for (i = 0; i < 32; i = i + 1) begin
+      maxlbp[i] <= centre >= points[16 * i +: 15];
+      sign[i]   <= points[16 * i + 15];
+    end
+"
+            .into(),
+        )
+    }
+}

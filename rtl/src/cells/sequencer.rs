@@ -1,0 +1,394 @@
+//! From Avalon-ST beats to steps of the datapath: every frame that enters it is whole.
+//!
+//! | state | takes | steps |
+//! |---|---|---|
+//! | idle | a beat with start-of-packet begins a frame; any other is dropped | empty ones until the pipeline has drained |
+//! | frame | a beat a step; none without one | pixels |
+//! | pad | nothing | the last pixel again, until the frame is whole |
+//!
+//! A frame cut short (its end, or another's start, too early) is padded, so that what stands behind never sees half a frame; its
+//! trailer says so. Beats after the last pixel are dropped up to the next start. A frame of another size waits until the
+//! pipeline is empty, for [`DRAIN_LINES`] lines at most. A step that the records' FIFO has no room for waits.
+
+use std::collections::VecDeque;
+
+use rust_hdl::prelude::*;
+
+use super::{Height, Width};
+
+/// Lines of steps after which the pipeline is surely empty; what it really takes is below 88.
+pub const DRAIN_LINES: u64 = 96;
+
+/// Error bits of a frame.
+pub mod error {
+    /// End of packet before the last pixel.
+    pub const SHORT: u64 = 1;
+    /// No end of packet at the last pixel.
+    pub const LONG: u64 = 1 << 1;
+    /// Start of packet before the last pixel.
+    pub const INTERRUPTED: u64 = 1 << 2;
+    /// A beat outside any frame, or a frame of a size that is not possible: never part of a frame's own bits.
+    pub const REFUSED: u64 = 1 << 3;
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum State {
+    #[default]
+    Idle,
+    Frame,
+    Pad,
+}
+
+/// See the module.
+#[derive(LogicBlock, Default)]
+pub struct Sequencer {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// Forgets everything.
+    pub reset: Signal<In, Bit>,
+    /// Frames are taken; otherwise they are dropped whole.
+    pub enable: Signal<In, Bit>,
+    /// `W` of frames that begin now.
+    pub new_width: Signal<In, Width>,
+    /// `H` of frames that begin now.
+    pub new_height: Signal<In, Height>,
+    /// The datapath must stop.
+    pub stop: Signal<In, Bit>,
+    /// Avalon-ST sink.
+    pub ready: Signal<Out, Bit>,
+    /// A beat is there.
+    pub valid: Signal<In, Bit>,
+    /// Its pixel.
+    pub data: Signal<In, Bits<16>>,
+    /// It is a frame's first.
+    pub start_of_packet: Signal<In, Bit>,
+    /// It is a frame's last.
+    pub end_of_packet: Signal<In, Bit>,
+    /// `W` in the pipeline.
+    pub width: Signal<Out, Width>,
+    /// `H` in the pipeline.
+    pub height: Signal<Out, Height>,
+    /// Registers are taken over for the frame that begins with the next step.
+    pub capture: Signal<Out, Bit>,
+    /// One step.
+    pub advance: Signal<Out, Bit>,
+    /// The step's pixel is a frame's first.
+    pub start: Signal<Out, Bit>,
+    /// The pixel of the step.
+    pub pixel: Signal<Out, Bits<16>>,
+    /// Something is on its way.
+    pub busy: Signal<Out, Bit>,
+    /// Errors of this cycle.
+    pub errors: Signal<Out, Bits<4>>,
+    /// The oldest frame in the pipeline is done.
+    pub frame_done: Signal<In, Bit>,
+    /// Its errors.
+    pub frame_errors: Signal<Out, Bits<4>>,
+    _beats: VecDeque<(u64, bool, bool)>,
+    _state: State,
+    _at: (u64, u64),
+    _ignoring: bool,
+    _settle: u64,
+    _drain: u64,
+    _drain_from: u64,
+    _own: u64,
+    _kept: VecDeque<u64>,
+}
+
+impl Sequencer {
+    fn clock_edge(&mut self) {
+        let taken = self.valid.val() && self._beats.len() != 2;
+        let beat = self._beats.front().copied();
+        let (width, height) = (self.width.val().to_u64(), self.height.val().to_u64());
+        let (new_width, new_height) = (self.new_width.val().to_u64(), self.new_height.val().to_u64());
+        let possible = (64..=1024).contains(&new_width) && (64..=2048).contains(&new_height);
+        let same = new_width == width && new_height == height;
+        let go = !self.stop.val();
+        let last = self._at == (width.wrapping_sub(1) & 0x3ff, height.wrapping_sub(1) & 0x7ff);
+        let (mut pop, mut step, mut begin, mut errors, mut own) = (false, false, false, 0, self._own);
+        let mut pixel = self.pixel.val().to_u64();
+        let mut real = false;
+        match (self._state, beat) {
+            (State::Idle, Some((_, false, _))) => {
+                pop = true;
+                if !self._ignoring {
+                    errors = error::REFUSED;
+                    self._ignoring = true;
+                }
+            }
+            (State::Idle, Some((data, true, end))) if self.enable.val() && possible => {
+                if same && self._settle == 0 {
+                    if go {
+                        (pop, step, begin, real, pixel) = (true, true, true, true, data);
+                        own = if end { error::SHORT } else { 0 };
+                        errors = own;
+                        self._state = if end { State::Pad } else { State::Frame };
+                        self._at = (1, 0);
+                    }
+                } else if self._drain == 0 && !same {
+                    self.width.next = new_width.into();
+                    self.height.next = new_height.into();
+                    self._settle = 3;
+                } else if self._drain == 0 {
+                    self._settle -= 1;
+                } else {
+                    step = go;
+                }
+            }
+            (State::Idle, Some((_, true, _))) => {
+                pop = true;
+                self._ignoring = true;
+                errors = if self.enable.val() { error::REFUSED } else { 0 };
+            }
+            (State::Idle, None) => step = go && self._drain != 0,
+            (State::Frame, Some((_, true, _))) => {
+                errors = error::INTERRUPTED;
+                own |= errors;
+                self._state = State::Pad;
+            }
+            (State::Frame, Some((data, false, end))) if go => {
+                (pop, step, real, pixel) = (true, true, true, data);
+                if last {
+                    errors = if end { 0 } else { error::LONG };
+                    self._state = State::Idle;
+                    self._ignoring = !end;
+                } else if end {
+                    errors = error::SHORT;
+                    self._state = State::Pad;
+                }
+                own |= errors;
+            }
+            (State::Pad, _) if go => {
+                (step, real) = (true, true);
+                if last {
+                    self._state = State::Idle;
+                    self._ignoring = false;
+                }
+            }
+            _ => {}
+        }
+        if real && !begin {
+            let (x, y) = self._at;
+            let end_of_row = x == width.wrapping_sub(1) & 0x3ff;
+            self._at = if end_of_row { (0, y + 1 & 0x7ff) } else { (x + 1 & 0x3ff, y) };
+        }
+        if self.frame_done.val() {
+            self._kept.pop_front();
+        }
+        if real && last && !begin && self._kept.len() < 4 {
+            self._kept.push_back(own);
+        }
+        self._own = own;
+        self._drain = if real {
+            self._drain_from
+        } else if step {
+            self._drain - 1
+        } else {
+            self._drain
+        };
+        self._drain_from = DRAIN_LINES * width;
+        if pop {
+            self._beats.pop_front();
+        }
+        if taken {
+            let beat = (self.data.val().to_u64(), self.start_of_packet.val(), self.end_of_packet.val());
+            self._beats.push_back(beat);
+        }
+        self.advance.next = step;
+        if step {
+            self.start.next = begin;
+            self.pixel.next = pixel.into();
+        }
+        self.capture.next = begin;
+        self.errors.next = errors.into();
+    }
+}
+
+impl Logic for Sequencer {
+    fn update(&mut self) {
+        if self.clock.pos_edge() {
+            if self.reset.val() {
+                self._beats.clear();
+                self._state = State::Idle;
+                (self._ignoring, self._settle, self._drain, self._own) = (false, 0, 0, 0);
+                self._kept.clear();
+                self.width.next = 0u64.into();
+                self.height.next = 0u64.into();
+                self.advance.next = false;
+                self.start.next = false;
+                self.capture.next = false;
+                self.errors.next = 0u64.into();
+            } else {
+                self.clock_edge();
+            }
+        }
+        self.ready.next = self._beats.len() != 2;
+        self.busy.next = self._drain != 0;
+        self.frame_errors.next = self._kept.front().copied().unwrap_or_default().into();
+    }
+
+    fn connect(&mut self) {
+        self.ready.connect();
+        self.width.connect();
+        self.height.connect();
+        self.capture.connect();
+        self.advance.connect();
+        self.start.connect();
+        self.pixel.connect();
+        self.busy.connect();
+        self.errors.connect();
+        self.frame_errors.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: sequencer
+localparam IDLE = 2'd0, FRAME = 2'd1, PAD = 2'd2;
+
+// Two beats, so that ready is a register.
+reg [17:0] head;
+reg [17:0] behind;
+reg [1:0]  beats;
+wire        some     = beats != 2'd0;
+wire [15:0] beat     = head[15:0];
+wire        is_start = head[16];
+wire        is_end   = head[17];
+
+reg [1:0]  state;
+reg [9:0]  x;
+reg [10:0] y;
+reg        ignoring;
+reg [1:0]  settle;
+reg [16:0] drain;
+reg [16:0] drain_from;
+reg [2:0]  own;
+
+// What a size allows.
+wire possible = (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
+wire same     = (new_width == width) & (new_height == height);
+wire [10:0] last_x = width - 11'd1;
+wire [11:0] last_y = height - 12'd1;
+wire at_last_x = x == last_x[9:0];
+wire last      = at_last_x & (y == last_y[10:0]);
+
+// What this cycle does.
+wire go      = ~stop;
+wire idle    = state == IDLE;
+wire first   = idle & some & is_start;
+wire accept  = first & enable & possible;
+wire refuse  = first & ~(enable & possible);
+wire stray   = idle & some & ~is_start;
+wire ready_to_begin = same & (settle == 2'd0);
+wire begins  = accept & ready_to_begin & go;
+wire empty   = go & (drain != 17'd0) & idle & (~some | (accept & ~ready_to_begin));
+wire resize  = accept & ~same & (drain == 17'd0);
+wire settles = accept & same & (settle != 2'd0) & (drain == 17'd0);
+wire breaks  = (state == FRAME) & some & is_start;
+wire takes   = (state == FRAME) & some & ~is_start & go;
+wire pads    = (state == PAD) & go;
+wire real_step = begins | takes | pads;
+wire pop     = stray | refuse | begins | takes;
+wire push    = valid & ready;
+
+wire short_frame = (begins & is_end) | (takes & is_end & ~last);
+wire long_frame  = takes & last & ~is_end;
+wire [2:0] own_now = (begins ? 3'd0 : own) | {breaks, long_frame, short_frame};
+wire keep        = (takes | pads) & last;
+
+always @(posedge clock)
+  if (reset)
+    beats <= 2'd0;
+  else
+    beats <= beats + {1'b0, push} - {1'b0, pop};
+
+always @(posedge clock) begin
+  if (pop)
+    head <= beats == 2'd2 ? behind : {end_of_packet, start_of_packet, data};
+  else if (~some)
+    head <= {end_of_packet, start_of_packet, data};
+  if (push)
+    behind <= {end_of_packet, start_of_packet, data};
+end
+
+always @(posedge clock)
+  if (reset) begin
+    state    <= IDLE;
+    ignoring <= 1'b0;
+    settle   <= 2'd0;
+    drain    <= 17'd0;
+    own      <= 3'd0;
+    width    <= 11'd0;
+    height   <= 12'd0;
+    advance  <= 1'b0;
+    start    <= 1'b0;
+    capture  <= 1'b0;
+    errors   <= 4'd0;
+    x        <= 10'd0;
+    y        <= 11'd0;
+  end else begin
+    if (begins)
+      state <= is_end ? PAD : FRAME;
+    else if (keep)
+      state <= IDLE;
+    else if (breaks | short_frame)
+      state <= PAD;
+    if (stray | refuse | long_frame)
+      ignoring <= 1'b1;
+    else if (keep)
+      ignoring <= 1'b0;
+    if (resize) begin
+      width  <= new_width;
+      height <= new_height;
+      settle <= 2'd3;
+    end else if (settles)
+      settle <= settle - 2'd1;
+    if (begins) begin
+      x <= 10'd1;
+      y <= 11'd0;
+    end else if (real_step) begin
+      x <= at_last_x ? 10'd0 : x + 10'd1;
+      y <= at_last_x ? y + 11'd1 : y;
+    end
+    own     <= own_now;
+    drain   <= real_step ? drain_from : drain - {16'd0, empty};
+    advance <= real_step | empty;
+    capture <= begins;
+    errors  <= {(stray & ~ignoring) | (refuse & enable), breaks, long_frame, short_frame};
+    if (real_step | empty)
+      start <= begins;
+  end
+
+always @(posedge clock) begin
+  drain_from <= ({6'd0, width} << 6) + ({6'd0, width} << 5);
+  if (begins | takes)
+    pixel <= beat;
+end
+
+// Errors of the frames in the pipeline, the oldest lowest.
+reg [11:0] kept;
+reg [2:0]  frames;
+wire       kept_out = frame_done & (frames != 3'd0);
+wire [2:0] frames_left = frames - {2'd0, kept_out};
+
+always @(posedge clock)
+  if (reset) begin
+    frames <= 3'd0;
+    kept   <= 12'd0;
+  end else begin
+    frames <= frames_left + {2'd0, keep & ~frames_left[2]};
+    kept   <= (kept_out ? {3'd0, kept[11:3]} : kept)
+            | (keep & ~frames_left[2] ? {9'd0, own_now} << (frames_left == 3'd1 ? 4'd3 : frames_left == 3'd2 ? 4'd6 :
+                                                          frames_left == 3'd3 ? 4'd9 : 4'd0) : 12'd0);
+  end
+
+always @(*) begin
+  ready        = ~beats[1];
+  busy         = drain != 17'd0;
+  frame_errors = {1'b0, kept[2:0]};
+end
+"
+            .into(),
+        )
+    }
+}

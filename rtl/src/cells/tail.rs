@@ -1,0 +1,236 @@
+//! The last row of a frame, held for the look-ahead stages that still need it while the next frame already arrives.
+//!
+//! Look-ahead stage `j` needs row `H - 1` instead of the arriving one for its last `2^j` rows. Counted in lines `n` after that row,
+//! those are `2^j <= n < 2^(j+1)`: no two stages ever need it together, so one memory of one line with one read port serves a
+//! whole chain, and every stage may read the row as it left the recursion, because a lerp of equal words changes nothing.
+
+use rust_hdl::prelude::*;
+
+use super::{Address, State, Width};
+
+/// Which stage needs the held row: stage `j` for `2^j <= n < 2^(j+1)` lines after `start`, its pipeline `4 j` steps behind.
+#[derive(LogicBlock, Default)]
+pub struct TailCounter {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// No tail is under way.
+    pub reset: Signal<In, Bit>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// `W`.
+    pub width: Signal<In, Width>,
+    /// Line 0 begins one step later; frames are at least 64 lines apart.
+    pub start: Signal<In, Bit>,
+    /// The stage needs the row in the next step.
+    pub select: Signal<Out, Bits<6>>,
+    /// The stage needs the row now.
+    pub outside: Signal<Out, Bits<6>>,
+    _at: (u64, u64, bool),
+    /// The bits of the last 21 steps, the newest lowest; one word per stage.
+    _past: [u64; 6],
+}
+
+impl Logic for TailCounter {
+    fn update(&mut self) {
+        let last_x = self.width.val().to_u64().wrapping_sub(1);
+        if self.clock.pos_edge() {
+            let (x, line, active) = self._at;
+            if self.reset.val() {
+                self._at = (0, 0, false);
+                self._past = [0; 6];
+            } else if self.advance.val() {
+                for (stage, past) in self._past.iter_mut().enumerate() {
+                    *past = *past << 1 | band(active, line) >> stage & 1;
+                }
+                self._at = if self.start.val() {
+                    (0, 0, true)
+                } else if x == last_x {
+                    (0, (line + 1) & 63, active && line != 63)
+                } else {
+                    ((x + 1) & 0x3ff, line, active)
+                };
+            }
+        }
+        let (_, line, active) = self._at;
+        // The past's bit i is i + 1 steps old.
+        let delayed = |stage: usize, steps: usize| match steps {
+            0 => band(active, line) >> stage & 1,
+            _ => self._past[stage] >> (steps - 1) & 1,
+        };
+        let pick = |later: usize| (0..6).fold(0, |bits, stage| bits | delayed(stage, 4 * stage + later) << stage);
+        self.select.next = pick(0).into();
+        self.outside.next = pick(1).into();
+    }
+
+    fn connect(&mut self) {
+        self.select.connect();
+        self.outside.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: tail_counter
+reg [9:0] x;
+reg [5:0] line;
+reg       active;
+wire [10:0] last_x = width - 11'd1;
+wire [5:0] band;
+assign band[5] = active & line[5];
+assign band[4] = active & (line[5:4] == 2'd1);
+assign band[3] = active & (line[5:3] == 3'd1);
+assign band[2] = active & (line[5:2] == 4'd1);
+assign band[1] = active & (line[5:1] == 5'd1);
+assign band[0] = active & (line == 6'd1);
+
+// Each stage's bit and its past, the newest lowest.
+reg        past_0;
+reg [4:0]  past_1;
+reg [8:0]  past_2;
+reg [12:0] past_3;
+reg [16:0] past_4;
+reg [20:0] past_5;
+
+always @(posedge clock)
+  if (reset) begin
+    past_0 <= 1'd0;
+    past_1 <= 5'd0;
+    past_2 <= 9'd0;
+    past_3 <= 13'd0;
+    past_4 <= 17'd0;
+    past_5 <= 21'd0;
+  end else if (advance) begin
+    past_0 <= band[0];
+    past_1 <= {past_1[3:0], band[1]};
+    past_2 <= {past_2[7:0], band[2]};
+    past_3 <= {past_3[11:0], band[3]};
+    past_4 <= {past_4[15:0], band[4]};
+    past_5 <= {past_5[19:0], band[5]};
+  end
+
+always @(posedge clock)
+  if (reset) begin
+    active <= 1'b0;
+    line   <= 6'd0;
+    x      <= 10'd0;
+  end else if (advance) begin
+    if (start) begin
+      active <= 1'b1;
+      line   <= 6'd0;
+      x      <= 10'd0;
+    end else if ({1'b0, x} == last_x) begin
+      active <= active & (line != 6'd63);
+      line   <= line + 6'd1;
+      x      <= 10'd0;
+    end else
+      x <= x + 10'd1;
+  end
+
+always @(*) begin
+  select  = {past_5[19], past_4[15], past_3[11], past_2[7], past_1[3], band[0]};
+  outside = {past_5[20], past_4[16], past_3[12], past_2[8], past_1[4], past_0};
+end
+"
+            .into(),
+        )
+    }
+}
+
+fn band(active: bool, line: u64) -> u64 {
+    if active && line > 0 { 1 << line.ilog2() } else { 0 }
+}
+
+/// One line of states, read for the stage that `select` names.
+#[derive(LogicBlock)]
+pub struct HeldRow {
+    /// The one clock.
+    pub clock: Signal<In, Clock>,
+    /// One step.
+    pub advance: Signal<In, Bit>,
+    /// The sample belongs to the frame's last row.
+    pub write: Signal<In, Bit>,
+    /// The address of one step before.
+    pub write_address: Signal<In, Address>,
+    /// A sample of the recursion.
+    pub x: Signal<In, State>,
+    /// The stage that will need the row in the next step, one bit at most.
+    pub select: Signal<In, Bits<6>>,
+    /// The address of as many steps before as the pipelines before stage 0 .. 5 take.
+    pub address_0: Signal<In, Address>,
+    /// Stage 1.
+    pub address_1: Signal<In, Address>,
+    /// Stage 2.
+    pub address_2: Signal<In, Address>,
+    /// Stage 3.
+    pub address_3: Signal<In, Address>,
+    /// Stage 4.
+    pub address_4: Signal<In, Address>,
+    /// Stage 5.
+    pub address_5: Signal<In, Address>,
+    /// The held sample, for all stages.
+    pub y: Signal<Out, State>,
+    _memory: Vec<State>,
+}
+
+impl Default for HeldRow {
+    fn default() -> Self {
+        Self {
+            clock: Signal::default(),
+            advance: Signal::default(),
+            write: Signal::default(),
+            write_address: Signal::default(),
+            x: Signal::default(),
+            select: Signal::default(),
+            address_0: Signal::default(),
+            address_1: Signal::default(),
+            address_2: Signal::default(),
+            address_3: Signal::default(),
+            address_4: Signal::default(),
+            address_5: Signal::default(),
+            y: Signal::default(),
+            _memory: vec![State::default(); 1024],
+        }
+    }
+}
+
+impl Logic for HeldRow {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            let addresses =
+                [&self.address_0, &self.address_1, &self.address_2, &self.address_3, &self.address_4, &self.address_5];
+            let select = self.select.val();
+            let address = addresses
+                .iter()
+                .enumerate()
+                .filter(|(stage, _)| select.get_bit(*stage))
+                .fold(0, |address, (_, this)| address | this.val().index());
+            self.y.next = self._memory[address];
+            if self.write.val() {
+                self._memory[self.write_address.val().index()] = self.x.val();
+            }
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: held_row
+reg [17:0] memory [0:1023];
+wire [9:0] address = ({10{select[0]}} & address_0) | ({10{select[1]}} & address_1) | ({10{select[2]}} & address_2)
+                   | ({10{select[3]}} & address_3) | ({10{select[4]}} & address_4) | ({10{select[5]}} & address_5);
+
+always @(posedge clock)
+  if (advance) begin
+    y <= memory[address];
+    if (write)
+      memory[write_address] <= x;
+  end
+"
+            .into(),
+        )
+    }
+}

@@ -1,0 +1,179 @@
+//! The register map, from which the Verilog, the C header, the Rust constants and the documentation are made.
+//!
+//! 32-bit words on an Avalon-MM slave, reads answered one cycle later, no wait states.
+
+use hoverlock_fixed_point::{
+    coefficients::{CoefficientError, LerpCoefficients},
+    design::KT27,
+};
+
+/// What software may do with a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// Read only.
+    Read,
+    /// Read and write.
+    ReadWrite,
+    /// Set by hardware, cleared by writing 1.
+    Clear,
+    /// Writing 1 does something; reads 0.
+    Pulse,
+}
+
+/// Some bits of a register.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// Name, lower case.
+    pub name: String,
+    /// Lowest bit.
+    pub low: u32,
+    /// Number of bits.
+    pub bits: u32,
+    /// What software may do.
+    pub access: Access,
+    /// Value after reset.
+    pub reset: u32,
+    /// What it is.
+    pub what: String,
+}
+
+/// A register.
+#[derive(Debug, Clone)]
+pub struct Register {
+    /// Name, lower case.
+    pub name: String,
+    /// Byte address.
+    pub offset: u32,
+    /// Its fields, the lowest first.
+    pub fields: Vec<Field>,
+}
+
+/// `HLCK`.
+pub const IDENTIFICATION: u32 = 0x484c_434b;
+
+/// Major and minor.
+pub const VERSION: u32 = 0x0001_0000;
+
+/// Byte address of the first coefficient.
+pub const COEFFICIENTS_AT: u32 = 0x40;
+
+/// The coefficients of the design point, in the order of [`crate::cells::bank`].
+///
+/// # Errors
+/// Where a smoother of the design point does not exist.
+pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
+    let mut codes = Vec::new();
+    for (sigma, look_ahead) in KT27.sigmas.into_iter().zip(KT27.look_ahead) {
+        let cells = hoverlock_fixed_point::stages::Cells::from(LerpCoefficients::design(
+            sigma,
+            look_ahead,
+            KT27.coefficient.bits(),
+        )?);
+        codes.push(cells.g);
+        codes.extend(cells.reach);
+    }
+    Ok(codes)
+}
+
+/// All registers.
+///
+/// # Errors
+/// As [`default_coefficients`].
+pub fn registers() -> Result<Vec<Register>, CoefficientError> {
+    use Access::{Clear, Pulse, Read, ReadWrite};
+    let field = |name: &str, low: u32, bits: u32, access: Access, reset: u32, what: &str| Field {
+        name: name.into(),
+        low,
+        bits,
+        access,
+        reset,
+        what: what.into(),
+    };
+    let register = |name: &str, offset: u32, fields: Vec<Field>| Register { name: name.into(), offset, fields };
+    let threshold = KT27.threshold.initial;
+    let mut map = vec![
+        register("identification", 0x00, vec![field("letters", 0, 32, Read, IDENTIFICATION, "`HLCK`")]),
+        register("version", 0x04, vec![field("number", 0, 32, Read, VERSION, "major above minor, 16 bits each")]),
+        register(
+            "emission",
+            0x08,
+            vec![field("hash", 0, 32, Read, 0, "first 32 bits of the SHA-256 of the emitted Verilog")],
+        ),
+        register(
+            "control",
+            0x0c,
+            vec![
+                field("enable", 0, 1, ReadWrite, 0, "frames are taken; otherwise they are dropped whole"),
+                field("automatic", 1, 1, ReadWrite, 0, "thresholds follow the count of the frame before"),
+                field("interrupt_frame", 2, 1, ReadWrite, 0, "interrupt at the end of a frame"),
+                field("interrupt_error", 3, 1, ReadWrite, 0, "interrupt at an error"),
+                field("reset", 31, 1, Pulse, 0, "clears the pipeline and the FIFO, not the registers"),
+            ],
+        ),
+        register(
+            "status",
+            0x10,
+            vec![
+                field("frame", 0, 1, Clear, 0, "a frame was finished"),
+                field("short_frame", 1, 1, Clear, 0, "end of packet before the last pixel; the frame was padded"),
+                field("long_frame", 2, 1, Clear, 0, "no end of packet at the last pixel; what followed was dropped"),
+                field("interrupted", 3, 1, Clear, 0, "start of packet before the last pixel; the frame was padded"),
+                field("refused", 4, 1, Clear, 0, "a beat outside a frame, or a frame of an impossible size"),
+                field("dropped", 5, 1, Clear, 0, "features were dropped"),
+                field("saturated", 6, 1, Clear, 0, "a response was cut to the largest code"),
+                field("busy", 31, 1, Read, 0, "frames are in the pipeline"),
+            ],
+        ),
+        register(
+            "size",
+            0x14,
+            vec![
+                field("width", 0, 11, ReadWrite, KT27.width, "columns, 64 to 1024"),
+                field("height", 16, 12, ReadWrite, KT27.height, "rows, 64 to 2048"),
+            ],
+        ),
+        register(
+            "threshold",
+            0x18,
+            vec![
+                field("fine", 0, 15, ReadWrite, threshold, "least response of scale pair 0, half camera codes"),
+                field("coarse", 16, 15, ReadWrite, threshold, "least response of scale pair 1"),
+            ],
+        ),
+        register(
+            "target",
+            0x1c,
+            vec![field("count", 0, 16, ReadWrite, KT27.threshold.target, "features per scale pair")],
+        ),
+        register(
+            "threshold_now",
+            0x20,
+            vec![
+                field("fine", 0, 15, Read, 0, "threshold in use, scale pair 0"),
+                field("coarse", 16, 15, Read, 0, "threshold in use, scale pair 1"),
+            ],
+        ),
+        register("frames", 0x24, vec![field("count", 0, 32, Read, 0, "frames finished since reset")]),
+        register("features", 0x28, vec![field("count", 0, 20, Read, 0, "features of the last finished frame")]),
+        register(
+            "dropped",
+            0x2c,
+            vec![field("count", 0, 20, Read, 0, "features of the last finished frame that were dropped")],
+        ),
+    ];
+    let names = ["narrow", "middle", "wide"];
+    let mut codes = default_coefficients()?.into_iter();
+    let mut offset = COEFFICIENTS_AT;
+    for (smoother, look_ahead) in names.into_iter().zip(KT27.look_ahead) {
+        for cell in 0..=look_ahead {
+            let (name, what) = match cell {
+                0 => (format!("{smoother}_g"), "`g` of the recursion, u0.16".to_owned()),
+                _ => (format!("{smoother}_g{}", cell - 1), format!("`g_{}` of the look-ahead, u0.16", cell - 1)),
+            };
+            let code = codes.next().unwrap_or_default();
+            map.push(register(&name, offset, vec![field("code", 0, 16, ReadWrite, code, &what)]));
+            offset += 4;
+        }
+    }
+    Ok(map)
+}

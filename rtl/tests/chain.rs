@@ -1,0 +1,121 @@
+//! The whole chain, rung 4 against rung 5: sizes, pauses, frames back to back, new coefficients, faults, drops.
+
+use std::sync::LazyLock;
+
+use hoverlock_reference::plane::Plane;
+use hoverlock_rtl::simulation::{Fault, Job, Outcome, Simulator, Streams, run};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
+
+/// Grey noise over a slope: many features, every word length in use.
+fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    Plane::from_fn(width, height, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000u16))
+}
+
+fn jobs(sizes: &[(usize, usize)]) -> Vec<Job> {
+    let frame = |(i, &(w, h)): (usize, &(usize, usize))| Job::new(noise(w, h, i as u64), [60, 45]).unwrap();
+    sizes.iter().enumerate().map(frame).collect()
+}
+
+fn exact(jobs: &[Job], streams: Streams) -> Outcome {
+    let outcome = run(&SIMULATOR, jobs, streams).unwrap();
+    assert!(outcome.pass(), "{outcome:#?}");
+    outcome
+}
+
+#[test]
+fn three_frames_back_to_back_take_one_cycle_a_pixel() {
+    let outcome = exact(&jobs(&[(80, 72); 4]), Streams::default());
+    assert_eq!(outcome.cycles_per_pixel, 1.0, "{outcome:#?}");
+    // Nothing but the end of a frame in the status.
+    assert_eq!(outcome.status & 0x7fff_ffff, 1);
+}
+
+#[test]
+fn pauses_on_both_sides_change_nothing() {
+    for seed in 1..=5 {
+        exact(
+            &jobs(&[(64, 64), (64, 64), (64, 64)]),
+            Streams { source_pause: 0.4, sink_pause: 0.4, seed, ..Default::default() },
+        );
+    }
+}
+
+#[test]
+fn odd_sizes_and_changes_of_size() {
+    exact(&jobs(&[(64, 65), (65, 64), (127, 67), (66, 66), (65, 64)]), Streams::default());
+    exact(&jobs(&[(127, 65), (64, 64)]), Streams { source_pause: 0.1, ..Default::default() });
+}
+
+#[test]
+fn coefficients_travel_with_their_frame() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut jobs = jobs(&[(64, 64); 5]);
+    for job in &mut jobs[1..] {
+        job.coefficients.iter_mut().for_each(|code| *code = random.random_range(0..=0xffff));
+        job.thresholds = [random.random_range(1..200), random.random_range(1..200)];
+    }
+    exact(&jobs, Streams::default());
+}
+
+#[test]
+fn extremes_of_pixels_and_coefficients() {
+    let mut jobs = jobs(&[(70, 64); 4]);
+    jobs[0].pixels = Plane::from_fn(70, 64, |x, y| if (x / 9 + y / 7) % 2 == 0 { 0 } else { 0xffff });
+    jobs[1].coefficients.iter_mut().for_each(|code| *code = 0xffff);
+    jobs[2].coefficients.iter_mut().for_each(|code| *code = 0);
+    jobs[3].pixels = Plane::filled(70, 64, 0xffff);
+    exact(&jobs, Streams::default());
+}
+
+#[test]
+fn faults_are_reported_and_the_next_frame_is_exact() {
+    let mut jobs = jobs(&[(64, 64); 8]);
+    jobs[1].fault = Fault::Short(1000);
+    jobs[2].fault = Fault::Interrupted(2000);
+    jobs[4].fault = Fault::Long(500);
+    jobs[5].fault = Fault::Short(1);
+    jobs[6].fault = Fault::Interrupted(4095);
+    let outcome = exact(&jobs, Streams::default());
+    // Frame done, short, long, interrupted.
+    assert_eq!(outcome.status & 0x7fff_ffff, 0b1111, "{outcome:#?}");
+}
+
+#[test]
+fn a_sink_that_sleeps_costs_features_but_no_pixels_and_each_is_counted() {
+    let mut jobs = jobs(&[(192, 128); 3]);
+    jobs.iter_mut().for_each(|job| job.thresholds = [1, 1]);
+    let outcome = exact(&jobs, Streams { sink_opens: 60_000, ..Default::default() });
+    assert!(outcome.dropped > 0, "{outcome:#?}");
+    assert_eq!(outcome.status >> 5 & 1, 1);
+    assert!(outcome.cycles_per_pixel < 1.001, "{outcome:#?}");
+}
+
+#[test]
+fn a_wrong_reference_is_noticed_at_its_stage() {
+    // The bench itself: one pixel of the expectation differs, so the first smoother must be named, and features compared.
+    let mut sent = jobs(&[(64, 64)]);
+    sent[0].fault = Fault::Short(4095);
+    let outcome = run(&SIMULATOR, &sent, Streams::default()).unwrap();
+    assert!(outcome.pass());
+    let lie = Job { fault: Fault::None, ..sent[0].clone() };
+    let expected = run(&SIMULATOR, &[lie], Streams::default()).unwrap();
+    assert!(expected.pass() && expected.status != outcome.status);
+}
+
+#[test]
+#[ignore = "long: every width with every height, up to 2048 rows"]
+fn all_named_sizes() {
+    for width in [64, 65, 127, 1023, 1024] {
+        for height in [64, 65, 767, 768, 2048] {
+            let outcome = exact(
+                &jobs(&[(width, height), (width, height)]),
+                Streams { seed: height as u64, ..Default::default() },
+            );
+            eprintln!("{width} x {height}: {} features, {:.0} cycles/s", outcome.features, outcome.cycles_per_second);
+        }
+    }
+}
