@@ -8,6 +8,8 @@ mod doctor;
 mod matching;
 mod output;
 mod report;
+mod rtl;
+mod sim;
 
 use std::process::ExitCode;
 
@@ -28,6 +30,8 @@ enum Verb {
     Doctor(doctor::Args),
     Match(matching::Args),
     Report(report::Args),
+    Rtl(rtl::Args),
+    Sim(sim::Args),
 }
 
 /// Whether a verb's gates hold.
@@ -49,6 +53,8 @@ fn main() -> ExitCode {
         Verb::Doctor(args) => doctor::run(&args),
         Verb::Match(args) => matching::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Rtl(args) => rtl::run(&args),
+        Verb::Sim(args) => sim::run(&args),
     });
     match outcome {
         Ok(Verdict::Pass) => ExitCode::SUCCESS,

@@ -46,6 +46,8 @@ pub struct Core {
     pub busy: Signal<Out, Bit>,
     /// Errors of this cycle.
     pub errors: Signal<Out, Bits<4>>,
+    /// A frame takes the registers over.
+    pub begun: Signal<Out, Bit>,
     /// A frame is done.
     pub done: Signal<Out, Bit>,
     /// Its features.
@@ -87,6 +89,7 @@ impl Default for Core {
             feature_endofpacket: Signal::default(),
             busy: Signal::default(),
             errors: Signal::default(),
+            begun: Signal::default(),
             done: Signal::default(),
             count: Signal::default(),
             dropped: Signal::default(),
@@ -119,6 +122,7 @@ impl Logic for Core {
         self.sequencer.frame_done.next = self.extractor.done.val();
         self.video_ready.next = self.sequencer.ready.val();
         self.busy.next = self.sequencer.busy.val();
+        self.begun.next = self.sequencer.capture.val();
         self.errors.next = self.sequencer.errors.val();
 
         self.frame_bank.clock.next = self.clock.val();

@@ -478,6 +478,7 @@ pub struct Extractor {
     pixels: Delay<16>,
     smoothers: Smoothers,
     response_start: FlagDelay,
+    response_cursor: Cursor,
     layer_0: Layer,
     layer_1: Layer,
     window_start: FrameDelay,
@@ -526,6 +527,7 @@ impl Default for Extractor {
             pixels: Delay::new(1),
             smoothers: Smoothers::default(),
             response_start: FlagDelay::new(2),
+            response_cursor: Cursor::default(),
             layer_0: Layer::default(),
             layer_1: Layer::default(),
             window_start: FrameDelay::new(3, 10),
@@ -585,7 +587,15 @@ impl Logic for Extractor {
         self.layer_1.address_1.next = self.smoothers.address_1.val();
         self.layer_1.narrow.next = self.smoothers.middle.val();
         self.layer_1.wide.next = self.smoothers.wide.val();
-        self.saturated.next = self.layer_0.saturated.val() | self.layer_1.saturated.val();
+        comment!("What is not of a frame may be anything.");
+        self.response_cursor.clock.next = self.clock.val();
+        self.response_cursor.reset.next = self.reset.val();
+        self.response_cursor.advance.next = self.advance.val();
+        self.response_cursor.width.next = self.width.val();
+        self.response_cursor.height.next = self.height.val();
+        self.response_cursor.start.next = self.response_start.y.val();
+        self.saturated.next =
+            (self.layer_0.saturated.val() | self.layer_1.saturated.val()) & self.response_cursor.active.val();
 
         comment!("The window: what is a feature.");
         self.window_start.clock.next = self.clock.val();

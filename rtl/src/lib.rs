@@ -9,6 +9,7 @@ pub mod cells;
 pub mod core;
 pub mod emission;
 pub mod emit;
+pub mod estimate;
 pub mod extractor;
 mod headers;
 pub mod registers;

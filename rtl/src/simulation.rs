@@ -58,7 +58,8 @@ pub enum SimulationError {
 }
 
 /// Signals below the top that the bench reads.
-const INTERNALS: [&str; 9] = [
+const INTERNALS: [&str; 10] = [
+    "core.sequencer.capture",
     "core.sequencer.advance",
     "core.extractor.smoothers.start_out",
     "core.extractor.smoothers.narrow",
@@ -335,6 +336,7 @@ struct Bench {
     csr_read: RawSignal<u8>,
     csr_readdata: RawSignal<u32>,
     csr_data: RawSignal<u32>,
+    capture: RawSignal<u8>,
     advance: RawSignal<u8>,
     start: RawSignal<u8>,
     smoothed: [RawSignal<u32>; 3],
@@ -376,6 +378,7 @@ impl Bench {
             csr_read: model.raw("csr_read")?,
             csr_readdata: model.raw("csr_readdata")?,
             csr_data: model.raw("csr_writedata")?,
+            capture: model.raw("core.sequencer.capture")?,
             advance: model.raw("core.sequencer.advance")?,
             start: model.raw("core.extractor.smoothers.start_out")?,
             smoothed: [
@@ -428,7 +431,7 @@ impl Bench {
             Outcome { pixels: jobs.iter().map(|job| job.pixels.as_slice().len() as u64).sum(), ..Outcome::default() };
         let mut writes: VecDeque<(u32, u32)> = jobs.first().map(writes_of).unwrap_or_default().into();
         writes.push_front((0x0c, 1));
-        let (mut frame, mut pixel, mut done) = (0, 0, 0);
+        let (mut frame, mut pixel, mut begun, mut done) = (0, 0, 0, 0);
         let mut record = 0;
         let mut skipped = 0;
         let mut passing: VecDeque<Passing> = VecDeque::new();
@@ -439,7 +442,7 @@ impl Bench {
         let (mut cycle, mut quiet) = (0u64, 0u64);
         let longest = jobs.iter().map(|job| job.pixels.as_slice().len() as u64).max().unwrap_or_default();
         while done < jobs.len() {
-            // Registers first: a frame's may be written as soon as the frame before it has begun.
+            // A frame's registers are written when the frame before it has begun, and it is offered after that.
             match writes.pop_front() {
                 Some((address, word)) => {
                     set!(self.csr_address, (address >> 2) as u8);
@@ -448,7 +451,7 @@ impl Bench {
                 }
                 None => set!(self.csr_write, 0),
             }
-            let may_begin = pixel > 0 || get!(self.csr_write) == 0;
+            let may_begin = pixel > 0 || (begun == frame && get!(self.csr_write) == 0);
             // An offer once made stands until it is taken.
             offered = frame < jobs.len() && (offered || (may_begin && !self.random.chance(self.streams.source_pause)));
             set!(self.valid, u8::from(offered));
@@ -462,14 +465,13 @@ impl Bench {
             set!(self.feature_ready, u8::from(sink));
             self.settle()?;
 
+            if get!(self.capture) == 1 {
+                begun += 1;
+                writes = jobs.get(begun).map(writes_of).unwrap_or_default().into();
+            }
             if offered && get!(self.ready) == 1 {
                 if pixel == 0 {
                     starts.push((cycle, frame));
-                    if let Some(next) = jobs.get(frame + 1) {
-                        // Not before the frame has taken its own over, three cycles after its first beat.
-                        writes.extend([(0x00, 0); 8]);
-                        writes.extend(writes_of(next));
-                    }
                 }
                 pixel += 1;
                 if pixel == beats[frame].len() {

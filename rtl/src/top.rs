@@ -97,6 +97,7 @@ impl Logic for Top {
         self.interrupt.next = self.registers.interrupt.val();
         self.registers.busy.next = self.core.busy.val();
         self.registers.errors.next = self.core.errors.val();
+        self.registers.begun.next = self.core.begun.val();
         self.registers.done.next = self.core.done.val();
         self.registers.count.next = self.core.count.val();
         self.registers.dropped.next = self.core.dropped.val();

@@ -121,6 +121,7 @@ macro_rules! alike_with {
         let mut model = LIBRARY.instance().unwrap();
         let clock = model.find("clock").unwrap();
         let mut draw = ChaCha8Rng::seed_from_u64(0x5eed);
+        #[allow(unused_mut)]
         let (mut tame, mut check) = ($tame, $check);
         for cycle in 0..$cycles {
             $(cell.$input.next = random(&mut draw);)*
@@ -697,8 +698,8 @@ fn sequencer_under_any_stream() {
         |cell: &mut Sequencer, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 30_000);
             cell.enable.next = cycle % 9000 > 200;
-            let size = cycle / 25_000;
-            cell.new_width.next = if cycle % 9000 > 8000 { 63 } else { 64 + size }.into();
+            let size = cycle as u64 / 25_000;
+            cell.new_width.next = if cycle % 9000 > 8000 { 63u64 } else { 64 + size }.into();
             cell.new_height.next = 64u64.into();
             cell.stop.next = draw.random_ratio(1, 20);
             cell.valid.next = draw.random_ratio(19, 20);
@@ -725,6 +726,7 @@ fn registers_read_back_and_clear() {
             writedata,
             busy,
             errors,
+            begun,
             done,
             count,
             dropped,

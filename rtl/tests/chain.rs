@@ -30,8 +30,8 @@ fn exact(jobs: &[Job], streams: Streams) -> Outcome {
 fn three_frames_back_to_back_take_one_cycle_a_pixel() {
     let outcome = exact(&jobs(&[(80, 72); 4]), Streams::default());
     assert_eq!(outcome.cycles_per_pixel, 1.0, "{outcome:#?}");
-    // Nothing but the end of a frame in the status.
-    assert_eq!(outcome.status & 0x7fff_ffff, 1);
+    // Nothing but the beginning and the end of frames in the status.
+    assert_eq!(outcome.status & 0x7fff_ffff, 1 << 7 | 1);
 }
 
 #[test]
@@ -80,8 +80,8 @@ fn faults_are_reported_and_the_next_frame_is_exact() {
     jobs[5].fault = Fault::Short(1);
     jobs[6].fault = Fault::Interrupted(4095);
     let outcome = exact(&jobs, Streams::default());
-    // Frame done, short, long, interrupted.
-    assert_eq!(outcome.status & 0x7fff_ffff, 0b1111, "{outcome:#?}");
+    // Begun, done, short, long, interrupted.
+    assert_eq!(outcome.status & 0x7fff_ffff, 1 << 7 | 0b1111, "{outcome:#?}");
 }
 
 #[test]

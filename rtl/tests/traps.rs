@@ -12,7 +12,7 @@ struct Traps {
     a: Signal<In, Signed<16>>,
     b: Signal<In, Signed<16>>,
     accumulator: Signal<In, Signed<40>>,
-    context: Signal<Out, Bits<8>>,
+    carried: Signal<Out, Bits<8>>,
     precedence: Signal<Out, Bit>,
     p: Signal<In, Bit>,
     q: Signal<In, Bit>,
@@ -23,7 +23,7 @@ struct Traps {
 impl Logic for Traps {
     #[hdl_gen]
     fn update(&mut self) {
-        self.context.next = bit_cast::<8, 4>(self.x.val() + self.y.val());
+        self.carried.next = bit_cast::<8, 4>(self.x.val() + self.y.val());
         self.precedence.next = self.p.val() & self.q.val() == self.r.val();
         self.product.next = self.accumulator.val() + signed_bit_cast::<40, 32>(self.a.val() * self.b.val());
     }
@@ -40,7 +40,7 @@ fn simulator_and_verilog_disagree_on_widths_and_precedence() {
     // Rust reads (p & q) == r.
     (traps.p.next, traps.q.next, traps.r.next) = (false, true, false);
     assert!(simulate(&mut traps, 10));
-    assert_eq!(traps.context.val().to_u64(), 14);
+    assert_eq!(traps.carried.val().to_u64(), 14);
     assert!(traps.precedence.val());
     assert_eq!(traps.product.val(), Signed::from(-1_000_000));
 
@@ -61,8 +61,8 @@ fn simulator_and_verilog_disagree_on_widths_and_precedence() {
     set("accumulator", 0);
     model.eval().unwrap();
     let get = |name: &str| model.get(model.find(name).unwrap());
-    // The sum takes the width of its context: the carry that Rust drops is kept.
-    assert_eq!(get("context"), 30);
+    // The sum takes the width of its carried: the carry that Rust drops is kept.
+    assert_eq!(get("carried"), 30);
     // Verilog reads p & (q == r).
     assert_eq!(get("precedence"), 0);
     // The product is cut to 16 bits before it is extended: -1000000 mod 2^16 as a signed word is -16960.

@@ -41,6 +41,8 @@ pub struct Csr {
     pub busy: Signal<In, Bit>,
     /// Errors of this cycle.
     pub errors: Signal<In, Bits<4>>,
+    /// A frame takes the registers over.
+    pub begun: Signal<In, Bit>,
     /// A frame is done.
     pub done: Signal<In, Bit>,
     /// Its features.
@@ -81,6 +83,7 @@ impl Csr {
             bank: Signal::default(),
             busy: Signal::default(),
             errors: Signal::default(),
+            begun: Signal::default(),
             done: Signal::default(),
             count: Signal::default(),
             dropped: Signal::default(),
@@ -103,7 +106,11 @@ impl Csr {
     fn events(&self) -> u32 {
         let errors = self.errors.val().to_u32();
         let lost = self.done.val() && self.dropped.val().to_u32() != 0;
-        u32::from(self.done.val()) | errors << 1 | u32::from(lost) << 5 | u32::from(self.saturated.val()) << 6
+        u32::from(self.done.val())
+            | errors << 1
+            | u32::from(lost) << 5
+            | u32::from(self.saturated.val()) << 6
+            | u32::from(self.begun.val()) << 7
     }
 
     /// What hardware shows in a register.
@@ -296,6 +303,7 @@ fn event(field: &str) -> &'static str {
         "interrupted" => "errors[2]",
         "refused" => "errors[3]",
         "dropped" => "(done & (dropped != 20'd0))",
+        "begun" => "begun",
         _ => "saturated",
     }
 }

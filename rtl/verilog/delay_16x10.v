@@ -1,0 +1,27 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// y[n] = x[n - N], N the number after the x: registers up to 3 steps, a small memory beyond.
+module delay_16x10 (
+  input  wire clock,
+  input  wire reset,
+  input  wire advance,
+  input  wire [15:0] x,
+  output reg  [15:0] y
+);
+
+reg [15:0] memory [0:8];
+reg [3:0] place;
+
+always @(posedge clock)
+  if (reset)
+    place <= 4'd0;
+  else if (advance)
+    place <= place == 4'd8 ? 4'd0 : place + 4'd1;
+
+always @(posedge clock)
+  if (advance) begin
+    y <= memory[place];
+    memory[place] <= x;
+  end
+
+endmodule

@@ -1,0 +1,22 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// y[n] = x[n - N], N the number after the x: registers up to 3 steps, a small memory beyond.
+module delay_18x2 (
+  input  wire clock,
+  input  wire reset,
+  input  wire advance,
+  input  wire [17:0] x,
+  output reg  [17:0] y
+);
+
+reg [17:0] past_1;
+
+always @(posedge clock)
+  if (advance) begin
+    past_1 <= x;
+    y <= past_1;
+  end
+
+wire unused = reset;
+
+endmodule

@@ -1,0 +1,27 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// y[n] = x[n - N], N the number after the x: registers up to 3 steps, a small memory beyond.
+module delay_18x8 (
+  input  wire clock,
+  input  wire reset,
+  input  wire advance,
+  input  wire [17:0] x,
+  output reg  [17:0] y
+);
+
+reg [17:0] memory [0:6];
+reg [2:0] place;
+
+always @(posedge clock)
+  if (reset)
+    place <= 3'd0;
+  else if (advance)
+    place <= place == 3'd6 ? 3'd0 : place + 3'd1;
+
+always @(posedge clock)
+  if (advance) begin
+    y <= memory[place];
+    memory[place] <= x;
+  end
+
+endmodule

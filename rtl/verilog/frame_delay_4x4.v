@@ -1,0 +1,31 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// A marker L W + N steps later, LxN the numbers in the name, by counting: at least as long between markers.
+module frame_delay_4x4 (
+  input  wire clock,
+  input  wire reset,
+  input  wire advance,
+  input  wire [10:0] width,
+  input  wire x,
+  output reg  y
+);
+
+reg [16:0] total;
+reg [16:0] left;
+
+always @(posedge clock)
+  total <= ({6'd0, width} << 2) + 17'd3;
+
+always @(posedge clock)
+  if (reset) begin
+    left <= 17'd0;
+    y    <= 1'b0;
+  end else if (advance) begin
+    y <= left == 17'd1;
+    if (x)
+      left <= total;
+    else if (left != 17'd0)
+      left <= left - 17'd1;
+  end
+
+endmodule

@@ -1,0 +1,26 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// y[n] = x[n - k W]: all rows of a column are one memory word, read, shifted by one row and written back.
+// The address counts steps modulo W, so a frame may begin at any of them. Only what a frame wrote itself is ever used.
+module line_delay_16x32 (
+  input  wire clock,
+  input  wire advance,
+  input  wire [9:0] address,
+  input  wire [9:0] write_address,
+  input  wire [15:0] x,
+  output reg  [15:0] y
+);
+
+reg [511:0] memory [0:1023];
+reg [511:0] column;
+
+always @(posedge clock)
+  if (advance) begin
+    column <= memory[address];
+    memory[write_address] <= {column[495:0], x};
+  end
+
+always @(*)
+  y = {column[511:496]};
+
+endmodule

@@ -1,0 +1,37 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// The operands of a row cell towards the future: the row's last sample in place of what lies behind it. 1 step.
+module look_ahead_border_32 (
+  input  wire clock,
+  input  wire reset,
+  input  wire advance,
+  input  wire last,
+  input  wire [17:0] x,
+  input  wire [17:0] past,
+  output reg  [17:0] p,
+  output reg  [17:0] q
+);
+
+reg [5:0] left;
+reg [17:0] border;
+wire outside = left != 6'd0;
+
+always @(posedge clock)
+  if (reset)
+    left <= 6'd0;
+  else if (advance) begin
+    if (last)
+      left <= 6'd32;
+    else if (outside)
+      left <= left - 6'd1;
+  end
+
+always @(posedge clock)
+  if (advance) begin
+    if (last)
+      border <= x;
+    p <= outside ? border : x;
+    q <= past;
+  end
+
+endmodule

@@ -1,0 +1,37 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// The operands of a row cell towards the future: the row's last sample in place of what lies behind it. 1 step.
+module look_ahead_border_8 (
+  input  wire clock,
+  input  wire reset,
+  input  wire advance,
+  input  wire last,
+  input  wire [17:0] x,
+  input  wire [17:0] past,
+  output reg  [17:0] p,
+  output reg  [17:0] q
+);
+
+reg [3:0] left;
+reg [17:0] border;
+wire outside = left != 4'd0;
+
+always @(posedge clock)
+  if (reset)
+    left <= 4'd0;
+  else if (advance) begin
+    if (last)
+      left <= 4'd8;
+    else if (outside)
+      left <= left - 4'd1;
+  end
+
+always @(posedge clock)
+  if (advance) begin
+    if (last)
+      border <= x;
+    p <= outside ? border : x;
+    q <= past;
+  end
+
+endmodule

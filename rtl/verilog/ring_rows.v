@@ -1,0 +1,13 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// The newest row of the wide ring before its older ones.
+module ring_rows (
+  input  wire [15:0] newest,
+  input  wire [223:0] older,
+  output reg  [239:0] y
+);
+
+always @(*)
+  y = {older, newest};
+
+endmodule

@@ -1,0 +1,173 @@
+// Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
+
+// From Avalon-ST beats to steps: every frame that enters the datapath is whole, a short one is padded with its last pixel.
+// Between frames empty steps drain the pipeline, 96 lines at most; a new size waits for that, the same size does not.
+module sequencer (
+  input  wire clock,
+  input  wire reset,
+  input  wire enable,
+  input  wire [10:0] new_width,
+  input  wire [11:0] new_height,
+  input  wire stop,
+  output reg  ready,
+  input  wire valid,
+  input  wire [15:0] data,
+  input  wire start_of_packet,
+  input  wire end_of_packet,
+  output reg  [10:0] width,
+  output reg  [11:0] height,
+  output reg  capture,
+  output reg  advance,
+  output reg  start,
+  output reg  [15:0] pixel,
+  output reg  busy,
+  output reg  [3:0] errors,
+  input  wire frame_done,
+  output reg  [3:0] frame_errors
+);
+
+localparam IDLE = 2'd0, FRAME = 2'd1, PAD = 2'd2;
+
+// Two beats, so that ready is a register.
+reg [17:0] head;
+reg [17:0] behind;
+reg [1:0]  beats;
+wire        some     = beats != 2'd0;
+wire [15:0] beat     = head[15:0];
+wire        is_start = head[16];
+wire        is_end   = head[17];
+
+reg [1:0]  state;
+reg [9:0]  x;
+reg [10:0] y;
+reg        ignoring;
+reg [1:0]  settle;
+reg [16:0] drain;
+reg [16:0] drain_from;
+reg [2:0]  own;
+
+// What a size allows.
+wire possible = (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
+wire same     = (new_width == width) & (new_height == height);
+wire [10:0] last_x = width - 11'd1;
+wire [11:0] last_y = height - 12'd1;
+wire at_last_x = x == last_x[9:0];
+wire last      = at_last_x & (y == last_y[10:0]);
+
+// What this cycle does.
+wire go      = ~stop;
+wire idle    = state == IDLE;
+wire first   = idle & some & is_start;
+wire accept  = first & enable & possible;
+wire refuse  = first & ~(enable & possible);
+wire stray   = idle & some & ~is_start;
+wire ready_to_begin = same & (settle == 2'd0);
+wire begins  = accept & ready_to_begin & go;
+wire empty   = go & (drain != 17'd0) & idle & (~some | (accept & ~ready_to_begin));
+wire resize  = accept & ~same & (drain == 17'd0);
+wire settles = accept & same & (settle != 2'd0) & (drain == 17'd0);
+wire breaks  = (state == FRAME) & some & is_start;
+wire takes   = (state == FRAME) & some & ~is_start & go;
+wire pads    = (state == PAD) & go;
+wire real_step = begins | takes | pads;
+wire pop     = stray | refuse | begins | takes;
+wire push    = valid & ready;
+
+wire short_frame = (begins & is_end) | (takes & is_end & ~last);
+wire long_frame  = takes & last & ~is_end;
+wire [2:0] own_now = (begins ? 3'd0 : own) | {breaks, long_frame, short_frame};
+wire keep        = (takes | pads) & last;
+
+always @(posedge clock)
+  if (reset)
+    beats <= 2'd0;
+  else
+    beats <= beats + {1'b0, push} - {1'b0, pop};
+
+always @(posedge clock) begin
+  if (pop)
+    head <= beats == 2'd2 ? behind : {end_of_packet, start_of_packet, data};
+  else if (~some)
+    head <= {end_of_packet, start_of_packet, data};
+  if (push)
+    behind <= {end_of_packet, start_of_packet, data};
+end
+
+always @(posedge clock)
+  if (reset) begin
+    state    <= IDLE;
+    ignoring <= 1'b0;
+    settle   <= 2'd0;
+    drain    <= 17'd0;
+    own      <= 3'd0;
+    width    <= 11'd0;
+    height   <= 12'd0;
+    advance  <= 1'b0;
+    start    <= 1'b0;
+    capture  <= 1'b0;
+    errors   <= 4'd0;
+    x        <= 10'd0;
+    y        <= 11'd0;
+  end else begin
+    if (begins)
+      state <= is_end ? PAD : FRAME;
+    else if (keep)
+      state <= IDLE;
+    else if (breaks | short_frame)
+      state <= PAD;
+    if (stray | refuse | long_frame)
+      ignoring <= 1'b1;
+    else if (keep)
+      ignoring <= 1'b0;
+    if (resize) begin
+      width  <= new_width;
+      height <= new_height;
+      settle <= 2'd3;
+    end else if (settles)
+      settle <= settle - 2'd1;
+    if (begins) begin
+      x <= 10'd1;
+      y <= 11'd0;
+    end else if (real_step) begin
+      x <= at_last_x ? 10'd0 : x + 10'd1;
+      y <= at_last_x ? y + 11'd1 : y;
+    end
+    own     <= own_now;
+    drain   <= real_step ? drain_from : drain - {16'd0, empty};
+    advance <= real_step | empty;
+    capture <= begins;
+    errors  <= {(stray & ~ignoring) | (refuse & enable), breaks, long_frame, short_frame};
+    if (real_step | empty)
+      start <= begins;
+  end
+
+always @(posedge clock) begin
+  drain_from <= ({6'd0, width} << 6) + ({6'd0, width} << 5);
+  if (begins | takes)
+    pixel <= beat;
+end
+
+// Errors of the frames in the pipeline, the oldest lowest.
+reg [11:0] kept;
+reg [2:0]  frames;
+wire       kept_out = frame_done & (frames != 3'd0);
+wire [2:0] frames_left = frames - {2'd0, kept_out};
+
+always @(posedge clock)
+  if (reset) begin
+    frames <= 3'd0;
+    kept   <= 12'd0;
+  end else begin
+    frames <= frames_left + {2'd0, keep & ~frames_left[2]};
+    kept   <= (kept_out ? {3'd0, kept[11:3]} : kept)
+            | (keep & ~frames_left[2] ? {9'd0, own_now} << (frames_left == 3'd1 ? 4'd3 : frames_left == 3'd2 ? 4'd6 :
+                                                          frames_left == 3'd3 ? 4'd9 : 4'd0) : 12'd0);
+  end
+
+always @(*) begin
+  ready        = ~beats[1];
+  busy         = drain != 17'd0;
+  frame_errors = {1'b0, kept[2:0]};
+end
+
+endmodule
