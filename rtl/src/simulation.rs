@@ -6,6 +6,7 @@
 
 use std::{
     collections::VecDeque,
+    io::Write,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -23,6 +24,7 @@ use hoverlock_harness::{
     model::{InstanceOptions, Library, Model, RawSignal, SignalId},
 };
 use hoverlock_reference::plane::Plane;
+use sha2::{Digest, Sha256};
 
 use crate::{
     emit::{EmitError, files},
@@ -83,21 +85,20 @@ impl Simulator {
     /// # Errors
     /// Where Verilator or the compiler fails.
     pub fn new() -> Result<Self, SimulationError> {
-        let folder = std::env::temp_dir().join(format!("hoverlock-verilog-{}", std::process::id()));
-        let write = |path: &Path, text: &str| {
-            std::fs::write(path, text).map_err(|source| SimulationError::Write { path: path.into(), source })
-        };
-        std::fs::create_dir_all(&folder).map_err(|source| SimulationError::Write { path: folder.clone(), source })?;
+        let files = files()?;
+        let verilog: Vec<_> = files.iter().filter(|file| file.path.ends_with(".v")).collect();
+        // One folder for each emission, and files that keep their times: the harness finds the built model again by them.
+        let mut digest = Sha256::new();
+        verilog.iter().for_each(|file| digest.update(file.text.as_bytes()));
+        let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+        let folder = cache().join("verilog").join(name);
         let mut sources = Vec::new();
-        for file in files()?.iter().filter(|file| file.path.ends_with(".v")) {
+        for file in verilog {
             let path = folder.join(file.path.trim_start_matches("verilog/"));
-            write(&path, &file.text)?;
+            put(&path, &file.text).map_err(|source| SimulationError::Write { path: path.clone(), source })?;
             sources.push(path);
         }
-        let built = Self::of(&sources);
-        // The model is cached by content: its sources have served.
-        let _ = std::fs::remove_dir_all(&folder);
-        built
+        Self::of(&sources)
     }
 
     /// Of Verilog files.
@@ -109,6 +110,26 @@ impl Simulator {
         let build = INTERNALS.into_iter().fold(build, Build::internal);
         Ok(Self { library: build.compile()? })
     }
+}
+
+/// The user's cache, or where there is none the folder of temporary files.
+fn cache() -> PathBuf {
+    let set = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
+    let home = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
+    set.or_else(home).unwrap_or_else(std::env::temp_dir).join("hoverlock")
+}
+
+/// Writes a file whole, unless it is there already.
+fn put(path: &Path, text: &str) -> std::io::Result<()> {
+    if std::fs::read(path).is_ok_and(|there| there == text.as_bytes()) {
+        return Ok(());
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    file.persist(path)?;
+    Ok(())
 }
 
 /// A frame to be sent, with what the registers hold as it begins.

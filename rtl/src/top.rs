@@ -43,7 +43,7 @@ pub struct Top {
     /// What to write.
     pub csr_writedata: Signal<In, Bits<32>>,
     /// Interrupt, a level.
-    pub interrupt: Signal<Out, Bit>,
+    pub irq: Signal<Out, Bit>,
     registers: Csr,
     core: Core,
 }
@@ -76,7 +76,7 @@ impl Top {
             csr_readdata: Signal::default(),
             csr_write: Signal::default(),
             csr_writedata: Signal::default(),
-            interrupt: Signal::default(),
+            irq: Signal::default(),
             registers: Csr::new(map),
             core: Core::default(),
         })
@@ -94,7 +94,7 @@ impl Logic for Top {
         self.registers.write.next = self.csr_write.val();
         self.registers.writedata.next = self.csr_writedata.val();
         self.csr_readdata.next = self.registers.readdata.val();
-        self.interrupt.next = self.registers.interrupt.val();
+        self.irq.next = self.registers.irq.val();
         self.registers.busy.next = self.core.busy.val();
         self.registers.errors.next = self.core.errors.val();
         self.registers.begun.next = self.core.begun.val();

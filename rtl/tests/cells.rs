@@ -74,11 +74,12 @@ static FILES: LazyLock<Vec<File>> = LazyLock::new(|| files().unwrap());
 
 /// One instance of each cell, its ports named `cell__port`, one clock for all.
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
-    let folder = tempfile::tempdir().unwrap();
+    // The same folder every time, so that the built model is found again.
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
     let (mut ports, mut instances, mut sources) = (vec!["input wire clock".to_owned()], String::new(), Vec::new());
     for file in FILES.iter().filter(|file| file.path.ends_with(".v")) {
         let name = file.path.trim_start_matches("verilog/").trim_end_matches(".v");
-        let path = folder.path().join(format!("{name}.v"));
+        let path = folder.join(format!("{name}.v"));
         std::fs::write(&path, &file.text).unwrap();
         sources.push(path);
         // What is wiring is covered by the chain.
@@ -102,7 +103,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
         }
         writeln!(instances, "{name} i_{name} ({});", connections.join(", ")).unwrap();
     }
-    let bench = folder.path().join("bench.v");
+    let bench = folder.join("bench.v");
     std::fs::write(&bench, format!("module bench ({});\n{instances}endmodule\n", ports.join(", "))).unwrap();
     Build::new("bench").sources(sources).source(bench).compile().unwrap()
 });
@@ -735,7 +736,7 @@ fn registers_read_back_and_clear() {
             threshold_0,
             threshold_1
         ],
-        [readdata, interrupt, clear, enable, width, height, bank],
+        [readdata, irq, clear, enable, width, height, bank],
         |cell: &mut Csr, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 2000);
             cell.address.next = draw.random_range(0..40u64).into();

@@ -26,7 +26,7 @@ pub struct Csr {
     /// What to write.
     pub writedata: Signal<In, Bits<32>>,
     /// Interrupt, a level.
-    pub interrupt: Signal<Out, Bit>,
+    pub irq: Signal<Out, Bit>,
     /// Clear the pipeline.
     pub clear: Signal<Out, Bit>,
     /// Frames are taken.
@@ -75,7 +75,7 @@ impl Csr {
             readdata: Signal::default(),
             write: Signal::default(),
             writedata: Signal::default(),
-            interrupt: Signal::default(),
+            irq: Signal::default(),
             clear: Signal::default(),
             enable: Signal::default(),
             width: Signal::default(),
@@ -140,18 +140,17 @@ impl Logic for Csr {
     fn update(&mut self) {
         if self.clock.pos_edge() {
             self._clear = false;
+            let at = self.address.val().to_u32() << 2;
+            if self.read.val() {
+                let found = self._map.iter().position(|register| register.offset == at);
+                self._read = found.map_or(0, |i| self._words[i] | self.shown(&self._map[i].name).unwrap_or_default());
+            }
             if self.reset.val() {
                 self._words = self._map.iter().map(reset_word).collect();
                 self._clear = true;
             } else {
-                let at = self.address.val().to_u32() << 2;
                 let write = self.write.val().then(|| self.writedata.val().to_u32());
                 let (events, done) = (self.events(), self.done.val());
-                if self.read.val() {
-                    let found = self._map.iter().position(|register| register.offset == at);
-                    self._read =
-                        found.map_or(0, |i| self._words[i] | self.shown(&self._map[i].name).unwrap_or_default());
-                }
                 for (register, word) in self._map.iter().zip(&mut self._words) {
                     let data = write.filter(|_| register.offset == at);
                     if let Some(data) = data {
@@ -173,7 +172,7 @@ impl Logic for Csr {
         self.clear.next = self._clear;
         let (control, status, size) = (self.word("control"), self.word("status"), self.word("size"));
         self.enable.next = control & 1 != 0;
-        self.interrupt.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x7e != 0;
+        self.irq.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x7e != 0;
         self.width.next = u64::from(size & 0x7ff).into();
         self.height.next = u64::from(size >> 16 & 0xfff).into();
         let mut bank = Bits::<368>::default();
@@ -191,7 +190,7 @@ impl Logic for Csr {
 
     fn connect(&mut self) {
         self.readdata.connect();
-        self.interrupt.connect();
+        self.irq.connect();
         self.clear.connect();
         self.enable.connect();
         self.width.connect();
@@ -278,8 +277,8 @@ always @(posedge clock)
     endcase
 
 always @(*) begin
-  interrupt = (control_interrupt_frame & status_frame)
-            | (control_interrupt_error & (status_short_frame | status_long_frame | status_interrupted | status_refused
+  irq = (control_interrupt_frame & status_frame)
+      | (control_interrupt_error & (status_short_frame | status_long_frame | status_interrupted | status_refused
                                           | status_dropped | status_saturated));
   clear  = clear_now;
   enable = control_enable;
