@@ -9,7 +9,7 @@ module csr (
   output reg  [31:0] readdata,
   input  wire write,
   input  wire [31:0] writedata,
-  output reg  interrupt,
+  output reg  irq,
   output reg  clear,
   output reg  enable,
   output reg  [10:0] width,
@@ -29,7 +29,7 @@ module csr (
 
 wire [31:0] identification_letters = 32'h484c434b;
 wire [31:0] version_number = 32'h10000;
-wire [31:0] emission_hash = 32'h4f1aac7d;
+wire [31:0] emission_hash = 32'h919c3738;
 reg  clear_now;
 wire control_reset = 1'b0;
 reg  control_interrupt_error;
@@ -226,8 +226,8 @@ always @(posedge clock)
     endcase
 
 always @(*) begin
-  interrupt = (control_interrupt_frame & status_frame)
-            | (control_interrupt_error & (status_short_frame | status_long_frame | status_interrupted | status_refused
+  irq = (control_interrupt_frame & status_frame)
+      | (control_interrupt_error & (status_short_frame | status_long_frame | status_interrupted | status_refused
                                           | status_dropped | status_saturated));
   clear  = clear_now;
   enable = control_enable;

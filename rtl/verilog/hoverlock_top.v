@@ -20,11 +20,11 @@ module hoverlock_top (
   output wire [31:0] csr_readdata,
   input  wire csr_write,
   input  wire [31:0] csr_writedata,
-  output wire interrupt
+  output wire irq
 );
 
 wire [31:0] registers_readdata;
-wire registers_interrupt;
+wire registers_irq;
 wire registers_clear;
 wire registers_enable;
 wire [10:0] registers_width;
@@ -54,7 +54,7 @@ csr registers (
   .readdata(registers_readdata),
   .write(csr_write),
   .writedata(csr_writedata),
-  .interrupt(registers_interrupt),
+  .irq(registers_irq),
   .clear(registers_clear),
   .enable(registers_enable),
   .width(registers_width),
@@ -102,7 +102,7 @@ hoverlock_core core (
 );
 
 assign csr_readdata = registers_readdata;
-assign interrupt = registers_interrupt;
+assign irq = registers_irq;
 assign video_ready = core_video_ready;
 assign feature_valid = core_feature_valid;
 assign feature_data = core_feature_data;
