@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// See the module.
-#[derive(LogicBlock)]
+#[derive(LogicBlock, Default)]
 pub struct Core {
     /// The one clock.
     pub clock: Signal<In, Clock>,
@@ -66,43 +66,6 @@ pub struct Core {
     frame_bank: Bank,
     extractor: Extractor,
     fifo: RecordFifo,
-}
-
-impl Default for Core {
-    fn default() -> Self {
-        Self {
-            clock: Signal::default(),
-            reset: Signal::default(),
-            enable: Signal::default(),
-            new_width: Signal::default(),
-            new_height: Signal::default(),
-            bank: Signal::default(),
-            video_ready: Signal::default(),
-            video_valid: Signal::default(),
-            video_data: Signal::default(),
-            video_startofpacket: Signal::default(),
-            video_endofpacket: Signal::default(),
-            feature_ready: Signal::default(),
-            feature_valid: Signal::default(),
-            feature_data: Signal::default(),
-            feature_startofpacket: Signal::default(),
-            feature_endofpacket: Signal::default(),
-            busy: Signal::default(),
-            errors: Signal::default(),
-            begun: Signal::default(),
-            done: Signal::default(),
-            count: Signal::default(),
-            dropped: Signal::default(),
-            frames: Signal::default(),
-            saturated: Signal::default(),
-            threshold_0: Signal::default(),
-            threshold_1: Signal::default(),
-            sequencer: Sequencer::default(),
-            frame_bank: Bank::default(),
-            extractor: Extractor::default(),
-            fifo: RecordFifo::default(),
-        }
-    }
 }
 
 impl Logic for Core {

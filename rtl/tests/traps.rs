@@ -57,7 +57,9 @@ fn simulator_and_verilog_disagree_on_widths_and_precedence() {
     set("y", 15);
     set("a", 1000);
     set("b", 0x1_0000 - 1000);
-    (set("p", 0), set("q", 1), set("r", 0));
+    set("p", 0);
+    set("q", 1);
+    set("r", 0);
     set("accumulator", 0);
     model.eval().unwrap();
     let get = |name: &str| model.get(model.find(name).unwrap());

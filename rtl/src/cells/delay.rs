@@ -361,7 +361,7 @@ impl Logic for FrameDelay {
 
     fn hdl(&self) -> Verilog {
         let (lines, steps) = (self._lines, self._steps);
-        let wide = format!("{{6'd0, width}}");
+        let wide = "{6'd0, width}".to_string();
         let times = if lines.is_power_of_two() {
             format!("({wide} << {})", lines.trailing_zeros())
         } else if (lines + 1).is_power_of_two() {

@@ -273,9 +273,9 @@ impl RecordWriter {
             let (taken, lost) = (feature && self.room.val(), feature && !self.room.val());
             let done = self.done.val();
             let keep = |value: u64| if done { 0 } else { value };
-            self.count.next = (keep(count) + u64::from(taken) & 0xf_ffff).into();
-            self.dropped.next = (keep(dropped) + self.lost.val().to_u64() + u64::from(lost) & 0xf_ffff).into();
-            self.frames.next = (self.frames.val().to_u64() + u64::from(done) & 0xffff_ffff).into();
+            self.count.next = ((keep(count) + u64::from(taken)) & 0xf_ffff).into();
+            self.dropped.next = ((keep(dropped) + self.lost.val().to_u64() + u64::from(lost)) & 0xf_ffff).into();
+            self.frames.next = ((self.frames.val().to_u64() + u64::from(done)) & 0xffff_ffff).into();
             self.write.next = taken || end_now;
             self.done.next = end_now;
             self._trailer = self.frame_end.val() || (self._trailer && !end_now);

@@ -170,7 +170,7 @@ impl Sequencer {
         if real && !begin {
             let (x, y) = self._at;
             let end_of_row = x == width.wrapping_sub(1) & 0x3ff;
-            self._at = if end_of_row { (0, y + 1 & 0x7ff) } else { (x + 1 & 0x3ff, y) };
+            self._at = if end_of_row { (0, (y + 1) & 0x7ff) } else { ((x + 1) & 0x3ff, y) };
         }
         if self.frame_done.val() {
             self._kept.pop_front();
