@@ -22,12 +22,12 @@ pub const FRAME_HEIGHT: usize = 768;
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The file cannot be opened or read.
-    #[error("{path}: cannot be read: {source}; check the name and its permissions")]
+    #[error("{path}: cannot be read: {reason}; check the name and its permissions")]
     Read {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The path is a folder.
     #[error("{path}: is a folder, not a picture; name one picture file")]
@@ -116,7 +116,7 @@ impl Picture {
     /// Where it cannot be read, is no picture, is damaged, or holds floating-point samples.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, PictureError> {
         let path = path.as_ref().to_path_buf();
-        let read = |source| PictureError::Read { path: path.clone(), source };
+        let read = |reason| PictureError::Read { path: path.clone(), reason };
         if fs::metadata(&path).map_err(read)?.is_dir() {
             return Err(PictureError::Folder { path });
         }
