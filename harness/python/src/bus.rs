@@ -7,7 +7,7 @@ use std::rc::Rc;
 use hoverlock_harness::bus::bulk::{Bulk, Element, Options, Report};
 use hoverlock_harness::bus::stream::{self, Dialect, Frame, Ports, Rules};
 use hoverlock_harness::bus::{Pause, Reset, avalon_mm, axi_lite};
-use hoverlock_harness::sim::{self, Clock, Dut, Signal, Sim};
+use hoverlock_harness::sim::{self, Clock, Dut, Signal, Sim, TaskId};
 use hoverlock_harness::{Error, Time};
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::IntoPyObjectExt;
@@ -75,14 +75,14 @@ fn parts_of(py: Python<'_>, frame: Frame) -> FrameParts<'_> {
 /// Symbols of a stream without packets that are waited for.
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct Symbols {
-    ended: sim::Trigger,
+    task: Engine,
     value: Rc<RefCell<Vec<u64>>>,
 }
 
 #[pymethods]
 impl Symbols {
     fn ended(&self) -> Trigger {
-        Trigger::new(self.ended.clone())
+        self.task.ended()
     }
 
     fn value<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
@@ -203,7 +203,7 @@ impl RawListener {
                 Ok::<(), Error>(())
             })
         });
-        Ok(Symbols { ended: sim::Trigger::Join(task.id()), value })
+        Ok(Symbols { task: Engine { id: task.id(), dut }, value })
     }
 
     fn arrived(&self) -> Trigger {
@@ -230,17 +230,35 @@ impl RawListener {
     }
 }
 
+/// A task of the engine that Python waits for; forgotten with the object.
+struct Engine {
+    dut: Dut,
+    id: TaskId,
+}
+
+impl Engine {
+    fn ended(&self) -> Trigger {
+        Trigger::new(sim::Trigger::Join(self.id))
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        self.dut.forget(self.id);
+    }
+}
+
 /// An access of a master that is under way.
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct Access {
-    ended: sim::Trigger,
+    task: Engine,
     value: Rc<RefCell<Option<(u64, u64)>>>,
 }
 
 #[pymethods]
 impl Access {
     fn ended(&self) -> Trigger {
-        Trigger::new(self.ended.clone())
+        self.task.ended()
     }
 
     /// The word read, and the response.
@@ -252,11 +270,12 @@ impl Access {
 fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
     let value = Rc::new(RefCell::new(None));
     let slot = value.clone();
-    let task = simulation::current()?.spawn(name, async move {
+    let dut = simulation::current()?;
+    let task = dut.spawn(name, async move {
         *slot.borrow_mut() = Some(work.await?);
         Ok::<(), Error>(())
     });
-    Ok(Access { ended: sim::Trigger::Join(task.id()), value })
+    Ok(Access { task: Engine { id: task.id(), dut }, value })
 }
 
 enum Speaks {

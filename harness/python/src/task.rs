@@ -58,6 +58,15 @@ impl Task {
     }
 }
 
+impl Drop for Task {
+    fn drop(&mut self) {
+        // The engine keeps the ends of tasks for those who ask later; after this nobody can.
+        if let Some(id) = self.id.get() {
+            self.dut.forget(id);
+        }
+    }
+}
+
 #[pymethods]
 impl Task {
     fn __await__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

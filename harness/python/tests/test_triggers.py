@@ -1,5 +1,7 @@
 """Each trigger, alone and combined."""
 
+import resource
+
 import pytest
 
 import hoverlock
@@ -361,6 +363,22 @@ async def start_runs_to_the_first_wait_and_start_soon_does_not(dut):
     await NullTrigger()
     with pytest.raises(TypeError, match=r"call it, start_soon\(f\(\)\)"):
         start_soon(note)
+
+
+@hoverlock.test()
+async def ended_tasks_are_forgotten(dut):
+    async def short():
+        await NullTrigger()
+
+    async def many(count):
+        for _ in range(count):
+            await start_soon(short())
+
+    await many(1000)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    await many(50_000)
+    # Remembered, each would take some 200 bytes: 10 MB.
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 3000
 
 
 @hoverlock.test()
