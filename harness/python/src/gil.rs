@@ -9,28 +9,34 @@ use std::cell::Cell;
 use pyo3::ffi;
 use pyo3::prelude::*;
 
-thread_local! {
+struct State {
     /// The thread's state while the lock is given back, otherwise null.
-    static SAVED: Cell<*mut ffi::PyThreadState> = const { Cell::new(std::ptr::null_mut()) };
+    saved: Cell<*mut ffi::PyThreadState>,
     /// Whether Python ran since `pause` was last called.
-    static RAN: Cell<bool> = const { Cell::new(false) };
+    ran: Cell<bool>,
+}
+
+thread_local! {
+    static STATE: State = const { State { saved: Cell::new(std::ptr::null_mut()), ran: Cell::new(false) } };
 }
 
 /// Takes the lock again if it was given back; for code that a running simulation calls.
 #[inline]
 pub fn resume<'a>() -> Python<'a> {
-    RAN.set(true);
-    if !SAVED.get().is_null() {
-        take_back();
-    }
+    STATE.with(|state| {
+        state.ran.set(true);
+        if !state.saved.get().is_null() {
+            take_back(state);
+        }
+    });
     // SAFETY: only called below `Simulation::run` and its kin, which were called from Python on this thread; the lock
     // is held unless `pause` gave it back, and `take_back` has undone that.
     unsafe { Python::assume_attached() }
 }
 
 #[cold]
-fn take_back() {
-    let saved = SAVED.replace(std::ptr::null_mut());
+fn take_back(state: &State) {
+    let saved = state.saved.replace(std::ptr::null_mut());
     // SAFETY: `saved` came from `PyEval_SaveThread` on this thread and is used once.
     unsafe { ffi::PyEval_RestoreThread(saved) };
 }
@@ -38,13 +44,14 @@ fn take_back() {
 /// Called every few milliseconds by a running simulation: looks for signals such as Ctrl-C, and gives the lock back if
 /// no Python ran since the last call.
 pub fn pause() -> PyResult<()> {
-    let ran = RAN.get();
+    let ran = STATE.with(|state| state.ran.get());
     resume().check_signals()?;
-    RAN.set(false);
+    STATE.with(|state| state.ran.set(false));
     if !ran {
         // SAFETY: the lock is held. Until `resume`, this thread runs the scheduler, the model and bus models, none of
         // which touches Python; what they call back (coroutines, listeners, exceptions they drop) begins with `resume`.
-        SAVED.set(unsafe { ffi::PyEval_SaveThread() });
+        let saved = unsafe { ffi::PyEval_SaveThread() };
+        STATE.with(|state| state.saved.set(saved));
     }
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! Handles of ports, internals and memories, and the values read from them.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use hoverlock_harness::model::{Direction, SignalId, SignalInfo, Storage};
 use hoverlock_harness::sim::{Dut, Memory, Signal, Wide};
 use pyo3::IntoPyObjectExt;
@@ -28,6 +30,7 @@ pub struct Handle {
     pub rising: PyOnceLock<Py<RisingEdge>>,
     pub falling: PyOnceLock<Py<FallingEdge>>,
     pub change: PyOnceLock<Py<ValueChange>>,
+    spare: PyOnceLock<Py<Value>>,
 }
 
 impl Handle {
@@ -44,7 +47,7 @@ impl Handle {
         let width = info.width;
         let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
         let (access, info) = (OnThread::new(access), OnThread::new(info));
-        Ok(Handle { access, info, id, width, rising, falling, change })
+        Ok(Handle { access, info, id, width, rising, falling, change, spare: PyOnceLock::new() })
     }
 
     pub fn id(&self) -> SignalId {
@@ -136,12 +139,26 @@ impl Handle {
     /// The value now; written, it is put when all tasks of this round have run.
     #[getter]
     #[inline]
-    fn get_value(&self) -> Value {
+    fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
         let bits = match self.access.get() {
-            Access::Word(signal) => Bits::Word(signal.get()),
+            Access::Word(signal) => {
+                let word = signal.get();
+                // Most values are looked at and dropped: one that nobody else holds serves again, which halves a read.
+                if let Some(spare) = self.spare.get(py)
+                    && spare.get_refcnt(py) == 1
+                    && let Bits::Word(old) = &spare.get().bits
+                {
+                    old.store(word, Ordering::Relaxed);
+                    return Ok(spare.bind(py).clone());
+                }
+                Bits::word(word)
+            }
             Access::Wide(wide) => Bits::Wide(wide.get().into_boxed_slice()),
         };
-        Value { bits, width: self.width, signed: self.info.get().signed }
+        let value = Bound::new(py, Value { bits, width: self.width, signed: self.info.get().signed })?;
+        // The first is kept; if it stays in use elsewhere, reads make new ones.
+        let _ = self.spare.set(py, value.clone().unbind());
+        Ok(value)
     }
 
     #[setter]
@@ -168,8 +185,8 @@ impl Handle {
     }
 
     /// As reading `value`.
-    fn get(&self) -> Value {
-        self.get_value()
+    fn get<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
+        self.get_value(py)
     }
 
     /// As assigning to `value`: a model in this process knows no write that is more immediate.
@@ -240,7 +257,7 @@ impl Handle {
     }
 
     fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.get_value().int(py)
+        self.get_value(py)?.get().int(py)
     }
 
     fn __repr__(&self) -> String {
@@ -257,13 +274,20 @@ pub fn direction_name(direction: Direction) -> &'static str {
     }
 }
 
+/// Atomic only so that the object may be shared; see `Handle::get_value` for when it is written.
 enum Bits {
-    Word(u64),
+    Word(AtomicU64),
     Wide(Box<[u32]>),
 }
 
+impl Bits {
+    fn word(word: u64) -> Bits {
+        Bits::Word(AtomicU64::new(word))
+    }
+}
+
 /// A value read from a signal: a whole number that knows its width. Compares and calculates as its unsigned number.
-#[pyclass(module = "hoverlock", frozen, freelist = 32)]
+#[pyclass(module = "hoverlock", frozen)]
 pub struct Value {
     bits: Bits,
     width: u32,
@@ -274,7 +298,7 @@ impl Value {
     #[inline]
     fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match &self.bits {
-            Bits::Word(word) => word.into_bound_py_any(py),
+            Bits::Word(word) => word.load(Ordering::Relaxed).into_bound_py_any(py),
             Bits::Wide(words) => {
                 let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
                 py.get_type::<PyInt>().call_method1("from_bytes", (bytes.as_slice(), "little"))
@@ -284,19 +308,20 @@ impl Value {
 
     fn bit(&self, at: u32) -> u32 {
         match &self.bits {
-            Bits::Word(word) => (word >> at & 1) as u32,
+            Bits::Word(word) => (word.load(Ordering::Relaxed) >> at & 1) as u32,
             Bits::Wide(words) => words[(at / 32) as usize] >> (at % 32) & 1,
         }
     }
 
     /// Some of its bits as a value of their own.
     fn part(&self, low: u32, width: u32) -> Value {
-        if let Bits::Word(word) = self.bits {
+        if let Bits::Word(word) = &self.bits {
+            let word = word.load(Ordering::Relaxed);
             let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
-            return Value { bits: Bits::Word(word >> low & mask), width, signed: false };
+            return Value { bits: Bits::word(word >> low & mask), width, signed: false };
         }
         let bits = if width <= 64 {
-            Bits::Word((0..width).fold(0, |value, b| value | u64::from(self.bit(low + b)) << b))
+            Bits::word((0..width).fold(0, |value, b| value | u64::from(self.bit(low + b)) << b))
         } else {
             let mut words = vec![0u32; width.div_ceil(32) as usize];
             for b in 0..width {
@@ -322,7 +347,7 @@ impl Value {
     #[inline]
     fn __bool__(&self) -> bool {
         match &self.bits {
-            Bits::Word(word) => *word != 0,
+            Bits::Word(word) => word.load(Ordering::Relaxed) != 0,
             Bits::Wide(words) => words.iter().any(|w| *w != 0),
         }
     }
@@ -330,11 +355,11 @@ impl Value {
     #[inline]
     fn __richcmp__<'py>(&self, other: &Bound<'py, PyAny>, op: CompareOp) -> PyResult<Bound<'py, PyAny>> {
         let py = other.py();
-        if let Bits::Word(word) = self.bits
+        if let Bits::Word(word) = &self.bits
             && let Ok(whole) = other.cast_exact::<PyInt>()
             && let Ok(whole) = whole.extract::<u64>()
         {
-            return op.matches(word.cmp(&whole)).into_bound_py_any(py);
+            return op.matches(word.load(Ordering::Relaxed).cmp(&whole)).into_bound_py_any(py);
         }
         if let Ok(text) = other.cast::<PyString>() {
             return self.binstr().into_bound_py_any(py)?.rich_compare(text, op);
@@ -544,7 +569,9 @@ impl Value {
 
     fn __invert__(&self) -> Value {
         let bits = match &self.bits {
-            Bits::Word(word) => Bits::Word(!word & (u64::MAX >> (64 - self.width.clamp(1, 64)))),
+            Bits::Word(word) => {
+                Bits::word(!word.load(Ordering::Relaxed) & (u64::MAX >> (64 - self.width.clamp(1, 64))))
+            }
             Bits::Wide(words) => {
                 let mut words: Vec<u32> = words.iter().map(|w| !w).collect();
                 if self.width % 32 != 0
@@ -656,7 +683,7 @@ impl Element {
     fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
         let array = self.array.borrow(py);
         let word = array.memory.get(self.index).map_err(|e| errors::of_model(&e))?;
-        Ok(Value { bits: Bits::Word(word), width: array.info.width, signed: array.info.signed })
+        Ok(Value { bits: Bits::word(word), width: array.info.width, signed: array.info.signed })
     }
 
     #[setter]
