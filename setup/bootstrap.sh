@@ -23,12 +23,12 @@ apt() {
     fi
 }
 
-# Debian packages whose command is not on the PATH.
+# Debian packages whose command is not on the PATH, or whose file is not there.
 missing=""
 while IFS='|' read -r package command _; do
     package=${package// /} command=${command// /}
     [[ -z $package || $package == \#* ]] && continue
-    command -v "$command" >/dev/null || missing+="$package "
+    [[ $command == /* && -e $command ]] || command -v "$command" >/dev/null || missing+="$package "
 done <setup/tools.txt
 python_with_venv() { python3 -c 'import ensurepip, venv' 2>/dev/null; }
 if ! python_with_venv; then missing+="python3-venv "; fi

@@ -1,5 +1,6 @@
 //! `hoverlock doctor`: what is installed, what is missing, how to get it.
 
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
@@ -66,7 +67,7 @@ fn inspect(line: &str) -> Result<Tool> {
     let version = version_of(command).with_context(|| format!("{command} --version cannot be run"))?;
     let fits = |version: &str| wanted.as_ref().is_none_or(|wanted| numbers(version).starts_with(wanted.as_str()));
     Ok(Tool {
-        name: command.to_owned(),
+        name: if command.starts_with('/') { package } else { command }.to_owned(),
         found: version.as_deref().is_some_and(fits),
         get: match (&version, &wanted) {
             (Some(_), Some(wanted)) => format!("Debian 12's {package} is {wanted}: apt-get install {package}"),
@@ -78,8 +79,12 @@ fn inspect(line: &str) -> Result<Tool> {
     })
 }
 
-/// The first line of `command --version`, or nothing where there is no such command.
+/// The first line of `command --version`, or nothing where there is no such command; a package that brings no command is
+/// known by one of its files, which then stands for its version.
 fn version_of(command: &str) -> Result<Option<String>> {
+    if command.starts_with('/') {
+        return Ok(Path::new(command).exists().then(|| command.to_owned()));
+    }
     match Command::new(command).arg("--version").output() {
         Ok(output) => Ok(Some(String::from_utf8_lossy(&output.stdout).lines().next().unwrap_or_default().to_owned())),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
