@@ -69,7 +69,7 @@ impl Handle {
             if let Ok(code) = self.info.get().value_of(text) {
                 return self.write_int(code.into_bound_py_any(value.py())?.cast::<PyInt>()?);
             }
-            return self.write_int(&self.from_binary(value.py(), text)?);
+            return self.write_int(&self.parse_binary(value.py(), text)?);
         }
         match value.call_method0("__index__") {
             Ok(index) => self.write_int(index.cast::<PyInt>()?),
@@ -81,7 +81,7 @@ impl Handle {
         }
     }
 
-    fn from_binary<'py>(&self, py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyInt>> {
+    fn parse_binary<'py>(&self, py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyInt>> {
         let digits: String = text.chars().filter(|c| *c != '_').collect();
         if digits.len() != self.width as usize || !digits.chars().all(|c| c == '0' || c == '1') {
             let names: Vec<&str> = self.info.get().items.iter().map(|(name, _)| name.as_str()).collect();
@@ -145,7 +145,8 @@ impl Handle {
                 let word = signal.get();
                 // Most values are looked at and dropped: one that nobody else holds serves again, which halves a read.
                 if let Some(spare) = self.spare.get(py)
-                    && spare.get_refcnt(py) == 1
+                    // SAFETY: a live object, and the interpreter's lock is held, so nobody else counts meanwhile.
+                    && unsafe { pyo3::ffi::Py_REFCNT(spare.as_ptr()) } == 1
                     && let Bits::Word(old) = &spare.get().bits
                 {
                     old.store(word, Ordering::Relaxed);
@@ -574,7 +575,7 @@ impl Value {
             }
             Bits::Wide(words) => {
                 let mut words: Vec<u32> = words.iter().map(|w| !w).collect();
-                if self.width % 32 != 0
+                if !self.width.is_multiple_of(32)
                     && let Some(top) = words.last_mut()
                 {
                     *top &= (1 << (self.width % 32)) - 1;
