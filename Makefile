@@ -9,7 +9,7 @@ PYTHON := .venv/bin/python
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test bench setup build
+.PHONY: demo test bench bench-harness setup build
 
 ## A quantisation report on a real aerial photograph.
 demo: build
@@ -21,11 +21,18 @@ test: setup
 	cargo fmt --all -- --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo test --workspace --locked -- --include-ignored
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
+	$(PYTHON) -m pytest --quiet -n 2 harness/python/tests
 
 ## Float features against OpenCV's ORB, by turns in one run; then rung 4 in pixels a second, with and without AVX2.
 bench: setup
 	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
 	cargo bench --locked --package hoverlock-fixed-point --bench rung4
+
+## The harness against cocotb 1.9 on Verilator and cocotb 2 on Icarus, equal outputs checked; needs Debian's iverilog.
+bench-harness: setup
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --release --quiet --locked --manifest-path harness/python/Cargo.toml
+	$(PYTHON) harness/bench/run.py --runs 5
 
 setup:
 	@setup/bootstrap.sh
