@@ -72,6 +72,19 @@ fn extremes_of_pixels_and_coefficients() {
 }
 
 #[test]
+fn ties_and_thresholds_that_are_met_exactly() {
+    // A few grey levels make responses of a few LSB: plateaus, equal neighbours on all sides, responses equal to the threshold.
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut jobs = jobs(&[(90, 80); 4]);
+    for (job, thresholds) in jobs.iter_mut().zip([[1, 1], [4, 3], [5, 3], [6, 4]]) {
+        job.pixels = Plane::from_fn(90, 80, |_, _| 30_000 + random.random_range(0..60u16));
+        job.thresholds = thresholds;
+    }
+    let outcome = exact(&jobs, Streams::default());
+    assert!(outcome.features > 40, "{outcome:#?}");
+}
+
+#[test]
 fn faults_are_reported_and_the_next_frame_is_exact() {
     let mut jobs = jobs(&[(64, 64); 8]);
     jobs[1].fault = Fault::Short(1000);
