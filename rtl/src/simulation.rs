@@ -54,8 +54,8 @@ pub enum SimulationError {
         /// Why.
         source: std::io::Error,
     },
-    /// The hardware stands still.
-    #[error("no record for {0} cycles: the pipeline hangs")]
+    /// The hardware stands still, or never ends.
+    #[error("no end after {0} cycles: the pipeline hangs")]
     Hang(u64),
 }
 
@@ -462,6 +462,10 @@ impl Bench {
         let beats: Vec<Vec<Beat>> = jobs.iter().map(Job::beats).collect();
         let (mut cycle, mut quiet) = (0u64, 0u64);
         let longest = jobs.iter().map(|job| job.pixels.as_slice().len() as u64).max().unwrap_or_default();
+        let slowest = 1.0 - self.streams.source_pause.max(self.streams.sink_pause);
+        let sent: usize = beats.iter().map(Vec::len).sum();
+        let whole = outcome.pixels + sent as u64 + 200_000 * jobs.len() as u64;
+        let limit = (4.0 * whole as f64 / slowest.max(0.01)) as u64 + self.streams.sink_opens;
         while done < jobs.len() {
             // A frame's registers are written when the frame before it has begun, and it is offered after that.
             match writes.pop_front() {
@@ -560,8 +564,9 @@ impl Bench {
             }
             self.edge()?;
             cycle += 1;
-            if quiet > 4 * longest + 200_000 + self.streams.sink_opens {
-                return Err(SimulationError::Hang(quiet));
+            // Neither silence nor a flood of records may last.
+            if quiet > 4 * longest + 200_000 + self.streams.sink_opens || cycle > limit {
+                return Err(SimulationError::Hang(cycle));
             }
         }
         outcome.cycles = cycle;
