@@ -8,6 +8,8 @@ HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverl
 PYTHON := .venv/bin/python
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
+# Whose ignored tests are part of `make test`: minutes each, on real pictures. Those of the RTL take longer; see rtl/README.md.
+LONG := --package hoverlock-reference --package hoverlock-fixed-point --package hoverlock-reports --package hoverlock-cli
 
 .PHONY: demo test bench bench-harness setup build
 
@@ -20,7 +22,8 @@ demo: build
 test: setup
 	cargo fmt --all -- --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
-	cargo test --workspace --locked -- --include-ignored
+	cargo test --workspace --locked
+	cargo test --locked $(LONG) -- --ignored
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -n 2 harness/python/tests
 
