@@ -334,11 +334,17 @@ def test_ctrl_c_ends_at_once(tmp_path, body):
             {body}
         simulate(Design({str(HERE / 'designs/counter.v')!r}, top="counter"), bench)
     """))
-    with subprocess.Popen([sys.executable, "bench.py"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout.readline() == "runs\n"
-        time.sleep(0.2)
-        started = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=20)
+    # A shell starts what runs in its background with Ctrl-C ignored, and children inherit that: the bench gets it back.
+    heed = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen([sys.executable, "bench.py"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          preexec_fn=heed) as process:
+        try:
+            assert process.stdout.readline() == "runs\n"
+            time.sleep(0.2)
+            started = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=20)
+        finally:
+            process.kill()
     assert time.monotonic() - started < 3
     assert "KeyboardInterrupt" in said and process.returncode != 0
