@@ -7,7 +7,7 @@ import hoverlock
 from hoverlock import Clock, ClockCycles, Design, RisingEdge, Session, with_timeout
 from hoverlock.bus import AvalonMaster, AvalonMonitor, AvalonSink, AvalonSource, Frame
 
-stream = Design("designs/stream.v", top="stream", parameters={"LINE": 16})
+stream = Design("../../tests/designs/stream.v", top="stream", parameters={"LINE": 16})
 registers = Design("designs/registers.v", top="registers")
 
 
