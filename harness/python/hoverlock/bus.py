@@ -13,6 +13,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _core
 from ._core import Handle
 from .errors import SimulationError
@@ -161,37 +164,63 @@ class _Sink(_Listener):
 
 
 class AvalonSource(_Source):
-    """Drives an Avalon-ST sink of the design."""
+    """Drives an Avalon-ST sink of the design.
+
+    >>> source = AvalonSource(dut, "in_", dut.clk, reset=dut.rst)
+    >>> source.send(b"hello", channel=2)
+    >>> await source.drained()
+    """
 
     _bus = "avalon"
 
 
 class AvalonSink(_Sink):
-    """Takes from an Avalon-ST source of the design."""
+    """Takes from an Avalon-ST source of the design.
+
+    >>> sink = AvalonSink(dut, "out_", dut.clk, reset=dut.rst, symbol_bits=16)
+    >>> frame = await sink.recv()
+    >>> frame.symbols, frame.channel
+    """
 
     _bus = "avalon"
 
 
 class AvalonMonitor(_Listener):
-    """Listens to an Avalon-ST stream and checks its rules."""
+    """Listens to an Avalon-ST stream and checks its rules.
+
+    >>> monitor = AvalonMonitor(dut, "out_", dut.clk, reset=dut.rst, strict=False)
+    >>> assert monitor.violations == []
+    """
 
     _bus = "avalon"
 
 
 class AxiSource(_Source):
-    """Drives an AXI4-Stream slave of the design."""
+    """Drives an AXI4-Stream slave of the design.
+
+    >>> source = AxiSource(dut, "s_axis_", dut.clk, reset=dut.rst_n, reset_active=False)
+    >>> source.send(Frame(np.arange(10, dtype=np.uint8), error=1))
+    """
 
     _bus = "axi"
 
 
 class AxiSink(_Sink):
-    """Takes from an AXI4-Stream master of the design."""
+    """Takes from an AXI4-Stream master of the design.
+
+    >>> sink = AxiSink(dut, "m_axis_", dut.clk, reset=dut.rst_n, reset_active=False)
+    >>> bytes(await sink.recv())
+    """
 
     _bus = "axi"
 
 
 class AxiMonitor(_Listener):
-    """Listens to an AXI4-Stream and checks its rules."""
+    """Listens to an AXI4-Stream and checks its rules.
+
+    >>> monitor = AxiMonitor(dut, "m_axis_", dut.clk, reset=dut.rst_n, reset_active=False)
+    >>> frame = await monitor.recv()
+    """
 
     _bus = "axi"
 
@@ -234,9 +263,17 @@ class AvalonMaster(_Master):
 
 
 class AxiLiteMaster(_Master):
-    """Reads and writes an AXI4-Lite slave of the design; an error response raises ``SimulationError``."""
+    """Reads and writes an AXI4-Lite slave of the design; an error response raises ``SimulationError``.
+
+    >>> csr = AxiLiteMaster(dut, "s_axi_", dut.clk)
+    >>> await csr.write(0x10, 0xFF, bytes=0b0001)
+    """
 
     _bus = "axi"
+
+    def pause(self, pause: float | Iterable[bool] | None, seed: int = 0) -> None:
+        """In which cycles it holds back before each of its channels."""
+        self._raw.set_pause(pause, seed)
 
 
 class _Memory:
@@ -246,6 +283,10 @@ class _Memory:
         self, dut: Any, prefix: str, clock: Handle, *, reset: Handle | None = None, reset_active: bool = True
     ) -> None:
         self._raw = _core.RawMemory(_below(dut, prefix), clock, self._bus, reset, reset_active)
+        self._step = self._addresses_of_a_word(dut, prefix)
+
+    def _addresses_of_a_word(self, dut: Any, prefix: str) -> int:
+        return 1
 
     def stall(self, pause: float | Iterable[bool] | None, seed: int = 0) -> None:
         """In which cycles it keeps the design waiting."""
@@ -257,6 +298,20 @@ class _Memory:
     def __setitem__(self, address: int, word: int) -> None:
         self._raw[address] = word
 
+    def read(self, address: int, count: int) -> NDArray[np.uint64]:
+        """So many words from an address on, as an array.
+
+        >>> assert (memory.read(0x400, 64) == memory.read(0, 64) + 1).all()
+        """
+        return self._raw.read(address, count, self._step)
+
+    def write(self, address: int, words: Iterable[int]) -> None:
+        """Puts words into it from an address on: an array, a program.
+
+        >>> memory.write(0, np.arange(64))
+        """
+        self._raw.write(address, [int(word) for word in words], self._step)
+
     @property
     def accesses(self) -> int:
         """How often the design came."""
@@ -264,15 +319,33 @@ class _Memory:
 
 
 class AvalonMemory(_Memory):
-    """A memory for an Avalon-MM master of the design."""
+    """A memory for an Avalon-MM master of the design; addresses count as the master counts.
+
+    >>> memory = AvalonMemory(dut, "m_", dut.clk, reset=dut.rst)
+    >>> memory.stall(0.3, seed=1)
+    >>> memory.latency(1, 5, seed=2)
+    """
 
     _bus = "avalon"
 
+    def latency(self, least: int, most: int, seed: int = 0) -> None:
+        """How many cycles the answer to a read takes, drawn anew for each."""
+        self._raw.set_latency(least, most, seed)
+
 
 class AxiLiteMemory(_Memory):
-    """A memory for an AXI4-Lite master of the design."""
+    """A memory for an AXI4-Lite master of the design; addresses count bytes.
+
+    >>> memory = AxiLiteMemory(dut, "m_axi_", dut.clk, reset=dut.rst_n, reset_active=False)
+    >>> memory.write(0, [1, 2, 3])
+    >>> memory[8]
+    3
+    """
 
     _bus = "axi"
+
+    def _addresses_of_a_word(self, dut: Any, prefix: str) -> int:
+        return len(getattr(dut, f"{prefix}rdata")) // 8
 
 
 def _below(dut: Any, prefix: str) -> str:

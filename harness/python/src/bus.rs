@@ -303,6 +303,18 @@ impl RawMaster {
         Ok(RawMaster { speaks })
     }
 
+    fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
+        match &self.speaks {
+            Speaks::Avalon(_) => {
+                Err(PyTypeError::new_err("an Avalon-MM master does not hold back: await between accesses"))
+            }
+            Speaks::Axi(master) => {
+                master.set_pause(pause_of(pause, seed)?);
+                Ok(())
+            }
+        }
+    }
+
     fn write(&self, address: u64, data: u64, bytes: Option<u64>) -> PyResult<Access> {
         match &self.speaks {
             Speaks::Avalon(master) => {
@@ -385,6 +397,28 @@ impl RawMemory {
             Answers::Axi(memory) => memory.set_stall(pause),
         }
         Ok(())
+    }
+
+    /// How many cycles an answer takes, drawn anew for each read.
+    fn set_latency(&self, least: u64, most: u64, seed: u64) -> PyResult<()> {
+        if least == 0 || most < least {
+            return Err(PyValueError::new_err(format!("a latency of {least} to {most} cycles: 1 at least, most last")));
+        }
+        match &self.answers {
+            Answers::Avalon(memory) => memory.set_latency(least, most, seed),
+            Answers::Axi(_) => return Err(PyTypeError::new_err("AXI4-Lite answers when `stall` lets it")),
+        }
+        Ok(())
+    }
+
+    /// Words from an address on, `step` addresses apart.
+    fn read<'py>(&self, py: Python<'py>, address: u64, count: usize, step: u64) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_vec(py, (0..count as u64).map(|at| self.__getitem__(address + at * step)).collect())
+    }
+
+    /// Writes words from an address on.
+    fn write(&self, address: u64, words: Vec<u64>, step: u64) {
+        (0..).zip(words).for_each(|(at, word): (u64, u64)| self.__setitem__(address + at * step, word));
     }
 
     fn __getitem__(&self, address: u64) -> u64 {

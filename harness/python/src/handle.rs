@@ -4,12 +4,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use hoverlock_harness::model::{Direction, SignalId, SignalInfo, Storage};
 use hoverlock_harness::sim::{Dut, Memory, Signal, Wide};
+use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::basic::CompareOp;
 use pyo3::exceptions::{PyAttributeError, PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyInt, PyList, PySlice, PyString, PyTuple};
+use pyo3::types::{PyInt, PyIterator, PyList, PySlice, PyString, PyTuple};
 
 use crate::errors::{self, RangeError};
 use crate::on_thread::OnThread;
@@ -147,14 +148,14 @@ impl Handle {
                 if let Some(spare) = self.spare.get(py)
                     // SAFETY: a live object, and the interpreter's lock is held, so nobody else counts meanwhile.
                     && unsafe { pyo3::ffi::Py_REFCNT(spare.as_ptr()) } == 1
-                    && let Bits::Word(old) = &spare.get().bits
+                    && let Stored::Word(old) = &spare.get().bits
                 {
                     old.store(word, Ordering::Relaxed);
                     return Ok(spare.bind(py).clone());
                 }
-                Bits::word(word)
+                Stored::word(word)
             }
-            Access::Wide(wide) => Bits::Wide(wide.get().into_boxed_slice()),
+            Access::Wide(wide) => Stored::Wide(wide.get().into_boxed_slice()),
         };
         let value = Bound::new(py, Value { bits, width: self.width, signed: self.info.get().signed })?;
         // The first is kept; if it stays in use elsewhere, reads make new ones.
@@ -250,11 +251,36 @@ impl Handle {
         self.width as usize
     }
 
-    fn __getitem__(&self, _index: &Bound<'_, PyAny>) -> PyResult<()> {
-        Err(PyTypeError::new_err(format!(
-            "a bit of '{}' is no signal of its own: read it with `.value[i]`, write the whole signal",
-            self.info.get().name
-        )))
+    /// `dut.bus[3]` is a bit, `dut.bus[7:4]` several, to be read and written; they have no edges of their own.
+    fn __getitem__(slf: &Bound<'_, Self>, index: &Bound<'_, PyAny>) -> PyResult<Bits> {
+        let (low, width) = span(index, slf.get().width)?;
+        Ok(Bits { handle: slf.clone().unbind(), low, width })
+    }
+
+    /// Compares its value, except with another handle: with that, whether they are one. `dut.bus <= 3` is cocotb 1's
+    /// old way to write.
+    fn __richcmp__<'py>(
+        slf: &Bound<'py, Self>,
+        other: &Bound<'py, PyAny>,
+        op: CompareOp,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let is_handle = other.is_instance_of::<Handle>();
+        match op {
+            CompareOp::Eq | CompareOp::Ne if is_handle || other.is_none() => {
+                (slf.is(other) == matches!(op, CompareOp::Eq)).into_bound_py_any(py)
+            }
+            CompareOp::Eq | CompareOp::Ne => slf.get().get_value(py)?.into_any().rich_compare(other, op),
+            CompareOp::Le => {
+                slf.get().set_value(other)?;
+                Ok(py.None().into_bound(py))
+            }
+            _ => Ok(py.NotImplemented().into_bound(py)),
+        }
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> usize {
+        slf.as_ptr() as usize >> 4
     }
 
     fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -276,21 +302,21 @@ pub fn direction_name(direction: Direction) -> &'static str {
 }
 
 /// Atomic only so that the object may be shared; see `Handle::get_value` for when it is written.
-enum Bits {
+enum Stored {
     Word(AtomicU64),
     Wide(Box<[u32]>),
 }
 
-impl Bits {
-    fn word(word: u64) -> Bits {
-        Bits::Word(AtomicU64::new(word))
+impl Stored {
+    fn word(word: u64) -> Stored {
+        Stored::Word(AtomicU64::new(word))
     }
 }
 
 /// A value read from a signal: a whole number that knows its width. Compares and calculates as its unsigned number.
 #[pyclass(module = "hoverlock", frozen)]
 pub struct Value {
-    bits: Bits,
+    bits: Stored,
     width: u32,
     signed: bool,
 }
@@ -299,8 +325,8 @@ impl Value {
     #[inline]
     fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match &self.bits {
-            Bits::Word(word) => word.load(Ordering::Relaxed).into_bound_py_any(py),
-            Bits::Wide(words) => {
+            Stored::Word(word) => word.load(Ordering::Relaxed).into_bound_py_any(py),
+            Stored::Wide(words) => {
                 let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
                 py.get_type::<PyInt>().call_method1("from_bytes", (bytes.as_slice(), "little"))
             }
@@ -309,26 +335,26 @@ impl Value {
 
     fn bit(&self, at: u32) -> u32 {
         match &self.bits {
-            Bits::Word(word) => (word.load(Ordering::Relaxed) >> at & 1) as u32,
-            Bits::Wide(words) => words[(at / 32) as usize] >> (at % 32) & 1,
+            Stored::Word(word) => (word.load(Ordering::Relaxed) >> at & 1) as u32,
+            Stored::Wide(words) => words[(at / 32) as usize] >> (at % 32) & 1,
         }
     }
 
     /// Some of its bits as a value of their own.
     fn part(&self, low: u32, width: u32) -> Value {
-        if let Bits::Word(word) = &self.bits {
+        if let Stored::Word(word) = &self.bits {
             let word = word.load(Ordering::Relaxed);
             let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
-            return Value { bits: Bits::word(word >> low & mask), width, signed: false };
+            return Value { bits: Stored::word(word >> low & mask), width, signed: false };
         }
         let bits = if width <= 64 {
-            Bits::word((0..width).fold(0, |value, b| value | u64::from(self.bit(low + b)) << b))
+            Stored::word((0..width).fold(0, |value, b| value | u64::from(self.bit(low + b)) << b))
         } else {
             let mut words = vec![0u32; width.div_ceil(32) as usize];
             for b in 0..width {
                 words[(b / 32) as usize] |= self.bit(low + b) << (b % 32);
             }
-            Bits::Wide(words.into_boxed_slice())
+            Stored::Wide(words.into_boxed_slice())
         };
         Value { bits, width, signed: false }
     }
@@ -348,15 +374,15 @@ impl Value {
     #[inline]
     fn __bool__(&self) -> bool {
         match &self.bits {
-            Bits::Word(word) => word.load(Ordering::Relaxed) != 0,
-            Bits::Wide(words) => words.iter().any(|w| *w != 0),
+            Stored::Word(word) => word.load(Ordering::Relaxed) != 0,
+            Stored::Wide(words) => words.iter().any(|w| *w != 0),
         }
     }
 
     #[inline]
     fn __richcmp__<'py>(&self, other: &Bound<'py, PyAny>, op: CompareOp) -> PyResult<Bound<'py, PyAny>> {
         let py = other.py();
-        if let Bits::Word(word) = &self.bits
+        if let Stored::Word(word) = &self.bits
             && let Ok(whole) = other.cast_exact::<PyInt>()
             && let Ok(whole) = whole.extract::<u64>()
         {
@@ -379,29 +405,23 @@ impl Value {
         self.width as usize
     }
 
+    /// Bit by bit, highest first, as the digits are written.
+    fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyIterator>> {
+        let value = slf.get();
+        let bits = (0..value.width).rev().map(|at| value.part(at, 1));
+        PyList::new(slf.py(), bits.map(|v| Bound::new(slf.py(), v)).collect::<PyResult<Vec<_>>>()?)?.try_iter()
+    }
+
+    fn __reversed__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyIterator>> {
+        let value = slf.get();
+        let bits = (0..value.width).map(|at| value.part(at, 1));
+        PyList::new(slf.py(), bits.map(|v| Bound::new(slf.py(), v)).collect::<PyResult<Vec<_>>>()?)?.try_iter()
+    }
+
     /// `value[3]` is bit 3, `value[7:0]` the lowest eight, as in Verilog.
-    fn __getitem__<'py>(&self, index: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let py = index.py();
-        let within = |i: i64| {
-            u32::try_from(i)
-                .ok()
-                .filter(|i| *i < self.width)
-                .ok_or_else(|| PyIndexError::new_err(format!("bit {i} of a value of {} bits", self.width)))
-        };
-        if let Ok(slice) = index.cast::<PySlice>() {
-            let end = |name: &str, default: i64| -> PyResult<i64> {
-                let bound = slice.getattr(name)?;
-                if bound.is_none() { Ok(default) } else { bound.extract() }
-            };
-            let (high, low) = (within(end("start", i64::from(self.width) - 1)?)?, within(end("stop", 0)?)?);
-            if high < low || !slice.getattr("step")?.is_none() {
-                return Err(PyIndexError::new_err(format!(
-                    "[{high}:{low}]: write the higher bit first, as in Verilog"
-                )));
-            }
-            return self.part(low, high - low + 1).into_bound_py_any(py);
-        }
-        self.bit(within(index.extract()?)?).into_bound_py_any(py)
+    fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<Value> {
+        let (low, width) = span(index, self.width)?;
+        Ok(self.part(low, width))
     }
 
     /// The unsigned number.
@@ -453,6 +473,17 @@ impl Value {
     #[getter]
     fn buff<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.int(py)?.call_method1("to_bytes", (self.width.div_ceil(8), "big"))
+    }
+
+    /// Its bytes: `"big"` or `"little"` end first.
+    #[pyo3(signature = (byteorder = "big"))]
+    fn to_bytes<'py>(&self, py: Python<'py>, byteorder: &str) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)?.call_method1("to_bytes", (self.width.div_ceil(8), byteorder))
+    }
+
+    /// The value itself: what cocotb 1's handles called it.
+    fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)
     }
 
     fn __str__(&self) -> String {
@@ -570,20 +601,100 @@ impl Value {
 
     fn __invert__(&self) -> Value {
         let bits = match &self.bits {
-            Bits::Word(word) => {
-                Bits::word(!word.load(Ordering::Relaxed) & (u64::MAX >> (64 - self.width.clamp(1, 64))))
+            Stored::Word(word) => {
+                Stored::word(!word.load(Ordering::Relaxed) & (u64::MAX >> (64 - self.width.clamp(1, 64))))
             }
-            Bits::Wide(words) => {
+            Stored::Wide(words) => {
                 let mut words: Vec<u32> = words.iter().map(|w| !w).collect();
                 if !self.width.is_multiple_of(32)
                     && let Some(top) = words.last_mut()
                 {
                     *top &= (1 << (self.width % 32)) - 1;
                 }
-                Bits::Wide(words.into_boxed_slice())
+                Stored::Wide(words.into_boxed_slice())
             }
         };
         Value { bits, width: self.width, signed: self.signed }
+    }
+}
+
+/// The bits that an index names: `[3]` one, `[7:4]` several, higher bit first, as in Verilog.
+fn span(index: &Bound<'_, PyAny>, of_width: u32) -> PyResult<(u32, u32)> {
+    let within = |i: i64| {
+        u32::try_from(i)
+            .ok()
+            .filter(|i| *i < of_width)
+            .ok_or_else(|| PyIndexError::new_err(format!("bit {i} of a value of {of_width} bits")))
+    };
+    let Ok(slice) = index.cast::<PySlice>() else { return Ok((within(index.extract()?)?, 1)) };
+    let end = |name: &str, default: i64| -> PyResult<i64> {
+        let bound = slice.getattr(name)?;
+        if bound.is_none() { Ok(default) } else { bound.extract() }
+    };
+    let (high, low) = (within(end("start", i64::from(of_width) - 1)?)?, within(end("stop", 0)?)?);
+    if high < low || !slice.getattr("step")?.is_none() {
+        return Err(PyIndexError::new_err(format!("[{high}:{low}]: write the higher bit first, as in Verilog")));
+    }
+    Ok((low, high - low + 1))
+}
+
+/// Some bits of a signal.
+///
+/// >>> dut.leds[2].value = 1
+/// >>> dut.bus[7:4].value
+#[pyclass(frozen, module = "hoverlock._core")]
+pub struct Bits {
+    handle: Py<Handle>,
+    low: u32,
+    width: u32,
+}
+
+#[pymethods]
+impl Bits {
+    /// Their value; written, the other bits keep what they have or what was written to them before.
+    #[getter]
+    fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
+        Ok(self.handle.bind(py).get().get_value(py)?.get().part(self.low, self.width))
+    }
+
+    #[setter]
+    fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let py = value.py();
+        let handle = self.handle.bind(py).get();
+        let given = match value.cast::<PyString>() {
+            Ok(text) => py.get_type::<PyInt>().call1((text, 2))?,
+            Err(_) => value.call_method0("__index__")?,
+        };
+        let one = 1u32.into_bound_py_any(py)?;
+        let size = one.lshift(self.width)?;
+        let given = if given.lt(0)? { given.add(&size)? } else { given };
+        if given.lt(0)? || given.ge(&size)? {
+            return Err(RangeError::new_err(format!(
+                "{value} does not fit {} bits of '{}'",
+                self.width,
+                handle.name()
+            )));
+        }
+        let whole = match handle.access.get() {
+            Access::Word(signal) => Stored::word(signal.get_pending()),
+            Access::Wide(wide) => Stored::Wide(wide.get_pending().into_boxed_slice()),
+        };
+        let whole = Value { bits: whole, width: handle.width, signed: false }.int(py)?;
+        let mask = size.sub(&one)?.lshift(self.low)?;
+        let kept = whole.sub(whole.bitand(&mask)?)?;
+        handle.write_int(kept.bitor(given.lshift(self.low)?)?.cast::<PyInt>()?)
+    }
+
+    fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.get_value(py)?.int(py)
+    }
+
+    fn __len__(&self) -> usize {
+        self.width as usize
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        format!("<{}[{}:{}]>", self.handle.bind(py).get().name(), self.low + self.width - 1, self.low)
     }
 }
 
@@ -610,8 +721,35 @@ impl ArrayHandle {
         Ok(ArrayHandle { memory, info })
     }
 
+    /// The index on the left and that on the right, as declared.
     fn ends(&self) -> (i64, i64) {
         self.info.range.unwrap_or((0, 0))
+    }
+
+    fn left_to_right(&self) -> Vec<u64> {
+        let mut words = self.memory.to_vec();
+        let (left, right) = self.ends();
+        if left > right {
+            words.reverse();
+        }
+        words
+    }
+
+    /// A value as an element holds it.
+    fn encode(&self, value: &Bound<'_, PyAny>) -> PyResult<u64> {
+        let (name, width) = (&self.info.name, self.info.width);
+        let whole = match value.cast::<PyString>() {
+            Ok(text) => value.py().get_type::<PyInt>().call1((text, 2)),
+            Err(_) => value.call_method0("__index__"),
+        };
+        let whole = whole.map_err(|_| PyTypeError::new_err(format!("'{name}' takes whole numbers, not {value}")))?;
+        if let Ok(word) = whole.extract::<u64>() {
+            return Ok(word);
+        }
+        match whole.extract::<i64>() {
+            Ok(word) if width >= 64 || word >= -(1 << (width - 1)) => Ok(word as u64 & self.info.mask()),
+            _ => Err(RangeError::new_err(format!("{whole} does not fit '{name}', which is {width} bits wide"))),
+        }
     }
 }
 
@@ -632,16 +770,17 @@ impl ArrayHandle {
         self.memory.len()
     }
 
-    /// All elements, lowest index first.
+    /// All elements, from left to right as declared: of `[0:15]` number 0 first, of `[15:0]` number 15.
     #[getter]
-    fn get_value(&self) -> Vec<u64> {
-        self.memory.to_vec()
+    fn get_value(&self) -> Vec<Value> {
+        let value = |word| Value { bits: Stored::word(word), width: self.info.width, signed: self.info.signed };
+        self.left_to_right().into_iter().map(value).collect()
     }
 
-    /// Writes elements from the lowest index on, such as a program.
+    /// Writes elements from the left on, such as a program.
     #[setter]
     fn set_value(&self, values: &Bound<'_, PyAny>) -> PyResult<()> {
-        let values = values.try_iter()?.map(|v| v?.extract::<u64>()).collect::<PyResult<Vec<_>>>()?;
+        let values = values.try_iter()?.map(|v| self.encode(&v?)).collect::<PyResult<Vec<_>>>()?;
         if values.len() > self.memory.len() {
             return Err(PyIndexError::new_err(format!(
                 "{} values for '{}', which has {} elements",
@@ -650,7 +789,44 @@ impl ArrayHandle {
                 self.memory.len()
             )));
         }
-        self.memory.fill(values).map_err(|e| errors::of_model(&e))
+        let (left, right) = self.ends();
+        let step = if left <= right { 1 } else { -1 };
+        let indices = (0..).map(|at| left + step * at);
+        values
+            .into_iter()
+            .zip(indices)
+            .try_for_each(|(word, index)| self.memory.set(index, word))
+            .map_err(|e| errors::of_model(&e))
+    }
+
+    /// As assigning to `value`.
+    fn setimmediatevalue(&self, values: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_value(values)
+    }
+
+    fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyIterator>> {
+        let (left, right) = slf.borrow().ends();
+        let element = |index| Bound::new(slf.py(), Element { array: slf.clone().unbind(), index });
+        let elements: PyResult<Vec<_>> = if left <= right {
+            (left..=right).map(element).collect()
+        } else {
+            (right..=left).rev().map(element).collect()
+        };
+        PyList::new(slf.py(), elements?)?.try_iter()
+    }
+
+    /// For `numpy.asarray(dut.u_ram.cells)`: the elements from left to right.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<&Bound<'py, PyAny>>,
+        copy: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        // It is a copy always.
+        let _ = copy;
+        let array = PyArray1::from_vec(py, self.left_to_right()).into_any();
+        dtype.filter(|d| !d.is_none()).map_or(Ok(array.clone()), |d| array.call_method1("astype", (d,)))
     }
 
     /// Its name below the top module.
@@ -684,27 +860,30 @@ impl Element {
     fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
         let array = self.array.borrow(py);
         let word = array.memory.get(self.index).map_err(|e| errors::of_model(&e))?;
-        Ok(Value { bits: Bits::word(word), width: array.info.width, signed: array.info.signed })
+        Ok(Value { bits: Stored::word(word), width: array.info.width, signed: array.info.signed })
     }
 
     #[setter]
     fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let array = self.array.borrow(value.py());
-        let width = array.info.width;
-        let whole = value
-            .call_method0("__index__")
-            .map_err(|_| PyTypeError::new_err(format!("'{}' takes whole numbers, not {value}", array.info.name)))?;
-        let word = match whole.extract::<u64>() {
-            Ok(word) => word,
-            Err(_) => match whole.extract::<i64>() {
-                Ok(word) if width >= 64 || word >= -(1 << (width - 1)) => word as u64 & array.info.mask(),
-                _ => {
-                    let text = format!("{whole} does not fit '{}', which is {width} bits wide", array.info.name);
-                    return Err(RangeError::new_err(text));
-                }
-            },
-        };
+        let word = array.encode(value)?;
         array.memory.set(self.index, word).map_err(|e| errors::of_model(&e))
+    }
+
+    /// As assigning to `value`.
+    fn setimmediatevalue(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_value(value)
+    }
+
+    /// Bits.
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.array.borrow(py).info.width as usize
+    }
+
+    /// The memory's name and the index.
+    #[getter]
+    fn _name(&self, py: Python<'_>) -> String {
+        format!("{}[{}]", self.array.borrow(py).info.name, self.index)
     }
 
     fn __int__(&self, py: Python<'_>) -> PyResult<u64> {

@@ -20,9 +20,9 @@ mod _core {
     #[pymodule_export]
     use crate::bus::{Access, RawListener, RawMaster, RawMemory, RawSource, Symbols};
     #[pymodule_export]
-    use crate::handle::{ArrayHandle, Element, Handle, HierarchyBase, Value};
+    use crate::handle::{ArrayHandle, Bits, Element, Handle, HierarchyBase, Value};
     #[pymodule_export]
-    use crate::library::{Library, compile};
+    use crate::library::{Coverage, Library, compile};
     #[pymodule_export]
     use crate::models::{BitTrue, lerp_coefficients, look_ahead_of};
     #[pymodule_export]

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use hoverlock_harness::build::{Build, Coverage, Initial, Parameter, Trace};
+use hoverlock_harness::build::{self, Build, Constant, Initial, Parameter, Trace};
+use hoverlock_harness::coverage;
 use hoverlock_harness::model;
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
@@ -30,8 +32,59 @@ impl Library {
         self.library.warnings().iter().map(ToString::to_string).collect()
     }
 
+    /// Parameters of all instances: names below the top module, with their numbers or strings.
+    #[getter]
+    fn constants<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        let value = |constant: &Constant| match constant {
+            Constant::Number(number) => number.into_bound_py_any(py),
+            Constant::Text(text) => text.into_bound_py_any(py),
+        };
+        self.library.constants().iter().map(|(name, constant)| Ok((name.clone(), value(constant)?))).collect()
+    }
+
     fn __repr__(&self) -> String {
         format!("<Library {}>", self.library.top())
+    }
+}
+
+/// What was covered: counts by place in the Verilog, merged over runs.
+///
+/// >>> total = Coverage()
+/// >>> total.add("one.dat")
+/// >>> total.met("line")
+/// (17, 20)
+#[pyclass(module = "hoverlock")]
+#[derive(Default)]
+pub struct Coverage(coverage::Coverage);
+
+#[pymethods]
+impl Coverage {
+    #[new]
+    fn new() -> Coverage {
+        Coverage::default()
+    }
+
+    /// Adds what a run wrote with `write_coverage`.
+    fn add(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let counts = coverage::Coverage::read(&path).map_err(|e| errors::exception(py, e))?;
+        self.0.merge(&counts);
+        Ok(())
+    }
+
+    /// Points met and points there are, of a kind (`line`, `branch`, `toggle`, `user`) or of all.
+    #[pyo3(signature = (kind = ""))]
+    fn met(&self, kind: &str) -> (usize, usize) {
+        self.0.ratio(kind)
+    }
+
+    /// The points never met: file, line, kind, what.
+    fn missed(&self) -> Vec<(String, u32, String, String)> {
+        self.0.missed().map(|p| (p.file.clone(), p.line, p.kind.clone(), p.what.clone())).collect()
+    }
+
+    /// As LCOV's tracefile, which `genhtml` and editors read.
+    fn lcov(&self) -> String {
+        self.0.to_lcov()
     }
 }
 
@@ -68,7 +121,7 @@ pub fn compile(
     let mut build = Build::new(top)
         .sources(sources)
         .trace(trace)
-        .coverage(if coverage { Coverage::ALL } else { Coverage::default() })
+        .coverage(if coverage { build::Coverage::ALL } else { build::Coverage::default() })
         .initial(if random_initial { Initial::Random } else { Initial::Zero })
         .assertions(assertions)
         .warnings_are_errors(warnings_are_errors);

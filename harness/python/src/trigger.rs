@@ -179,9 +179,21 @@ pub struct ClockCycles {}
 #[pymethods]
 impl ClockCycles {
     #[new]
-    #[pyo3(signature = (signal, num_cycles, rising = true))]
-    fn new(signal: &Bound<'_, Handle>, num_cycles: u64, rising: bool) -> PyResult<PyClassInitializer<Self>> {
+    #[pyo3(signature = (signal, num_cycles, rising = None))]
+    fn new(
+        signal: &Bound<'_, Handle>,
+        num_cycles: u64,
+        rising: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyClassInitializer<Self>> {
         let handle = signal.get();
+        // cocotb 2 names the edge by its trigger, cocotb 1 by a truth value.
+        let py = signal.py();
+        let rising = match rising {
+            None => true,
+            Some(kind) if kind.is(py.get_type::<RisingEdge>()) => true,
+            Some(kind) if kind.is(py.get_type::<FallingEdge>()) => false,
+            Some(kind) => kind.is_truthy()?,
+        };
         if num_cycles == 0 {
             return Err(PyValueError::new_err("ClockCycles of 0 cycles: nothing to wait for"));
         }
@@ -202,8 +214,15 @@ pub struct Timer {
 #[pymethods]
 impl Timer {
     #[new]
-    #[pyo3(signature = (time, unit = None, *, units = None))]
-    fn new(time: &Bound<'_, PyAny>, unit: Option<&str>, units: Option<&str>) -> PyResult<PyClassInitializer<Self>> {
+    #[pyo3(signature = (time, unit = None, *, units = None, round_mode = None))]
+    fn new(
+        time: &Bound<'_, PyAny>,
+        unit: Option<&str>,
+        units: Option<&str>,
+        round_mode: Option<&str>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        // Time runs in femtoseconds: there is no step of a simulator to round to.
+        let _ = round_mode;
         let span = time_of(time, unit.or(units).unwrap_or("step"))?;
         if span == Time::ZERO {
             return Err(PyValueError::new_err(

@@ -28,11 +28,22 @@ pub struct Variable {
     pub port: bool,
 }
 
+/// The value of a parameter.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Constant {
+    /// A whole number of at most 64 bits, with its sign.
+    Number(i128),
+    /// A string.
+    Text(String),
+}
+
 /// Everything named in the design.
 #[derive(Debug, Clone, Default)]
 pub struct Hierarchy {
     /// Variables of all instances, in the order of the source.
     pub variables: Vec<Variable>,
+    /// Parameters and local parameters of all instances by their names below the top module.
+    pub constants: Vec<(String, Constant)>,
 }
 
 /// An element's name and attributes as they stand in the file.
@@ -88,9 +99,22 @@ fn constant(text: &str) -> Option<u64> {
     u64::from_str_radix(digits, 16).ok()
 }
 
+/// The value of a parameter: `32'shfffffffd` is -3, `&quot;text&quot;` a string; none if it is something else, or too wide.
+fn parameter(text: &str) -> Option<Constant> {
+    if let Some(inner) = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
+        return Some(Constant::Text(inner.to_owned()));
+    }
+    let value = i128::from(constant(text)?);
+    let (width, base) = text.split_once('\'')?;
+    let width: u32 = width.parse().ok().filter(|w| (1..=64).contains(w))?;
+    let negative = base.starts_with('s') && value >> (width - 1) & 1 == 1;
+    Some(Constant::Number(if negative { value - (1 << width) } else { value }))
+}
+
 #[derive(Default)]
 struct Module {
     original: String,
+    constants: Vec<(String, Constant)>,
     variables: Vec<(String, String, String, bool)>, // name, type id, type name, port
     instances: Vec<(String, String)>,               // name below this module, with its generate blocks; module
 }
@@ -118,6 +142,7 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
     let mut module: Option<String> = None;
     let mut enumeration: Option<String> = None;
     let mut item: Option<String> = None;
+    let mut parameter_name: Option<String> = None;
     for tag in tags(text) {
         match (tag.name, tag.closing) {
             ("module", false) => {
@@ -146,6 +171,7 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
             }
             ("var", false) => {
                 let constant = tag.get("param").is_some() || tag.get("localparam").is_some();
+                parameter_name = tag.get("name").filter(|_| constant && !tag.empty);
                 if let (Some(into), Some(name), false) =
                     (module.as_ref().and_then(|m| modules.get_mut(m)), tag.get("name"), constant)
                 {
@@ -157,10 +183,20 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
                     ));
                 }
             }
+            ("var", true) => parameter_name = None,
             ("enumdtype", false) => enumeration = tag.get("name"),
             ("enumdtype", true) => enumeration = None,
             ("enumitem", false) => item = tag.get("name"),
             ("enumitem", true) => item = None,
+            ("const", false) if parameter_name.is_some() => {
+                if let (Some(into), Some(name), Some(value)) = (
+                    module.as_ref().and_then(|m| modules.get_mut(m)),
+                    parameter_name.take(),
+                    tag.get("name").as_deref().and_then(parameter),
+                ) {
+                    into.constants.push((name, value));
+                }
+            }
             ("const", false) => {
                 if let (Some(of), Some(name), Some(value)) =
                     (&enumeration, &item, tag.get("name").as_deref().and_then(constant))
@@ -206,10 +242,11 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
             .cloned()
             .unwrap_or_default()
     };
-    let mut variables = Vec::new();
+    let (mut variables, mut constants) = (Vec::new(), Vec::new());
     for (scope, of) in &instances {
         let Some(module) = modules.get(of) else { continue };
         let prefix = scope.split_once('.').map(|(_, below)| format!("{below}.")).unwrap_or_default();
+        constants.extend(module.constants.iter().map(|(name, value)| (format!("{prefix}{name}"), value.clone())));
         for (name, type_id, type_name, port) in &module.variables {
             variables.push(Variable {
                 path: format!("{prefix}{name}"),
@@ -222,7 +259,7 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
             });
         }
     }
-    Ok(Hierarchy { variables })
+    Ok(Hierarchy { variables, constants })
 }
 
 /// Whether a name fits a pattern in which `*` stands for anything.
@@ -243,6 +280,8 @@ mod tests {
       <cell loc="c" name="t" submodname="t" hier="t"><cell name="u" submodname="sub__W8" hier="t.u"/></cell></cells>
       <netlist><module name="t" origName="t" topModule="1">
         <var name="W" dtype_id="1" vartype="logic" param="true"><const name="32'sh8" dtype_id="1"/></var>
+        <var name="N" dtype_id="1" vartype="logic" localparam="true"><const name="4'shd" dtype_id="1"/></var>
+        <var name="S" dtype_id="1" vartype="string" param="true"><const name="&quot;a b&quot;" dtype_id="1"/></var>
         <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/>
         <begin name="lane"/><begin name="lane[0]"><instance name="u" defName="sub__W8"/></begin></module>
       <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/><var name="st" dtype_id="2" vartype="st_t"/></module>
@@ -260,6 +299,13 @@ mod tests {
         assert!(found[1].signed && !found[1].port, "a memory has its element's sign");
         assert_eq!(found[2].items, [("IDLE".to_owned(), 0), ("RUN".to_owned(), 2)]);
         assert_eq!((found[2].module.as_str(), found[2].scope.as_str()), ("sub", "t.lane[0].u"));
+    }
+
+    #[test]
+    fn parameters_have_their_values() {
+        let number = |name: &str, value| (name.to_owned(), Constant::Number(value));
+        let found = parse(XML).unwrap().constants;
+        assert_eq!(found, [number("W", 8), number("N", -3), ("S".to_owned(), Constant::Text("a b".to_owned()))]);
     }
 
     #[test]

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use diagnostic::{Diagnostic, Severity};
-pub use hierarchy::{EnumItems, Variable};
+pub use hierarchy::{Constant, EnumItems, Variable};
 
 use crate::error::BuildError;
 use crate::model::Library;
@@ -323,6 +323,8 @@ pub(crate) struct Record {
     pub top: String,
     pub ports: Vec<PortRecord>,
     pub internals: Vec<Variable>,
+    /// Parameters by name.
+    pub constants: Vec<(String, Constant)>,
     /// Names of everything in the hierarchy, for "nearest" in errors.
     pub names: Vec<String>,
     pub trace: Trace,

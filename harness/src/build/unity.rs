@@ -65,6 +65,7 @@ impl Workshop<'_> {
                 })
                 .collect(),
             internals,
+            constants: hierarchy.constants.iter().take(20_000).cloned().collect(),
             names: hierarchy.variables.iter().take(20_000).map(|v| v.path.clone()).collect(),
             trace: self.build.trace,
             coverage: self.build.coverage.any(),
@@ -91,7 +92,8 @@ impl Workshop<'_> {
     fn choose_internals(&self, hierarchy: &Hierarchy) -> Result<Vec<Variable>, BuildError> {
         let inner = || hierarchy.variables.iter().filter(|v| !v.port || v.path.contains('.'));
         for pattern in &self.build.internals {
-            if !inner().any(|v| hierarchy::matches(pattern, &v.path)) {
+            // Everything there is may be nothing.
+            if pattern != "*" && !inner().any(|v| hierarchy::matches(pattern, &v.path)) {
                 return Err(BuildError::NoSuchInternal {
                     name: pattern.clone(),
                     top: self.build.top.clone(),

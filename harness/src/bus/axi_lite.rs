@@ -186,7 +186,8 @@ impl Master {
 
 struct MemoryState {
     words: HashMap<u64, u64>,
-    stall: Pause,
+    /// Of `aw`, `w`, `ar`, `b` and `r`.
+    stalls: [Pause; 5],
     accesses: u64,
 }
 
@@ -217,7 +218,7 @@ impl Memory {
             signal.set(0)?;
         }
         let bytes = u64::from(ports.r_data.width() / 8).max(1);
-        let state = MemoryState { words: HashMap::new(), stall: Pause::Never, accesses: 0 };
+        let state = MemoryState { words: HashMap::new(), stalls: Default::default(), accesses: 0 };
         let state = Rc::new(RefCell::new(state));
         let agent = MemoryAgent {
             ports,
@@ -235,7 +236,7 @@ impl Memory {
 
     /// In which cycles each channel holds back.
     pub fn set_stall(&self, stall: Pause) {
-        self.state.borrow_mut().stall = stall;
+        self.state.borrow_mut().stalls = std::array::from_fn(|channel| stall.of_channel(channel as u64));
     }
 
     /// The word that holds a byte address.
@@ -316,7 +317,7 @@ impl Agent for MemoryAgent {
             self.responses -= 1;
         }
         if !ports.b.0.is_high() || b_taken {
-            let offer = self.responses > 0 && !state.stall.next_cycle();
+            let offer = self.responses > 0 && !state.stalls[3].next_cycle();
             ports.b.0.set(u64::from(offer))?;
             if let Some(signal) = &ports.b_response {
                 signal.set(0)?;
@@ -328,7 +329,7 @@ impl Agent for MemoryAgent {
             state.accesses += 1;
         }
         if !ports.r.0.is_high() || r_taken {
-            let offer = !self.reads.is_empty() && !state.stall.next_cycle();
+            let offer = !self.reads.is_empty() && !state.stalls[4].next_cycle();
             ports.r.0.set(u64::from(offer))?;
             if let (true, Some(address)) = (offer, self.reads.front()) {
                 let word = state.words.get(&(address / bytes)).copied().unwrap_or(0);
@@ -338,8 +339,8 @@ impl Agent for MemoryAgent {
                 signal.set(0)?;
             }
         }
-        for (_, ready) in [&ports.aw, &ports.w, &ports.ar] {
-            ready.set(u64::from(!state.stall.next_cycle()))?;
+        for ((_, ready), stall) in [&ports.aw, &ports.w, &ports.ar].into_iter().zip(&mut state.stalls) {
+            ready.set(u64::from(!stall.next_cycle()))?;
         }
         Ok(())
     }

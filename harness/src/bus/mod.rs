@@ -84,6 +84,17 @@ impl Pause {
         if pattern.iter().all(|hold| *hold) { Pause::Never } else { Pause::Pattern(pattern, 0) }
     }
 
+    /// The same for one of several channels: each goes through the pattern, or draws its numbers, by itself.
+    pub(super) fn of_channel(&self, number: u64) -> Pause {
+        match self {
+            Pause::Random(part, random) => {
+                let seed = random.clone().bits();
+                Pause::Random(*part, Random::new(seed.wrapping_add(number)))
+            }
+            other => other.clone(),
+        }
+    }
+
     /// Whether to hold back in the next cycle.
     #[inline(always)]
     pub fn next_cycle(&mut self) -> bool {

@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void};
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::build::{Diagnostic, Record, Trace};
+use crate::build::{Constant, Diagnostic, Record, Trace};
 use crate::error::{BuildError, ModelError};
 use crate::model::{InstanceOptions, Model};
 
@@ -117,6 +117,11 @@ impl Library {
     /// What Verilator warned of.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.0.record.warnings
+    }
+
+    /// Parameters and local parameters of all instances, by their names below the top module.
+    pub fn constants(&self) -> &[(String, Constant)] {
+        &self.0.record.constants
     }
 
     /// Which waves are built in.

@@ -238,6 +238,20 @@ impl Core {
         Ok(())
     }
 
+    /// The value a buffered write will put, if there is one.
+    pub fn pending(&self, signal: u32) -> Option<u64> {
+        let at = self.signals[signal as usize].pending.get();
+        (at != NONE).then(|| self.writes.borrow()[at as usize].value)
+    }
+
+    /// The words a buffered write will put, if there is one.
+    pub fn pending_words(&self, signal: u32) -> Option<Vec<u32>> {
+        self.large_writes.borrow().iter().rev().find_map(|write| match write {
+            LargeWrite::Words(of, words) if *of == signal => Some(words.clone()),
+            _ => None,
+        })
+    }
+
     pub fn write_element(&self, signal: u32, offset: usize, value: u64) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));

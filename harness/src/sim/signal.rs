@@ -46,6 +46,11 @@ impl Signal {
         unsafe { load(self.data, self.storage) }
     }
 
+    /// Its value as it will be when the writes buffered so far were put; for writes of single bits.
+    pub fn get_pending(&self) -> u64 {
+        self.core.pending(self.id.index() as u32).unwrap_or_else(|| self.get())
+    }
+
     /// Its value as a signed number of its width.
     #[inline]
     pub fn get_signed(&self) -> i64 {
@@ -179,6 +184,13 @@ impl Wide {
     pub fn get(&self) -> Vec<u32> {
         // SAFETY: `core` keeps the model alive.
         unsafe { load_words(self.data, self.storage) }
+    }
+
+    /// Its words as they will be when the writes buffered so far were put; for writes of single bits.
+    pub fn get_pending(&self) -> Vec<u32> {
+        let mut words = self.core.pending_words(self.id.index() as u32).unwrap_or_else(|| self.get());
+        words.resize(self.width.div_ceil(32) as usize, 0);
+        words
     }
 
     /// Its value as hexadecimal digits.
