@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use hoverlock_rtl::{
     emit::{MEND, files},
-    estimate::{Estimate, estimate},
+    estimate::{Estimate, ModuleEstimate, estimate},
 };
+use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
@@ -31,7 +32,10 @@ enum Action {
     ///
     /// Example: hoverlock rtl check
     Check(Common),
-    /// Yosys estimate of the top for the Arria V family: ALM, M10K, DSP blocks, registers (some minutes)
+    /// Yosys estimate for the Arria V family: ALM, M10K, DSP blocks, registers and logic depth, in all and of each module
+    ///
+    /// A minute or two the first time; the netlist is kept in the user's cache folder for as long as the Verilog stays the same.
+    /// Status 0 only where the smallest device keeps a third of everything free.
     ///
     /// Example: hoverlock rtl estimate --json
     Estimate(Common),
@@ -42,7 +46,8 @@ struct Common {
     /// The folder with verilog/ and registers/
     #[arg(long, value_name = "DIR", default_value = "rtl")]
     out: PathBuf,
-    /// One JSON object on stdout: emit: files[]; check: fresh stale[]; estimate: alm m10k dsp mul18 registers device fits
+    /// One JSON object on stdout: emit: files[]; check: fresh stale[]; estimate: alm m10k dsp mul18 registers logic_levels
+    /// device fits modules[] devices[]
     #[arg(long)]
     json: bool,
 }
@@ -106,7 +111,16 @@ fn check(common: &Common) -> Result<Verdict> {
 }
 
 fn sized(common: &Common) -> Result<Verdict> {
-    let estimate = estimate()?;
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} Yosys, a minute or two: {elapsed}  {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    let estimate = estimate(&mut |pass| bar.set_message(pass.to_owned()))?;
+    bar.finish_and_clear();
+    if !estimate.fits {
+        eprintln!("hoverlock: {} is too small: {}", estimate.device, estimate.fits_rule);
+    }
     if common.json {
         print_json(&estimate)?;
     } else {
@@ -116,20 +130,77 @@ fn sized(common: &Common) -> Result<Verdict> {
 }
 
 fn table(estimate: &Estimate) -> String {
-    let share = |used: u64, of: u64| 100.0 * used as f64 / of as f64;
     let mut text = format!(
-        "Yosys estimate of hoverlock_top for Arria V\n  ALM {}\n  M10K {}\n  DSP blocks {} ({} multipliers 18x18)\n  registers {}\n\n",
-        estimate.alm, estimate.m10k, estimate.dsp, estimate.mul18, estimate.registers
+        "Yosys estimate of hoverlock_top for Arria V ({})\n\n  ALM {}   M10K {}   multipliers 18x18 {}, in {} DSP blocks   registers {}   logic levels {}\n\n",
+        estimate.yosys,
+        estimate.alm,
+        estimate.m10k,
+        estimate.mul18,
+        estimate.dsp,
+        estimate.registers,
+        estimate.logic_levels
     );
+    text += &format!("{:9}{:>18}{:>18}{:>18}   {:4}  figures\n", "device", "ALM", "M10K", "DSP blocks", "fits");
     for device in &estimate.devices {
+        text += &format!("{:9}", device.name);
+        for (of, percent) in [device.alm, device.m10k, device.dsp].into_iter().zip(device.used_percent) {
+            text += &format!("{:>18}", format!("{percent:.1} % of {of}"));
+        }
+        text += &format!("   {:4}  {}\n", if device.fits { "yes" } else { "NO" }, device.source);
+    }
+    let [alm, m10k, dsp] = estimate.devices[0].limits;
+    text += &format!(
+        "fits: {}; in {} at most {alm} ALM, {m10k} M10K, {dsp} DSP blocks\n\n",
+        estimate.fits_rule, estimate.device
+    );
+    text += &format!(
+        "{:26}{:>5}{:>7}{:>7}{:>6}{:>6}{:>5}{:>7}{:>7}{:>7}\n",
+        "module, its own cells", "times", "ALM", "%", "M10K", "18x18", "DSP", "regs", "levels", "ns"
+    );
+    let row = |name: &str, of: &ModuleEstimate| {
+        format!(
+            "{name:26}{:>5}{:>7}{:>7.1}{:>6}{:>6}{:>5}{:>7}{:>7}{:>7.2}\n",
+            of.instances,
+            of.alm,
+            100.0 * of.alm as f64 / estimate.alm as f64,
+            of.m10k,
+            of.mul18,
+            of.dsp,
+            of.registers,
+            of.logic_levels,
+            f64::from(of.cell_delay_ps) / 1000.0
+        )
+    };
+    // What is neither large nor deep goes into one line.
+    let named = |of: &&ModuleEstimate| {
+        of.m10k + of.mul18 > 0 || 200 * of.alm >= estimate.alm || 2 * of.logic_levels > estimate.logic_levels
+    };
+    let (named, others): (Vec<_>, Vec<_>) = estimate.modules.iter().partition(named);
+    for of in named {
+        text += &row(&of.name, of);
+    }
+    let sum = |of: fn(&ModuleEstimate) -> u64| others.iter().map(|module| of(module)).sum::<u64>();
+    let most = |of: fn(&ModuleEstimate) -> u32| others.iter().map(|module| of(module)).max().unwrap_or_default();
+    if let Some(first) = others.first() {
+        let rest = ModuleEstimate {
+            instances: sum(|module| module.instances),
+            alm: sum(|module| module.alm),
+            registers: sum(|module| module.registers),
+            mlab: sum(|module| module.mlab),
+            logic_levels: most(|module| module.logic_levels),
+            cell_delay_ps: most(|module| module.cell_delay_ps),
+            ..(*first).clone()
+        };
+        text += &row(&format!("{} smaller modules", others.len()), &rest);
+    }
+    if let Some(deepest) = estimate.modules.iter().max_by_key(|module| module.logic_levels) {
         text += &format!(
-            "{:10} ALM {:5.1} %  M10K {:5.1} %  DSP {:5.1} %  {}\n",
-            device.name,
-            share(estimate.alm, device.alm),
-            share(estimate.m10k, device.m10k),
-            share(estimate.dsp, device.dsp),
-            if device.fits { "fits with a third free" } else { "does not fit with a third free" }
+            "\nMost levels, {}: from {} to {}. Target clock {} MHz.\n",
+            deepest.logic_levels, deepest.path_from, deepest.path_to, estimate.target_mhz
         );
     }
-    text
+    text + &format!(
+        "ALM: {}.\nlevels: {}.\nns: the slowest such path in cell delays of Yosys's Arria V model, wires not counted.\n",
+        estimate.alm_rule, estimate.levels_rule
+    )
 }

@@ -113,7 +113,7 @@ impl Simulator {
 }
 
 /// The user's cache, or where there is none the folder of temporary files.
-fn cache() -> PathBuf {
+pub(crate) fn cache() -> PathBuf {
     let set = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
     let home = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
     set.or_else(home).unwrap_or_else(std::env::temp_dir).join("hoverlock")

@@ -1,0 +1,107 @@
+//! Yosys is run once for a given Verilog: its netlist waits in the user's cache folder under the hash of all that it depends on.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use sha2::{Digest, Sha256};
+
+use super::{
+    Estimate, EstimateError, derive,
+    memory::memories,
+    netlist::{Flat, Netlist},
+};
+use crate::{
+    emit::{File, files},
+    simulation::cache,
+};
+
+const TOP: &str = "hoverlock_top";
+
+/// Sizes the Verilog that the sources give now. `step` hears what Yosys is at, if it has to run: some minutes.
+///
+/// # Errors
+/// Where Yosys is missing or fails, or what it made is not the design.
+pub fn estimate(step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
+    let mut sources = files()?;
+    sources.retain(|file| file.path.ends_with(".v"));
+    of(&sources, TOP, step)
+}
+
+/// Sizes Verilog files below their top.
+///
+/// # Errors
+/// As [`estimate`].
+pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
+    let version = Command::new("yosys").arg("-V").output().map_err(EstimateError::Missing)?;
+    let version = String::from_utf8_lossy(&version.stdout).trim().to_owned();
+    let script = script(sources, top);
+    let mut digest = Sha256::new();
+    digest.update(&version);
+    digest.update(&script);
+    sources.iter().for_each(|file| digest.update(&file.text));
+    let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let folder = cache().join("estimate");
+    let netlist = folder.join(format!("{name}.json"));
+    if !netlist.exists() {
+        fs::create_dir_all(&folder).map_err(at(&folder))?;
+        let work = tempfile::tempdir_in(&folder).map_err(at(&folder))?;
+        synthesise(work.path(), sources, &script, step)?;
+        fs::rename(work.path().join("netlist.json"), &netlist).map_err(at(&netlist))?;
+    }
+    step("reading the netlist");
+    let text = fs::read(&netlist).map_err(at(&netlist))?;
+    let parsed: Netlist = serde_json::from_slice(&text)
+        .map_err(|error| EstimateError::Failed(format!("{}: {error}; delete this file", netlist.display())))?;
+    let flat = Flat::of(&parsed, top)?;
+    let memories = memories(sources.iter().map(|file| file.text.as_str()), &flat)?;
+    derive(version, &flat, memories)
+}
+
+fn at(path: &Path) -> impl FnOnce(std::io::Error) -> EstimateError {
+    let path = PathBuf::from(path);
+    move |source| EstimateError::File { path, source }
+}
+
+/// The name of a source in the folder where Yosys runs.
+fn place(file: &File) -> &str {
+    file.path.rsplit('/').next().unwrap_or_default()
+}
+
+fn script(sources: &[File], top: &str) -> String {
+    let read: String = sources.iter().map(|file| format!("read_verilog {}\n", place(file))).collect();
+    format!("{read}synth_intel_alm -family arriav -noflatten -top {top}\nwrite_json netlist.json\n")
+}
+
+fn synthesise(folder: &Path, sources: &[File], script: &str, step: &mut dyn FnMut(&str)) -> Result<(), EstimateError> {
+    for file in sources {
+        let path = folder.join(place(file));
+        fs::write(&path, &file.text).map_err(at(&path))?;
+    }
+    let (run, log) = (folder.join("run.ys"), folder.join("stderr"));
+    fs::write(&run, script).map_err(at(&run))?;
+    let errors = fs::File::create(&log).map_err(at(&log))?;
+    let mut yosys = Command::new("yosys")
+        .current_dir(folder)
+        .arg("run.ys")
+        .stdout(Stdio::piped())
+        .stderr(errors)
+        .spawn()
+        .map_err(EstimateError::Missing)?;
+    // Each pass is announced like "2.25.3. Executing OPT_EXPR pass (...)".
+    for line in yosys.stdout.take().map(BufReader::new).into_iter().flat_map(BufRead::lines).map_while(Result::ok) {
+        if let Some((_, pass)) = line.split_once(". Executing ").filter(|(number, _)| number.len() < 16) {
+            step(pass.split(" (").next().unwrap_or(pass).trim_end_matches('.'));
+        }
+    }
+    let status = yosys.wait().map_err(EstimateError::Missing)?;
+    if !status.success() {
+        let text = fs::read_to_string(&log).unwrap_or_default();
+        let reason = text.lines().find(|line| line.contains("ERROR: ")).unwrap_or("no reason given");
+        return Err(EstimateError::Failed(reason.replacen("ERROR: ", "", 1)));
+    }
+    Ok(())
+}
