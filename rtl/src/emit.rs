@@ -39,7 +39,7 @@ pub const MEND: &str = "hoverlock rtl emit";
 /// # Errors
 /// Where the sources are at fault.
 pub fn files() -> Result<Vec<File>, EmitError> {
-    let hash = hash(&modules(0)?);
+    let hash = emission()?;
     let mut files: Vec<File> = Vec::new();
     let modules = modules(hash)?;
     for module in &modules {
@@ -66,6 +66,14 @@ pub fn modules(hash: u32) -> Result<Vec<Module>, EmitError> {
     let mut top = Top::new(hash)?;
     top.connect_all();
     Ok(readable(&generate_verilog_unchecked(&top))?)
+}
+
+/// The hash that the hardware's `emission` register shows.
+///
+/// # Errors
+/// Where the sources are at fault.
+pub fn emission() -> Result<u32, EmitError> {
+    Ok(hash(&modules(0)?))
 }
 
 fn hash(modules: &[Module]) -> u32 {

@@ -721,6 +721,7 @@ impl Logic for Extractor {
         self.writer.lost.next = self.queue.dropped.val();
         self.writer.frame_end.next = self.ring_cursor.last_row.val() & self.ring_cursor.last_column.val();
         self.writer.errors.next = self.errors.val();
+        self.writer.take.next = self.ring_cursor.first_row.val() & self.ring_cursor.last_column.val();
         self.writer.threshold_0.next = self.level_0.threshold.val();
         self.writer.threshold_1.next = self.level_1.threshold.val();
         self.writer.room.next = self.room.val();

@@ -110,6 +110,11 @@ impl Simulator {
         let build = INTERNALS.into_iter().fold(build, Build::internal);
         Ok(Self { library: build.compile()? })
     }
+
+    /// The Verilated top itself, for a bench of one's own.
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
 }
 
 /// The user's cache, or where there is none the folder of temporary files.

@@ -579,7 +579,6 @@ fn borders_and_places() {
         |cell: &mut Threshold, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 4000);
             cell.advance.next = true;
-            // Thresholds exist from the first frame on.
             cell.start.next = cycle == 2 || draw.random_ratio(1, 60);
             cell.follow.next = draw.random_ratio(9, 10);
             cell.target.next = draw.random_range(1..60u64).into();
@@ -658,6 +657,7 @@ fn queues_and_records() {
             lost,
             frame_end,
             errors,
+            take,
             threshold_0,
             threshold_1,
             room

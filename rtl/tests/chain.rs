@@ -1,19 +1,17 @@
 //! The whole chain, rung 4 against rung 5: sizes, pauses, frames back to back, new coefficients, faults, drops.
 
+mod bench;
+
 use std::sync::LazyLock;
 
+use bench::noise;
 use hoverlock_reference::plane::Plane;
 use hoverlock_rtl::simulation::{Fault, Job, Outcome, Simulator, Streams, run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
-
-/// Grey noise over a slope: many features, every word length in use.
-fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    Plane::from_fn(width, height, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000u16))
-}
+static SIMULATOR: LazyLock<Simulator> =
+    LazyLock::new(|| Simulator::of(&bench::sources()).expect("Verilator builds the top"));
 
 fn jobs(sizes: &[(usize, usize)]) -> Vec<Job> {
     let frame = |(i, &(w, h)): (usize, &(usize, usize))| Job::new(noise(w, h, i as u64), [60, 45]).unwrap();
@@ -119,15 +117,35 @@ fn a_wrong_reference_is_noticed_at_its_stage() {
     assert!(expected.pass() && expected.status != outcome.status);
 }
 
+/// Three different frames of a size back to back, each with its own coefficients and thresholds, with pauses on both sides.
+fn size(width: usize, height: usize) -> Outcome {
+    let seed = (width << 12 | height) as u64;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut jobs = jobs(&[(width, height); 3]);
+    for (i, job) in jobs.iter_mut().enumerate() {
+        job.pixels = noise(width, height, seed + i as u64);
+        if i > 0 {
+            job.coefficients.iter_mut().for_each(|code| *code = random.random_range(10_000..=0xffff));
+            job.thresholds = [random.random_range(40..200), random.random_range(40..200)];
+        }
+    }
+    let pause = random.random_range(0.05..0.3);
+    exact(&jobs, Streams { source_pause: pause, sink_pause: pause, seed, ..Default::default() })
+}
+
 #[test]
-#[ignore = "long: every width with every height, up to 2048 rows"]
+fn sizes_at_the_edges_of_counters_and_memories() {
+    for (width, height) in [(64, 65), (65, 64), (127, 65), (1023, 64), (1024, 65), (64, 767), (65, 768), (64, 2048)] {
+        size(width, height);
+    }
+}
+
+#[test]
+#[ignore = "long: every width with every height, 26 million pixels"]
 fn all_named_sizes() {
     for width in [64, 65, 127, 1023, 1024] {
         for height in [64, 65, 767, 768, 2048] {
-            let outcome = exact(
-                &jobs(&[(width, height), (width, height)]),
-                Streams { seed: height as u64, ..Default::default() },
-            );
+            let outcome = size(width, height);
             eprintln!("{width} x {height}: {} features, {:.0} cycles/s", outcome.features, outcome.cycles_per_second);
         }
     }

@@ -29,7 +29,7 @@ module csr (
 
 wire [31:0] identification_letters = 32'h484c434b;
 wire [31:0] version_number = 32'h10000;
-wire [31:0] emission_hash = 32'h919c3738;
+wire [31:0] emission_hash = 32'hcf24a158;
 reg  clear_now;
 wire control_reset = 1'b0;
 reg  control_interrupt_error;
@@ -126,14 +126,14 @@ always @(posedge clock)
       control_automatic <= writedata[1];
     if (write & (address == 6'd3))
       control_enable <= writedata[0];
-    status_begun <= (status_begun & ~(write & (address == 6'd4) & writedata[7])) | begun;
-    status_saturated <= (status_saturated & ~(write & (address == 6'd4) & writedata[6])) | saturated;
-    status_dropped <= (status_dropped & ~(write & (address == 6'd4) & writedata[5])) | (done & (dropped != 20'd0));
-    status_refused <= (status_refused & ~(write & (address == 6'd4) & writedata[4])) | errors[3];
-    status_interrupted <= (status_interrupted & ~(write & (address == 6'd4) & writedata[3])) | errors[2];
-    status_long_frame <= (status_long_frame & ~(write & (address == 6'd4) & writedata[2])) | errors[1];
-    status_short_frame <= (status_short_frame & ~(write & (address == 6'd4) & writedata[1])) | errors[0];
-    status_frame <= (status_frame & ~(write & (address == 6'd4) & writedata[0])) | done;
+    status_begun <= (status_begun & ~(write & (address == 6'd4) & writedata[7])) | (~clear_now & begun);
+    status_saturated <= (status_saturated & ~(write & (address == 6'd4) & writedata[6])) | (~clear_now & saturated);
+    status_dropped <= (status_dropped & ~(write & (address == 6'd4) & writedata[5])) | (~clear_now & done & (dropped != 20'd0));
+    status_refused <= (status_refused & ~(write & (address == 6'd4) & writedata[4])) | (~clear_now & errors[3]);
+    status_interrupted <= (status_interrupted & ~(write & (address == 6'd4) & writedata[3])) | (~clear_now & errors[2]);
+    status_long_frame <= (status_long_frame & ~(write & (address == 6'd4) & writedata[2])) | (~clear_now & errors[1]);
+    status_short_frame <= (status_short_frame & ~(write & (address == 6'd4) & writedata[1])) | (~clear_now & errors[0]);
+    status_frame <= (status_frame & ~(write & (address == 6'd4) & writedata[0])) | (~clear_now & done);
     if (write & (address == 6'd5))
       size_height <= writedata[27:16];
     if (write & (address == 6'd5))
@@ -144,9 +144,9 @@ always @(posedge clock)
       threshold_fine <= writedata[14:0];
     if (write & (address == 6'd7))
       target_count <= writedata[15:0];
-    if (done)
+    if (done & ~clear_now)
       features_count <= count;
-    if (done)
+    if (done & ~clear_now)
       dropped_count <= dropped;
     if (write & (address == 6'd16))
       narrow_g_code <= writedata[15:0];

@@ -404,6 +404,7 @@ record_writer writer (
   .lost(queue_dropped),
   .frame_end(ring_cursor_last_row & ring_cursor_last_column),
   .errors(errors),
+  .take(ring_cursor_first_row & ring_cursor_last_column),
   .threshold_0(level_0_threshold),
   .threshold_1(level_1_threshold),
   .room(room),

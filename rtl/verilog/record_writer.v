@@ -14,6 +14,7 @@ module record_writer (
   input  wire [1:0] lost,
   input  wire frame_end,
   input  wire [3:0] errors,
+  input  wire take,
   input  wire [14:0] threshold_0,
   input  wire [14:0] threshold_1,
   input  wire room,
@@ -32,6 +33,7 @@ reg [1:0]   hits;
 reg [174:0] now;
 reg [127:0] words;
 reg         trailer;
+reg [29:0]  thresholds;
 
 wire         second  = ~hits[0];
 wire         feature = |hits;
@@ -41,7 +43,7 @@ wire [59:0]  around  = second ? now[174:115] : now[114:55];
 wire [31:0]  place   = {5'd0, now[20:10], 6'd0, now[9:0]};
 wire [31:0]  answer  = {14'd0, centre[15], second, 1'b0, centre[14:0]};
 wire [63:0]  cardinal   = {1'b0, around[59:45], 1'b0, around[44:30], 1'b0, around[29:15], 1'b0, around[14:0]};
-wire [255:0] ended   = {96'd0, 1'b0, threshold_1, 1'b0, threshold_0, 12'd0, dropped, 12'd0, count,
+wire [255:0] ended   = {96'd0, 1'b0, thresholds[29:15], 1'b0, thresholds[14:0], 12'd0, dropped, 12'd0, count,
                         16'h8000, 12'd0, errors, frames};
 
 always @(posedge clock)
@@ -71,6 +73,8 @@ always @(posedge clock)
 always @(posedge clock)
   if (advance) begin
     waiting <= candidate;
+    if (take)
+      thresholds <= {threshold_1, threshold_0};
     if (waits) begin
       now   <= waiting;
       words <= {sign_1, sign_0, maxlbp_1, maxlbp_0};

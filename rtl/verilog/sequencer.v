@@ -63,7 +63,8 @@ wire refuse  = first & ~(enable & possible);
 wire stray   = idle & some & ~is_start;
 wire ready_to_begin = same & (settle == 2'd0);
 wire begins  = accept & ready_to_begin & go;
-wire empty   = go & (drain != 17'd0) & idle & (~some | (accept & ~ready_to_begin));
+// Beats that are dropped do not stop the drain: the last frame comes out although the stream goes on.
+wire empty   = go & (drain != 17'd0) & idle & ~begins;
 wire resize  = accept & ~same & (drain == 17'd0);
 wire settles = accept & same & (settle != 2'd0) & (drain == 17'd0);
 wire breaks  = (state == FRAME) & some & is_start;

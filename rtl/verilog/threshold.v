@@ -35,8 +35,9 @@ end
 
 always @(posedge clock)
   if (reset) begin
-    count   <= 20'd0;
-    follows <= 1'b0;
+    count     <= 20'd0;
+    follows   <= 1'b0;
+    threshold <= 15'd0;
   end else if (advance) begin
     if (start) begin
       count   <= 20'd0;

@@ -139,7 +139,7 @@ fn masked(register: &Register, access: Access) -> u32 {
 impl Logic for Csr {
     fn update(&mut self) {
         if self.clock.pos_edge() {
-            self._clear = false;
+            let clearing = std::mem::take(&mut self._clear);
             let at = self.address.val().to_u32() << 2;
             if self.read.val() {
                 let found = self._map.iter().position(|register| register.offset == at);
@@ -150,7 +150,8 @@ impl Logic for Csr {
                 self._clear = true;
             } else {
                 let write = self.write.val().then(|| self.writedata.val().to_u32());
-                let (events, done) = (self.events(), self.done.val());
+                // What the pipeline says while it is being cleared is of the past.
+                let (events, done) = if clearing { (0, false) } else { (self.events(), self.done.val()) };
                 for (register, word) in self._map.iter().zip(&mut self._words) {
                     let data = write.filter(|_| register.offset == at);
                     if let Some(data) = data {
@@ -226,7 +227,7 @@ impl Logic for Csr {
                         declarations += &format!("reg  {range}{name};\n");
                         resets += &format!("    {name} <= {bits}'d0;\n");
                         writes += &format!(
-                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) | {};\n",
+                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) | (~clear_now & {});\n",
                             event(&field.name)
                         );
                     }
@@ -240,7 +241,7 @@ impl Logic for Csr {
                             let source = if register.name == "features" { "count" } else { "dropped" };
                             declarations += &format!("reg  {range}{name};\n");
                             resets += &format!("    {name} <= {bits}'d0;\n");
-                            writes += &format!("    if (done)\n      {name} <= {source};\n");
+                            writes += &format!("    if (done & ~clear_now)\n      {name} <= {source};\n");
                         }
                         ("status", _) => declarations += &format!("wire {range}{name} = busy;\n"),
                         ("threshold_now", "fine") => declarations += &format!("wire {range}{name} = threshold_0;\n"),
@@ -301,7 +302,7 @@ fn event(field: &str) -> &'static str {
         "long_frame" => "errors[1]",
         "interrupted" => "errors[2]",
         "refused" => "errors[3]",
-        "dropped" => "(done & (dropped != 20'd0))",
+        "dropped" => "done & (dropped != 20'd0)",
         "begun" => "begun",
         _ => "saturated",
     }

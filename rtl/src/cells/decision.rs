@@ -165,6 +165,7 @@ impl Logic for Threshold {
         if self.reset.val() {
             self.count.next = 0u64.into();
             self._follows = false;
+            self.threshold.next = 0u64.into();
         } else if self.advance.val() {
             if self.start.val() {
                 self.count.next = 0u64.into();
@@ -215,8 +216,9 @@ end
 
 always @(posedge clock)
   if (reset) begin
-    count   <= 20'd0;
-    follows <= 1'b0;
+    count     <= 20'd0;
+    follows   <= 1'b0;
+    threshold <= 15'd0;
   end else if (advance) begin
     if (start) begin
       count   <= 20'd0;

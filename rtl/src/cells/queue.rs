@@ -237,9 +237,11 @@ pub struct RecordWriter {
     pub frame_end: Signal<In, Bit>,
     /// What went wrong with the frame at the input.
     pub errors: Signal<In, Bits<4>>,
-    /// The frame's thresholds.
+    /// The thresholds in use are this frame's: after the trailer of the frame before, and before the next frame has its own.
+    pub take: Signal<In, Bit>,
+    /// The threshold in use.
     pub threshold_0: Signal<In, Response>,
-    /// The frame's thresholds.
+    /// The threshold in use.
     pub threshold_1: Signal<In, Response>,
     /// The FIFO has room for features.
     pub room: Signal<In, Bit>,
@@ -261,6 +263,7 @@ pub struct RecordWriter {
     _now: Bits<175>,
     _words: [u64; 4],
     _trailer: bool,
+    _thresholds: u64,
 }
 
 impl RecordWriter {
@@ -288,6 +291,9 @@ impl RecordWriter {
                 self._now = self._waiting;
                 self._words =
                     [&self.maxlbp_0, &self.maxlbp_1, &self.sign_0, &self.sign_1].map(|word| word.val().to_u64());
+            }
+            if self.take.val() {
+                self._thresholds = self.threshold_1.val().to_u64() << 16 | self.threshold_0.val().to_u64();
             }
             self._waits = self.found.val();
             self._waiting = self.candidate.val();
@@ -322,9 +328,8 @@ impl RecordWriter {
     }
 
     fn trailer(&self, count: u64, dropped: u64) -> [u64; 8] {
-        let thresholds = self.threshold_1.val().to_u64() << 16 | self.threshold_0.val().to_u64();
         let flags = 0x8000_0000 | self.errors.val().to_u64();
-        [self.frames.val().to_u64(), flags, count, dropped, thresholds, 0, 0, 0]
+        [self.frames.val().to_u64(), flags, count, dropped, self._thresholds, 0, 0, 0]
     }
 }
 
@@ -361,6 +366,7 @@ reg [1:0]   hits;
 reg [174:0] now;
 reg [127:0] words;
 reg         trailer;
+reg [29:0]  thresholds;
 
 wire         second  = ~hits[0];
 wire         feature = |hits;
@@ -370,7 +376,7 @@ wire [59:0]  around  = second ? now[174:115] : now[114:55];
 wire [31:0]  place   = {5'd0, now[20:10], 6'd0, now[9:0]};
 wire [31:0]  answer  = {14'd0, centre[15], second, 1'b0, centre[14:0]};
 wire [63:0]  cardinal   = {1'b0, around[59:45], 1'b0, around[44:30], 1'b0, around[29:15], 1'b0, around[14:0]};
-wire [255:0] ended   = {96'd0, 1'b0, threshold_1, 1'b0, threshold_0, 12'd0, dropped, 12'd0, count,
+wire [255:0] ended   = {96'd0, 1'b0, thresholds[29:15], 1'b0, thresholds[14:0], 12'd0, dropped, 12'd0, count,
                         16'h8000, 12'd0, errors, frames};
 
 always @(posedge clock)
@@ -400,6 +406,8 @@ always @(posedge clock)
 always @(posedge clock)
   if (advance) begin
     waiting <= candidate;
+    if (take)
+      thresholds <= {threshold_1, threshold_0};
     if (waits) begin
       now   <= waiting;
       words <= {sign_1, sign_0, maxlbp_1, maxlbp_0};

@@ -110,7 +110,7 @@ impl Sequencer {
         let mut real = false;
         match (self._state, beat) {
             (State::Idle, Some((_, false, _))) => {
-                pop = true;
+                (pop, step) = (true, go && self._drain != 0);
                 if !self._ignoring {
                     errors = error::REFUSED;
                     self._ignoring = true;
@@ -136,7 +136,7 @@ impl Sequencer {
                 }
             }
             (State::Idle, Some((_, true, _))) => {
-                pop = true;
+                (pop, step) = (true, go && self._drain != 0);
                 self._ignoring = true;
                 errors = if self.enable.val() { error::REFUSED } else { 0 };
             }
@@ -281,7 +281,8 @@ wire refuse  = first & ~(enable & possible);
 wire stray   = idle & some & ~is_start;
 wire ready_to_begin = same & (settle == 2'd0);
 wire begins  = accept & ready_to_begin & go;
-wire empty   = go & (drain != 17'd0) & idle & (~some | (accept & ~ready_to_begin));
+// Beats that are dropped do not stop the drain: the last frame comes out although the stream goes on.
+wire empty   = go & (drain != 17'd0) & idle & ~begins;
 wire resize  = accept & ~same & (drain == 17'd0);
 wire settles = accept & same & (settle != 2'd0) & (drain == 17'd0);
 wire breaks  = (state == FRAME) & some & is_start;

@@ -1,0 +1,499 @@
+//! The top as a system sees it: two streams, registers, an interrupt, a reset, and nothing from inside.
+//!
+//! Where the comparison of `simulation` looks into the pipeline, this bench looks at what is promised to whoever connects the core:
+//! packets, trailers, status bits, the interrupt, what a reset leaves. Each scenario ends with the first difference it finds.
+
+#![allow(dead_code, reason = "each test binary uses its part")]
+
+pub mod scenarios;
+
+use std::{collections::VecDeque, fmt, path::Path, path::PathBuf};
+
+use hoverlock_fixed_point::{
+    bit_true::{BitTrue, FLAG_TRAILER, Planes},
+    design::KT27,
+    lerp::lerp,
+    stages,
+};
+use hoverlock_harness::model::{InstanceOptions, Library, Model, RawSignal, SignalId};
+use hoverlock_reference::plane::Plane;
+use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Byte addresses, as the register map has them.
+pub const CONTROL: u32 = 0x0c;
+pub const STATUS: u32 = 0x10;
+pub const SIZE: u32 = 0x14;
+pub const THRESHOLD: u32 = 0x18;
+pub const TARGET: u32 = 0x1c;
+pub const THRESHOLD_NOW: u32 = 0x20;
+pub const FRAMES: u32 = 0x24;
+pub const FEATURES: u32 = 0x28;
+pub const DROPPED: u32 = 0x2c;
+
+/// Bits of the control register.
+pub const ENABLE: u32 = 1;
+pub const AUTOMATIC: u32 = 1 << 1;
+pub const INTERRUPT_FRAME: u32 = 1 << 2;
+pub const INTERRUPT_ERROR: u32 = 1 << 3;
+pub const RESET: u32 = 1 << 31;
+
+/// Bits of the status register.
+pub const FRAME: u32 = 1;
+pub const SHORT: u32 = 1 << 1;
+pub const LONG: u32 = 1 << 2;
+pub const INTERRUPTED: u32 = 1 << 3;
+pub const REFUSED: u32 = 1 << 4;
+pub const DROPS: u32 = 1 << 5;
+pub const SATURATED: u32 = 1 << 6;
+pub const BEGUN: u32 = 1 << 7;
+pub const BUSY: u32 = 1 << 31;
+
+/// The committed Verilog, as whoever builds the core gets it.
+pub fn sources() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("verilog");
+    let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "v"));
+    files.sort();
+    files
+}
+
+/// What a scenario found: the part of the core that broke its promise, and how.
+#[derive(Debug, Clone)]
+pub struct Failure {
+    pub stage: &'static str,
+    pub what: String,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.stage, self.what)
+    }
+}
+
+pub type Outcome<T = ()> = Result<T, Failure>;
+
+pub fn fail<T>(stage: &'static str, what: impl Into<String>) -> Outcome<T> {
+    Err(Failure { stage, what: what.into() })
+}
+
+pub fn equal<T: PartialEq + fmt::LowerHex>(stage: &'static str, what: &str, expected: T, actual: T) -> Outcome {
+    if expected == actual {
+        Ok(())
+    } else {
+        fail(stage, format!("{what}: expected 0x{expected:x}, actual 0x{actual:x}"))
+    }
+}
+
+/// A frame with what the registers hold for it, and what rung 4 makes of it.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    pub pixels: Plane<u16>,
+    pub coefficients: Vec<u32>,
+    pub thresholds: [u32; 2],
+    pub planes: Planes,
+}
+
+impl Frame {
+    pub fn new(pixels: Plane<u16>, thresholds: [u32; 2]) -> Self {
+        Self::with(pixels, thresholds, default_coefficients().unwrap())
+    }
+
+    pub fn with(pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
+        let planes = planes(&pixels, &coefficients);
+        Self { pixels, coefficients, thresholds, planes }
+    }
+
+    pub fn width(&self) -> usize {
+        self.pixels.width()
+    }
+
+    pub fn height(&self) -> usize {
+        self.pixels.height()
+    }
+
+    pub fn saturates(&self) -> bool {
+        self.planes.saturated.iter().any(|count| *count > 0)
+    }
+
+    /// The records of its features, packed.
+    pub fn records(&self, thresholds: [u32; 2]) -> Vec<[u32; 8]> {
+        self.planes.features(thresholds).iter().map(|feature| feature.pack()).collect()
+    }
+
+    /// Its beats, all of them: pixel, start, end.
+    pub fn beats(&self) -> Vec<Beat> {
+        let last = self.pixels.as_slice().len() - 1;
+        self.pixels.as_slice().iter().enumerate().map(|(i, pixel)| (*pixel, i == 0, i == last)).collect()
+    }
+}
+
+fn planes(pixels: &Plane<u16>, coefficients: &[u32]) -> Planes {
+    let model = BitTrue::new(&KT27).unwrap();
+    let state = model.state(pixels);
+    let mut codes = coefficients.iter().copied();
+    let smoothed = model.cells().clone().map(|mut cells| {
+        for code in std::iter::once(&mut cells.g).chain(&mut cells.reach) {
+            *code = codes.next().unwrap();
+        }
+        stages::smooth(&state, &cells, |p, q, code| lerp(p, q, code, KT27.coefficient.bits()), |_, _| ())
+    });
+    model.planes_of(smoothed)
+}
+
+/// One beat of the video stream: pixel, start of packet, end of packet.
+pub type Beat = (u16, bool, bool);
+
+/// A packet of features with its trailer.
+#[derive(Debug, Clone)]
+pub struct Packet {
+    pub records: Vec<[u32; 8]>,
+    pub trailer: [u32; 8],
+}
+
+/// A register access of one cycle.
+#[derive(Clone, Copy)]
+enum Access {
+    Read(u32),
+    Write(u32, u32),
+}
+
+pub struct Bench {
+    model: Model,
+    clock: RawSignal<u8>,
+    reset: RawSignal<u8>,
+    valid: RawSignal<u8>,
+    data: RawSignal<u16>,
+    first: RawSignal<u8>,
+    last: RawSignal<u8>,
+    ready: RawSignal<u8>,
+    feature_ready: RawSignal<u8>,
+    feature_valid: RawSignal<u8>,
+    feature_first: RawSignal<u8>,
+    feature_last: RawSignal<u8>,
+    feature_data: SignalId,
+    csr_address: RawSignal<u8>,
+    csr_write: RawSignal<u8>,
+    csr_read: RawSignal<u8>,
+    csr_readdata: RawSignal<u32>,
+    csr_writedata: RawSignal<u32>,
+    irq: RawSignal<u8>,
+    random: ChaCha8Rng,
+    /// Chance that no beat is offered in a cycle.
+    pub source_pause: f64,
+    /// Chance that no record is taken in a cycle; 1 closes the sink.
+    pub sink_pause: f64,
+    /// What the source still sends.
+    pub beats: VecDeque<Beat>,
+    /// Cycles in which no beat is offered, once the queue has shrunk to this length: a gap between frames.
+    pub gap: Option<(usize, u64)>,
+    /// Whole packets that nobody has looked at yet.
+    pub packets: VecDeque<Packet>,
+    /// Records of the packet under way.
+    partial: Vec<[u32; 8]>,
+    offered: bool,
+    /// A record that the sink has not taken: it must stand.
+    standing: Option<([u32; 8], u8, u8)>,
+    /// The sink is being reset.
+    deaf: bool,
+    /// Cycles since the first reset.
+    pub cycle: u64,
+    /// A broken rule of the feature stream.
+    broken: Option<String>,
+}
+
+macro_rules! get {
+    ($signal:expr) => {
+        // SAFETY: the model lives in the same bench and never leaves this thread.
+        unsafe { $signal.get() }
+    };
+}
+macro_rules! set {
+    ($signal:expr, $value:expr) => {
+        // SAFETY: as above, and the value fits the signal.
+        unsafe { $signal.set($value) }
+    };
+}
+
+impl Bench {
+    /// Out of reset, with a first content of registers and memories that the seed decides.
+    pub fn new(library: &Library, seed: u64, plusargs: &[String]) -> Self {
+        let options = InstanceOptions { seed, plusargs: plusargs.to_vec() };
+        let model = library.instance_with(&options).unwrap();
+        macro_rules! port {
+            ($name:literal) => {
+                model.raw($name).unwrap()
+            };
+        }
+        let mut bench = Self {
+            clock: port!("clock"),
+            reset: port!("reset"),
+            valid: port!("video_valid"),
+            data: port!("video_data"),
+            first: port!("video_startofpacket"),
+            last: port!("video_endofpacket"),
+            ready: port!("video_ready"),
+            feature_ready: port!("feature_ready"),
+            feature_valid: port!("feature_valid"),
+            feature_first: port!("feature_startofpacket"),
+            feature_last: port!("feature_endofpacket"),
+            feature_data: model.find("feature_data").unwrap(),
+            csr_address: port!("csr_address"),
+            csr_write: port!("csr_write"),
+            csr_read: port!("csr_read"),
+            csr_readdata: port!("csr_readdata"),
+            csr_writedata: port!("csr_writedata"),
+            irq: port!("irq"),
+            model,
+            random: ChaCha8Rng::seed_from_u64(seed),
+            source_pause: 0.0,
+            sink_pause: 0.0,
+            beats: VecDeque::new(),
+            gap: None,
+            packets: VecDeque::new(),
+            partial: Vec::new(),
+            offered: false,
+            standing: None,
+            deaf: false,
+            cycle: 0,
+            broken: None,
+        };
+        bench.reset(4);
+        bench
+    }
+
+    /// Holds reset for some cycles; what was under way at the streams is gone.
+    pub fn reset(&mut self, cycles: u32) {
+        set!(self.reset, 1);
+        self.forget();
+        for _ in 0..cycles {
+            self.cycle(None);
+        }
+        set!(self.reset, 0);
+        self.forget();
+        // The pipeline's own reset is a register behind this one.
+        self.cycle(None);
+        self.forget();
+    }
+
+    /// Forgets what stood at the streams, as both sides do at a reset.
+    pub fn forget(&mut self) {
+        self.beats.clear();
+        self.forget_records();
+        self.offered = false;
+    }
+
+    /// Forgets the records under way.
+    pub fn forget_records(&mut self) {
+        self.packets.clear();
+        self.partial.clear();
+        self.standing = None;
+    }
+
+    fn chance(&mut self, p: f64) -> bool {
+        p > 0.0 && self.random.random_bool(p.min(1.0))
+    }
+
+    /// One clock cycle.
+    fn cycle(&mut self, access: Option<Access>) -> u32 {
+        set!(self.clock, 0);
+        // Address and data are never at rest: only `read` and `write` say that they count.
+        let (address, word, read, write) = match access {
+            Some(Access::Read(address)) => (address, self.random.random(), 1, 0),
+            Some(Access::Write(address, word)) => (address, word, 0, 1),
+            None => (self.random.random(), self.random.random(), 0, 0),
+        };
+        set!(self.csr_address, (address >> 2) as u8 & 63);
+        set!(self.csr_writedata, word);
+        set!(self.csr_read, read);
+        set!(self.csr_write, write);
+        let pause = match &mut self.gap {
+            Some((left, cycles)) if *left == self.beats.len() && *cycles > 0 => {
+                *cycles -= 1;
+                true
+            }
+            _ => false,
+        };
+        self.offered = !self.beats.is_empty() && (self.offered || (!pause && !self.chance(self.source_pause)));
+        let (data, first, last) = match self.beats.front() {
+            Some(beat) if self.offered => *beat,
+            // Nor are the other lines of the video stream at rest.
+            _ => (self.random.random(), self.random.random(), self.random.random()),
+        };
+        set!(self.valid, u8::from(self.offered));
+        set!(self.data, data);
+        set!(self.first, u8::from(first));
+        set!(self.last, u8::from(last));
+        let sink = !self.chance(self.sink_pause);
+        set!(self.feature_ready, u8::from(sink));
+        self.model.eval().unwrap();
+        if self.offered && get!(self.ready) == 1 {
+            self.beats.pop_front();
+            self.offered = false;
+        }
+        self.watch(sink);
+        set!(self.clock, 1);
+        self.model.eval().unwrap();
+        self.cycle += 1;
+        get!(self.csr_readdata)
+    }
+
+    /// The rules of the feature stream: what stands stays, packets begin and end where they should.
+    fn watch(&mut self, sink: bool) {
+        if self.deaf || get!(self.reset) == 1 {
+            return;
+        }
+        if get!(self.feature_valid) == 0 {
+            if self.standing.is_some() {
+                self.broken.get_or_insert_with(|| "a record that was offered has gone".into());
+            }
+            return;
+        }
+        let words = self.model.get_words(self.feature_data);
+        let words: [u32; 8] = std::array::from_fn(|i| words[i]);
+        let (first, last) = (get!(self.feature_first), get!(self.feature_last));
+        if self.standing.is_some_and(|standing| standing != (words, first, last)) {
+            self.broken.get_or_insert_with(|| "a record changed while it was offered".into());
+        }
+        self.standing = (!sink).then_some((words, first, last));
+        if !sink {
+            return;
+        }
+        let trailer = words[1] >> 16 & u32::from(FLAG_TRAILER) != 0;
+        if (first == 1) != self.partial.is_empty() || (last == 1) != trailer {
+            self.broken.get_or_insert_with(|| format!("start {first}, end {last} at {words:08x?}"));
+        }
+        if trailer {
+            self.packets.push_back(Packet { records: std::mem::take(&mut self.partial), trailer: words });
+        } else {
+            self.partial.push(words);
+        }
+    }
+
+    pub fn run(&mut self, cycles: u64) {
+        for _ in 0..cycles {
+            self.cycle(None);
+        }
+    }
+
+    pub fn write(&mut self, address: u32, word: u32) {
+        self.cycle(Some(Access::Write(address, word)));
+    }
+
+    /// Reads a register; the other lines are never at rest, and the word comes one cycle later and stays.
+    pub fn read(&mut self, address: u32) -> u32 {
+        self.cycle(Some(Access::Read(address)))
+    }
+
+    pub fn interrupt(&mut self) -> bool {
+        get!(self.irq) == 1
+    }
+
+    /// Nothing of the feature stream's rules was broken so far.
+    pub fn obeyed(&self) -> Outcome {
+        match &self.broken {
+            None => Ok(()),
+            Some(what) => fail("feature stream", what.clone()),
+        }
+    }
+
+    /// Runs until something holds, or calls it a hang.
+    pub fn until(&mut self, what: &str, limit: u64, mut holds: impl FnMut(&Self) -> bool) -> Outcome {
+        for _ in 0..limit {
+            if holds(self) {
+                return self.obeyed();
+            }
+            self.cycle(None);
+        }
+        self.obeyed()?;
+        fail("hang", format!("{what} not after {limit} cycles"))
+    }
+
+    /// Writes what a frame needs.
+    pub fn configure(&mut self, frame: &Frame) {
+        self.write(SIZE, (frame.height() << 16 | frame.width()) as u32);
+        self.write(THRESHOLD, frame.thresholds[1] << 16 | frame.thresholds[0]);
+        for (i, code) in frame.coefficients.iter().enumerate() {
+            self.write(COEFFICIENTS_AT + 4 * i as u32, *code);
+        }
+    }
+
+    /// Sends a frame as a careful driver does: configures, lets it in, waits until it has begun, and clears that bit.
+    pub fn begin(&mut self, frame: &Frame, beats: impl IntoIterator<Item = Beat>) -> Outcome {
+        self.configure(frame);
+        self.beats.extend(beats);
+        // The frame before may have to end first, and the pipeline to drain.
+        for _ in 0..2_000_000 {
+            if self.read(STATUS) & BEGUN != 0 {
+                self.write(STATUS, BEGUN);
+                return self.obeyed();
+            }
+        }
+        fail("hang", "the frame does not begin")
+    }
+
+    /// The next packet.
+    pub fn packet(&mut self) -> Outcome<Packet> {
+        self.until("a packet", 400_000, |bench| !bench.packets.is_empty())?;
+        Ok(self.packets.pop_front().unwrap())
+    }
+
+    /// The next packet is this frame's, whole.
+    pub fn exactly(&mut self, frame: &Frame, number: u32, thresholds: [u32; 2], errors: u32) -> Outcome {
+        let packet = self.packet()?;
+        let dropped = packet.check(frame, number, thresholds, errors)?;
+        equal("record", "dropped features", 0, dropped)
+    }
+
+    /// Resets by software, and forgets the records under way as their sink has to.
+    pub fn clear(&mut self, control: u32) {
+        self.write(CONTROL, control | RESET);
+        self.deaf = true;
+        self.run(2);
+        self.deaf = false;
+        self.forget_records();
+    }
+
+    /// All records are out and the pipeline is empty.
+    pub fn idle(&mut self) -> Outcome {
+        for _ in 0..2_000_000 {
+            if self.read(STATUS) & BUSY == 0 && self.beats.is_empty() {
+                // The last beats may still be in the skid buffer, and their errors on the way to the status.
+                self.run(6);
+                return self.obeyed();
+            }
+        }
+        fail("hang", "the pipeline does not drain")
+    }
+}
+
+impl Packet {
+    /// Compares with rung 4: all records or an ordered part of them, and every word of the trailer. Gives what was dropped.
+    pub fn check(&self, frame: &Frame, number: u32, thresholds: [u32; 2], errors: u32) -> Outcome<u32> {
+        let whole = frame.records(thresholds);
+        let mut rest = whole.iter();
+        for record in &self.records {
+            if !rest.any(|expected| expected == record) {
+                return fail(
+                    "record",
+                    format!("frame {number}: {record:08x?} is none of the model's, or out of order"),
+                );
+            }
+        }
+        let dropped = (whole.len() - self.records.len()) as u32;
+        let now = thresholds[1] << 16 | thresholds[0];
+        let trailer = [number, 0x8000_0000 | errors, self.records.len() as u32, dropped, now, 0, 0, 0];
+        if self.trailer != trailer {
+            return fail("trailer", format!("frame {number}: expected {trailer:08x?}, actual {:08x?}", self.trailer));
+        }
+        Ok(dropped)
+    }
+}
+
+/// Grey noise over a slope: many features, every word length in use.
+pub fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    Plane::from_fn(width, height, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000u16))
+}
