@@ -48,7 +48,7 @@ struct Report {
     mismatches: u64,
     first_mismatch: Option<Mismatch>,
     cycles_per_second: f64,
-    latency_lines: f64,
+    latency_lines: Option<f64>,
     pass: bool,
 }
 
@@ -111,7 +111,7 @@ fn report(outcome: Outcome, pass: bool) -> Report {
     Report {
         pixels: outcome.pixels,
         cycles: outcome.cycles,
-        cycles_per_pixel: Some(outcome.cycles_per_pixel).filter(|rate| *rate > 0.0),
+        cycles_per_pixel: outcome.cycles_per_pixel,
         features: outcome.features,
         dropped: outcome.dropped,
         samples: outcome.samples,

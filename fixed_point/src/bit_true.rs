@@ -158,6 +158,11 @@ impl ThresholdController {
         Self { target: design.threshold.target, max: design.max_dog(), thresholds: [design.threshold.initial; SCALES] }
     }
 
+    /// The controller of a design point after a frame with the thresholds `T_k`.
+    pub fn resumed(design: &DesignPoint, thresholds: [u32; SCALES]) -> Self {
+        Self { thresholds, ..Self::new(design) }
+    }
+
     /// `T_k` of the frame about to start.
     pub fn thresholds(&self) -> [u32; SCALES] {
         self.thresholds

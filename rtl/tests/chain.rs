@@ -27,7 +27,7 @@ fn exact(jobs: &[Job], streams: Streams) -> Outcome {
 #[test]
 fn three_frames_back_to_back_take_one_cycle_a_pixel() {
     let outcome = exact(&jobs(&[(80, 72); 4]), Streams::default());
-    assert_eq!(outcome.cycles_per_pixel, 1.0, "{outcome:#?}");
+    assert_eq!(outcome.cycles_per_pixel, Some(1.0), "{outcome:#?}");
     // Nothing but the beginning and the end of frames in the status.
     assert_eq!(outcome.status & 0x7fff_ffff, 1 << 7 | 1);
 }
@@ -83,6 +83,38 @@ fn ties_and_thresholds_that_are_met_exactly() {
 }
 
 #[test]
+fn automatic_thresholds_follow_the_count_of_the_frame_before() {
+    let mut jobs = jobs(&[(96, 80); 9]);
+    // A dull frame between rich ones, a new target, and manual thresholds between two automatic spells.
+    jobs[2].pixels = noise(96, 80, 2).map(|pixel| 30_000 + pixel / 64);
+    for (i, target) in [(0, 20), (1, 20), (2, 20), (3, 20), (4, 400), (5, 12), (7, 12), (8, 12)] {
+        jobs[i].automatic = Some(target);
+    }
+    let outcome = exact(&jobs, Streams { source_pause: 0.05, ..Streams::default() });
+    let thresholds: Vec<_> = outcome.frames.iter().map(|frame| frame.thresholds).collect();
+    let moved = thresholds.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    assert!(moved >= 6, "{thresholds:?}");
+    for manual in [0, 6, 7] {
+        assert_eq!(thresholds[manual], [60, 45], "{thresholds:?}");
+    }
+}
+
+#[test]
+fn a_reset_in_mid_frame_leaves_nothing_behind() {
+    let mut jobs = jobs(&[(64, 64); 8]);
+    jobs[1].fault = Fault::Reset(2500);
+    jobs[4].fault = Fault::Clear(3000);
+    jobs[5].fault = Fault::Clear(100);
+    jobs.iter_mut().for_each(|job| job.automatic = Some(40));
+    let outcome = exact(&jobs, Streams::default());
+    // After a reset the first frame has the manual thresholds, however many the frame before had.
+    for i in [2, 6] {
+        assert_eq!(outcome.frames[i].thresholds, [60, 45]);
+        assert!(outcome.frames[i].features > 0);
+    }
+}
+
+#[test]
 fn faults_are_reported_and_the_next_frame_is_exact() {
     let mut jobs = jobs(&[(64, 64); 8]);
     jobs[1].fault = Fault::Short(1000);
@@ -102,7 +134,9 @@ fn a_sink_that_sleeps_costs_features_but_no_pixels_and_each_is_counted() {
     let outcome = exact(&jobs, Streams { sink_opens: 60_000, ..Default::default() });
     assert!(outcome.dropped > 0, "{outcome:#?}");
     assert_eq!(outcome.status >> 5 & 1, 1);
-    assert!(outcome.cycles_per_pixel < 1.001, "{outcome:#?}");
+    assert_eq!(outcome.features + outcome.dropped, outcome.model_features);
+    // No pixel waits for the sink.
+    assert_eq!(outcome.frames[2].began - outcome.frames[1].began, 192 * 128);
 }
 
 #[test]

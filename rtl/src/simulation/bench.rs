@@ -1,0 +1,484 @@
+//! The bench: one loop over clock cycles that drives source, sink and registers, and shows every cycle to the comparisons.
+
+use std::collections::VecDeque;
+
+use hoverlock_harness::model::{InstanceOptions, Model, RawSignal, SignalId};
+
+use super::{
+    Progress, SimulationError, Simulator,
+    expect::Oracle,
+    job::{Fault, Job, Map, Streams},
+    outcome::{FrameOutcome, Outcome, Place},
+    planes::{Passing, Shown},
+    records::{Records, Taken, Words},
+};
+
+/// Signals below the top that the bench reads.
+pub(super) const INTERNALS: [&str; 12] = [
+    "core.sequencer.capture",
+    "core.sequencer.advance",
+    "core.extractor.smoothers.start_out",
+    "core.extractor.smoothers.narrow",
+    "core.extractor.smoothers.middle",
+    "core.extractor.smoothers.wide",
+    "core.extractor.layer_0.response",
+    "core.extractor.layer_1.response",
+    "core.extractor.layer_0.ring",
+    "core.extractor.layer_1.ring",
+    "core.extractor.write",
+    "core.extractor.record",
+];
+
+/// How often progress is told, in cycles: a power of two.
+const PROGRESS_EVERY: u64 = 1 << 14;
+
+/// xorshift64*: enough for pauses.
+struct Random(u64);
+
+impl Random {
+    fn chance(&mut self, p: f64) -> bool {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        let draw = self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11;
+        p > 0.0 && (draw as f64) < p * (1u64 << 53) as f64
+    }
+}
+
+/// The model and its signals.
+struct Pins {
+    model: Model,
+    clock: RawSignal<u8>,
+    reset: RawSignal<u8>,
+    valid: RawSignal<u8>,
+    data: RawSignal<u16>,
+    first: RawSignal<u8>,
+    last: RawSignal<u8>,
+    ready: RawSignal<u8>,
+    feature_ready: RawSignal<u8>,
+    feature_valid: RawSignal<u8>,
+    feature_first: RawSignal<u8>,
+    feature_last: RawSignal<u8>,
+    feature_data: SignalId,
+    csr_address: RawSignal<u8>,
+    csr_write: RawSignal<u8>,
+    csr_read: RawSignal<u8>,
+    csr_readdata: RawSignal<u32>,
+    csr_data: RawSignal<u32>,
+    capture: RawSignal<u8>,
+    advance: RawSignal<u8>,
+    start: RawSignal<u8>,
+    smoothed: [RawSignal<u32>; 3],
+    response: [RawSignal<u16>; 2],
+    ring: [RawSignal<u16>; 2],
+    write: RawSignal<u8>,
+    record: SignalId,
+}
+
+/// Reads or writes a raw signal of the bench's own model.
+macro_rules! get {
+    ($signal:expr) => {
+        // SAFETY: the model lives in the same structure and never leaves this thread.
+        unsafe { $signal.get() }
+    };
+}
+macro_rules! set {
+    ($signal:expr, $value:expr) => {
+        // SAFETY: as above, and the value fits the signal.
+        unsafe { $signal.set($value) }
+    };
+}
+
+impl Pins {
+    fn new(simulator: &Simulator, seed: u64) -> Result<Self, SimulationError> {
+        let model = simulator.library().instance_with(&InstanceOptions { seed, ..InstanceOptions::default() })?;
+        Ok(Self {
+            clock: model.raw("clock")?,
+            reset: model.raw("reset")?,
+            valid: model.raw("video_valid")?,
+            data: model.raw("video_data")?,
+            first: model.raw("video_startofpacket")?,
+            last: model.raw("video_endofpacket")?,
+            ready: model.raw("video_ready")?,
+            feature_ready: model.raw("feature_ready")?,
+            feature_valid: model.raw("feature_valid")?,
+            feature_first: model.raw("feature_startofpacket")?,
+            feature_last: model.raw("feature_endofpacket")?,
+            feature_data: model.find("feature_data")?,
+            csr_address: model.raw("csr_address")?,
+            csr_write: model.raw("csr_write")?,
+            csr_read: model.raw("csr_read")?,
+            csr_readdata: model.raw("csr_readdata")?,
+            csr_data: model.raw("csr_writedata")?,
+            capture: model.raw("core.sequencer.capture")?,
+            advance: model.raw("core.sequencer.advance")?,
+            start: model.raw("core.extractor.smoothers.start_out")?,
+            smoothed: [
+                model.raw("core.extractor.smoothers.narrow")?,
+                model.raw("core.extractor.smoothers.middle")?,
+                model.raw("core.extractor.smoothers.wide")?,
+            ],
+            response: [model.raw("core.extractor.layer_0.response")?, model.raw("core.extractor.layer_1.response")?],
+            ring: [model.raw("core.extractor.layer_0.ring")?, model.raw("core.extractor.layer_1.ring")?],
+            write: model.raw("core.extractor.write")?,
+            record: model.find("core.extractor.record")?,
+            model,
+        })
+    }
+
+    /// Inputs are set: what hangs on them follows.
+    fn settle(&mut self) -> Result<(), SimulationError> {
+        set!(self.clock, 0);
+        Ok(self.model.eval()?)
+    }
+
+    fn edge(&mut self) -> Result<(), SimulationError> {
+        set!(self.clock, 1);
+        Ok(self.model.eval()?)
+    }
+
+    fn cycle(&mut self) -> Result<(), SimulationError> {
+        self.settle()?;
+        self.edge()
+    }
+
+    fn write(&mut self, write: Option<(u32, u32)>) {
+        set!(self.csr_write, u8::from(write.is_some()));
+        if let Some((address, word)) = write {
+            set!(self.csr_address, (address >> 2) as u8);
+            set!(self.csr_data, word);
+        }
+    }
+
+    fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
+        set!(self.valid, 0);
+        set!(self.csr_write, 0);
+        set!(self.csr_address, (address >> 2) as u8);
+        set!(self.csr_read, 1);
+        self.cycle()?;
+        set!(self.csr_read, 0);
+        Ok(get!(self.csr_readdata))
+    }
+
+    fn words(&self, signal: SignalId) -> Words {
+        let words = self.model.get_words(signal);
+        std::array::from_fn(|i| words[i])
+    }
+
+    fn shown(&self) -> Shown {
+        Shown {
+            smoothed: [get!(self.smoothed[0]), get!(self.smoothed[1]), get!(self.smoothed[2])],
+            response: [get!(self.response[0]), get!(self.response[1])],
+            ring: [get!(self.ring[0]), get!(self.ring[1])],
+        }
+    }
+}
+
+/// The source: frames one after the other, each offered once its registers are written.
+struct Source<'a> {
+    jobs: &'a [Job],
+    map: Map,
+    writes: VecDeque<(u32, u32)>,
+    frame: usize,
+    pixel: usize,
+    /// Frames that have taken the registers over.
+    begun: usize,
+    offered: bool,
+}
+
+impl<'a> Source<'a> {
+    fn new(jobs: &'a [Job]) -> Result<Self, SimulationError> {
+        let mut source =
+            Self { jobs, map: Map::new()?, writes: VecDeque::new(), frame: 0, pixel: 0, begun: 0, offered: false };
+        source.prepare()?;
+        Ok(source)
+    }
+
+    /// The registers of the frame that begins next.
+    fn prepare(&mut self) -> Result<(), SimulationError> {
+        self.writes = match self.jobs.get(self.begun) {
+            Some(job) => self.map.writes(job)?.into(),
+            None => VecDeque::new(),
+        };
+        Ok(())
+    }
+
+    fn drive(&mut self, pins: &mut Pins, pause: bool) {
+        let write = self.writes.pop_front();
+        pins.write(write);
+        let may_begin = self.pixel > 0 || (self.begun == self.frame && write.is_none());
+        // An offer once made stands until it is taken.
+        self.offered = self.frame < self.jobs.len() && (self.offered || (may_begin && !pause));
+        set!(pins.valid, u8::from(self.offered));
+        if self.offered {
+            let beat = self.jobs[self.frame].beat(self.pixel);
+            set!(pins.data, beat.data);
+            set!(pins.first, u8::from(beat.first));
+            set!(pins.last, u8::from(beat.last));
+        }
+    }
+
+    /// The beat was taken; gives the frame that was its last.
+    fn advance(&mut self) -> Option<&'a Job> {
+        self.offered = false;
+        self.pixel += 1;
+        let job = &self.jobs[self.frame];
+        if self.pixel < job.beats() {
+            return None;
+        }
+        (self.frame, self.pixel) = (self.frame + 1, 0);
+        Some(job)
+    }
+}
+
+/// When a run is given up: no hardware that works takes so long.
+struct Patience {
+    quiet: u64,
+    total: u64,
+}
+
+impl Patience {
+    fn new(jobs: &[Job], streams: Streams) -> Self {
+        let pixels = |job: &Job| job.pixels.as_slice().len() as u64;
+        let longest = jobs.iter().map(pixels).max().unwrap_or_default();
+        let sent: u64 = jobs.iter().map(|job| job.beats() as u64 + pixels(job)).sum();
+        let share = (1.0 - streams.source_pause.max(streams.sink_pause)).max(0.01);
+        let cycles = |pixels: u64| (4.0 * pixels as f64 / share) as u64 + streams.sink_opens;
+        Self { quiet: cycles(longest + 100_000), total: cycles(sent + 200_000 * jobs.len() as u64) }
+    }
+}
+
+/// A run of frames.
+pub(super) struct Bench<'a> {
+    pins: Pins,
+    random: Random,
+    streams: Streams,
+    jobs: &'a [Job],
+    source: Source<'a>,
+    records: Records,
+    passing: VecDeque<Passing>,
+    /// The frame whose samples come next.
+    arriving: usize,
+    smoothed_at: Option<u64>,
+    cycle: u64,
+    outcome: Outcome,
+}
+
+impl<'a> Bench<'a> {
+    pub fn new(simulator: &Simulator, jobs: &'a [Job], streams: Streams) -> Result<Self, SimulationError> {
+        let mut pins = Pins::new(simulator, streams.seed)?;
+        set!(pins.reset, 1);
+        (0..4).try_for_each(|_| pins.cycle())?;
+        set!(pins.reset, 0);
+        pins.cycle()?;
+        let pixels = jobs.iter().map(|job| job.pixels.as_slice().len() as u64).sum();
+        Ok(Self {
+            pins,
+            random: Random(streams.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1),
+            streams,
+            jobs,
+            source: Source::new(jobs)?,
+            records: Records::default(),
+            passing: VecDeque::new(),
+            arriving: 0,
+            smoothed_at: None,
+            cycle: 0,
+            outcome: Outcome { pixels, frames: vec![FrameOutcome::default(); jobs.len()], ..Outcome::default() },
+        })
+    }
+
+    /// Until the last frame's trailer is out.
+    pub fn run(mut self, oracle: &mut Oracle, progress: &mut dyn FnMut(Progress)) -> Result<Outcome, SimulationError> {
+        let patience = Patience::new(self.jobs, self.streams);
+        let mut heard = 0;
+        while self.records.done < self.jobs.len() {
+            if self.step(oracle)? {
+                heard = self.cycle;
+            }
+            if self.cycle - heard > patience.quiet || self.cycle > patience.total {
+                let at = Place { frame: self.records.done, x: 0, y: 0 };
+                let texts = || ["trailer".into(), "one record".into(), "none: the pipeline hangs".into()];
+                self.outcome.differ("end of frame", at, self.cycle, texts);
+                break;
+            }
+            if self.cycle & (PROGRESS_EVERY - 1) == 0 {
+                progress(self.progress());
+            }
+        }
+        progress(self.progress());
+        self.finish(oracle)
+    }
+
+    fn progress(&self) -> Progress {
+        let before: usize = self.jobs.iter().take(self.source.frame).map(|job| job.pixels.as_slice().len()).sum();
+        Progress { pixels: (before + self.source.pixel) as u64, frames: self.records.done, cycles: self.cycle }
+    }
+
+    /// One clock cycle; whether a record came out.
+    fn step(&mut self, oracle: &mut Oracle) -> Result<bool, SimulationError> {
+        let pause = self.random.chance(self.streams.source_pause);
+        self.source.drive(&mut self.pins, pause);
+        let sink = self.cycle >= self.streams.sink_opens && !self.random.chance(self.streams.sink_pause);
+        set!(self.pins.feature_ready, u8::from(sink));
+        self.pins.settle()?;
+        if get!(self.pins.capture) == 1 {
+            self.source.begun += 1;
+            self.source.prepare()?;
+        }
+        let mut struck = None;
+        if self.source.offered && get!(self.pins.ready) == 1 {
+            if self.source.pixel == 0 {
+                self.outcome.frames[self.source.frame].began = self.cycle;
+            }
+            struck = self.source.advance().filter(|job| job.is_lost());
+        }
+        let heard = sink && get!(self.pins.feature_valid) == 1;
+        if heard {
+            self.take();
+            oracle.forget(self.records.done.min(self.jobs.len() - 1));
+        }
+        if get!(self.pins.advance) == 1 {
+            self.compare(oracle);
+        }
+        self.pins.edge()?;
+        self.cycle += 1;
+        if let Some(job) = struck {
+            self.strike(job.fault)?;
+        }
+        Ok(heard)
+    }
+
+    /// The sink takes a record.
+    fn take(&mut self) {
+        let beat = Taken {
+            words: self.pins.words(self.pins.feature_data),
+            first: get!(self.pins.feature_first) == 1,
+            last: get!(self.pins.feature_last) == 1,
+        };
+        self.outcome.first_feature.get_or_insert(self.cycle);
+        self.records.taken(&beat, self.cycle, &mut self.outcome);
+    }
+
+    /// A step of the pipeline: samples and written records.
+    #[inline]
+    fn compare(&mut self, oracle: &mut Oracle) {
+        let shown = self.pins.shown();
+        for passing in &mut self.passing {
+            passing.compare(&shown, self.cycle, &mut self.outcome);
+        }
+        if self.passing.front().is_some_and(Passing::is_through) {
+            self.passing.pop_front();
+        }
+        if get!(self.pins.start) == 1
+            && let Some(expected) = oracle.frame(self.arriving)
+        {
+            if self.jobs[self.arriving].fault == Fault::None {
+                self.smoothed_at = Some(self.cycle + 1 - self.outcome.frames[self.arriving].began);
+            }
+            self.passing.push_back(Passing::new(self.arriving, expected.planes.clone()));
+            self.arriving += 1;
+        }
+        if get!(self.pins.write) == 1 {
+            let words = self.pins.words(self.pins.record);
+            let frame = self.records.writing();
+            match self.jobs.get(frame).zip(oracle.frame(frame)) {
+                Some((job, expected)) => {
+                    self.records.written(words, job, &expected, self.cycle, &mut self.outcome);
+                    let (x, y) = ((words[0] & 0xffff) as usize, (words[0] >> 16) as usize);
+                    if words[1] >> 31 == 0 && job.fault == Fault::None {
+                        let (w, _) = job.size();
+                        let arrived = self.outcome.frames[frame].began + (y * w + x) as u64;
+                        let lines = self.cycle.saturating_sub(arrived) as f64 / w as f64;
+                        self.outcome.feature_latency_lines = Some(lines);
+                    }
+                }
+                None => self.outcome.differ("end of frame", Place { frame, x: 0, y: 0 }, self.cycle, || {
+                    ["record".into(), "none".into(), format!("{words:08x?}")]
+                }),
+            }
+        }
+    }
+
+    /// Empties the pipeline, and with it every frame that has not come out.
+    fn strike(&mut self, fault: Fault) -> Result<(), SimulationError> {
+        set!(self.pins.valid, 0);
+        set!(self.pins.feature_ready, 0);
+        match fault {
+            Fault::Reset(_) => {
+                self.pins.write(None);
+                set!(self.pins.reset, 1);
+            }
+            _ => {
+                let write = self.source.map.clear()?;
+                self.pins.write(Some(write));
+            }
+        }
+        self.pins.cycle()?;
+        set!(self.pins.reset, 0);
+        self.pins.write(None);
+        (0..4).try_for_each(|_| self.pins.cycle())?;
+        self.cycle += 5;
+        let next = self.source.frame;
+        for frame in &mut self.outcome.frames[self.records.done..next] {
+            frame.model_features = frame.features;
+            self.outcome.model_features += frame.features;
+        }
+        self.source.begun = next;
+        self.source.prepare()?;
+        self.passing.clear();
+        self.arriving = next;
+        self.records.restart(next);
+        Ok(())
+    }
+
+    /// Looks at what is only known at the end.
+    fn finish(mut self, oracle: &mut Oracle) -> Result<Outcome, SimulationError> {
+        self.outcome.cycles = self.cycle;
+        let seen = self.arriving - self.passing.len();
+        if self.records.done == self.jobs.len() && seen < self.jobs.len() {
+            let samples = || ["samples".into(), "all of them".into(), "not all came by".into()];
+            self.outcome.differ("end of frame", Place { frame: seen, x: 0, y: 0 }, self.cycle, samples);
+        }
+        let frames = &self.outcome.frames;
+        // A frame of a new size, as the first is, waits at the input until its size is taken over: not part of the rate.
+        let steady = |i: &usize| {
+            let around = &self.jobs[i - 1..=i + 1];
+            around.iter().all(|job| job.fault == Fault::None && job.size() == around[0].size())
+        };
+        let rate = |i: usize| {
+            let cycles = frames[i + 1].began.saturating_sub(frames[i].began);
+            cycles as f64 / self.jobs[i].pixels.as_slice().len() as f64
+        };
+        let last = self.jobs.len().saturating_sub(1);
+        if self.streams.flow() {
+            self.outcome.cycles_per_pixel = (1..last).filter(steady).map(rate).reduce(f64::max);
+            let width = self.jobs.iter().rfind(|job| job.fault == Fault::None).map(|job| job.size().0);
+            self.outcome.latency_lines = self.smoothed_at.zip(width).map(|(cycles, w)| cycles as f64 / w as f64);
+        } else {
+            self.outcome.feature_latency_lines = None;
+        }
+        let status = self.source.map.address("status")?;
+        self.outcome.status = self.pins.read(status)?;
+        if let (Some(job), Some(frame)) = (self.jobs.last(), self.outcome.frames.last())
+            && !job.is_lost()
+            && self.records.done == self.jobs.len()
+        {
+            let thresholds = oracle.frame(last).map_or([0; 2], |expected| expected.thresholds);
+            let registers = [
+                ("frames", self.records.frames() as u32),
+                ("features", frame.features as u32),
+                ("dropped", frame.dropped as u32),
+                ("threshold_now", thresholds[1] << 16 | thresholds[0]),
+            ];
+            for (name, want) in registers {
+                let got = self.pins.read(self.source.map.address(name)?)?;
+                if want != got {
+                    let text = |word: u32| format!("0x{word:08x}, {word}");
+                    let at = Place { frame: last, x: 0, y: 0 };
+                    self.outcome.differ("registers", at, self.cycle, || [name.into(), text(want), text(got)]);
+                }
+            }
+        }
+        Ok(self.outcome)
+    }
+}

@@ -1,0 +1,113 @@
+//! What rung 4 says of the frames, one after the other: planes, records, and the thresholds that follow the counts.
+
+use std::{
+    collections::VecDeque,
+    sync::{Arc, mpsc::Receiver},
+};
+
+use hoverlock_fixed_point::{
+    bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts},
+    coefficients::CoefficientError,
+    design::KT27,
+    lerp::lerp,
+    stages,
+};
+
+use super::job::Job;
+
+/// Rung 4 of a frame.
+#[derive(Debug)]
+pub(super) struct Expected {
+    pub planes: Arc<Planes>,
+    pub records: Vec<FeatureRecord>,
+    pub thresholds: [u32; 2],
+}
+
+/// Rung 4 of all frames, in their order.
+pub(super) struct Expectation<'a> {
+    model: BitTrue,
+    jobs: &'a [Job],
+    next: usize,
+    /// The planes of the frame before, which the next one shares where it is the same picture.
+    planes: Option<Arc<Planes>>,
+    /// Thresholds and counts of the frame before, if it was in automatic mode.
+    follows: Option<([u32; 2], [u32; 2])>,
+}
+
+impl<'a> Expectation<'a> {
+    pub fn new(jobs: &'a [Job]) -> Result<Self, CoefficientError> {
+        Ok(Self { model: BitTrue::new(&KT27)?, jobs, next: 0, planes: None, follows: None })
+    }
+
+    fn thresholds(&self, job: &Job) -> [u32; 2] {
+        let (Some(target), Some((thresholds, counts))) = (job.automatic, self.follows) else {
+            return job.thresholds.map(|threshold| threshold.max(1));
+        };
+        let mut design = KT27;
+        design.threshold.target = target;
+        let mut control = ThresholdController::resumed(&design, thresholds);
+        control.finish_frame(counts);
+        control.thresholds()
+    }
+
+    fn planes(&self, job: &Job) -> Planes {
+        let state = self.model.state(&job.completed());
+        let mut codes = job.coefficients.iter().copied();
+        let smoothed = self.model.cells().clone().map(|mut cells| {
+            for code in std::iter::once(&mut cells.g).chain(&mut cells.reach) {
+                *code = codes.next().unwrap_or(*code);
+            }
+            stages::smooth(&state, &cells, |p, q, code| lerp(p, q, code, KT27.coefficient.bits()), |_, _| ())
+        });
+        self.model.planes_of(smoothed)
+    }
+}
+
+impl Iterator for Expectation<'_> {
+    type Item = Expected;
+
+    fn next(&mut self) -> Option<Expected> {
+        let job = self.jobs.get(self.next)?;
+        let same = |other: &Job| {
+            (&other.pixels, &other.coefficients, other.fault) == (&job.pixels, &job.coefficients, job.fault)
+        };
+        let before = self.next.checked_sub(1).map(|before| &self.jobs[before]);
+        let shared = self.planes.take().filter(|_| before.is_some_and(same));
+        let planes = shared.unwrap_or_else(|| Arc::new(self.planes(job)));
+        let thresholds = self.thresholds(job);
+        let records = planes.features(thresholds);
+        self.follows = job.automatic.filter(|_| !job.is_lost()).map(|_| (thresholds, counts(&records)));
+        self.planes = Some(planes.clone());
+        self.next += 1;
+        Some(Expected { planes, records, thresholds })
+    }
+}
+
+/// Rung 4 as it comes from the thread that computes it; frames that are done are forgotten.
+pub(super) struct Oracle {
+    coming: Receiver<Expected>,
+    known: VecDeque<Arc<Expected>>,
+    first: usize,
+}
+
+impl Oracle {
+    pub fn new(coming: Receiver<Expected>) -> Self {
+        Self { coming, known: VecDeque::new(), first: 0 }
+    }
+
+    /// Rung 4 of a frame not yet forgotten; nothing where there is no such frame.
+    pub fn frame(&mut self, frame: usize) -> Option<Arc<Expected>> {
+        let at = frame.checked_sub(self.first)?;
+        while self.known.len() <= at {
+            self.known.push_back(Arc::new(self.coming.recv().ok()?));
+        }
+        self.known.get(at).cloned()
+    }
+
+    /// Frames before this one are done.
+    pub fn forget(&mut self, frame: usize) {
+        while self.first < frame && self.known.pop_front().is_some() {
+            self.first += 1;
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! What is sent: a frame, what the registers hold as it begins, what is wrong with it, and how the streams behave.
+
+use hoverlock_fixed_point::coefficients::CoefficientError;
+use hoverlock_reference::plane::Plane;
+
+use super::SimulationError;
+use crate::registers::{COEFFICIENTS_AT, Register, default_coefficients, registers};
+
+/// A frame to be sent, with what the registers hold as it begins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// The pixels.
+    pub pixels: Plane<u16>,
+    /// The 19 coefficients.
+    pub coefficients: Vec<u32>,
+    /// `T_k`, 15 bits; in automatic mode those of the first such frame.
+    pub thresholds: [u32; 2],
+    /// Where given, the thresholds follow the count of the frame before, towards so many features.
+    pub automatic: Option<u32>,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+/// What can be wrong with a frame at the input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fault {
+    /// Nothing.
+    #[default]
+    None,
+    /// Only so many pixels, the last with end of packet.
+    Short(usize),
+    /// So many pixels too many, the last of them with end of packet.
+    Long(usize),
+    /// Only so many pixels and no end: the next frame begins.
+    Interrupted(usize),
+    /// After so many pixels the reset input: registers, pipeline and FIFO. What has not come out by then never does.
+    Reset(usize),
+    /// The same by the control register, which leaves the registers alone.
+    Clear(usize),
+}
+
+/// One beat of the video stream.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beat {
+    pub data: u16,
+    pub first: bool,
+    pub last: bool,
+}
+
+impl Job {
+    /// A frame with the coefficients of the design point and manual thresholds.
+    ///
+    /// # Errors
+    /// Where the design point has none.
+    pub fn new(pixels: Plane<u16>, thresholds: [u32; 2]) -> Result<Self, CoefficientError> {
+        Ok(Self { pixels, coefficients: default_coefficients()?, thresholds, automatic: None, fault: Fault::None })
+    }
+
+    /// Width and height.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.pixels.width(), self.pixels.height())
+    }
+
+    /// How many beats the bench sends.
+    pub(super) fn beats(&self) -> usize {
+        match self.fault {
+            Fault::None => self.pixels.as_slice().len(),
+            Fault::Long(more) => self.pixels.as_slice().len() + more,
+            Fault::Short(count) | Fault::Interrupted(count) | Fault::Reset(count) | Fault::Clear(count) => count.max(1),
+        }
+    }
+
+    /// One of them.
+    pub(super) fn beat(&self, index: usize) -> Beat {
+        let pixels = self.pixels.as_slice();
+        let last = pixels.last().copied().unwrap_or_default();
+        let ends = matches!(self.fault, Fault::None | Fault::Short(_) | Fault::Long(_));
+        Beat {
+            data: pixels.get(index).copied().unwrap_or(last ^ index as u16),
+            first: index == 0,
+            last: ends && index + 1 == self.beats(),
+        }
+    }
+
+    /// The frame as the hardware completes it: a short one with its last pixel.
+    pub(super) fn completed(&self) -> Plane<u16> {
+        let (w, h) = self.size();
+        let pixels = self.pixels.as_slice();
+        let sent = self.beats().min(pixels.len());
+        Plane::from_fn(w, h, |x, y| pixels[(y * w + x).min(sent - 1)])
+    }
+
+    /// The pipeline is emptied in the middle of the frame.
+    pub(super) fn is_lost(&self) -> bool {
+        matches!(self.fault, Fault::Reset(_) | Fault::Clear(_))
+    }
+
+    /// The error bits of its trailer.
+    pub(super) fn errors(&self) -> u32 {
+        match self.fault {
+            Fault::None | Fault::Reset(_) | Fault::Clear(_) => 0,
+            Fault::Short(_) => 1,
+            Fault::Long(_) => 2,
+            Fault::Interrupted(_) => 4,
+        }
+    }
+}
+
+/// How the bench treats the streams.
+#[derive(Debug, Clone, Copy)]
+pub struct Streams {
+    /// Chance that no pixel is offered in a cycle.
+    pub source_pause: f64,
+    /// Chance that no record is taken in a cycle.
+    pub sink_pause: f64,
+    /// No record is taken before this cycle.
+    pub sink_opens: u64,
+    /// Seed of the pauses and of the registers' first content.
+    pub seed: u64,
+}
+
+impl Default for Streams {
+    fn default() -> Self {
+        Self { source_pause: 0.0, sink_pause: 0.0, sink_opens: 0, seed: 1 }
+    }
+}
+
+impl Streams {
+    /// The source always offers and the sink always takes, as the definition of cycles per pixel wants it.
+    pub(super) fn flow(&self) -> bool {
+        self.source_pause == 0.0 && self.sink_pause == 0.0 && self.sink_opens == 0
+    }
+}
+
+/// The register map as the bench uses it: addresses and words by name.
+#[derive(Debug)]
+pub(super) struct Map(Vec<Register>);
+
+impl Map {
+    pub fn new() -> Result<Self, CoefficientError> {
+        Ok(Self(registers()?))
+    }
+
+    fn register(&self, name: &'static str) -> Result<&Register, SimulationError> {
+        self.0.iter().find(|register| register.name == name).ok_or(SimulationError::Register(name))
+    }
+
+    /// The byte address of a register.
+    pub fn address(&self, name: &'static str) -> Result<u32, SimulationError> {
+        Ok(self.register(name)?.offset)
+    }
+
+    /// The address of a register and the word that has these values in its fields, in their order.
+    fn word(&self, name: &'static str, values: &[u32]) -> Result<(u32, u32), SimulationError> {
+        let register = self.register(name)?;
+        let fields = register.fields.iter().zip(values);
+        Ok((register.offset, fields.fold(0, |word, (field, value)| word | value << field.low)))
+    }
+
+    /// The register writes before a frame.
+    pub fn writes(&self, job: &Job) -> Result<Vec<(u32, u32)>, SimulationError> {
+        let (w, h) = job.size();
+        let codes = job.coefficients.iter().enumerate().map(|(i, code)| (COEFFICIENTS_AT + 4 * i as u32, *code));
+        let mut writes: Vec<_> = codes.collect();
+        writes.push(self.word("size", &[w as u32, h as u32])?);
+        writes.push(self.word("threshold", &job.thresholds)?);
+        if let Some(target) = job.automatic {
+            writes.push(self.word("target", &[target])?);
+        }
+        writes.push(self.word("control", &[1, u32::from(job.automatic.is_some())])?);
+        Ok(writes)
+    }
+
+    /// The write that clears the pipeline.
+    pub fn clear(&self) -> Result<(u32, u32), SimulationError> {
+        self.word("control", &[1, 0, 0, 0, 1])
+    }
+}

@@ -1,0 +1,113 @@
+//! Rung 5 against rung 4: frames through the Verilated top, every smoothed sample, DoG, MaxDOG and record compared bit for bit.
+//!
+//! The bench sees the top as a system does: pixels by Avalon-ST, registers by Avalon-MM, records by Avalon-ST. Beside that it reads
+//! a few internal signals, so that a difference is found in the stage it comes from and not only in the records.
+//!
+//! | module | idea |
+//! |---|---|
+//! | `simulator` | Verilog to a model |
+//! | `job` | what is sent, and how the streams behave |
+//! | `expect` | what rung 4 says of it |
+//! | `bench` | the loop over clock cycles |
+//! | `planes`, `records` | the comparisons |
+//! | `outcome` | what a run gave |
+
+mod bench;
+mod expect;
+mod job;
+mod outcome;
+mod planes;
+mod records;
+mod simulator;
+
+use std::{path::PathBuf, sync::mpsc::sync_channel, time::Instant};
+
+use hoverlock_fixed_point::coefficients::CoefficientError;
+use hoverlock_harness::{BuildError, ModelError};
+
+use bench::Bench;
+use expect::{Expectation, Oracle};
+pub use job::{Fault, Job, Streams};
+pub use outcome::{FrameOutcome, Mismatch, Outcome};
+pub use simulator::Simulator;
+pub(crate) use simulator::cache;
+
+use crate::emit::EmitError;
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// Verilator or the compiler did not make a model.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The model lacks a signal: the bench does not fit the Verilog.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The design point has no coefficients.
+    #[error(transparent)]
+    Coefficients(#[from] CoefficientError),
+    /// There is no Verilog to simulate.
+    #[error(transparent)]
+    Emit(#[from] EmitError),
+    /// The bench does not fit the register map.
+    #[error("the register map has no register {0}")]
+    Register(&'static str),
+    /// The Verilog cannot be put where Verilator reads it.
+    #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
+    Write {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// How far a run is.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress {
+    /// Pixels sent.
+    pub pixels: u64,
+    /// Frames that came out.
+    pub frames: usize,
+    /// Clock cycles.
+    pub cycles: u64,
+}
+
+/// Runs frames through the hardware, back to back as far as the pauses let them, and compares everything.
+///
+/// # Errors
+/// Where the bench does not fit the model.
+pub fn run(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Outcome, SimulationError> {
+    run_telling(simulator, jobs, streams, &mut |_| ())
+}
+
+/// [`run`], and `progress` hears now and then how far it is.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_telling(
+    simulator: &Simulator,
+    jobs: &[Job],
+    streams: Streams,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Outcome, SimulationError> {
+    let expectation = Expectation::new(jobs)?;
+    // Rung 4 of the frames to come is computed beside the simulation, two frames ahead.
+    let (sender, receiver) = sync_channel(1);
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            for expected in expectation {
+                if sender.send(expected).is_err() {
+                    return;
+                }
+            }
+        });
+        let mut oracle = Oracle::new(receiver);
+        oracle.frame(0);
+        let bench = Bench::new(simulator, jobs, streams)?;
+        let started = Instant::now();
+        let mut outcome = bench.run(&mut oracle, progress)?;
+        outcome.cycles_per_second = outcome.cycles as f64 / started.elapsed().as_secs_f64();
+        Ok(outcome)
+    })
+}

@@ -1,0 +1,110 @@
+//! What a run gave: counts, rates, and the first difference in words.
+
+/// The first difference.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Mismatch {
+    /// Stage: `smoother 0` to `2`, `DoG 0`, `DoG 1`, `MaxDOG 0`, `MaxDOG 1`, `decision`, `record`, `descriptor`, `trailer`,
+    /// `feature FIFO`, `registers`, `end of frame`.
+    pub stage: String,
+    /// Frame, from 0.
+    pub frame: usize,
+    /// Column.
+    pub x: usize,
+    /// Row.
+    pub y: usize,
+    /// Clock cycle since reset.
+    pub cycle: u64,
+    /// What of it differs.
+    pub field: String,
+    /// What rung 4 says, in hex and in real units.
+    pub expected: String,
+    /// What the hardware says.
+    pub actual: String,
+}
+
+/// Where in the run something is looked at.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub frame: usize,
+    pub x: usize,
+    pub y: usize,
+}
+
+/// What became of a frame.
+#[derive(Debug, Clone, Default, serde::Serialize)]
+pub struct FrameOutcome {
+    /// The cycle in which its first pixel was taken.
+    pub began: u64,
+    /// Its thresholds, as rung 4 has them.
+    pub thresholds: [u32; 2],
+    /// Features rung 4 finds in it; of a frame that a reset cut off, those that came out before.
+    pub model_features: u64,
+    /// Records that came out.
+    pub features: u64,
+    /// Features its trailer says were dropped.
+    pub dropped: u64,
+    /// Samples and records that differ.
+    pub mismatches: u64,
+}
+
+/// What a run gave.
+#[derive(Debug, Clone, Default, serde::Serialize)]
+pub struct Outcome {
+    /// Pixels sent.
+    pub pixels: u64,
+    /// Clock cycles.
+    pub cycles: u64,
+    /// Cycles between the starts of consecutive frames of one size, over their pixels, the worst; nothing for fewer than
+    /// three, or where source or sink pause.
+    pub cycles_per_pixel: Option<f64>,
+    /// The sum over the frames; `features + dropped` where nothing differs.
+    pub model_features: u64,
+    /// Records compared.
+    pub features: u64,
+    /// Features the hardware says it dropped.
+    pub dropped: u64,
+    /// Samples of all planes compared.
+    pub samples: u64,
+    /// Samples and records that differ.
+    pub mismatches: u64,
+    /// The first of them.
+    pub first_mismatch: Option<Mismatch>,
+    /// Simulated clock cycles a second, everything compared.
+    pub cycles_per_second: f64,
+    /// The status register at the end, see `registers/REGISTERS.md`.
+    pub status: u32,
+    /// Lines from a frame's first pixel to its first smoothed sample, with the rest in pixels as a fraction; nothing where
+    /// source or sink pause.
+    pub latency_lines: Option<f64>,
+    /// Lines from a feature's own pixel at the input to its record at the output, the last one's; nothing as above.
+    pub feature_latency_lines: Option<f64>,
+    /// Each frame.
+    pub frames: Vec<FrameOutcome>,
+    /// The cycle in which the first record was taken.
+    #[serde(skip)]
+    pub first_feature: Option<u64>,
+}
+
+impl Outcome {
+    /// Features and planes were compared, nothing differs, and every feature either came out or was counted as dropped.
+    pub fn pass(&self) -> bool {
+        self.mismatches == 0
+            && self.features > 0
+            && self.samples > 0
+            && self.features + self.dropped == self.model_features
+    }
+
+    /// Counts a difference; `texts` gives field, expected and actual of the first.
+    #[cold]
+    pub(super) fn differ(&mut self, stage: &str, at: Place, cycle: u64, texts: impl FnOnce() -> [String; 3]) {
+        self.mismatches += 1;
+        if let Some(frame) = self.frames.get_mut(at.frame) {
+            frame.mismatches += 1;
+        }
+        if self.first_mismatch.is_none() {
+            let [field, expected, actual] = texts();
+            let Place { frame, x, y } = at;
+            self.first_mismatch = Some(Mismatch { stage: stage.into(), frame, x, y, cycle, field, expected, actual });
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! The Verilated top: from the emission, or from Verilog files, to a model that is built once and found again by its content.
+
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use hoverlock_harness::{
+    build::{Build, Initial},
+    model::Library,
+};
+use sha2::{Digest, Sha256};
+
+use super::{SimulationError, bench::INTERNALS};
+use crate::emit::files;
+
+/// The Verilated top, built once and cached by content.
+#[derive(Debug, Clone)]
+pub struct Simulator {
+    library: Library,
+}
+
+impl Simulator {
+    /// Of the Verilog the sources give now.
+    ///
+    /// # Errors
+    /// Where Verilator or the compiler fails.
+    pub fn new() -> Result<Self, SimulationError> {
+        Self::of(&emitted()?)
+    }
+
+    /// Of Verilog files.
+    ///
+    /// # Errors
+    /// Where Verilator or the compiler fails.
+    pub fn of(sources: &[PathBuf]) -> Result<Self, SimulationError> {
+        let build = Build::new("hoverlock_top").sources(sources).initial(Initial::Random);
+        let build = INTERNALS.into_iter().fold(build, Build::internal);
+        Ok(Self { library: build.compile()? })
+    }
+
+    /// The Verilated top itself, for a bench of one's own.
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
+}
+
+/// The emission as files: one folder for each, and files that keep their times, for the harness finds the built model by them.
+fn emitted() -> Result<Vec<PathBuf>, SimulationError> {
+    let files = files()?;
+    let verilog: Vec<_> = files.iter().filter(|file| file.path.ends_with(".v")).collect();
+    let mut digest = Sha256::new();
+    verilog.iter().for_each(|file| digest.update(file.text.as_bytes()));
+    let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let folder = cache().join("verilog").join(name);
+    let mut sources = Vec::new();
+    for file in verilog {
+        let path = folder.join(file.path.trim_start_matches("verilog/"));
+        put(&path, &file.text).map_err(|source| SimulationError::Write { path: path.clone(), source })?;
+        sources.push(path);
+    }
+    Ok(sources)
+}
+
+/// The user's cache, or where there is none the folder of temporary files.
+pub(crate) fn cache() -> PathBuf {
+    let set = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
+    let home = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
+    set.or_else(home).unwrap_or_else(std::env::temp_dir).join("hoverlock")
+}
+
+/// Writes a file whole, unless it is there already.
+fn put(path: &Path, text: &str) -> std::io::Result<()> {
+    if std::fs::read(path).is_ok_and(|there| there == text.as_bytes()) {
+        return Ok(());
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    file.persist(path)?;
+    Ok(())
+}
