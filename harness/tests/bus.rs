@@ -4,11 +4,12 @@ mod common;
 
 use common::{build, run, sim};
 use hoverlock_harness::build::Build;
-use hoverlock_harness::bus::bulk::{Bulk, Options, run_cycles};
+use hoverlock_harness::bus::bulk::{Bulk, Element, Options, run_cycles};
 use hoverlock_harness::bus::stream::{Dialect, Frame, Monitor, Ports, Rules, Sink, Source};
 use hoverlock_harness::bus::{Pause, Random, Reset, avalon_mm, axi_lite};
 use hoverlock_harness::sim::{Dut, Signal, Sim};
 use hoverlock_harness::{Error, Time};
+use proptest::prelude::*;
 
 const PERIOD: Time = Time::ns(10);
 const AVALON: Dialect = Dialect::Avalon { ready_latency: 0 };
@@ -296,6 +297,91 @@ fn bulk_gives_what_the_scheduler_gives_whatever_idles_and_stalls() {
             });
         }
     }
+}
+
+fn any_pause() -> impl Strategy<Value = Pause> {
+    prop_oneof![
+        Just(Pause::Never),
+        (0.05f64..0.95, any::<u64>()).prop_map(|(p, seed)| Pause::random(p, seed)),
+        prop::collection::vec(any::<bool>(), 1..12).prop_map(Pause::pattern),
+    ]
+}
+
+/// Words of a slice through a FIFO of some width and ready latency: what comes out is what went in.
+fn through_in_bulk<T: Element>(
+    width: u64,
+    latency: u64,
+    parts: usize,
+    words: &[T],
+    options: &Options,
+) -> (Vec<T>, usize) {
+    let design = build("avalon_fifo").parameter("WIDTH", width).parameter("EMPTY", 5).parameter("LATENCY", latency);
+    let mut sim = sim(design);
+    let dut = sim.dut();
+    let clock = dut.clock("clk", PERIOD).unwrap();
+    dut.signal("rst").unwrap().set(1).unwrap();
+    sim.run_for(PERIOD * 2).unwrap();
+    dut.signal("rst").unwrap().set(0).unwrap();
+    sim.run_for(PERIOD).unwrap();
+    let dialect = Dialect::Avalon { ready_latency: latency as u32 };
+    let mut bulk = Bulk::<T, T>::new(&dut, &clock, "in_", "out_", dialect).unwrap();
+    assert_eq!(bulk.parts(), (parts, parts));
+    let mut received = Vec::new();
+    let report = bulk.transfer(&mut sim, words, &mut received, options).unwrap();
+    assert_eq!((report.sent, report.received), (words.len() / parts, words.len() / parts));
+    (received, report.packets)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    #[test]
+    fn bulk_moves_words_of_every_width_and_latency(
+        wide in 0usize..4,
+        latency in prop::sample::select(vec![0u64, 1, 3]),
+        words in 1usize..300,
+        packet in 1usize..40,
+        (idle, stall) in (any_pause(), any_pause()),
+        seed in any::<u64>(),
+    ) {
+        let mut random = Random::new(seed);
+        let packets = words.div_ceil(packet);
+        let options = Options { idle, stall, packet, packets, ..Options::default() };
+        macro_rules! check {
+            ($type:ty, $width:expr, $parts:expr) => {{
+                let sent: Vec<$type> = (0..words * $parts).map(|_| random.bits() as $type).collect();
+                let (received, ended) = through_in_bulk($width, latency, $parts, &sent, &options);
+                prop_assert_eq!(received, sent);
+                prop_assert_eq!(ended, packets);
+            }};
+        }
+        match wide {
+            0 => check!(u8, 8, 1),
+            1 => check!(u64, 64, 1),
+            2 => check!(u32, 128, 4),
+            _ => check!(u32, 256, 8),
+        }
+    }
+}
+
+#[test]
+fn wide_words_that_do_not_fit_are_refused_in_bulk() {
+    let mut sim = sim(build("avalon_fifo").parameter("WIDTH", 72).parameter("EMPTY", 4));
+    let dut = sim.dut();
+    let clock = dut.clock("clk", PERIOD).unwrap();
+    sim.run_for(PERIOD).unwrap();
+    let mut bulk = Bulk::<u32, u32>::new(&dut, &clock, "in_", "out_", AVALON).unwrap();
+    let mut send = |words: &[u32]| {
+        let options = Options { expect: 1, most_cycles: 100, ..Options::default() };
+        let mut received = Vec::new();
+        bulk.transfer(&mut sim, words, &mut received, &options).map(|_| received).map_err(|e| e.to_string())
+    };
+    assert_eq!(send(&[1, 2, 0xff]), Ok(vec![1, 2, 0xff]));
+    assert!(send(&[1, 2, 0x100]).unwrap_err().contains("the word 256 does not fit `data`"));
+    assert!(send(&[1, 2]).unwrap_err().contains("2 elements make no whole words of 3"));
+    let far = Dialect::Avalon { ready_latency: 65 };
+    let error = Bulk::<u32, u32>::new(&dut, &clock, "in_", "out_", far).err().unwrap().to_string();
+    assert!(error.contains("at most 64 cycles"), "{error}");
 }
 
 #[test]

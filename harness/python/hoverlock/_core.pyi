@@ -336,13 +336,15 @@ class Simulation:
         input: str,
         output: str,
         bus: str,
+        ready_latency: int,
         clock: str,
         period: int,
         idle: Any,
         stall: Any,
         seed: int,
         packet: int,
-        expect: int,
+        expect: int | None,
+        packets: int,
         most_cycles: int,
     ) -> tuple[NDArray[Any], tuple[int, int, int, int]]: ...
     def start_waves(

@@ -276,36 +276,40 @@ class Session:
         clock: str = "clk",
         period: tuple[float, str] = (10, "ns"),
         bus: str = "avalon",
+        ready_latency: int = 0,
         idle: Any = None,
         stall: Any = None,
         seed: int = 0,
         packet: int = 0,
         expect: int | None = None,
+        packets: int = 0,
         most_cycles: int = 0,
     ) -> Any:
         """Sends an array of words through the design, without the scheduler, and gives what came out as an array.
 
         The signals of the streams begin with ``input`` and ``output``; the element type of the array is the one Verilator
-        stores ``data`` in (``uint8`` up to 8 bits, ``uint16`` up to 16 ...). ``idle`` and ``stall`` hold the source and the
+        stores ``data`` in (``uint8`` up to 8 bits, ``uint16`` up to 16 ...); wider than 64 bits, each word is a row of ``uint32``, the
+        lowest first. ``idle`` and ``stall`` hold the source and the
         sink back: a probability, or a pattern. ``packet`` words make a packet (0: all). It ends when ``expect`` words came
-        (as many as were sent, unless told). Tasks sleep meanwhile.
+        (as many as were sent, unless told), or, where ``packets`` says how many, when so many packets came. Tasks sleep meanwhile.
         """
         import numpy as np
 
         words = np.ascontiguousarray(words).reshape(-1)
-        count = len(words) if expect is None else expect
         received, self.report = self.simulation.transfer(
             words,
             input=input,
             output=output,
             bus=bus,
+            ready_latency=ready_latency,
             clock=clock,
             period=_core.femtoseconds(*period),
             idle=idle,
             stall=stall,
             seed=seed,
             packet=packet,
-            expect=count,
+            expect=expect,
+            packets=packets,
             most_cycles=most_cycles,
         )
         return received

@@ -9,7 +9,7 @@ use hoverlock_harness::bus::stream::{self, Dialect, Frame, Ports, Rules};
 use hoverlock_harness::bus::{Pause, Reset, avalon_mm, axi_lite};
 use hoverlock_harness::sim::{self, Clock, Dut, Signal, Sim, TaskId};
 use hoverlock_harness::{Error, Time};
-use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -449,6 +449,8 @@ pub struct Transfer<'a> {
     pub output: &'a str,
     pub dialect: Dialect,
     pub clock: Clock,
+    /// Words, or as many as are sent unless packets are counted.
+    pub expect: Option<usize>,
     pub options: Options,
 }
 
@@ -463,19 +465,22 @@ impl<'a> Transfer<'a> {
         input: &'a str,
         output: &'a str,
         bus: &str,
+        ready_latency: u32,
         clock: &str,
         period: u64,
         idle: Option<&Bound<'_, PyAny>>,
         stall: Option<&Bound<'_, PyAny>>,
         seed: u64,
         packet: usize,
-        expect: usize,
+        expect: Option<usize>,
+        packets: usize,
         most_cycles: u64,
     ) -> PyResult<Transfer<'a>> {
         let (idle, stall) = (pause_of(idle, seed)?, pause_of(stall, seed ^ 0x9E37_79B9_7F4A_7C15)?);
-        let dialect = dialect_of(bus, 0)?;
+        let dialect = dialect_of(bus, ready_latency)?;
         let clock = dut.clock(clock, Time::fs(period)).map_err(failed(py))?;
-        Ok(Transfer { input, output, dialect, clock, options: Options { idle, stall, packet, expect, most_cycles } })
+        let options = Options { idle, stall, packet, expect: 0, packets, most_cycles };
+        Ok(Transfer { input, output, dialect, clock, expect, options })
     }
 
     /// Sends an array of the words that the input's storage has, and gives one of the output's.
@@ -500,8 +505,8 @@ impl<'a> Transfer<'a> {
         match bits {
             0..=8 => self.between::<I, u8>(sim, words),
             9..=16 => self.between::<I, u16>(sim, words),
-            17..=32 => self.between::<I, u32>(sim, words),
-            _ => self.between::<I, u64>(sim, words),
+            33..=64 => self.between::<I, u64>(sim, words),
+            _ => self.between::<I, u32>(sim, words),
         }
     }
 
@@ -514,12 +519,25 @@ impl<'a> Transfer<'a> {
         let words: PyReadonlyArray1<'py, I> = words.extract()?;
         let mut bulk =
             Bulk::<I, O>::new(&sim.dut(), &self.clock, self.input, self.output, self.dialect).map_err(failed(py))?;
-        let mut received = Vec::with_capacity(self.options.expect);
-        let ended = bulk.transfer(sim, words.as_slice()?, &mut received, &self.options);
+        let words = words.as_slice()?;
+        let (parts, parts_out) = bulk.parts();
+        let mut options = self.options.clone();
+        options.expect = match self.expect {
+            Some(count) => count,
+            None if options.packets > 0 => 0,
+            None => words.len() / parts,
+        };
+        let mut received = Vec::new();
+        let ended = bulk.transfer(sim, words, &mut received, &options);
         // A long transfer gave the interpreter's lock back.
         gil::resume();
         let report: Report = ended.map_err(failed(py))?;
-        let received = PyArray1::from_vec(py, received).into_bound_py_any(py)?;
+        let received = PyArray1::from_vec(py, received);
+        let received = if parts_out == 1 {
+            received.into_bound_py_any(py)?
+        } else {
+            received.reshape([report.received, parts_out])?.into_bound_py_any(py)?
+        };
         Ok((received, (report.cycles, report.sent, report.received, report.packets)))
     }
 }

@@ -120,7 +120,7 @@ impl Simulation {
     }
 
     /// Sends whole frames through a stream of the design, without the scheduler.
-    #[pyo3(signature = (words, *, input, output, bus, clock, period, idle, stall, seed, packet, expect, most_cycles))]
+    #[pyo3(signature = (words, *, input, output, bus, ready_latency, clock, period, idle, stall, seed, packet, expect, packets, most_cycles))]
     #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn transfer<'py>(
         &self,
@@ -128,13 +128,15 @@ impl Simulation {
         input: &str,
         output: &str,
         bus: &str,
+        ready_latency: u32,
         clock: &str,
         period: u64,
         idle: Option<&Bound<'py, PyAny>>,
         stall: Option<&Bound<'py, PyAny>>,
         seed: u64,
         packet: usize,
-        expect: usize,
+        expect: Option<usize>,
+        packets: usize,
         most_cycles: u64,
     ) -> PyResult<Transferred<'py>> {
         let py = words.py();
@@ -144,6 +146,7 @@ impl Simulation {
             input,
             output,
             bus,
+            ready_latency,
             clock,
             period,
             idle,
@@ -151,6 +154,7 @@ impl Simulation {
             seed,
             packet,
             expect,
+            packets,
             most_cycles,
         )?;
         let mut result = None;

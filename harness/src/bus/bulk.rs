@@ -2,11 +2,12 @@
 //!
 //! The loop does what a [`Source`](super::stream::Source) and a [`Sink`](super::stream::Sink) do in the scheduler, cycle
 //! for cycle: inputs change after the rising edge (here together with the falling one, which no register of the rising
-//! edge can tell), outputs are sampled before it. One word of `data` is one element of the slice.
+//! edge can tell), outputs are sampled before it. One word of `data` is one element of the slice; of `data` wider than
+//! 64 bits it is several elements of 32 bits, the lowest first.
 //!
 //! Tasks sleep meanwhile, other clocks must not run, and waves, if on, are written at every half cycle.
 
-use super::stream::{Dialect, put_now};
+use super::stream::{Dialect, ReadyHistory, put_now};
 use super::{Pause, Violation};
 use crate::error::{Error, ModelError};
 use crate::model::{Direction, Storage, Word};
@@ -25,6 +26,8 @@ pub struct Options {
     pub packet: usize,
     /// Words to receive before the transfer ends.
     pub expect: usize,
+    /// Packets to receive before the transfer ends, where nobody knows how many words they have.
+    pub packets: usize,
     /// Cycles after which a transfer that has not ended is an error; 0: 16 for each word plus 100 000.
     pub most_cycles: u64,
 }
@@ -46,6 +49,11 @@ struct Lane<T: Word> {
     valid: Signal,
     ready: Option<Signal>,
     data: *mut T,
+    /// Elements in a word: more than one only if `data` is wider than 64 bits.
+    parts: usize,
+    /// Bits of a word's last element that are `data`.
+    top_mask: u64,
+    latency: u32,
     first: Option<Signal>,
     last: Option<Signal>,
     name: String,
@@ -79,18 +87,17 @@ impl Element for u64 {
 }
 
 impl<T: Word> Lane<T> {
-    fn find(dut: &Dut, prefix: &str, dialect: Dialect, driven: bool) -> Result<(Lane<T>, u64), Error> {
+    fn find(dut: &Dut, prefix: &str, dialect: Dialect, driven: bool) -> Result<Lane<T>, Error> {
         let t = if dialect == Dialect::Axi { "t" } else { "" };
         let (first, last) = if dialect == Dialect::Axi { ("", "tlast") } else { ("startofpacket", "endofpacket") };
         let some = |name: &str| if name.is_empty() { Ok(None) } else { super::optional(dut, prefix, name) };
-        let data = dut.signal(&format!("{prefix}{t}data"))?;
-        let info = data.info();
-        let words = match info.storage {
-            Storage::U8 => 8,
-            Storage::U16 => 16,
-            Storage::U32 => 32,
-            Storage::U64 => 64,
-            Storage::Wide(_) => 0,
+        let info = dut.wide(&format!("{prefix}{t}data"))?.info();
+        let (words, parts) = match info.storage {
+            Storage::U8 => (8, 1),
+            Storage::U16 => (16, 1),
+            Storage::U32 => (32, 1),
+            Storage::U64 => (64, 1),
+            Storage::Wide(parts) => (32, parts as usize),
         };
         if words != T::BITS {
             return Err(Error::bench(format!(
@@ -100,22 +107,66 @@ impl<T: Word> Lane<T> {
                 T::BITS
             )));
         }
+        let in_last = info.width - 32 * (parts as u32 - 1);
         if driven && info.direction == Direction::Output {
             return Err(ModelError::NotWritable { signal: info.name, top: dut.top() }.into());
         }
-        let lane = Lane {
+        Ok(Lane {
             valid: dut.signal(&format!("{prefix}{t}valid"))?,
             ready: some(&format!("{t}ready"))?,
-            data: data.data().cast(),
+            data: info.data.cast(),
+            parts,
+            top_mask: u64::MAX >> (64 - in_last),
+            latency: match dialect {
+                Dialect::Avalon { ready_latency } => ready_latency,
+                Dialect::Axi => 0,
+            },
             first: some(first)?,
             last: some(last)?,
             name: prefix.trim_end_matches(['_', '$', '.']).to_owned(),
-        };
-        Ok((lane, data.mask()))
+        })
     }
 
     fn is_ready(&self) -> bool {
         self.ready.as_ref().is_none_or(Signal::is_high)
+    }
+
+    /// Whether a valid word moves at the edge: with a ready latency, `ready` allowed it long before.
+    #[inline(always)]
+    fn moves(&self) -> bool {
+        self.latency > 0 || self.is_ready()
+    }
+
+    /// Puts the word with that number into `data`.
+    ///
+    /// # Safety
+    /// The slice must have it, the model must be alive and nobody reading.
+    #[inline(always)]
+    unsafe fn put(&self, words: &[T], number: usize) {
+        // SAFETY: as the caller promises; `data` has `parts` elements.
+        unsafe {
+            if self.parts == 1 {
+                *self.data = *words.get_unchecked(number);
+            } else {
+                std::ptr::copy_nonoverlapping(words.as_ptr().add(number * self.parts), self.data, self.parts);
+            }
+        }
+    }
+
+    /// Appends the word that `data` holds.
+    ///
+    /// # Safety
+    /// The model must be alive.
+    #[inline(always)]
+    unsafe fn take(&self, into: &mut Vec<T>) {
+        // SAFETY: as the caller promises; `data` has `parts` elements.
+        unsafe {
+            if self.parts == 1 {
+                into.push(*self.data);
+            } else {
+                into.extend_from_slice(std::slice::from_raw_parts(self.data, self.parts));
+            }
+        }
     }
 }
 
@@ -124,21 +175,24 @@ pub struct Bulk<I: Element, O: Element> {
     clock: Clock,
     input: Lane<I>,
     output: Lane<O>,
-    input_mask: u64,
 }
 
 impl<I: Element, O: Element> Bulk<I, O> {
-    /// The streams whose signals begin with `input` and `output`, at a clock of the harness. No ready latency.
+    /// The streams whose signals begin with `input` and `output`, at a clock of the harness.
     pub fn new(dut: &Dut, clock: &Clock, input: &str, output: &str, dialect: Dialect) -> Result<Bulk<I, O>, Error> {
-        if let Dialect::Avalon { ready_latency: 1.. } = dialect {
-            return Err(Error::bench("the bulk path has no ready latency: use a Source and a Sink"));
+        if let Dialect::Avalon { ready_latency: 65.. } = dialect {
+            return Err(Error::bench("the ready latency of a stream is at most 64 cycles"));
         }
-        let (input, input_mask) = Lane::find(dut, input, dialect, true)?;
-        let (output, _) = Lane::find(dut, output, dialect, false)?;
-        Ok(Bulk { clock: clock.clone(), input, output, input_mask })
+        let (input, output) = (Lane::find(dut, input, dialect, true)?, Lane::find(dut, output, dialect, false)?);
+        Ok(Bulk { clock: clock.clone(), input, output })
     }
 
-    /// Sends words and appends what comes out to `received`, until all are sent and `expect` have come.
+    /// Elements of the slices for one word of the input and of the output: one each, unless `data` is wider than 64 bits.
+    pub fn parts(&self) -> (usize, usize) {
+        (self.input.parts, self.output.parts)
+    }
+
+    /// Sends words and appends what comes out to `received`, until all are sent and what is expected has come.
     pub fn transfer(
         &mut self,
         sim: &mut Sim,
@@ -146,8 +200,23 @@ impl<I: Element, O: Element> Bulk<I, O> {
         received: &mut Vec<O>,
         options: &Options,
     ) -> Result<Report, Error> {
-        if let Some(word) = words.iter().find(|w| w.widen() & !self.input_mask != 0) {
+        let parts = self.input.parts;
+        if !words.len().is_multiple_of(parts) {
+            return Err(Error::bench(format!(
+                "{}: {} elements make no whole words of {parts}",
+                self.input.name,
+                words.len()
+            )));
+        }
+        if let Some(word) = words.iter().skip(parts - 1).step_by(parts).find(|w| w.widen() & !self.input.top_mask != 0)
+        {
             return Err(Error::bench(format!("{}: the word {} does not fit `data`", self.input.name, word.widen())));
+        }
+        if options.packets > 0 && self.output.last.is_none() {
+            return Err(Error::bench(format!(
+                "{}: packets are expected, and nothing marks their end",
+                self.output.name
+            )));
         }
         let dut = sim.dut();
         let core = dut.core();
@@ -172,21 +241,23 @@ impl<I: Element, O: Element> Bulk<I, O> {
         let most = if options.most_cycles > 0 {
             options.most_cycles
         } else {
-            100_000 + 16 * (words.len() + options.expect) as u64
+            100_000 + 16 * (words.len() / self.input.parts + options.expect) as u64
         };
-        let packet = if options.packet == 0 { words.len().max(1) } else { options.packet };
+        let count = words.len() / self.input.parts;
+        let packet = if options.packet == 0 { count.max(1) } else { options.packet };
         let (mut idle, mut stall) = (options.idle.clone(), options.stall.clone());
         let clk = self.clock.signal().clone();
         let (input, output) = (&self.input, &self.output);
         let mut watch = core.wall_watch();
         let mut now = core.now();
-        let start = received.len();
-        let (mut sent, mut packets, mut cycle) = (0, 0, 0u64);
+        let (mut sent, mut given, mut packets, mut cycle) = (0, 0, 0, 0u64);
         let mut presented = false;
+        let latency = input.latency;
+        let mut history = ReadyHistory::default();
         // Words until the packet's end, counted down so that no division is in the loop.
         let mut left_in_packet = packet;
         let tracing = core.has_waves();
-        received.reserve(options.expect);
+        received.reserve(options.expect * output.parts);
         let mut model = core.model.borrow_mut();
         // SAFETY: every pointer is into the model borrowed here; ports take values masked or checked before; the model
         // is bound below and nothing else is made, bound or dropped on this thread in the loop.
@@ -205,12 +276,13 @@ impl<I: Element, O: Element> Bulk<I, O> {
             loop {
                 // What the scheduler would have put after the last rising edge, here with the falling one.
                 if !presented {
-                    presented = sent < words.len() && !idle.next_cycle();
+                    let allowed = latency == 0 || history.before(latency);
+                    presented = sent < count && allowed && !idle.next_cycle();
                     put_now(&input.valid, u64::from(presented));
                     if presented {
-                        *input.data = words[sent];
+                        input.put(words, sent);
                         put(&input.first, left_in_packet == packet);
-                        put(&input.last, left_in_packet == 1 || sent + 1 == words.len());
+                        put(&input.last, left_in_packet == 1 || sent + 1 == count);
                     }
                 }
                 put(&output.ready, !stall.next_cycle());
@@ -227,11 +299,15 @@ impl<I: Element, O: Element> Bulk<I, O> {
                     core.waves.borrow_mut().sample(&mut model, now)?;
                 }
                 now += low;
-                if output.valid.is_high() && output.is_ready() {
-                    received.push(*output.data);
+                if output.valid.is_high() && output.moves() {
+                    output.take(received);
+                    given += 1;
                     packets += usize::from(output.last.as_ref().is_some_and(Signal::is_high));
                 }
-                if presented && input.is_ready() {
+                if latency > 0 {
+                    history.push(input.is_ready());
+                }
+                if presented && input.moves() {
                     sent += 1;
                     presented = false;
                     left_in_packet = if left_in_packet == 1 { packet } else { left_in_packet - 1 };
@@ -251,7 +327,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
                 }
                 now += high;
                 cycle += 1;
-                if sent == words.len() && received.len() - start >= options.expect {
+                if sent == count && given >= options.expect && packets >= options.packets {
                     break;
                 }
                 if cycle >= most {
@@ -275,15 +351,14 @@ impl<I: Element, O: Element> Bulk<I, O> {
         drop(model);
         core.set_now(now);
         dut.handle_messages()?;
-        let report = Report { cycles: cycle, sent, received: received.len() - start, packets };
-        if sent < words.len() || report.received < options.expect {
+        let report = Report { cycles: cycle, sent, received: given, packets };
+        if sent < count || given < options.expect || packets < options.packets {
             return Err(Violation {
                 bus: format!("{} -> {}", input.name, output.name),
                 rule: format!(
-                    "the transfer did not end within {most} cycles: {sent} of {} words taken, {} of {} given",
-                    words.len(),
-                    report.received,
-                    options.expect
+                    "the transfer did not end within {most} cycles: {sent} of {count} words taken, {given} of {} given, {packets} \
+                     of {} packets",
+                    options.expect, options.packets
                 ),
                 time: now,
             }

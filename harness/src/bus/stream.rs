@@ -338,15 +338,15 @@ impl Ports {
 
 /// Remembers in which of the last cycles `ready` was 1.
 #[derive(Clone, Copy, Default)]
-struct ReadyHistory(u64);
+pub(super) struct ReadyHistory(u64);
 
 impl ReadyHistory {
-    fn push(&mut self, ready: bool) {
+    pub fn push(&mut self, ready: bool) {
         self.0 = self.0 << 1 | u64::from(ready);
     }
 
     /// Whether `ready` was 1 so many cycles before the one after the last push.
-    fn before(self, latency: u32) -> bool {
+    pub fn before(self, latency: u32) -> bool {
         self.0 >> (latency - 1) & 1 == 1
     }
 }

@@ -264,6 +264,8 @@ impl SignalId {
 pub trait Word: Copy + sealed::Sealed {
     /// The widest signal it holds.
     const BITS: u32;
+    /// Whether it holds signals wider than 64 bits, as 32-bit words, the lowest first.
+    const WIDE: bool = false;
 }
 
 mod sealed {
@@ -272,6 +274,7 @@ mod sealed {
     impl Sealed for u16 {}
     impl Sealed for u32 {}
     impl Sealed for u64 {}
+    impl<const N: usize> Sealed for [u32; N] {}
 }
 
 impl Word for u8 {
@@ -285,6 +288,10 @@ impl Word for u32 {
 }
 impl Word for u64 {
     const BITS: u32 = 64;
+}
+impl<const N: usize> Word for [u32; N] {
+    const BITS: u32 = 32 * N as u32;
+    const WIDE: bool = true;
 }
 
 /// A signal by its bare address, for loops that must be as fast as C++.
@@ -594,14 +601,14 @@ impl Model {
         let info = self.info(self.find(name)?);
         if info.range.is_some()
             || info.storage.bytes() * 8 != T::BITS as usize
-            || matches!(info.storage, Storage::Wide(_))
+            || matches!(info.storage, Storage::Wide(_)) != T::WIDE
         {
             let instead = match info.storage {
                 Storage::U8 => "raw::<u8>",
                 Storage::U16 => "raw::<u16>",
                 Storage::U32 => "raw::<u32>",
                 Storage::U64 => "raw::<u64>",
-                Storage::Wide(_) => "get_words",
+                Storage::Wide(_) => "raw::<[u32; N]>, N 32-bit words",
             };
             return Err(ModelError::WrongShape { signal: name.to_owned(), is: "is stored in another word", instead });
         }

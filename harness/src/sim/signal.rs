@@ -233,6 +233,11 @@ impl Wide {
         self.width
     }
 
+    /// What is known of it.
+    pub fn info(&self) -> SignalInfo {
+        self.core.model.borrow().info(self.id).clone()
+    }
+
     /// Its place in the model.
     pub fn id(&self) -> SignalId {
         self.id

@@ -1,11 +1,7 @@
-//! Simulated cycles per second of CPU time, each way of driving against the plain Verilator loop in C++.
-//!
-//! `cargo bench -p hoverlock-harness` prints medians of several runs and their ratio to the C++ loop of the same run.
-//! All ways do the same work: drive one byte and sample one word a cycle; their sums must agree.
+//! The small design (`tests/designs/stream.v`): each way drives one byte and samples one word a cycle; the sums must agree.
 
 use std::cell::Cell;
 use std::path::Path;
-use std::process::Command;
 use std::rc::Rc;
 
 use hoverlock_harness::build::Build;
@@ -16,13 +12,7 @@ use hoverlock_harness::model::Model;
 use hoverlock_harness::sim::{Clock, Coroutine, Edge, Outcome, Signal, Sim, Step, Trigger};
 use hoverlock_harness::{Error, Time};
 
-const RUNS: usize = 7;
-
-/// CPU seconds of this thread.
-fn cpu() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    text.split_whitespace().next().and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9
-}
+use crate::measure::{Way, build_limit, compare, cpu, words_of};
 
 /// The model out of reset, clock high.
 fn reset(model: &mut Model) -> Result<(), Error> {
@@ -237,99 +227,44 @@ fn bulk(words: u64, stall: Pause) -> Result<(f64, u64, u64), Error> {
     Ok((seconds, received.iter().map(|w| u64::from(*w)).sum(), report.cycles))
 }
 
-/// Builds the C++ loop with the same Verilator and `-O3`, and gives its program.
-fn build_limit(folder: &Path) -> std::path::PathBuf {
+/// The table of this design.
+pub fn table(folder: &Path) -> Result<(), Error> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let status = Command::new("verilator")
-        .args([
-            "--cc",
-            "--exe",
-            "--build",
-            "-O3",
-            "-CFLAGS",
-            "-O3",
-            "-MAKEFLAGS",
-            "OPT_FAST=-O3",
-            "--assert",
-            "--x-assign",
-            "0",
-        ])
-        .args(["--x-initial", "0", "--top-module", "stream", "--no-timing", "-Wno-fatal", "--Mdir"])
-        .arg(folder)
-        .arg(here.join("tests/designs/stream.v"))
-        .arg(here.join("benches/limit.cpp"))
-        .stdout(std::process::Stdio::null())
-        .status();
-    assert!(status.is_ok_and(|s| s.success()), "the C++ loop does not build");
-    folder.join("Vstream")
-}
-
-fn limit(program: &Path, cycles: u64) -> Result<(f64, u64), Error> {
-    let output = Command::new(program).arg(cycles.to_string()).output().map_err(|e| Error::bench(e.to_string()))?;
-    let text = String::from_utf8_lossy(&output.stdout);
-    let mut fields = text.split_whitespace();
-    let seconds = fields.next().and_then(|t| t.parse().ok()).ok_or_else(|| Error::bench("no time"))?;
-    let sum = fields.next().and_then(|t| t.parse().ok()).ok_or_else(|| Error::bench("no sum"))?;
-    Ok((seconds, sum))
-}
-
-/// Gives CPU seconds, the sum of the outputs and the cycles that were simulated.
-type Run<'a> = Box<dyn Fn() -> Result<(f64, u64, u64), Error> + 'a>;
-
-/// Its name, the sum its outputs must have (if they are compared), and the run.
-type Way<'a> = (&'a str, Option<u64>, Run<'a>);
-
-fn main() -> Result<(), Error> {
-    let folder = tempfile::tempdir().map_err(|e| Error::bench(e.to_string()))?;
-    let program = build_limit(folder.path());
+    let program = build_limit(folder, "stream", &[here.join("tests/designs/stream.v")], "limit.cpp")?;
+    let limit = |cycles: u64| -> Result<(f64, u64, u64), Error> {
+        let fields = words_of(&program, &[&cycles.to_string()])?;
+        Ok((fields[0], fields[1] as u64, cycles))
+    };
     let million = 1_000_000;
     let (many, some) = (20 * million, 3 * million);
-    let direct = |f: fn(u64) -> Result<(f64, u64), Error>, cycles| -> Run<'_> {
-        Box::new(move || f(cycles).map(|(seconds, sum)| (seconds, sum, cycles)))
+    let direct = |name, expected, run: fn(u64) -> Result<(f64, u64), Error>, cycles| -> Way<'_> {
+        let run = move || run(cycles).map(|(seconds, sum)| (seconds, sum, cycles));
+        Way { name, expected, run: Box::new(run) }
     };
-    let loop_of = |cycles| limit(&program, cycles).map(|(seconds, sum)| (seconds, sum, cycles));
-    let (of_many, of_some) = (Some(limit(&program, many)?.1), Some(limit(&program, some)?.1));
+    let (of_many, of_some) = (Some(limit(many)?.1), Some(limit(some)?.1));
     let packets = Some(bulk(some, Pause::Never)?.1);
     let stall = || Pause::random(0.3, 1);
-    let ways: Vec<Way> = vec![
-        ("plain C++ loop", of_many, Box::new(move || loop_of(many))),
-        ("Rust direct, unchecked", of_many, direct(raw, many)),
-        ("Rust direct, checked", of_many, direct(checked, many)),
-        ("frames in bulk", packets, Box::new(move || bulk(some, Pause::Never))),
-        ("frames in bulk, stalls", packets, Box::new(move || bulk(some, stall()))),
-        ("source and sink", packets, Box::new(move || source_and_sink(some, Pause::Never))),
-        ("source and sink, stalls", packets, Box::new(move || source_and_sink(some, stall()))),
-        ("clock only", None, direct(clock_only, 5 * million)),
-        ("async, one task", of_some, direct(per_cycle, some)),
-        ("coroutine, one task", of_some, direct(coroutine, some)),
-        ("async, driver and monitor", of_some, direct(driver_and_monitor, some)),
-    ];
-    println!("{:<28} {:>14} {:>8}", "way", "cycles/s", "of C++");
-    let mut rates = vec![Vec::new(); ways.len()];
-    // Round robin, so that a disturbance of the machine meets all ways alike.
-    for _ in 0..RUNS {
-        for (rate, (name, expected, run)) in rates.iter_mut().zip(&ways) {
-            let (seconds, sum, cycles) = run()?;
-            if let Some(expected) = expected {
-                assert_eq!(sum, *expected, "{name} did other work");
-            }
-            rate.push(cycles as f64 / seconds);
-        }
-    }
-    let median = |rates: &[f64]| {
-        let mut sorted = rates.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
-    };
-    let limit = median(&rates[0]);
-    for (rate, (name, ..)) in rates.iter().zip(&ways) {
-        println!("{name:<28} {:>12.2} M {:>8.3}", median(rate) / 1e6, median(rate) / limit);
-    }
-    start_times(folder.path())
+    compare(&[
+        Way { name: "plain C++ loop", expected: of_many, run: Box::new(|| limit(many)) },
+        direct("Rust direct, unchecked", of_many, raw, many),
+        direct("Rust direct, checked", of_many, checked, many),
+        Way { name: "frames in bulk", expected: packets, run: Box::new(|| bulk(some, Pause::Never)) },
+        Way { name: "frames in bulk, 30 % stalls", expected: packets, run: Box::new(|| bulk(some, stall())) },
+        Way { name: "source and sink", expected: packets, run: Box::new(|| source_and_sink(some, Pause::Never)) },
+        Way {
+            name: "source and sink, 30 % stalls",
+            expected: packets,
+            run: Box::new(|| source_and_sink(some, stall())),
+        },
+        direct("clock only", None, clock_only, 5 * million),
+        direct("async, one task", of_some, per_cycle, some),
+        direct("coroutine, one task", of_some, coroutine, some),
+        direct("async, driver and monitor", of_some, driver_and_monitor, some),
+    ])
 }
 
 /// How long a test waits for its model: cached, and after an edit of the Verilog.
-fn start_times(folder: &Path) -> Result<(), Error> {
+pub fn start_times(folder: &Path) -> Result<(), Error> {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/designs/stream.v"));
     let text = text.map_err(|e| Error::bench(e.to_string()))?;
     let source = folder.join("stream.v");

@@ -1,0 +1,20 @@
+//! Simulated cycles per second of CPU time, each way of driving against the plain Verilator loop in C++.
+//!
+//! `cargo bench -p hoverlock-harness` prints medians of several runs and their ratio to the C++ loop of the same run, for a
+//! small design and for the Hoverlock top.
+
+mod measure;
+mod small;
+mod top;
+
+use hoverlock_harness::Error;
+
+fn main() -> Result<(), Error> {
+    let folder = tempfile::tempdir().map_err(|e| Error::bench(e.to_string()))?;
+    println!("A small stream design\n");
+    small::table(folder.path())?;
+    println!("\nThe Hoverlock top\n");
+    top::table(folder.path())?;
+    println!();
+    small::start_times(folder.path())
+}
