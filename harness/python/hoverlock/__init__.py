@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ._core import ArrayHandle, Handle, Library, Task, Value, start_soon
+from ._core import ArrayHandle, Bits, Coverage, Element, Handle, Library, Task, Value, start_soon
 from .clock import Clock
 from .design import Design
 from .errors import (
@@ -38,7 +38,8 @@ from .errors import (
     VerilogError,
     VerilogFinished,
 )
-from .hierarchy import Hierarchy
+from .hierarchy import Constant, Hierarchy, TypedHierarchy
+from .outputs import Outputs
 from .queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
 from .testing import Session, Test, parametrize, pass_test, running, simulate, test
 from .triggers import (
@@ -64,14 +65,18 @@ from .utils import get_sim_time
 
 __all__ = [
     "ArrayHandle",
+    "Bits",
     "BuildError",
     "CancelledError",
     "Clock",
     "ClockCycles",
     "Combine",
+    "Constant",
+    "Coverage",
     "DeadlockError",
     "Design",
     "Edge",
+    "Element",
     "Event",
     "FallingEdge",
     "First",
@@ -85,6 +90,7 @@ __all__ = [
     "NoSuchSignal",
     "NotWritable",
     "NullTrigger",
+    "Outputs",
     "PriorityQueue",
     "ProtocolError",
     "Queue",
@@ -103,6 +109,7 @@ __all__ = [
     "Timer",
     "Trigger",
     "TriggerError",
+    "TypedHierarchy",
     "Value",
     "ValueChange",
     "VerilogError",

@@ -1,7 +1,8 @@
 """The command line for those without pytest.
 
     python -m hoverlock test_counter.py
-    python -m hoverlock test_adder.py --hoverlock-source adder.v --hoverlock-top adder -P WIDTH=8 --junit results.xml
+    python -m hoverlock test_adder.py --hoverlock-source adder.v --hoverlock-top adder --junit results.xml
+    python -m hoverlock stub counter.v --top counter -o counter_dut.pyi
 """
 
 from __future__ import annotations
@@ -9,10 +10,14 @@ from __future__ import annotations
 import argparse
 import logging
 import sys
+from collections.abc import Callable, Sequence
+from typing import Any
 
+from . import stub
 from .design import Design
 from .errors import HoverlockError
 from .log import default_config
+from .outputs import Outputs
 from .runner import run, write_junit
 
 
@@ -28,9 +33,33 @@ def add_design_options(add: object) -> None:
            help="seed of the session; printed when a test fails")
     option("--hoverlock-wall-timeout", type=float, default=None, metavar="SECONDS",  # type: ignore[operator]
            help="gives a test up after so long on the wall (600 s)")
+    option("--hoverlock-internal", action="append", default=[],  # type: ignore[operator]
+           metavar="PATTERN", help="internal signals to be reached, such as 'u_core.*' (may be repeated)")
+    option("--hoverlock-waves", choices=("vcd", "fst"), default=None,  # type: ignore[operator]
+           help="records all signals of every test")
+    option("--hoverlock-waves-on-failure", action="store_true",  # type: ignore[operator]
+           help="keeps only the waves of tests that fail; alone: as VCD")
+    option("--hoverlock-waves-last", type=int, default=None, metavar="N",  # type: ignore[operator]
+           help="of tests that fail, writes the last N time steps (two for each cycle of a clock) as VCD")
+    option("--hoverlock-coverage", action="store_true",  # type: ignore[operator]
+           help="counts what of the Verilog is run, adds up all tests, and writes coverage.info (LCOV)")
+    option("--hoverlock-output", default="hoverlock-output", metavar="FOLDER",  # type: ignore[operator]
+           help="where waves and coverage go (hoverlock-output)")
 
 
-def design_from(sources: list[str], top: str | None, parameters: list[str]) -> Design | None:
+def outputs_from(option: Callable[[str], Any]) -> Outputs:
+    """The waves and coverage that the options ask for."""
+    last = option("hoverlock_waves_last")
+    if last is not None and last < 1:
+        raise HoverlockError(f"--hoverlock-waves-last {last}: one time step at least")
+    only = option("hoverlock_waves_on_failure")
+    waves = option("hoverlock_waves") or ("vcd" if only else None)
+    return Outputs(option("hoverlock_output"), waves, only, last, option("hoverlock_coverage"))
+
+
+def design_from(
+    sources: list[str], top: str | None, parameters: list[str], internals: Sequence[str] = ()
+) -> Design | None:
     """The design the options name, or none."""
     if not sources and top is None:
         return None
@@ -45,11 +74,14 @@ def design_from(sources: list[str], top: str | None, parameters: list[str]) -> D
             chosen[name] = int(value, 0)
         except ValueError:
             chosen[name] = value
-    return Design(sources, top=top, parameters=chosen, folder=".")
+    return Design(sources, top=top, parameters=chosen, internals=internals, folder=".")
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs modules' tests; 0 if all passed, 1 if one failed, 2 on bad usage."""
+    """Runs modules' tests; 0 if all passed, 1 if one failed, 2 on bad usage. ``stub`` writes the types of a design."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments[:1] == ["stub"]:
+        return stub.main(arguments[1:])
     parser = argparse.ArgumentParser(prog="python -m hoverlock", description=main.__doc__)
     parser.add_argument("modules", nargs="+", metavar="MODULE", help="a Python file or module with tests")
     parser.add_argument("-k", dest="match", default="", metavar="TEXT", help="only tests whose name holds this")
@@ -59,13 +91,16 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     default_config(logging.WARNING if chosen.quiet else logging.INFO)
     try:
-        design = design_from(chosen.hoverlock_source, chosen.hoverlock_top, chosen.hoverlock_parameter)
+        design = design_from(
+            chosen.hoverlock_source, chosen.hoverlock_top, chosen.hoverlock_parameter, chosen.hoverlock_internal
+        )
         results = run(
             chosen.modules,
             design,
             seed=chosen.hoverlock_seed,
             match=chosen.match,
             wall_timeout=chosen.hoverlock_wall_timeout,
+            outputs=outputs_from(lambda name: getattr(chosen, name)),
         )
         if chosen.junit:
             write_junit(results, chosen.junit)

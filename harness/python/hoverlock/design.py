@@ -23,6 +23,8 @@ class Design:
     A model is built once and found again as long as nothing it depends on changes; ``internals`` names internal signals
     and memories to be reached (``"u_core.state"``, ``"u_core.*"``); ``waves`` is ``"vcd"`` or ``"fst"``;
     ``random_initial`` starts registers that have no reset with random bits of the test's seed.
+
+    >>> design = Design("counter.v", top="counter", parameters={"WIDTH": 8}, internals=["u_core.*"])
     """
 
     sources: str | Path | Iterable[str | Path]
@@ -62,7 +64,10 @@ class Design:
         return replace(self, **options)
 
     def compile(self) -> Library:
-        """Builds the model, or finds it in the cache; ``BuildError`` has Verilator's messages."""
+        """Builds the model, or finds it in the cache; ``BuildError`` has Verilator's messages.
+
+        >>> design.compile().warnings
+        """
         folder = Path(self.folder or ".")
         return compile(
             self.top,

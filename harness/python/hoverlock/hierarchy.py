@@ -4,21 +4,58 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 from ._core import ArrayHandle, Handle, HierarchyBase, Simulation
 from .log import log
 
-__all__ = ["Hierarchy"]
+__all__ = ["Constant", "Hierarchy", "TypedHierarchy"]
 
 
-class Hierarchy(HierarchyBase):
-    """The top module or an instance in it: ``dut.count`` is a signal, ``dut.core`` an instance, ``dut.gen[0]`` one of
-    several."""
+class Constant:
+    """A parameter of the design; its value is a whole number or a string.
+
+    >>> dut.WIDTH.value
+    8
+    """
+
+    def __init__(self, name: str, value: int | str) -> None:
+        self._name = self._path = name
+        self._value = value
+
+    @property
+    def value(self) -> int | str:
+        """Its value; parameters are chosen when the design is made."""
+        return self._value
+
+    def __int__(self) -> int:
+        return int(self._value)
+
+    def __index__(self) -> int:
+        return int(self._value)
+
+    def __eq__(self, other: object) -> bool:
+        return self._value == (other._value if isinstance(other, Constant) else other)
+
+    def __hash__(self) -> int:
+        return hash(self._value)
+
+    def __repr__(self) -> str:
+        return f"<parameter {self._name} = {self._value!r}>"
+
+
+class TypedHierarchy(HierarchyBase):
+    """What the classes of a stub stand on: a level of the design whose names are known to tools.
+
+    >>> class Counter(TypedHierarchy):
+    ...     clk: Handle
+    """
 
     _name: str
     _path: str
+    _simulation: Simulation
+    _children: dict[str, Any]
 
     def __init__(self, name: str, path: str, simulation: Simulation) -> None:
         self.__dict__.update(_name=name, _path=path, _simulation=simulation, _children={})
@@ -37,13 +74,20 @@ class Hierarchy(HierarchyBase):
 
     def _missing(self, name: str) -> AttributeError:
         path = f"{self._path}.{name}" if self._path else name
-        return self._simulation.no_such_signal(path)  # type: ignore[no-any-return]
+        return self._simulation.no_such_signal(path)
 
     def __getitem__(self, key: Any) -> Any:
         child = self._children.get(str(key))
         if child is None:
             raise self._missing(f"[{key}]" if isinstance(key, int) else str(key))
         return child
+
+    def _id(self, name: str, extended: bool = True) -> Any:
+        """A child by a name that Python could not write after the dot."""
+        return self[name.strip("\\ ")]
+
+    def _discover_all(self) -> None:
+        """Nothing: all children are known."""
 
     def __contains__(self, name: str) -> bool:
         return name in self._children
@@ -65,18 +109,44 @@ class Hierarchy(HierarchyBase):
         self.__dict__[name] = child
 
 
+class Hierarchy(TypedHierarchy):
+    """The top module or an instance in it: ``dut.count`` is a signal, ``dut.core`` an instance, ``dut.gen[0]`` one of
+    several.
+
+    >>> for child in dut.core:
+    ...     print(child._name)
+    >>> assert "state" in dut.core
+    """
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+
+
 _STEP = re.compile(r"[^.\[\]$]+")
 
 
-def build(top: str, simulation: Simulation) -> Hierarchy:
+def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int | str]] = ()) -> Hierarchy:
     """The tree of a simulation's handles. A port written ``video$data`` is also ``video.data``."""
     root = Hierarchy(top, "", simulation)
     for name, handle in simulation.handles():
         _place(root, name, handle, simulation)
+    instances = {path for path, _ in _instances(root)}
+    for name, value in constants:
+        # Those of instances in which nothing else is to be seen are left out: the instance would be in the way.
+        if ".".join(_STEP.findall(name)[:-1]) in instances:
+            _place(root, name, Constant(name, value), simulation)
     return root
 
 
-def _place(root: Hierarchy, name: str, handle: Handle | ArrayHandle, simulation: Simulation) -> None:
+def _instances(node: Hierarchy) -> Iterator[tuple[str, Hierarchy]]:
+    yield node._path, node
+    for child in node:
+        if isinstance(child, Hierarchy):
+            yield from _instances(child)
+
+
+def _place(root: Hierarchy, name: str, handle: Handle | ArrayHandle | Constant, simulation: Simulation) -> None:
     if "$" in name:
         root._add(name, handle)
     steps = _STEP.findall(name)

@@ -1,18 +1,26 @@
 """The pytest plug-in: tests made with ``@hoverlock.test()`` are collected, selected, run in parallel and reported as any.
 
     pytest -n 2 --junitxml results.xml test_counter.py
-    pytest --hoverlock-seed 1234 test_counter.py
+    pytest --hoverlock-seed 1234 --hoverlock-waves fst --hoverlock-waves-on-failure test_counter.py
+    pytest -n 2 --hoverlock-coverage
+
+A bench may take fixtures after ``dut``, and plain tests may take ``hoverlock_seed`` and ``hoverlock_simulate``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import inspect
+import os
+import shlex
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 _SEED = "hoverlock_seed"
+_seed_key = pytest.StashKey[int]()
+_outputs_key = pytest.StashKey[Any]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -22,25 +30,68 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    from .__main__ import outputs_from
+    from .errors import HoverlockError
     from .runner import new_seed
 
     given = config.getoption("--hoverlock-seed")
     worker = getattr(config, "workerinput", {})  # of pytest-xdist: all workers have the seed of the session
     seed = worker.get(_SEED, given)
     config.stash[_seed_key] = new_seed() if seed is None else seed
-
-
-_seed_key = pytest.StashKey[int]()
+    try:
+        outputs = config.stash[_outputs_key] = outputs_from(config.getoption)
+    except HoverlockError as error:
+        raise pytest.UsageError(str(error)) from None
+    outputs.folder = config.invocation_params.dir / outputs.folder
+    if not worker:
+        outputs.begin()
 
 
 def pytest_report_header(config: pytest.Config) -> str:
     return f"hoverlock: seed {config.stash[_seed_key]}"
 
 
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    # The workers' counts are all there by now; only the session that started them gets here.
+    outputs = config.stash[_outputs_key]
+    if outputs.coverage:
+        terminalreporter.write_line(outputs.merge_coverage())
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
     """Gives a worker of pytest-xdist the seed of the session."""
     node.workerinput[_SEED] = node.config.stash[_seed_key]
+
+
+@pytest.fixture
+def hoverlock_seed(request: pytest.FixtureRequest) -> int:
+    """The seed of this test: that of the session (``--hoverlock-seed``) and the test's name decide it."""
+    from .testing import seed_of
+
+    return seed_of(request.config.stash[_seed_key], request.node.name)
+
+
+@pytest.fixture
+def hoverlock_simulate(request: pytest.FixtureRequest, hoverlock_seed: int) -> Callable[..., Any]:
+    """Runs a bench from a plain test, with the seed, the waves and the coverage of the session.
+
+    >>> @pytest.mark.parametrize("width", [1, 8, 33])
+    ... def test_any_width(hoverlock_simulate, width):
+    ...     hoverlock_simulate(design.changed(parameters={"WIDTH": width}), bench, gap=3)
+    """
+    outputs = request.config.stash[_outputs_key]
+    module = request.node.parent.name.removesuffix(".py")
+
+    def simulate(design: Any, bench: Any, *, wall_limit: float | None = 600.0, **arguments: Any) -> Any:
+        from .testing import Session
+
+        session = Session(outputs.design(design), seed=hoverlock_seed, name=request.node.name)
+        session.label = f"{module}.{request.node.name}"
+        with session, outputs.of(session):
+            return session.run(bench, wall_limit=wall_limit, **arguments)
+
+    return simulate
 
 
 def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
@@ -53,20 +104,44 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
 
     if not isinstance(obj, Test):
         return None
-    if getattr(obj.function, "__module__", None) != collector.obj.__name__:
-        return []  # imported from another bench, where it is a test already
-    return [BenchItem.from_parent(collector, name=variant.name, bench=variant) for variant in obj.variants()]
+    if obj.module != collector.obj.__name__ or _is_for_the_runner(collector, obj):
+        return []
+    return [BenchItem.from_parent(collector, name=variant.name, callobj=_plain(variant), bench=variant) for variant in obj.variants()]
 
 
-class BenchItem(pytest.Item):
+def _is_for_the_runner(collector: Any, test: Any) -> bool:
+    """Whether a module written for cocotb runs its tests itself, by a runner from a plain test: it has no design for them."""
+    if test.design is not None or getattr(collector.obj, "design", None) is not None:
+        return False
+    if collector.config.getoption("--hoverlock-top") is not None:
+        return False
+    from .cocotb.runner import Verilator, get_runner
+
+    return any(value is get_runner or value is Verilator for value in vars(collector.obj).values())
+
+
+def _plain(bench: Any) -> Callable[..., None]:
+    """A function with the bench's arguments that are not given otherwise: pytest takes them for fixtures."""
+
+    def call(**fixtures: Any) -> None: ...
+
+    wanted = list(inspect.signature(bench.function).parameters.values())[1:]
+    kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    chosen = [p for p in wanted if p.name not in bench.arguments and p.default is p.empty and p.kind in kinds]
+    call.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in chosen]
+    )
+    call.__name__, call.__doc__, call.__module__ = bench.function.__name__, bench.function.__doc__, bench.module
+    call.pytestmark = list(getattr(bench.function, "pytestmark", []))  # type: ignore[attr-defined]
+    return call
+
+
+class BenchItem(pytest.Function):
     """One test."""
 
     def __init__(self, *, bench: Any, **others: Any) -> None:
         super().__init__(**others)
         self.bench = bench
-        self.obj = bench.function
-        for mark in getattr(bench.function, "pytestmark", []):
-            self.add_marker(mark)
         if bench.skip:
             self.add_marker(pytest.mark.skip(reason=bench.skip if isinstance(bench.skip, str) else "skip=True"))
 
@@ -76,11 +151,23 @@ class BenchItem(pytest.Item):
         from .testing import seed_of
 
         option = self.config.getoption
-        given = design_from(option("--hoverlock-source"), option("--hoverlock-top"), option("--hoverlock-parameter"))
+        given = design_from(
+            option("--hoverlock-source"),
+            option("--hoverlock-top"),
+            option("--hoverlock-parameter"),
+            option("--hoverlock-internal"),
+        )
         design = design_of(self.bench, self.parent.obj, given)  # type: ignore[union-attr]
         seed = seed_of(self.config.stash[_seed_key], self.name)
         self.user_properties.append(("random_seed", seed))
-        self.bench.run(design, seed=seed, wall_timeout=option("--hoverlock-wall-timeout"))
+        wanted = inspect.signature(self.obj).parameters
+        self.bench.run(
+            design,
+            seed=seed,
+            wall_timeout=option("--hoverlock-wall-timeout"),
+            outputs=self.config.stash[_outputs_key],
+            arguments={name: self.funcargs[name] for name in wanted},
+        )
 
     def _traceback_filter(self, excinfo: pytest.ExceptionInfo[BaseException]) -> Any:
         # What is between pytest and the bench tells its author nothing.
@@ -98,17 +185,20 @@ class BenchItem(pytest.Item):
         in_bench = any(Path(str(e.path)).resolve() == Path(str(self.path)).resolve() for e in excinfo.traceback)
         if isinstance(excinfo.value, HoverlockError) and not in_bench:
             return f"{type(excinfo.value).__name__}: {excinfo.value}"
-        return super().repr_failure(excinfo, style=style)
+        return super().repr_failure(excinfo)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        return self.path, self.obj.__code__.co_firstlineno - 1, self.name
+        return self.path, self.bench.function.__code__.co_firstlineno - 1, self.name
 
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     outcome = yield
     report = outcome.get_result()  # type: ignore[attr-defined]
-    if isinstance(item, BenchItem) and report.when == "call" and report.failed:
+    ours = isinstance(item, BenchItem) or "hoverlock_seed" in getattr(item, "fixturenames", ())
+    if ours and report.when == "call" and report.failed:
         from .runner import replay_text
 
-        report.sections.append(("hoverlock", replay_text(item.config.stash[_seed_key])))
+        place = os.path.relpath(item.path, item.config.invocation_params.dir)
+        command = shlex.join(["pytest", f"{place}::{item.name}"])
+        report.sections.append(("hoverlock", replay_text(item.config.stash[_seed_key], command)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
+import shlex
 import sys
 import time
 import traceback
@@ -20,6 +21,7 @@ from typing import Any
 
 from .design import Design
 from .errors import HoverlockError
+from .outputs import Outputs
 from .testing import Test, seed_of
 
 __all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "write_junit"]
@@ -44,9 +46,15 @@ def new_seed() -> int:
     return int.from_bytes(os.urandom(4), "little")
 
 
-def replay_text(session_seed: int) -> str:
-    """How to get the same random numbers again."""
-    return f"random seed {session_seed}: replay with --hoverlock-seed {session_seed}"
+def replay_text(session_seed: int, command: str) -> str:
+    """How to get the same random numbers again.
+
+    >>> print(replay_text(7, "pytest test_counter.py::counts"))
+    random seed 7: replay with --hoverlock-seed 7
+    pytest test_counter.py::counts --hoverlock-seed 7
+    """
+    option = f"--hoverlock-seed {session_seed}"
+    return f"random seed {session_seed}: replay with {option}\n{command} {option}"
 
 
 def load(module: str | Path) -> ModuleType:
@@ -71,7 +79,7 @@ def load(module: str | Path) -> ModuleType:
 def collect(module: ModuleType) -> list[Test]:
     """The tests of a module in the order of the file, one for each combination of parameters."""
     found = [value for value in vars(module).values() if isinstance(value, Test)]
-    found = [t for t in found if getattr(t.function, "__module__", None) == module.__name__]
+    found = [t for t in found if t.module == module.__name__]
     return [variant for t in found for variant in t.variants()]
 
 
@@ -95,27 +103,37 @@ def run(
     names: Iterable[str] | None = None,
     wall_timeout: float | None = None,
     quiet: bool = False,
+    outputs: Outputs | None = None,
 ) -> list[Result]:
-    """Runs the tests whose names hold ``match``, or only those named; says how each ended unless quiet."""
+    """Runs the tests whose names hold ``match``, or only those named; says how each ended unless quiet.
+
+    >>> results = run("test_counter.py", seed=1, match="counts")
+    """
     session_seed = new_seed() if seed is None else seed
+    outputs = outputs or Outputs()
+    outputs.begin()
     results = []
     wanted = None if names is None else set(names)
     for name in [modules] if isinstance(modules, (str, Path)) else modules:
         module = load(name)
         for test in collect(module):
             if match in test.name and (wanted is None or test.name in wanted):
-                results.append(_run_one(test, module, design, session_seed, wall_timeout))
+                results.append(_run_one(test, module, design, session_seed, wall_timeout, outputs))
                 if not quiet:
-                    _say(results[-1], session_seed)
+                    _say(results[-1], session_seed, name)
     if not quiet:
         failed = sum(not r.passed and r.skipped is None for r in results)
         skipped = sum(r.skipped is not None for r in results)
         print(f"{len(results) - failed - skipped} passed, {failed} failed, {skipped} skipped (seed {session_seed})")
+    if outputs.coverage:
+        summary = outputs.merge_coverage()
+        if not quiet:
+            print(summary)
     return results
 
 
 def _run_one(
-    test: Test, module: ModuleType, design: Design | None, session_seed: int, wall_timeout: float | None
+    test: Test, module: ModuleType, design: Design | None, session_seed: int, wall_timeout: float | None, outputs: Outputs
 ) -> Result:
     seed = seed_of(session_seed, test.name)
     if test.skip:
@@ -125,7 +143,7 @@ def _run_one(
     error: BaseException | None = None
     text = ""
     try:
-        test.run(design_of(test, module, design), seed=seed, wall_timeout=wall_timeout)
+        test.run(design_of(test, module, design), seed=seed, wall_timeout=wall_timeout, outputs=outputs)
     except Exception as raised:
         error = raised
         text = "".join(traceback.format_exception(raised))
@@ -133,12 +151,13 @@ def _run_one(
     return Result(test.name, module.__name__, seed, seconds, error is None, error=error, text=text)
 
 
-def _say(result: Result, session_seed: int) -> None:
+def _say(result: Result, session_seed: int, module: str | Path) -> None:
     word = "SKIP" if result.skipped is not None else "PASS" if result.passed else "FAIL"
     print(f"{word} {result.module}.{result.name} ({result.seconds:.2f} s)", flush=True)
     if word == "FAIL":
         print(result.text.rstrip())
-        print(replay_text(session_seed), flush=True)
+        command = shlex.join(["python", "-m", "hoverlock", str(module), "-k", result.name])
+        print(replay_text(session_seed, command), flush=True)
 
 
 def write_junit(results: Iterable[Result], path: str | Path) -> None:

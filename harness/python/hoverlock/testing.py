@@ -17,16 +17,18 @@ import zlib
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar, overload
 
 from . import _core, hierarchy
 from .design import Design
 from .errors import SimTimeoutError, TestSuccess
 from .log import listener, log
+from .outputs import Outputs
 
 __all__ = ["Running", "Session", "Test", "parametrize", "pass_test", "running", "simulate", "test"]
 
 Bench = Callable[..., Coroutine[Any, Any, Any]]
+T = TypeVar("T")
 
 
 class Test:
@@ -57,6 +59,7 @@ class Test:
         self.expect_fail = expect_fail
         self.expect_error = expect_error if isinstance(expect_error, tuple) else (expect_error,)
         self.name = name or function.__name__
+        self.module: str = getattr(function, "__module__", "")
         self.arguments = arguments or {}
         self.options: dict[str, Any] = {
             "design": design,
@@ -71,7 +74,9 @@ class Test:
 
     def with_arguments(self, name: str, arguments: dict[str, Any]) -> Test:
         """The same test with arguments of its own."""
-        return Test(self.function, name=name, arguments=arguments, **self.options)
+        made = Test(self.function, name=name, arguments={**self.arguments, **arguments}, **self.options)
+        made.module = self.module
+        return made
 
     def variants(self) -> Iterator[Test]:
         """One test for each combination that ``parametrize`` asks for."""
@@ -87,19 +92,34 @@ class Test:
     def __call__(self, *args: Any, **kwargs: Any) -> Coroutine[Any, Any, Any]:
         return self.function(*args, **kwargs)
 
-    def run(self, design: Design, *, seed: int, wall_timeout: float | None = None) -> None:
+    def run(
+        self,
+        design: Design,
+        *,
+        seed: int,
+        wall_timeout: float | None = None,
+        outputs: Outputs | None = None,
+        arguments: dict[str, Any] | None = None,
+    ) -> None:
         """Runs it on a fresh model; raises what makes it fail."""
+        outputs = outputs or Outputs()
         log.getChild("test").info("%s: seed %d", self.name, seed)
-        try:
-            simulate(
-                design,
-                self.function,
-                seed=seed,
-                name=self.name,
-                time_limit=self.time_limit,
-                wall_limit=wall_timeout or self.wall_timeout,
-                arguments=self.arguments,
+        session = Session(outputs.design(design), seed=seed, name=self.name)
+        session.label = f"{self.module.rpartition('.')[2]}.{self.name}"
+        with session, outputs.of(session):
+            self._judge(
+                lambda: session.run(
+                    self.function,
+                    time_limit=self.time_limit,
+                    wall_limit=wall_timeout or self.wall_timeout,
+                    **{**self.arguments, **(arguments or {})},
+                )
             )
+
+    def _judge(self, run: Callable[[], Any]) -> None:
+        """Whether it ends as expected."""
+        try:
+            run()
         except TestSuccess:
             pass
         except AssertionError:
@@ -114,6 +134,25 @@ class Test:
         if self.expect_error:
             names = " or ".join(kind.__name__ for kind in self.expect_error)
             raise AssertionError(f"{self.name} passed, but was expected to raise {names}")
+
+
+@overload
+def test(function: Bench, /) -> Test: ...
+
+
+@overload
+def test(
+    *,
+    design: Design | None = ...,
+    timeout_time: float | None = ...,
+    timeout_unit: str = ...,
+    wall_timeout: float | None = ...,
+    skip: bool | str = ...,
+    expect_fail: bool = ...,
+    expect_error: type[BaseException] | tuple[type[BaseException], ...] = ...,
+    name: str | None = ...,
+    stage: int | None = ...,
+) -> Callable[[Bench], Test]: ...
 
 
 def test(
@@ -161,7 +200,7 @@ def test(
     return decorate if function is None else decorate(function)
 
 
-def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: Iterable[Any]) -> Callable[[Any], Any]:
+def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: Iterable[Any]) -> Callable[[T], T]:
     """Runs a test once for each value, or for each combination where several are named.
 
     >>> @hoverlock.test()
@@ -180,7 +219,7 @@ def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: It
                 for value in values
             ])
 
-    def decorate(target: Any) -> Any:
+    def decorate(target: T) -> T:
         function: Any = target.function if isinstance(target, Test) else target
         function._hoverlock_parameters = sets + getattr(function, "_hoverlock_parameters", [])
         return target
@@ -232,12 +271,12 @@ class Session:
 
     def __init__(self, design: Design, *, seed: int = 0, name: str = "bench") -> None:
         library = design.compile()
-        self.name = name
+        self.name = self.label = name
         self.simulation = _core.Simulation(
             library, seed=seed, plusargs=list(design.plusargs), edges_after_eval=design.edges_after_eval
         )
         self.simulation.set_log_listener(listener)
-        self.dut = hierarchy.build(library.top, self.simulation)
+        self.dut = hierarchy.build(library.top, self.simulation, library.constants)
         self._running = Running(name, seed, design, self.dut, self.simulation, list(design.plusargs))
         self._random = random.Random(seed).getstate()
 

@@ -226,6 +226,12 @@ impl Handle {
         &self.info.get().name
     }
 
+    /// A logger by its name.
+    #[getter]
+    fn _log<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("hoverlock.log")?.getattr("log")?.call_method1("getChild", (self.name(),))
+    }
+
     /// `input`, `output`, `inout` or `internal`.
     #[getter]
     fn direction(&self) -> &'static str {

@@ -12,7 +12,7 @@ from hoverlock.cocotb.clock import Clock
 from hoverlock.cocotb.handle import SimHandleBase
 from hoverlock.cocotb.queue import Queue
 from hoverlock.cocotb.regression import TestFactory
-from hoverlock.cocotb.runner import get_runner
+from hoverlock.cocotb.runner import get_results, get_runner
 from hoverlock.cocotb.triggers import ClockCycles, Combine, FallingEdge, First, Join, ReadOnly, RisingEdge, Timer, with_timeout
 from hoverlock.cocotb.types import LogicArray
 from hoverlock.cocotb.utils import get_sim_time
@@ -183,8 +183,9 @@ def test_the_runner_builds_and_tests(tmp_path, monkeypatch):
     runner.build(verilog_sources=[source], hdl_toplevel="adder", parameters={"DATA_WIDTH": 8}, always=True)
     results = runner.test(hdl_toplevel="adder", test_module="test_it")
     assert 'failures="0"' in results.read_text() and 'tests="1"' in results.read_text()
-    with pytest.raises(ValueError, match="verilator only"):
-        get_runner("icarus")
+    assert get_results(results) == (1, 0)
+    with pytest.raises(ValueError, match="no simulator 'none'"):
+        get_runner("none")
 
 
 def test_log_lines_carry_simulation_time(caplog):

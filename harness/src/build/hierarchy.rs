@@ -26,6 +26,10 @@ pub struct Variable {
     pub items: EnumItems,
     /// Whether it is a port of its module.
     pub port: bool,
+    /// The indices on the left and on the right as declared, if it is an array of one dimension.
+    pub range: Option<(i64, i64)>,
+    /// Whether it belongs to a block, a function or a loop inside its module.
+    pub nested: bool,
 }
 
 /// The value of a parameter.
@@ -115,8 +119,8 @@ fn parameter(text: &str) -> Option<Constant> {
 struct Module {
     original: String,
     constants: Vec<(String, Constant)>,
-    variables: Vec<(String, String, String, bool)>, // name, type id, type name, port
-    instances: Vec<(String, String)>,               // name below this module, with its generate blocks; module
+    variables: Vec<(String, String, String, bool, bool)>, // name, type id, type name, port, nested
+    instances: Vec<(String, String)>,                     // name below this module, with its generate blocks; module
 }
 
 /// All instances below and with one, as (hierarchical name, module), in the order of the source.
@@ -143,6 +147,9 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
     let mut enumeration: Option<String> = None;
     let mut item: Option<String> = None;
     let mut parameter_name: Option<String> = None;
+    let mut functions = 0u32;
+    let mut array: Option<String> = None;
+    let mut bounds: HashMap<String, Vec<i64>> = HashMap::new();
     for tag in tags(text) {
         match (tag.name, tag.closing) {
             ("module", false) => {
@@ -160,6 +167,8 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
             ("begin", true) => {
                 blocks.pop();
             }
+            ("func" | "task", false) if !tag.empty => functions += 1,
+            ("func" | "task", true) => functions = functions.saturating_sub(1),
             ("instance", false) => {
                 if let (Some(into), Some(name), Some(of)) =
                     (module.as_ref().and_then(|m| modules.get_mut(m)), tag.get("name"), tag.get("defName"))
@@ -180,6 +189,7 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
                         tag.get("dtype_id").unwrap_or_default(),
                         tag.get("vartype").unwrap_or_default(),
                         tag.get("dir").is_some(),
+                        !blocks.is_empty() || functions > 0,
                     ));
                 }
             }
@@ -188,6 +198,14 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
             ("enumdtype", true) => enumeration = None,
             ("enumitem", false) => item = tag.get("name"),
             ("enumitem", true) => item = None,
+            ("const", false) if array.is_some() => {
+                if let (Some(of), Some(Constant::Number(bound))) =
+                    (&array, tag.get("name").as_deref().and_then(parameter))
+                {
+                    bounds.entry(of.clone()).or_default().push(bound as i64);
+                }
+            }
+            ("unpackarraydtype", true) => array = None,
             ("const", false) if parameter_name.is_some() => {
                 if let (Some(into), Some(name), Some(value)) = (
                     module.as_ref().and_then(|m| modules.get_mut(m)),
@@ -206,6 +224,9 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
             }
             (_, false) if tag.name.ends_with("dtype") => {
                 if let Some(id) = tag.get("id") {
+                    if tag.name == "unpackarraydtype" && !tag.empty {
+                        array = Some(id.clone());
+                    }
                     if let Some(of) = tag.get("sub_dtype_id") {
                         element_type.insert(id.clone(), of);
                     }
@@ -227,6 +248,10 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
         }
         signed.get(id).copied().unwrap_or(false)
     };
+    let range_of = |type_id: &str| match bounds.get(type_id).map(Vec::as_slice) {
+        Some([left, right]) => Some((*left, *right)),
+        _ => None,
+    };
     let items_of = |module: &str, type_name: &str| -> EnumItems {
         if type_name.is_empty() || type_name == "logic" {
             return EnumItems::new();
@@ -247,7 +272,7 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
         let Some(module) = modules.get(of) else { continue };
         let prefix = scope.split_once('.').map(|(_, below)| format!("{below}.")).unwrap_or_default();
         constants.extend(module.constants.iter().map(|(name, value)| (format!("{prefix}{name}"), value.clone())));
-        for (name, type_id, type_name, port) in &module.variables {
+        for (name, type_id, type_name, port, nested) in &module.variables {
             variables.push(Variable {
                 path: format!("{prefix}{name}"),
                 scope: scope.clone(),
@@ -256,6 +281,8 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
                 signed: is_signed(type_id),
                 items: items_of(of, type_name),
                 port: *port,
+                range: range_of(type_id),
+                nested: *nested,
             });
         }
     }
@@ -283,20 +310,23 @@ mod tests {
         <var name="N" dtype_id="1" vartype="logic" localparam="true"><const name="4'shd" dtype_id="1"/></var>
         <var name="S" dtype_id="1" vartype="string" param="true"><const name="&quot;a b&quot;" dtype_id="1"/></var>
         <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/>
-        <begin name="lane"/><begin name="lane[0]"><instance name="u" defName="sub__W8"/></begin></module>
+        <begin name="lane"><var name="g" dtype_id="1" vartype="integer"/></begin><begin name="lane[0]"><instance name="u" defName="sub__W8"/></begin></module>
       <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/><var name="st" dtype_id="2" vartype="st_t"/></module>
       <typetable><basicdtype id="1" name="logic" left="3" right="0" signed="true"/><basicdtype id="2" name="logic"/>
       <enumdtype id="9" name="sub__W8.st_t" sub_dtype_id="2"><enumitem name="IDLE"><const name="2'h0"/></enumitem>
       <enumitem name="RUN"><const name="2'h2"/></enumitem></enumdtype>
-      <unpackarraydtype id="7" sub_dtype_id="1"></unpackarraydtype></typetable></netlist></verilator_xml>"#;
+      <unpackarraydtype id="7" sub_dtype_id="1"><range><const name="32'shf"/><const name="32'sh0"/></range></unpackarraydtype></typetable></netlist></verilator_xml>"#;
 
     #[test]
     fn signs_instances_and_enumerations_are_found() {
         let found = parse(XML).unwrap().variables;
         let paths: Vec<&str> = found.iter().map(|v| v.path.as_str()).collect();
-        assert_eq!(paths, ["a$b", "lane[0].u.mem", "lane[0].u.st"]);
+        assert_eq!(paths, ["a$b", "g", "lane[0].u.mem", "lane[0].u.st"]);
+        assert!(found[1].nested && !found[0].nested && !found[2].nested);
+        let found: Vec<_> = found.into_iter().filter(|v| !v.nested).collect();
         assert!(found[0].signed && found[0].port);
         assert!(found[1].signed && !found[1].port, "a memory has its element's sign");
+        assert_eq!((found[1].range, found[0].range), (Some((15, 0)), None));
         assert_eq!(found[2].items, [("IDLE".to_owned(), 0), ("RUN".to_owned(), 2)]);
         assert_eq!((found[2].module.as_str(), found[2].scope.as_str()), ("sub", "t.lane[0].u"));
     }

@@ -314,6 +314,7 @@ impl Build {
 pub(crate) struct PortRecord {
     pub name: String,
     pub signed: bool,
+    pub range: Option<(i64, i64)>,
     pub items: EnumItems,
 }
 

@@ -60,8 +60,9 @@ impl Workshop<'_> {
             ports: ports
                 .into_iter()
                 .map(|name| {
-                    let (signed, items) = named(&name).map_or((false, Vec::new()), |v| (v.signed, v.items.clone()));
-                    PortRecord { name, signed, items }
+                    let (signed, range, items) =
+                        named(&name).map_or((false, None, Vec::new()), |v| (v.signed, v.range, v.items.clone()));
+                    PortRecord { name, signed, range, items }
                 })
                 .collect(),
             internals,
@@ -101,7 +102,11 @@ impl Workshop<'_> {
                 });
             }
         }
-        Ok(inner().filter(|v| self.build.internals.iter().any(|p| hierarchy::matches(p, &v.path))).cloned().collect())
+        // Everything is what modules declare: Verilator does away with loop variables and the like.
+        let wanted = |v: &&Variable| {
+            self.build.internals.iter().any(|p| hierarchy::matches(p, &v.path) && !(p == "*" && v.nested))
+        };
+        Ok(inner().filter(wanted).cloned().collect())
     }
 
     fn verilate(&self, internals: &[Variable]) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {

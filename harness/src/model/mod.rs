@@ -428,7 +428,9 @@ impl Model {
             // A wide value is an array of words to C++, as is a port that is an array.
             let storage = Storage::of(port.width);
             let total = (port.element_bytes * port.elements) as usize;
-            let range = (total > storage.bytes()).then(|| (0, (total / storage.bytes()) as i64 - 1));
+            let elements = (total / storage.bytes()) as u64;
+            let declared = record.and_then(|r| r.range).filter(|(a, b)| a.abs_diff(*b) + 1 == elements);
+            let range = (elements > 1).then(|| declared.unwrap_or((0, elements as i64 - 1)));
             let (signed, items) = record.map_or((false, Vec::new()), |r| (r.signed, r.items.clone()));
             self.add(SignalInfo { name, direction, width: port.width, signed, storage, range, items, data: port.data });
         }

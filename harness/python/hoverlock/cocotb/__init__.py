@@ -11,48 +11,79 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import parametrize, pass_test, running, start, start_soon, test
-from ..log import log
-from . import clock, handle, queue, regression, result, triggers, types, utils
+from .. import parametrize, pass_test, running, start, start_soon
+from .. import log as _log
+from . import (
+    binary,
+    clock,
+    decorators,
+    handle,
+    queue,
+    regression,
+    result,
+    simtime,
+    simulator,
+    task,
+    triggers,
+    types,
+    utils,
+)
+from . import log as _log_module  # noqa: F401  (so that the name below stays the logger)
+from .decorators import coroutine, test
 
 __all__ = [
+    "LANGUAGE",
+    "SIM_NAME",
+    "SIM_VERSION",
+    "binary",
     "clock",
     "coroutine",
     "create_task",
+    "decorators",
     "fork",
     "handle",
+    "is_simulation",
     "log",
+    "parameterize",
     "parametrize",
     "pass_test",
     "queue",
     "regression",
     "result",
+    "simtime",
+    "simulator",
     "start",
     "start_soon",
+    "task",
     "test",
     "triggers",
     "types",
     "utils",
 ]
 
+__version__ = "2.0.0"
+"""The version of cocotb whose names these are."""
+
+log = _log.log
 create_task = start_soon
 fork = start_soon
+parameterize = parametrize
+is_simulation = True
+LANGUAGE = "verilog"
 SIM_NAME = "Verilator"
-
-
-def coroutine(function: Any) -> Any:
-    """cocotb 1's decorator, which does nothing to an ``async def``."""
-    return function
+SIM_VERSION = "5"
 
 
 def __getattr__(name: str) -> Any:
     # What belongs to the test that runs.
-    if name in ("top", "RANDOM_SEED", "plusargs"):
+    if name in ("top", "RANDOM_SEED", "random_seed", "plusargs", "argv"):
         now = running()
         if name == "top":
             return now.dut
-        if name == "RANDOM_SEED":
+        if name in ("RANDOM_SEED", "random_seed"):
             return now.seed
+        if name == "argv":
+            return list(now.plusargs)
         pairs = (text.lstrip("+").partition("=") for text in now.plusargs)
         return {key: value if equals else True for key, equals, value in pairs}
     raise AttributeError(f"hoverlock.cocotb has no '{name}'; see 'Coming from cocotb'")

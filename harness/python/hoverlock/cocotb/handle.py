@@ -1,20 +1,72 @@
-"""``cocotb.handle``: the names that benches use for annotations."""
+"""``cocotb.handle``: the names that benches use for annotations, and ways to write.
 
-from .._core import ArrayHandle, Handle
-from ..hierarchy import Hierarchy
+>>> dut.data.value = Immediate(5)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .._core import ArrayHandle, Element, Handle
+from ..hierarchy import Constant, Hierarchy
 
 __all__ = [
     "ArrayObject",
+    "ConstantObject",
+    "Deposit",
+    "EnumObject",
+    "Force",
+    "Freeze",
     "HierarchyArrayObject",
     "HierarchyObject",
+    "Immediate",
+    "IntegerObject",
     "LogicArrayObject",
     "LogicObject",
     "ModifiableObject",
+    "NonHierarchyIndexableObject",
     "NonHierarchyObject",
+    "Release",
     "SimHandleBase",
+    "ValueObjectBase",
 ]
 
 HierarchyObject = HierarchyArrayObject = Hierarchy
-SimHandleBase = Hierarchy | Handle | ArrayHandle
-ModifiableObject = NonHierarchyObject = LogicObject = LogicArrayObject = Handle
-ArrayObject = ArrayHandle
+SimHandleBase = Hierarchy | Handle | ArrayHandle | Element | Constant
+ModifiableObject = NonHierarchyObject = LogicObject = LogicArrayObject = EnumObject = IntegerObject = Handle
+ValueObjectBase = Handle | ArrayHandle | Element | Constant
+ArrayObject = NonHierarchyIndexableObject = ArrayHandle
+ConstantObject = Constant
+
+
+class Deposit:
+    """A plain write."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __index__(self) -> int:
+        return int(self.value, 2) if isinstance(self.value, str) else int(self.value.__index__())
+
+
+class Immediate(Deposit):
+    """A plain write: there is no delta cycle that it could save."""
+
+
+class _Refused:
+    def __init__(self, *_: object) -> None:
+        raise NotImplementedError(
+            f"{type(self).__name__}: a model's own assignments cannot be overridden; see 'Coming from cocotb'"
+        )
+
+
+class Force(_Refused):
+    """Not possible here: the error says so."""
+
+
+class Freeze(_Refused):
+    """Not possible here: the error says so."""
+
+
+class Release(_Refused):
+    """Not possible here: the error says so."""

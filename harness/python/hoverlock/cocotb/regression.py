@@ -7,7 +7,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from ..testing import Test, test
+from ..testing import Test
+from .decorators import coroutine, test
 
 __all__ = ["TestFactory"]
 
@@ -23,7 +24,7 @@ class TestFactory:
     __test__ = False
 
     def __init__(self, test_function: Any, *args: Any, **kwargs: Any) -> None:
-        self.function = test_function.function if isinstance(test_function, Test) else test_function
+        self.function = coroutine(test_function.function if isinstance(test_function, Test) else test_function)
         if args:
             raise TypeError("arguments are given by name: TestFactory(function, name=value)")
         self.fixed = kwargs
@@ -37,10 +38,12 @@ class TestFactory:
             self.options.append([dict(zip(name, values, strict=True)) for values in optionlist])
 
     def generate_tests(self, prefix: str = "", postfix: str = "") -> None:
-        """Puts the tests into the module of the function."""
-        module = sys.modules[self.function.__module__]
+        """Puts the tests into the module that calls this, where they are found as any."""
+        module = sys.modules[sys._getframe(1).f_globals["__name__"]]
         for number, choice in enumerate(itertools.product(*self.options), start=1):
             arguments = {**self.fixed, **{key: value for chosen in choice for key, value in chosen.items()}}
             name = f"{prefix}{self.function.__name__}{postfix}_{number:03d}"
             made: Test = test(self.function)
-            setattr(module, name, made.with_arguments(name, arguments))
+            variant = made.with_arguments(name, arguments)
+            variant.module = module.__name__
+            setattr(module, name, variant)

@@ -1,7 +1,38 @@
-"""``cocotb.result``."""
+"""``cocotb.result``.
 
-from ..errors import SimTimeoutError, TestSuccess
+>>> raise TestFailure("the sum is wrong")
+"""
 
-__all__ = ["SimTimeoutError", "TestFailure", "TestSuccess"]
+from typing import Any, NoReturn
 
-TestFailure = AssertionError
+from ..errors import SimTimeoutError, SimulationError, TestSuccess
+
+__all__ = ["ReturnValue", "SimFailure", "SimTimeoutError", "TestComplete", "TestError", "TestFailure", "TestSuccess"]
+
+TestComplete = TestSuccess
+SimFailure = SimulationError
+
+
+class TestFailure(AssertionError):
+    """A failed check, by cocotb 1's name."""
+
+    __test__ = False
+
+
+class TestError(Exception):
+    """An error of the bench rather than of the design."""
+
+    __test__ = False
+
+
+class ReturnValue(Exception):
+    """What a coroutine made of ``yield`` raised to return a value."""
+
+    def __init__(self, retval: Any = None) -> None:
+        super().__init__(retval)
+        self.retval = retval
+
+
+def raise_error(_of: object, message: str) -> NoReturn:
+    """Fails the test."""
+    raise TestError(message)

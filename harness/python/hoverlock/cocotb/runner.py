@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,13 +17,16 @@ from ..design import Design
 from ..errors import HoverlockError
 from ..runner import run, write_junit
 
-__all__ = ["Verilator", "get_runner"]
+__all__ = ["Verilator", "get_results", "get_runner"]
+
+_OTHERS = ("icarus", "questa", "ghdl", "riviera", "activehdl", "vcs", "xcelium", "nvc", "dsim", "modelsim", "ius")
 
 
 class Verilator:
     """Builds once, tests many times. Build folders are not used: models lie in hoverlock's cache."""
 
-    def __init__(self) -> None:
+    def __init__(self, arguments_are_verilators: bool = True) -> None:
+        self.arguments_are_verilators = arguments_are_verilators
         self.design: Design | None = None
         self.build_dir = Path("sim_build")
 
@@ -31,6 +35,7 @@ class Verilator:
         *,
         sources: Sequence[str | Path] = (),
         verilog_sources: Sequence[str | Path] = (),
+        vhdl_sources: Sequence[str | Path] = (),
         hdl_toplevel: str | None = None,
         includes: Sequence[str | Path] = (),
         defines: Mapping[str, object] | None = None,
@@ -39,11 +44,18 @@ class Verilator:
         build_dir: str | Path = "sim_build",
         waves: bool = False,
         timescale: tuple[str, str] | str | None = None,
+        internals: Sequence[str] = ("*",),
         **ignored: Any,
     ) -> None:
-        """Builds the model; what cocotb takes beyond this (``always``, ``clean``, ``log_file`` ...) has no meaning here."""
+        """Builds the model; what cocotb takes beyond this (``always``, ``clean``, ``log_file`` ...) has no meaning here.
+
+        All internal signals are to be reached, as in cocotb; naming them, ``internals=["u_core.state"]`` or ``[]``, makes
+        the model faster.
+        """
         if hdl_toplevel is None:
             raise HoverlockError("hdl_toplevel is wanted")
+        if vhdl_sources:
+            raise HoverlockError("vhdl_sources: Verilator reads Verilog only")
         self.build_dir = Path(build_dir)
         self.design = Design(
             [*sources, *verilog_sources],
@@ -51,7 +63,8 @@ class Verilator:
             parameters=parameters or {},
             defines=defines or {},
             includes=includes,
-            flags=build_args,
+            flags=[str(flag) for flag in build_args] if self.arguments_are_verilators else (),
+            internals=internals,
             waves="vcd" if waves else None,
             timescale="/".join(timescale) if isinstance(timescale, tuple) else timescale,
             folder=Path.cwd(),
@@ -64,7 +77,7 @@ class Verilator:
         test_module: str | Sequence[str],
         hdl_toplevel: str | None = None,
         seed: int | str | None = None,
-        testcase: str | None = None,
+        testcase: str | Sequence[str] | None = None,
         plusargs: Sequence[str] = (),
         results_xml: str | None = None,
         extra_env: Mapping[str, str] | None = None,
@@ -77,8 +90,11 @@ class Verilator:
         os.environ.update(extra_env or {})
         try:
             design = self.design.changed(plusargs=tuple(plusargs))
-            names = testcase.split(",") if testcase else None
-            results = run(test_module, design, seed=None if seed is None else int(seed), names=names)
+            names = testcase.split(",") if isinstance(testcase, str) else testcase
+            modules = [test_module] if isinstance(test_module, str) else test_module
+            modules = [name for text in modules for name in text.split(",") if name.strip()]
+            chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
+            results = run(modules, design, seed=None if chosen is None else int(chosen), names=names)
         finally:
             os.environ.clear()
             os.environ.update(before)
@@ -92,7 +108,25 @@ class Verilator:
 
 
 def get_runner(simulator_name: str = "verilator") -> Verilator:
-    """The runner; Verilator is the only simulator."""
+    """The runner. Verilator is the only simulator: where another is named, it is taken, without the other's ``build_args``.
+
+    >>> runner = get_runner(os.getenv("SIM", "icarus"))
+    """
+    if simulator_name not in ("verilator", *_OTHERS):
+        raise ValueError(f"no simulator '{simulator_name}': hoverlock runs on verilator")
     if simulator_name != "verilator":
-        raise ValueError(f"hoverlock runs on verilator only, not on {simulator_name}")
-    return Verilator()
+        text = "runs on Verilator instead of %s, whose build_args are left out"
+        logging.getLogger("hoverlock.runner").warning(text, simulator_name)
+    return Verilator(simulator_name == "verilator")
+
+
+def get_results(results_xml: str | Path) -> tuple[int, int]:
+    """Tests and failures of a file of results.
+
+    >>> assert get_results(path) == (3, 0)
+    """
+    from xml.etree import ElementTree
+
+    suites = list(ElementTree.parse(results_xml).getroot().iter("testsuite"))
+    tests, failures, errors = (sum(int(suite.get(n, 0)) for suite in suites) for n in ("tests", "failures", "errors"))
+    return tests, failures + errors

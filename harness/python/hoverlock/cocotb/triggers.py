@@ -1,10 +1,15 @@
-"""``cocotb.triggers``."""
+"""``cocotb.triggers``.
+
+>>> await RisingEdge(dut.clk)
+>>> await First(Timer(10, units="us"), task.join())
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 from .._core import Task
+from ..errors import TriggerError
 from ..triggers import (
     ClockCycles,
     Combine,
@@ -40,12 +45,19 @@ __all__ = [
     "ReadWrite",
     "RisingEdge",
     "SimTimeoutError",
+    "TaskComplete",
     "Timer",
     "Trigger",
+    "TriggerException",
     "ValueChange",
+    "Waitable",
     "gather",
+    "select",
     "with_timeout",
 ]
+
+TriggerException = TriggerError
+Waitable = GPITrigger = PythonTrigger = Trigger
 
 
 def Join(task: Task[Any]) -> Trigger:
@@ -53,10 +65,43 @@ def Join(task: Task[Any]) -> Trigger:
     return task.join()
 
 
-async def gather(*awaitables: object) -> list[object]:
-    """Awaits all, and gives their results in order."""
+TaskComplete = Join
+
+
+async def gather(*awaitables: object, return_exceptions: bool = False) -> list[object]:
+    """Awaits all, and gives their results in order; a trigger gives itself.
+
+    >>> a, b = await gather(read(0), read(1))
+    """
     from .. import start_soon
 
-    tasks = [item if isinstance(item, (Task, Trigger)) else start_soon(item) for item in awaitables]
-    await Combine(*tasks)
-    return [item.result() if isinstance(item, Task) else item for item in tasks]
+    async def end_of(item: Any) -> tuple[object, Exception | None]:
+        try:
+            given = await item
+        except Exception as error:
+            return None, error
+        return item if given is None and isinstance(item, Trigger) else given, None
+
+    ends = [await task for task in [start_soon(end_of(item)) for item in awaitables]]
+    for _, error in ends:
+        if error is not None and not return_exceptions:
+            raise error
+    return [given if error is None else error for given, error in ends]
+
+
+async def select(*awaitables: object) -> tuple[int, Any]:
+    """Awaits the first, and gives its place and its result; the others are given up.
+
+    >>> which, _ = await select(RisingEdge(dut.done), Timer(1, "us"))
+    """
+    from .. import start_soon
+
+    async def numbered(at: int, item: Any) -> tuple[int, Any]:
+        given = await item
+        return at, item if given is None and isinstance(item, Trigger) else given
+
+    tasks = [start_soon(numbered(at, item)) for at, item in enumerate(awaitables)]
+    came: tuple[int, Any] = await First(*tasks)
+    for task in tasks:
+        task.cancel()
+    return came

@@ -1,73 +1,363 @@
-"""``cocotb.types`` and ``cocotb.binary``: values made by benches. Two states only, as Verilator has."""
+"""``cocotb.types``: values that benches make and calculate with.
+
+They have four states and more, as cocotb's do, so that a bench may compare with ``LogicArray("XXXX")``; a design has two, so
+writing such a value to a signal is an error that says so.
+
+>>> LogicArray("1010").to_unsigned()
+10
+>>> LogicArray.from_signed(-2, 4)
+LogicArray('1110', Range(3, 'downto', 0))
+"""
 
 from __future__ import annotations
 
-__all__ = ["BinaryValue", "Logic", "LogicArray"]
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+__all__ = ["Array", "Bit", "Logic", "LogicArray", "Range", "concat"]
+
+_DIGITS = "UX01ZWLH-"
 
 
-class LogicArray(int):
-    """A whole number that knows its width: ``LogicArray("1010")``, ``LogicArray(10, 4)``."""
+class Range:
+    """Indices from left to right: ``Range(7, "downto", 0)``.
 
-    n_bits: int
+    >>> list(Range(3, "downto", 0))
+    [3, 2, 1, 0]
+    """
 
-    def __new__(cls, value: int | str | None = None, n_bits: int | None = None, bigEndian: bool = True) -> LogicArray:  # noqa: N803
-        if isinstance(value, str):
-            text = value.replace("_", "")
-            if set(text) - {"0", "1"}:
-                raise ValueError(f"'{value}': Verilator has two states, 0 and 1")
-            number, width = int(text, 2) if text else 0, n_bits or len(text)
-        else:
-            number = int(value or 0)
-            width = n_bits or max(number.bit_length(), 1)
-        made = super().__new__(cls, number & ((1 << width) - 1))
-        made.n_bits = width
-        return made
+    def __init__(self, left: int, direction: str | int | None = None, right: int | None = None) -> None:
+        if isinstance(direction, int):
+            direction, right = None, direction
+        if right is None:
+            raise TypeError("Range(left, direction, right): Range(7, 'downto', 0)")
+        self.left = left
+        self.right = right
+        self.direction = (direction or ("to" if left <= right else "downto")).lower()
 
-    @property
-    def integer(self) -> int:
-        """The unsigned number."""
-        return int(self)
+    def _range(self) -> range:
+        return range(self.left, self.right + 1) if self.direction == "to" else range(self.left, self.right - 1, -1)
 
-    def to_unsigned(self) -> int:
-        """The unsigned number."""
-        return int(self)
+    def __len__(self) -> int:
+        return len(self._range())
 
-    @property
-    def signed_integer(self) -> int:
-        """The number in two's complement."""
-        number = int(self)
-        return number - (1 << self.n_bits) if number >> (self.n_bits - 1) else number
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._range())
 
-    def to_signed(self) -> int:
-        """The number in two's complement."""
-        return self.signed_integer
+    def __contains__(self, item: object) -> bool:
+        return item in self._range()
 
-    @property
-    def binstr(self) -> str:
-        """Its digits, highest first."""
-        return format(int(self), f"0{self.n_bits}b")
+    def __getitem__(self, at: int) -> int:
+        return self._range()[at]
+
+    def index(self, value: int) -> int:
+        """The place of an index, from the left."""
+        return self._range().index(value)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Range) and list(self) == list(other)
+
+    def __hash__(self) -> int:
+        return hash((self.left, self.direction, self.right))
+
+    def __repr__(self) -> str:
+        return f"Range({self.left}, '{self.direction}', {self.right})"
+
+
+class Logic:
+    """One digit: ``0``, ``1``, or one that no signal here can have (``X``, ``Z`` ...).
+
+    >>> bool(Logic(1) & Logic("1"))
+    True
+    """
+
+    _digit: str
+
+    def __init__(self, value: Any = "X") -> None:
+        if isinstance(value, Logic):
+            self._digit = value._digit
+            return
+        text = str(int(value)) if isinstance(value, (bool, int)) or hasattr(value, "__index__") else str(value).upper()
+        if len(text) != 1 or text not in _DIGITS:
+            raise ValueError(f"{value!r} is no digit of a Logic: {', '.join(_DIGITS)}")
+        self._digit = text
 
     @property
     def is_resolvable(self) -> bool:
-        """Always."""
-        return True
+        """Whether it is 0 or 1."""
+        return self._digit in "01LH"
 
-    def __len__(self) -> int:
-        return self.n_bits
+    def __bool__(self) -> bool:
+        return bool(int(self))
+
+    def __int__(self) -> int:
+        if not self.is_resolvable:
+            raise ValueError(f"Logic('{self._digit}') is neither 0 nor 1")
+        return int(self._digit in "1H")
+
+    def __index__(self) -> int:
+        return int(self)
 
     def __str__(self) -> str:
-        return self.binstr
+        return self._digit
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}('{self._digit}')"
+
+    def __eq__(self, other: object) -> bool:
+        try:
+            return self._digit == Logic(other)._digit
+        except ValueError:
+            return False
+
+    def __hash__(self) -> int:
+        return hash(self._digit)
+
+    def _with(self, other: Any, operation: Any, decided_by: int | None) -> Logic:
+        a, b = self, other if isinstance(other, Logic) else Logic(other)
+        if a.is_resolvable and b.is_resolvable:
+            return type(self)(operation(int(a), int(b)))
+        known = [int(x) for x in (a, b) if x.is_resolvable]
+        return type(self)(decided_by) if decided_by is not None and decided_by in known else Logic("X")
+
+    def __and__(self, other: Any) -> Logic:
+        return self._with(other, int.__and__, 0)
+
+    def __or__(self, other: Any) -> Logic:
+        return self._with(other, int.__or__, 1)
+
+    def __xor__(self, other: Any) -> Logic:
+        return self._with(other, int.__xor__, None)
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+    def __invert__(self) -> Logic:
+        return type(self)(1 - int(self)) if self.is_resolvable else Logic("X")
 
 
-BinaryValue = LogicArray
+class Bit(Logic):
+    """A ``Logic`` that is 0 or 1."""
+
+    def __init__(self, value: Any = 0) -> None:
+        super().__init__(value)
+        if self._digit not in "01":
+            raise ValueError(f"{value!r} is no Bit: 0 or 1")
 
 
-class Logic(LogicArray):
-    """One bit."""
+class LogicArray:
+    """Digits with a range: ``LogicArray("10X1")``, ``LogicArray(10, 4)``, ``LogicArray(10, Range(3, "downto", 0))``.
 
-    def __new__(cls, value: int | str | bool = 0) -> Logic:
-        if value not in (0, 1, "0", "1"):
-            raise ValueError(f"'{value}': Verilator has two states, 0 and 1")
-        made = super().__new__(cls, int(value), 1)
-        assert isinstance(made, Logic)
-        return made
+    Compares with numbers, strings and values of signals; indexed and sliced by its range.
+
+    >>> LogicArray("1010")[3:2]
+    LogicArray('10', Range(3, 'downto', 2))
+    """
+
+    _digits: str
+
+    def __init__(
+        self, value: Any = "", range: Range | int | None = None, width: int | None = None  # noqa: A002
+    ) -> None:
+        size = width if width is not None else len(range) if isinstance(range, Range) else range
+        if isinstance(value, LogicArray):
+            digits = value._digits
+        elif isinstance(value, str):
+            digits = "".join(str(Logic(digit)) for digit in value if digit != "_")
+        elif hasattr(value, "__index__"):
+            number = value.__index__()
+            size = size or (len(value) if hasattr(value, "__len__") else max(number.bit_length(), 1))
+            if not -(1 << (size - 1)) <= number < 1 << size:
+                raise OverflowError(f"{number} does not fit {size} digits")
+            digits = format(number & ((1 << size) - 1), f"0{size}b")
+        elif isinstance(value, Iterable):
+            digits = "".join(str(Logic(digit)) for digit in value)
+        else:
+            raise TypeError(f"a LogicArray is made of digits or a whole number, not of {value!r}")
+        if size is not None and size != len(digits):
+            raise ValueError(f"'{digits}' has {len(digits)} digits, not {size}")
+        self._digits = digits
+        self.range = range if isinstance(range, Range) else Range(len(digits) - 1, "downto", 0)
+
+    @classmethod
+    def from_unsigned(cls, value: int, range: Range | int) -> LogicArray:  # noqa: A002
+        """The digits of a number that is not negative."""
+        if value < 0:
+            raise OverflowError(f"{value} is negative")
+        return cls(value, range)
+
+    @classmethod
+    def from_signed(cls, value: int, range: Range | int) -> LogicArray:  # noqa: A002
+        """The digits of a number in two's complement."""
+        size = len(range) if isinstance(range, Range) else range
+        if not -(1 << (size - 1)) <= value < 1 << (size - 1):
+            raise OverflowError(f"{value} does not fit {size} digits of two's complement")
+        return cls(value, range)
+
+    @classmethod
+    def from_bytes(cls, value: bytes, range: Range | int | None = None, *, byteorder: str = "big") -> LogicArray:  # noqa: A002
+        """The digits of bytes."""
+        number = int.from_bytes(value, "little" if byteorder == "little" else "big")
+        return cls(number, 8 * len(value) if range is None else range)
+
+    @property
+    def is_resolvable(self) -> bool:
+        """Whether all digits are 0 or 1."""
+        return all(digit in "01LH" for digit in self._digits)
+
+    def to_unsigned(self) -> int:
+        """The unsigned number."""
+        if not self.is_resolvable:
+            raise ValueError(f"'{self._digits}' has digits that are neither 0 nor 1")
+        return int(self._digits.translate(str.maketrans("LH", "01")) or "0", 2)
+
+    def to_signed(self) -> int:
+        """The number in two's complement."""
+        number, size = self.to_unsigned(), len(self)
+        return number - (1 << size) if size and number >> (size - 1) else number
+
+    def to_bytes(self, *, byteorder: str = "big") -> bytes:
+        """Its bytes."""
+        return self.to_unsigned().to_bytes((len(self) + 7) // 8, "little" if byteorder == "little" else "big")
+
+    integer = property(to_unsigned, doc="The unsigned number.")
+    signed_integer = property(to_signed, doc="The number in two's complement.")
+
+    @property
+    def binstr(self) -> str:
+        """Its digits, left first."""
+        return self._digits
+
+    def _at(self, index: int) -> int:
+        if index not in self.range:
+            raise IndexError(f"index {index} of {self.range}")
+        return self.range.index(index)
+
+    def __getitem__(self, index: int | slice) -> Any:
+        if isinstance(index, slice):
+            left = self.range.left if index.start is None else index.start
+            right = self.range.right if index.stop is None else index.stop
+            digits = self._digits[self._at(left) : self._at(right) + 1]
+            return LogicArray(digits, Range(left, self.range.direction, right))
+        return Logic(self._digits[self._at(index)])
+
+    def __setitem__(self, index: int | slice, value: Any) -> None:
+        left, right = index, index
+        if isinstance(index, slice):
+            left = self.range.left if index.start is None else index.start
+            right = self.range.right if index.stop is None else index.stop
+        assert isinstance(left, int) and isinstance(right, int)
+        first, last = self._at(left), self._at(right)
+        digits = str(Logic(value)) if first == last else LogicArray(value, last - first + 1)._digits
+        self._digits = self._digits[:first] + digits + self._digits[last + 1 :]
+
+    def __len__(self) -> int:
+        return len(self._digits)
+
+    def __iter__(self) -> Iterator[Logic]:
+        return (Logic(digit) for digit in self._digits)
+
+    def __reversed__(self) -> Iterator[Logic]:
+        return (Logic(digit) for digit in reversed(self._digits))
+
+    def __contains__(self, item: object) -> bool:
+        return any(digit == item for digit in self)
+
+    def __str__(self) -> str:
+        return self._digits
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}('{self._digits}', {self.range})"
+
+    def __int__(self) -> int:
+        return self.to_unsigned()
+
+    def __index__(self) -> int:
+        return self.to_unsigned()
+
+    def __bool__(self) -> bool:
+        return any(digit in "1H" for digit in self._digits)
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, str):
+            return self._digits == other.upper().replace("_", "")
+        if isinstance(other, LogicArray):
+            return self._digits == other._digits
+        if isinstance(other, Logic):
+            return self._digits == str(other)
+        if hasattr(other, "__index__"):
+            return self.is_resolvable and self.to_unsigned() == other.__index__()
+        if isinstance(other, (list, tuple)):
+            return len(other) == len(self) and all(a == b for a, b in zip(self, other))
+        return NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.to_unsigned()) if self.is_resolvable else hash(self._digits)
+
+    def _with(self, other: Any, operation: Any) -> LogicArray:
+        other = LogicArray(other, len(self))
+        return LogicArray([operation(a, b) for a, b in zip(self, other)], self.range)
+
+    def __and__(self, other: Any) -> LogicArray:
+        return self._with(other, Logic.__and__)
+
+    def __or__(self, other: Any) -> LogicArray:
+        return self._with(other, Logic.__or__)
+
+    def __xor__(self, other: Any) -> LogicArray:
+        return self._with(other, Logic.__xor__)
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+    def __invert__(self) -> LogicArray:
+        return LogicArray([~digit for digit in self], self.range)
+
+    # Calculation gives plain whole numbers, as with the values of signals.
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(self.to_unsigned() < int(other))
+
+    def __le__(self, other: Any) -> bool:
+        return bool(self.to_unsigned() <= int(other))
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(self.to_unsigned() > int(other))
+
+    def __ge__(self, other: Any) -> bool:
+        return bool(self.to_unsigned() >= int(other))
+
+    def __add__(self, other: Any) -> int:
+        return self.to_unsigned() + int(other)
+
+    def __sub__(self, other: Any) -> int:
+        return self.to_unsigned() - int(other)
+
+    def __rsub__(self, other: Any) -> int:
+        return int(other) - self.to_unsigned()
+
+    def __mul__(self, other: Any) -> int:
+        return self.to_unsigned() * int(other)
+
+    def __lshift__(self, other: Any) -> int:
+        return self.to_unsigned() << int(other)
+
+    def __rshift__(self, other: Any) -> int:
+        return self.to_unsigned() >> int(other)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+class Array(list[Any]):
+    """A list with a range; indexed by position here."""
+
+    def __init__(self, value: Iterable[Any] = (), range: Range | int | None = None) -> None:  # noqa: A002
+        super().__init__(value)
+        self.range = range if isinstance(range, Range) else Range(0, "to", len(self) - 1)
+
+
+def concat(a: Any, b: Any) -> LogicArray:
+    """Two values after one another.
+
+    >>> concat(LogicArray("10"), LogicArray("01"))
+    LogicArray('1001', Range(3, 'downto', 0))
+    """
+    return LogicArray(str(a) + str(b))

@@ -7,11 +7,19 @@ from ..utils import _UNITS, get_sim_time
 __all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps"]
 
 
-def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None) -> int:
-    """A span in steps of a picosecond."""
+def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, round_mode: str | None = None) -> int:
+    """A span in steps of a picosecond.
+
+    >>> get_sim_steps(2, "ns")
+    2000
+    """
     return round(time * _UNITS[units or unit] / _UNITS["step"])
 
 
 def get_time_from_sim_steps(steps: int, unit: str | None = None, *, units: str | None = None) -> float:
-    """Steps of a picosecond in a unit."""
+    """Steps of a picosecond in a unit.
+
+    >>> get_time_from_sim_steps(2500, "ns")
+    2.5
+    """
     return steps * _UNITS["step"] / _UNITS[units or unit or "step"]

@@ -1,0 +1,1 @@
+"""``cocotb_tools``, cocotb 2's package of the runner."""

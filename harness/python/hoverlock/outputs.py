@@ -1,0 +1,104 @@
+"""Waves and coverage of a run: what the switches of pytest and of the command line ask for.
+
+>>> outputs = Outputs(folder="out", waves="fst", only_failures=True, coverage=True)
+>>> results = run("test_counter.py", outputs=outputs)
+>>> print(outputs.merge_coverage())
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ._core import Coverage
+from .design import Design
+
+if TYPE_CHECKING:
+    from .testing import Session
+
+__all__ = ["Outputs"]
+
+
+@dataclass
+class Outputs:
+    """Which files a run leaves, and where: waves as ``<module>.<test>.fst``, coverage as ``coverage.info`` for all tests."""
+
+    folder: str | Path = "hoverlock-output"
+    waves: str | None = None
+    """``"vcd"`` or ``"fst"``: of every test, all signals."""
+    only_failures: bool = False
+    """Keep the waves of tests that fail."""
+    last: int | None = None
+    """Instead: of a test that fails the last so many time steps, two for each cycle of a clock, as VCD."""
+    coverage: bool = False
+    """Count lines, branches, toggles and ``cover`` statements of every test."""
+
+    def design(self, design: Design) -> Design:
+        """The design, built for what is wanted."""
+        changes: dict[str, Any] = {}
+        if self.waves is not None and self.last is None:
+            changes["waves"] = self.waves
+        if self.coverage:
+            changes["coverage"] = True
+        return design.changed(**changes) if changes else design
+
+    @contextmanager
+    def of(self, session: Session) -> Iterator[None]:
+        """Records a test while it runs, and closes its session."""
+        name = re.sub(r"[^\w.,=\[\]-]", "_", session.label)
+        path = None
+        if self.last is not None:
+            path = self._path(f"{name}.vcd")
+            session.simulation.start_waves(path, before_failure=self.last)
+        elif self.waves is not None:
+            path = self._path(f"{name}.{self.waves}")
+            session.simulation.start_waves(path)
+        failed = True
+        try:
+            yield
+            failed = False
+        finally:
+            if self.coverage:
+                session.simulation.write_coverage(self._coverage_folder() / f"{name}.{os.getpid()}.dat")
+            session.close()
+            if path is not None and not failed and (self.only_failures or self.last is not None):
+                for left in (path, path.with_suffix(".gtkw")):
+                    left.unlink(missing_ok=True)
+
+    def begin(self) -> None:
+        """Forgets the coverage of an earlier run."""
+        if self.coverage:
+            for old in self._coverage_folder().glob("*.dat"):
+                old.unlink()
+
+    def merge_coverage(self) -> str:
+        """Adds up the coverage of all tests, writes it as LCOV, and gives a line that says how much was met."""
+        total = Coverage()
+        counted = sorted(self._coverage_folder().glob("*.dat"))
+        for path in counted:
+            total.add(path)
+        path = self._path("coverage.info")
+        aside = path.with_name(f".{path.name}.{os.getpid()}")
+        aside.write_text(total.lcov())
+        aside.replace(path)
+        kinds = []
+        for kind in ("line", "branch", "toggle", "user"):
+            met, of = total.met(kind)
+            if of:
+                kinds.append(f"{kind} {met} of {of}")
+        return f"coverage of {len(counted)} tests: {', '.join(kinds) or 'nothing to count'}; {path}"
+
+    def _path(self, name: str) -> Path:
+        folder = Path(self.folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder / name
+
+    def _coverage_folder(self) -> Path:
+        folder = Path(self.folder) / "coverage"
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder

@@ -1,0 +1,571 @@
+"""What public benches do with cocotb, in their ways of writing, from `yield` to cocotb 2, with only the imports changed."""
+
+import itertools
+import logging
+import os
+import random
+import subprocess
+import sys
+import textwrap
+from decimal import Decimal
+from pathlib import Path
+from random import getrandbits
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hoverlock.cocotb as cocotb
+import hoverlock.cocotb.regression
+from hoverlock import Design
+from hoverlock.cocotb import simulator
+from hoverlock.cocotb.binary import BinaryRepresentation, BinaryValue
+from hoverlock.cocotb.clock import Clock
+from hoverlock.cocotb.handle import Deposit, Force, Immediate, ModifiableObject, SimHandleBase
+from hoverlock.cocotb.log import SimLog
+from hoverlock.cocotb.queue import Queue
+from hoverlock.cocotb.regression import TestFactory
+from hoverlock.cocotb.result import ReturnValue, TestError, TestFailure, TestSuccess
+from hoverlock.cocotb.task import Task
+from hoverlock.cocotb.triggers import *  # noqa: F403
+from hoverlock.cocotb.triggers import (
+    ClockCycles, Combine, Edge, Event, FallingEdge, First, Join, Lock, ReadOnly, ReadWrite, RisingEdge, Timer,
+    gather, select, with_timeout,
+)  # fmt: skip
+from hoverlock.cocotb.types import Array, Bit, Logic, LogicArray, Range, concat
+from hoverlock.cocotb.utils import get_sim_steps, get_sim_time
+
+design = Design("designs/idioms.sv", top="idioms", internals=["*"])
+
+
+# ---- short benches of the kind that students and TinyTapeout write
+
+
+@cocotb.test()
+async def test_project(dut):
+    dut._log.info("Start")
+    clock = Clock(dut.clk, 71.428, units="ns")
+    cocotb.start_soon(clock.start())
+    dut._log.info("Reset")
+    dut.ena.value = 1
+    dut.ui_in.value = 0
+    dut.rst_n.value = 0
+    await ClockCycles(dut.clk, 10)
+    dut.rst_n.value = 1
+    dut.ui_in.value = 20
+    await ClockCycles(dut.clk, 3)
+    assert dut.uo_out.value == 40
+    assert dut.uo_out.value.integer == 40 and int(dut.uo_out) == 40 and dut.uo_out == 40 and dut.uo_out != 41
+    assert hex(dut.uo_out.value) == "0x28" and f"{dut.uo_out.value}" == "00101000" and str(dut.uo_out.value) == "00101000"
+
+
+async def generate_clock(dut):
+    """A clock made by hand."""
+    for cycle in range(10):
+        dut.clk.value = 0
+        await Timer(1, units="ns")
+        dut.clk.value = 1
+        await Timer(1, units="ns")
+
+
+@cocotb.test()
+async def my_second_test(dut):
+    await cocotb.start(generate_clock(dut))
+    await Timer(5, units="ns")
+    await FallingEdge(dut.clk)
+    dut._log.info("tick is %s", dut.tick.value)
+    assert dut.tick.value[0] == 0, "tick[0] is not 0!"
+
+
+@cocotb.test()
+async def several_clocks_and_a_bounded_one(dut):
+    await cocotb.start(Clock(dut.clk, 10, "ns").start(cycles=4, start_high=False))
+    for edge in range(4):
+        await RisingEdge(dut.clk)
+        assert get_sim_time(units="ns") == 5 + 10 * edge
+    with pytest.raises(cocotb.result.SimTimeoutError):
+        await with_timeout(RisingEdge(dut.clk), 100, "ns")
+
+
+def reset_active_low(dut):
+    async def run():
+        dut.rst_n.setimmediatevalue(1)
+        await RisingEdge(dut.clk)
+        dut.rst_n.value = 0
+        for _ in range(2):
+            await RisingEdge(dut.clk)
+        dut.rst_n.value = 1
+        dut.rst_n._log.debug("Reset complete")
+
+    return run()
+
+
+class TB:
+    """A bench as a class, with a log of its own."""
+
+    __test__ = False
+
+    def __init__(self, dut, ena=1):
+        self.dut = dut
+        self.log = SimLog("cocotb.tb")
+        self.log.setLevel(logging.DEBUG)
+        self.seen: Queue[int] = Queue()
+        self.event = Event("first")
+        cocotb.start_soon(Clock(dut.clk, 8, units="ns").start())
+        dut.ena.setimmediatevalue(ena)
+        self._monitor = cocotb.start_soon(self._run())
+
+    async def _run(self):
+        while True:
+            await Edge(self.dut.uo_out)
+            self.seen.put_nowait(self.dut.uo_out.value.integer)
+            self.event.set(data=get_sim_time("ns"))
+
+    async def cycle_reset(self):
+        await reset_active_low(self.dut)
+
+    def stop(self):
+        self._monitor.kill()
+
+
+@cocotb.test(timeout_time=1, timeout_unit="ms")
+async def a_bench_as_a_class(dut):
+    tb = TB(dut)
+    await tb.cycle_reset()
+    tb.dut.ui_in.value = 3
+    await tb.event.wait()
+    assert tb.event.is_set() and tb.event.data > 0
+    await ClockCycles(dut.clk, 3)
+    tb.stop()
+    assert [await tb.seen.get() for _ in range(3)] == [3, 6, 9] and tb._monitor.done()
+    tb.log.info("seen %d", tb.seen.qsize())
+
+
+def idle_set():
+    return itertools.cycle([1, 1, 1, 0])
+
+
+async def run_test(dut, payload=None, idle_inserter=None, backpressure_inserter=None):
+    tb = TB(dut)
+    await tb.cycle_reset()
+    total = 0
+    gaps = idle_inserter() if idle_inserter else itertools.repeat(0)
+    for word in payload():
+        dut.ena.value = 1
+        dut.ui_in.value = word
+        await RisingEdge(dut.clk)
+        total = (total + word) & 0xFF
+        if next(gaps):
+            dut.ena.value = 0
+            await RisingEdge(dut.clk)
+    dut.ui_in.value = 0
+    await RisingEdge(dut.clk)
+    await ReadOnly()
+    assert dut.uo_out.value.integer == total
+
+
+def incrementing():
+    return list(range(20))
+
+
+def random_words():
+    return [getrandbits(8) for _ in range(20)]
+
+
+if cocotb.SIM_NAME:
+    for test in [run_test]:
+        factory = TestFactory(test)
+        factory.add_option("payload", [incrementing, random_words])
+        factory.add_option(("idle_inserter", "backpressure_inserter"), [(None, None), (idle_set, idle_set)])
+        factory.generate_tests()
+    del test
+
+
+def test_the_factory_made_four_tests():
+    made = [name for name in globals() if name.startswith("run_test_")]
+    assert made == ["run_test_001", "run_test_002", "run_test_003", "run_test_004"]
+
+
+# ---- coroutines that yield
+
+
+@cocotb.coroutine
+def wait_clock_cycles(clock, number):
+    for _ in range(number):
+        yield RisingEdge(clock)
+
+
+@cocotb.coroutine
+def old_reset(dut):
+    dut.rst_n <= 0
+    yield wait_clock_cycles(dut.clk, 3)
+    dut.rst_n <= 1
+    raise ReturnValue("out of reset")
+
+
+@cocotb.test()
+def a_test_that_yields(dut):
+    cocotb.fork(Clock(dut.clk, 10000).start())
+    said = yield old_reset(dut)
+    assert said == "out of reset"
+    dut.ena <= 1
+    dut.ui_in <= BinaryValue(7, n_bits=8, bigEndian=False)
+    came = yield [RisingEdge(dut.tick), Timer(1, "us")]
+    assert isinstance(came, RisingEdge)
+    task = cocotb.fork(wait_clock_cycles(dut.clk, 2))
+    yield task.join()
+    yield Timer(1, "ns")
+    if dut.uo_out.value != 21:
+        raise TestFailure(f"{dut.uo_out.value.integer}")
+    raise TestSuccess("as it should be")
+
+
+@cocotb.test(expect_fail=True)
+def a_failure_of_old_is_a_failure(dut):
+    yield Timer(1)
+    raise TestFailure("on purpose")
+
+
+@cocotb.test(expect_error=TestError)
+async def an_error_of_old_is_an_error(dut):
+    raise TestError("on purpose")
+
+
+# ---- parameters, hierarchy, internals
+
+
+@cocotb.test()
+async def parameters_are_read(dut):
+    assert dut.WIDTH.value == 8 and int(dut.N.value) == 4 and int(cocotb.top.DOUBLE) == 16 and dut.NAME.value == "idioms"
+    assert dut.lane[2].u_adds.BY.value == 2 and 1 << dut.N.value == 16 and dut.N == 4
+    with pytest.raises(AttributeError, match="WITH"):
+        dut.WITH.value
+
+
+@cocotb.test()
+async def the_hierarchy_is_walked(dut):
+    names = {child._name for child in dut}
+    assert {"clk", "ui_in", "sum", "lane[0]" if "lane[0]" in names else "lane"} <= names
+    assert dut._name == "idioms" and dut.ui_in._name == "ui_in" and hasattr(dut, "clk") and not hasattr(dut, "clock")
+    assert dut._id("clk", extended=False) is dut.clk and getattr(dut, "ui_" + "in") is dut.ui_in
+    dut._discover_all()
+    for lane in range(4):
+        dut.a_i[lane].value = 10 * lane
+    await Timer(1, "ns")
+    for lane in range(4):
+        assert dut.lane[lane].u_adds.y.value == 11 * lane
+    assert isinstance(dut.clk, ModifiableObject) and isinstance(dut, SimHandleBase)
+
+
+@cocotb.test()
+async def internals_and_states_are_watched(dut):
+    cocotb.start_soon(Clock(dut.clk, 10, "ns").start())
+    await reset_active_low(dut)
+    dut.ena.value = 1
+    states = []
+    for _ in range(4):
+        await RisingEdge(dut.clk)
+        await ReadOnly()
+        states.append(int(dut.state.value))
+    assert states == [1, 2, 0, 1]
+    await FallingEdge(dut.clk)
+    dut.sum.value = 100  # a deposit into a register
+    await ReadWrite()
+    assert dut.uo_out.value == 100
+
+
+# ---- arrays and bits
+
+
+@cocotb.test()
+async def arrays_go_from_left_to_right(dut):
+    dut.a_i.value = [1, 2, 3, 4]
+    dut.down_i.value = [3, 2, 1]  # [2:0]: element 2 first
+    await Timer(1, "ns")
+    assert dut.b_o.value == [1, 3, 5, 7] and [int(v) for v in dut.b_o.value] == [1, 3, 5, 7]
+    assert [element.value.integer for element in dut.b_o] == [1, 3, 5, 7]
+    assert dut.down_i[2].value == 3 and dut.down_i[0].value == 1 and dut.down_o.value == 0b11_10_01
+    assert np.array_equal(np.asarray(dut.down_i), [3, 2, 1]) and dut.b_o.value[1].binstr == "00000011"
+    dut.a_i.value = [LogicArray("11110000"), "00001111", Logic(1), np.uint8(9)]
+    await Timer(1, "ns")
+    assert list(dut.a_i.value) == [0xF0, 0x0F, 1, 9]
+    dut.mem.value = range(16)
+    await Timer(1, "ns")
+    assert dut.mem[15].value == 0 and dut.mem[0].value == 15
+
+
+@cocotb.test()
+async def bits_are_read_and_written(dut):
+    dut.ui_in.value = 0b1010_0101
+    await Timer(1, "ns")
+    value = dut.ui_in.value
+    assert "".join(str(bit) for bit in value) == "10100101" and [int(b) for b in reversed(value)] == [1, 0, 1, 0, 0, 1, 0, 1]
+    assert value[0] == 1 and value[1] == 0 and value[7:4] == 0b1010 and value[7:4].binstr == "1010" and value[3].is_resolvable
+    dut.ui_in[1].value = 1
+    dut.ui_in[7].value = 0
+    dut.ui_in[3:2].value = "10"
+    await Timer(1, "ns")
+    assert dut.ui_in.value == 0b0010_1011 and dut.ui_in[1].value == 1 and dut.ui_in[3:2].value == 2
+    for bit in range(len(dut.ui_in)):
+        dut.ui_in[bit].value = bit % 2
+    await Timer(1, "ns")
+    assert dut.ui_in.value == 0b1010_1010
+    with pytest.raises(OverflowError):
+        dut.ui_in[3].value = 2
+    with pytest.raises(IndexError):
+        dut.ui_in[8]
+    with pytest.raises(TypeError):
+        RisingEdge(dut.ui_in[3])
+
+
+@cocotb.test()
+async def values_of_all_kinds_are_written(dut):
+    for value, number in [
+        (True, 1), (np.int64(5), 5), (-1, 255), ("00000110", 6), (LogicArray(7, 8), 7), (LogicArray("1000"), 8),
+        (LogicArray.from_signed(-2, Range(7, "downto", 0)), 254), (BinaryValue(9, n_bits=8), 9), (Bit(1), 1), (Logic("0"), 0),
+        (Deposit(11), 11), (Immediate(12), 12), (concat(LogicArray("1"), "101"), 13),
+    ]:  # fmt: skip
+        dut.ui_in.value = value
+        await Timer(1, "ns")
+        assert dut.ui_in.value == number, value
+    dut.ui_in.value = dut.ui_in.value + 1
+    await Timer(1, "ns")
+    assert dut.ui_in.value == 14 and dut.ui_in.value.to_bytes() == b"\x0e" and -dut.ui_in.value == -14
+    for unknown in (LogicArray("XXXXZZZZ"), BinaryValue("zzzzzzzz"), "xxxxxxxx"):
+        with pytest.raises((ValueError, TypeError), match="neither 0 nor 1|takes a whole number|digits 0 and 1"):
+            dut.ui_in.value = unknown
+    with pytest.raises(NotImplementedError, match="cannot be overridden"):
+        dut.ui_in.value = Force(1)
+    with pytest.raises(TypeError, match=r"ui_in.value = 3"):
+        dut.ui_in = 3
+
+
+# ---- tasks and triggers
+
+
+@cocotb.test()
+async def tasks_are_joined_in_every_way(dut):
+    async def give(what, after):
+        await Timer(after, "ns")
+        return what
+
+    task: Task[Any] = cocotb.start_soon(give("a", 2))
+    assert await task == "a" and await task.join() == "a" and await Join(task) == "a" and await task.complete == "a"
+    assert await First(cocotb.start_soon(give("b", 3)), Timer(1, "us")) == "b"
+    await Combine(cocotb.start_soon(give(1, 1)), cocotb.start_soon(give(2, 2)), Timer(3, "ns"))
+    assert await gather(give(1, 2), give(2, 1)) == [1, 2]
+    assert await select(give(1, 20), give(2, 10)) == (1, 2)
+    which, trigger = await select(Timer(5, "us"), timer := Timer(1, "ns"))
+    assert which == 1 and trigger is timer
+    created = cocotb.create_task(give("c", 1))
+    assert await with_timeout(created, 1, "us") == "c" and await with_timeout(give("d", 1), 1, "us") == "d"
+
+    async def fail():
+        await Timer(1, "ns")
+        raise KeyError("k")
+
+    results = await gather(give(1, 5), fail(), return_exceptions=True)
+    assert results[0] == 1 and isinstance(results[1], KeyError)
+    with pytest.raises(KeyError):
+        await gather(give(1, 5), fail())
+
+
+@cocotb.test()
+async def edges_are_named_in_every_way(dut):
+    Clock(dut.clk, Decimal(10), "ns").start(start_high=False)
+    await ClockCycles(dut.clk, 2, FallingEdge)
+    assert get_sim_time("ns") == 20 and dut.clk.value == 0
+    await ClockCycles(dut.clk, 2, rising=True)
+    await ClockCycles(dut.clk, num_cycles=1, rising=False)
+    assert get_sim_time("ns") == 40
+    await Timer(Decimal("2.5"), "ns", round_mode="round")
+    await Timer(1500, "step")
+    await Timer(get_sim_steps(1, "ns"))
+    assert get_sim_time("ns") == 45 and isinstance(get_sim_time("ns"), (int, float))
+    lock = Lock()
+    async with lock:
+        assert lock.locked()
+
+
+@cocotb.test()
+async def what_a_simulation_is_asked_for(dut):
+    assert cocotb.is_simulation and simulator.is_running() and cocotb.LANGUAGE == "verilog" and cocotb.plusargs == {}
+    assert cocotb.RANDOM_SEED == cocotb.random_seed and cocotb.__version__.split(".")[0] == "2"
+    assert isinstance(cocotb.log, logging.Logger) and cocotb.log.isEnabledFor(logging.CRITICAL)
+
+
+# ---- values of benches
+
+
+def test_values_of_benches():
+    value = BinaryValue(n_bits=8, bigEndian=False, binaryRepresentation=BinaryRepresentation.TWOS_COMPLEMENT)
+    assert not value.is_resolvable
+    value.integer = 200
+    assert (value.binstr, value.integer, value.signed_integer, value.value, value[0] == 0, value[7] == 1) == (
+        "11001000", 200, -56, -56, True, True,
+    )  # fmt: skip
+    value.binstr = "00000001"
+    assert value == 1 and value[0] == 1 and value.n_bits == len(value) == 8 and value.buff == b"\x01"
+    value.assign("1010")
+    assert value.binstr == "00001010"
+    big = BinaryValue("10000000")
+    assert big[0] == 1 and big[0:3].binstr == "1000" and BinaryValue(value=b"\x12\x34", n_bits=16).integer == 0x1234
+
+    array = LogicArray("1X0Z")
+    assert array[3] == "1" and array[2] == Logic("X") and array[3:2] == "1X" and not array.is_resolvable and array != 8
+    assert str(array & "1100") == "1X00" and str(array | "0011") == "1X11" and str(~array) == "0X1X"
+    with pytest.raises(ValueError, match="neither 0 nor 1"):
+        array.to_unsigned()
+    array[2] = 0
+    array[1:0] = "11"
+    assert array == LogicArray("1011") == 11 and array.to_signed() == -5 and int(array) == 11 and array in {11, 12}
+    assert LogicArray("X") != LogicArray("0") and LogicArray(5, Range(0, "to", 3))[0] == 0 and list(LogicArray("01")) == [0, 1]
+    assert LogicArray.from_unsigned(5, 4) == "0101" and LogicArray.from_bytes(b"\x80").to_signed() == -128
+    for wrong in (lambda: LogicArray.from_unsigned(-1, 4), lambda: LogicArray(16, 4), lambda: LogicArray.from_signed(8, 4)):
+        with pytest.raises(OverflowError):
+            wrong()
+    assert Logic("Z") == "Z" and bool(Logic(1)) and not Logic("0") and (Logic("X") & 0) == 0 and Logic(1) ^ 1 == 0
+    assert list(Range(3, "downto", 1)) == [3, 2, 1] and len(Range(0, 7)) == 8 and Array([1, 2]).range == Range(0, "to", 1)
+    with pytest.raises(ValueError, match="no digit"):
+        Logic("2")
+
+
+# ---- cocotb's own examples, run as their folders are: a runner in the test file, SIM as it happens to be set
+
+EXAMPLES = {
+    "adder": ("adder.v", """
+        @cocotb.test()
+        async def adder_basic_test(dut):
+            A, B = 5, 10
+            dut.A.value = A
+            dut.B.value = B
+            await Timer(2, units="ns")
+            assert dut.X.value == A + B, f"Adder result is incorrect: {dut.X.value} != 15"
+    """),
+    "dff": ("dff.v", """
+        @cocotb.test()
+        async def dff_simple_test(dut):
+            initial = LogicArray(0, 1)
+            dut.d.value = initial
+            clock = Clock(dut.clk, 10, unit="us")
+            clock.start(start_high=False)
+            await RisingEdge(dut.clk)
+            expected_val = initial
+            for i in range(10):
+                val = random.randint(0, 1)
+                dut.d.value = val
+                await RisingEdge(dut.clk)
+                assert dut.q.value == expected_val, f"output q was incorrect on the {i}th cycle"
+                expected_val = val
+            await RisingEdge(dut.clk)
+            assert dut.q.value == expected_val
+    """),
+    "counter": ("counter.v", """
+        @cocotb.test()
+        async def simple_counter_test(dut):
+            cocotb.start_soon(Clock(dut.clk, 1, units="ns").start())
+            dut.rst.value = 1
+            await ClockCycles(dut.clk, 5)
+            dut.rst.value, dut.enable.value, dut.step.value = 0, 1, 1
+            await RisingEdge(dut.clk)
+            for count in range(50):
+                await RisingEdge(dut.clk)
+                v_count = dut.count.value
+                mod_cnt = (count + 1) % 256  # one step was made at the edge before
+                assert v_count.integer == mod_cnt, "counter result is incorrect: %s != %s" % (str(v_count), mod_cnt)
+    """),
+    "matrix_multiplier": ("matrix_multiplier.sv", """
+        NUM_SAMPLES = int(os.environ.get("NUM_SAMPLES", 50))
+
+        class MatrixMultiplierTester:
+            def __init__(self, entity):
+                self.dut = entity
+                self.input_mon = DataValidMonitor(entity.clk_i, entity.valid_i, dict(A=entity.a_i, B=entity.b_i))
+                self.output_mon = DataValidMonitor(entity.clk_i, entity.valid_o, dict(C=entity.c_o))
+                self._checker = None
+
+            def start(self):
+                self.input_mon.start()
+                self.output_mon.start()
+                self._checker = cocotb.start_soon(self._check())
+
+            def model(self, a, b):
+                rows, inner, columns = (self.dut.A_ROWS.value, self.dut.A_COLUMNS_B_ROWS.value, self.dut.B_COLUMNS.value)
+                return [
+                    sum(int(a[i * inner + n]) * int(b[n * columns + j]) for n in range(inner))
+                    for i in range(rows) for j in range(columns)
+                ]
+
+            async def _check(self):
+                while True:
+                    actual = await self.output_mon.values.get()
+                    inputs = await self.input_mon.values.get()
+                    assert actual["C"] == self.model(inputs["A"], inputs["B"])
+
+        class DataValidMonitor:
+            def __init__(self, clk, valid, datas):
+                self.values = Queue()
+                self._clk, self._valid, self._datas, self._coro = clk, valid, datas, None
+
+            def start(self):
+                self._coro = cocotb.start_soon(self._run())
+
+            async def _run(self):
+                while True:
+                    await RisingEdge(self._clk)
+                    if self._valid.value.binstr != "1":
+                        await RisingEdge(self._valid)
+                        continue
+                    self.values.put_nowait({name: handle.value for name, handle in self._datas.items()})
+
+        @cocotb.test(expect_error=IndexError if cocotb.SIM_NAME.lower().startswith("ghdl") else ())
+        async def multiply_test(dut):
+            cocotb.start_soon(Clock(dut.clk_i, 10, units="ns").start())
+            tester = MatrixMultiplierTester(dut)
+            dut.reset_i.value = 1
+            dut.valid_i.value = 0
+            dut.a_i.value = [0 for _ in range(int(dut.A_ROWS) * int(dut.A_COLUMNS_B_ROWS))]
+            dut.b_i.value = [0 for _ in range(int(dut.A_COLUMNS_B_ROWS) * int(dut.B_COLUMNS))]
+            for _ in range(3):
+                await RisingEdge(dut.clk_i)
+            dut.reset_i.value = 0
+            tester.start()
+            for i in range(NUM_SAMPLES):
+                await RisingEdge(dut.clk_i)
+                dut.a_i.value = [random.getrandbits(int(dut.DATA_WIDTH)) for _ in range(len(dut.a_i))]
+                dut.b_i.value = [random.getrandbits(int(dut.DATA_WIDTH)) for _ in range(len(dut.b_i))]
+                dut.valid_i.value = 1
+                await RisingEdge(dut.clk_i)
+                dut.valid_i.value = 0
+            await RisingEdge(dut.clk_i)
+            await RisingEdge(dut.clk_i)
+            assert tester.output_mon.values.empty()
+    """),
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_cocotbs_examples_run_from_their_runner(tmp_path, name):
+    source, bench = EXAMPLES[name]
+    (tmp_path / source).write_text((Path(__file__).parent / "designs" / source).read_text())
+    (tmp_path / f"test_{name}.py").write_text(
+        "import os\nimport random\nfrom pathlib import Path\n\nimport hoverlock.cocotb as cocotb\n"
+        "from hoverlock.cocotb.clock import Clock\nfrom hoverlock.cocotb.queue import Queue\n"
+        "from hoverlock.cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer\n"
+        "from hoverlock.cocotb.types import LogicArray\nfrom hoverlock.cocotb_tools.runner import get_runner\n\n"
+        + textwrap.dedent(bench)
+        + textwrap.dedent(f"""
+            def test_{name}_runner():
+                sim = os.getenv("SIM", "icarus")
+                here = Path(__file__).resolve().parent
+                runner = get_runner(sim)
+                runner.build(sources=[here / "{source}"], hdl_toplevel="{name}", always=True, build_args=["-g2012"])
+                runner.test(hdl_toplevel="{name}", test_module="test_{name},")
+        """)
+    )
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider", "."],
+        cwd=tmp_path, env=environment, capture_output=True, text=True,
+    )  # fmt: skip
+    assert "1 passed, 0 failed, 0 skipped (seed" in done.stdout and "1 passed in" in done.stdout, done.stdout + done.stderr
