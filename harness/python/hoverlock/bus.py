@@ -38,7 +38,10 @@ __all__ = [
 
 @dataclass
 class Frame:
-    """A packet: its symbols as an array, and what its last beat says."""
+    """A packet: its symbols as an array, and what its last beat says.
+
+    >>> source.send(Frame(np.arange(10, dtype=np.uint8), channel=2))
+    """
 
     symbols: Any
     channel: int = 0

@@ -16,7 +16,10 @@ log = logging.getLogger("hoverlock")
 
 
 class SimTimeFormatter(logging.Formatter):
-    """Puts simulation time, level and source before each line."""
+    """Puts simulation time, level and source before each line.
+
+    >>> handler.setFormatter(SimTimeFormatter())
+    """
 
     def __init__(self) -> None:
         super().__init__("%(sim_time)14s %(levelname)-8s %(name)-20s %(message)s")
@@ -33,7 +36,10 @@ def sim_time_text(femtoseconds: int) -> str:
 
 
 def default_config(level: int = logging.INFO) -> None:
-    """Sends the log to stderr, for the runner and scripts; pytest captures it itself."""
+    """Sends the log to stderr, for the runner and scripts; pytest captures it itself.
+
+    >>> default_config(logging.DEBUG)
+    """
     if not log.handlers:
         handler = logging.StreamHandler(sys.stderr)
         handler.setFormatter(SimTimeFormatter())

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._core import BitTrue, lerp_coefficients, look_ahead_of
 
-__all__ = ["FEATURE", "Coefficients", "coefficients", "design_point", "features", "look_ahead", "planes"]
+__all__ = ["FEATURE", "Coefficients", "coefficients", "design_point", "features", "look_ahead", "planes", "records"]
 
 FEATURE = np.dtype([
     ("x", "<u2"),
@@ -34,7 +34,10 @@ def _model(design: str | None) -> BitTrue:
 
 
 def design_point(design: str | None = None) -> str:
-    """The design point as TOML: the default, changed by what a text says."""
+    """The design point as TOML: the default, changed by what a text says.
+
+    >>> print(design_point())  # doctest: +SKIP
+    """
     return _model(design).design
 
 
@@ -54,6 +57,19 @@ def features(
     return np.ascontiguousarray(packed).view(FEATURE).reshape(-1)
 
 
+def records(words: ArrayLike) -> NDArray[np.void]:
+    """What the hardware sent, eight 32-bit words a record, the lowest first, as a structured array of ``FEATURE``; each
+    frame ends with a trailer.
+
+    >>> *found, trailer = models.records(session.transfer(frame, "video_", "feature_", packet=frame.size, packets=1))
+    >>> assert np.array_equal(found, models.features(frame, thresholds))
+    """
+    array = np.ascontiguousarray(words, dtype="<u4")
+    if array.ndim != 2 or array.shape[1] != 8:
+        raise ValueError(f"a record has 8 words: an array of rows of 8 is wanted, not of shape {array.shape}")
+    return array.view(FEATURE).reshape(-1)
+
+
 def planes(frame: ArrayLike, *, design: str | None = None) -> dict[str, NDArray[Any]]:
     """Every plane of the model: ``smoothed0..2`` (state LSB), and for each scale ``signed_dog``, ``dog``, ``positive``,
     ``max_dog``.
@@ -65,7 +81,11 @@ def planes(frame: ArrayLike, *, design: str | None = None) -> dict[str, NDArray[
 
 @dataclass(frozen=True)
 class Coefficients:
-    """The lerp cells of one smoother: the pole ``a``, the gain ``g`` and the look-ahead gains ``g_j`` as integers."""
+    """The lerp cells of one smoother: the pole ``a``, the gain ``g`` and the look-ahead gains ``g_j`` as integers.
+
+    >>> coefficients(2.0, 5).g_j
+    (40315, 47101, 56830, 64033, 65500)
+    """
 
     sigma: float
     frac_bits: int
@@ -78,7 +98,7 @@ class Coefficients:
 def coefficients(sigma: float, look_ahead: int, frac_bits: int = 16) -> Coefficients:
     """Designs the first-order smoother of a sigma.
 
-    >>> models.coefficients(2.0, 5).g
+    >>> coefficients(2.0, 5).g
     24536
     """
     a, g, g_j, saturated = lerp_coefficients(sigma, look_ahead, frac_bits)
@@ -86,7 +106,11 @@ def coefficients(sigma: float, look_ahead: int, frac_bits: int = 16) -> Coeffici
 
 
 def look_ahead(a: float, error: float) -> int:
-    """The shortest look-ahead that leaves out no more than ``error`` of the sum."""
+    """The shortest look-ahead that leaves out no more than ``error`` of the sum, as the number of doubling steps.
+
+    >>> look_ahead(0.5, 0.5 ** 8)
+    3
+    """
     return look_ahead_of(a, error)
 
 

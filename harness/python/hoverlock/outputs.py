@@ -26,7 +26,11 @@ __all__ = ["Outputs"]
 
 @dataclass
 class Outputs:
-    """Which files a run leaves, and where: waves as ``<module>.<test>.fst``, coverage as ``coverage.info`` for all tests."""
+    """Which files a run leaves, and where: waves as ``<module>.<test>.fst``, coverage as ``coverage.info`` for all tests.
+
+    >>> outputs = Outputs("out", waves="fst", only_failures=True, coverage=True)
+    >>> results = run("test_counter.py", outputs=outputs)
+    """
 
     folder: str | Path = "hoverlock-output"
     waves: str | None = None

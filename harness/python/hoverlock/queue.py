@@ -27,7 +27,12 @@ class QueueFull(Exception):
 
 
 class Queue(Generic[T]):
-    """First in, first out; of at most ``maxsize`` items, or without limit."""
+    """First in, first out; of at most ``maxsize`` items, or without limit.
+
+    >>> queue: Queue[int] = Queue(maxsize=4)
+    >>> await queue.put(3)
+    >>> assert await queue.get() == 3
+    """
 
     def __init__(self, maxsize: int = 0) -> None:
         self.maxsize = maxsize
@@ -105,7 +110,11 @@ def _wake(waiting: deque[Event]) -> None:
 
 
 class PriorityQueue(Queue[T]):
-    """The least item first."""
+    """The least item first.
+
+    >>> queue = PriorityQueue()
+    >>> queue.put_nowait((2, "later"))
+    """
 
     def _make(self) -> list[T]:
         return []
@@ -118,7 +127,11 @@ class PriorityQueue(Queue[T]):
 
 
 class LifoQueue(Queue[T]):
-    """Last in, first out."""
+    """Last in, first out.
+
+    >>> stack = LifoQueue()
+    >>> stack.put_nowait(1)
+    """
 
     def _get(self) -> T:
         return self._items.pop()

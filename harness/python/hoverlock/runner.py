@@ -29,7 +29,10 @@ __all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "
 
 @dataclass
 class Result:
-    """How a test ended."""
+    """How a test ended.
+
+    >>> slowest = max(results, key=lambda result: result.seconds)
+    """
 
     name: str
     module: str
@@ -42,7 +45,10 @@ class Result:
 
 
 def new_seed() -> int:
-    """A seed for a session that was given none."""
+    """A seed for a session that was given none.
+
+    >>> seed = new_seed()
+    """
     return int.from_bytes(os.urandom(4), "little")
 
 
@@ -77,14 +83,20 @@ def load(module: str | Path) -> ModuleType:
 
 
 def collect(module: ModuleType) -> list[Test]:
-    """The tests of a module in the order of the file, one for each combination of parameters."""
+    """The tests of a module in the order of the file, one for each combination of parameters.
+
+    >>> [test.name for test in collect(test_counter)]
+    """
     found = [value for value in vars(module).values() if isinstance(value, Test)]
     found = [t for t in found if t.module == module.__name__]
     return [variant for t in found for variant in t.variants()]
 
 
 def design_of(test: Test, module: ModuleType, given: Design | None) -> Design:
-    """The design a test runs on: its own, its module's, or the one given."""
+    """The design a test runs on: its own, its module's, or the one given.
+
+    >>> library = design_of(test, module, None).compile()
+    """
     design = test.design or getattr(module, "design", None) or given
     if not isinstance(design, Design):
         raise HoverlockError(
@@ -161,7 +173,10 @@ def _say(result: Result, session_seed: int, module: str | Path) -> None:
 
 
 def write_junit(results: Iterable[Result], path: str | Path) -> None:
-    """Writes the results as JUnit XML, through a temporary name."""
+    """Writes the results as JUnit XML, through a temporary name.
+
+    >>> write_junit(run("test_counter.py"), "results.xml")
+    """
     from xml.etree import ElementTree
 
     results = list(results)

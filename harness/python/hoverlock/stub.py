@@ -78,10 +78,13 @@ def _comment(child: object) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Writes the stub of a design; 2 on bad usage or Verilog that does not build."""
+    """Writes the stub of a design; 2 on bad usage or Verilog that does not build.
+
+    >>> main(["counter.v", "--top", "counter", "-o", "counter_dut.pyi"])
+    """
     from .__main__ import design_from
 
-    parser = argparse.ArgumentParser(prog="python -m hoverlock stub", description=main.__doc__)
+    parser = argparse.ArgumentParser(prog="python -m hoverlock stub", description=(main.__doc__ or "").partition("\n")[0])
     parser.add_argument("sources", nargs="+", metavar="FILE", help="Verilog sources")
     parser.add_argument("--top", required=True, metavar="MODULE", help="top module")
     parser.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="parameter (may be repeated)")

@@ -32,7 +32,10 @@ T = TypeVar("T")
 
 
 class Test:
-    """A coroutine function that is a test, with how it is to be run; made by ``test``."""
+    """A coroutine function that is a test, with how it is to be run; made by ``test``.
+
+    >>> counts.run(design, seed=1)
+    """
 
     __test__ = False
 
@@ -207,7 +210,7 @@ def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: It
     ... @hoverlock.parametrize(width=[1, 8], gap=[0, 3])
     ... async def passes(dut, width, gap):
     ...     ...
-    >>> @hoverlock.parametrize((("a", "b"), [(1, 2), (3, 4)]))
+    >>> both = hoverlock.parametrize((("a", "b"), [(1, 2), (3, 4)]))
     """
     sets: list[list[tuple[str, dict[str, Any]]]] = []
     for names, values in [*options, *named.items()]:
@@ -247,7 +250,10 @@ _running: list[Running] = []
 
 
 def running() -> Running:
-    """The test that runs on this thread: its name, seed, design and ``dut``."""
+    """The test that runs on this thread: its name, seed, design and ``dut``.
+
+    >>> generator = numpy.random.default_rng(running().seed)
+    """
     if not _running:
         from .errors import SimulationError
 
@@ -256,7 +262,10 @@ def running() -> Running:
 
 
 def pass_test(reason: str = "") -> None:
-    """Ends the test well at once."""
+    """Ends the test well at once.
+
+    >>> pass_test("all words came")
+    """
     raise TestSuccess(reason)
 
 

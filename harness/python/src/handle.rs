@@ -22,6 +22,9 @@ enum Access {
 }
 
 /// A port or an internal signal.
+///
+/// >>> dut.enable.value = 1
+/// >>> int(dut.count.value)
 #[pyclass(frozen, module = "hoverlock", weakref)]
 pub struct Handle {
     access: OnThread<Access>,
@@ -320,6 +323,9 @@ impl Stored {
 }
 
 /// A value read from a signal: a whole number that knows its width. Compares and calculates as its unsigned number.
+///
+/// >>> dut.count.value + 1
+/// >>> dut.data.value[7:4].binstr
 #[pyclass(module = "hoverlock", frozen)]
 pub struct Value {
     bits: Stored,
@@ -715,6 +721,10 @@ impl<'py> ReadInt<'py> for Bound<'py, Value> {
 }
 
 /// A memory, or a port that is an array.
+///
+/// >>> dut.u_ram.cells[5].value = 7
+/// >>> dut.u_ram.cells.value = program
+/// >>> numpy.asarray(dut.u_ram.cells)
 #[pyclass(unsendable, module = "hoverlock", weakref)]
 pub struct ArrayHandle {
     memory: Memory,
@@ -854,6 +864,8 @@ impl ArrayHandle {
 }
 
 /// An element of a memory.
+///
+/// >>> dut.u_ram.cells[5].value = 7
 #[pyclass(unsendable, module = "hoverlock")]
 pub struct Element {
     array: Py<ArrayHandle>,
@@ -862,6 +874,7 @@ pub struct Element {
 
 #[pymethods]
 impl Element {
+    /// Its value; written, it is put when all tasks of this round have run.
     #[getter]
     fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
         let array = self.array.borrow(py);

@@ -13,6 +13,9 @@ use pyo3::types::{PyBool, PyDict};
 use crate::errors;
 
 /// A built model, from which simulations are made.
+///
+/// >>> library = design.compile()
+/// >>> library.top, library.warnings, library.constants
 #[pyclass(module = "hoverlock", frozen)]
 pub struct Library {
     pub library: model::Library,

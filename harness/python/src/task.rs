@@ -276,6 +276,8 @@ pub fn is_coroutine(item: &Bound<'_, PyAny>) -> bool {
 
 /// Starts a coroutine; it begins to run when the tasks that are ready before it have run. What runs already, a task or a
 /// clock, is given back as it is.
+///
+/// >>> task = start_soon(drive(dut))
 #[pyfunction]
 #[pyo3(signature = (coro, name = None))]
 pub fn start_soon<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult<Bound<'py, PyAny>> {

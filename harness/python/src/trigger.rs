@@ -29,6 +29,9 @@ enum Gives {
 }
 
 /// Something a coroutine can await. Triggers can be kept and awaited again, also by several tasks at a time.
+///
+/// >>> edge = RisingEdge(dut.clk)
+/// >>> await edge
 #[pyclass(subclass, frozen, module = "hoverlock")]
 pub struct Trigger(OnThread<Inner>);
 
@@ -255,22 +258,35 @@ macro_rules! plain_trigger {
 
 plain_trigger!(
     /// The end of this time step's changes: all values are settled, and nothing may be written.
+    ///
+    /// >>> await RisingEdge(dut.clk)
+    /// >>> await ReadOnly()
+    /// >>> int(dut.count.value)  # what the edge did
     ReadOnly, sim::Trigger::ReadOnly
 );
 plain_trigger!(
     /// All values are settled, and may still be changed in this time step.
+    ///
+    /// >>> await ReadWrite()
+    /// >>> dut.ready.value = dut.valid.value
     ReadWrite, sim::Trigger::ReadWrite
 );
 plain_trigger!(
     /// The beginning of the next time step, whenever that is.
+    ///
+    /// >>> await NextTimeStep()
     NextTimeStep, sim::Trigger::NextTimeStep
 );
 plain_trigger!(
     /// Lets the other ready tasks run first.
+    ///
+    /// >>> await NullTrigger()
     NullTrigger, sim::Trigger::Yield
 );
 plain_trigger!(
     /// `$finish` in the Verilog; while a task awaits it, it is no error.
+    ///
+    /// >>> await with_timeout(VerilogFinish(), 1, "ms")
     VerilogFinish, sim::Trigger::Finish
 );
 

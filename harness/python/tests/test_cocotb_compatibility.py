@@ -2,6 +2,7 @@
 
 import logging
 import random
+from pathlib import Path
 
 import pytest
 
@@ -176,8 +177,6 @@ def test_the_runner_builds_and_tests(tmp_path, monkeypatch):
         "    assert dut.X.value == 300\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    from pathlib import Path
-
     runner = get_runner("verilator")
     source = Path(__file__).parent / "designs" / "adder.v"
     runner.build(verilog_sources=[source], hdl_toplevel="adder", parameters={"DATA_WIDTH": 8}, always=True)
@@ -186,6 +185,29 @@ def test_the_runner_builds_and_tests(tmp_path, monkeypatch):
     assert get_results(results) == (1, 0)
     with pytest.raises(ValueError, match="no simulator 'none'"):
         get_runner("none")
+
+
+def test_the_runner_reaches_internals_when_a_bench_asks_for_them(tmp_path, monkeypatch, caplog):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "test_inner.py").write_text(
+        "import hoverlock.cocotb as cocotb\n"
+        "@cocotb.test()\n"
+        "async def looks_inside(dut):\n"
+        "    assert dut.sum.value == 0 and dut.lane[1].u_adds.BY.value == 1\n"
+        "@cocotb.test()\n"
+        "async def mistypes(dut):\n"
+        "    dut.summ.value\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    runner = get_runner("verilator")
+    runner.build(sources=[Path(__file__).parent / "designs" / "idioms.sv"], hdl_toplevel="idioms")
+    runner.test(hdl_toplevel="idioms", test_module="test_inner", testcase="looks_inside")
+    assert "all runs again" in caplog.text
+    with pytest.raises(SystemExit, match="failed: mistypes"):
+        runner.test(hdl_toplevel="idioms", test_module="test_inner")
+    runner.build(sources=[Path(__file__).parent / "designs" / "idioms.sv"], hdl_toplevel="idioms", internals=[])
+    with pytest.raises(SystemExit, match="failed: looks_inside"):
+        runner.test(hdl_toplevel="idioms", test_module="test_inner", testcase="looks_inside")
 
 
 def test_log_lines_carry_simulation_time(caplog):

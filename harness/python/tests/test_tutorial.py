@@ -46,9 +46,9 @@ def follow(folder, *, install):
 
 
 def test_the_tutorial_works(tmp_path):
-    assert follow(tmp_path, install=False) == 7
+    assert follow(tmp_path, install=False) == 9
 
 
 @pytest.mark.skipif("HOVERLOCK_TEST_INSTALL" not in os.environ, reason="builds the module anew: set HOVERLOCK_TEST_INSTALL")
 def test_the_tutorial_works_in_a_fresh_venv(tmp_path):
-    assert follow(tmp_path, install=True) == 7
+    assert follow(tmp_path, install=True) == 9

@@ -14,8 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from ..design import Design
-from ..errors import HoverlockError
-from ..runner import run, write_junit
+from ..errors import HoverlockError, NoSuchSignal
+from ..runner import new_seed, run, write_junit
+
+log = logging.getLogger("hoverlock.runner")
 
 __all__ = ["Verilator", "get_results", "get_runner"]
 
@@ -28,6 +30,7 @@ class Verilator:
     def __init__(self, arguments_are_verilators: bool = True) -> None:
         self.arguments_are_verilators = arguments_are_verilators
         self.design: Design | None = None
+        self.internals_are_chosen = False
         self.build_dir = Path("sim_build")
 
     def build(
@@ -44,13 +47,13 @@ class Verilator:
         build_dir: str | Path = "sim_build",
         waves: bool = False,
         timescale: tuple[str, str] | str | None = None,
-        internals: Sequence[str] = ("*",),
+        internals: Sequence[str] | None = None,
         **ignored: Any,
     ) -> None:
         """Builds the model; what cocotb takes beyond this (``always``, ``clean``, ``log_file`` ...) has no meaning here.
 
-        All internal signals are to be reached, as in cocotb; naming them, ``internals=["u_core.state"]`` or ``[]``, makes
-        the model faster.
+        Internal signals are reached as ``internals`` names them. Where it is not given, a bench that asks for one is run
+        again on a model with all of them, which is slower.
         """
         if hdl_toplevel is None:
             raise HoverlockError("hdl_toplevel is wanted")
@@ -64,12 +67,13 @@ class Verilator:
             defines=defines or {},
             includes=includes,
             flags=[str(flag) for flag in build_args] if self.arguments_are_verilators else (),
-            internals=internals,
+            internals=internals or (),
             waves="vcd" if waves else None,
             timescale="/".join(timescale) if isinstance(timescale, tuple) else timescale,
             folder=Path.cwd(),
         )
         self.design.compile()
+        self.internals_are_chosen = internals is not None
 
     def test(
         self,
@@ -94,7 +98,14 @@ class Verilator:
             modules = [test_module] if isinstance(test_module, str) else test_module
             modules = [name for text in modules for name in text.split(",") if name.strip()]
             chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
-            results = run(modules, design, seed=None if chosen is None else int(chosen), names=names)
+            session_seed = new_seed() if chosen is None else int(chosen)
+            results = run(modules, design, seed=session_seed, names=names)
+            if not self.internals_are_chosen and any(isinstance(r.error, NoSuchSignal) for r in results):
+                text = "a bench asks for a signal that is no port: all runs again, with every internal signal to be reached; "
+                log.warning("%sfaster is build(..., internals=['u_core.state'])", text)
+                self.design, design = self.design.changed(internals=("*",)), design.changed(internals=("*",))
+                self.internals_are_chosen = True
+                results = run(modules, design, seed=session_seed, names=names)
         finally:
             os.environ.clear()
             os.environ.update(before)
@@ -116,7 +127,7 @@ def get_runner(simulator_name: str = "verilator") -> Verilator:
         raise ValueError(f"no simulator '{simulator_name}': hoverlock runs on verilator")
     if simulator_name != "verilator":
         text = "runs on Verilator instead of %s, whose build_args are left out"
-        logging.getLogger("hoverlock.runner").warning(text, simulator_name)
+        log.warning(text, simulator_name)
     return Verilator(simulator_name == "verilator")
 
 

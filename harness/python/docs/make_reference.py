@@ -1,0 +1,160 @@
+"""Writes `reference.md` from the docstrings and types of the code.
+
+    python docs/make_reference.py           # writes it
+    python docs/make_reference.py --check   # says whether it is fresh: exit status 1 if not
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+REFERENCE = HERE / "reference.md"
+PACKAGE = HERE.parent / "hoverlock"
+MODULES = [
+    "hoverlock", "hoverlock.bus", "hoverlock.models", "hoverlock.runner", "hoverlock.stub", "hoverlock.log",
+    "hoverlock.cocotb", "hoverlock.cocotb.binary", "hoverlock.cocotb.clock", "hoverlock.cocotb.decorators",
+    "hoverlock.cocotb.handle", "hoverlock.cocotb.log", "hoverlock.cocotb.regression", "hoverlock.cocotb.result",
+    "hoverlock.cocotb.runner", "hoverlock.cocotb.simulator", "hoverlock.cocotb.triggers", "hoverlock.cocotb.types",
+    "hoverlock.cocotb.utils",
+]  # fmt: skip
+HEAD = """# Reference
+
+Made from the code by `python docs/make_reference.py`; a test holds it fresh. Where to begin: [the tutorial](../../docs/tutorial-python.md).
+The fixtures and switches of pytest: `pytest --help`, and [coming from cocotb](coming-from-cocotb.md).
+
+"""
+
+
+def rust_classes() -> dict[str, ast.ClassDef | ast.FunctionDef]:
+    """What is written in Rust, by its typed stub."""
+    tree = ast.parse((PACKAGE / "_core.pyi").read_text())
+    return {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+
+
+RUST = rust_classes()
+
+
+def docs_of(thing: Any) -> str:
+    """Its docstring, with examples as code."""
+    lines: list[str] = []
+    code = False
+    for line in (inspect.getdoc(thing) or "").splitlines():
+        starts = line.startswith(">>>")
+        if starts and not code:
+            lines.append("```python")
+            code = True
+        elif code and not line.strip():
+            lines.append("```")
+            code = False
+        lines.append(line)
+    return "\n".join([*lines, "```"] if code else lines)
+
+
+def signature_of(function: Any) -> str:
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return "(...)"
+    kept = [p for p in signature.parameters.values() if p.name not in ("self", "cls")]
+    return str(signature.replace(parameters=kept)).replace("'", "").replace("~", "")
+
+
+def stub_signature(node: ast.FunctionDef) -> str:
+    arguments = ast.unparse(node.args)
+    for first in ("self, ", "self", "cls, ", "cls"):
+        if arguments.startswith(first):
+            arguments = arguments[len(first) :]
+            break
+    returns = f" -> {ast.unparse(node.returns)}" if node.returns is not None else ""
+    return f"({arguments}){returns}"
+
+
+def members_of(cls: type) -> list[tuple[str, str, Any]]:
+    """Public methods and properties: name, signature (empty of a property), what has the docstring."""
+    found = []
+    node = RUST.get(cls.__name__) if cls.__module__ in ("hoverlock", "hoverlock._core", "builtins") else None
+    if isinstance(node, ast.ClassDef):
+        for item in node.body:
+            if isinstance(item, ast.FunctionDef) and not item.name.startswith("_"):
+                is_property = any(isinstance(d, ast.Name) and d.id == "property" for d in item.decorator_list)
+                found.append((item.name, "" if is_property else stub_signature(item), getattr(cls, item.name)))
+            elif isinstance(item, ast.AnnAssign) and isinstance(item.target, ast.Name) and not item.target.id.startswith("_"):
+                found.append((item.target.id, "", getattr(cls, item.target.id)))
+        return found
+    taken = set()
+    for level in cls.__mro__:
+        if not level.__module__.startswith("hoverlock"):
+            continue
+        for name, value in vars(level).items():
+            if name.startswith("_") or name in taken:
+                continue
+            taken.add(name)
+            if isinstance(value, property):
+                found.append((name, "", value))
+            elif callable(value) or isinstance(value, (classmethod, staticmethod)):
+                found.append((name, signature_of(getattr(cls, name)), getattr(cls, name)))
+    return found
+
+
+def constructor_of(cls: type) -> str:
+    node = RUST.get(cls.__name__)
+    if isinstance(node, ast.ClassDef) and cls.__module__ in ("hoverlock", "hoverlock._core"):
+        made = [i for i in node.body if isinstance(i, ast.FunctionDef) and i.name in ("__new__", "__init__")]
+        return stub_signature(made[0]).split(" -> ")[0] if made else ""
+    return "" if issubclass(cls, BaseException) else signature_of(cls).split(" -> ")[0]
+
+
+def entry(name: str, thing: Any) -> str:
+    if inspect.isclass(thing):
+        text = f"### `{name}{constructor_of(thing)}`\n\n{docs_of(thing)}\n"
+        for member, signature, value in members_of(thing):
+            text += f"\n- **`{member}{signature}`** {docs_of(value).split(chr(10) * 2)[0].replace(chr(10), ' ')}"
+            rest = docs_of(value).partition("\n\n")[2]
+            text += "".join(f"\n  {line}".rstrip() for line in ["", *rest.splitlines()]) if rest else ""
+        return text.rstrip() + "\n"
+    if callable(thing):
+        node = RUST.get(name)
+        signature = stub_signature(node) if isinstance(node, ast.FunctionDef) else signature_of(thing)
+        return f"### `{name}{signature}`\n\n{docs_of(thing)}\n"
+    return f"### `{name}`\n\n`{thing!r}`\n" if not repr(thing).startswith("<") else ""
+
+
+def build() -> str:
+    parts, seen = [HEAD], set()
+    for module_name in MODULES:
+        module = importlib.import_module(module_name)
+        parts.append(f"## `{module_name}`\n\n{docs_of(module)}\n")
+        again = []
+        for name in module.__all__:
+            thing = getattr(module, name)
+            if inspect.ismodule(thing):
+                continue
+            key = id(thing)
+            if key in seen:
+                again.append(f"`{name}`")
+                continue
+            seen.add(key)
+            parts.append(entry(name, thing))
+        if again:
+            parts.append(f"Also here: {', '.join(again)}.\n")
+    return "\n".join(part for part in parts if part)
+
+
+def main() -> int:
+    text = build()
+    if "--check" in sys.argv:
+        fresh = REFERENCE.exists() and REFERENCE.read_text() == text
+        print("fresh" if fresh else f"{REFERENCE.name} is stale: run python docs/make_reference.py")
+        return 0 if fresh else 1
+    REFERENCE.write_text(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,77 @@
+"""Hoverlock's own RTL against its bit-true model: the committed Verilog gets a small picture, and its records are those of
+`hoverlock.models`, in one line. This is also the example of a bench that compares with a model."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hoverlock
+from hoverlock import Clock, ClockCycles, Design, RisingEdge, Session, models, with_timeout
+from hoverlock.bus import AvalonMaster, AvalonSink, AvalonSource
+
+VERILOG = Path(__file__).resolve().parents[3] / "rtl" / "verilog"
+SOURCES = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
+design = Design(SOURCES, top="hoverlock_top")
+CONTROL, SIZE, THRESHOLD, FEATURES = 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2
+THRESHOLDS = (300, 200)
+
+
+def picture(width, height, seed):
+    """Blocks of random grey under some noise: corners of many sizes."""
+    random = np.random.default_rng(seed)
+    blocks = random.integers(8000, 56000, (height // 6 + 1, width // 7 + 1))
+    return (blocks.repeat(6, 0).repeat(7, 1)[:height, :width] + random.integers(0, 500, (height, width))).astype(np.uint16)
+
+
+async def ready(dut, width, height):
+    Clock(dut.clock, 10, "ns").start()
+    dut.reset.value = 1
+    await ClockCycles(dut.clock, 4)
+    dut.reset.value = 0
+    await RisingEdge(dut.clock)
+    csr = AvalonMaster(dut, "csr_", dut.clock, read_latency=1)
+    await csr.write(SIZE, width | height << 16)
+    await csr.write(THRESHOLD, THRESHOLDS[0] | THRESHOLDS[1] << 16)
+    await csr.write(CONTROL, 1)
+    return csr
+
+
+def test_the_rtl_gives_the_models_features():
+    frame = picture(96, 80, seed=1)
+    with Session(design) as session:
+        session.run(ready, width=96, height=80)
+        words = session.transfer(frame, "video_", "feature_", clock="clock", packet=frame.size, packets=1, stall=0.2)
+    *found, trailer = models.records(words)
+    assert np.array_equal(found, models.features(frame, THRESHOLDS)) and len(found) > 10
+    assert words[-1][2] == len(found) and trailer["flags"] == 0x8000  # the trailer: features written, no errors
+
+
+@hoverlock.test(timeout_time=10, timeout_unit="ms")
+@hoverlock.parametrize(stall=[None, 0.5])
+async def frames_follow_one_another(dut, stall):
+    csr = await ready(dut, 64, 64)
+    video = AvalonSource(dut, "video_", dut.clock, reset=dut.reset, symbol_bits=16)
+    features = AvalonSink(dut, "feature_", dut.clock, reset=dut.reset, symbol_bits=32)
+    video.pause(0.1, seed=1)
+    features.pause(stall, seed=2)
+    frames = [picture(64, 64, seed) for seed in (2, 3, 4)]
+    for frame in frames:
+        video.send(frame.ravel())
+    for frame in frames:
+        packet = await with_timeout(features.recv(), 2, "ms")
+        # A beat of an Avalon stream has its first symbol on top, a record its first word at the bottom.
+        *found, trailer = models.records(packet.symbols.reshape(-1, 8)[:, ::-1])
+        assert np.array_equal(found, models.features(frame, THRESHOLDS)) and len(found) > 3
+        assert await csr.read(FEATURES) == len(found)
+
+
+def test_a_difference_of_one_bit_is_seen():
+    frame = picture(64, 64, seed=2)
+    features = models.features(frame, THRESHOLDS)
+    other = features.copy()
+    other["descriptor"][0, 3] ^= 1
+    assert np.array_equal(features, models.features(frame, THRESHOLDS)) and not np.array_equal(features, other)
+    assert np.array_equal(list(features), features) and not np.array_equal(list(other), features)
+    with pytest.raises(ValueError, match="8 words"):
+        models.records(np.zeros((2, 7), np.uint32))
