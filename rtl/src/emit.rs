@@ -1,5 +1,7 @@
 //! Everything the RTL folder holds that is made by a program: Verilog, file list, C header, Rust constants, register table.
 
+use std::path::{Path, PathBuf};
+
 use rust_hdl::prelude::{Block, generate_verilog_unchecked};
 use sha2::{Digest, Sha256};
 
@@ -56,6 +58,16 @@ pub fn files() -> Result<Vec<File>, EmitError> {
     files.push(File { path: "registers/hoverlock_registers.rs".into(), text: rust_constants(&map) });
     files.push(File { path: "registers/REGISTERS.md".into(), text: markdown(&map) });
     Ok(files)
+}
+
+/// The committed Verilog files of the project this was built in, in order; nothing where it is not there any more.
+pub fn committed() -> Option<Vec<PathBuf>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("verilog");
+    let entries = std::fs::read_dir(folder).ok()?;
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut files: Vec<_> = paths.filter(|path| path.extension().is_some_and(|extension| extension == "v")).collect();
+    files.sort();
+    (!files.is_empty()).then_some(files)
 }
 
 /// The modules with a hash in their register.

@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 static SIMULATOR: LazyLock<Simulator> =
-    LazyLock::new(|| Simulator::of(&bench::sources()).expect("Verilator builds the top"));
+    LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
 
 fn jobs(sizes: &[(usize, usize)]) -> Vec<Job> {
     let frame = |(i, &(w, h)): (usize, &(usize, usize))| Job::new(noise(w, h, i as u64), [60, 45]).unwrap();

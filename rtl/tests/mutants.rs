@@ -1,117 +1,253 @@
-//! Faults put into the emitted Verilog must be found: seeded mutants through the gate of the chain.
+//! Faults put into the emitted Verilog must be found, and the report must point at their stage.
 //!
-//! `MUTANTS=200 cargo test -p hoverlock-rtl --release --test mutants -- --ignored --nocapture` makes as many; 20 are the sample.
+//! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture` puts in as many
+//! and writes the table that is committed; without the variables it is a sample.
 
-use std::{collections::BTreeSet, path::Path};
+mod bench;
+mod mutation;
 
+use std::{
+    collections::BTreeMap,
+    fmt::Write,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use bench::{noise, scenarios::SCENARIOS};
 use hoverlock_reference::plane::Plane;
 use hoverlock_rtl::{
-    emit::files,
+    emit::committed,
     simulation::{Fault, Job, Simulator, Streams, run},
 };
-use rand::{RngExt, SeedableRng, seq::IndexedRandom};
+use mutation::{Kind, Mutant};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What a fault exchanges for what.
-const FAULTS: [(&str, &str); 9] = [
-    (" > ", " >= "),
-    (" >= ", " > "),
-    (" + ", " - "),
-    (" - ", " + "),
-    (" & ", " | "),
-    (" | ", " & "),
-    ("'d1;", "'d0;"),
-    (" == ", " != "),
-    ("~", ""),
-];
+/// Few frames, small and nasty: every kind of content, sizes that change, frames with faults, new coefficients.
+fn torture() -> Vec<Job> {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut jobs = Vec::new();
+    let mut add = |pixels: Plane<u16>, thresholds: [u32; 2]| {
+        jobs.push(Job::new(pixels, thresholds).unwrap());
+        jobs.len() - 1
+    };
+    add(noise(64, 64, 1), [60, 45]);
+    let other = add(noise(64, 64, 2), [20, 20]);
+    // White and black spots: the largest responses there are.
+    let spots = |w: usize, h: usize| Plane::from_fn(w, h, |x, y| if (x / 9 + y / 7) % 2 == 0 { 0 } else { 0xffff });
+    let strong = add(spots(64, 64), [900, 700]);
+    let short = add(noise(66, 64, 3), [60, 45]);
+    // Few grey levels: ties, and responses equal to the threshold.
+    add(Plane::from_fn(66, 64, |_, _| 30_000 + random.random_range(0..60u16)), [4, 3]);
+    let long = add(noise(66, 64, 4), [30, 30]);
+    let interrupted = add(noise(66, 64, 5), [1, 1]);
+    add(noise(80, 70, 6), [1, 1]);
+    let impulse = |x: usize, y: usize| if (x * 7 + y * 13) % 101 == 0 { 0xffff } else { 0 };
+    add(Plane::from_fn(80, 70, impulse), [1, 1]);
+    add(Plane::filled(80, 70, 0xffff), [1, 1]);
+    add(spots(80, 70), [1, 1]);
+    jobs[other].coefficients.iter_mut().enumerate().for_each(|(i, code)| *code = 65_535 - 2345 * i as u32);
+    jobs[strong].coefficients[..6].fill(0xffff);
+    jobs[short].fault = Fault::Short(700);
+    jobs[long].fault = Fault::Long(9);
+    jobs[interrupted].fault = Fault::Interrupted(3000);
+    jobs
+}
 
-/// Survivors that have a reason: module, fault, a part of the line, the reason.
-const HARMLESS: [(&str, &str, &str, &str); 4] = [
-    ("window_maximum", " > ", " ? ", "the larger of two equal words is either"),
-    ("column_maximum", " > ", " ? ", "the larger of two equal words is either"),
-    ("maximum", " > ", " ? ", "the larger of two equal words is either"),
-    (
-        "sequencer",
-        " - ",
-        "settle <=",
-        "waits one cycle in place of three: enough in simulation, three give a slow path its time",
-    ),
-];
+/// The widest and the highest frame, for what the small ones cannot reach: the upper bits of places and counters.
+fn large() -> [Vec<Job>; 2] {
+    let job = |w: usize, h: usize, seed: u64| Job::new(noise(w, h, seed), [60, 45]).unwrap();
+    [vec![job(1024, 64, 1), job(1024, 64, 2)], vec![job(64, 2048, 3), job(64, 64, 4)]]
+}
 
-fn noise(seed: u64) -> Plane<u16> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    Plane::from_fn(66, 64, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000u16))
+/// The stages of the pipeline in their order; what comes from outside the comparison of planes is the last of them.
+fn rank(stage: &str) -> usize {
+    let order = ["smoother", "DoG", "MaxDOG", "record"];
+    order.iter().position(|name| stage.starts_with(name)).map_or(order.len() + 1, |at| at + 1)
+}
+
+/// The first stage that a module can disturb, by the longest beginning of its name that fits.
+fn stage_of(module: &str) -> usize {
+    const STAGES: [(&str, usize); 22] = [
+        ("", 1),
+        ("layer", 2),
+        ("difference", 2),
+        ("signed_response", 2),
+        ("line_delay_16x6", 3),
+        ("flag_delay_8", 3),
+        ("column_maximum", 3),
+        ("window_maximum", 3),
+        ("maximum", 4),
+        ("neighbours", 4),
+        ("delay_15x", 4),
+        ("delay_16x1", 4),
+        ("eligible", 4),
+        ("decision", 4),
+        ("threshold", 4),
+        ("candidate", 4),
+        ("ring", 4),
+        ("line_delay_16x28", 4),
+        ("line_delay_16x32_taps", 4),
+        ("record", 4),
+        ("frame_delay_3x10", 4),
+        ("frame_delay_15x13", 4),
+    ];
+    STAGES
+        .iter()
+        .filter(|(name, _)| module.starts_with(name))
+        .max_by_key(|(name, _)| name.len())
+        .map_or(1, |(_, rank)| *rank)
+}
+
+/// What the gates say of a model: which of them failed, and the stage it named.
+fn gates(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2]) -> Option<(String, String)> {
+    let chain = |gate: &str, jobs: &[Job], pause: f64| {
+        let streams = Streams { source_pause: pause, sink_pause: pause, ..Streams::default() };
+        match run(simulator, jobs, streams) {
+            Ok(outcome) if outcome.pass() => None,
+            Ok(outcome) => {
+                let stage = outcome.first_mismatch.map_or("nothing compared".to_owned(), |first| first.stage);
+                Some((gate.to_owned(), stage))
+            }
+            Err(error) => Some((gate.to_owned(), format!("{error}"))),
+        }
+    };
+    if let Some(found) = chain("chain", jobs, 0.0).or_else(|| chain("chain, pauses", jobs, 0.25)) {
+        return Some(found);
+    }
+    for (name, scenario) in SCENARIOS {
+        if let Err(failure) = scenario(simulator.library(), simulator.plusargs()) {
+            return Some((name.into(), failure.stage.into()));
+        }
+    }
+    large.iter().find_map(|jobs| chain("large frames", jobs, 0.0))
+}
+
+/// Survivors that have a reason: module, kind, a part of the original text, a part of the fault, the reason.
+const HARMLESS: &[(&str, &str, &str, &str, &str)] = &[];
+
+struct Verdict {
+    mutant: Mutant,
+    found: Option<(String, String)>,
+    reason: Option<String>,
 }
 
 #[test]
-#[ignore = "long: a Verilated model for each mutant"]
+#[ignore = "long: hundreds of faults, a second or more each"]
 fn mutants_do_not_survive() {
     let count: usize = std::env::var("MUTANTS").ok().and_then(|text| text.parse().ok()).unwrap_or(20);
-    let files = files().unwrap();
-    let files: Vec<_> = files.iter().filter(|file| file.path.ends_with(".v")).collect();
-    let mut jobs: Vec<Job> = (0..5).map(|seed| Job::new(noise(seed), [60, 45]).unwrap()).collect();
-    jobs[1].coefficients.iter_mut().enumerate().for_each(|(i, code)| *code = 30_000 + 1234 * i as u32);
-    jobs[2].fault = Fault::Short(700);
-    jobs[3].fault = Fault::Long(9);
-    // Few grey levels: ties, and responses equal to the threshold.
-    let mut random = ChaCha8Rng::seed_from_u64(11);
-    jobs[4].pixels = Plane::from_fn(66, 64, |_, _| 30_000 + random.random_range(0..60u16));
-    jobs[4].thresholds = [4, 3];
-    let mut draw = ChaCha8Rng::seed_from_u64(4);
-    let mut seen = BTreeSet::new();
-    let mut survivors = Vec::new();
-    while seen.len() < count {
-        let at = draw.random_range(0..files.len());
-        let (from, to) = FAULTS.choose(&mut draw).copied().unwrap();
-        let text = &files[at].text;
-        let body = text.find("\nmodule ").unwrap_or_default();
-        let places: Vec<usize> = text[body..].match_indices(from).map(|(i, _)| body + i).collect();
-        let unread = |place: &usize| text[..*place].lines().last().is_some_and(|line| line.contains("wire unused"));
-        let Some(&place) = places.choose(&mut draw).filter(|place| !unread(place)) else { continue };
-        if !seen.insert((at, place, to)) {
-            continue;
-        }
-        let line = text[..place].lines().last().unwrap_or_default().to_owned()
-            + text[place..].lines().next().unwrap_or_default();
-        let mutant = format!("{}{to}{}", &text[..place], &text[place + from.len()..]);
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutant");
-        std::fs::create_dir_all(&folder).unwrap();
-        let sources: Vec<_> = files
-            .iter()
-            .enumerate()
-            .map(|(i, file)| {
-                let path = folder.join(file.path.trim_start_matches("verilog/"));
-                std::fs::write(&path, if i == at { &mutant } else { &file.text }).unwrap();
-                path
-            })
-            .collect();
-        let name = files[at].path.trim_start_matches("verilog/");
-        let verdict = match Simulator::of(&sources) {
-            Err(_) => "does not build".to_owned(),
-            Ok(simulator) => {
-                let pauses = Streams { source_pause: 0.1, sink_pause: 0.1, ..Streams::default() };
-                let faults = run(&simulator, &jobs, pauses);
-                let full = run(&simulator, &jobs[..2], Streams { sink_opens: 20_000, ..Streams::default() });
-                match (faults, full) {
-                    (Ok(a), Ok(b)) if a.pass() && b.pass() && a.status & 0xff == 0x87 => "survives".to_owned(),
-                    (Ok(a), Ok(b)) => {
-                        let first = a.first_mismatch.or(b.first_mismatch).map(|m| m.stage);
-                        format!("found in {}", first.unwrap_or_else(|| "status".into()))
-                    }
-                    (a, b) => format!("found: {}", a.err().or(b.err()).unwrap()),
+    let seed: u64 = std::env::var("MUTANTS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let sources = mutation::read(&committed().unwrap());
+    let all = mutation::all(&sources);
+    let mutants = mutation::choose(&all, count, seed);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mutants-{count}-{seed}"));
+    let model = Simulator::of(&mutation::write(&folder, &sources, &mutants)).expect("the faults build");
+    let (jobs, large) = (torture(), large());
+    let choose = |number: usize| model.clone().with_plusargs(vec![format!("+MUTANT={number}")]);
+    // The control: with no fault chosen nothing is found.
+    assert_eq!(gates(&choose(0), &jobs, &large), None);
+
+    let next = AtomicUsize::new(0);
+    let verdicts: Mutex<Vec<(usize, Verdict)>> = Mutex::default();
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(mutant) = mutants.get(at) else { break };
+                    let found = catch_unwind(AssertUnwindSafe(|| gates(&choose(at + 1), &jobs, &large)))
+                        .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
+                    let reason = found.is_none().then(|| reason(mutant)).flatten();
+                    let said = match (&found, &reason) {
+                        (Some((gate, stage)), _) => format!("{gate}: {stage}"),
+                        (None, Some(reason)) => format!("survives, {reason}"),
+                        (None, None) => "SURVIVES".into(),
+                    };
+                    let Mutant { module, line, kind, original, fault, .. } = mutant;
+                    eprintln!("{module}.v:{line}: {}: `{original}` as `{fault}`: {said}", kind.name());
+                    verdicts.lock().unwrap().push((at, Verdict { mutant: mutant.clone(), found, reason }));
                 }
-            }
-        };
-        eprintln!("{name}: `{}` with `{to}`: {verdict}", line.trim());
-        let reason = HARMLESS
-            .iter()
-            .find(|(module, fault, part, _)| name.starts_with(module) && from == *fault && line.contains(part));
-        if verdict == "survives" {
-            match reason {
-                Some((.., reason)) => eprintln!("  harmless: {reason}"),
-                None => survivors.push(format!("{name}: `{}` with `{to}`", line.trim())),
-            }
+            });
+        }
+    });
+    let mut verdicts = verdicts.into_inner().unwrap();
+    verdicts.sort_by_key(|(at, _)| *at);
+    let verdicts: Vec<Verdict> = verdicts.into_iter().map(|(_, verdict)| verdict).collect();
+    if let Some(path) = std::env::var_os("MUTANTS_REPORT") {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        std::fs::write(root.join(path), report(&verdicts, all.len(), seed)).unwrap();
+    }
+    let describe = |verdict: &&Verdict| {
+        let Mutant { module, line, original, fault, .. } = &verdict.mutant;
+        format!("{module}.v:{line}: `{original}` as `{fault}`: {:?}\n", verdict.found)
+    };
+    let early: String = verdicts.iter().filter(|verdict| !points_right(verdict)).map(|v| describe(&v)).collect();
+    assert!(early.is_empty(), "found in a stage before the fault's own:\n{early}");
+    let open: String =
+        verdicts.iter().filter(|v| v.found.is_none() && v.reason.is_none()).map(|v| describe(&v)).collect();
+    assert!(open.is_empty(), "unexplained survivors:\n{open}");
+}
+
+/// The stage that was named is the fault's own or a later one.
+fn points_right(verdict: &Verdict) -> bool {
+    let Some((_, stage)) = &verdict.found else { return true };
+    let module = verdict.mutant.at.as_ref().unwrap_or(&verdict.mutant.module);
+    rank(stage) >= stage_of(module)
+}
+
+fn reason(mutant: &Mutant) -> Option<String> {
+    let fits = |(module, kind, original, fault, _): &&(&str, &str, &str, &str, &str)| {
+        mutant.module.starts_with(module)
+            && mutant.kind.name() == *kind
+            && mutant.original.contains(original)
+            && mutant.fault.contains(fault)
+    };
+    HARMLESS.iter().find(fits).map(|(.., reason)| (*reason).to_owned())
+}
+
+/// The document: what was put in, what found it, what survived and why.
+fn report(verdicts: &[Verdict], all: usize, seed: u64) -> String {
+    let mut modules: BTreeMap<&str, (usize, usize, BTreeMap<&str, usize>)> = BTreeMap::new();
+    let mut kinds: BTreeMap<Kind, (usize, usize)> = BTreeMap::new();
+    for verdict in verdicts {
+        let (faults, killed, by) = modules.entry(&verdict.mutant.module).or_default();
+        let kind = kinds.entry(verdict.mutant.kind).or_default();
+        *faults += 1;
+        kind.0 += 1;
+        if let Some((_, stage)) = &verdict.found {
+            *killed += 1;
+            kind.1 += 1;
+            *by.entry(stage).or_default() += 1;
         }
     }
-    assert!(survivors.is_empty(), "unexplained survivors:\n{}", survivors.join("\n"));
+    let killed = verdicts.iter().filter(|verdict| verdict.found.is_some()).count();
+    let mut text = format!(
+        "# Faults put into the Verilog\n\n{} faults of {all} possible ones, seed {seed}, every module with one at least: {killed} found, {} \
+         harmless. No report named a stage before the fault's own.\n\nMade by\n\n```\nMUTANTS={} MUTANTS_SEED={seed} \
+         MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture\n```\n\n",
+        verdicts.len(),
+        verdicts.len() - killed,
+        verdicts.len()
+    );
+    text += "| kind | faults | found |\n|---|---|---|\n";
+    for (kind, (faults, killed)) in &kinds {
+        writeln!(text, "| {} | {faults} | {killed} |", kind.name()).unwrap();
+    }
+    text += "\n| module | faults | found | where the report pointed |\n|---|---|---|---|\n";
+    for (module, (faults, killed, by)) in &modules {
+        let by: Vec<_> = by.iter().map(|(stage, n)| format!("{stage} {n}")).collect();
+        writeln!(text, "| {module} | {faults} | {killed} | {} |", by.join(", ")).unwrap();
+    }
+    text += "\n## Survivors\n\n| module | line | fault | why it is harmless |\n|---|---|---|---|\n";
+    for verdict in verdicts.iter().filter(|verdict| verdict.found.is_none()) {
+        let Mutant { module, line, original, fault, .. } = &verdict.mutant;
+        let reason = verdict.reason.as_deref().unwrap_or("**not known**");
+        let cell = |text: &str| text.replace('|', "\\|");
+        writeln!(text, "| {module} | {line} | `{}` as `{}` | {reason} |", cell(original), cell(fault)).unwrap();
+    }
+    text
 }

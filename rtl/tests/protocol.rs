@@ -10,7 +10,7 @@ use hoverlock_rtl::simulation::Simulator;
 use proptest::prelude::*;
 
 static SIMULATOR: LazyLock<Simulator> =
-    LazyLock::new(|| Simulator::of(&bench::sources()).expect("Verilator builds the top"));
+    LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
 
 fn library() -> &'static Library {
     SIMULATOR.library()

@@ -91,7 +91,8 @@ macro_rules! set {
 
 impl Pins {
     fn new(simulator: &Simulator, seed: u64) -> Result<Self, SimulationError> {
-        let model = simulator.library().instance_with(&InstanceOptions { seed, ..InstanceOptions::default() })?;
+        let options = InstanceOptions { seed, plusargs: simulator.plusargs().to_vec() };
+        let model = simulator.library().instance_with(&options)?;
         Ok(Self {
             clock: model.raw("clock")?,
             reset: model.raw("reset")?,

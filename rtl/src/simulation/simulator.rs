@@ -12,21 +12,25 @@ use hoverlock_harness::{
 use sha2::{Digest, Sha256};
 
 use super::{SimulationError, bench::INTERNALS};
-use crate::emit::files;
+use crate::emit::{committed, files};
 
 /// The Verilated top, built once and cached by content.
 #[derive(Debug, Clone)]
 pub struct Simulator {
     library: Library,
+    plusargs: Vec<String>,
 }
 
 impl Simulator {
-    /// Of the Verilog the sources give now.
+    /// Of the committed Verilog, so that what is simulated is what others build from; far from the project, of what the sources give.
     ///
     /// # Errors
     /// Where Verilator or the compiler fails.
     pub fn new() -> Result<Self, SimulationError> {
-        Self::of(&emitted()?)
+        match committed() {
+            Some(files) => Self::of(&files),
+            None => Self::of(&emitted()?),
+        }
     }
 
     /// Of Verilog files.
@@ -36,7 +40,17 @@ impl Simulator {
     pub fn of(sources: &[PathBuf]) -> Result<Self, SimulationError> {
         let build = Build::new("hoverlock_top").sources(sources).initial(Initial::Random);
         let build = INTERNALS.into_iter().fold(build, Build::internal);
-        Ok(Self { library: build.compile()? })
+        Ok(Self { library: build.compile()?, plusargs: Vec::new() })
+    }
+
+    /// The same model, run with arguments that `$value$plusargs` in its Verilog sees.
+    pub fn with_plusargs(self, plusargs: Vec<String>) -> Self {
+        Self { plusargs, ..self }
+    }
+
+    /// The arguments its Verilog sees.
+    pub fn plusargs(&self) -> &[String] {
+        &self.plusargs
     }
 
     /// The Verilated top itself, for a bench of one's own.

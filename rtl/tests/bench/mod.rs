@@ -7,7 +7,7 @@
 
 pub mod scenarios;
 
-use std::{collections::VecDeque, fmt, path::Path, path::PathBuf};
+use std::{collections::VecDeque, fmt};
 
 use hoverlock_fixed_point::{
     bit_true::{BitTrue, FLAG_TRAILER, Planes},
@@ -49,16 +49,6 @@ pub const DROPS: u32 = 1 << 5;
 pub const SATURATED: u32 = 1 << 6;
 pub const BEGUN: u32 = 1 << 7;
 pub const BUSY: u32 = 1 << 31;
-
-/// The committed Verilog, as whoever builds the core gets it.
-pub fn sources() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("verilog");
-    let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "v"));
-    files.sort();
-    files
-}
 
 /// What a scenario found: the part of the core that broke its promise, and how.
 #[derive(Debug, Clone)]
