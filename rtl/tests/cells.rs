@@ -3,10 +3,13 @@
 //! All cells stand side by side in one bench of generated Verilog, so that Verilator runs once. Inputs are random words mixed with
 //! the corners of their range; the clock enable and the reset come and go. Every output is compared after every clock edge.
 
-use std::{fmt::Write, sync::LazyLock};
+use std::{collections::BTreeMap, fmt::Write, path::Path, sync::LazyLock};
 
-use hoverlock_fixed_point::lerp::lerp;
-use hoverlock_harness::{build::Build, model::Library};
+use hoverlock_fixed_point::{bit_true::ThresholdController, design::KT27, lerp::lerp};
+use hoverlock_harness::{
+    build::Build,
+    model::{Library, SignalId},
+};
 use hoverlock_rtl::{
     cells::{
         address::AddressCounter,
@@ -25,7 +28,7 @@ use hoverlock_rtl::{
         sequencer::Sequencer,
         tail::{HeldRow, TailCounter},
     },
-    emit::{File, files},
+    emit::committed,
     registers::registers,
 };
 use rand::{RngExt, SeedableRng};
@@ -70,24 +73,52 @@ fn random<T: Word>(random: &mut ChaCha8Rng) -> T {
     T::from_words(&words)
 }
 
-static FILES: LazyLock<Vec<File>> = LazyLock::new(|| files().unwrap());
+/// The committed Verilog by module.
+static FILES: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
+    let module = |path: &Path| path.file_stem().unwrap().to_string_lossy().into_owned();
+    let paths = committed().expect("the project is there");
+    paths.iter().map(|path| (module(path), std::fs::read_to_string(path).unwrap())).collect()
+});
+
+/// A cell of its own, not the wiring of others: that is for `structure.rs` and the chain.
+fn is_leaf(text: &str) -> bool {
+    !text.contains("\n  .clock(clock)")
+}
+
+/// The numbers in the names of all modules of a family: `delay_18x4` is 4 of `delay_18x`.
+fn family(prefix: &str) -> Vec<(String, usize)> {
+    let member = |name: &String| Some((name.clone(), name.strip_prefix(prefix)?.parse().ok()?));
+    let members: Vec<_> = FILES.keys().filter_map(member).collect();
+    assert!(!members.is_empty(), "no module {prefix}N");
+    members
+}
+
+#[test]
+fn every_leaf_has_a_gate() {
+    // The text of this file holds the name of each module that it drives, or the name of its family.
+    let gates = include_str!("cells.rs");
+    for name in FILES.iter().filter(|(_, text)| is_leaf(text)).map(|(name, _)| name) {
+        let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let gated = [format!("\"{name}\""), format!("(\"{stem}\")")].iter().any(|gate| gates.contains(gate));
+        assert!(gated, "{name} has no gate of its own");
+    }
+}
 
 /// One instance of each cell, its ports named `cell__port`, one clock for all.
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     // The same folder every time, so that the built model is found again.
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
     let (mut ports, mut instances, mut sources) = (vec!["input wire clock".to_owned()], String::new(), Vec::new());
-    for file in FILES.iter().filter(|file| file.path.ends_with(".v")) {
-        let name = file.path.trim_start_matches("verilog/").trim_end_matches(".v");
+    for (name, text) in FILES.iter() {
         let path = folder.join(format!("{name}.v"));
-        std::fs::write(&path, &file.text).unwrap();
+        std::fs::write(&path, text).unwrap();
         sources.push(path);
         // What is wiring is covered by the chain.
-        if file.text.contains("assign ") && !file.text.contains("always") {
+        if !is_leaf(text) {
             continue;
         }
         let mut connections = Vec::new();
-        for line in file.text.lines().skip_while(|line| !line.starts_with("module")).take_while(|line| *line != ");") {
+        for line in text.lines().skip_while(|line| !line.starts_with("module")).take_while(|line| *line != ");") {
             let Some((direction, rest)) = line.trim().trim_end_matches(',').split_once(' ') else { continue };
             if direction != "input" && direction != "output" {
                 continue;
@@ -222,11 +253,11 @@ fn difference_rounds_half_up_keeps_the_sign_and_saturates() {
 
 #[test]
 fn window_maxima_are_those_of_the_definition() {
-    for samples in [3usize, 5, 7] {
+    for (module, samples) in family("window_maximum_") {
         let mut past = Vec::new();
         alike!(
             WindowMaximum::new(samples),
-            &format!("window_maximum_{samples}"),
+            &module,
             1500,
             [advance, x],
             [y],
@@ -337,91 +368,167 @@ macro_rules! agree {
     };
 }
 
+/// A delay of words of some width and of any length there is.
+macro_rules! delay {
+    ($bits:literal, $family:expr) => {
+        for (module, steps) in $family {
+            let mut past = Vec::new();
+            alike!(
+                Delay::<$bits>::new(steps),
+                &module,
+                400,
+                [reset, advance, x],
+                [y],
+                |cell: &mut Delay<$bits>, cycle, _: &mut ChaCha8Rng| cell.reset.next = cycle < 2,
+                |cell: &Delay<$bits>, _| {
+                    if cell.advance.val() {
+                        past.push(cell.x.val());
+                        if past.len() >= steps {
+                            assert_eq!(cell.y.val(), past[past.len() - steps]);
+                        }
+                    }
+                }
+            );
+        }
+    };
+}
+
 #[test]
 fn delays() {
-    for steps in [1usize, 2, 4, 8, 16, 32] {
-        let mut past = Vec::new();
-        alike!(
-            Delay::<18>::new(steps),
-            &format!("delay_18x{steps}"),
-            400,
+    delay!(15, family("delay_15x"));
+    delay!(16, family("delay_16x"));
+    delay!(18, family("delay_18x"));
+    for (module, steps) in family("flag_delay_") {
+        agree!(
+            FlagDelay,
+            FlagDelay::new(steps),
+            &module,
+            1000,
             [reset, advance, x],
             [y],
-            |cell: &mut Delay<18>, cycle, _: &mut ChaCha8Rng| cell.reset.next = cycle < 2,
-            |cell: &Delay<18>, _| {
-                if cell.advance.val() {
-                    past.push(cell.x.val());
-                    if past.len() >= steps {
-                        assert_eq!(cell.y.val(), past[past.len() - steps]);
+            |cell: &mut FlagDelay, cycle, draw: &mut ChaCha8Rng| {
+                resets!(cell, cycle, draw);
+            }
+        );
+    }
+    for (module, steps) in family("pulse_delay_") {
+        let mut last = None;
+        let mut step = 0;
+        alike!(
+            PulseDelay::new(steps as u64),
+            &module,
+            2000,
+            [reset, advance, x],
+            [y],
+            |cell: &mut PulseDelay, cycle, draw: &mut ChaCha8Rng| {
+                resets!(cell, cycle, draw);
+                cell.x.next = draw.random_ratio(1, 15);
+            },
+            |cell: &PulseDelay, _| {
+                if cell.reset.val() {
+                    last = None;
+                } else if cell.advance.val() {
+                    step += 1;
+                    // The pulse is seen with the step before the one it belongs to.
+                    assert_eq!(cell.y.val(), last.is_some_and(|last| step + 1 == last + steps), "{module}");
+                    if cell.x.val() {
+                        last = Some(step);
                     }
                 }
             }
         );
     }
-    agree!(
-        FlagDelay,
-        FlagDelay::new(4),
-        "flag_delay_4",
-        1000,
-        [reset, advance, x],
-        [y],
-        |cell: &mut FlagDelay, cycle, draw: &mut ChaCha8Rng| {
-            resets!(cell, cycle, draw);
-        }
-    );
-    agree!(
-        PulseDelay,
-        PulseDelay::new(20),
-        "pulse_delay_20",
-        2000,
-        [reset, advance, x],
-        [y],
-        |cell: &mut PulseDelay, cycle, draw: &mut ChaCha8Rng| {
-            resets!(cell, cycle, draw);
-            cell.x.next = draw.random_ratio(1, 15);
-        }
-    );
-    agree!(
-        FrameDelay,
-        FrameDelay::new(3, 10),
-        "frame_delay_3x10",
-        4000,
-        [reset, advance, width, x],
-        [y],
-        |cell: &mut FrameDelay, cycle, draw: &mut ChaCha8Rng| {
-            resets!(cell, cycle, draw);
-            cell.width.next = 64u64.into();
-            cell.x.next = draw.random_ratio(1, 300);
-        }
-    );
+    // Lines and steps of each frame marker.
+    for (module, lines, steps) in [
+        ("frame_delay_1x4", 1, 4),
+        ("frame_delay_2x4", 2, 4),
+        ("frame_delay_4x4", 4, 4),
+        ("frame_delay_8x4", 8, 4),
+        ("frame_delay_16x4", 16, 4),
+        ("frame_delay_32x4", 32, 4),
+        ("frame_delay_32x44", 32, 44),
+        ("frame_delay_3x10", 3, 10),
+        ("frame_delay_15x13", 15, 13),
+    ] {
+        let (mut step, mut last) = (0u64, None);
+        let width = 66 + lines;
+        alike!(
+            FrameDelay::new(lines, steps),
+            module,
+            5000,
+            [reset, advance, width, x],
+            [y],
+            |cell: &mut FrameDelay, cycle, draw: &mut ChaCha8Rng| {
+                cell.reset.next = cycle < 2 || cycle == 4000;
+                cell.advance.next = draw.random_ratio(9, 10);
+                cell.width.next = width.into();
+                cell.x.next = [5, 3400, 3950].contains(&cycle);
+            },
+            |cell: &FrameDelay, _| {
+                if cell.reset.val() {
+                    last = None;
+                } else if cell.advance.val() {
+                    step += 1;
+                    assert_eq!(
+                        cell.y.val(),
+                        last.is_some_and(|last| step + 1 == last + lines * width + steps),
+                        "{module}"
+                    );
+                    if cell.x.val() {
+                        last = Some(step);
+                    }
+                }
+            }
+        );
+    }
+}
+
+#[test]
+fn lines_of_every_depth() {
+    /// Lines of words of some width, the taps of them that are read.
+    macro_rules! lines {
+        ($bits:literal, $out:literal, $module:expr, $taps:expr) => {
+            let (mut count, mut past) = (0u64, Vec::new());
+            let taps: &[usize] = $taps;
+            // As many steps as the oldest tap needs, and a hundred more.
+            let cycles = 64 * taps[taps.len() - 1] + 200;
+            alike!(
+                LineDelay::<$bits, $out>::new(taps),
+                $module,
+                cycles,
+                [advance, address, write_address, x],
+                [y],
+                |cell: &mut LineDelay<$bits, $out>, cycle, draw: &mut ChaCha8Rng| {
+                    cell.advance.next = cycle < 100 || draw.random_ratio(19, 20);
+                    cell.address.next = (count % 60).into();
+                    cell.write_address.next = ((count + 59) % 60).into();
+                    count += u64::from(cell.advance.next);
+                },
+                |cell: &LineDelay<$bits, $out>, _| {
+                    if cell.advance.val() {
+                        past.push(cell.x.val());
+                        for (i, tap) in taps.iter().enumerate().filter(|(_, tap)| past.len() > 60 * **tap) {
+                            assert_eq!(cell.y.val().get_bits::<$bits>($bits * i), past[past.len() - 60 * tap]);
+                        }
+                    }
+                }
+            );
+        };
+    }
+    for (module, rows) in family("line_delay_18x") {
+        lines!(18, 18, &module, &[rows]);
+    }
+    lines!(16, 16, "line_delay_16x32", &[32]);
+    lines!(16, 96, "line_delay_16x6_all", &[1, 2, 3, 4, 5, 6]);
+    let ring =
+        |scale: usize| rows(scale).into_iter().map(|(line, _)| line).filter(|line| *line > 0).collect::<Vec<_>>();
+    // The fine ring lies deeper inside: it has a newest line of its own to wait for.
+    lines!(16, 240, "line_delay_16x28_taps15", &ring(0));
+    lines!(16, 224, "line_delay_16x32_taps14", &ring(1));
 }
 
 #[test]
 fn lines_and_addresses() {
-    // The address as the counter gives it: steps modulo W, and the same before.
-    let mut count = 0u64;
-    let mut past = Vec::new();
-    alike!(
-        LineDelay::<18, 18>::new(&[2]),
-        "line_delay_18x2",
-        3000,
-        [advance, address, write_address, x],
-        [y],
-        |cell: &mut LineDelay<18, 18>, _, _: &mut ChaCha8Rng| {
-            cell.address.next = (count % 70).into();
-            cell.write_address.next = ((count + 69) % 70).into();
-            count += u64::from(cell.advance.next);
-        },
-        |cell: &LineDelay<18, 18>, _| {
-            if cell.advance.val() {
-                past.push(cell.x.val());
-                // After an edge the next step's word is there: the one of 2 W steps before it.
-                if past.len() > 140 {
-                    assert_eq!(cell.y.val(), past[past.len() - 140]);
-                }
-            }
-        }
-    );
     agree!(
         AddressCounter,
         AddressCounter::default(),
@@ -502,11 +609,11 @@ fn borders_and_places() {
         [p, q],
         |_: &mut ColumnBorder, _, _: &mut ChaCha8Rng| {}
     );
-    for reach in [1u64, 4, 32] {
+    for (module, reach) in family("look_back_border_") {
         agree!(
             LookBackBorder,
-            LookBackBorder::new(reach),
-            &format!("look_back_border_{reach}"),
+            LookBackBorder::new(reach as u64),
+            &module,
             1500,
             [reset, advance, first, x, past],
             [p, q],
@@ -515,10 +622,12 @@ fn borders_and_places() {
                 cell.first.next = draw.random_ratio(1, 40);
             }
         );
+    }
+    for (module, reach) in family("look_ahead_border_") {
         agree!(
             LookAheadBorder,
-            LookAheadBorder::new(reach),
-            &format!("look_ahead_border_{reach}"),
+            LookAheadBorder::new(reach as u64),
+            &module,
             1500,
             [reset, advance, last, x, past],
             [p, q],
@@ -587,6 +696,40 @@ fn borders_and_places() {
             }
         }
     );
+}
+
+#[test]
+fn every_threshold_moves_as_the_model_says() {
+    // One frame takes the manual threshold, the next follows a count: three, against a target that is far less, far more, or met.
+    let mut model = LIBRARY.instance().unwrap();
+    let ports = ["clock", "threshold__reset", "threshold__advance", "threshold__start", "threshold__hit"];
+    let [clock, reset, advance, start, hit] = ports.map(|name| model.find(name).unwrap());
+    let ports = ["threshold__follow", "threshold__manual", "threshold__target", "threshold__threshold"];
+    let [follow, manual, target, threshold] = ports.map(|name| model.find(name).unwrap());
+    let mut cycle = |inputs: &[(SignalId, u64)]| {
+        inputs.iter().for_each(|(signal, value)| model.set(*signal, *value).unwrap());
+        for level in [0, 1] {
+            model.set(clock, level).unwrap();
+            model.eval().unwrap();
+        }
+        model.get(threshold)
+    };
+    cycle(&[(reset, 1), (advance, 1), (start, 0), (hit, 0)]);
+    cycle(&[(reset, 0)]);
+    for t in 0..=0x7fffu64 {
+        for wanted in [0, 4, 2, 1000] {
+            assert_eq!(cycle(&[(start, 1), (hit, 0), (follow, 0), (manual, t)]), t.max(1));
+            // The first that follows takes the manual one too.
+            cycle(&[(follow, 1)]);
+            (0..3).for_each(|_| _ = cycle(&[(start, 0), (hit, 1), (target, wanted)]));
+            cycle(&[(hit, 0)]);
+            let mut design = KT27.clone();
+            (design.threshold.target, design.threshold.initial) = (wanted as u32, t.max(1) as u32);
+            let mut control = ThresholdController::new(&design);
+            control.finish_frame([3, 3]);
+            assert_eq!(cycle(&[(start, 1)]), u64::from(control.thresholds()[0]), "from {t}, 3 features of {wanted}");
+        }
+    }
 }
 
 /// The same for a cell without a clock.
@@ -750,8 +893,7 @@ fn registers_read_back_and_clear() {
 
 /// The map with the hash that the emitted Verilog shows.
 fn emitted_map() -> Vec<hoverlock_rtl::registers::Register> {
-    let csr = FILES.iter().find(|file| file.path == "verilog/csr.v").unwrap();
-    let hash = csr.text.split("emission_hash = 32'h").nth(1).unwrap();
+    let hash = FILES["csr"].split("emission_hash = 32'h").nth(1).unwrap();
     let hash = u32::from_str_radix(hash.split(';').next().unwrap(), 16).unwrap();
     let mut map = registers().unwrap();
     map.iter_mut().filter(|register| register.name == "emission").for_each(|register| register.fields[0].reset = hash);

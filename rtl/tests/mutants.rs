@@ -17,7 +17,7 @@ use std::{
     },
 };
 
-use bench::{noise, scenarios::SCENARIOS};
+use bench::{lattice, noise, scenarios::SCENARIOS};
 use hoverlock_reference::plane::Plane;
 use hoverlock_rtl::{
     emit::committed,
@@ -50,6 +50,18 @@ fn torture() -> Vec<Job> {
     add(Plane::from_fn(80, 70, impulse), [1, 1]);
     add(Plane::filled(80, 70, 0xffff), [1, 1]);
     add(spots(80, 70), [1, 1]);
+    // Discs, white on black and black on white: responses near the largest code in both scale pairs, far above what is around.
+    let disc = |x: usize, y: usize, radius: usize| {
+        [(24, 24), (56, 24), (40, 46)]
+            .iter()
+            .any(|(a, b)| x.abs_diff(*a).pow(2) + y.abs_diff(*b).pow(2) <= radius * radius)
+    };
+    for (radius, inside, outside) in [(6, 0xffff, 0), (7, 0, 0xffff), (3, 0xffff, 0)] {
+        add(Plane::from_fn(80, 70, |x, y| if disc(x, y, radius) { inside } else { outside }), [1000, 1000]);
+    }
+    for grey in [20, 60, 200] {
+        add(Plane::from_fn(128, 80, |_, _| 30_000 + random.random_range(0..grey)), [1, 1]);
+    }
     jobs[other].coefficients.iter_mut().enumerate().for_each(|(i, code)| *code = 65_535 - 2345 * i as u32);
     jobs[strong].coefficients[..6].fill(0xffff);
     jobs[short].fault = Fault::Short(700);
@@ -61,13 +73,14 @@ fn torture() -> Vec<Job> {
 /// The widest and the highest frame, for what the small ones cannot reach: the upper bits of places and counters.
 fn large() -> [Vec<Job>; 2] {
     let job = |w: usize, h: usize, seed: u64| Job::new(noise(w, h, seed), [60, 45]).unwrap();
-    [vec![job(1024, 64, 1), job(1024, 64, 2)], vec![job(64, 2048, 3), job(64, 64, 4)]]
+    [vec![job(1024, 64, 1), Job::new(lattice(1024, 64), [1, 1]).unwrap()], vec![job(64, 2048, 3), job(64, 64, 4)]]
 }
 
-/// The stages of the pipeline in their order; what comes from outside the comparison of planes is the last of them.
+/// The stages that reports name, in the order of the pipeline; what is seen from outside only comes last.
 fn rank(stage: &str) -> usize {
-    let order = ["smoother", "DoG", "MaxDOG", "record"];
-    order.iter().position(|name| stage.starts_with(name)).map_or(order.len() + 1, |at| at + 1)
+    const ORDER: [(&str, usize); 6] =
+        [("smoother", 1), ("DoG", 2), ("MaxDOG", 3), ("decision", 4), ("record", 5), ("descriptor", 5)];
+    ORDER.iter().find(|(name, _)| stage.starts_with(name)).map_or(6, |(_, rank)| *rank)
 }
 
 /// The first stage that a module can disturb, by the longest beginning of its name that fits.
@@ -81,20 +94,20 @@ fn stage_of(module: &str) -> usize {
         ("flag_delay_8", 3),
         ("column_maximum", 3),
         ("window_maximum", 3),
+        ("window_maximum_7", 4),
+        ("window_maximum_3", 4),
         ("maximum", 4),
-        ("neighbours", 4),
         ("delay_15x", 4),
-        ("delay_16x1", 4),
         ("eligible", 4),
         ("decision", 4),
         ("threshold", 4),
         ("candidate", 4),
-        ("ring", 4),
-        ("line_delay_16x28", 4),
-        ("line_delay_16x32_taps", 4),
-        ("record", 4),
-        ("frame_delay_3x10", 4),
-        ("frame_delay_15x13", 4),
+        ("neighbours", 5),
+        ("ring", 5),
+        ("line_delay_16x28", 5),
+        ("line_delay_16x32_taps", 5),
+        ("record_writer", 4),
+        ("record_fifo", 4),
     ];
     STAGES
         .iter()

@@ -9,8 +9,7 @@ use hoverlock_harness::model::Library;
 use hoverlock_rtl::simulation::Simulator;
 use proptest::prelude::*;
 
-static SIMULATOR: LazyLock<Simulator> =
-    LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
+static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
 
 fn library() -> &'static Library {
     SIMULATOR.library()

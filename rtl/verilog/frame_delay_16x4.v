@@ -10,22 +10,22 @@ module frame_delay_16x4 (
   output reg  y
 );
 
-reg [16:0] total;
-reg [16:0] left;
+reg [14:0] total;
+reg [14:0] left;
 
 always @(posedge clock)
-  total <= ({6'd0, width} << 4) + 17'd3;
+  total <= ({4'd0, width} << 4) + 15'd3;
 
 always @(posedge clock)
   if (reset) begin
-    left <= 17'd0;
+    left <= 15'd0;
     y    <= 1'b0;
   end else if (advance) begin
-    y <= left == 17'd1;
+    y <= left == 15'd1;
     if (x)
       left <= total;
-    else if (left != 17'd0)
-      left <= left - 17'd1;
+    else if (left != 15'd0)
+      left <= left - 15'd1;
   end
 
 endmodule

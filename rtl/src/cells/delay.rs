@@ -314,9 +314,6 @@ pub struct FrameDelay {
     _left: u64,
 }
 
-/// Bits of the count: 63 lines of 1024 and some steps are below 2^17.
-const FRAME_DELAY_BITS: usize = 17;
-
 impl FrameDelay {
     /// A delay of `lines W + steps` steps; `lines` is a power of two, or one less or more than one.
     pub fn new(lines: u64, steps: u64) -> Self {
@@ -341,6 +338,13 @@ impl Default for FrameDelay {
     }
 }
 
+impl FrameDelay {
+    /// Bits of the count: what the widest frame needs, and more than a width has.
+    fn bits(&self) -> usize {
+        address_bits((self._lines * 1024 + self._steps) as usize).max(12)
+    }
+}
+
 impl Logic for FrameDelay {
     fn update(&mut self) {
         if self.clock.pos_edge() {
@@ -351,7 +355,7 @@ impl Logic for FrameDelay {
                 self.y.next = self._left == 1;
                 self._left = if self.x.val() { self._total } else { self._left.saturating_sub(1) };
             }
-            self._total = (self._lines * self.width.val().to_u64() + self._steps - 1) & ((1 << FRAME_DELAY_BITS) - 1);
+            self._total = (self._lines * self.width.val().to_u64() + self._steps - 1) & ((1 << self.bits()) - 1);
         }
     }
 
@@ -361,7 +365,8 @@ impl Logic for FrameDelay {
 
     fn hdl(&self) -> Verilog {
         let (lines, steps) = (self._lines, self._steps);
-        let wide = "{6'd0, width}".to_string();
+        let bits = self.bits();
+        let wide = format!("{{{}'d0, width}}", bits - 11);
         let times = if lines.is_power_of_two() {
             format!("({wide} << {})", lines.trailing_zeros())
         } else if (lines + 1).is_power_of_two() {
@@ -371,24 +376,25 @@ impl Logic for FrameDelay {
         };
         Verilog::Custom(format!(
             "// module: frame_delay_{lines}x{steps}
-reg [16:0] total;
-reg [16:0] left;
+reg [{top}:0] total;
+reg [{top}:0] left;
 
 always @(posedge clock)
-  total <= {times} + 17'd{load};
+  total <= {times} + {bits}'d{load};
 
 always @(posedge clock)
   if (reset) begin
-    left <= 17'd0;
+    left <= {bits}'d0;
     y    <= 1'b0;
   end else if (advance) begin
-    y <= left == 17'd1;
+    y <= left == {bits}'d1;
     if (x)
       left <= total;
-    else if (left != 17'd0)
-      left <= left - 17'd1;
+    else if (left != {bits}'d0)
+      left <= left - {bits}'d1;
   end
 ",
+            top = bits - 1,
             load = steps - 1
         ))
     }

@@ -487,3 +487,8 @@ pub fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     Plane::from_fn(width, height, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000u16))
 }
+
+/// Points four apart: as many maxima as there can be, more than wait for their rings.
+pub fn lattice(width: usize, height: usize) -> Plane<u16> {
+    Plane::from_fn(width, height, |x, y| if x % 4 == 0 && y % 4 == 0 { 0xffff } else { 0 })
+}

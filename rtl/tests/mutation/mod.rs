@@ -162,13 +162,6 @@ pub fn write(folder: &Path, sources: &[Source], mutants: &[Mutant]) -> Vec<PathB
     paths
 }
 
-/// The file with one fault in place, as by hand.
-pub fn by_hand(source: &Source, mutant: &Mutant) -> String {
-    let mut text = source.text.clone();
-    text.replace_range(mutant.site.0..mutant.site.1, &mutant.fault);
-    text
-}
-
 type Widths = BTreeMap<String, (bool, usize)>;
 
 /// Ports and other signals: whether it is an output, and its width.
@@ -368,7 +361,7 @@ impl<'a> Reader<'a> {
             let index = self.source.text[from..closing_bracket(&self.source.text, from)].to_owned();
             self.address_in(&site, &value, &index);
         }
-        if name == target {
+        if name == target && !value.contains('\'') {
             let bit = self.draw.random_range(0..width);
             self.add(site.clone(), Kind::Stuck, format!("({value}) | ({width}'d1 << {bit})"), None);
             let bit = self.draw.random_range(0..width);
