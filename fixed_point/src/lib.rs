@@ -13,6 +13,7 @@ pub mod ladder;
 pub mod lerp;
 pub mod measure;
 pub mod range;
+pub mod resources;
 pub mod stages;
 pub mod swift;
 pub mod worst_case;

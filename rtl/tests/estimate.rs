@@ -1,5 +1,11 @@
 //! The Yosys estimate: small designs whose counts are known, faults it must not pass over, and the top within its limits.
 
+use std::collections::BTreeMap;
+
+use hoverlock_fixed_point::{
+    design::KT27,
+    resources::{memories, resources},
+};
 use hoverlock_rtl::{
     emit::File,
     estimate::{DSP_LIMIT, Estimate, EstimateError, estimate, of},
@@ -122,6 +128,22 @@ fn a_fault_in_the_verilog_is_one_line() {
     assert!(message.contains("top.v:2"), "{message}");
 }
 
+/// What the report's sweep of word lengths is drawn with: the same memories, one by one.
+fn the_memory_model_equals_it(estimate: &Estimate) {
+    let model = resources(&KT27);
+    assert_eq!((model.m10k, model.mul18, model.dsp), (estimate.m10k, estimate.mul18, estimate.dsp));
+    let mut modelled: BTreeMap<(u64, u64), u64> = BTreeMap::new();
+    memories(&KT27)
+        .iter()
+        .for_each(|memory| *modelled.entry((memory.words, memory.width)).or_default() += memory.count);
+    let mut found: BTreeMap<(u64, u64), u64> = BTreeMap::new();
+    for memory in estimate.memories.iter().filter(|memory| memory.m10k > 0) {
+        let module = estimate.modules.iter().find(|module| module.name == memory.module).unwrap();
+        *found.entry((memory.words, memory.width)).or_default() += module.instances;
+    }
+    assert_eq!(modelled, found);
+}
+
 #[test]
 #[ignore = "Yosys on the whole top takes a minute"]
 fn the_top_fits_the_smallest_device_with_a_third_free() {
@@ -133,6 +155,7 @@ fn the_top_fits_the_smallest_device_with_a_third_free() {
     assert!(estimate.fits && estimate.device == "5AGXA1");
     assert!(estimate.m10k <= 533 && estimate.dsp <= 60 && 3 * estimate.alm <= 2 * 28_302, "{estimate:?}");
     assert_eq!(estimate.unregistered_multipliers, 0);
+    the_memory_model_equals_it(&estimate);
     // One multiplier a cell, and no other.
     let cells = estimate.modules.iter().find(|module| module.name == "lerp").unwrap();
     assert_eq!((cells.mul18, estimate.mul18), (cells.instances, cells.instances));

@@ -3,6 +3,7 @@
 //! A memory that became registers would be thousands of them, and the estimate one of another design. So each declaration
 //! `reg [width] name [words];` must be found again in the netlist under its own name, with all of its bits.
 
+use hoverlock_fixed_point::resources::{MLAB_WORDS, blocks};
 use serde::Serialize;
 
 use super::{
@@ -25,18 +26,6 @@ pub struct Memory {
     pub m10k: u64,
     /// MLABs that hold it.
     pub mlab: u64,
-}
-
-/// Words of the deepest memory that goes into ALMs.
-pub const MLAB_WORDS: u64 = 32;
-
-/// Bits of a block memory's word by its depth.
-const FORMS: [(u64, u64); 5] = [(512, 20), (1024, 10), (2048, 5), (4096, 2), (8192, 1)];
-
-/// Block memories of a simple dual-port memory.
-pub fn blocks(words: u64, width: u64) -> u64 {
-    let form = FORMS.iter().find(|(deep, _)| words <= *deep);
-    form.map_or_else(|| words.div_ceil(8192) * width, |(_, bits)| width.div_ceil(*bits))
 }
 
 /// The memories that a Verilog file declares: module, name, words, width.
@@ -113,14 +102,5 @@ mod tests {
             declared(verilog),
             [of("a", "memory", 1024, 576), of("a", "flag", 4, 1), of("b", "point_7_memory", 13, 16)]
         );
-    }
-
-    #[test]
-    fn block_memories_have_five_forms() {
-        for (words, width, count) in
-            [(1024, 576, 58), (1024, 18, 2), (512, 256, 13), (512, 175, 9), (2048, 10, 2), (9000, 3, 6)]
-        {
-            assert_eq!(blocks(words, width), count, "{words} x {width}");
-        }
     }
 }
