@@ -10,10 +10,15 @@ set_module_property EDITABLE false
 
 # The sources are those of the file list, so this file never goes stale.
 add_fileset synthesis QUARTUS_SYNTH add_sources
-add_fileset simulation SIM_VERILOG add_sources
+add_fileset simulation SIM_VERILOG add_verilog
 set_fileset_property synthesis TOP_LEVEL hoverlock_top
 set_fileset_property simulation TOP_LEVEL hoverlock_top
 proc add_sources {entity} {
+    set here [get_module_property MODULE_DIRECTORY]
+    add_fileset_file hoverlock.sdc SDC PATH [file join $here hoverlock.sdc]
+    add_verilog $entity
+}
+proc add_verilog {entity} {
     set folder [file join [get_module_property MODULE_DIRECTORY] .. verilog]
     set list [open [file join $folder hoverlock.f]]
     while {[gets $list line] >= 0} {
