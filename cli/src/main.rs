@@ -9,6 +9,7 @@ mod matching;
 mod output;
 mod report;
 mod rtl;
+mod rung5;
 mod sim;
 
 use std::process::ExitCode;

@@ -7,16 +7,19 @@ use anyhow::{Context, Result};
 use hoverlock_fixed_point::design::{DesignPoint, KT27};
 use hoverlock_fixed_point::ladder::Ladder;
 use hoverlock_reference::picture::Picture;
+use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;
 use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::output::print;
+use crate::rung5;
 
 /// Measure what quantisation costs, stage by stage, and judge it.
 ///
-/// Writes index.html, report.json and junit.xml. Status 0 only where every bound holds on every picture under every condition.
+/// Writes index.html, report.json and junit.xml. Status 0 only where every bound holds on every picture under every condition. With
+/// Verilator and Yosys at hand, rung 5 is the simulated hardware and what it takes of a device; else it is said to be not run.
 ///
 /// Example: hoverlock report aerial.png --out out/report
 #[derive(clap::Args)]
@@ -41,7 +44,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ladder::new(&design)?;
     let subjects = subjects(&args.images)?;
     output::prepare(&args.out)?;
-    let bar = ProgressBar::new(study::steps(subjects.len()));
+    let hardware = rung5::prepare(&design);
+    // Rung 5 adds a step for each picture, and one to wait for its tools.
+    let bar = ProgressBar::new(study::steps(subjects.len()) + subjects.len() as u64 + 1);
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {elapsed}  {msg}") {
         bar.set_style(style);
     }
@@ -50,8 +55,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
         bar.inc(1);
     };
     let study = study::run(&subjects, &design, &command(), &step)?;
+    let study = hardware.finish(study, &subjects, &step)?;
     bar.finish_and_clear();
     output::write(&study, &args.out)?;
+    if let Some(Made::NotRun { reason }) = study.hardware().map(|hardware| &hardware.simulation) {
+        eprintln!("hoverlock: rung 5 not run: {reason}");
+    }
     for row in study.bounds.iter().filter(|row| !row.judgement.pass) {
         eprintln!("hoverlock: bound fails: {}", failure(row));
     }

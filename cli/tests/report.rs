@@ -64,12 +64,20 @@ fn a_picture_with_too_few_features_fails_with_status_1_and_names_the_bound() {
     let folder = tempfile::tempdir().unwrap();
     let picture = saved(folder.path(), "tiny.png", &texture(79, 79));
     let out = folder.path().join("out");
-    let output = report(&[&picture, "--out", out.to_str().unwrap(), "--json"]);
+    // Without tools: rung 5 is said to be not run, and is no bound.
+    let output = Command::new(env!("CARGO_BIN_EXE_hoverlock"))
+        .args(["report", &picture, "--out", out.to_str().unwrap(), "--json"])
+        .env("PATH", "")
+        .output()
+        .expect("the command runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("bound fails: features at rung 2") && said.contains("tiny, nominal"), "{said}");
+    assert!(said.contains("rung 5 not run: verilator was not found"), "{said}");
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
     assert_eq!(printed["pass"], false);
+    assert_eq!(printed["rungs"][4]["hardware"]["simulation"]["status"], "not run");
+    assert!(printed["bounds"].as_array().unwrap().iter().all(|row| row["name"] != "RTL mismatches"));
     let written: serde_json::Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
     assert_eq!(printed, written);
     assert!(out.join("index.html").exists() && out.join("junit.xml").exists());
@@ -96,9 +104,25 @@ fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
     let mut arguments: Vec<&str> = found.iter().map(String::as_str).collect();
     arguments.extend(["--out", out]);
     let output = report(&arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let text = fs::read(folder.path().join("report.json")).unwrap();
+    let written: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let rung = &written["rungs"][4]["hardware"];
+    if rung["simulation"]["status"] == "run" {
+        let runs = rung["simulation"]["result"].as_array().unwrap();
+        assert_eq!(runs.len(), found.len());
+        for run in runs {
+            assert!(run["mismatches"] == 0 && run["features"].as_u64() > Some(600), "{run}");
+            // Three frames back to back, a pixel a cycle; a hundredth is what may be lost at most.
+            assert!(run["cycles_per_pixel"].as_f64().unwrap() <= 1.01, "{run}");
+        }
+    } else {
+        eprintln!("SKIPPED: rung 5 was not run: {said}");
+    }
     let narrow = report(&[first, "--out", out, "--config", "dog_bits=12"]);
     let said = String::from_utf8_lossy(&narrow.stderr);
     assert_eq!(narrow.status.code(), Some(1), "{said}");
     assert!(said.contains("bound fails: DoG error, rms"), "{said}");
+    assert!(said.contains("rung 5 not run: the Verilog is emitted for the design point alone"), "{said}");
 }

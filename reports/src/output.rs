@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use tempfile::NamedTempFile;
 
+use crate::hardware::{MISMATCHES, Made};
 use crate::page::{self, PageError};
 use crate::study::{BoundRow, Study};
 
@@ -112,6 +113,17 @@ pub fn junit(study: &Study) -> Result<String, OutputError> {
                 suites.push((name, suite));
             }
         }
+    }
+    if let Some(Made::NotRun { reason }) = study.hardware().map(|hardware| &hardware.simulation) {
+        let mut suite = TestSuite::new("hardware");
+        for picture in &study.pictures {
+            let mut status = TestCaseStatus::skipped();
+            status.set_message(format!("not run: {reason}"));
+            let mut case = TestCase::new(MISMATCHES, status);
+            case.set_classname(&picture.name);
+            suite.add_test_case(case);
+        }
+        suites.push(("hardware".into(), suite));
     }
     let mut report = Report::new("hoverlock report");
     report.add_test_suites(suites.into_iter().map(|(_, suite)| suite));

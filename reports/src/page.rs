@@ -15,9 +15,10 @@ use serde::Serialize;
 
 use crate::colour::Rgb;
 use crate::figures;
+use crate::hardware::{DeviceShare, Hardware, Made, Sizing};
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series, VIOLET};
 use crate::study::{BoundRow, ConditionStudy, Kind, Measurement, PictureStudy, Stage, Study};
-use crate::sweep::SweepPoint;
+use crate::sweep::{Cost, SweepPoint};
 
 const TEMPLATE: &str = include_str!("../templates/report.html");
 const STYLE: &str = include_str!("../templates/style.css");
@@ -106,7 +107,12 @@ pub fn html(study: &Study) -> Result<String, PageError> {
         figures => value(figure_views(study)),
         flips => flip_plots(study)?,
         displacement => displacement_plot(study)?,
+        ladder => value(ladder(study)),
+        hardware => study.hardware().map(value),
+        totals => study.hardware().and_then(Hardware::totals).map(value),
+        taken => study.hardware().and_then(|hardware| hardware.estimate.result()).map(taken).transpose()?,
         sweeps => sweep_plots(study)?,
+        costs => cost_plots(study)?,
         repeatability => repeatability_plots(study)?,
         gap => repeatability_gap(&study.repeatability),
     })?;
@@ -232,6 +238,14 @@ fn tiles(study: &Study) -> Vec<Tile> {
         rows.map(|row| row.judgement.measured).fold(f64::NAN, f64::max)
     };
     let flips = CONDITIONS.map(|c| study.flips_percent(c.name, BitKind::Maxlbp)).into_iter().fold(f64::NAN, f64::max);
+    let hardware = match study.hardware().and_then(Hardware::totals) {
+        Some(totals) => Tile {
+            value: grouped(totals.mismatches),
+            unit: "mismatches",
+            what: "between the simulated hardware, rung 5, and rung 4",
+        },
+        None => Tile { value: "not run".into(), unit: "", what: "rung 5, the hardware; why not stands in section 9" },
+    };
     vec![
         Tile { value: significant(rms(4), 2), unit: "LSB rms", what: "quantisation of the DoG, rung 4 against rung 2" },
         Tile {
@@ -245,7 +259,80 @@ fn tiles(study: &Study) -> Vec<Tile> {
             unit: "px",
             what: "largest change of a displacement by quantisation",
         },
+        hardware,
     ]
+}
+
+/// One rung in one line.
+#[derive(Debug, Serialize)]
+struct LadderRow {
+    rung: usize,
+    name: &'static str,
+    changes: &'static str,
+    against: &'static str,
+    cost: String,
+}
+
+/// Every rung, what differs in it and what that costs.
+fn ladder(study: &Study) -> Vec<LadderRow> {
+    let mut rows =
+        vec![LadderRow { rung: 0, name: "ideal", changes: "sampled Gaussian, f64", against: "", cost: String::new() }];
+    for rung in &study.rungs {
+        let dogs = || rung.measurements.iter().filter(|m| matches!(m.stage, Stage::Dog(_)));
+        let rms = dogs().map(|m| m.error.rms).fold(0.0, f64::max);
+        let kind = dogs().next().map(|m| m.kind);
+        let cost = match &rung.hardware {
+            None => format!("DoG {} LSB rms", significant(rms, 3)),
+            Some(hardware) => match (&hardware.simulation, hardware.totals()) {
+                (Made::Run { .. }, Some(totals)) => format!(
+                    "{} mismatches in {} samples and {} features",
+                    grouped(totals.mismatches),
+                    grouped(totals.samples),
+                    grouped(totals.features)
+                ),
+                (Made::NotRun { reason }, _) => format!("not run: {reason}"),
+                _ => String::new(),
+            },
+        };
+        let against = match kind {
+            Some(Kind::Approximation) => "rung 0",
+            Some(Kind::Quantisation) => "rung 2",
+            None => "rung 4",
+        };
+        rows.push(LadderRow { rung: rung.rung, name: rung.name, changes: rung.changes, against, cost });
+    }
+    rows
+}
+
+/// Bars of what is used of the first device, in front of what may be used and of what it has.
+fn taken(sizing: &Sizing) -> Result<String, PlotError> {
+    let Some(DeviceShare { name, has, limits, used_percent, .. }) = sizing.devices.first() else {
+        return Ok(String::new());
+    };
+    let used = [sizing.alm, sizing.m10k, sizing.dsp];
+    let names = ["ALM", "M10K blocks", "DSP blocks"];
+    let ticks = (0..3).map(|i| {
+        (i as f64, format!("{}: {} of {}, limit {}", names[i], grouped(used[i]), grouped(has[i]), grouped(limits[i])))
+    });
+    let bars = |name: &str, colour: Rgb, width: f64, height: &dyn Fn(usize) -> f64| Series {
+        name: name.into(),
+        colour,
+        mark: Mark::Bars(width),
+        points: (0..3).map(|i| (i as f64, height(i))).collect(),
+    };
+    Chart {
+        title: format!("{name}, Yosys estimate"),
+        size: (1040, 280),
+        x: Axis::ticked("", -0.5, 2.5, ticks.collect()),
+        y: Axis::linear("% of the device", 0.0, 100.0),
+        series: vec![
+            bars("device", [228, 232, 236], 0.5, &|_| 100.0),
+            bars("limit", [176, 190, 204], 0.5, &|i| 100.0 * limits[i] as f64 / has[i] as f64),
+            bars("used", BLUE, 0.3, &|i| used_percent[i]),
+        ],
+        rules: Vec::new(),
+    }
+    .svg()
 }
 
 fn error_rows(study: &Study, kind: Kind) -> Vec<ErrorRow<'_>> {
@@ -593,6 +680,73 @@ fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
             };
             plots.push(chart.svg()?);
         }
+    }
+    Ok(plots)
+}
+
+/// Error and bit flips against memory, error against multipliers: one dot a word length, the front as a line, the design point ringed.
+fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
+    type Measure = fn(&Cost) -> f64;
+    let charts: [(&str, &str, Measure, f64, f64, Measure); 3] = [
+        ("DoG error, LSB rms", "M10K blocks", |cost| cost.dog_rms_lsb, 0.1, 100.0, |cost| cost.resources.m10k as f64),
+        (
+            "MaxLBP bits flipped, %",
+            "M10K blocks",
+            |cost| cost.maxlbp_flips_percent,
+            1e-3,
+            10.0,
+            |cost| cost.resources.m10k as f64,
+        ),
+        (
+            "DoG error, LSB rms",
+            "multipliers 18x18",
+            |cost| cost.dog_rms_lsb,
+            0.1,
+            100.0,
+            |cost| cost.resources.mul18 as f64,
+        ),
+    ];
+    let mut plots = Vec::new();
+    for (title, label, error, low, high, price) in charts {
+        let points = |keep: &dyn Fn(&Cost) -> bool| {
+            let kept = study.costs.iter().filter(|cost| keep(cost));
+            let mut points: Vec<(f64, f64)> = kept.map(|cost| (price(cost), error(cost))).collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+            points
+        };
+        // What no other point beats in this plot alone.
+        let mut front: Vec<(f64, f64)> = Vec::new();
+        for (x, y) in points(&|_| true) {
+            if front.last().is_none_or(|last| y < last.1) {
+                front.retain(|last| last.0 < x);
+                front.push((x, y));
+            }
+        }
+        let parameters = [("state", BLUE), ("coefficients", VIOLET), ("DoG", ORANGE)];
+        let mut series = vec![Series { name: "front".into(), colour: GREEN, mark: Mark::Line, points: front }];
+        series.extend(parameters.map(|(name, colour)| Series {
+            name: name.into(),
+            colour,
+            mark: Mark::Dots(4),
+            points: points(&|cost| cost.parameter == name && !cost.chosen),
+        }));
+        let chosen = points(&|cost| cost.chosen);
+        series.push(Series { name: "chosen".into(), colour: RED, mark: Mark::Ring(6), points: chosen });
+        let prices = || study.costs.iter().map(price);
+        let (least, most) = (prices().fold(f64::INFINITY, f64::min), prices().fold(0.0, f64::max));
+        let room = 0.06 * (most - least).max(1.0);
+        let mut kinds: Vec<f64> = prices().collect();
+        kinds.sort_by(f64::total_cmp);
+        kinds.dedup();
+        let x = if kinds.len() > 4 {
+            Axis::linear(label, least - room, most + room)
+        } else {
+            let ticks = kinds.iter().map(|kind| (*kind, kind.to_string())).collect();
+            Axis::ticked(label, least - room, most + room, ticks)
+        };
+        let chart =
+            Chart { title: title.into(), size: (380, 280), x, y: Axis::log("", low, high), series, rules: Vec::new() };
+        plots.push(chart.svg()?);
     }
     Ok(plots)
 }

@@ -143,6 +143,8 @@ pub enum Mark {
     LineDots,
     /// A dot of this radius in px at each point.
     Dots(i32),
+    /// A ring of this radius in px around each point.
+    Ring(i32),
     /// Bars from the axis up, of this width in units of `x`.
     Bars(f64),
     /// Bars from another level up.
@@ -268,6 +270,9 @@ impl Chart {
                 Mark::Dots(radius) => {
                     chart.draw_series(points().map(|point| Circle::new(point, radius, colour.mix(0.75).filled())))?;
                 }
+                Mark::Ring(radius) => {
+                    chart.draw_series(points().map(|point| Circle::new(point, radius, colour.stroke_width(2))))?;
+                }
                 Mark::Bars(_) | Mark::Columns { .. } => {
                     let (from, width) = match series.mark {
                         Mark::Columns { from, width } => (self.y.place(from), width),
@@ -299,15 +304,17 @@ impl Chart {
         root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
     ) -> Result<(), Box<dyn std::error::Error>> {
         let named: Vec<&Series> = self.series.iter().filter(|series| !series.name.is_empty()).collect();
-        let mut right = self.size.0 as i32 - 14;
+        let (dot, gap) = (10, 16);
+        let width: i32 = named.iter().map(|series| dot + text_width(&series.name) + gap).sum();
+        let mut left = self.size.0 as i32 - 14 + gap - width;
         let top = if self.title.is_empty() { 6 } else { 30 };
-        for series in named.iter().rev() {
+        for series in named {
             let colour = rgb(series.colour);
-            let style = (FONT, 14).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Right, VPos::Top));
-            root.draw(&Text::new(series.name.clone(), (right, top), style))?;
-            right -= text_width(&series.name) + 10;
-            root.draw(&Circle::new((right, top + 6), 4, colour.filled()))?;
-            right -= 18;
+            let style = (FONT, 14).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Left, VPos::Top));
+            root.draw(&Circle::new((left + 4, top + 6), 4, colour.filled()))?;
+            // From its dot on, however wide the reader's face is: only the gap behind it is a guess.
+            root.draw(&Text::new(series.name.clone(), (left + dot + 1, top), style))?;
+            left += dot + text_width(&series.name) + gap;
         }
         Ok(())
     }

@@ -19,9 +19,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::figures::{Figures, overlay};
+use crate::hardware::Hardware;
 use crate::provenance::Provenance;
 use crate::ranges::RangeRow;
-use crate::sweep::{self, Sweep};
+use crate::sweep::{self, Cost, Sweep};
 
 /// The smallest side of a picture with an interior: 8 and 70 pixels are left out, and one must remain.
 pub const LEAST_SIDE: usize = 79;
@@ -157,7 +158,7 @@ impl Stage {
 /// One rung and all that was measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RungStudy {
-    /// `1 ..= 4`.
+    /// `1 ..= 5`.
     pub rung: usize,
     /// One word.
     pub name: &'static str,
@@ -165,6 +166,9 @@ pub struct RungStudy {
     pub changes: &'static str,
     /// Every stage on every picture under every condition.
     pub measurements: Vec<Measurement>,
+    /// What only rung 5 has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hardware: Option<Hardware>,
 }
 
 /// A bound, and on what it was judged.
@@ -199,7 +203,7 @@ pub struct Study {
     pub provenance: Provenance,
     /// Every bound on every picture and condition.
     pub bounds: Vec<BoundRow>,
-    /// Rungs 1 to 4.
+    /// Rungs 1 to 5.
     pub rungs: Vec<RungStudy>,
     /// What every word held, all pictures and conditions together.
     pub formats: Vec<RangeRow>,
@@ -216,6 +220,8 @@ pub struct Study {
     pub flips: Vec<(&'static str, Flips)>,
     /// Word lengths either side of the chosen ones.
     pub sweeps: Vec<Sweep>,
+    /// The same word lengths, error against resources.
+    pub costs: Vec<Cost>,
     /// Stability of rungs 0 and 1, and of three descriptors, under warps of the first picture.
     pub repeatability: Vec<Curve>,
     /// The design point.
@@ -227,7 +233,7 @@ pub fn steps(pictures: usize) -> u64 {
     (pictures * (CONDITIONS.len() + 1 + sweep::points()) + 1) as u64
 }
 
-/// Measures everything.
+/// Measures everything but rung 5, which [`Study::with_hardware`] brings.
 ///
 /// # Errors
 /// Where the design point has no coefficients.
@@ -263,6 +269,7 @@ pub fn run(
             name: rung.name(),
             changes: changes(rung),
             measurements: measurements.iter().filter(|(of, _)| *of == rung).map(|(_, m)| m.clone()).collect(),
+            hardware: None,
         })
         .collect();
     let flips = CONDITIONS
@@ -286,10 +293,17 @@ pub fn run(
         chains,
         pictures,
         flips,
+        costs: sweep::costs(&sweeps),
         sweeps,
         repeatability,
         design: design.clone(),
-    })
+    }
+    .with_hardware(Hardware::not_run("no simulation was asked for")))
+}
+
+/// What the camera sees of a picture under each condition, in the order of [`CONDITIONS`].
+pub fn frames(subject: &Subject) -> [Plane<u16>; CONDITIONS.len()] {
+    CONDITIONS.map(|condition| condition.apply(&subject.frame, Bounds::acceptance().seeds.of(&condition)))
 }
 
 fn changes(rung: Rung) -> &'static str {
@@ -315,9 +329,8 @@ fn measure_picture(ladder: &Ladder, subject: &Subject, bounds: &Bounds, step: &(
     let mut errors = Vec::new();
     let mut conditions = Vec::new();
     let mut worst_kept = f64::INFINITY;
-    for condition in CONDITIONS {
+    for (condition, frame) in CONDITIONS.into_iter().zip(frames(subject)) {
         let seed = bounds.seeds.of(&condition);
-        let frame = condition.apply(&subject.frame, seed);
         let planes: Vec<RungPlanes> = Rung::ALL.par_iter().map(|&rung| ladder.planes(rung, &frame)).collect();
         let of = |rung: Rung| &planes[rung.number()];
         let pairs = [

@@ -7,6 +7,7 @@ use hoverlock_fixed_point::design::DesignPoint;
 use hoverlock_fixed_point::format::Format;
 use hoverlock_fixed_point::ladder::{Ladder, Rung};
 use hoverlock_fixed_point::measure::{BitKind, Flips};
+use hoverlock_fixed_point::resources::{Resources, resources};
 use hoverlock_reference::conditions::{CONDITIONS, Condition};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -46,6 +47,70 @@ pub struct SweepPoint {
     pub sign_flips_percent: f64,
     /// Features not at the same pixel, percent.
     pub moved_percent: f64,
+    /// What the hardware would take, after the memory model.
+    #[serde(flatten)]
+    pub resources: Resources,
+}
+
+/// One word length with its error, the worst condition, and its price.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cost {
+    /// What is varied.
+    pub parameter: &'static str,
+    /// The number of bits.
+    pub bits: f64,
+    /// It is the design point; once in the list.
+    pub chosen: bool,
+    /// No other word length has less error without taking more, or takes less without more error.
+    pub front: bool,
+    /// Root mean square of the DoG error, LSB of the design point.
+    pub dog_rms_lsb: f64,
+    /// MaxLBP bits flipped, percent.
+    pub maxlbp_flips_percent: f64,
+    /// Features not at the same pixel, percent.
+    pub moved_percent: f64,
+    /// What the hardware would take, after the memory model.
+    #[serde(flatten)]
+    pub resources: Resources,
+}
+
+/// Every word length of the sweeps once, with its error under the worst condition, and those that no other beats.
+pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
+    let mut costs: Vec<Cost> = Vec::new();
+    for sweep in sweeps {
+        for point in &sweep.points {
+            let chosen = point.bits == sweep.chosen;
+            // The design point is part of every sweep.
+            let same = |cost: &&mut Cost| {
+                (chosen && cost.chosen) || (cost.parameter == sweep.parameter && cost.bits == point.bits)
+            };
+            match costs.iter_mut().find(same) {
+                Some(cost) => {
+                    cost.dog_rms_lsb = cost.dog_rms_lsb.max(point.dog_rms_lsb);
+                    cost.maxlbp_flips_percent = cost.maxlbp_flips_percent.max(point.maxlbp_flips_percent);
+                    cost.moved_percent = cost.moved_percent.max(point.moved_percent);
+                }
+                None => costs.push(Cost {
+                    parameter: sweep.parameter,
+                    bits: point.bits,
+                    chosen,
+                    front: false,
+                    dog_rms_lsb: point.dog_rms_lsb,
+                    maxlbp_flips_percent: point.maxlbp_flips_percent,
+                    moved_percent: point.moved_percent,
+                    resources: point.resources,
+                }),
+            }
+        }
+    }
+    let price = |cost: &Cost| [cost.resources.m10k as f64, cost.resources.mul18 as f64, cost.dog_rms_lsb];
+    let beats = |a: &Cost, b: &Cost| {
+        let pairs = || price(a).into_iter().zip(price(b));
+        pairs().all(|(a, b)| a <= b) && pairs().any(|(a, b)| a < b)
+    };
+    let front: Vec<bool> = costs.iter().map(|cost| !costs.iter().any(|other| beats(other, cost))).collect();
+    costs.iter_mut().zip(front).for_each(|(cost, front)| cost.front = front);
+    costs
 }
 
 /// What is varied, the chosen number of bits, and the design point of each number tried.
@@ -118,13 +183,13 @@ pub(crate) fn run(
         })
         .collect();
     let sweeps = variants.iter().zip(&ladders).enumerate().map(|(v, ((parameter, chosen, _), ladders))| {
-        let points = ladders.iter().enumerate().flat_map(|(p, (bits, _))| {
-            let measured = &measured;
+        let points = ladders.iter().enumerate().flat_map(|(p, (bits, ladder))| {
+            let (measured, resources) = (&measured, resources(ladder.design()));
             CONDITIONS.into_iter().map(move |condition| {
                 let of_condition = measured.iter().filter(|(of, _)| *of == condition);
                 let mut sum = Sum::default();
                 of_condition.filter_map(|(_, all)| all[v][p].as_ref()).for_each(|comparison| sum.add(comparison));
-                sum.point(*bits, condition.name)
+                sum.point(*bits, condition.name, resources)
             })
         });
         Sweep { parameter, chosen: *chosen, points: points.collect() }
@@ -143,7 +208,7 @@ impl Sum {
         self.flips.add(&comparison.flips);
     }
 
-    fn point(&self, bits: f64, condition: &'static str) -> SweepPoint {
+    fn point(&self, bits: f64, condition: &'static str, resources: Resources) -> SweepPoint {
         SweepPoint {
             bits,
             condition,
@@ -151,6 +216,7 @@ impl Sum {
             maxlbp_flips_percent: self.flips.percent(BitKind::Maxlbp),
             sign_flips_percent: self.flips.percent(BitKind::Sign),
             moved_percent: 100.0 * (1.0 - self.same as f64 / self.features.max(1) as f64),
+            resources,
         }
     }
 }

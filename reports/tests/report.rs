@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use hoverlock_fixed_point::design::KT27;
 use hoverlock_reference::plane::Plane;
+use hoverlock_reports::hardware::{DeviceShare, Hardware, MISMATCHES, Made, Simulated, Sizing};
 use hoverlock_reports::study::{self, LEAST_SIDE, Study, Subject};
 use hoverlock_reports::{output, page};
 use quick_junit::{Report, TestCaseStatus};
@@ -64,8 +65,10 @@ fn numbers_for_programs_have_the_promised_keys() {
     }
     let rungs = json["rungs"].as_array().unwrap();
     let numbers: Vec<_> = rungs.iter().map(|rung| rung["rung"].as_u64().unwrap()).collect();
-    assert_eq!(numbers, [1, 2, 3, 4]);
-    for rung in rungs {
+    assert_eq!(numbers, [1, 2, 3, 4, 5]);
+    let (hardware, models) = rungs.split_last().unwrap();
+    assert_eq!(hardware["hardware"]["simulation"]["status"], "not run");
+    for rung in models {
         // Seven stages under three conditions of one picture, and one kind of error only.
         let measurements = rung["measurements"].as_array().unwrap();
         assert_eq!(measurements.len(), 21);
@@ -101,7 +104,7 @@ fn the_page_needs_no_network_and_leaves_nothing_open() {
         let opened = html.matches(&format!("<{tag}>")).count() + html.matches(&format!("<{tag} ")).count();
         assert_eq!(opened, html.matches(&format!("</{tag}>")).count(), "{tag}");
     }
-    for section in 1..=10 {
+    for section in 1..=11 {
         assert!(html.contains(&format!("<h2 id=\"s{section}\">")), "section {section}");
     }
     assert!(html.len() < 4_000_000, "{} bytes for one picture", html.len());
@@ -110,10 +113,101 @@ fn the_page_needs_no_network_and_leaves_nothing_open() {
 #[test]
 fn test_cases_are_the_bounds() {
     let report = Report::deserialize_from_str(&output::junit(&FULL).unwrap()).unwrap();
-    assert_eq!(report.tests, FULL.bounds.len());
+    // One more that is skipped: nobody simulated the hardware.
+    assert_eq!(report.tests, FULL.bounds.len() + 1);
     assert_eq!(report.failures, 0);
     let suites: Vec<&str> = report.test_suites.iter().map(|suite| suite.name.as_str()).collect();
-    assert_eq!(suites, ["coefficients", "blobs & <co>, nominal", "blobs & <co>, combined", "blobs & <co>, fog"]);
+    let of_conditions = ["coefficients", "blobs & <co>, nominal", "blobs & <co>, combined", "blobs & <co>, fog"];
+    assert_eq!(suites, [&of_conditions[..], &["hardware"]].concat());
+}
+
+/// The blobs as if they had been through the hardware.
+fn simulated(mismatches: u64, complete: bool) -> Study {
+    let run = Simulated {
+        picture: "blobs & <co>".into(),
+        frames: 3,
+        pixels: 528_000,
+        cycles: 560_000,
+        samples: 3_600_000,
+        features: 2900,
+        dropped: 0,
+        mismatches,
+        first_mismatch: (mismatches > 0).then(|| "DoG 1, frame 2, x 5, y 7: expected 0x0003 < 0x0004".into()),
+        complete,
+        cycles_per_pixel: Some(1.0),
+        latency_lines: Some(63.4),
+        feature_latency_lines: Some(81.5),
+    };
+    let sizing = Sizing {
+        label: "Yosys estimate".into(),
+        alm: 9_000,
+        m10k: 400,
+        dsp: 26,
+        mul18: 51,
+        registers: 17_000,
+        logic_levels: 7,
+        target_mhz: 100,
+        alm_rule: "a".into(),
+        levels_rule: "b".into(),
+        fits_rule: "c".into(),
+        devices: vec![DeviceShare {
+            name: "5AGXA1".into(),
+            source: "believed".into(),
+            has: [28_302, 800, 240],
+            limits: [18_868, 533, 60],
+            used_percent: [31.8, 50.0, 10.8],
+            fits: true,
+        }],
+        modules: Vec::new(),
+    };
+    let hardware = Hardware { simulation: Made::Run { result: vec![run] }, estimate: Made::Run { result: sizing } };
+    FULL.clone().with_hardware(hardware)
+}
+
+#[test]
+fn rung_5_is_judged_where_it_ran_and_nowhere_else() {
+    let row = |study: &Study| study.bounds.iter().find(|row| row.judgement.name == MISMATCHES).cloned();
+    // Not run: no judgement, a skipped case, and the page says so.
+    assert!(row(&FULL).is_none());
+    let junit = Report::deserialize_from_str(&output::junit(&FULL).unwrap()).unwrap();
+    let cases = || junit.test_suites.iter().flat_map(|suite| &suite.test_cases);
+    let skipped: Vec<_> =
+        cases().filter(|case| matches!(case.status, TestCaseStatus::Skipped { .. })).map(|case| &case.name).collect();
+    assert_eq!(skipped, [MISMATCHES]);
+    assert!(page::html(&FULL).unwrap().contains("Rung 5 not run: no simulation was asked for"));
+    // Equal: one bound more, and it holds.
+    let equal = simulated(0, true);
+    let judged = row(&equal).unwrap().judgement;
+    assert!(equal.pass && judged.pass && judged.measured == 0.0 && judged.limit == 0.0);
+    assert_eq!(equal.bounds.len(), FULL.bounds.len() + 1);
+    let html = page::html(&equal).unwrap();
+    assert!(html.contains("0 mismatches in 3\u{202f}600\u{202f}000 samples and 2\u{202f}900 features"));
+    assert!(!html.to_lowercase().contains("not run"));
+    // Different: the report fails, and says where.
+    let different = simulated(3, false);
+    assert!(!different.pass && row(&different).unwrap().margin == -3.0);
+    assert!(page::html(&different).unwrap().contains("DoG 1, frame 2, x 5, y 7"));
+    // Nothing compared is not 0 mismatches.
+    let silent = simulated(0, false);
+    assert!(!silent.pass && row(&silent).unwrap().judgement.measured.is_nan());
+}
+
+#[test]
+fn cheaper_word_lengths_are_named() {
+    let costs = &FULL.costs;
+    // 5 of the state, 6 of the coefficients, 7 of the DoG, less those that give no filter; the design point once.
+    assert!(costs.len() <= 16 && costs.iter().filter(|cost| cost.chosen).count() == 1);
+    for cost in costs {
+        let cheaper = costs.iter().any(|other| {
+            other.dog_rms_lsb < cost.dog_rms_lsb
+                && other.resources.m10k <= cost.resources.m10k
+                && other.resources.mul18 <= cost.resources.mul18
+        });
+        assert!(!(cheaper && cost.front), "{cost:?}");
+    }
+    // The finest is on the front, whatever it takes.
+    let finest = costs.iter().min_by(|a, b| a.dog_rms_lsb.total_cmp(&b.dog_rms_lsb)).unwrap();
+    assert!(finest.front, "{finest:?}");
 }
 
 #[test]

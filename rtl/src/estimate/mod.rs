@@ -175,10 +175,10 @@ pub enum EstimateError {
 /// Name, source of the figures, ALM, M10K blocks, DSP blocks.
 const DEVICES: [(&str, &str, u64, u64, u64); 5] = [
     ("5AGXA1", "believed", 28_302, 800, 240),
-    ("5AGXA3", "Intel 683440 for 5AGTC3, believed the same", 58_900, 1051, 396),
-    ("5AGXA7", "Intel 683440 for 5AGTC7, believed the same", 91_680, 1366, 800),
-    ("5AGXB3", "Intel 683440 for 5AGTD3, believed the same", 136_880, 1726, 1045),
-    ("5AGXB7", "Intel 683440 for 5AGTD7, believed the same", 190_240, 2414, 1156),
+    ("5AGXA3", "believed: as 5AGTC3, Intel 683440", 58_900, 1051, 396),
+    ("5AGXA7", "believed: as 5AGTC7, Intel 683440", 91_680, 1366, 800),
+    ("5AGXB3", "believed: as 5AGTD3, Intel 683440", 136_880, 1726, 1045),
+    ("5AGXB7", "believed: as 5AGTD7, Intel 683440", 190_240, 2414, 1156),
 ];
 
 /// From a netlist and the memories of its Verilog to resources.
