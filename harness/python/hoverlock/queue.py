@@ -40,6 +40,8 @@ class Queue(Generic[T]):
         # The tasks that wait, longest first: each has an event of its own, so that one item wakes one task.
         self._getters: deque[Event] = deque()
         self._putters: deque[Event] = deque()
+        self._unfinished = 0
+        self._finished = Event("all items done")
 
     def _make(self) -> deque[T] | list[T]:
         return deque()
@@ -67,6 +69,9 @@ class Queue(Generic[T]):
         if self.full():
             raise QueueFull(f"the queue holds {self.maxsize} items")
         self._put(item)
+        if self._unfinished == 0:
+            self._finished = Event("all items done")
+        self._unfinished += 1
         _wake(self._getters)
 
     def get_nowait(self) -> T:
@@ -76,6 +81,19 @@ class Queue(Generic[T]):
         item = self._get()
         _wake(self._putters)
         return item
+
+    def task_done(self) -> None:
+        """Says that an item that was taken has been dealt with."""
+        if self._unfinished == 0:
+            raise ValueError("task_done was called more often than items were put")
+        self._unfinished -= 1
+        if self._unfinished == 0:
+            self._finished.set()
+
+    async def join(self) -> None:
+        """Waits until all items that were put have been dealt with: ``task_done`` was called for each."""
+        if self._unfinished:
+            await self._finished.wait()
 
     async def put(self, item: T) -> None:
         """Puts an item, waiting while the queue is full."""

@@ -24,7 +24,7 @@ from .errors import HoverlockError
 from .outputs import Outputs
 from .testing import Test, seed_of
 
-__all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "write_junit"]
+__all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "say", "write_junit"]
 
 
 @dataclass
@@ -134,9 +134,7 @@ def run(
                 if not quiet:
                     _say(results[-1], session_seed, name)
     if not quiet:
-        failed = sum(not r.passed and r.skipped is None for r in results)
-        skipped = sum(r.skipped is not None for r in results)
-        print(f"{len(results) - failed - skipped} passed, {failed} failed, {skipped} skipped (seed {session_seed})")
+        _sum_up(results, session_seed)
     if outputs.coverage:
         summary = outputs.merge_coverage()
         if not quiet:
@@ -161,6 +159,23 @@ def _run_one(
         text = "".join(traceback.format_exception(raised))
     seconds = time.monotonic() - started
     return Result(test.name, module.__name__, seed, seconds, error is None, error=error, text=text)
+
+
+def say(results: Iterable[Result], session_seed: int) -> None:
+    """Prints how tests ended that were run quietly.
+
+    >>> say(run("test_counter.py", seed=1, quiet=True), 1)
+    """
+    results = list(results)
+    for result in results:
+        _say(result, session_seed, result.module)
+    _sum_up(results, session_seed)
+
+
+def _sum_up(results: list[Result], session_seed: int) -> None:
+    failed = sum(not r.passed and r.skipped is None for r in results)
+    skipped = sum(r.skipped is not None for r in results)
+    print(f"{len(results) - failed - skipped} passed, {failed} failed, {skipped} skipped (seed {session_seed})")
 
 
 def _say(result: Result, session_seed: int, module: str | Path) -> None:

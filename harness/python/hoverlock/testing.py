@@ -81,6 +81,12 @@ class Test:
         made.module = self.module
         return made
 
+    def changed(self, **options: Any) -> Test:
+        """The same test with other options of ``test``."""
+        made = Test(self.function, name=self.name, arguments=self.arguments, **{**self.options, **options})
+        made.module = self.module
+        return made
+
     def variants(self) -> Iterator[Test]:
         """One test for each combination that ``parametrize`` asks for."""
         sets: list[list[tuple[str, dict[str, Any]]]] = getattr(self.function, "_hoverlock_parameters", [])
@@ -279,13 +285,13 @@ class Session:
     """
 
     def __init__(self, design: Design, *, seed: int = 0, name: str = "bench") -> None:
-        library = design.compile()
         self.name = self.label = name
-        self.simulation = _core.Simulation(
-            library, seed=seed, plusargs=list(design.plusargs), edges_after_eval=design.edges_after_eval
-        )
+        self.simulation, self.dut = _instance(design, seed)
+        if not design.internals and not any(isinstance(child, (_core.Handle, _core.ArrayHandle)) for child in self.dut):
+            # A module without ports, a testbench in Verilog: what it declares is what there is to drive.
+            design = design.changed(internals=("*",))
+            self.simulation, self.dut = _instance(design, seed)
         self.simulation.set_log_listener(listener)
-        self.dut = hierarchy.build(library.top, self.simulation, library.constants)
         self._running = Running(name, seed, design, self.dut, self.simulation, list(design.plusargs))
         self._random = random.Random(seed).getstate()
 
@@ -376,6 +382,14 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _instance(design: Design, seed: int) -> tuple[_core.Simulation, hierarchy.Hierarchy]:
+    library = design.compile()
+    simulation = _core.Simulation(
+        library, seed=seed, plusargs=list(design.plusargs), edges_after_eval=design.edges_after_eval
+    )
+    return simulation, hierarchy.build(library.top, simulation, library.constants)
 
 
 def simulate(

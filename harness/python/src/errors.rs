@@ -71,7 +71,12 @@ pub fn of_build(error: &BuildError) -> PyErr {
 pub fn of_model(error: &ModelError) -> PyErr {
     let text = error.to_string();
     match error {
-        ModelError::NoSuchSignal { .. } => python::NoSuchSignal::new_err(text),
+        ModelError::NoSuchSignal { .. } => {
+            // The engine says it in the words of its builder.
+            let text =
+                text.replace("add .internal(\"", "Design(..., internals=[\"").replace("\") to the build)", "\"]))");
+            python::NoSuchSignal::new_err(text)
+        }
         ModelError::OutOfRange { .. } => python::RangeError::new_err(text),
         ModelError::Address { .. } => PyIndexError::new_err(text),
         ModelError::NotWritable { .. } => python::NotWritable::new_err(text),

@@ -84,8 +84,10 @@ impl Task {
         trigger::join(slf)
     }
 
-    /// Ends the task; its `finally` blocks run. False if it had ended already.
-    fn cancel(&self) -> PyResult<bool> {
+    /// Ends the task; its `finally` blocks run. False if it had ended already. What cocotb 2 takes as a message is for the reader.
+    #[pyo3(signature = (msg = None))]
+    fn cancel(&self, msg: Option<&str>) -> PyResult<bool> {
+        let _ = msg;
         let running = self.state.get() == State::Running;
         if running {
             self.dut.cancel(self.id()?);
@@ -95,7 +97,7 @@ impl Task {
 
     /// The same, by cocotb 1's name.
     fn kill(&self) -> PyResult<()> {
-        self.cancel().map(|_| ())
+        self.cancel(None).map(|_| ())
     }
 
     /// Whether it has ended, in whatever way.

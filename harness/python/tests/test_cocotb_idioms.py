@@ -4,6 +4,7 @@ import itertools
 import logging
 import os
 import random
+import re
 import subprocess
 import sys
 import textwrap
@@ -394,6 +395,68 @@ async def what_a_simulation_is_asked_for(dut):
     assert isinstance(cocotb.log, logging.Logger) and cocotb.log.isEnabledFor(logging.CRITICAL)
 
 
+@cocotb.test()
+async def a_queue_is_joined(dut):
+    queue: Queue[int] = Queue()
+    done = []
+
+    async def work():
+        while True:
+            item = await queue.get()
+            await Timer(1, "ns")
+            done.append(item)
+            queue.task_done()
+
+    await queue.join()
+    worker = cocotb.start_soon(work())
+    for item in range(3):
+        queue.put_nowait(item)
+    await queue.join()
+    assert done == [0, 1, 2] and worker.cancel("enough")
+    with pytest.raises(ValueError, match="more often"):
+        queue.task_done()
+
+
+@cocotb.skipif(True, reason="on purpose")
+@cocotb.test
+async def left_out(dut):
+    raise AssertionError
+
+
+@cocotb.test
+@cocotb.xfail(raises=KeyError)
+async def raises_as_expected(dut):
+    raise KeyError
+
+
+@cocotb.xfail()
+@cocotb.test()
+@cocotb.parametrize(number=[1, 2])
+async def fails_as_expected(dut, number):
+    assert number == 3
+
+
+# ---- a testbench in Verilog, without ports, as TinyTapeout has it
+
+
+@cocotb.test(design=Design("designs/portless.v", top="tb"))
+async def a_testbench_without_ports(dut):
+    dut._log.info("Start")
+    clock = Clock(dut.clk, 10, unit="us")
+    cocotb.start_soon(clock.start())
+    dut.ena.value = 1
+    dut.ui_in.value = 0
+    dut.rst_n.value = 0
+    await ClockCycles(dut.clk, 10)
+    assert dut.uo_out.value == 0
+    dut.rst_n.value = 1
+    dut.ui_in.value = 20
+    await ClockCycles(dut.clk, 3)
+    assert dut.uo_out.value == 40
+    await ReadOnly()
+    assert dut.uo_out.value == 60 and dut.user_project.count.value == 60
+
+
 # ---- values of benches
 
 
@@ -568,4 +631,5 @@ def test_cocotbs_examples_run_from_their_runner(tmp_path, name):
         [sys.executable, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider", "."],
         cwd=tmp_path, env=environment, capture_output=True, text=True,
     )  # fmt: skip
-    assert "1 passed, 0 failed, 0 skipped (seed" in done.stdout and "1 passed in" in done.stdout, done.stdout + done.stderr
+    ran = "1 passed, 0 failed, 0 skipped (seed" in done.stdout and re.search(r"^1 passed in", done.stdout, re.MULTILINE)
+    assert ran and done.returncode == 0, done.stdout + done.stderr

@@ -29,7 +29,7 @@ from . import (
     utils,
 )
 from . import log as _log_module  # noqa: F401  (so that the name below stays the logger)
-from .decorators import coroutine, test
+from .decorators import coroutine, skipif, test, xfail
 
 __all__ = [
     "LANGUAGE",
@@ -52,6 +52,7 @@ __all__ = [
     "result",
     "simtime",
     "simulator",
+    "skipif",
     "start",
     "start_soon",
     "task",
@@ -59,6 +60,7 @@ __all__ = [
     "triggers",
     "types",
     "utils",
+    "xfail",
 ]
 
 __version__ = "2.0.0"

@@ -17,7 +17,7 @@ from .._core import Task, start_soon
 from ..triggers import First
 from .result import ReturnValue
 
-__all__ = ["RunningTask", "coroutine", "test"]
+__all__ = ["RunningTask", "coroutine", "skipif", "test", "xfail"]
 
 RunningTask = RunningCoroutine = Task
 
@@ -55,7 +55,7 @@ def coroutine(function: Any) -> Any:
 def test(*args: Any, **kwargs: Any) -> Any:
     """``hoverlock.test``, also of functions that ``yield``."""
     if len(args) == 1 and callable(args[0]) and not kwargs:
-        return testing.test(coroutine(args[0]))
+        return test()(args[0])
     if args:
         # cocotb 1 took the timeout by place.
         kwargs.update(zip(("timeout_time", "timeout_unit", "expect_fail", "expect_error", "skip"), args))
@@ -65,5 +65,34 @@ def test(*args: Any, **kwargs: Any) -> Any:
         kwargs["expect_error"] = tuple(kwargs["expect_error"])
     if kwargs.get("expect_error") is True:
         kwargs["expect_error"] = Exception
-    decorate = testing.test(**kwargs)
-    return lambda function: decorate(coroutine(function))
+    return lambda function: testing.test(**{**getattr(function, "_hoverlock_options", {}), **kwargs})(coroutine(function))
+
+
+def skipif(condition: bool, *, reason: str = "") -> Any:
+    """Leaves a test out where a condition holds; stands above or below ``test``.
+
+    >>> @cocotb.skipif(sys.platform == "win32", reason="has no such clock")
+    ... @cocotb.test
+    ... async def ticks(dut): ...
+    """
+    return _with({"skip": reason or True} if condition else {})
+
+
+def xfail(condition: bool = True, *, reason: str = "", raises: type[BaseException] | tuple[type[BaseException], ...] = ()) -> Any:
+    """Says that a test is to fail, or to raise, where a condition holds; stands above or below ``test``.
+
+    >>> @cocotb.test
+    ... @cocotb.xfail(raises=KeyError)
+    ... async def is_mended_one_day(dut): ...
+    """
+    return _with(({"expect_error": raises} if raises else {"expect_fail": True}) if condition else {})
+
+
+def _with(options: dict[str, Any]) -> Any:
+    def decorate(target: Any) -> Any:
+        if isinstance(target, testing.Test):
+            return target.changed(**options)
+        target._hoverlock_options = {**getattr(target, "_hoverlock_options", {}), **options}
+        return target
+
+    return decorate

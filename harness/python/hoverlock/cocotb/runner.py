@@ -15,7 +15,7 @@ from typing import Any
 
 from ..design import Design
 from ..errors import HoverlockError, NoSuchSignal
-from ..runner import new_seed, run, write_junit
+from ..runner import new_seed, run, say, write_junit
 
 log = logging.getLogger("hoverlock.runner")
 
@@ -99,13 +99,16 @@ class Verilator:
             modules = [name for text in modules for name in text.split(",") if name.strip()]
             chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
             session_seed = new_seed() if chosen is None else int(chosen)
-            results = run(modules, design, seed=session_seed, names=names)
+            # Whether a bench asks for internals is seen when it does: a first run that ends so need not be looked at.
+            results = run(modules, design, seed=session_seed, names=names, quiet=not self.internals_are_chosen)
             if not self.internals_are_chosen and any(isinstance(r.error, NoSuchSignal) for r in results):
                 text = "a bench asks for a signal that is no port: all runs again, with every internal signal to be reached; "
                 log.warning("%sfaster is build(..., internals=['u_core.state'])", text)
                 self.design, design = self.design.changed(internals=("*",)), design.changed(internals=("*",))
                 self.internals_are_chosen = True
                 results = run(modules, design, seed=session_seed, names=names)
+            elif not self.internals_are_chosen:
+                say(results, session_seed)
         finally:
             os.environ.clear()
             os.environ.update(before)
