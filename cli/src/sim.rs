@@ -1,37 +1,60 @@
 //! `hoverlock sim`: the hardware on pictures, under Verilator, against the bit-true model.
 
-use std::path::PathBuf;
+use std::fmt::Write as _;
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use hoverlock_fixed_point::{bit_true::ThresholdController, design::KT27, swift::Swift};
 use hoverlock_reference::{picture::Picture, plane::Plane};
-use hoverlock_rtl::simulation::{Job, Mismatch, Outcome, Simulator, Streams, run as simulate};
-use indicatif::ProgressBar;
+use hoverlock_rtl::simulation::{
+    FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Window, format_of, record, run_telling, view,
+};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
+use tempfile::{Builder, TempPath};
 
 use crate::Verdict;
-use crate::output::{print, print_json};
+use crate::output::{print, print_json, write_file};
 
 /// Run the RTL on pictures under Verilator and compare every plane and every feature with the bit-true model.
 ///
-/// All pictures go through back to back, each as often as --frames says. Status 0 only where nothing differs and features were compared.
+/// All pictures go through back to back, each as often as --frames says. Status 0 only where nothing differs and features of every
+/// picture were compared.
 ///
-/// Example: hoverlock sim aerial.png --stall 0.4 --seed 2
+/// Example: hoverlock sim aerial.png --stall 0.4 --seed 2 --wave aerial.fst
 #[derive(clap::Args)]
 pub struct Args {
     /// Pictures of the ground, at least 64x64; the centre 1024x768 of larger ones
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
     /// Frames of each picture; three or more of one size measure the cycles a pixel takes
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     frames: u32,
     /// Chance, in each cycle and on each side, that no pixel is offered and no feature is taken: 0 to 0.95
     #[arg(long, value_name = "P", default_value_t = 0.0)]
     stall: f64,
+    /// Take no feature before this clock cycle: the FIFO of 496 fills, and what then finds no room must be counted as dropped
+    #[arg(long, value_name = "CYCLE", default_value_t = 0)]
+    sink_opens: u64,
     /// Seed of the stalls and of what memories hold at first
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// One JSON object on stdout: pixels cycles cycles_per_pixel features mismatches first_mismatch cycles_per_second pass
+    /// Waves of a second, equal run into FILE.fst or FILE.vcd, and beside it FILE.gtkw, the pipeline in groups for `gtkwave FILE.gtkw`:
+    /// a window of --wave-cycles, most of it before the first mismatch, or before the first feature where nothing differs
+    #[arg(long, value_name = "FILE")]
+    wave: Option<PathBuf>,
+    /// Clock cycles the waves hold, of all signals: 3.5 MB of FST for a thousand of a full frame
+    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u64).range(1..), requires = "wave")]
+    wave_cycles: u64,
+    /// First clock cycle of the waves, in place of the window's own choice; 0 shows the reset and the register writes
+    #[arg(long, value_name = "CYCLE", requires = "wave")]
+    wave_from: Option<u64>,
+    /// One JSON object on stdout: pixels cycles cycles_per_pixel features dropped model_features mismatches first_mismatch
+    /// cycles_per_second latency_lines pictures[] pass
     #[arg(long)]
     json: bool,
 }
@@ -40,45 +63,152 @@ pub struct Args {
 struct Report {
     pixels: u64,
     cycles: u64,
-    /// Nothing where fewer than three frames of one size came after one another, or where stalls make it meaningless.
+    /// Nothing where fewer than three frames of one size came after one another, or where pauses make it meaningless.
     cycles_per_pixel: Option<f64>,
     features: u64,
     dropped: u64,
+    /// `features + dropped` where nothing differs.
+    model_features: u64,
     samples: u64,
-    mismatches: u64,
-    first_mismatch: Option<Mismatch>,
+    /// Nothing where no feature was compared and nothing else differs.
+    mismatches: Option<u64>,
+    first_mismatch: Option<First>,
     cycles_per_second: f64,
+    /// From a pixel to its smoothed sample.
     latency_lines: Option<f64>,
+    /// From a feature's pixel to its record.
+    feature_latency_lines: Option<f64>,
+    pictures: Vec<PerPicture>,
+    wave: Option<PathBuf>,
     pass: bool,
+}
+
+/// The first mismatch and the picture it is in.
+#[derive(Serialize)]
+struct First {
+    image: PathBuf,
+    #[serde(flatten)]
+    mismatch: Mismatch,
+}
+
+/// The frames of one picture.
+#[derive(Serialize)]
+struct PerPicture {
+    image: PathBuf,
+    frames: usize,
+    model_features: u64,
+    features: u64,
+    dropped: u64,
+    mismatches: Option<u64>,
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
     if !(0.0..=0.95).contains(&args.stall) {
         bail!("--stall {} is not a chance from 0 to 0.95; see --help", args.stall);
     }
+    let wave = args.wave.as_deref().map(WaveFile::new).transpose()?;
     let pictures = args.images.iter().map(frame).collect::<Result<Vec<_>>>()?;
-    let bar = ProgressBar::new_spinner();
-    bar.set_message("building the Verilated model (once; later runs find it)");
-    bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    let simulator = Simulator::new()?;
-    bar.set_message("simulating");
     let mut jobs = Vec::new();
     for plane in &pictures {
-        let thresholds = settled(plane)?;
-        let job = Job::new(plane.clone(), thresholds)?;
+        let job = Job::new(plane.clone(), settled(plane)?)?;
         jobs.extend(std::iter::repeat_n(job, args.frames as usize));
     }
-    let streams = Streams { source_pause: args.stall, sink_pause: args.stall, sink_opens: 0, seed: args.seed };
+    let simulator = spinning("building the Verilated model (once; later runs find it)", || match &wave {
+        Some(wave) => Simulator::traced(wave.format),
+        None => Simulator::new(),
+    })?;
+    let streams =
+        Streams { source_pause: args.stall, sink_pause: args.stall, sink_opens: args.sink_opens, seed: args.seed };
     let outcome = simulate(&simulator, &jobs, streams)?;
-    bar.finish_and_clear();
-    let pass = outcome.pass();
-    let report = report(outcome, pass);
+    if let Some(wave) = wave {
+        let mut window = Window::around(&outcome, args.wave_cycles);
+        if let Some(from) = args.wave_from {
+            window = Window { from, focus: window.focus.clamp(from, from.saturating_add(args.wave_cycles)), ..window };
+        }
+        spinning("writing waves", || record(&simulator, &jobs, streams, window, &wave.aside))?;
+        wave.keep(window)?;
+    }
+    let report = report(args, outcome);
     if args.json {
         print_json(&report)?;
     } else {
         print(&summary(&report))?;
     }
-    Ok(pass.into())
+    Ok(report.pass.into())
+}
+
+/// Runs with a bar that counts pixels, once the run has taken a second.
+fn simulate(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Outcome> {
+    let pixels = jobs.iter().map(|job| job.pixels.as_slice().len() as u64).sum();
+    let rate = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        let left = HumanDuration(state.eta());
+        let _ = write!(text, "{:.2} million pixels a second, {left:#} left", state.per_sec() / 1e6);
+    };
+    let style = ProgressStyle::with_template("{wide_bar} {percent}% {msg} {rate}")?.with_key("rate", rate);
+    let bar = ProgressBar::with_draw_target(Some(pixels), ProgressDrawTarget::hidden()).with_style(style);
+    let (started, frames) = (Instant::now(), jobs.len());
+    let outcome = run_telling(simulator, jobs, streams, &mut |progress| {
+        if bar.is_hidden() && started.elapsed() > Duration::from_secs(1) {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        bar.set_message(format!("{} of {frames} frames, {} cycles,", progress.frames, progress.cycles));
+        bar.set_position(progress.pixels);
+    })?;
+    bar.finish_and_clear();
+    Ok(outcome)
+}
+
+/// Does something, and says what on stderr once it has taken a second.
+fn spinning<T>(what: &'static str, work: impl FnOnce() -> T) -> T {
+    std::thread::scope(|scope| {
+        let (done, ended) = channel::<()>();
+        scope.spawn(move || {
+            if ended.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+                let bar = ProgressBar::new_spinner().with_message(what);
+                bar.enable_steady_tick(Duration::from_millis(200));
+                // Ends when the sender is gone.
+                let _ = ended.recv();
+                bar.finish_and_clear();
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
+}
+
+/// A wave file on its way: written aside, in the folder where it will be.
+struct WaveFile {
+    path: PathBuf,
+    format: hoverlock_rtl::simulation::Trace,
+    aside: TempPath,
+}
+
+impl WaveFile {
+    /// Asks for the file before anything is simulated.
+    fn new(path: &Path) -> Result<Self> {
+        let Some(format) = format_of(path) else {
+            bail!("--wave {}: the name must end in .fst or .vcd", path.display());
+        };
+        if path.is_dir() {
+            bail!("--wave {}: is a folder", path.display());
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let aside = Builder::new()
+            .prefix(".wave")
+            .permissions(Permissions::from_mode(0o666))
+            .tempfile_in(folder)
+            .with_context(|| {
+                format!("--wave {}: cannot be written; check the folder and its permissions", path.display())
+            })?;
+        Ok(Self { path: path.into(), format, aside: aside.into_temp_path() })
+    }
+
+    /// Gives it its name and puts the view beside it.
+    fn keep(self, window: Window) -> Result<()> {
+        write_file(&self.path.with_extension("gtkw"), view(&self.path, window).as_bytes())?;
+        self.aside.persist(&self.path).with_context(|| format!("{}: cannot be written", self.path.display()))
+    }
 }
 
 fn frame(path: &PathBuf) -> Result<Plane<u16>> {
@@ -107,50 +237,105 @@ fn settled(plane: &Plane<u16>) -> Result<[u32; 2]> {
     Ok(control.thresholds())
 }
 
-fn report(outcome: Outcome, pass: bool) -> Report {
+fn report(args: &Args, outcome: Outcome) -> Report {
+    let frames = args.frames as usize;
+    let pictures: Vec<_> = args
+        .images
+        .iter()
+        .zip(outcome.frames.chunks(frames))
+        .map(|(image, frames)| {
+            let sum = |part: fn(&FrameOutcome) -> u64| frames.iter().map(part).sum();
+            let (features, mismatches): (u64, u64) = (sum(|frame| frame.features), sum(|frame| frame.mismatches));
+            PerPicture {
+                image: image.clone(),
+                frames: frames.len(),
+                model_features: sum(|frame| frame.model_features),
+                features,
+                dropped: sum(|frame| frame.dropped),
+                mismatches: (features > 0 || mismatches > 0).then_some(mismatches),
+            }
+        })
+        .collect();
     Report {
         pixels: outcome.pixels,
         cycles: outcome.cycles,
         cycles_per_pixel: outcome.cycles_per_pixel,
         features: outcome.features,
         dropped: outcome.dropped,
+        model_features: outcome.model_features,
         samples: outcome.samples,
-        mismatches: outcome.mismatches,
-        first_mismatch: outcome.first_mismatch,
+        mismatches: (outcome.features > 0 || outcome.mismatches > 0).then_some(outcome.mismatches),
+        pass: outcome.pass() && pictures.iter().all(|picture| picture.features + picture.dropped > 0),
         cycles_per_second: outcome.cycles_per_second,
         latency_lines: outcome.latency_lines,
-        pass,
+        feature_latency_lines: outcome.feature_latency_lines,
+        first_mismatch: outcome
+            .first_mismatch
+            .map(|mismatch| First { image: args.images[mismatch.frame / frames].clone(), mismatch }),
+        pictures,
+        wave: args.wave.clone(),
     }
 }
 
 fn summary(report: &Report) -> String {
-    let mut text = format!(
-        "{} pixels in {} cycles, {:.2} million cycles a second\n{} samples and {} features compared, {} features dropped\n",
+    let count = |mismatches: Option<u64>| mismatches.map_or("-".to_owned(), |count| count.to_string());
+    let mut rows = vec![["picture", "frames", "model", "out", "dropped", "mismatches"].map(str::to_owned)];
+    rows.extend(report.pictures.iter().map(|picture| {
+        [
+            picture.image.display().to_string(),
+            picture.frames.to_string(),
+            picture.model_features.to_string(),
+            picture.features.to_string(),
+            picture.dropped.to_string(),
+            count(picture.mismatches),
+        ]
+    }));
+    let widest = rows.iter().map(|row| row[0].chars().count()).max().unwrap_or_default();
+    // Writing to a String cannot fail.
+    let mut text = String::new();
+    for [picture, numbers @ ..] in rows {
+        let _ = write!(text, "{picture:widest$}");
+        text.extend(numbers.iter().map(|number| format!(" {number:>10}")));
+        text.push('\n');
+    }
+    let _ = writeln!(
+        text,
+        "\n{} pixels in {} cycles, {:.2} million cycles a second\n{} samples and {} features compared; {} out + {} dropped, {} of the model",
         report.pixels,
         report.cycles,
         report.cycles_per_second / 1e6,
         report.samples,
         report.features,
-        report.dropped
+        report.features,
+        report.dropped,
+        report.model_features,
     );
     if let Some(rate) = report.cycles_per_pixel {
-        text += &format!("{rate:.3} cycles a pixel\n");
+        let _ = writeln!(text, "{rate:.3} cycles a pixel");
     }
-    match &report.first_mismatch {
-        None => text += "0 mismatches\n",
-        Some(first) => {
-            text += &format!(
-                "{} mismatches, the first in {}, frame {}, x {}, y {}, cycle {}:\n  expected {}\n  actual   {}\n",
-                report.mismatches,
-                first.stage,
-                first.frame,
-                first.x,
-                first.y,
-                first.cycle,
-                first.expected,
-                first.actual
-            );
-        }
+    if let (Some(smoothed), Some(feature)) = (report.latency_lines, report.feature_latency_lines) {
+        let _ =
+            writeln!(text, "latency {smoothed:.2} lines to the smoothed sample, {feature:.2} to the feature's record");
     }
+    if let Some(wave) = &report.wave {
+        let _ = writeln!(text, "waves: gtkwave {}", wave.with_extension("gtkw").display());
+    }
+    text += &match (&report.first_mismatch, report.mismatches) {
+        (Some(First { image, mismatch }), _) => format!(
+            "{} mismatches, the first in {} of frame {} of {}, x {}, y {}, cycle {}: {}\n  expected {}\n  actual   {}\n",
+            count(report.mismatches),
+            mismatch.stage,
+            mismatch.frame,
+            image.display(),
+            mismatch.x,
+            mismatch.y,
+            mismatch.cycle,
+            mismatch.field,
+            mismatch.expected,
+            mismatch.actual
+        ),
+        (None, None) => "no feature was compared: take a picture with more texture\n".into(),
+        (None, Some(mismatches)) => format!("{mismatches} mismatches\n"),
+    };
     text + if report.pass { "pass\n" } else { "FAIL\n" }
 }

@@ -165,6 +165,38 @@ fn coeffs_refuses_numbers_without_meaning() {
 }
 
 #[test]
+fn sim_refuses_bad_pictures_and_options_before_it_simulates() {
+    let pictures = Pictures::new();
+    let good = pictures.path("gray.png");
+    for name in BAD_PICTURES {
+        assert_refused(&["sim", &good, &pictures.path(name)], name);
+    }
+    let wave = format!("{}.fst", unwritable(&pictures));
+    for (option, value, named) in [
+        ("--frames", "0", "frames"),
+        ("--stall", "0.96", "0.96"),
+        ("--stall", "-1", "--stall"),
+        ("--stall", "nan", "NaN"),
+        ("--sink-opens", "soon", "sink-opens"),
+        ("--wave", &wave, "gray.png/out.fst"),
+        ("--wave", &pictures.path("run.txt"), ".fst or .vcd"),
+        ("--wave", &pictures.path("folder.fst"), "folder.fst"),
+        ("--wave-cycles", "0", "wave-cycles"),
+        ("--wave-from", "7", "--wave"),
+    ] {
+        if value.ends_with("folder.fst") {
+            fs::create_dir(value).unwrap();
+        }
+        assert_refused(&["sim", &good, &format!("{option}={value}")], named);
+    }
+    // Nothing is left beside the pictures: neither waves nor what was begun of them.
+    let folder = Path::new(&good).parent().unwrap();
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let left: Vec<_> = names.filter(|name| name.starts_with(".wave") || name.starts_with("run.")).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
 fn usage_errors_have_status_2() {
     for args in [&["no-such-verb"][..], &["match", "one picture"], &["coeffs"], &["doctor", "--no-such-option"]] {
         assert_eq!(hoverlock(args).status.code(), Some(2), "{args:?}");

@@ -751,7 +751,7 @@ impl Model {
     }
 
     /// Begins to write waves of everything below a scope (empty: all), so many levels deep (0: all).
-    pub(crate) fn trace_open(&mut self, path: &Path, level: u32, scope: &str) -> Result<(), Error> {
+    pub fn trace_open(&mut self, path: &Path, level: u32, scope: &str) -> Result<(), Error> {
         let not_built =
             ModelError::NotBuiltIn { what: "a wave file", with: ".trace(Trace::Vcd) or .trace(Trace::Fst)" };
         if self.library.trace() == Trace::None {
@@ -772,7 +772,8 @@ impl Model {
         }
     }
 
-    pub(crate) fn trace_dump(&mut self, time: Time) {
+    /// Writes the values of this moment into the open waves; times must grow.
+    pub fn trace_dump(&mut self, time: Time) {
         self.bind();
         // SAFETY: the instance is alive; does nothing without an open file.
         unsafe { (self.functions.hv_trace_dump)(self.raw, time.as_fs() / self.femtoseconds_per_tick) };
@@ -784,7 +785,8 @@ impl Model {
         unsafe { (self.functions.hv_trace_flush)(self.raw) };
     }
 
-    pub(crate) fn trace_close(&mut self) {
+    /// Ends the waves; their file is whole then.
+    pub fn trace_close(&mut self) {
         self.bind();
         // SAFETY: as above.
         unsafe { (self.functions.hv_trace_close)(self.raw) };

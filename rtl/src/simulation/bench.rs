@@ -11,6 +11,7 @@ use super::{
     outcome::{FrameOutcome, Outcome, Place},
     planes::{Passing, Shown},
     records::{Records, Taken, Words},
+    waves::{Recorder, time},
 };
 
 /// Signals below the top that the bench reads.
@@ -29,6 +30,9 @@ pub(super) const INTERNALS: [&str; 12] = [
     "core.extractor.record",
 ];
 
+/// Cycles before the first that counts.
+pub(super) const RESET_CYCLES: u64 = 5;
+
 /// How often progress is told, in cycles: a power of two.
 const PROGRESS_EVERY: u64 = 1 << 14;
 
@@ -46,8 +50,11 @@ impl Random {
 }
 
 /// The model and its signals.
-struct Pins {
+struct Pins<'a> {
     model: Model,
+    recorder: Option<Recorder<'a>>,
+    /// Clock cycles, those of the reset included.
+    now: u64,
     clock: RawSignal<u8>,
     reset: RawSignal<u8>,
     valid: RawSignal<u8>,
@@ -89,10 +96,13 @@ macro_rules! set {
     };
 }
 
-impl Pins {
-    fn new(simulator: &Simulator, seed: u64) -> Result<Self, SimulationError> {
+impl<'a> Pins<'a> {
+    fn new(simulator: &Simulator, seed: u64, recorder: Option<Recorder<'a>>) -> Result<Self, SimulationError> {
         let options = InstanceOptions { seed, plusargs: simulator.plusargs().to_vec() };
-        let model = simulator.library().instance_with(&options)?;
+        let mut model = simulator.library().instance_with(&options)?;
+        if let Some(recorder) = &recorder {
+            recorder.open(&mut model)?;
+        }
         Ok(Self {
             clock: model.raw("clock")?,
             reset: model.raw("reset")?,
@@ -124,18 +134,37 @@ impl Pins {
             write: model.raw("core.extractor.write")?,
             record: model.find("core.extractor.record")?,
             model,
+            recorder,
+            now: 0,
         })
     }
 
     /// Inputs are set: what hangs on them follows.
     fn settle(&mut self) -> Result<(), SimulationError> {
         set!(self.clock, 0);
-        Ok(self.model.eval()?)
+        self.model.eval()?;
+        self.dump(false);
+        Ok(())
     }
 
     fn edge(&mut self) -> Result<(), SimulationError> {
         set!(self.clock, 1);
-        Ok(self.model.eval()?)
+        self.model.eval()?;
+        self.dump(true);
+        self.now += 1;
+        Ok(())
+    }
+
+    #[inline]
+    fn dump(&mut self, rising: bool) {
+        if self.recorder.as_ref().is_some_and(|recorder| recorder.wants(self.now)) {
+            self.model.trace_dump(time(self.now, rising));
+        }
+    }
+
+    /// Whoever records has all that was wanted.
+    fn is_recorded(&self) -> bool {
+        self.recorder.as_ref().is_some_and(|recorder| recorder.is_past(self.now))
     }
 
     fn cycle(&mut self) -> Result<(), SimulationError> {
@@ -204,7 +233,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    fn drive(&mut self, pins: &mut Pins, pause: bool) {
+    fn drive(&mut self, pins: &mut Pins<'_>, pause: bool) {
         let write = self.writes.pop_front();
         pins.write(write);
         let may_begin = self.pixel > 0 || (self.begun == self.frame && write.is_none());
@@ -251,7 +280,7 @@ impl Patience {
 
 /// A run of frames.
 pub(super) struct Bench<'a> {
-    pins: Pins,
+    pins: Pins<'a>,
     random: Random,
     streams: Streams,
     jobs: &'a [Job],
@@ -266,10 +295,15 @@ pub(super) struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    pub fn new(simulator: &Simulator, jobs: &'a [Job], streams: Streams) -> Result<Self, SimulationError> {
-        let mut pins = Pins::new(simulator, streams.seed)?;
+    pub fn new(
+        simulator: &Simulator,
+        jobs: &'a [Job],
+        streams: Streams,
+        recorder: Option<Recorder<'a>>,
+    ) -> Result<Self, SimulationError> {
+        let mut pins = Pins::new(simulator, streams.seed, recorder)?;
         set!(pins.reset, 1);
-        (0..4).try_for_each(|_| pins.cycle())?;
+        (1..RESET_CYCLES).try_for_each(|_| pins.cycle())?;
         set!(pins.reset, 0);
         pins.cycle()?;
         let pixels = jobs.iter().map(|job| job.pixels.as_slice().len() as u64).sum();
@@ -292,7 +326,7 @@ impl<'a> Bench<'a> {
     pub fn run(mut self, oracle: &mut Oracle, progress: &mut dyn FnMut(Progress)) -> Result<Outcome, SimulationError> {
         let patience = Patience::new(self.jobs, self.streams);
         let mut heard = 0;
-        while self.records.done < self.jobs.len() {
+        while self.records.done < self.jobs.len() && !self.pins.is_recorded() {
             if self.step(oracle)? {
                 heard = self.cycle;
             }
@@ -307,6 +341,10 @@ impl<'a> Bench<'a> {
             }
         }
         progress(self.progress());
+        if self.pins.recorder.is_some() {
+            self.pins.model.trace_close();
+            return Ok(self.outcome);
+        }
         self.finish(oracle)
     }
 

@@ -11,6 +11,7 @@
 //! | `bench` | the loop over clock cycles |
 //! | `planes`, `records` | the comparisons |
 //! | `outcome` | what a run gave |
+//! | `waves` | a window of a run as a wave file, and GTKWave's view of it |
 
 mod bench;
 mod expect;
@@ -19,18 +20,22 @@ mod outcome;
 mod planes;
 mod records;
 mod simulator;
+mod waves;
 
 use std::{path::PathBuf, sync::mpsc::sync_channel, time::Instant};
 
 use hoverlock_fixed_point::coefficients::CoefficientError;
-use hoverlock_harness::{BuildError, ModelError};
+use hoverlock_harness::{BuildError, Error, ModelError};
 
 use bench::Bench;
 use expect::{Expectation, Oracle};
+pub use hoverlock_harness::build::Trace;
 pub use job::{Fault, Job, Streams};
 pub use outcome::{FrameOutcome, Mismatch, Outcome};
 pub use simulator::Simulator;
 pub(crate) use simulator::cache;
+use waves::Recorder;
+pub use waves::{Window, format_of, record, signals, view};
 
 use crate::emit::EmitError;
 
@@ -52,6 +57,9 @@ pub enum SimulationError {
     /// The bench does not fit the register map.
     #[error("the register map has no register {0}")]
     Register(&'static str),
+    /// The wave file cannot be written, or waves are not built in.
+    #[error(transparent)]
+    Waves(#[from] Error),
     /// The Verilog cannot be put where Verilator reads it.
     #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
     Write {
@@ -91,8 +99,29 @@ pub fn run_telling(
     streams: Streams,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Outcome, SimulationError> {
+    let bench = Bench::new(simulator, jobs, streams, None)?;
+    beside(jobs, |oracle| {
+        let started = Instant::now();
+        let mut outcome = bench.run(oracle, progress)?;
+        outcome.cycles_per_second = outcome.cycles as f64 / started.elapsed().as_secs_f64();
+        Ok(outcome)
+    })
+}
+
+/// The same with a recorder, up to its end.
+fn record_window(
+    simulator: &Simulator,
+    jobs: &[Job],
+    streams: Streams,
+    recorder: Recorder<'_>,
+) -> Result<(), SimulationError> {
+    let bench = Bench::new(simulator, jobs, streams, Some(recorder))?;
+    beside(jobs, |oracle| bench.run(oracle, &mut |_| ()).map(|_| ()))
+}
+
+/// Does something while rung 4 of the frames to come is computed beside it, two frames ahead.
+fn beside<T>(jobs: &[Job], work: impl FnOnce(&mut Oracle) -> Result<T, SimulationError>) -> Result<T, SimulationError> {
     let expectation = Expectation::new(jobs)?;
-    // Rung 4 of the frames to come is computed beside the simulation, two frames ahead.
     let (sender, receiver) = sync_channel(1);
     std::thread::scope(|scope| {
         scope.spawn(move || {
@@ -104,10 +133,6 @@ pub fn run_telling(
         });
         let mut oracle = Oracle::new(receiver);
         oracle.frame(0);
-        let bench = Bench::new(simulator, jobs, streams)?;
-        let started = Instant::now();
-        let mut outcome = bench.run(&mut oracle, progress)?;
-        outcome.cycles_per_second = outcome.cycles as f64 / started.elapsed().as_secs_f64();
-        Ok(outcome)
+        work(&mut oracle)
     })
 }

@@ -3,7 +3,7 @@
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Mismatch {
-    /// Stage: `smoother 0` to `2`, `DoG 0`, `DoG 1`, `MaxDOG 0`, `MaxDOG 1`, `decision`, `record`, `descriptor`, `trailer`,
+    /// Stage: `smoother narrow`, `smoother middle`, `smoother wide`, `DoG 0`, `DoG 1`, `MaxDOG 0`, `MaxDOG 1`, `decision`, `record`, `descriptor`, `trailer`,
     /// `feature FIFO`, `registers`, `end of frame`.
     pub stage: String,
     /// Frame, from 0.

@@ -18,6 +18,9 @@ const RING_STEPS: usize = 6;
 /// Half a window of MaxDOG.
 const RADIUS: usize = 2;
 
+/// The smoothers by name.
+const SMOOTHERS: [&str; 3] = ["narrow", "middle", "wide"];
+
 /// What the hardware shows in a step.
 pub(super) struct Shown {
     pub smoothed: [u32; 3],
@@ -63,7 +66,7 @@ impl Passing {
                 let want = planes.smoothed[i].as_slice()[self.step];
                 if want != got {
                     let units = |state: u32| format!("0x{state:05x}, {} codes", f64::from(state) / 4.0);
-                    outcome.differ(&format!("smoother {i}"), place(self.step), cycle, || {
+                    outcome.differ(&format!("smoother {}", SMOOTHERS[i]), place(self.step), cycle, || {
                         ["sample".into(), units(want), units(got)]
                     });
                 }

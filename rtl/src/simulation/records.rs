@@ -210,7 +210,8 @@ fn differences(want: &Words, got: &Words) -> [String; 4] {
         let wrong = want[word] ^ got[word];
         if wrong != 0 {
             let list: Vec<_> = (0..32).filter(|bit| wrong >> bit & 1 == 1).map(|bit: u32| bit.to_string()).collect();
-            let name = format!("{name}, ring point {}", list.join(" "));
+            let points = if wrong == !0 { "every ring point".into() } else { format!("ring point {}", list.join(" ")) };
+            let name = format!("{name}, {points}");
             fields.push((name, format!("0x{:08x}", want[word]), format!("0x{:08x}", got[word])));
         }
     }

@@ -6,7 +6,7 @@ use std::{
 };
 
 use hoverlock_harness::{
-    build::{Build, Initial},
+    build::{Build, Initial, Trace},
     model::Library,
 };
 use sha2::{Digest, Sha256};
@@ -27,10 +27,15 @@ impl Simulator {
     /// # Errors
     /// Where Verilator or the compiler fails.
     pub fn new() -> Result<Self, SimulationError> {
-        match committed() {
-            Some(files) => Self::of(&files),
-            None => Self::of(&emitted()?),
-        }
+        Self::of(&sources()?)
+    }
+
+    /// The same with waves built in: a model of its own, slower even where nothing is recorded.
+    ///
+    /// # Errors
+    /// As [`Simulator::new`].
+    pub fn traced(trace: Trace) -> Result<Self, SimulationError> {
+        Self::build(&sources()?, trace)
     }
 
     /// Of Verilog files.
@@ -38,7 +43,11 @@ impl Simulator {
     /// # Errors
     /// Where Verilator or the compiler fails.
     pub fn of(sources: &[PathBuf]) -> Result<Self, SimulationError> {
-        let build = Build::new("hoverlock_top").sources(sources).initial(Initial::Random);
+        Self::build(sources, Trace::None)
+    }
+
+    fn build(sources: &[PathBuf], trace: Trace) -> Result<Self, SimulationError> {
+        let build = Build::new("hoverlock_top").sources(sources).initial(Initial::Random).trace(trace);
         let build = INTERNALS.into_iter().fold(build, Build::internal);
         Ok(Self { library: build.compile()?, plusargs: Vec::new() })
     }
@@ -57,6 +66,11 @@ impl Simulator {
     pub fn library(&self) -> &Library {
         &self.library
     }
+}
+
+/// The committed Verilog, or else the emission.
+fn sources() -> Result<Vec<PathBuf>, SimulationError> {
+    committed().map_or_else(emitted, Ok)
 }
 
 /// The emission as files: one folder for each, and files that keep their times, for the harness finds the built model by them.
