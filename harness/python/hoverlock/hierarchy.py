@@ -134,7 +134,7 @@ def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int |
     instances = {path for path, _ in _instances(root)}
     for name, value in constants:
         # Those of instances in which nothing else is to be seen are left out: the instance would be in the way.
-        if ".".join(_STEP.findall(name)[:-1]) in instances:
+        if name.rpartition(".")[0] in instances:
             _place(root, name, Constant(name, value), simulation)
     return root
 
@@ -149,13 +149,15 @@ def _instances(node: Hierarchy) -> Iterator[tuple[str, Hierarchy]]:
 def _place(root: Hierarchy, name: str, handle: Handle | ArrayHandle | Constant, simulation: Simulation) -> None:
     if "$" in name:
         root._add(name, handle)
-    steps = _STEP.findall(name)
-    node, path = root, ""
-    for step in steps[:-1]:
-        path = f"{path}.{step}" if path else step
+    found = list(_STEP.finditer(name))
+    steps = [match[0] for match in found]
+    node = root
+    for step, match in zip(steps[:-1], found):
         child = node._children.get(step)
         if child is None:
-            child = Hierarchy(step, path, simulation)
+            # Its path is how the engine writes it: `lane[2].u_add`.
+            end = match.end() + (name[match.end() : match.end() + 1] == "]")
+            child = Hierarchy(step, name[:end], simulation)
             node._add(step, child)
         if not isinstance(child, Hierarchy):
             return  # a signal and an instance of one name: the signal was there first

@@ -106,7 +106,31 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
         return None
     if obj.module != collector.obj.__name__ or _is_for_the_runner(collector, obj):
         return []
-    return [BenchItem.from_parent(collector, name=variant.name, callobj=_plain(variant), bench=variant) for variant in obj.variants()]
+    return [
+        BenchItem.from_parent(collector, name=variant.name, callobj=_plain(variant), bench=variant)
+        for made in obj.variants()
+        for variant in _marked(made)
+    ]
+
+
+def _marked(test: Any) -> list[Any]:
+    """One test for each combination that ``pytest.mark.parametrize`` asks for."""
+    tests = [test]
+    for mark in getattr(test.function, "pytestmark", []):
+        if mark.name != "parametrize":
+            continue
+        names, choices = mark.args[:2]
+        names = [name.strip() for name in names.split(",")] if isinstance(names, str) else list(names)
+        expanded = []
+        for made in tests:
+            for choice in choices:
+                values, label = getattr(choice, "values", None), getattr(choice, "id", None)  # of pytest.param
+                values = values if values is not None else (choice,) if len(names) == 1 else tuple(choice)
+                label = label or "-".join(str(value) for value in values)
+                inner = f"{made.name[:-1]}-{label}]" if made.name.endswith("]") else f"{made.name}[{label}]"
+                expanded.append(made.with_arguments(inner, dict(zip(names, values, strict=True))))
+        tests = expanded
+    return tests
 
 
 def _is_for_the_runner(collector: Any, test: Any) -> bool:
@@ -132,7 +156,8 @@ def _plain(bench: Any) -> Callable[..., None]:
         [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in chosen]
     )
     call.__name__, call.__doc__, call.__module__ = bench.function.__name__, bench.function.__doc__, bench.module
-    call.pytestmark = list(getattr(bench.function, "pytestmark", []))  # type: ignore[attr-defined]
+    marks = [mark for mark in getattr(bench.function, "pytestmark", []) if mark.name != "parametrize"]
+    call.pytestmark = marks  # type: ignore[attr-defined]
     return call
 
 

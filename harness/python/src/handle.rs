@@ -611,6 +611,14 @@ impl Value {
         self.int(py)?.neg()
     }
 
+    fn __abs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(py)
+    }
+
+    fn __divmod__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.int(other.py())?.divmod(other)
+    }
+
     fn __invert__(&self) -> Value {
         let bits = match &self.bits {
             Stored::Word(word) => {

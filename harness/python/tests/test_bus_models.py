@@ -143,6 +143,21 @@ def test_what_keeps_the_rules_is_not_complained_of():
     assert hoverlock.simulate(Design(WIRES, top="wires_axis"), break_stream, arguments={"beats": good}) == []
 
 
+def test_a_monitor_listens_inside_the_design():
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        monitors = [AxiMonitor(dut.lane[at].u_wires, "out_", dut.clk, symbol_bits=16) for at in (0, 1)]
+        await RisingEdge(dut.clk)
+        for word in (1, 2, 3):
+            dut.valid.value, dut.data.value, dut.last.value = 1, word, word == 3
+            await RisingEdge(dut.clk)
+        dut.valid.value = 0
+        return [(await with_timeout(monitor.recv(), 1, "us")).symbols.tolist() for monitor in monitors]
+
+    design = Design(WIRES, top="wires_inside", internals=["lane[*].u_wires.out_*"])
+    assert hoverlock.simulate(design, bench) == [[1, 2, 3], [0xFFFE, 0xFFFD, 0xFFFC]]
+
+
 # ---- AXI4-Stream
 
 

@@ -53,7 +53,7 @@ async def values_are_numbers(dut):
     assert value + 1 == 43 and 100 - value == 58 and value // 5 == 8 and value & 2 == 2 and 1 << dut.s.value[1] == 2
     assert value == "00101010" and str(value) == "00101010" and f"{value:#x}" == "0x2a" and value.binstr == "00101010"
     assert [10, 20, 30][dut.s.value[2]] == 10 and bool(value) and hash(value) == hash(42) and value.is_resolvable
-    assert {42: "x"}[value] == "x"
+    assert {42: "x"}[value] == "x" and abs(value) == 42 and divmod(value, 5) == (8, 2)
     with pytest.raises(ValueError, match="8 digits"):
         dut.s.value = "01x0"
     with pytest.raises(IndexError):

@@ -215,9 +215,18 @@ def test_marks_and_names_select(folder):
         @hoverlock.test()
         async def quick(dut):
             pass
+
+        @hoverlock.test()
+        @pytest.mark.parametrize("a, b", [(1, 2), pytest.param(3, 6, id="six")])
+        @hoverlock.parametrize(c=[5])
+        @pytest.mark.parametrize("d", [7, 8])
+        async def many(dut, a, b, c, d):
+            assert b == 2 * a and c == 5 and d in (7, 8)
     """))
-    assert "1 passed, 1 deselected" in run_pytest(folder, "test_marks.py", "-m", "slow").stdout
-    assert "1 passed, 1 deselected" in run_pytest(folder, "test_marks.py", "-k", "quick").stdout
+    assert "4 passed, 2 deselected" in run_pytest(folder, "test_marks.py", "-k", "many").stdout
+    assert "many[c=5-7-six]" in run_pytest(folder, "test_marks.py", "--collect-only").stdout
+    assert "1 passed, 5 deselected" in run_pytest(folder, "test_marks.py", "-m", "slow").stdout
+    assert "1 passed, 5 deselected" in run_pytest(folder, "test_marks.py", "-k", "quick").stdout
     assert "1 passed" in run_pytest(folder, "test_marks.py::quick").stdout
 
 

@@ -96,3 +96,16 @@ module wires_axi (
     assign m_bready = 1'b1;
     assign m_rready = 1'b1;
 endmodule
+
+// Two such streams inside, one an inverted copy of the other.
+module wires_inside (input wire clk, input wire valid, input wire [15:0] data, input wire last);
+    wire [1:0] ready = 2'b11;
+    genvar g;
+    generate for (g = 0; g < 2; g = g + 1) begin : lane
+        wire tvalid, tlast;
+        wire [15:0] tdata;
+        wire [1:0] tid;
+        wires_axis u_wires (.clk(clk), .valid(valid), .data(g == 0 ? data : ~data), .last(last), .id(2'd0),
+            .out_tvalid(tvalid), .out_tready(ready[g]), .out_tdata(tdata), .out_tlast(tlast), .out_tid(tid));
+    end endgenerate
+endmodule
