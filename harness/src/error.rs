@@ -364,6 +364,9 @@ pub enum SimError {
         /// Simulation time.
         time: Time,
     },
+    /// A signal of another simulation was awaited.
+    #[error("the signal awaited belongs to another simulation: handles and triggers live as long as their `dut`")]
+    OtherSimulation,
     /// A time span that cannot be simulated.
     #[error("{0}")]
     BadTime(String),

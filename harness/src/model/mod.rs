@@ -258,6 +258,10 @@ impl SignalId {
     pub(crate) fn index(self) -> usize {
         self.index as usize
     }
+
+    pub(crate) fn model(self) -> u32 {
+        self.model
+    }
 }
 
 /// A type Verilator stores values in.
@@ -615,6 +619,10 @@ impl Model {
             return Err(ModelError::WrongShape { signal: name.to_owned(), is: "is stored in another word", instead });
         }
         Ok(RawSignal { data: info.data.cast() })
+    }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.id
     }
 
     /// Evaluates the model for the values of its inputs.

@@ -5,7 +5,8 @@ use std::pin::Pin;
 use std::rc::Rc;
 use std::task::{Context, Poll};
 
-use super::core::{Core, NodeRef};
+use super::core::Core;
+use super::node::NodeRef;
 use super::trigger::{Failure, Outcome, Trigger};
 
 /// A trigger that is awaited: `clk.rising_edge().await`. Reusable by `clone`, or as a plain [`Trigger`].

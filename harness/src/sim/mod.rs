@@ -19,14 +19,18 @@
 //! registers sample the new value, as in other simulators; the harness warns of it once for each signal.
 
 mod core;
+mod edges;
 mod future;
 mod log;
 mod node;
 mod report;
 mod signal;
+mod step;
 mod sync;
 mod task;
+mod tasks;
 mod trigger;
+mod waits;
 
 use std::cell::RefCell;
 use std::future::Future;
@@ -153,7 +157,7 @@ impl Sim {
             });
             let id = self.core.spawn("bench", Body::Main, false);
             let main: Pin<&mut dyn Future<Output = ()>> = main.as_mut();
-            let ended = self.core.run(Some(main), &|| result.borrow().is_some());
+            let ended = self.core.run(Some(main), id);
             self.core.cancel(id);
             self.core.forget(id);
             ended
@@ -184,7 +188,7 @@ impl Sim {
     /// Runs a coroutine of another language as the bench.
     pub fn run_coroutine(&mut self, name: &str, coroutine: Box<dyn Coroutine>) -> Result<(), Error> {
         let id = self.core.spawn(name, Body::Coroutine(coroutine), false);
-        let ended = self.core.run(None, &|| self.core.ending(id).is_some());
+        let ended = self.core.run(None, id);
         let ending = self.core.ending(id);
         self.core.cancel(id);
         self.core.forget(id);

@@ -2,6 +2,11 @@
 
 use std::fmt;
 
+use super::core::Core;
+use super::node::{Node, NodeRef, Nodes, State, Target, Waiting};
+use super::task::{Task, TaskId, TaskWait};
+use super::trigger::Edge;
+use crate::model::load;
 use crate::time::Time;
 
 /// What one task waits for.
@@ -38,5 +43,74 @@ impl fmt::Display for StuckReport {
             write!(f, "  (clocks run)")?;
         }
         Ok(())
+    }
+}
+
+impl Core {
+    /// What every living task waits for.
+    pub fn report(&self) -> StuckReport {
+        let tasks = self.tasks.borrow();
+        let reports = tasks
+            .iter()
+            .enumerate()
+            .filter(|(_, task)| task.ending.is_none())
+            .map(|(index, task)| {
+                let id = TaskId { index: index as u32, generation: task.generation };
+                let mut waits: Vec<String> = {
+                    let nodes = self.nodes.borrow();
+                    let of_task = |n: &&Node| {
+                        n.state == State::Armed
+                            && match &n.target {
+                                Target::Task(t) => *t == id,
+                                Target::Waker(w) => w.will_wake(&task.waker),
+                                Target::Parent(..) => false,
+                            }
+                    };
+                    nodes.iter().filter(of_task).map(|n| self.describe(&n.waiting, &nodes, &tasks)).collect()
+                };
+                if let TaskWait::Edge(signal, edge, count) = task.wait {
+                    waits.push(self.describe_edge(signal, edge, count));
+                }
+                if waits.is_empty() {
+                    waits.push(if task.queued {
+                        "is ready to run".into()
+                    } else {
+                        "nothing the harness knows of".into()
+                    });
+                }
+                TaskReport { task: task.name.clone(), waits }
+            })
+            .collect();
+        let stopped = self.clocks.borrow().iter().all(|c| !c.running);
+        StuckReport { time: self.now(), tasks: reports, no_clock: stopped }
+    }
+
+    fn describe(&self, waiting: &Waiting, nodes: &Nodes, tasks: &[Task]) -> String {
+        let part = |p: &NodeRef| match nodes.get(*p) {
+            Some(node) if node.state == State::Armed => self.describe(&node.waiting, nodes, tasks),
+            _ => "done".into(),
+        };
+        match waiting {
+            Waiting::Edge(signal, edge, count) => self.describe_edge(*signal, *edge, *count),
+            Waiting::Until(time) => format!("Timer until {time}"),
+            Waiting::Named(name) => (*name).to_owned(),
+            Waiting::Sync(sync) => format!("{}({})", if sync.0.exclusive { "Lock" } else { "Event" }, sync.0.name),
+            Waiting::Join(id) => format!("the end of task '{}'", tasks.get(id.index as usize).map_or("", |t| &t.name)),
+            Waiting::First(parts) => format!("First({})", parts.iter().map(part).collect::<Vec<_>>().join(", ")),
+            Waiting::Combine(parts, _) => format!("Combine({})", parts.iter().map(part).collect::<Vec<_>>().join(", ")),
+        }
+    }
+
+    fn describe_edge(&self, signal: u32, edge: Edge, count: u64) -> String {
+        let name = match edge {
+            Edge::Rising => "RisingEdge",
+            Edge::Falling => "FallingEdge",
+            Edge::Any => "ValueChange",
+        };
+        let state = &self.signals[signal as usize];
+        // SAFETY: the model lives as long as the core.
+        let value = unsafe { load(state.data, state.storage) };
+        let times = if count > 1 { format!(", {count} times") } else { String::new() };
+        format!("{name}({}{times}), which is {value:#x}", self.signal_name(signal))
     }
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Wake, Waker};
 
 use super::node::NodeRef;
-use super::trigger::{Failure, Outcome, Trigger};
+use super::trigger::{Edge, Failure, Outcome, Trigger};
 
 /// A task, as long as it is remembered; never reused for another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -52,13 +52,28 @@ pub(crate) enum Body {
     Main,
 }
 
+/// What a coroutine waits for.
+#[derive(Clone, Copy, Default)]
+pub(crate) enum TaskWait {
+    /// It has not begun, or it runs.
+    #[default]
+    Nothing,
+    /// An edge of a signal, so many times.
+    Edge(u32, Edge, u64),
+    /// That edge has come.
+    Fired,
+    Node(NodeRef),
+}
+
 pub(crate) struct Task {
     pub generation: u32,
     pub name: String,
     /// Away while the task runs.
     pub body: Option<Body>,
     /// What a coroutine waits for; futures keep their own.
-    pub wait: Option<(NodeRef, Trigger)>,
+    pub wait: TaskWait,
+    /// Waits for an edge so far: tells the one at hand from those given up. Goes on where the slot serves another task.
+    pub waits: u32,
     pub joiners: Vec<NodeRef>,
     pub ending: Option<Ending>,
     pub queued: bool,

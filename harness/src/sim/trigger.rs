@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::rc::Rc;
 
-use super::core::NodeRef;
+use super::node::NodeRef;
 use super::task::TaskId;
 use crate::model::SignalId;
 use crate::time::Time;

@@ -1,0 +1,278 @@
+//! Time: one step after the other, each with its regions. See the module documentation of `sim`.
+
+use std::cmp::Reverse;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use super::core::Core;
+use super::log::Level;
+use super::node::NodeRef;
+use super::task::TaskId;
+use super::tasks::MainTask;
+use super::{EdgeOrder, Region};
+use crate::error::{Error, SimError};
+use crate::model::{load, store};
+use crate::time::Time;
+
+impl Core {
+    /// Runs until a task has ended (whose future `main` may be), then to the end of that time step.
+    pub fn run(&self, mut main: MainTask<'_>, id: TaskId) -> Result<(), Error> {
+        self.main.set(Some(id));
+        self.main_ended.set(false);
+        self.most_rounds.set(self.limits.borrow().rounds);
+        self.stop_flag.store(false, Ordering::Relaxed);
+        let mut watch = WallWatch::new(self.limits.borrow().wall_clock);
+        let limit = self.limits.borrow().time.unwrap_or(Time::fs(u64::MAX));
+        loop {
+            self.time_step(&mut main)?;
+            if self.main_ended.get() {
+                return Ok(());
+            }
+            // Until something is to be done that takes a whole step.
+            loop {
+                self.check_finished()?;
+                let Some(next) = self.next_time() else {
+                    return Err(SimError::Deadlock { report: self.report() }.into());
+                };
+                if next > limit {
+                    return Err(SimError::TimeLimit { limit, report: self.report() }.into());
+                }
+                if watch.is_due() {
+                    self.check_wall_clock(&mut watch)?;
+                }
+                match self.quiet_step(next)? {
+                    Quiet::Yes => {}
+                    Quiet::Heard => break,
+                    Quiet::No => {
+                        self.begin_step(next);
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    /// An error if the Verilog called `$finish` and nobody waited for it.
+    pub fn check_finished(&self) -> Result<(), Error> {
+        if self.is_finished.replace(false)
+            && let Some((file, line, time)) = self.finish.take()
+        {
+            return Err(SimError::Finished { file, line, time }.into());
+        }
+        Ok(())
+    }
+
+    pub fn check_wall_clock(&self, watch: &mut WallWatch) -> Result<(), Error> {
+        if let Some(seconds) = watch.check() {
+            return Err(SimError::WallClock { seconds, report: self.report() }.into());
+        }
+        let asked = self.interrupt.borrow_mut().as_mut().is_some_and(|interrupt| interrupt());
+        if asked || self.stop_flag.load(Ordering::Relaxed) {
+            return Err(SimError::Interrupted { time: self.now() }.into());
+        }
+        Ok(())
+    }
+
+    pub fn wall_watch(&self) -> WallWatch {
+        WallWatch::new(self.limits.borrow().wall_clock)
+    }
+
+    #[inline]
+    fn next_time(&self) -> Option<Time> {
+        let clocks = self.clocks.borrow();
+        let clock = clocks.iter().filter(|c| c.running).map(|c| c.next).min();
+        let mut timers = self.timers.borrow_mut();
+        while let Some(Reverse(entry)) = timers.peek() {
+            if self.is_armed(NodeRef { index: entry.node.0, generation: entry.node.1 }) {
+                return Some(clock.map_or(entry.at, |c| c.min(entry.at)));
+            }
+            timers.pop();
+        }
+        clock
+    }
+
+    /// Time goes on: clocks due put their level, timers due wake their tasks.
+    #[inline]
+    fn begin_step(&self, time: Time) {
+        self.now.set(time);
+        self.region.set(Region::Active);
+        let mut timed = false;
+        let mut clock_writes = 0;
+        for clock in self.clocks.borrow_mut().iter_mut().filter(|c| c.running && c.next == time) {
+            let span = if clock.level { clock.high } else { clock.low };
+            // Cannot fail: the region takes writes.
+            let _ = self.write(clock.signal, u64::from(clock.level));
+            clock_writes += 1;
+            clock.next = time + span;
+            clock.level = !clock.level;
+        }
+        self.clock_writes.set(clock_writes);
+        if !self.next_step.borrow().is_empty() {
+            self.fire_list(&self.next_step);
+        }
+        loop {
+            let due = {
+                let mut timers = self.timers.borrow_mut();
+                match timers.peek() {
+                    Some(Reverse(entry)) if entry.at <= time => timers.pop(),
+                    _ => None,
+                }
+            };
+            let Some(Reverse(entry)) = due else { break };
+            timed = true;
+            self.fire(NodeRef { index: entry.node.0, generation: entry.node.1 }, None);
+        }
+        self.timed.set(timed);
+    }
+
+    #[inline]
+    fn time_step(&self, main: &mut MainTask<'_>) -> Result<(), Error> {
+        self.region.set(Region::Active);
+        self.run_ready(main)?;
+        if self.timed.get() && self.clock_writes.get() > 0 {
+            self.warn_of_race();
+        }
+        let mut rounds = 0u32;
+        loop {
+            while !self.writes.borrow().is_empty() || !self.large_writes.borrow().is_empty() {
+                rounds += 1;
+                if rounds > self.most_rounds.get() {
+                    return Err(SimError::NoProgress { rounds, report: self.report() }.into());
+                }
+                match self.edge_order.get() {
+                    EdgeOrder::BeforeEval => {
+                        self.apply_writes();
+                        self.run_ready(main)?;
+                        self.evaluate()?;
+                    }
+                    EdgeOrder::AfterEval => {
+                        self.apply_writes();
+                        self.evaluate()?;
+                        self.run_ready(main)?;
+                    }
+                }
+                self.fire_observed();
+                self.run_ready(main)?;
+            }
+            if self.read_write.borrow().is_empty() {
+                break;
+            }
+            rounds += 1;
+            if rounds > self.most_rounds.get() {
+                return Err(SimError::NoProgress { rounds, report: self.report() }.into());
+            }
+            self.region.set(Region::ReadWrite);
+            self.fire_list(&self.read_write);
+            self.run_ready(main)?;
+            self.region.set(Region::Active);
+        }
+        if !self.read_only.borrow().is_empty() {
+            self.region.set(Region::ReadOnly);
+            self.fire_list(&self.read_only);
+            self.run_ready(main)?;
+        }
+        if self.has_waves.get() {
+            self.waves.borrow_mut().sample(&mut self.model.borrow_mut(), self.now())?;
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn warn_of_race(&self) {
+        let writes = self.writes.borrow();
+        let clocks = self.clocks.borrow();
+        for write in writes.iter().filter(|w| !clocks.iter().any(|c| c.running && c.signal == w.signal)) {
+            if !self.warned.borrow().contains(&write.signal) {
+                self.warned.borrow_mut().push(write.signal);
+                let text = format!(
+                    "'{}' was written after a Timer in the very step of a clock edge: the edge samples the new value; \
+                     wait for the clock's edge instead",
+                    self.signal_name(write.signal)
+                );
+                self.log.borrow_mut().put(self.now(), Level::Warning, "harness", &text);
+            }
+        }
+    }
+
+    /// A step in which nothing happens but one clock's edge, for which nobody waits: most falling edges.
+    #[inline]
+    fn quiet_step(&self, time: Time) -> Result<Quiet, Error> {
+        if self.has_waves.get()
+            || !self.observed.borrow().is_empty()
+            || !self.next_step.borrow().is_empty()
+            || self.timers.borrow().peek().is_some_and(|Reverse(entry)| entry.at <= time)
+        {
+            return Ok(Quiet::No);
+        }
+        let mut clocks = self.clocks.borrow_mut();
+        // Clocks of several phases are looked at by whole steps.
+        let [clock] = &mut clocks[..] else { return Ok(Quiet::No) };
+        let state = &self.signals[clock.signal as usize];
+        // SAFETY: the model lives as long as the core.
+        let (old, new) = (unsafe { load(state.data, state.storage) }, u64::from(clock.level));
+        if old == new || !state.is_unheard(old, new) {
+            return Ok(Quiet::No);
+        }
+        clock.next = time + if clock.level { clock.high } else { clock.low };
+        clock.level = !clock.level;
+        self.now.set(time);
+        self.region.set(Region::Active);
+        state.last.set(new);
+        // SAFETY: as above; a clock is one bit of an input.
+        unsafe { store(state.data, state.storage, new) };
+        drop(clocks);
+        self.evaluate()?;
+        if self.ready.borrow().is_empty() {
+            return Ok(Quiet::Yes);
+        }
+        self.clock_writes.set(0);
+        self.timed.set(false);
+        Ok(Quiet::Heard)
+    }
+}
+
+/// Whether a step was quiet.
+enum Quiet {
+    /// It was, and is over.
+    Yes,
+    /// It is not; nothing was done.
+    No,
+    /// It seemed so, but the Verilog's `$finish` woke somebody.
+    Heard,
+}
+
+/// Looks at the wall clock about every few milliseconds without asking for it at every step.
+pub(crate) struct WallWatch {
+    started: Instant,
+    limit: Option<Duration>,
+    last: Instant,
+    countdown: u32,
+    interval: u32,
+}
+
+impl WallWatch {
+    fn new(limit: Option<Duration>) -> WallWatch {
+        let now = Instant::now();
+        WallWatch { started: now, limit, last: now, countdown: 1, interval: 1 }
+    }
+
+    #[inline(always)]
+    pub fn is_due(&mut self) -> bool {
+        self.countdown -= 1;
+        self.countdown == 0
+    }
+
+    /// The limit in seconds, if it is over.
+    fn check(&mut self) -> Option<f64> {
+        let now = Instant::now();
+        let since = now - self.last;
+        if since < Duration::from_millis(2) {
+            self.interval = (self.interval * 2).min(1 << 16);
+        } else if since > Duration::from_millis(20) {
+            self.interval = (self.interval / 2).max(1);
+        }
+        self.last = now;
+        self.countdown = self.interval;
+        self.limit.filter(|limit| now - self.started > *limit).map(|limit| limit.as_secs_f64())
+    }
+}
