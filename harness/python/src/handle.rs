@@ -170,8 +170,7 @@ impl Handle {
     #[inline]
     fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         if let Access::Word(signal) = self.access.get()
-            && let Ok(whole) = value.cast_exact::<PyInt>()
-            && let Ok(word) = whole.extract::<u64>()
+            && let Some(word) = word_of(value)
         {
             return signal.set(word).map_err(|e| errors::of_model(&e));
         }
@@ -301,6 +300,21 @@ impl Handle {
     }
 }
 
+/// The number of an `int` (or `bool`) that fits 64 bits; shorter than pyo3's way, which looks for `__index__` first.
+#[inline]
+fn word_of(value: &Bound<'_, PyAny>) -> Option<u64> {
+    let whole = value.cast::<PyInt>().ok()?;
+    // SAFETY: a live `int`, and the interpreter's lock is held.
+    unsafe {
+        let word = pyo3::ffi::PyLong_AsUnsignedLongLong(whole.as_ptr());
+        if word == u64::MAX && !pyo3::ffi::PyErr_Occurred().is_null() {
+            pyo3::ffi::PyErr_Clear();
+            return None;
+        }
+        Some(word)
+    }
+}
+
 pub fn direction_name(direction: Direction) -> &'static str {
     match direction {
         Direction::Input => "input",
@@ -395,8 +409,7 @@ impl Value {
     fn __richcmp__<'py>(&self, other: &Bound<'py, PyAny>, op: CompareOp) -> PyResult<Bound<'py, PyAny>> {
         let py = other.py();
         if let Stored::Word(word) = &self.bits
-            && let Ok(whole) = other.cast_exact::<PyInt>()
-            && let Ok(whole) = whole.extract::<u64>()
+            && let Some(whole) = word_of(other)
         {
             return op.matches(word.load(Ordering::Relaxed).cmp(&whole)).into_bound_py_any(py);
         }

@@ -224,11 +224,8 @@ impl Coroutine for PyCoroutine {
             match sent {
                 Ok(Sent::Yielded(yielded)) => match yielded.into_bound(py).cast_into::<Trigger>() {
                     Ok(trigger) => {
-                        let what = {
-                            let trigger = trigger.get();
-                            self.result_due = trigger.gives_result();
-                            trigger.what().clone()
-                        };
+                        let (what, gives_result) = trigger.get().wait();
+                        self.result_due = gives_result;
                         self.waiting = Some(trigger.unbind());
                         return Step::Wait(what);
                     }

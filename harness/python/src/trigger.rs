@@ -58,10 +58,11 @@ impl Trigger {
         &self.0.get().what
     }
 
-    /// Whether a wait for it has a result.
+    /// The engine's trigger, and whether a wait for it has a result.
     #[inline]
-    pub fn gives_result(&self) -> bool {
-        !matches!(self.0.get().gives, Gives::Nothing)
+    pub fn wait(&self) -> (sim::Trigger, bool) {
+        let inner = self.0.get();
+        (inner.what.clone(), !matches!(inner.gives, Gives::Nothing))
     }
 
     /// Keeps the result of a wait that is over, for `__next__`.

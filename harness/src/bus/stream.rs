@@ -126,8 +126,8 @@ impl DataPort {
     fn put(&self, core: &Core, value: &[u64; WORDS]) -> Result<(), ModelError> {
         match self.storage {
             Storage::Wide(count) => {
-                let words = (0..count as usize).map(|at| (value[at / 2] >> (32 * (at % 2))) as u32).collect();
-                core.write_words(self.index, words)
+                let words: [u32; 2 * WORDS] = std::array::from_fn(|at| (value[at / 2] >> (32 * (at % 2))) as u32);
+                core.write_words(self.index, &words[..count as usize])
             }
             _ => core.write(self.index, value[0]),
         }
@@ -238,8 +238,8 @@ impl Ports {
         symbol & (u64::MAX >> (64 - self.symbol_bits))
     }
 
-    /// Cuts a frame into beats.
-    fn beats(&self, frame: &Frame) -> Result<VecDeque<Beat>, Error> {
+    /// How many beats a frame takes; an error if it cannot be sent.
+    fn beats(&self, frame: &Frame) -> Result<usize, Error> {
         let lanes = self.lanes as usize;
         let count = frame.symbols.len().div_ceil(lanes);
         if count == 0 {
@@ -264,29 +264,32 @@ impl Ports {
             }
         }
         let largest = u64::MAX >> (64 - self.symbol_bits);
-        let mut beats = VecDeque::with_capacity(count);
-        for (number, symbols) in frame.symbols.chunks(lanes).enumerate() {
-            let mut beat = Beat {
-                first: number == 0,
-                last: number == count - 1,
-                keep: u64::MAX >> (64 - symbols.len()),
-                channel: frame.channel,
-                error: frame.error,
-                destination: frame.destination,
-                ..Beat::default()
-            };
-            for (at, symbol) in (0..).zip(symbols) {
-                if *symbol > largest {
-                    return Err(Error::bench(format!(
-                        "{}: symbol {symbol} does not fit {} bits",
-                        self.name, self.symbol_bits
-                    )));
-                }
-                self.insert(&mut beat.data, at, *symbol);
-            }
-            beats.push_back(beat);
+        if let Some(symbol) = frame.symbols.iter().find(|symbol| **symbol > largest) {
+            return Err(Error::bench(format!("{}: symbol {symbol} does not fit {} bits", self.name, self.symbol_bits)));
         }
-        Ok(beats)
+        Ok(count)
+    }
+
+    /// The beat that begins with the `at`th symbol of a frame.
+    #[inline]
+    fn beat(&self, frame: &Frame, at: usize) -> Beat {
+        let end = frame.symbols.len().min(at + self.lanes as usize);
+        let symbols = &frame.symbols[at..end];
+        let mut beat = Beat {
+            first: at == 0,
+            last: end == frame.symbols.len(),
+            keep: u64::MAX >> (64 - symbols.len()),
+            channel: frame.channel,
+            error: frame.error,
+            destination: frame.destination,
+            ..Beat::default()
+        };
+        if self.lanes == 1 {
+            beat.data[0] = symbols[0];
+        } else {
+            (0..).zip(symbols).for_each(|(lane, symbol)| self.insert(&mut beat.data, lane, *symbol));
+        }
+        beat
     }
 
     fn put(&self, core: &Core, beat: &Beat) -> Result<(), Error> {
@@ -354,7 +357,11 @@ impl ReadyHistory {
 // ---- source
 
 struct SourceState {
-    beats: VecDeque<Beat>,
+    frames: VecDeque<Frame>,
+    /// Symbols of the first frame that were taken.
+    taken: usize,
+    /// Beats of all frames still to be taken.
+    pending: usize,
     pause: Pause,
     presented: bool,
     sent: u64,
@@ -382,7 +389,15 @@ impl Source {
         ports.valid.set(0)?;
         let idle = dut.event(&format!("{} idle", ports.name));
         idle.set();
-        let state = SourceState { beats: VecDeque::new(), pause: Pause::Never, presented: false, sent: 0, idle };
+        let state = SourceState {
+            frames: VecDeque::new(),
+            taken: 0,
+            pending: 0,
+            pause: Pause::Never,
+            presented: false,
+            sent: 0,
+            idle,
+        };
         let state = Rc::new(RefCell::new(state));
         let agent = SourceAgent { ports: ports.clone(), reset, history: ReadyHistory::default(), state: state.clone() };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
@@ -398,7 +413,8 @@ impl Source {
     pub fn send(&self, frame: &Frame) -> Result<(), Error> {
         let beats = self.ports.beats(frame)?;
         let mut state = self.state.borrow_mut();
-        state.beats.extend(beats);
+        state.frames.push_back(frame.clone());
+        state.pending += beats;
         state.idle.clear();
         Ok(())
     }
@@ -421,7 +437,7 @@ impl Source {
 
     /// Beats still to be taken.
     pub fn pending(&self) -> usize {
-        self.state.borrow().beats.len()
+        self.state.borrow().pending
     }
 }
 
@@ -438,10 +454,15 @@ impl Agent for SourceAgent {
         let ready = self.ports.is_ready();
         self.history.push(ready);
         if state.presented && (latency > 0 || ready) {
-            state.beats.pop_front();
             state.sent += 1;
+            state.pending -= 1;
             state.presented = false;
-            if state.beats.is_empty() {
+            state.taken += self.ports.lanes as usize;
+            if state.frames.front().is_some_and(|frame| state.taken >= frame.symbols.len()) {
+                state.frames.pop_front();
+                state.taken = 0;
+            }
+            if state.pending == 0 {
                 state.idle.set();
             }
         }
@@ -450,9 +471,9 @@ impl Agent for SourceAgent {
         }
         let held = state.pause.next_cycle();
         let allowed = latency == 0 || self.history.before(latency);
-        match state.beats.front() {
-            Some(beat) if allowed && !held => {
-                self.ports.put(core, beat)?;
+        match state.frames.front() {
+            Some(frame) if allowed && !held => {
+                self.ports.put(core, &self.ports.beat(frame, state.taken))?;
                 state.presented = true;
             }
             _ => self.ports.valid.set(0)?,

@@ -847,6 +847,21 @@ pub(crate) unsafe fn load_words(data: *const u8, storage: Storage) -> Vec<u32> {
     }
 }
 
+/// Whether a value of any width is that of some words; words that are not given are zero.
+///
+/// # Safety
+/// As [`load_words`].
+pub(crate) unsafe fn has_words(data: *const u8, storage: Storage, words: &[u32]) -> bool {
+    let word = |at: usize| words.get(at).copied().unwrap_or(0);
+    // SAFETY: as the caller promises.
+    unsafe {
+        match storage {
+            Storage::Wide(count) => (0..count as usize).all(|at| *data.cast::<u32>().add(at) == word(at)),
+            _ => load(data, storage) == u64::from(word(0)) | u64::from(word(1)) << 32,
+        }
+    }
+}
+
 /// Writes a value of any width; words that are not given are zero.
 ///
 /// # Safety

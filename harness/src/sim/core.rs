@@ -14,7 +14,7 @@ use super::node::{NodeRef, Nodes};
 use super::task::{Task, TaskId};
 use super::{EdgeOrder, Limits, Region};
 use crate::error::{Error, ModelError, SimError};
-use crate::model::{Direction, Message, Model};
+use crate::model::{Direction, Message, Model, has_words, load};
 use crate::time::Time;
 use crate::wave::Waves;
 
@@ -188,7 +188,7 @@ impl Core {
         self.model.borrow().signals()[signal as usize].name.clone()
     }
 
-    /// Buffers a write of a value known to fit.
+    /// Buffers a write of a value known to fit. One that changes nothing is not put: it would only cost an evaluation.
     #[inline]
     pub fn write(&self, signal: u32, value: u64) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
@@ -199,18 +199,25 @@ impl Core {
         let at = state.pending.get();
         if at != NONE {
             writes[at as usize].value = value;
-        } else {
+        // SAFETY: the model lives as long as the core.
+        } else if unsafe { load(state.data, state.storage) } != value {
             state.pending.set(writes.len() as u32);
             writes.push(Write { signal, value });
         }
         Ok(())
     }
 
-    pub fn write_words(&self, signal: u32, words: Vec<u32>) -> Result<(), ModelError> {
+    /// The same for any width; words that are not given are zero.
+    pub fn write_words(&self, signal: u32, words: &[u32]) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
         }
-        self.large_writes.borrow_mut().push(LargeWrite::Words(signal, words));
+        let state = &self.signals[signal as usize];
+        let mut writes = self.large_writes.borrow_mut();
+        // SAFETY: the model lives as long as the core.
+        if !writes.is_empty() || !unsafe { has_words(state.data, state.storage, words) } {
+            writes.push(LargeWrite::Words(signal, words.to_vec()));
+        }
         Ok(())
     }
 

@@ -31,6 +31,7 @@ mod task;
 mod tasks;
 mod trigger;
 mod waits;
+mod watch;
 
 use std::cell::RefCell;
 use std::future::Future;

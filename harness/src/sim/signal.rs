@@ -220,7 +220,7 @@ impl Wide {
         }
         info.check_words(words)?;
         drop(model);
-        self.core.write_words(self.id.index() as u32, words.to_vec())
+        self.core.write_words(self.id.index() as u32, words)
     }
 
     /// Any change.

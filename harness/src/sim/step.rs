@@ -2,13 +2,13 @@
 
 use std::cmp::Reverse;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
 
 use super::core::Core;
 use super::log::Level;
 use super::node::NodeRef;
 use super::task::TaskId;
 use super::tasks::MainTask;
+use super::watch::{WallWatch, Watchdog};
 use super::{EdgeOrder, Region};
 use crate::error::{Error, SimError};
 use crate::model::{load, store};
@@ -21,7 +21,7 @@ impl Core {
         self.main_ended.set(false);
         self.most_rounds.set(self.limits.borrow().rounds);
         self.stop_flag.store(false, Ordering::Relaxed);
-        let mut watch = WallWatch::new(self.limits.borrow().wall_clock);
+        let mut watch = self.wall_watch();
         let limit = self.limits.borrow().time.unwrap_or(Time::fs(u64::MAX));
         loop {
             self.time_step(&mut main)?;
@@ -63,7 +63,7 @@ impl Core {
     }
 
     pub fn check_wall_clock(&self, watch: &mut WallWatch) -> Result<(), Error> {
-        if let Some(seconds) = watch.check() {
+        if let Some(seconds) = watch.check(self.now()) {
             return Err(SimError::WallClock { seconds, report: self.report() }.into());
         }
         let asked = self.interrupt.borrow_mut().as_mut().is_some_and(|interrupt| interrupt());
@@ -74,7 +74,9 @@ impl Core {
     }
 
     pub fn wall_watch(&self) -> WallWatch {
-        WallWatch::new(self.limits.borrow().wall_clock)
+        let limit = self.limits.borrow().wall_clock;
+        let dog = limit.and_then(|limit| Watchdog::start(limit, self.model.borrow().library().top()));
+        WallWatch::new(limit, dog)
     }
 
     #[inline]
@@ -239,40 +241,4 @@ enum Quiet {
     No,
     /// It seemed so, but the Verilog's `$finish` woke somebody.
     Heard,
-}
-
-/// Looks at the wall clock about every few milliseconds without asking for it at every step.
-pub(crate) struct WallWatch {
-    started: Instant,
-    limit: Option<Duration>,
-    last: Instant,
-    countdown: u32,
-    interval: u32,
-}
-
-impl WallWatch {
-    fn new(limit: Option<Duration>) -> WallWatch {
-        let now = Instant::now();
-        WallWatch { started: now, limit, last: now, countdown: 1, interval: 1 }
-    }
-
-    #[inline(always)]
-    pub fn is_due(&mut self) -> bool {
-        self.countdown -= 1;
-        self.countdown == 0
-    }
-
-    /// The limit in seconds, if it is over.
-    fn check(&mut self) -> Option<f64> {
-        let now = Instant::now();
-        let since = now - self.last;
-        if since < Duration::from_millis(2) {
-            self.interval = (self.interval * 2).min(1 << 16);
-        } else if since > Duration::from_millis(20) {
-            self.interval = (self.interval / 2).max(1);
-        }
-        self.last = now;
-        self.countdown = self.interval;
-        self.limit.filter(|limit| now - self.started > *limit).map(|limit| limit.as_secs_f64())
-    }
 }
