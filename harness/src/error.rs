@@ -166,6 +166,17 @@ pub enum ModelError {
         /// The names that are nearest.
         nearest: Vec<String>,
     },
+    /// There is such a signal, and it cannot be reached.
+    #[error(
+        "'{name}' of '{top}' cannot be reached: only vectors and arrays of vectors can, not `real`, `string` or an internal array of \
+         several dimensions (a port `$realtobits(x)` of 64 bits carries a `real`)"
+    )]
+    NotReachable {
+        /// The name.
+        name: String,
+        /// The top module.
+        top: String,
+    },
     /// A value that does not fit the width.
     #[error("{value} does not fit '{signal}', which is {width} bits wide ({low} to {high})")]
     OutOfRange {

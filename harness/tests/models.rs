@@ -244,5 +244,28 @@ fn names_go_through_generate_loops_and_a_grid_is_said_to_be_none() {
         Ok(())
     });
     let text = dut.memory("lane[0].u_leaf.grid").err().unwrap().to_string();
-    assert!(text.contains("lane[0].u_leaf.grid (of a shape that is not reachable)"), "{text}");
+    assert!(text.starts_with("'lane[0].u_leaf.grid' of 'tree' cannot be reached"), "{text}");
+}
+
+#[test]
+fn what_is_no_vector_is_refused_by_name() {
+    let build = build("odd").internal("state").internal("text").internal("rows");
+    let sim = sim(build);
+    let dut = sim.dut();
+    for name in ["gain", "scaled", "state", "text", "rows"] {
+        for error in [dut.signal(name).err(), dut.wide(name).err(), dut.memory(name).err()] {
+            let said = error.map(|e| e.to_string()).unwrap_or_default();
+            assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be reached: only vectors")), "{name}: {said}");
+        }
+    }
+    // A port of several dimensions is flat, row by row.
+    let (grid, corner) = (dut.memory("grid").unwrap(), dut.signal("corner").unwrap());
+    assert_eq!(grid.len(), 6);
+    let mut sim = sim;
+    run(&mut sim, async {
+        grid.set(3 + 2, 9)?;
+        dut.read_write().await;
+        assert_eq!(corner.get(), 9);
+        Ok(())
+    });
 }

@@ -77,6 +77,7 @@ pub fn of_model(error: &ModelError) -> PyErr {
                 text.replace("add .internal(\"", "Design(..., internals=[\"").replace("\") to the build)", "\"]))");
             python::NoSuchSignal::new_err(text)
         }
+        ModelError::NotReachable { .. } => python::NoSuchSignal::new_err(text),
         ModelError::OutOfRange { .. } => python::RangeError::new_err(text),
         ModelError::Address { .. } => PyIndexError::new_err(text),
         ModelError::NotWritable { .. } => python::NotWritable::new_err(text),

@@ -326,6 +326,9 @@ pub(crate) struct Record {
     pub internals: Vec<Variable>,
     /// Parameters by name.
     pub constants: Vec<(String, Constant)>,
+    /// Ports that are no vectors.
+    #[serde(default)]
+    pub odd_ports: Vec<String>,
     /// Names of everything in the hierarchy, for "nearest" in errors.
     pub names: Vec<String>,
     pub trace: Trace,

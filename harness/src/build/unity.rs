@@ -55,6 +55,8 @@ impl Workshop<'_> {
         let ports = self.write_unity(&generated, &header)?;
         self.compile(&root, &generated, &runtime(&root)?)?;
         let named = |name: &str| hierarchy.variables.iter().find(|v| v.port && v.path == name);
+        let of_top = hierarchy.variables.iter().filter(|v| v.port && v.scope == self.build.top);
+        let odd_ports = of_top.map(|v| v.path.clone()).filter(|name| !ports.contains(name)).collect();
         Ok(Record {
             top: self.build.top.clone(),
             ports: ports
@@ -67,6 +69,7 @@ impl Workshop<'_> {
                 .collect(),
             internals,
             constants: hierarchy.constants.iter().take(20_000).cloned().collect(),
+            odd_ports,
             names: hierarchy.variables.iter().take(20_000).map(|v| v.path.clone()).collect(),
             trace: self.build.trace,
             coverage: self.build.coverage.any(),

@@ -458,10 +458,12 @@ impl Model {
             };
             // SAFETY: strings and the result live through the call.
             let found = unsafe { (self.functions.hv_variable)(self.raw, scope.as_ptr(), name.as_ptr(), &mut raw) };
-            if found == 0 || raw.dimensions > 1 || raw.element_bytes == 0 {
+            let width = raw.packed_left.abs_diff(raw.packed_right) + 1;
+            // A `real` or a string calls itself one bit wide, and is stored in more than that takes.
+            let vector = raw.element_bytes as usize == Storage::of(width).bytes();
+            if found == 0 || !vector || raw.dimensions > 1 {
                 continue;
             }
-            let width = raw.packed_left.abs_diff(raw.packed_right) + 1;
             self.add(SignalInfo {
                 name: variable.path,
                 direction: Direction::Internal,
@@ -500,6 +502,10 @@ impl Model {
     pub fn find(&self, name: &str) -> Result<SignalId, ModelError> {
         let index = self.by_name.get(name).or_else(|| self.by_name.get(&name.replace('.', "$")));
         index.map(|index| SignalId { index: *index, model: self.id }).ok_or_else(|| {
+            let record = self.library.record();
+            if record.internals.iter().any(|v| v.path == name) || record.odd_ports.iter().any(|port| port == name) {
+                return ModelError::NotReachable { name: name.to_owned(), top: self.library.top().to_owned() };
+            }
             let mut near = nearest(name, self.signals.iter().map(|s| s.name.as_str()));
             let hidden: Vec<String> = nearest(name, self.library.record().names.iter().map(String::as_str));
             for other in hidden {
