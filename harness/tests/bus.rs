@@ -489,6 +489,97 @@ fn an_avalon_memory_serves_a_master_and_checks_it() {
     assert!(text.contains("the command changed while waitrequest was 1"), "{text}");
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+
+    #[test]
+    fn an_avalon_master_bursts_of_every_length_stall_and_pause(
+        stall in prop::sample::select(vec![0u64, 1, 4]),
+        bursts in prop::collection::vec((0u64..64, prop::collection::vec(any::<u32>(), 1..16)), 1..8),
+        pause in any_pause(),
+    ) {
+        let (mut sim, dut, clk, _) = start(build("burst_ram").parameter("STALL", stall), "rst");
+        let master = avalon_mm::Master::new(&dut, &clk, "mem_", 1).unwrap();
+        let mut expected = [0u64; 64];
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            for (address, words) in &bursts {
+                let words: Vec<u64> = words.iter().map(|w| u64::from(*w)).collect();
+                master.write_burst(*address, &words, pause.clone()).await?;
+                for (at, word) in (*address..).zip(&words) {
+                    expected[at as usize % 64] = *word;
+                }
+                assert_eq!(master.read_burst(*address, words.len()).await?, words);
+            }
+            for (at, word) in (0..).zip(expected) {
+                assert_eq!(master.read(at).await?, word);
+            }
+            Ok(())
+        });
+    }
+
+    #[test]
+    fn an_avalon_memory_serves_bursts_of_every_length_gap_stall_and_latency(
+        count in 1u64..16,
+        gap in 0u64..4,
+        stall in any_pause(),
+        (least, more) in (1u64..5, 0u64..5),
+        seed in any::<u64>(),
+    ) {
+        // A model for each length and gap would spend minutes on building: they are inputs.
+        let (mut sim, dut, clk, reset) = start(build("burst_copier"), "rst");
+        let memory = avalon_mm::Memory::new(&dut, &clk, "m_", Some(reset)).unwrap();
+        memory.set_step(4);
+        memory.set_stall(stall);
+        memory.set_latency(least, least + more, seed);
+        (0..count).for_each(|at| memory.set(0x100 + 4 * at, 1000 * at));
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            dut.signal("count")?.set(count)?;
+            dut.signal("gap")?.set(gap)?;
+            dut.signal("start")?.set(1)?;
+            dut.with_timeout(Time::ms(1), dut.signal("done")?.rising_edge()).await?;
+            Ok(())
+        });
+        prop_assert!((0..count).all(|at| memory.get(0x200 + 4 * at) == 1000 * at + 1));
+        prop_assert_eq!((memory.get(0x200 + 4 * count), memory.accesses()), (0, 2 * count));
+    }
+}
+
+#[test]
+fn rules_of_bursts_are_checked_and_impossible_ones_refused() {
+    for (fault, rule) in [(1i64, "m at 60 ns: burstcount is 0"), (2, "a read inside a burst of writes")] {
+        let (mut sim, dut, clk, reset) = start(build("burst_copier").parameter("FAULT", fault), "rst");
+        let _memory = avalon_mm::Memory::new(&dut, &clk, "m_", Some(reset)).unwrap();
+        let result = sim.run(async {
+            clk.cycles(5).await;
+            dut.signal("count")?.set(5)?;
+            dut.signal("gap")?.set(2)?;
+            dut.signal("start")?.set(1)?;
+            dut.with_timeout(Time::ms(1), dut.signal("done")?.rising_edge()).await?;
+            Ok::<(), Error>(())
+        });
+        let said = result.unwrap_err().to_string();
+        assert!(said.contains(rule), "{said}");
+    }
+    let (mut sim, dut, clk, _) = start(build("burst_ram"), "rst");
+    let master = avalon_mm::Master::new(&dut, &clk, "mem_", 1).unwrap();
+    run(&mut sim, async {
+        for words in [0, 16] {
+            let said = master.read_burst(0, words).await.unwrap_err().to_string();
+            assert_eq!(said, format!("'mem' takes bursts of 1 to 15 words, not {words}"));
+        }
+        Ok(())
+    });
+    let (mut sim, dut, clk, _) = start(build("registers_mm"), "rst");
+    let master = avalon_mm::Master::new(&dut, &clk, "csr_", 1).unwrap();
+    run(&mut sim, async {
+        let said = master.write_burst(0, &[1, 2], Pause::Never).await.unwrap_err().to_string();
+        assert_eq!(said, "'csr' has no burstcount: one word at a time");
+        Ok(())
+    });
+}
+
 #[test]
 fn an_axi_lite_master_reads_and_writes_with_pauses() {
     use hoverlock_harness::bus::axi_lite::Response;

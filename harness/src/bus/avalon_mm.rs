@@ -7,6 +7,9 @@
 //! readdatavalid  ______________________/~~~   any number of cycles after the read was taken, or, without that
 //! readdata       ----------------------<D>-   signal, `read_latency` cycles after it
 //! ```
+//!
+//! With `burstcount` = n, one command moves n words: address and count come with the first, a write gives a word in each cycle in
+//! which it is taken, and may pause between them, a read gets its words one by one with `readdatavalid`.
 
 use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
@@ -27,6 +30,7 @@ struct Ports {
     wait_request: Option<Signal>,
     read_data_valid: Option<Signal>,
     byte_enable: Option<Signal>,
+    burst_count: Option<Signal>,
 }
 
 impl Ports {
@@ -43,11 +47,24 @@ impl Ports {
             wait_request: some("waitrequest")?,
             read_data_valid: some("readdatavalid")?,
             byte_enable: some("byteenable")?,
+            burst_count: some("burstcount")?,
         })
     }
 
     fn needed<'a>(&self, signal: &'a Option<Signal>, what: &str) -> Result<&'a Signal, Error> {
         signal.as_ref().ok_or_else(|| Error::bench(format!("'{}' has no {what}", self.name)))
+    }
+
+    /// Sets `burstcount`, if there is one, for so many words; an error if that cannot be.
+    fn set_burst(&self, words: usize) -> Result<(), Error> {
+        match &self.burst_count {
+            Some(count) if words as u64 <= count.mask() && words > 0 => Ok(count.set(words as u64)?),
+            None if words == 1 => Ok(()),
+            Some(count) => {
+                Err(Error::bench(format!("'{}' takes bursts of 1 to {} words, not {words}", self.name, count.mask())))
+            }
+            None => Err(Error::bench(format!("'{}' has no burstcount: one word at a time", self.name))),
+        }
     }
 }
 
@@ -88,25 +105,52 @@ impl Master {
 
     /// Writes some bytes of a word.
     pub async fn write_bytes(&self, address: u64, data: u64, byte_enable: u64) -> Result<(), Error> {
+        self.write_words(address, &[data], byte_enable, Pause::Never).await
+    }
+
+    /// Writes words in one burst, which pauses between them as asked for.
+    pub async fn write_burst(&self, address: u64, words: &[u64], pause: Pause) -> Result<(), Error> {
+        let all = self.ports.byte_enable.as_ref().map_or(0, Signal::mask);
+        self.write_words(address, words, all, pause).await
+    }
+
+    async fn write_words(&self, address: u64, words: &[u64], enable: u64, mut pause: Pause) -> Result<(), Error> {
         let _turn = self.lock.lock().await;
         let ports = &self.ports;
         let write = ports.needed(&ports.write, "write")?;
+        let data = ports.needed(&ports.write_data, "writedata")?;
+        ports.set_burst(words.len())?;
         ports.address.set(address)?;
-        ports.needed(&ports.write_data, "writedata")?.set(data)?;
-        if let Some(enable) = &ports.byte_enable {
-            enable.set(byte_enable)?;
+        if let Some(signal) = &ports.byte_enable {
+            signal.set(enable)?;
         }
-        write.set(1)?;
-        self.taken().await;
+        for (number, word) in words.iter().enumerate() {
+            while number > 0 && pause.next_cycle() {
+                write.set(0)?;
+                ports.clock.rising_edge().await;
+            }
+            data.set(*word)?;
+            write.set(1)?;
+            self.taken().await;
+        }
         Ok(write.set(0)?)
     }
 
     /// Reads a word.
     pub async fn read(&self, address: u64) -> Result<u64, Error> {
+        Ok(self.read_burst(address, 1).await?[0])
+    }
+
+    /// Reads words in one burst.
+    pub async fn read_burst(&self, address: u64, words: usize) -> Result<Vec<u64>, Error> {
         let _turn = self.lock.lock().await;
         let ports = &self.ports;
         let read = ports.needed(&ports.read, "read")?;
         let data = ports.needed(&ports.read_data, "readdata")?;
+        if words != 1 && ports.read_data_valid.is_none() {
+            return Err(Error::bench(format!("'{}' has no readdatavalid: one word at a time", ports.name)));
+        }
+        ports.set_burst(words)?;
         ports.address.set(address)?;
         if let Some(enable) = &ports.byte_enable {
             enable.set(enable.mask())?;
@@ -115,17 +159,19 @@ impl Master {
         self.taken().await;
         read.set(0)?;
         if let Some(valid) = &ports.read_data_valid {
-            loop {
+            let mut got = Vec::with_capacity(words);
+            while got.len() < words {
                 ports.clock.rising_edge().await;
                 if valid.is_high() {
-                    return Ok(data.get());
+                    got.push(data.get());
                 }
             }
+            return Ok(got);
         }
         if self.read_latency > 0 {
             ports.clock.cycles(self.read_latency).await;
         }
-        Ok(data.get())
+        Ok(vec![data.get()])
     }
 }
 
@@ -135,6 +181,8 @@ struct MemoryState {
     latency: (u64, u64),
     random: Random,
     accesses: u64,
+    /// Addresses from one word of a burst to the next.
+    step: u64,
 }
 
 /// A memory at a design that is a master: words by address, with stalls and latencies as asked for.
@@ -151,7 +199,20 @@ struct MemoryAgent {
     /// Reads on their way: the cycle of their answer, and the word.
     answers: VecDeque<(u64, u64)>,
     /// What waits for `waitrequest` to fall, to check that it holds.
-    held: Option<(u64, bool, bool, u64)>,
+    held: Option<Command>,
+    /// A burst of writes in the middle: the next word's address, and how many words are to come.
+    burst: Option<(u64, u64)>,
+}
+
+/// What a master asks for in a cycle.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Command {
+    address: u64,
+    read: bool,
+    write: bool,
+    /// Of a write.
+    data: u64,
+    count: u64,
 }
 
 impl Memory {
@@ -167,9 +228,18 @@ impl Memory {
             latency: (1, 1),
             random: Random::new(0),
             accesses: 0,
+            step: 1,
         };
         let state = Rc::new(RefCell::new(state));
-        let agent = MemoryAgent { ports, reset, state: state.clone(), cycle: 0, answers: VecDeque::new(), held: None };
+        let agent = MemoryAgent {
+            ports,
+            reset,
+            state: state.clone(),
+            cycle: 0,
+            answers: VecDeque::new(),
+            held: None,
+            burst: None,
+        };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
         Ok(Memory { state })
     }
@@ -186,6 +256,11 @@ impl Memory {
         state.random = Random::new(seed);
     }
 
+    /// How far apart the addresses of a burst's words are: 1 unless told, the bytes of a word where the master counts bytes.
+    pub fn set_step(&self, step: u64) {
+        self.state.borrow_mut().step = step;
+    }
+
     /// The word at an address.
     pub fn get(&self, address: u64) -> u64 {
         self.state.borrow().words.get(&address).copied().unwrap_or(0)
@@ -196,7 +271,7 @@ impl Memory {
         self.state.borrow_mut().words.insert(address, word);
     }
 
-    /// Accesses so far.
+    /// Words read and written so far.
     pub fn accesses(&self) -> u64 {
         self.state.borrow().accesses
     }
@@ -209,6 +284,7 @@ impl Agent for MemoryAgent {
         if self.reset.as_ref().is_some_and(Reset::is_active) {
             self.answers.clear();
             self.held = None;
+            self.burst = None;
             put(&self.ports.read_data_valid, 0)?;
             return Ok(());
         }
@@ -219,13 +295,23 @@ impl Agent for MemoryAgent {
         if read && write {
             return Err(violation("read and write together").into());
         }
-        let data = self.ports.write_data.as_ref().map_or(0, Signal::get);
-        let address = self.ports.address.get();
-        let command = (address, read, write, if write { data } else { 0 });
+        let command = Command {
+            address: self.ports.address.get(),
+            read,
+            write,
+            data: self.ports.write_data.as_ref().filter(|_| write).map_or(0, Signal::get),
+            count: self.ports.burst_count.as_ref().map_or(1, Signal::get),
+        };
         if let Some(held) = self.held.take()
             && held != command
         {
             return Err(violation("the command changed while waitrequest was 1").into());
+        }
+        if (read || write) && command.count == 0 && self.burst.is_none() {
+            return Err(violation("burstcount is 0").into());
+        }
+        if read && self.burst.is_some() {
+            return Err(violation("a read inside a burst of writes").into());
         }
         if high(&self.ports.wait_request) {
             if read || write {
@@ -233,17 +319,25 @@ impl Agent for MemoryAgent {
             }
         } else if write {
             state.accesses += 1;
+            // Address and count come with the first word.
+            let (address, count) = self.burst.take().unwrap_or((command.address, command.count));
+            if count > 1 {
+                self.burst = Some((address.wrapping_add(state.step), count - 1));
+            }
             let bytes = self.ports.byte_enable.as_ref().map_or(u64::MAX, Signal::get);
             let mask = (0..8).filter(|b| bytes >> b & 1 == 1).fold(0, |m, b| m | 0xff << (8 * b));
             let word = state.words.entry(address).or_insert(0);
-            *word = *word & !mask | data & mask;
+            *word = *word & !mask | command.data & mask;
         } else if read {
-            state.accesses += 1;
-            let word = state.words.get(&address).copied().unwrap_or(0);
-            let (least, most) = state.latency;
-            let latency = least + state.random.below(most - least + 1);
-            let after = self.answers.back().map_or(0, |(cycle, _)| cycle + 1);
-            self.answers.push_back(((self.cycle + latency - 1).max(after), word));
+            for number in 0..command.count {
+                state.accesses += 1;
+                let address = command.address.wrapping_add(number * state.step);
+                let word = state.words.get(&address).copied().unwrap_or(0);
+                let (least, most) = state.latency;
+                let latency = least + state.random.below(most - least + 1);
+                let after = self.answers.back().map_or(0, |(cycle, _)| cycle + 1);
+                self.answers.push_back(((self.cycle + latency - 1).max(after), word));
+            }
         }
         let due = self.answers.front().is_some_and(|(cycle, _)| *cycle <= self.cycle);
         if due && let Some((_, word)) = self.answers.pop_front() {
