@@ -154,16 +154,17 @@ fn table(estimate: &Estimate) -> String {
         estimate.fits_rule, estimate.device
     );
     text += &format!(
-        "{:26}{:>5}{:>7}{:>7}{:>6}{:>6}{:>5}{:>7}{:>7}{:>7}\n",
-        "module, its own cells", "times", "ALM", "%", "M10K", "18x18", "DSP", "regs", "levels", "ns"
+        "{:26}{:>5}{:>7}{:>7}{:>6}{:>7}{:>6}{:>5}{:>7}{:>7}{:>7}\n",
+        "module, its own cells", "times", "ALM", "%", "M10K", "%", "18x18", "DSP", "regs", "levels", "ns"
     );
     let row = |name: &str, of: &ModuleEstimate| {
         format!(
-            "{name:26}{:>5}{:>7}{:>7.1}{:>6}{:>6}{:>5}{:>7}{:>7}{:>7.2}\n",
+            "{name:26}{:>5}{:>7}{:>7.1}{:>6}{:>7.1}{:>6}{:>5}{:>7}{:>7}{:>7.2}\n",
             of.instances,
             of.alm,
             100.0 * of.alm as f64 / estimate.alm as f64,
             of.m10k,
+            100.0 * of.m10k as f64 / estimate.m10k as f64,
             of.mul18,
             of.dsp,
             of.registers,
@@ -173,7 +174,7 @@ fn table(estimate: &Estimate) -> String {
     };
     // What is neither large nor deep goes into one line.
     let named = |of: &&ModuleEstimate| {
-        of.m10k + of.mul18 > 0 || 200 * of.alm >= estimate.alm || 2 * of.logic_levels > estimate.logic_levels
+        of.m10k + of.mul18 > 0 || 100 * of.alm >= estimate.alm || 2 * of.logic_levels > estimate.logic_levels
     };
     let (named, others): (Vec<_>, Vec<_>) = estimate.modules.iter().partition(named);
     for of in named {

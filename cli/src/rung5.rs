@@ -118,14 +118,7 @@ fn sizing(estimate: Estimate) -> Sizing {
         used_percent: device.used_percent,
         fits: device.fits,
     };
-    // The line memories are all M10K and no ALM; both kinds of greatness count, as shares of the whole.
-    let weight = |module: &hoverlock_rtl::estimate::ModuleEstimate| {
-        let share = |part: u64, of: u64| part as f64 / of.max(1) as f64;
-        share(module.alm, estimate.alm).max(share(module.m10k, estimate.m10k))
-    };
-    let mut modules: Vec<_> = estimate.modules.iter().collect();
-    modules.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
-    let modules = modules.into_iter().take(LISTED).map(|module| ModuleShare {
+    let modules = estimate.modules.iter().take(LISTED).map(|module| ModuleShare {
         name: module.name.clone(),
         instances: module.instances,
         alm: module.alm,

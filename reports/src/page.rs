@@ -213,7 +213,7 @@ fn matrix<'a>(study: &'a Study, groups: &[BoundGroup<'_>]) -> Vec<MatrixRow<'a>>
             picture: &picture.name,
             condition: of.condition.name,
             rms: of.comparison.scales.each_ref().map(|scale| scale.interior.reference_rms),
-            cells: groups.iter().filter(|group| group.worst.picture.is_some()).map(cell).collect(),
+            cells: groups.iter().filter(|group| group.worst.condition.is_some()).map(cell).collect(),
         }
     })
     .collect()

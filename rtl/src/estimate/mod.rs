@@ -137,7 +137,7 @@ pub struct Estimate {
     pub levels_rule: &'static str,
     /// The smallest device and the next larger ones.
     pub devices: Vec<Device>,
-    /// Each module, most ALMs first.
+    /// Each module, first the one with the greatest share of the ALMs or of the M10K.
     pub modules: Vec<ModuleEstimate>,
     /// Each memory of the Verilog, and what holds it.
     pub memories: Vec<Memory>,
@@ -218,9 +218,13 @@ fn derive(yosys: String, flat: &Flat, memories: Vec<Memory>) -> Result<Estimate,
             path_to: depth.to.clone(),
         });
     }
-    modules.sort_by(|a, b| (b.alm, b.m10k, &a.name).cmp(&(a.alm, a.m10k, &b.name)));
     let sum = |of: fn(&ModuleEstimate) -> u64| modules.iter().map(of).sum::<u64>();
     let (alm, m10k, dsp) = (sum(|module| module.alm), sum(|module| module.m10k), sum(|module| module.dsp));
+    // Line memories are M10K and no ALM, logic the other way round: the greater share of the two counts.
+    let share = |part: u64, of: u64| part as f64 / of.max(1) as f64;
+    let weight = |module: &ModuleEstimate| share(module.alm, alm).max(share(module.m10k, m10k));
+    modules.sort_by(|a, b| weight(b).total_cmp(&weight(a)).then_with(|| a.name.cmp(&b.name)));
+    let sum = |of: fn(&ModuleEstimate) -> u64| modules.iter().map(of).sum::<u64>();
     let devices: Vec<Device> = DEVICES
         .iter()
         .map(|&(name, source, alms, blocks, dsps)| {
