@@ -15,19 +15,28 @@ use super::{
     netlist::{Flat, Netlist},
 };
 use crate::{
-    emit::{File, files},
+    emit::{File, committed, files},
     simulation::cache,
 };
 
 const TOP: &str = "hoverlock_top";
 
-/// Sizes the Verilog that the sources give now. `step` hears what Yosys is at, if it has to run: some minutes.
+/// Sizes what is simulated: the committed Verilog, or far from the project what the sources give. `step` hears what Yosys is at, if it has
+/// to run: some minutes.
 ///
 /// # Errors
 /// Where Yosys is missing or fails, or what it made is not the design.
 pub fn estimate(step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
-    let mut sources = files()?;
-    sources.retain(|file| file.path.ends_with(".v"));
+    let sources = match committed() {
+        Some(paths) => paths
+            .iter()
+            .map(|path| {
+                let text = fs::read_to_string(path).map_err(at(path))?;
+                Ok(File { path: path.to_string_lossy().into_owned(), text })
+            })
+            .collect::<Result<Vec<_>, EstimateError>>()?,
+        None => files()?.into_iter().filter(|file| file.path.ends_with(".v")).collect(),
+    };
     of(&sources, TOP, step)
 }
 
