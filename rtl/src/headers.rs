@@ -1,130 +1,276 @@
-//! What stands above each emitted module: purpose, equation, latency.
+//! What stands above each emitted module: purpose, equation, pipeline, latency.
+//!
+//! Modules of a family share a text; `{0}`, `{1}` in it are the numbers in the module's name, `{2^0}` is two to the power of the first.
 
 /// The comment above a module.
 pub fn header(module: &str) -> String {
     let text = HEADERS.iter().filter(|(name, _)| module.starts_with(name)).max_by_key(|(name, _)| name.len());
-    text.map(|(_, text)| text.lines().map(|line| format!("// {line}").trim_end().to_owned() + "\n").collect())
-        .unwrap_or_default()
+    let filled = text.map(|(_, text)| filled(text, module)).unwrap_or_default();
+    filled.lines().map(|line| format!("// {line}").trim_end().to_owned() + "\n").collect()
+}
+
+fn filled(text: &str, module: &str) -> String {
+    let numbers = module.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse::<u32>().ok());
+    numbers.enumerate().fold(text.to_owned(), |text, (i, number)| {
+        let power = 1u64.checked_shl(number).unwrap_or_default();
+        // A smoother's look-ahead m: 2^m - 1 lines and 3 + 12 m + 2^m steps.
+        let steps = 3 + 12 * u64::from(number) + power;
+        text.replace(&format!("{{{i}}}"), &number.to_string())
+            .replace(&format!("{{2^{i}}}"), &power.to_string())
+            .replace(&format!("{{2^{i}-1}}"), &power.saturating_sub(1).to_string())
+            .replace(&format!("{{steps{i}}}"), &steps.to_string())
+    })
 }
 
 /// By the longest beginning of the name that fits.
 const HEADERS: &[(&str, &str)] = &[
     (
         "hoverlock_top",
-        "The feature extractor: Avalon-ST video in, Avalon-ST feature records out, Avalon-MM registers, an interrupt.\nOne clock, one pixel a clock, latency 81 lines and some 175 pixels from a pixel to its record.",
+        "The feature extractor: Avalon-ST video in, Avalon-ST feature records out, Avalon-MM registers, an interrupt.
+  registers   what software sees; a frame takes them over as it begins
+  core        everything between the two streams
+One clock, one pixel a clock. A step is a clock with `advance` in the core: one pixel, or none while the pipeline drains.
+Latency: 81 lines and some 175 steps from a pixel to its record; a register is read one cycle later.",
     ),
     (
         "hoverlock_core",
-        "The extractor between its two streams: sequencer, datapath, FIFO.\n`advance` is the clock enable of the whole datapath: one step. Every latency below it is in steps.",
+        "The extractor between its two streams.
+  sequencer   beats become steps, every frame whole
+  frame_bank  the registers as the frame that enters now took them over
+  extractor   pixels become records
+  fifo        512 records wait for the sink
+`advance` is the clock enable of the whole datapath: one step. Every latency below is in steps and lines of W steps.
+Latency: 2 clocks in the sequencer, 81 lines and some 175 steps in the extractor, 3 clocks in the FIFO.",
     ),
-    ("extractor", "From pixels to records: smoothers, two scale pairs, window, ring, records."),
+    (
+        "extractor",
+        "From pixels to records.
+  lines       steps   from the pixel
+  0               1   into the smoothers
+  63            140   smoothed states
+  63            142   response DOG and its sign, both scale pairs
+  65            150   MaxDOG and sign, into the ring's lines
+  66            152   operands of the decision at the centre of the 7x7 window; candidates wait in the queue
+  81            165   the ring of the candidate is complete, and its record is written
+Latency: 81 lines and some 175 steps from a pixel to the record at `record`.",
+    ),
     (
         "smoothers",
-        "The three smoothers on the same pixels, aligned: the two short ones wait 32 lines and 44 steps for the long one.\n63 lines and 139 steps from `pixel` to `narrow`, `middle` and `wide`. `start` and `start_out` are one step before the first sample.",
+        "The three smoothers on the same pixels, aligned: the two short ones wait 32 lines and 44 steps for the long one.
+  wait_lines, wait_one, wait_two   x[n - 32 W - 44], as pixels: 16 bits in place of two smoothed states
+  late_bank                        coefficients of the frame that leaves that wait
+  rows_bank                        coefficients of the frame that leaves the columns, for all rows and the window
+`start` and `start_out` are one step before a frame's first sample.
+Latency: 63 lines and 139 steps from `pixel` to `narrow`, `middle` and `wide`.",
     ),
     (
         "smoother_",
-        "One two-sided first-order smoother: recursion down the columns, m look-ahead stages up them, then m stages towards the past and\nm towards the future along the rows; every cell a lerp.\n2^m - 1 lines and 3 + 12 m + 2^m steps. Markers are one step before the sample they belong to.",
+        "One two-sided first-order smoother of look-ahead m = {0}; every cell is a lerp, y = p + g (q - p).
+  recursion    s[r] = lerp(p = s[r-1], q = x[r], g)                          4 steps
+  column_j     u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and 4 steps, j = 0 .. m-1
+  back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            4 steps
+  ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + 4 steps
+Markers are one step before the sample they belong to.
+Latency: {2^0-1} lines and {steps0} steps.",
     ),
     (
         "column_stage",
-        "Column look-ahead stage j: y[r] = lerp(p = u[min(r + 2^j, H - 1)], q = u[r], g_j).\n`x` is u[r + 2^j]; y[r] leaves 4 steps later, so 2^j lines and 4 steps after its own sample came.\n  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y",
+        "Column look-ahead stage {0}: y[r] = lerp(p = u[min(r + {2^0}, H - 1)], q = u[r], g_{0}).
+`x` is u[r + {2^0}], arriving; u[r] comes from the line memory; `held` is row H - 1 for the last {2^0} rows.
+  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
+Latency: {2^0} lines and 4 steps from a sample to its y.",
     ),
     (
         "look_back_stage",
-        "Row stage j towards the past: y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j). 4 steps.\n  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y",
+        "Row stage {0} towards the past: y[c] = lerp(p = u[max(c - {2^0}, 0)], q = u[c], g_{0}).
+  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
+Latency: 4 steps.",
     ),
     (
         "look_ahead_stage",
-        "Row stage j towards the future: y[c] = lerp(p = u[min(c + 2^j, W - 1)], q = u[c], g_j). 2^j + 4 steps.\n  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y",
+        "Row stage {0} towards the future: y[c] = lerp(p = u[min(c + {2^0}, W - 1)], q = u[c], g_{0}).
+  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y, all of them {2^0} steps after u[c] came
+Latency: {2^0} + 4 steps.",
     ),
     (
         "lerp",
-        "y = p + round(g (q - p) / 2^16) on sign and magnitude, rounding half away from p; y lies between p and q. 3 steps.\n  step 1  distance = |q - p|   step 2  product = distance * g   step 3  y\nOne 18 x 18 multiplier, registered at its inputs and its output. `g` is taken with step 2.",
+        "y = p + round(g (q - p) / 2^16) on sign and magnitude, rounding half away from p; y lies between p and q.
+  step 1  distance = |q - p|   step 2  product = distance * g   step 3  y
+One 18 x 18 multiplier, registered at its inputs and its output. `g` is taken with step 2.
+Latency: 3 steps.",
     ),
     (
         "column_border",
-        "The operands of a column cell: the border's sample in place of a neighbour outside the frame. 1 step.",
+        "The operands of a column cell: q = x, p = its neighbour, or the border's sample where that lies outside the frame.
+Latency: 1 step.",
     ),
     (
         "look_back_border",
-        "The operands of a row cell towards the past: the row's first sample in place of what lies before it. 1 step.",
+        "The operands of a row cell towards the past: q[c] = x[c], p[c] = x[max(c - {0}, 0)].
+Latency: 1 step.",
     ),
     (
         "look_ahead_border",
-        "The operands of a row cell towards the future: the row's last sample in place of what lies behind it. 1 step.",
+        "The operands of a row cell towards the future: q[c] = x[c], p[c] = x[min(c + {0}, W - 1)].
+Latency: 1 step from `x` and `past` to p and q.",
     ),
-    ("coefficient_register", "The coefficient of a stage, taken over when the marker of a frame passes."),
+    (
+        "coefficient_register",
+        "The coefficient of a stage, taken over when the marker of a frame passes.
+Latency: 1 step.",
+    ),
     (
         "line_delay",
-        "y[n] = x[n - k W]: all rows of a column are one memory word, read, shifted by one row and written back.\nThe address counts steps modulo W, so a frame may begin at any of them. Only what a frame wrote itself is ever used.",
+        "y[n] = x[n - {1} W], {0} bits: all {1} rows of a column are one memory word, read, shifted by one row and written back.
+The address counts steps modulo W, so a frame may begin at any of them. Only what a frame wrote itself is ever used.
+Latency: {1} lines.",
     ),
-    ("delay_", "y[n] = x[n - N], N the number after the x: registers up to 3 steps, a small memory beyond."),
-    ("flag_delay", "y[n] = x[n - N], N the number in the name; reset clears what is under way."),
-    ("pulse_delay", "A pulse N steps later, N the number in the name, by counting: at least N steps between pulses."),
+    (
+        "line_delay_16x6_all",
+        "y_k[n] = x[n - k W] for k = 1 .. {1}, the newest lowest: all rows of a column are one memory word, read, shifted by one row and
+written back. The address counts steps modulo W.
+Latency: 1 to {1} lines.",
+    ),
+    (
+        "line_delay_16x28_taps",
+        "y_i[n] = x[n - k_i W] for the {2} lines k_i of the fine ring, the newest lowest, {1} lines the oldest: all rows of a column are one
+memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: up to {1} lines.",
+    ),
+    (
+        "line_delay_16x32_taps",
+        "y_i[n] = x[n - k_i W] for the {2} lines k_i > 0 of the coarse ring, the newest lowest, {1} lines the oldest: all rows of a column are
+one memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: up to {1} lines.",
+    ),
+    (
+        "delay_",
+        "y[n] = x[n - {1}], {0} bits: registers up to 3 steps, beyond them a small memory written where it was read a step before.
+The memory may begin at any place; reset is for simulators that know X.
+Latency: {1} steps.",
+    ),
+    ("flag_delay", "y[n] = x[n - {0}]; reset clears what is under way.\nLatency: {0} steps."),
+    (
+        "pulse_delay",
+        "y[n] = x[n - {0}] for a pulse, by counting: at least {0} steps between pulses.
+Latency: {0} steps.",
+    ),
     (
         "frame_delay",
-        "A marker L W + N steps later, LxN the numbers in the name, by counting: at least as long between markers.",
+        "y[n] = x[n - {0} W - {1}] for a marker, by counting: at least as long between markers.
+Latency: {0} lines and {1} steps.",
     ),
-    ("cursor", "Column and row of the sample that is here, from the marker one step before a frame's first."),
-    ("address_counter", "The address of all line memories: steps modulo W, and the same some steps before."),
+    (
+        "cursor",
+        "Column x and row y of the sample that is here: counts from the marker one step before a frame's first, 0 <= x < W, 0 <= y < H.
+Latency: 1 step from `start` to the first sample's place; the edges are combinational.",
+    ),
+    (
+        "address_counter",
+        "The address of all line memories: now[n] = n mod W, counted in steps, and before_k[n] = now[n - k].
+Latency: none; the counter is a register.",
+    ),
     (
         "tail_counter",
-        "Which column stage needs the held last row: stage j for 2^j <= n < 2^(j+1) lines after that row, 4 j steps later each.",
+        "Which column stage needs the held last row: stage j for 2^j <= n < 2^(j+1) lines n after that row, its pipeline 4 j steps later.
+Latency: `select` 1 step before the sample that needs the row, `outside` together with it.",
     ),
     (
         "held_row",
-        "The last row of a frame as it left the recursion, one read port for all stages: no two need it together.",
+        "The last row of a frame as it left the recursion, one line with one read port for all stages: no two need it together.
+A lerp of equal words is that word, so row H - 1 is the same behind every stage.
+Latency: 1 step from `select` to y.",
     ),
-    ("pixel_state", "A camera word u16.0 as a state u16.2."),
-    ("signed_response", "A response with its sign above it."),
-    ("neighbours", "Left, right, upper and lower neighbour, 15 bits each from the lowest."),
-    ("ring_rows", "The newest row of the wide ring before its older ones."),
+    ("pixel_state", "A camera word u16.0 as a state u16.2: y = 4 x.\nLatency: none."),
+    ("signed_response", "A response with its sign above it: y = {positive, magnitude}.\nLatency: none."),
+    ("neighbours", "Left, right, upper and lower neighbour, 15 bits each from the lowest; signs are left out.\nLatency: none."),
+    ("ring_rows", "The newest row of the coarse ring below its older ones: y = {older, newest}.\nLatency: none."),
     (
         "difference",
-        "DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1) and the sign of narrow - wide before rounding. 2 steps.",
+        "DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1), and the sign of narrow - wide before rounding.
+  step 1  distance = |narrow - wide|   step 2  rounded, cut at the largest code
+Latency: 2 steps.",
     ),
     (
         "layer",
-        "One scale pair: DOG, the maxima of its 7x7 window apart by raster order, and MaxDOG of 5x5.\n  step 2   response        step 5   maxima of a column      step 9   strict, loose and p of the centre (3 lines, 3 columns back)\n  step 8   ring (2 lines, 2 columns back)                  step 10  centre and its neighbours",
+        "One scale pair: DOG, the maxima of its 7x7 window apart by raster order, and MaxDOG of 5x5.
+  step 2   response        step 5   maxima of a column      step 9   strict, loose and p of the centre (3 lines, 3 columns back)
+  step 8   ring (2 lines, 2 columns back)                  step 10  centre and its neighbours
+Latency: 2 steps to the response, 3 lines and 12 steps from a pixel's states to the operands of its decision.",
     ),
     (
         "column_maximum",
-        "Maxima over the rows of one column: later than the middle, earlier, and the five newest. 3 steps.",
+        "Maxima over the rows of one column, v0 the newest: later = max(v0 .. v2), middle = v3, earlier = max(v4 .. v6), five = max(v0 .. v4).
+  step 1  pairs   step 2  threes   step 3  outputs
+Latency: 3 steps.",
     ),
-    ("window_maximum", "y[n] = max(x[n] .. x[n - N + 1]), N the number in the name, by doubling. ceil(log2 N) steps."),
-    ("maximum", "y = max(a, b). 1 step."),
-    ("eligible", "18 <= x < W - 18 and 18 <= y < H - 18: no ring of such a centre leaves the frame."),
+    (
+        "window_maximum",
+        "y[n] = max(x[n] .. x[n - {0} + 1]) by doubling: maxima of 2, of 4, and two of those overlapping.
+Latency: ceil(log2 {0}) steps.",
+    ),
+    ("maximum", "y = max(a, b).\nLatency: 1 step."),
+    (
+        "eligible",
+        "18 <= x < W - 18 and 18 <= y < H - 18: no ring of such a centre leaves the frame.
+Latency: none for `eligible`, 1 step for `place`.",
+    ),
     (
         "decision",
-        "A feature: greater than what comes earlier in the window, at least what comes later, at least the threshold. 1 step.",
+        "A feature: p > strict, what comes earlier in the window; p >= loose, what comes later; p >= threshold; and eligible.
+Latency: 1 step.",
     ),
     (
         "threshold",
-        "The threshold of a frame: manual, or up or down by an eighth and one from the last frame's count.\nTaken over at the marker of the window stage, when the last frame's count is complete.",
+        "The threshold T of a frame: manual, at least 1; or by the count n of the frame before and the target N
+  n > 5 N / 4   T + (T >> 3) + 1, at most 2^15 - 1        n < 3 N / 4   T - (T >> 3) - 1, at least 1
+Taken over at the marker of the window stage, when the last frame's count is complete. The first frame that follows takes the manual one.
+Latency: 1 step from the marker; the count must rest two clocks before it.",
     ),
-    ("candidate_word", "A candidate as one word."),
+    ("candidate_word", "A candidate as one word: neighbours, centres, hits, place.\nLatency: none."),
     (
         "candidate_queue",
-        "Candidates wait until their ring is complete, 15 lines and some steps, and are found again by their place.\n512 can wait; what finds no place is dropped and counted.",
+        "Candidates wait until their ring is complete, 15 lines and some steps, and are found again by their place.
+512 can wait in the memory and two behind it; what finds no place is dropped and counted.
+Latency: 1 step from the ring's place to `found` and `candidate`.",
     ),
     (
         "ring_taps",
-        "The 32 points of a ring side by side: row by row from a line delay, then as many steps as each point's column asks for.",
+        "The 32 points of a ring side by side: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay, then as many steps as
+each point's column asks for; points of one row share a chain.
+Latency: 1 step for the point furthest right, 2 R + 1 for the one furthest left.",
     ),
-    ("ring_comparator", "maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i). 1 step."),
+    ("ring_comparator", "maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i), i = 0 .. 31.\nLatency: 1 step."),
     (
         "record_writer",
-        "Feature records of 256 bits, scale pair 0 before 1, and the trailer that ends a frame: frame number, errors, count, dropped, thresholds.",
+        "Feature records of 256 bits, scale pair 0 before 1, and the trailer that ends a frame: frame number, errors, count, dropped, thresholds.
+  step 1  candidate waits   step 2  ring words arrive   step 3  record of pair 0   step 4  record of pair 1
+Latency: 3 steps from `found` to `write`.",
     ),
     (
         "record_fifo",
-        "512 records before the sink. Features are dropped and counted where fewer than 16 places are left; trailers never are.",
+        "512 records before the sink. `room`: 16 places are free, so a feature may be written; `stop`: 3 or fewer are, so the datapath stands.
+Features are dropped and counted without room; trailers never are.
+Latency: 3 clocks from `write` to `valid` when empty.",
     ),
     (
         "sequencer",
-        "From Avalon-ST beats to steps: every frame that enters the datapath is whole, a short one is padded with its last pixel.\nBetween frames empty steps drain the pipeline, 96 lines at most; a new size waits for that, the same size does not.",
+        "From Avalon-ST beats to steps: every frame that enters the datapath is whole, a short one is padded with its last pixel.
+  IDLE   waits for a start of packet; empty steps drain the pipeline, 96 lines at most; beats without a start are dropped
+  FRAME  a step a beat, until the last pixel
+  PAD    a step a clock, until the last pixel
+A frame of the size before begins at once, one of another size when the pipeline has drained. Two beats of skid make `ready` a register.
+Latency: 2 clocks from a beat to its step.",
     ),
-    ("csr", "The registers of registers/REGISTERS.md behind an Avalon-MM slave."),
-    ("bank", "What a frame takes with it: 19 coefficients, thresholds, target, mode; 16 bits each."),
+    (
+        "csr",
+        "The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by hardware and cleared by
+writing 1; where both meet the bit stays. A software reset clears the pipeline for one clock and leaves the registers.
+Latency: 1 clock from `read` to `readdata`.",
+    ),
+    (
+        "bank",
+        "What a frame takes with it, 16 bits each from the lowest: 19 coefficients, two thresholds, target, mode.
+Latency: 1 clock from `load`.",
+    ),
 ];

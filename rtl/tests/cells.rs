@@ -1,4 +1,4 @@
-//! Every leaf cell three ways: bit-true reference == rust-hdl's simulator == Verilator on the committed file.
+//! Every cell, and what is built of them, three ways: bit-true reference == rust-hdl's simulator == Verilator on the committed files.
 
 mod leaf;
 
@@ -34,4 +34,42 @@ gates! {
     queues_and_records
     sequencer_under_any_stream
     registers_read_back_and_clear
+}
+
+mod structure {
+    use crate::leaf::structure;
+
+    #[test]
+    fn row_stages() {
+        structure::row_stages();
+    }
+
+    #[test]
+    fn column_stage() {
+        structure::column_stage();
+    }
+
+    #[test]
+    fn layer() {
+        structure::layer();
+    }
+
+    #[test]
+    fn smoothers() {
+        structure::smoothers();
+    }
+
+    #[test]
+    #[ignore = "long: rust-hdl's simulator takes a millisecond a cycle"]
+    fn core() {
+        structure::core();
+    }
+
+    #[test]
+    fn no_gate_is_forgotten() {
+        assert_eq!(
+            structure::GATES.map(|(name, _)| name),
+            ["row_stages", "column_stage", "smoothers", "layer", "core"]
+        );
+    }
 }

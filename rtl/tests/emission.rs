@@ -22,10 +22,33 @@ fn committed_files_are_fresh() {
 }
 
 #[test]
-fn every_module_says_what_it_is_for() {
+fn every_module_says_what_it_is_for_and_how_long_it_takes() {
     for file in files().unwrap().iter().filter(|file| file.path.ends_with(".v")) {
-        let comments = file.text.lines().take_while(|line| !line.starts_with("module")).filter(|line| line.len() > 3);
-        assert!(comments.count() >= 2, "{} has no header", file.path);
+        let header: Vec<&str> = file
+            .text
+            .lines()
+            .skip(1)
+            .take_while(|line| !line.starts_with("module"))
+            .filter(|line| line.len() > 3)
+            .collect();
+        let (purpose, latency) = header.split_at(header.len().saturating_sub(1));
+        assert!(!purpose.is_empty(), "{} does not say what it is for", file.path);
+        assert!(latency[0].starts_with("// Latency: "), "{} does not say its latency", file.path);
+        // A cell built of registers shows its pipeline or is one step; what is built of cells shows its parts.
+        let steps = header.concat();
+        let parts = header.iter().any(|line| line.starts_with("//   "));
+        let instances = file.text.matches("\n  .clock(clock)").count();
+        assert!(instances < 3 || parts, "{} has {instances} parts and no table of them", file.path);
+        assert!(
+            !steps.contains(['{', '}']) || steps.contains("= {"),
+            "{} has a number that is not filled in",
+            file.path
+        );
+        assert!(
+            file.text.lines().all(|line| line.len() <= 160 || !line.starts_with("//")),
+            "{} is too wide",
+            file.path
+        );
     }
 }
 

@@ -118,3 +118,52 @@ fn equal_instances_become_modules_of_their_own_and_names_hold_dollars() {
     assert!(printed.contains("module top$one(") && printed.contains("module top$two("));
     assert!(printed.contains("module top("));
 }
+
+/// Whether a type has an operator, asked without an error where it has not.
+struct Ask<T>(std::marker::PhantomData<T>);
+
+trait No {
+    const SHIFTS_RIGHT: bool = false;
+    const MULTIPLIES: bool = false;
+}
+
+impl<T> No for Ask<T> {}
+
+/// The same for one operator each: an answer of the type itself goes before that of the trait.
+macro_rules! ask {
+    ($($question:ident: $operator:ident<$with:ty>;)*) => {$(
+        impl<T: std::ops::$operator<$with>> Ask<T> {
+            const $question: bool = true;
+        }
+    )*};
+}
+
+ask! {
+    SHIFTS_RIGHT: Shr<Bits<16>>;
+    MULTIPLIES: Mul<T>;
+}
+
+#[test]
+fn signed_words_do_not_shift_and_only_sixteen_bits_multiply() {
+    let shifts = [Ask::<Bits<18>>::SHIFTS_RIGHT, Ask::<Signed<18>>::SHIFTS_RIGHT];
+    assert_eq!(shifts, [true, false]);
+    let sixteen = [Ask::<Bits<16>>::MULTIPLIES, Ask::<Signed<16>>::MULTIPLIES];
+    let others = [Ask::<Bits<15>>::MULTIPLIES, Ask::<Bits<18>>::MULTIPLIES, Ask::<Signed<18>>::MULTIPLIES];
+    assert_eq!((sixteen, others), ([true; 2], [false; 3]));
+}
+
+#[test]
+fn registers_of_the_emission_have_resets_and_no_first_values() {
+    // What rust-hdl's own flip-flop prints is `initial` and no reset; none of it is used here.
+    let files = hoverlock_rtl::emit::files().unwrap();
+    for file in files.iter().filter(|file| file.path.ends_with(".v")) {
+        assert!(!file.text.contains("initial"), "{} relies on first values", file.path);
+        // Signed words never leave the sources: the datapath is unsigned.
+        assert!(!file.text.contains("signed ") && !file.text.contains(">>>"), "{} is signed", file.path);
+    }
+    // Registers that say what is going on are reset; those that hold data need not be.
+    for name in ["sequencer", "csr", "cursor", "candidate_queue", "record_fifo", "record_writer", "tail_counter"] {
+        let file = files.iter().find(|file| file.path == format!("verilog/{name}.v")).unwrap();
+        assert!(file.text.contains("if (reset)"), "{name} has no reset");
+    }
+}

@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The address of all line memories: steps modulo W, and the same some steps before.
+// The address of all line memories: now[n] = n mod W, counted in steps, and before_k[n] = now[n - k].
+// Latency: none; the counter is a register.
 module address_counter (
   input  wire clock,
   input  wire reset,

@@ -1,7 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
 // Candidates wait until their ring is complete, 15 lines and some steps, and are found again by their place.
-// 512 can wait; what finds no place is dropped and counted.
+// 512 can wait in the memory and two behind it; what finds no place is dropped and counted.
+// Latency: 1 step from the ring's place to `found` and `candidate`.
 module candidate_queue (
   input  wire clock,
   input  wire reset,

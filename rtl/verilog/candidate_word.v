@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// A candidate as one word.
+// A candidate as one word: neighbours, centres, hits, place.
+// Latency: none.
 module candidate_word (
   input  wire [20:0] place,
   input  wire hit_0,

@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The operands of a column cell: the border's sample in place of a neighbour outside the frame. 1 step.
+// The operands of a column cell: q = x, p = its neighbour, or the border's sample where that lies outside the frame.
+// Latency: 1 step.
 module column_border (
   input  wire clock,
   input  wire advance,

@@ -1,6 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// Maxima over the rows of one column: later than the middle, earlier, and the five newest. 3 steps.
+// Maxima over the rows of one column, v0 the newest: later = max(v0 .. v2), middle = v3, earlier = max(v4 .. v6), five = max(v0 .. v4).
+//   step 1  pairs   step 2  threes   step 3  outputs
+// Latency: 3 steps.
 module column_maximum (
   input  wire clock,
   input  wire advance,

@@ -1,8 +1,9 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// Column look-ahead stage j: y[r] = lerp(p = u[min(r + 2^j, H - 1)], q = u[r], g_j).
-// `x` is u[r + 2^j]; y[r] leaves 4 steps later, so 2^j lines and 4 steps after its own sample came.
+// Column look-ahead stage 1: y[r] = lerp(p = u[min(r + 2, H - 1)], q = u[r], g_1).
+// `x` is u[r + 2], arriving; u[r] comes from the line memory; `held` is row H - 1 for the last 2 rows.
 //   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
+// Latency: 2 lines and 4 steps from a sample to its y.
 module column_stage_1 (
   input  wire clock,
   input  wire reset,

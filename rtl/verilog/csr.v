@@ -1,6 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The registers of registers/REGISTERS.md behind an Avalon-MM slave.
+// The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by hardware and cleared by
+// writing 1; where both meet the bit stays. A software reset clears the pipeline for one clock and leaves the registers.
+// Latency: 1 clock from `read` to `readdata`.
 module csr (
   input  wire clock,
   input  wire reset,

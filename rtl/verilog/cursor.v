@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// Column and row of the sample that is here, from the marker one step before a frame's first.
+// Column x and row y of the sample that is here: counts from the marker one step before a frame's first, 0 <= x < W, 0 <= y < H.
+// Latency: 1 step from `start` to the first sample's place; the edges are combinational.
 module cursor (
   input  wire clock,
   input  wire reset,

@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// A feature: greater than what comes earlier in the window, at least what comes later, at least the threshold. 1 step.
+// A feature: p > strict, what comes earlier in the window; p >= loose, what comes later; p >= threshold; and eligible.
+// Latency: 1 step.
 module decision (
   input  wire clock,
   input  wire reset,

@@ -1,6 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1) and the sign of narrow - wide before rounding. 2 steps.
+// DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1), and the sign of narrow - wide before rounding.
+//   step 1  distance = |narrow - wide|   step 2  rounded, cut at the largest code
+// Latency: 2 steps.
 module difference (
   input  wire clock,
   input  wire advance,

@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
 // 18 <= x < W - 18 and 18 <= y < H - 18: no ring of such a centre leaves the frame.
+// Latency: none for `eligible`, 1 step for `place`.
 module eligible (
   input  wire clock,
   input  wire advance,

@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// y[n] = x[n - N], N the number in the name; reset clears what is under way.
+// y[n] = x[n - 8]; reset clears what is under way.
+// Latency: 8 steps.
 module flag_delay_8 (
   input  wire clock,
   input  wire reset,

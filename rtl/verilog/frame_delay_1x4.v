@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// A marker L W + N steps later, LxN the numbers in the name, by counting: at least as long between markers.
+// y[n] = x[n - 1 W - 4] for a marker, by counting: at least as long between markers.
+// Latency: 1 lines and 4 steps.
 module frame_delay_1x4 (
   input  wire clock,
   input  wire reset,

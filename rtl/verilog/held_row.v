@@ -1,6 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The last row of a frame as it left the recursion, one read port for all stages: no two need it together.
+// The last row of a frame as it left the recursion, one line with one read port for all stages: no two need it together.
+// A lerp of equal words is that word, so row H - 1 is the same behind every stage.
+// Latency: 1 step from `select` to y.
 module held_row (
   input  wire clock,
   input  wire advance,

@@ -1,7 +1,12 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The extractor between its two streams: sequencer, datapath, FIFO.
-// `advance` is the clock enable of the whole datapath: one step. Every latency below it is in steps.
+// The extractor between its two streams.
+//   sequencer   beats become steps, every frame whole
+//   frame_bank  the registers as the frame that enters now took them over
+//   extractor   pixels become records
+//   fifo        512 records wait for the sink
+// `advance` is the clock enable of the whole datapath: one step. Every latency below is in steps and lines of W steps.
+// Latency: 2 clocks in the sequencer, 81 lines and some 175 steps in the extractor, 3 clocks in the FIFO.
 module hoverlock_core (
   input  wire clock,
   input  wire reset,

@@ -1,7 +1,10 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
 // The feature extractor: Avalon-ST video in, Avalon-ST feature records out, Avalon-MM registers, an interrupt.
-// One clock, one pixel a clock, latency 81 lines and some 175 pixels from a pixel to its record.
+//   registers   what software sees; a frame takes them over as it begins
+//   core        everything between the two streams
+// One clock, one pixel a clock. A step is a clock with `advance` in the core: one pixel, or none while the pipeline drains.
+// Latency: 81 lines and some 175 steps from a pixel to its record; a register is read one cycle later.
 module hoverlock_top (
   input  wire clock,
   input  wire reset,

@@ -1,8 +1,9 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// y = p + round(g (q - p) / 2^16) on sign and magnitude, rounding half away from p; y lies between p and q. 3 steps.
+// y = p + round(g (q - p) / 2^16) on sign and magnitude, rounding half away from p; y lies between p and q.
 //   step 1  distance = |q - p|   step 2  product = distance * g   step 3  y
 // One 18 x 18 multiplier, registered at its inputs and its output. `g` is taken with step 2.
+// Latency: 3 steps.
 module lerp (
   input  wire clock,
   input  wire advance,

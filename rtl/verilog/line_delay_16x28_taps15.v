@@ -1,7 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// y[n] = x[n - k W]: all rows of a column are one memory word, read, shifted by one row and written back.
-// The address counts steps modulo W, so a frame may begin at any of them. Only what a frame wrote itself is ever used.
+// y_i[n] = x[n - k_i W] for the 15 lines k_i of the fine ring, the newest lowest, 28 lines the oldest: all rows of a column are one
+// memory word, read, shifted by one row and written back. The address counts steps modulo W.
+// Latency: up to 28 lines.
 module line_delay_16x28_taps15 (
   input  wire clock,
   input  wire advance,

@@ -1,7 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// y[n] = x[n - k W]: all rows of a column are one memory word, read, shifted by one row and written back.
+// y[n] = x[n - 32 W], 16 bits: all 32 rows of a column are one memory word, read, shifted by one row and written back.
 // The address counts steps modulo W, so a frame may begin at any of them. Only what a frame wrote itself is ever used.
+// Latency: 32 lines.
 module line_delay_16x32 (
   input  wire clock,
   input  wire advance,

@@ -1,7 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// y[n] = x[n - k W]: all rows of a column are one memory word, read, shifted by one row and written back.
-// The address counts steps modulo W, so a frame may begin at any of them. Only what a frame wrote itself is ever used.
+// y_i[n] = x[n - k_i W] for the 14 lines k_i > 0 of the coarse ring, the newest lowest, 32 lines the oldest: all rows of a column are
+// one memory word, read, shifted by one row and written back. The address counts steps modulo W.
+// Latency: up to 32 lines.
 module line_delay_16x32_taps14 (
   input  wire clock,
   input  wire advance,

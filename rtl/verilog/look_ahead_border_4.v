@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The operands of a row cell towards the future: the row's last sample in place of what lies behind it. 1 step.
+// The operands of a row cell towards the future: q[c] = x[c], p[c] = x[min(c + 4, W - 1)].
+// Latency: 1 step from `x` and `past` to p and q.
 module look_ahead_border_4 (
   input  wire clock,
   input  wire reset,

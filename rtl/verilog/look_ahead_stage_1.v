@@ -1,7 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// Row stage j towards the future: y[c] = lerp(p = u[min(c + 2^j, W - 1)], q = u[c], g_j). 2^j + 4 steps.
-//   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
+// Row stage 1 towards the future: y[c] = lerp(p = u[min(c + 2, W - 1)], q = u[c], g_1).
+//   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y, all of them 2 steps after u[c] came
+// Latency: 2 + 4 steps.
 module look_ahead_stage_1 (
   input  wire clock,
   input  wire reset,

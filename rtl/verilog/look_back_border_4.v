@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The operands of a row cell towards the past: the row's first sample in place of what lies before it. 1 step.
+// The operands of a row cell towards the past: q[c] = x[c], p[c] = x[max(c - 4, 0)].
+// Latency: 1 step.
 module look_back_border_4 (
   input  wire clock,
   input  wire reset,

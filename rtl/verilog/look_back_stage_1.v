@@ -1,7 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// Row stage j towards the past: y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j). 4 steps.
+// Row stage 1 towards the past: y[c] = lerp(p = u[max(c - 2, 0)], q = u[c], g_1).
 //   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
+// Latency: 4 steps.
 module look_back_stage_1 (
   input  wire clock,
   input  wire reset,

@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// y = max(a, b). 1 step.
+// y = max(a, b).
+// Latency: 1 step.
 module maximum (
   input  wire clock,
   input  wire advance,

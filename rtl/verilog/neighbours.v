@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// Left, right, upper and lower neighbour, 15 bits each from the lowest.
+// Left, right, upper and lower neighbour, 15 bits each from the lowest; signs are left out.
+// Latency: none.
 module neighbours (
   input  wire [15:0] left,
   input  wire [15:0] right,

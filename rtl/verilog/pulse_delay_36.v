@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// A pulse N steps later, N the number in the name, by counting: at least N steps between pulses.
+// y[n] = x[n - 36] for a pulse, by counting: at least 36 steps between pulses.
+// Latency: 36 steps.
 module pulse_delay_36 (
   input  wire clock,
   input  wire reset,

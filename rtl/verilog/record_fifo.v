@@ -1,6 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// 512 records before the sink. Features are dropped and counted where fewer than 16 places are left; trailers never are.
+// 512 records before the sink. `room`: 16 places are free, so a feature may be written; `stop`: 3 or fewer are, so the datapath stands.
+// Features are dropped and counted without room; trailers never are.
+// Latency: 3 clocks from `write` to `valid` when empty.
 module record_fifo (
   input  wire clock,
   input  wire reset,

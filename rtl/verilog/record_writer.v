@@ -1,6 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
 // Feature records of 256 bits, scale pair 0 before 1, and the trailer that ends a frame: frame number, errors, count, dropped, thresholds.
+//   step 1  candidate waits   step 2  ring words arrive   step 3  record of pair 0   step 4  record of pair 1
+// Latency: 3 steps from `found` to `write`.
 module record_writer (
   input  wire clock,
   input  wire reset,

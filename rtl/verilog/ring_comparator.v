@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i). 1 step.
+// maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i), i = 0 .. 31.
+// Latency: 1 step.
 module ring_comparator (
   input  wire clock,
   input  wire advance,

@@ -1,6 +1,8 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The 32 points of a ring side by side: row by row from a line delay, then as many steps as each point's column asks for.
+// The 32 points of a ring side by side: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay, then as many steps as
+// each point's column asks for; points of one row share a chain.
+// Latency: 1 step for the point furthest right, 2 R + 1 for the one furthest left.
 module ring_taps_0 (
   input  wire clock,
   input  wire reset,

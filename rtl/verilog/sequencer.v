@@ -1,7 +1,11 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
 // From Avalon-ST beats to steps: every frame that enters the datapath is whole, a short one is padded with its last pixel.
-// Between frames empty steps drain the pipeline, 96 lines at most; a new size waits for that, the same size does not.
+//   IDLE   waits for a start of packet; empty steps drain the pipeline, 96 lines at most; beats without a start are dropped
+//   FRAME  a step a beat, until the last pixel
+//   PAD    a step a clock, until the last pixel
+// A frame of the size before begins at once, one of another size when the pipeline has drained. Two beats of skid make `ready` a register.
+// Latency: 2 clocks from a beat to its step.
 module sequencer (
   input  wire clock,
   input  wire reset,

@@ -1,8 +1,12 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// One two-sided first-order smoother: recursion down the columns, m look-ahead stages up them, then m stages towards the past and
-// m towards the future along the rows; every cell a lerp.
-// 2^m - 1 lines and 3 + 12 m + 2^m steps. Markers are one step before the sample they belong to.
+// One two-sided first-order smoother of look-ahead m = 5; every cell is a lerp, y = p + g (q - p).
+//   recursion    s[r] = lerp(p = s[r-1], q = x[r], g)                          4 steps
+//   column_j     u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and 4 steps, j = 0 .. m-1
+//   back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            4 steps
+//   ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + 4 steps
+// Markers are one step before the sample they belong to.
+// Latency: 31 lines and 95 steps.
 module smoother_5 (
   input  wire clock,
   input  wire reset,

@@ -1,7 +1,11 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
 // The three smoothers on the same pixels, aligned: the two short ones wait 32 lines and 44 steps for the long one.
-// 63 lines and 139 steps from `pixel` to `narrow`, `middle` and `wide`. `start` and `start_out` are one step before the first sample.
+//   wait_lines, wait_one, wait_two   x[n - 32 W - 44], as pixels: 16 bits in place of two smoothed states
+//   late_bank                        coefficients of the frame that leaves that wait
+//   rows_bank                        coefficients of the frame that leaves the columns, for all rows and the window
+// `start` and `start_out` are one step before a frame's first sample.
+// Latency: 63 lines and 139 steps from `pixel` to `narrow`, `middle` and `wide`.
 module smoothers (
   input  wire clock,
   input  wire reset,

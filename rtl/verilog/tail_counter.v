@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// Which column stage needs the held last row: stage j for 2^j <= n < 2^(j+1) lines after that row, 4 j steps later each.
+// Which column stage needs the held last row: stage j for 2^j <= n < 2^(j+1) lines n after that row, its pipeline 4 j steps later.
+// Latency: `select` 1 step before the sample that needs the row, `outside` together with it.
 module tail_counter (
   input  wire clock,
   input  wire reset,

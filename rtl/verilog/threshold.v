@@ -1,7 +1,9 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// The threshold of a frame: manual, or up or down by an eighth and one from the last frame's count.
-// Taken over at the marker of the window stage, when the last frame's count is complete.
+// The threshold T of a frame: manual, at least 1; or by the count n of the frame before and the target N
+//   n > 5 N / 4   T + (T >> 3) + 1, at most 2^15 - 1        n < 3 N / 4   T - (T >> 3) - 1, at least 1
+// Taken over at the marker of the window stage, when the last frame's count is complete. The first frame that follows takes the manual one.
+// Latency: 1 step from the marker; the count must rest two clocks before it.
 module threshold (
   input  wire clock,
   input  wire reset,

@@ -1,6 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
-// y[n] = max(x[n] .. x[n - N + 1]), N the number in the name, by doubling. ceil(log2 N) steps.
+// y[n] = max(x[n] .. x[n - 7 + 1]) by doubling: maxima of 2, of 4, and two of those overlapping.
+// Latency: ceil(log2 7) steps.
 module window_maximum_7 (
   input  wire clock,
   input  wire advance,

@@ -102,7 +102,7 @@ pub fn is_proved_equivalent(sources: &[Source], mutant: &Mutant) -> bool {
     std::fs::write(folder.path().join("gate.v"), named(&by_hand(source, mutant), "gate")).unwrap();
     let script = "read_verilog gold.v gate.v; proc; memory_map; opt -full; equiv_make gold gate both; hierarchy -top both; \
                   clean -purge; equiv_simple -undef; equiv_induct -undef; equiv_status -assert";
-    let yosys = Command::new("timeout").args(["60", "yosys", "-q", "-p", script]).current_dir(folder.path()).output();
+    let yosys = Command::new("timeout").args(["30", "yosys", "-q", "-p", script]).current_dir(folder.path()).output();
     yosys.is_ok_and(|output| output.status.success())
 }
 
@@ -254,24 +254,16 @@ impl<'a> Reader<'a> {
             let line = &text[at..end];
             let trimmed = line.trim_start();
             let begin = at + line.len() - trimmed.len();
-            if trimmed.starts_with("//")
-                || trimmed.is_empty()
-                || trimmed.starts_with("wire unused")
-                || trimmed.starts_with("localparam")
-            {
-            } else if let Some(condition) = trimmed.find("if (").filter(|_| {
-                !trimmed.contains("<=")
-                    || trimmed.starts_with("if")
-                    || trimmed.starts_with("end else if")
-                    || trimmed.starts_with("else if")
-            }) {
-                let from = begin + condition + 4;
+            let skipped = ["//", "wire unused", "localparam"].iter().any(|word| trimmed.starts_with(word));
+            let conditional = ["if (", "else if (", "end else if ("].iter().find(|word| trimmed.starts_with(**word));
+            if skipped || trimmed.is_empty() {
+                // Nothing to go wrong.
+            } else if let Some(condition) = conditional {
+                let from = begin + condition.len();
                 let to = closing(text, from);
                 self.condition(from..to);
                 in_reset = if &text[from..to] == "reset" { true } else { in_reset && !trimmed.contains("else") };
-            } else if trimmed.starts_with("end else") || trimmed.starts_with("else") {
-                in_reset = false;
-            } else if trimmed.starts_with("always") {
+            } else if ["end else", "else", "always"].iter().any(|word| trimmed.starts_with(word)) {
                 in_reset = false;
             } else if let Some(connection) = trimmed.strip_prefix('.') {
                 if let (Some(module), Some((port, _))) = (&instance, connection.split_once('(')) {
@@ -307,7 +299,10 @@ impl<'a> Reader<'a> {
     fn add(&mut self, site: Range<usize>, kind: Kind, fault: String, at: Option<String>) {
         let text = &self.source.text;
         let original = text[site.clone()].split_whitespace().collect::<Vec<_>>().join(" ");
-        if fault.split_whitespace().collect::<Vec<_>>().join(" ") == original {
+        let balanced = [('(', ')'), ('{', '}'), ('[', ']')]
+            .into_iter()
+            .all(|(open, close)| fault.matches(open).count() == fault.matches(close).count());
+        if !balanced || fault.split_whitespace().collect::<Vec<_>>().join(" ") == original {
             return;
         }
         self.mutants.push(Mutant {
