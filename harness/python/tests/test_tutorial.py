@@ -27,8 +27,8 @@ def follow(folder, *, install):
         commands = [line[2:] for line in text.splitlines() if line.startswith("$ ")]
         shown = [line for line in text.splitlines() if not line.startswith("$ ")]
         if ran == 0 and "pip install" in text:
-            ran += 1
             if not install:
+                ran += 1
                 continue
             before = ""
         script = before + "\n".join(commands).replace("PROJECT", str(PROJECT))
