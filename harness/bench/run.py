@@ -238,6 +238,7 @@ def main() -> None:
         FIRST: ("cocotb 1.9", rival(RIVALS[FIRST]), "verilator", 20_000),
         SECOND: ("cocotb 2", rival(RIVALS[SECOND]), "icarus", 20_000),
     }
+    load = [os.getloadavg()[1]]
     names = [*NAMES, "frames"]
     small, top = limit("stream", SMALL, "limit.cpp"), limit("hoverlock_top", [VERILOG / "waivers.vlt", *TOP], "limit_top.cpp")
     speed: dict[str, dict[str, list[float]]] = {c: {n: [] for n in names} for c in contestants}
@@ -282,7 +283,9 @@ def main() -> None:
         print(f"| {text} | {ours / 1e6:.2f} M | | | | | {ours / of:.2f} |")
 
     header = f"| | hoverlock | {FIRST} | ratio | {SECOND} | ratio | of the C++ loop |\n|---|---|---|---|---|---|---|"
-    print(f"Simulated cycles per second of CPU time, median of {chosen.runs} runs.\n")
+    others["load"] = [*load, os.getloadavg()[1]]
+    print(f"Simulated cycles per second of CPU time, median of {chosen.runs} runs; load of the machine before and after "
+          f"{load[0]:.1f} and {os.getloadavg()[1]:.1f} on {os.cpu_count()} cores.\n")
     print(f"The small stream design; plain C++ loop {loop / 1e6:.1f} M\n\n{header}")
     for name, text in NAMES.items():
         row(text, name, loop)

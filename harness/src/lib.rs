@@ -43,5 +43,5 @@ pub mod wave;
 pub use error::{BuildError, Error, ModelError, SimError, nearest};
 pub use time::Time;
 
-#[doc = include_str!("../TUTORIAL.md")]
+#[doc = include_str!("../docs/tutorial-rust.md")]
 pub mod tutorial {}
