@@ -74,5 +74,5 @@ fn every_signal_of_the_view_is_in_the_waves() {
     assert_eq!(value(&mut waves, &top("feature_valid"), at(window.focus)), 1);
     assert_eq!(value(&mut waves, &top("feature_ready"), at(window.focus)), 1);
     assert_eq!(value(&mut waves, &top("feature_valid"), at(window.focus - 1)), 0);
-    assert!(text.contains(&format!("*-17.000000 {}", edge(window.focus))));
+    assert!(text.contains(&format!("*-16.000000 {}", at(window.focus))));
 }

@@ -334,12 +334,13 @@ const CURVE_ROWS: usize = 2;
 /// GTKWave's view of a wave file: `hoverlock sim` writes it beside the file.
 pub fn view(wave: &Path, window: Window) -> String {
     let name = wave.file_name().unwrap_or_default().to_string_lossy();
-    let at = |cycle: u64| time(cycle + RESET_CYCLES, true).as_fs() / 1000;
-    // Some eighty cycles on a screen (2^17 ps for 200 pixels), the focus a third from its left.
-    let start = at(window.focus.saturating_sub(25).max(window.from));
+    // The values before the rising edge are those that count in a cycle.
+    let at = |cycle: u64| time(cycle + RESET_CYCLES, false).as_fs() / 1000;
+    // Some forty cycles on a screen (2^16 ps for 200 pixels), the focus a third from its left.
+    let start = at(window.focus.saturating_sub(13).max(window.from));
     let mut text = format!(
         "[dumpfile] \"{name}\"\n[timestart] {start}\n[size] 1600 1000\n[pos] -1 -1\n\
-         *-17.000000 {focus}{unused}\n[sst_expanded] 0\n[signals_width] 330\n",
+         *-16.000000 {focus}{unused}\n[sst_expanded] 0\n[signals_width] 330\n",
         focus = at(window.focus),
         unused = " -1".repeat(26),
     );
