@@ -165,7 +165,9 @@ fn size(width: usize, height: usize) -> Outcome {
 
 #[test]
 fn sizes_at_the_edges_of_counters_and_memories() {
-    for (width, height) in [(64, 65), (65, 64), (127, 65), (1023, 64), (1024, 65), (64, 767), (65, 768), (64, 2048)] {
+    for (width, height) in
+        [(64, 65), (65, 64), (127, 65), (1000, 64), (1023, 64), (1024, 65), (64, 767), (65, 768), (64, 2048)]
+    {
         size(width, height);
     }
 }
