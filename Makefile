@@ -8,13 +8,14 @@ HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverl
 PYTHON := .venv/bin/python
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
-# Whose ignored tests are part of `make test`: minutes each, on real pictures. Those of the RTL take longer; see rtl/README.md.
-LONG := --package hoverlock-reference --package hoverlock-fixed-point --package hoverlock-reports --package hoverlock-cli
+# Whose ignored tests are part of `make test`: minutes each, on real pictures, all frame sizes, a sample of faults put into the RTL.
+LONG := --package hoverlock-reference --package hoverlock-fixed-point --package hoverlock-rtl --package hoverlock-reports --package hoverlock-cli
 
 .PHONY: demo test bench bench-harness setup build
 
-## A quantisation report on a real aerial photograph.
+## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rung 5.
 demo: build
+	$(HOVERLOCK) sim $(PICTURES)/aero1.jpg
 	$(HOVERLOCK) report $(PICTURES)/aero1.jpg --out out/demo
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 

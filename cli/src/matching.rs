@@ -2,21 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use hoverlock_fixed_point::bit_true::BitTrue;
+use hoverlock_fixed_point::bit_true::{BitTrue, FeatureRecord};
 use hoverlock_fixed_point::design::{KT27, SCALES};
 use hoverlock_reference::estimate::{Estimate, Estimator, pairs};
 use hoverlock_reference::extractor::{Selection, extract};
 use hoverlock_reference::feature::Feature;
 use hoverlock_reference::maxima::strongest_per_cell;
 use hoverlock_reference::motion::{Model, transfer};
-use hoverlock_reference::picture::Picture;
+use hoverlock_reference::picture::{Frame, Picture};
 use hoverlock_reference::plane::Plane;
 use hoverlock_reference::ransac::{Ransac, RansacError};
 use hoverlock_reference::recursive::border::Border;
 use hoverlock_reference::smoother::Smoother;
 use hoverlock_reports::overlay::Overlay;
+use hoverlock_rtl::simulation::{Job, Mismatch, Simulator, Streams, run as simulate};
 use nalgebra::Vector2;
 use serde::Serialize;
 
@@ -29,6 +30,9 @@ const FEATURES: usize = 2000;
 
 /// The least picture with a feature: a ring of 16 px, two more for its windows, and the centre.
 const LEAST_SIDE: usize = 37;
+
+/// The least frame of the hardware.
+const LEAST_HARDWARE_SIDE: usize = 64;
 
 /// Find the motion between two pictures of the ground.
 ///
@@ -46,7 +50,8 @@ pub struct Args {
     /// Kind of motion
     #[arg(long, value_enum, default_value = "homography")]
     model: Kind,
-    /// Where features come from: floating point, or the bit-true model (pictures larger than 1024x768 are cropped)
+    /// Where features come from: floating point, the bit-true model, or the emitted Verilog under Verilator (for the last two,
+    /// pictures larger than 1024x768 are cropped)
     #[arg(long, value_enum, default_value = "float")]
     features: Source,
     /// Draw both pictures, the matches and the displaced frame into this PNG
@@ -75,6 +80,8 @@ enum Source {
     Float,
     /// The bit-true integer model
     Fixed,
+    /// The hardware, simulated; every plane and record is compared with the bit-true model on the way
+    Rtl,
 }
 
 #[derive(Serialize)]
@@ -94,9 +101,10 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let open = |path: &Path| Picture::open(path).and_then(|picture| picture.require(LEAST_SIDE, LEAST_SIDE));
+    let least = args.features.least_side();
+    let open = |path: &Path| Picture::open(path).and_then(|picture| picture.require(least, least));
     let (reference, current) = (open(&args.reference)?, open(&args.current)?);
-    let (from, to) = (args.features.extract(&reference)?, args.features.extract(&current)?);
+    let [from, to] = args.features.extract([&reference, &current])?;
     let wanted = args.model.model();
     let estimator = Estimator { ransac: Ransac { model: wanted, ..Ransac::default() }, ..Estimator::default() };
     let outcome = match estimator.estimate(&from, &to) {
@@ -139,40 +147,72 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(report.ok.into())
 }
 
+/// A threshold that lets every maximum through: the strongest are taken afterwards.
+const ALL: [u32; SCALES] = [1; SCALES];
+
 impl Source {
-    /// Features of the whole picture or of its centre, in coordinates of the whole.
-    fn extract(self, picture: &Picture) -> Result<Vec<Feature>> {
-        match self {
-            Self::Float => {
-                // The sigmas are those of the design, for which a filter exists.
-                let smooth = |plane: &Plane<f64>, sigma: f64| -> Plane<f64> {
-                    Smoother::first_order(sigma).expect("a sigma of the design").smooth(plane, Border::Held)
-                };
-                Ok(extract(&picture.luma, smooth, &Selection { count: FEATURES, ..Selection::default() }))
-            }
-            Self::Fixed => {
-                let frame = picture.frame();
-                if frame.is_cropped_from(picture) {
-                    eprintln!(
-                        "{}: {} x {} is cropped to its centre, {} x {}, for the fixed point",
-                        picture.path.display(),
-                        picture.luma.width(),
-                        picture.luma.height(),
-                        frame.luma.width(),
-                        frame.luma.height()
-                    );
-                }
-                let records = BitTrue::new(&KT27)?.planes(&frame.luma).features([1; SCALES]);
-                let features: Vec<Feature> = records.iter().map(Feature::from).collect();
-                let mut features = strongest_per_cell(&features, FEATURES);
-                for feature in &mut features {
-                    feature.x += frame.x as u32;
-                    feature.y += frame.y as u32;
-                }
-                Ok(features)
-            }
+    /// Features of both pictures, whole or their centres, in coordinates of the whole.
+    fn extract(self, pictures: [&Picture; 2]) -> Result<[Vec<Feature>; 2]> {
+        if self == Self::Float {
+            // The sigmas are those of the design, for which a filter exists.
+            let smooth = |plane: &Plane<f64>, sigma: f64| -> Plane<f64> {
+                Smoother::first_order(sigma).expect("a sigma of the design").smooth(plane, Border::Held)
+            };
+            let selection = Selection { count: FEATURES, ..Selection::default() };
+            return Ok(pictures.map(|picture| extract(&picture.luma, smooth, &selection)));
         }
+        let frames = pictures.map(cropped);
+        let records: Vec<Vec<FeatureRecord>> = match self {
+            Self::Rtl => simulated(&frames)?,
+            _ => {
+                let model = BitTrue::new(&KT27)?;
+                frames.iter().map(|frame| model.planes(&frame.luma).features(ALL)).collect()
+            }
+        };
+        Ok(std::array::from_fn(|i| {
+            let features: Vec<Feature> = records[i].iter().map(Feature::from).collect();
+            let mut features = strongest_per_cell(&features, FEATURES);
+            for feature in &mut features {
+                feature.x += frames[i].x as u32;
+                feature.y += frames[i].y as u32;
+            }
+            features
+        }))
     }
+
+    /// The least side of a picture it takes.
+    fn least_side(self) -> usize {
+        if self == Self::Rtl { LEAST_HARDWARE_SIDE } else { LEAST_SIDE }
+    }
+}
+
+/// The part of a picture that the integers take, said where it is not the whole.
+fn cropped(picture: &Picture) -> Frame {
+    let frame = picture.frame();
+    if frame.is_cropped_from(picture) {
+        eprintln!(
+            "{}: {} x {} is cropped to its centre, {} x {}, for the fixed point",
+            picture.path.display(),
+            picture.luma.width(),
+            picture.luma.height(),
+            frame.luma.width(),
+            frame.luma.height()
+        );
+    }
+    frame
+}
+
+/// What the hardware sends for each frame, one after the other through one simulation.
+fn simulated(frames: &[Frame]) -> Result<Vec<Vec<FeatureRecord>>> {
+    let jobs = frames.iter().map(|frame| Job::new(frame.luma.clone(), ALL)).collect::<Result<Vec<_>, _>>()?;
+    let outcome = simulate(&Simulator::new()?, &jobs, Streams::default())?;
+    if let Some(first) = outcome.first_mismatch {
+        let Mismatch { stage, x, y, .. } = first;
+        bail!(
+            "the Verilog is not the bit-true model: first difference in {stage} at ({x}, {y}); `hoverlock sim` says more"
+        );
+    }
+    Ok(outcome.frames.into_iter().map(|frame| frame.records).collect())
 }
 
 fn centre(picture: &Plane<u16>) -> Vector2<f64> {

@@ -79,7 +79,8 @@ fn a_known_motion_is_found_by_every_source_of_features() {
     let truth = known_motion();
     let reference = save(folder.path(), "ref.png", &view(1100, 420, &Matrix3::identity()));
     let current = save(folder.path(), "cur.png", &view(1200, 460, &truth.try_inverse().unwrap()));
-    for features in ["float", "fixed"] {
+    let mut reports = Vec::new();
+    for features in ["float", "fixed", "rtl"] {
         let overlay = folder.path().join(format!("{features}.png"));
         let report = json(&[&reference, &current, "--features", features, "--overlay", overlay.to_str().unwrap()]);
         let found = matrix(&report);
@@ -95,7 +96,10 @@ fn a_known_motion_is_found_by_every_source_of_features() {
         assert!(report["inliers"].as_u64() > Some(200) && report["inliers"].as_u64() <= report["matches"].as_u64());
         assert_eq!((&report["model"], &report["quality"]), (&"homography".into(), &255.into()));
         assert!(image::open(overlay).unwrap().width() > 2300);
+        reports.push(report);
     }
+    // The hardware is the bit-true model, to the last digit of what is made of it.
+    assert!(reports[1] == reports[2] && reports[0] != reports[1]);
 }
 
 #[test]
@@ -152,6 +156,7 @@ fn bad_input_is_one_line_and_status_2() {
     save(folder.path(), "tiny.png", &Plane::filled(1, 1, 5));
     save(folder.path(), "flat.png", &Plane::filled(80, 80, 5));
     save(folder.path(), "long.png", &view(20_000, 20, &Matrix3::identity()));
+    save(folder.path(), "narrow.png", &view(63, 80, &Matrix3::identity()));
     fs::write(path("text.png"), "this is text").unwrap();
     fs::write(path("empty.png"), "").unwrap();
     let bytes = fs::read(&good).unwrap();
@@ -162,11 +167,12 @@ fn bad_input_is_one_line_and_status_2() {
     }
     refused(&[&good, folder.path().to_str().unwrap()], "folder");
     refused(&[&good, &good, "--model", "conic"], "conic");
-    refused(&[&good, &good, "--features", "rtl"], "rtl");
+    refused(&[&good, &good, "--features", "sift"], "sift");
+    refused(&[&path("narrow.png"), &good, "--features", "rtl"], "narrow.png");
     let nowhere = path("missing/overlay.png");
     refused(&[&good, &good, "--overlay", &nowhere], "missing/overlay.png");
     assert!(!Path::new(&nowhere).exists());
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 7, "six bad pictures and a good one");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 8, "seven bad pictures and a good one");
 }
 
 /// One pair of real pictures and where the centre of the first should go.

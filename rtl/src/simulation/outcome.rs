@@ -1,5 +1,7 @@
 //! What a run gave: counts, rates, and the first difference in words.
 
+use hoverlock_fixed_point::bit_true::FeatureRecord;
+
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Mismatch {
@@ -45,6 +47,9 @@ pub struct FrameOutcome {
     pub dropped: u64,
     /// Samples and records that differ.
     pub mismatches: u64,
+    /// The records themselves, in the order in which they came out.
+    #[serde(skip)]
+    pub records: Vec<FeatureRecord>,
 }
 
 /// What a run gave.

@@ -156,6 +156,7 @@ impl Records {
                 }
                 false => {
                     frame.features += 1;
+                    frame.records.extend(FeatureRecord::unpack(&beat.words));
                     outcome.features += 1;
                 }
             }
