@@ -186,6 +186,8 @@ const HARMLESS: &[Harmless] = &[
     ("frame_delay_8x4", RESETS, "", "", MARKER),
     ("frame_delay_16x4", RESETS, "", "", MARKER),
     ("frame_delay_32x4", RESETS, "", "", MARKER),
+    ("csr", &[Kind::Width], "{version_number}", ">> 1", "the uppermost bit of the version is 0"),
+    ("csr", &[Kind::Width], "{identification_letters}", ">> 1", "the uppermost bit of a letter is 0"),
     ("extractor", &[Kind::Width], "writer_count", "", COUNTS),
     ("extractor", &[Kind::Width], "writer_dropped", "", COUNTS),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS),
