@@ -122,6 +122,36 @@ fn an_included_file_is_part_of_the_model_and_so_is_one_that_shadows_it() {
     assert_eq!(value(&build), 2);
 }
 
+/// Blanks, a quote, and dollars before a variable that is set and one that is not.
+#[test]
+fn folders_and_files_may_have_any_name() {
+    let place = Place::new();
+    // Verilator takes the first name for a file too; here it is a folder.
+    for folder in ["one", "one two $HOME/it's \"${nothing}\"", "plain/$LANG"] {
+        let text = "`include \"the value.vh\"\nmodule named (input wire [7:0] in, output wire [15:0] out);\n  \
+                    wire [3:0] narrow = in; assign out = `VALUE; endmodule\n";
+        let source = place.write(&format!("{folder}/top and all.v"), text);
+        let include = format!("{folder}/inc $HOME/the value.vh");
+        place.write(&include, "`define VALUE 2\n");
+        let build = Build::new("named").source(&source).include(place.path(&include).parent().unwrap());
+        let build = build.cache(place.path(&format!("{folder}/cache of $HOME")));
+        std::fs::create_dir(place.path(&format!("{folder}/cache of $HOME"))).unwrap();
+        std::os::unix::fs::symlink(runtime(), place.path(&format!("{folder}/cache of $HOME/runtime"))).unwrap();
+        let models = || variants(&place.path(&format!("{folder}/cache of $HOME/models"))).len();
+        assert_eq!((value(&build), models()), (2, 1));
+        assert_eq!((value(&build), models()), (2, 1), "found again");
+        place.write(&include, "`define VALUE 3\n");
+        assert_eq!((value(&build), models()), (3, 2), "the include changed");
+        place.write(&include, "`define VALUE 2\n");
+        assert_eq!((value(&build), models()), (2, 2), "both are kept");
+        // Of the file's name Verilator tells what stands before the first blank.
+        let library = build.compile().unwrap();
+        let warning = &library.warnings()[0];
+        let told = source.to_str().unwrap().split(' ').next().unwrap();
+        assert_eq!((warning.file.as_str(), warning.line), (told, 3));
+    }
+}
+
 #[test]
 fn parameters_of_every_kind_reach_the_verilog() {
     let place = Place::new();

@@ -84,6 +84,10 @@ impl Workshop<'_> {
         let mut command = Command::new(&self.verilator.path);
         command.current_dir(self.folder).args(arguments);
         command.args(self.build.verilator_arguments(self.sources, self.includes));
+        // Verilator puts the environment's value for a `$name` in a path: one that leaves the path as it is.
+        for path in self.sources.iter().chain(self.includes) {
+            command.envs(variables_in(&path.to_string_lossy()));
+        }
         tool::run(&mut command)
     }
 
@@ -211,14 +215,18 @@ impl Workshop<'_> {
         check_compiler(&tool::run(&mut command)?, self.build.trace)
     }
 
-    /// All files read, from Verilator's dependency file, less what it generated and its own program.
+    /// All files read, from Verilator's list of them, less the sources, what was written for it and its own program.
     fn read_manifest(&self, generated: &Path) -> Result<Vec<(PathBuf, String)>, BuildError> {
-        let text = read(&generated.join("Vdut__ver.d"))?;
-        let read_files = text.split_once(" : ").map_or("", |(_, files)| files);
+        let text = read(&generated.join("Vdut__verFiles.dat"))?;
+        let names = files_read(&text);
+        // Verilator lists the part of a name before its first blank too, as if it were a file.
+        let is_cut = |name: &str| {
+            let longer = |other: &&str| other.strip_prefix(name).is_some_and(|rest| rest.starts_with([' ', '\t']));
+            names.iter().any(longer) && !self.folder.join(name).is_file()
+        };
+        let own = |name: &str| name.ends_with("verilator_bin") || name == "public.vlt";
         let mut manifest = Vec::new();
-        for name in
-            read_files.split_whitespace().filter(|n| !n.ends_with("verilator_bin") && !n.ends_with("public.vlt"))
-        {
+        for name in names.iter().filter(|name| !own(name) && !is_cut(name)) {
             let path = super::absolute(&self.folder.join(name))?;
             if !self.sources.contains(&path) {
                 let hash = super::cache::hash_file(&path)?;
@@ -229,6 +237,14 @@ impl Workshop<'_> {
         manifest.dedup();
         Ok(manifest)
     }
+}
+
+/// The names in lines like `S  99 10338340 1795274662 348911858 1795274662 348911858 "a b/t.v"`: what was read. They stand
+/// there as they are, quotes too; the list for `make` has them with blanks between, and blanks in them.
+fn files_read(text: &str) -> Vec<&str> {
+    let quoted = |line: &'_ str| -> Option<(usize, usize)> { Some((line.find('"')? + 1, line.rfind('"')?)) };
+    let lines = text.lines().filter(|line| line.starts_with("S "));
+    lines.filter_map(|line| quoted(line).and_then(|(from, to)| line.get(from..to))).collect()
 }
 
 /// Compiles Verilator's runtime, once for each kind of model.
@@ -397,6 +413,19 @@ fn demangle(member: &str) -> String {
     name + rest
 }
 
+/// `$name`, `${name}` and `$(name)` in a path: the names, and how they stand there.
+fn variables_in(path: &str) -> Vec<(&str, &str)> {
+    let variable = |(at, _): (usize, &str)| {
+        let rest = &path[at + 1..];
+        let bracket = usize::from(rest.starts_with(['{', '(']));
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let length = rest[bracket..].find(|c| !is_name(c)).unwrap_or(rest.len() - bracket);
+        let name = rest.get(bracket..bracket + length).filter(|name| !name.is_empty())?;
+        Some((name, path.get(at..at + 1 + length + 2 * bracket)?))
+    };
+    path.match_indices('$').filter_map(variable).collect()
+}
+
 fn read(path: &Path) -> Result<String, BuildError> {
     std::fs::read_to_string(path).map_err(|source| BuildError::Cache { path: path.to_owned(), source })
 }
@@ -418,6 +447,16 @@ mod tests {
         let port = parse_port("VL_IN16((&taps)[4],8,0);").unwrap();
         assert_eq!((port.member, port.width, port.direction), ("taps", 9, 0));
         assert!(parse_port("    VL_UNCOPYABLE(Vdut);  ///< Copying not allowed").is_none());
+    }
+
+    #[test]
+    fn files_read_have_blanks_and_quotes() {
+        let text = "# DESCRIPTION: S\nC \"--cc a b.v\"\nS  99  1  2  3  2  3 \"/p/a b.v\"\nS 0 0 0 0 1 0 \"/q\"u/i.vh\"\n\
+                    T  5  1  2  3  2  3 \"out/V.cpp\"\n";
+        assert_eq!(files_read(text), ["/p/a b.v", "/q\"u/i.vh"]);
+        let variables = [("b", "$b"), ("c", "${c}"), ("e", "$(e)"), ("g_1", "$g_1"), ("h", "$h"), ("j", "$j")];
+        assert_eq!(variables_in("/a $b/${c}d/$(e)/$/f$g_1$h-i$j"), variables);
+        assert_eq!(variables_in("/a/${b"), []);
     }
 
     #[test]
