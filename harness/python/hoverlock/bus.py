@@ -264,6 +264,25 @@ class AvalonMaster(_Master):
 
     _bus = "avalon"
 
+    async def write_burst(
+        self, address: int, words: Iterable[int], *, pause: float | Iterable[bool] | None = None, seed: int = 0
+    ) -> None:
+        """Writes words, an array too, in one burst of ``burstcount``; ``pause`` says in which cycles it holds back
+        between two of them.
+
+        >>> await mem.write_burst(0x100, np.arange(8), pause=0.3, seed=1)
+        """
+        await self._raw.write_burst(address, [int(word) for word in words], pause, seed).ended()
+
+    async def read_burst(self, address: int, count: int) -> NDArray[np.uint64]:
+        """Reads so many words in one burst, as an array; the slave needs ``readdatavalid``.
+
+        >>> assert (await mem.read_burst(0x100, 8) == np.arange(8)).all()
+        """
+        burst = self._raw.read_burst(address, count)
+        await burst.ended()
+        return burst.words()
+
 
 class AxiLiteMaster(_Master):
     """Reads and writes an AXI4-Lite slave of the design; an error response raises ``SimulationError``.
@@ -327,9 +346,31 @@ class AvalonMemory(_Memory):
     >>> memory = AvalonMemory(dut, "m_", dut.clk, reset=dut.rst)
     >>> memory.stall(0.3, seed=1)
     >>> memory.latency(1, 5, seed=2)
+
+    Where addresses count bytes, ``step`` is the bytes of a word: the words of a burst, and of ``read`` and ``write``, are
+    as far apart.
+
+    >>> memory = AvalonMemory(dut, "m_", dut.clk, reset=dut.rst, step=4)
+    >>> memory.write(0x100, np.arange(8))
+    >>> memory[0x104]
+    1
     """
 
     _bus = "avalon"
+
+    def __init__(
+        self,
+        dut: Any,
+        prefix: str,
+        clock: Handle,
+        *,
+        reset: Handle | None = None,
+        reset_active: bool = True,
+        step: int = 1,
+    ) -> None:
+        super().__init__(dut, prefix, clock, reset=reset, reset_active=reset_active)
+        self._step = step
+        self._raw.set_step(step)
 
     def latency(self, least: int, most: int, seed: int = 0) -> None:
         """How many cycles the answer to a read takes, drawn anew for each."""

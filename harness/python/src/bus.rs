@@ -278,6 +278,36 @@ fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 's
     Ok(Access { task: Engine { id: task.id(), dut }, value })
 }
 
+/// A burst of a master that is under way.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct Burst {
+    task: Engine,
+    words: Rc<RefCell<Vec<u64>>>,
+}
+
+#[pymethods]
+impl Burst {
+    fn ended(&self) -> Trigger {
+        self.task.ended()
+    }
+
+    /// The words read; none of a write.
+    fn words<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_vec(py, self.words.take())
+    }
+}
+
+fn burst(name: &str, work: impl Future<Output = Result<Vec<u64>, Error>> + 'static) -> PyResult<Burst> {
+    let words = Rc::new(RefCell::default());
+    let slot = words.clone();
+    let dut = simulation::current()?;
+    let task = dut.spawn(name, async move {
+        *slot.borrow_mut() = work.await?;
+        Ok::<(), Error>(())
+    });
+    Ok(Burst { task: Engine { id: task.id(), dut }, words })
+}
+
 enum Speaks {
     Avalon(avalon_mm::Master),
     Axi(axi_lite::Master),
@@ -355,6 +385,34 @@ impl RawMaster {
             }
         }
     }
+
+    fn write_burst(
+        &self,
+        address: u64,
+        words: Vec<u64>,
+        pause: Option<&Bound<'_, PyAny>>,
+        seed: u64,
+    ) -> PyResult<Burst> {
+        let (master, pause) = (self.avalon()?.clone(), pause_of(pause, seed)?);
+        burst("write_burst", async move {
+            master.write_burst(address, &words, pause).await?;
+            Ok(Vec::new())
+        })
+    }
+
+    fn read_burst(&self, address: u64, count: usize) -> PyResult<Burst> {
+        let master = self.avalon()?.clone();
+        burst("read_burst", async move { master.read_burst(address, count).await })
+    }
+}
+
+impl RawMaster {
+    fn avalon(&self) -> PyResult<&avalon_mm::Master> {
+        match &self.speaks {
+            Speaks::Avalon(master) => Ok(master),
+            Speaks::Axi(_) => Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
+        }
+    }
 }
 
 enum Answers {
@@ -407,6 +465,15 @@ impl RawMemory {
         match &self.answers {
             Answers::Avalon(memory) => memory.set_latency(least, most, seed),
             Answers::Axi(_) => return Err(PyTypeError::new_err("AXI4-Lite answers when `stall` lets it")),
+        }
+        Ok(())
+    }
+
+    /// How far apart the addresses of a burst's words are.
+    fn set_step(&self, step: u64) -> PyResult<()> {
+        match &self.answers {
+            Answers::Avalon(memory) => memory.set_step(step),
+            Answers::Axi(_) => return Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
         }
         Ok(())
     }

@@ -18,7 +18,7 @@ mod trigger;
 #[pyo3::pymodule]
 mod _core {
     #[pymodule_export]
-    use crate::bus::{Access, RawListener, RawMaster, RawMemory, RawSource, Symbols};
+    use crate::bus::{Access, Burst, RawListener, RawMaster, RawMemory, RawSource, Symbols};
     #[pymodule_export]
     use crate::handle::{ArrayHandle, Bits, Element, Handle, HierarchyBase, Value};
     #[pymodule_export]

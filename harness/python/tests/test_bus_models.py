@@ -284,6 +284,92 @@ def test_masters_that_keep_the_rules_are_not_complained_of():
         hoverlock.simulate(Design(WIRES, top=top), break_registers, arguments={"steps": steps, "stall": None})
 
 
+@pytest.mark.parametrize("stall", [0, 1, 4])
+def test_an_avalon_master_bursts_of_every_length_wait_and_pause(stall):
+    async def bench(dut):
+        await reset(dut)
+        mem, random, words = AvalonMaster(dut, "mem_", dut.clk), generator(), np.zeros(64, dtype=np.uint64)
+        await mem.write_burst(0, words[:15])
+        for at in range(15, 64):
+            await mem.write(at, 0)
+        for length in range(1, 16):
+            for pause in (None, 0.5, [1, 1, 0]):
+                at = int(random.integers(65 - length))
+                words[at : at + length] = random.integers(0, 2**32, length, dtype=np.uint64)
+                await mem.write_burst(at, words[at : at + length], pause=pause, seed=length)
+                read = await mem.read_burst(at, length)
+                assert read.dtype == np.uint64 and np.array_equal(read, words[at : at + length])
+        assert [await mem.read(at) for at in range(64)] == words.tolist()
+        # Two tasks at once: one burst after the other.
+        tasks = [start_soon(mem.read_burst(at, 9)) for at in (3, 40)]
+        both = [await task for task in tasks]
+        assert np.array_equal(both, [words[3:12], words[40:49]])
+
+    hoverlock.simulate(Design(FOLDER + "burst_ram.v", top="burst_ram", parameters={"STALL": stall}), bench, wall_limit=60)
+
+
+async def let_burst(dut, count, gap):
+    """Lets the design copy a burst of words, adding 1."""
+    await reset(dut)
+    dut.count.value, dut.gap.value, dut.start.value = count, gap, 1
+    await with_timeout(RisingEdge(dut.done), 100, "us")
+    await RisingEdge(dut.clk)
+
+
+@hoverlock.test(design=Design(FOLDER + "burst_copier.v", top="burst_copier"))
+@hoverlock.parametrize(count=[1, 2, 15], gap=[0, 3], stall=[None, 0.5, [1, 1, 0]], latency=[(1, 1), (4, 4), (1, 6)])
+async def an_avalon_memory_serves_bursts(dut, count, gap, stall, latency):
+    memory = AvalonMemory(dut, "m_", dut.clk, reset=dut.rst, step=4)
+    memory.stall(stall, seed=61)
+    memory.latency(*latency, seed=62)
+    words = generator().integers(0, 2**32, count, dtype=np.uint64)
+    memory.write(0x100, words)
+    await let_burst(dut, count, gap)
+    assert np.array_equal(memory.read(0x200, count + 1), [*((words + 1) & 0xFFFF_FFFF), 0])
+    assert memory[0x100 + 4 * (count - 1)] == words[-1] and memory.accesses == 2 * count
+
+
+# The reset ends after the edge of 30 ns, `start` is seen at 50 ns, the command at 60 ns.
+@pytest.mark.parametrize("fault, said", [(1, "m at 60 ns: burstcount is 0"), (2, "a read inside a burst of writes")])
+def test_each_rule_of_bursts_is_named(fault, said):
+    async def bench(dut):
+        memory = AvalonMemory(dut, "m_", dut.clk, reset=dut.rst, step=4)
+        await let_burst(dut, 5, 2)
+        return memory.accesses
+
+    design = Design(FOLDER + "burst_copier.v", top="burst_copier", parameters={"FAULT": fault})
+    with pytest.raises(ProtocolError, match=f"{said}$"):
+        hoverlock.simulate(design, bench)
+
+
+def test_bursts_pause_as_asked_and_impossible_ones_are_refused():
+    async def bursts(dut):
+        await reset(dut)
+        mem = AvalonMaster(dut, "mem_", dut.clk)
+        for words in (0, 16):
+            said = f"'mem' takes bursts of 1 to 15 words, not {words}"
+            with pytest.raises(hoverlock.HoverlockError, match=said):
+                await mem.read_burst(0, words)
+            with pytest.raises(hoverlock.HoverlockError, match=said):
+                await mem.write_burst(0, range(words))
+        await mem.write_burst(5, [7, 8])
+        assert (await mem.read_burst(5, 2)).tolist() == [7, 8]
+        # A word a cycle; with two cycles of pause before each but the first, 2 * 7 more.
+        await ClockCycles(dut.clk, 4)
+        for pause, cycles in [(None, 8), ([1, 1, 0], 22)]:
+            before = hoverlock.get_sim_time("ns")
+            await mem.write_burst(0, range(8), pause=pause)
+            assert hoverlock.get_sim_time("ns") - before == 10 * cycles
+
+    async def no_bursts(dut):
+        await reset(dut)
+        with pytest.raises(hoverlock.HoverlockError, match="'csr' has no burstcount: one word at a time"):
+            await AvalonMaster(dut, "csr_", dut.clk).write_burst(0, [1, 2])
+
+    hoverlock.simulate(Design(FOLDER + "burst_ram.v", top="burst_ram"), bursts, wall_limit=60)
+    hoverlock.simulate(Design(FOLDER + "registers_mm.v", top="registers_mm"), no_bursts, wall_limit=60)
+
+
 # ---- AXI4-Lite
 
 
