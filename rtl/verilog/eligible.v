@@ -14,14 +14,17 @@ module eligible (
   output reg  [20:0] place
 );
 
-wire [10:0] end_x = width - 11'd18;
-wire [11:0] end_y = height - 12'd18;
+reg [10:0] end_x;
+reg [11:0] end_y;
 
 always @(*)
   eligible = active & (x >= 10'd18) & ({1'b0, x} < end_x) & (y >= 11'd18) & ({1'b0, y} < end_y);
 
-always @(posedge clock)
+always @(posedge clock) begin
+  end_x <= width - 11'd18;
+  end_y <= height - 12'd18;
   if (advance)
     place <= {y, x};
+end
 
 endmodule

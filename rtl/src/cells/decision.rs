@@ -10,7 +10,7 @@ use super::{Height, Response, Width};
 /// Centres this close to the border have a ring that leaves the frame.
 pub const MARGIN: u64 = 18;
 
-/// `18 <= x < W - 18` and `18 <= y < H - 18`, with the place itself a step later.
+/// `18 <= x < W - 18` and `18 <= y < H - 18`, with the place itself a step later. `W` and `H` have stood for a cycle.
 #[derive(LogicBlock, Default)]
 pub struct Eligible {
     /// The one clock.
@@ -31,17 +31,21 @@ pub struct Eligible {
     pub eligible: Signal<Out, Bit>,
     /// Column and row below it, one step later.
     pub place: Signal<Out, Bits<21>>,
+    _end: (u64, u64),
 }
 
 impl Logic for Eligible {
     fn update(&mut self) {
         let (x, y) = (self.x.val().to_u64(), self.y.val().to_u64());
-        let (width, height) = (self.width.val().to_u64(), self.height.val().to_u64());
-        let inside = |at: u64, size: u64| at >= MARGIN && at < size.wrapping_sub(MARGIN);
-        self.eligible.next = self.active.val() && inside(x, width) && inside(y, height);
-        if self.clock.pos_edge() && self.advance.val() {
-            self.place.next = (y << 10 | x).into();
+        if self.clock.pos_edge() {
+            let end = |size: u64, bits: u32| size.wrapping_sub(MARGIN) & ((1 << bits) - 1);
+            self._end = (end(self.width.val().to_u64(), 11), end(self.height.val().to_u64(), 12));
+            if self.advance.val() {
+                self.place.next = (y << 10 | x).into();
+            }
         }
+        let inside = |at: u64, end: u64| at >= MARGIN && at < end;
+        self.eligible.next = self.active.val() && inside(x, self._end.0) && inside(y, self._end.1);
     }
 
     fn connect(&mut self) {
@@ -53,15 +57,18 @@ impl Logic for Eligible {
         Verilog::Custom(
             "\
 // module: eligible
-wire [10:0] end_x = width - 11'd18;
-wire [11:0] end_y = height - 12'd18;
+reg [10:0] end_x;
+reg [11:0] end_y;
 
 always @(*)
   eligible = active & (x >= 10'd18) & ({1'b0, x} < end_x) & (y >= 11'd18) & ({1'b0, y} < end_y);
 
-always @(posedge clock)
+always @(posedge clock) begin
+  end_x <= width - 11'd18;
+  end_y <= height - 12'd18;
   if (advance)
     place <= {y, x};
+end
 "
             .into(),
         )

@@ -88,6 +88,7 @@ pub struct Sequencer {
     _state: State,
     _at: (u64, u64),
     _ignoring: bool,
+    _offered: (u64, u64),
     _settle: u64,
     _drain: u64,
     _drain_from: u64,
@@ -100,7 +101,7 @@ impl Sequencer {
         let taken = self.valid.val() && self._beats.len() != 2;
         let beat = self._beats.front().copied();
         let (width, height) = (self.width.val().to_u64(), self.height.val().to_u64());
-        let (new_width, new_height) = (self.new_width.val().to_u64(), self.new_height.val().to_u64());
+        let (new_width, new_height) = self._offered;
         let possible = (64..=1024).contains(&new_width) && (64..=2048).contains(&new_height);
         let same = new_width == width && new_height == height;
         let go = !self.stop.val();
@@ -221,6 +222,7 @@ impl Logic for Sequencer {
             } else {
                 self.clock_edge();
             }
+            self._offered = (self.new_width.val().to_u64(), self.new_height.val().to_u64());
         }
         self.ready.next = self._beats.len() != 2;
         self.busy.next = self._drain != 0;
@@ -264,9 +266,12 @@ reg [16:0] drain;
 reg [16:0] drain_from;
 reg [2:0]  own;
 
-// What a size allows.
-wire possible = (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
-wire same     = (new_width == width) & (new_height == height);
+// The size from the registers, a cycle later, with what it allows: no comparison of words stands before a decision.
+reg [10:0] offered_width;
+reg [11:0] offered_height;
+reg        possible;
+reg        same;
+reg        drained;
 wire [10:0] last_x = width - 11'd1;
 wire [11:0] last_y = height - 12'd1;
 wire at_last_x = x == last_x[9:0];
@@ -282,9 +287,9 @@ wire stray   = idle & some & ~is_start;
 wire ready_to_begin = same & (settle == 2'd0);
 wire begins  = accept & ready_to_begin & go;
 // Beats that are dropped do not stop the drain: the last frame comes out although the stream goes on.
-wire empty   = go & (drain != 17'd0) & idle & ~begins;
-wire resize  = accept & ~same & (drain == 17'd0);
-wire settles = accept & same & (settle != 2'd0) & (drain == 17'd0);
+wire empty   = go & ~drained & idle & ~begins;
+wire resize  = accept & ~same & drained;
+wire settles = accept & same & (settle != 2'd0) & drained;
 wire breaks  = (state == FRAME) & some & is_start;
 wire takes   = (state == FRAME) & some & ~is_start & go;
 wire pads    = (state == PAD) & go;
@@ -318,6 +323,8 @@ always @(posedge clock)
     ignoring <= 1'b0;
     settle   <= 2'd0;
     drain    <= 17'd0;
+    drained  <= 1'b1;
+    same     <= 1'b0;
     own      <= 3'd0;
     width    <= 11'd0;
     height   <= 12'd0;
@@ -339,8 +346,8 @@ always @(posedge clock)
     else if (keep)
       ignoring <= 1'b0;
     if (resize) begin
-      width  <= new_width;
-      height <= new_height;
+      width  <= offered_width;
+      height <= offered_height;
       settle <= 2'd3;
     end else if (settles)
       settle <= settle - 2'd1;
@@ -353,6 +360,9 @@ always @(posedge clock)
     end
     own     <= own_now;
     drain   <= real_step ? drain_from : drain - {16'd0, empty};
+    drained <= ~real_step & (drained | (empty & (drain == 17'd1)));
+    same    <= resize ? (new_width == offered_width) & (new_height == offered_height)
+                      : (new_width == width) & (new_height == height);
     advance <= real_step | empty;
     capture <= begins;
     errors  <= {(stray & ~ignoring) | (refuse & enable), breaks, long_frame, short_frame};
@@ -361,6 +371,9 @@ always @(posedge clock)
   end
 
 always @(posedge clock) begin
+  offered_width  <= new_width;
+  offered_height <= new_height;
+  possible <= (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
   drain_from <= ({6'd0, width} << 6) + ({6'd0, width} << 5);
   if (begins | takes)
     pixel <= beat;
@@ -385,7 +398,7 @@ always @(posedge clock)
 
 always @(*) begin
   ready        = ~beats[1];
-  busy         = drain != 17'd0;
+  busy         = ~drained;
   frame_errors = {1'b0, kept[2:0]};
 end
 "
