@@ -93,6 +93,7 @@ pub struct Sequencer {
     _drain: u64,
     _drain_from: u64,
     _own: u64,
+    _done: bool,
     _kept: VecDeque<u64>,
 }
 
@@ -173,9 +174,10 @@ impl Sequencer {
             let end_of_row = x == width.wrapping_sub(1) & 0x3ff;
             self._at = if end_of_row { (0, (y + 1) & 0x7ff) } else { ((x + 1) & 0x3ff, y) };
         }
-        if self.frame_done.val() {
+        if self._done {
             self._kept.pop_front();
         }
+        self._done = self.frame_done.val();
         if real && last && !begin && self._kept.len() < 4 {
             self._kept.push_back(own);
         }
@@ -211,7 +213,7 @@ impl Logic for Sequencer {
             if self.reset.val() {
                 self._beats.clear();
                 self._state = State::Idle;
-                (self._ignoring, self._settle, self._drain, self._own) = (false, 0, 0, 0);
+                (self._ignoring, self._settle, self._drain, self._own, self._done) = (false, 0, 0, 0, false);
                 self._kept.clear();
                 self.width.next = 0u64.into();
                 self.height.next = 0u64.into();
@@ -272,10 +274,10 @@ reg [11:0] offered_height;
 reg        possible;
 reg        same;
 reg        drained;
-wire [10:0] last_x = width - 11'd1;
-wire [11:0] last_y = height - 12'd1;
-wire at_last_x = x == last_x[9:0];
-wire last      = at_last_x & (y == last_y[10:0]);
+reg [9:0]  last_x; // of a size that has settled
+reg [10:0] last_y;
+wire at_last_x = x == last_x;
+wire last      = at_last_x & (y == last_y);
 
 // What this cycle does.
 wire go      = ~stop;
@@ -374,22 +376,27 @@ always @(posedge clock) begin
   offered_width  <= new_width;
   offered_height <= new_height;
   possible <= (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
+  last_x <= width[9:0] - 10'd1;
+  last_y <= height[10:0] - 11'd1;
   drain_from <= ({6'd0, width} << 6) + ({6'd0, width} << 5);
   if (begins | takes)
     pixel <= beat;
 end
 
-// Errors of the frames in the pipeline, the oldest lowest.
+// Errors of the frames in the pipeline, the oldest lowest; it goes a cycle after it is done.
+reg        done_before;
 reg [11:0] kept;
 reg [2:0]  frames;
-wire       kept_out = frame_done & (frames != 3'd0);
+wire       kept_out = done_before & (frames != 3'd0);
 wire [2:0] frames_left = frames - {2'd0, kept_out};
 
 always @(posedge clock)
   if (reset) begin
+    done_before <= 1'b0;
     frames <= 3'd0;
     kept   <= 12'd0;
   end else begin
+    done_before <= frame_done;
     frames <= frames_left + {2'd0, keep & ~frames_left[2]};
     kept   <= (kept_out ? {3'd0, kept[11:3]} : kept)
             | (keep & ~frames_left[2] ? {9'd0, own_now} << (frames_left == 3'd1 ? 4'd3 : frames_left == 3'd2 ? 4'd6 :
