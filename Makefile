@@ -24,6 +24,7 @@ test: setup
 	cargo fmt --all -- --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo test --workspace --locked
+	cargo run --quiet --locked --package hoverlock-cli -- rtl check
 	cargo test --locked $(LONG) -- --ignored
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -n 2 harness/python/tests
@@ -33,9 +34,10 @@ bench: setup
 	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
 	cargo bench --locked --package hoverlock-fixed-point --bench rung4
 
-## The harness against cocotb 1.9 on Verilator and cocotb 2 on Icarus, equal outputs checked; needs Debian's iverilog.
-bench-harness: setup
-	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --release --quiet --locked --manifest-path harness/python/Cargo.toml
+## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and the plain C++ loop, equal outputs checked.
+bench-harness:
+	@setup/bootstrap.sh iverilog
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) harness/bench/run.py --runs 5
 
 setup:

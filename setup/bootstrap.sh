@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what `make demo` and `make test` need beside Rust, says what it does, and is silent and quick the second time:
 # Debian packages (setup/tools.txt), a Python venv (setup/requirements.txt), and the photographs of Debian's
-# opencv-doc, which go into a cache folder because they are not ours to carry.
+# opencv-doc, which go into a cache folder because they are not ours to carry. Arguments are further Debian packages, each named as its command.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -30,6 +30,9 @@ while IFS='|' read -r package command _; do
     [[ -z $package || $package == \#* ]] && continue
     [[ $command == /* && -e $command ]] || command -v "$command" >/dev/null || missing+="$package "
 done <setup/tools.txt
+for package in "$@"; do
+    command -v "$package" >/dev/null || missing+="$package "
+done
 python_with_venv() { python3 -c 'import ensurepip, venv' 2>/dev/null; }
 if ! python_with_venv; then missing+="python3-venv "; fi
 if [ -n "$missing" ]; then

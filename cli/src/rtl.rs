@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use hoverlock_rtl::{
-    emit::{MEND, files},
+    emit::{File, MEND, files},
     estimate::{Estimate, ModuleEstimate, estimate},
 };
 use indicatif::{ProgressBar, ProgressStyle};
@@ -46,7 +46,7 @@ struct Common {
     /// The folder with verilog/ and registers/
     #[arg(long, value_name = "DIR", default_value = "rtl")]
     out: PathBuf,
-    /// One JSON object on stdout: emit: files[]; check: fresh stale[]; estimate: alm m10k dsp mul18 registers logic_levels
+    /// One JSON object on stdout: emit: files[]; check: fresh stale[] strays[]; estimate: alm m10k dsp mul18 registers logic_levels
     /// device fits modules[] devices[]
     #[arg(long)]
     json: bool,
@@ -56,6 +56,7 @@ struct Common {
 struct Checked {
     fresh: bool,
     stale: Vec<String>,
+    strays: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -96,11 +97,16 @@ fn check(common: &Common) -> Result<Verdict> {
         bail!("{}: no such folder; run this in the project, or give --out", common.out.display());
     }
     let same = |path: &str, text: &str| std::fs::read_to_string(common.out.join(path)).is_ok_and(|there| there == text);
+    let files = files()?;
     let stale: Vec<String> =
-        files()?.into_iter().filter(|file| !same(&file.path, &file.text)).map(|file| file.path).collect();
-    let checked = Checked { fresh: stale.is_empty(), stale };
-    if !checked.fresh {
-        eprintln!("hoverlock: {} files are stale, {} first; run `{MEND}`", checked.stale.len(), checked.stale[0]);
+        files.iter().filter(|file| !same(&file.path, &file.text)).map(|file| file.path.clone()).collect();
+    let strays = strays(&common.out.join("verilog"), &files)?;
+    let checked = Checked { fresh: stale.is_empty() && strays.is_empty(), stale, strays };
+    if let Some(first) = checked.stale.first() {
+        eprintln!("hoverlock: {} files are stale, {first} first; run `{MEND}`", checked.stale.len());
+    }
+    if let Some(first) = checked.strays.first() {
+        eprintln!("hoverlock: {} files are of no module, {first} first; remove them", checked.strays.len());
     }
     if common.json {
         print_json(&checked)?;
@@ -108,6 +114,16 @@ fn check(common: &Common) -> Result<Verdict> {
         print("every file is fresh\n")?;
     }
     Ok(checked.fresh.into())
+}
+
+/// Verilog that the sources do not emit: simulator and Yosys would read it all the same.
+fn strays(folder: &Path, files: &[File]) -> Result<Vec<String>> {
+    let entries = std::fs::read_dir(folder).with_context(|| format!("{}: cannot be read", folder.display()))?;
+    let names = entries.filter_map(|entry| Some(format!("verilog/{}", entry.ok()?.file_name().to_str()?)));
+    let mut strays: Vec<_> =
+        names.filter(|name| name.ends_with(".v") && files.iter().all(|file| file.path != *name)).collect();
+    strays.sort();
+    Ok(strays)
 }
 
 fn sized(common: &Common) -> Result<Verdict> {
