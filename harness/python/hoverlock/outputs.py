@@ -12,13 +12,14 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._core import Coverage
 from .design import Design
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .testing import Session
 
 __all__ = ["Outputs"]
@@ -98,11 +99,14 @@ class Outputs:
         return f"coverage of {len(counted)} tests: {', '.join(kinds) or 'nothing to count'}; {path}"
 
     def _path(self, name: str) -> Path:
-        folder = Path(self.folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder / name
+        return self._folder() / name
 
     def _coverage_folder(self) -> Path:
-        folder = Path(self.folder) / "coverage"
+        return self._folder("coverage")
+
+    def _folder(self, below: str = "") -> Path:
+        from pathlib import Path  # here: a test that leaves no files starts sooner without
+
+        folder = Path(self.folder, below)
         folder.mkdir(parents=True, exist_ok=True)
         return folder
