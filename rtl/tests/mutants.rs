@@ -193,6 +193,18 @@ const HARMLESS: &[Harmless] = &[
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_dropped", "<< 19", COUNTS),
     ("sequencer", RESETS, "1'd0", "", "x and y are set as a frame begins, before they count"),
+    ("sequencer", RESETS, "3'd0", "own", "the errors of a frame are forgotten as the next begins"),
+    ("tail_counter", RESETS, "10'd0", "x", "x is set as the tail begins, before it counts"),
+    (
+        "look_ahead*",
+        &[Kind::Operator],
+        "left - ",
+        "left + ",
+        "the count begins at half of its range: up or down, it is 0 after as many steps",
+    ),
+    ("look_back*", &[Kind::Wiring], "reset", "mark_y", "the mark comes when the count is 0 already"),
+    ("column_stage*", RESETS, "", "", MARKER),
+    ("smoother_5", &[Kind::Stuck], "column_start_y", "", "only the wide smoother's end of the columns is used"),
 ];
 
 struct Verdict {
