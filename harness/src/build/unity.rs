@@ -152,7 +152,8 @@ impl Workshop<'_> {
     /// Warnings of a good run; of a bad one the error that fits best.
     fn check_output(&self, output: &std::process::Output) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {
         let text = String::from_utf8_lossy(&output.stderr);
-        let diagnostics = diagnostic::parse(&text);
+        let mut diagnostics = diagnostic::parse(&text);
+        diagnostics.iter_mut().for_each(|told| self.complete_name(told));
         if output.status.success() {
             return Ok(diagnostics);
         }
@@ -169,6 +170,22 @@ impl Workshop<'_> {
             return Err(BuildError::Unexpected { what: "failure", reason });
         }
         Err(BuildError::Verilog { diagnostics })
+    }
+
+    /// Verilator names files up to their first blank: the one source that goes on so and has the line it quotes is meant.
+    /// It quotes the line after the preprocessor: one with a macro in it is not found, and the name stays as it is.
+    fn complete_name(&self, told: &mut diagnostic::Diagnostic) {
+        let number = format!("{} | ", told.line);
+        let Some(quoted) = told.context.iter().find_map(|line| line.trim_start().strip_prefix(&number)) else { return };
+        let is_meant = |source: &&PathBuf| {
+            let goes_on = source.to_str().and_then(|s| s.strip_prefix(&told.file)).is_some_and(|s| s.starts_with(' '));
+            let line = |text: String| text.lines().nth(told.line.saturating_sub(1) as usize).map(str::to_owned);
+            goes_on && std::fs::read_to_string(source).ok().and_then(line).is_some_and(|l| l.trim_end() == quoted)
+        };
+        let mut meant = self.sources.iter().filter(is_meant);
+        if let (Some(source), None) = (meant.next(), meant.next()) {
+            told.file = source.display().to_string();
+        }
     }
 
     /// Writes the table of ports and the unity file; gives the ports' names as written in the Verilog.
