@@ -8,8 +8,6 @@ HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverl
 PYTHON := .venv/bin/python
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
-# Whose ignored tests are part of `make test`: minutes each, on real pictures, all frame sizes, a sample of faults put into the RTL.
-LONG := --package hoverlock-reference --package hoverlock-fixed-point --package hoverlock-rtl --package hoverlock-reports --package hoverlock-cli
 
 .PHONY: demo test bench bench-harness setup build
 
@@ -19,13 +17,13 @@ demo: build
 	$(HOVERLOCK) report $(PICTURES)/aero1.jpg --out out/demo
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 
-## Format, lints, and every test, the long ones on real pictures included.
+## Format, lints, and every test; the ignored ones take minutes each: real pictures, all frame sizes, faults put into the RTL.
 test: setup
 	cargo fmt --all -- --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo test --workspace --locked
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
-	cargo test --locked $(LONG) -- --ignored
+	cargo test --workspace --locked -- --ignored
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -n 2 harness/python/tests
 

@@ -8,7 +8,8 @@ fn git(arguments: &[&str]) -> Option<String> {
 }
 
 fn main() {
-    let commit = git(&["describe", "--always", "--dirty", "--abbrev=12"]);
+    // Without its optional lock, describe leaves the index as it is, and the next build has nothing to do.
+    let commit = git(&["--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"]);
     println!("cargo::rustc-env=HOVERLOCK_COMMIT={}", commit.as_deref().unwrap_or("no repository"));
     for file in ["HEAD", "logs/HEAD", "index"] {
         if let Some(path) = git(&["rev-parse", "--git-path", file]) {
