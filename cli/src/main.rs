@@ -7,6 +7,7 @@ mod coeffs;
 mod doctor;
 mod matching;
 mod output;
+mod picture;
 mod report;
 mod rtl;
 mod rung5;

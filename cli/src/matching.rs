@@ -23,6 +23,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::output::{print, print_json, write_file};
+use crate::picture::cropped;
 
 /// Features kept of each picture, spread over it. Twice the thousand that fly: between two seasons of one place only one match
 /// in ten is right, and 2000 features bring 55 of those where 1000 bring 29 and 250 none that can be told from chance.
@@ -184,22 +185,6 @@ impl Source {
     fn least_side(self) -> usize {
         if self == Self::Rtl { LEAST_HARDWARE_SIDE } else { LEAST_SIDE }
     }
-}
-
-/// The part of a picture that the integers take, said where it is not the whole.
-fn cropped(picture: &Picture) -> Frame {
-    let frame = picture.frame();
-    if frame.is_cropped_from(picture) {
-        eprintln!(
-            "{}: {} x {} is cropped to its centre, {} x {}, for the fixed point",
-            picture.path.display(),
-            picture.luma.width(),
-            picture.luma.height(),
-            frame.luma.width(),
-            frame.luma.height()
-        );
-    }
-    frame
 }
 
 /// What the hardware sends for each frame, one after the other through one simulation.

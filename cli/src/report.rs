@@ -14,6 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::output::print;
+use crate::picture::cropped;
 use crate::rung5;
 
 /// Measure what quantisation costs, stage by stage, and judge it.
@@ -93,17 +94,7 @@ fn subjects(paths: &[PathBuf]) -> Result<Vec<Subject>> {
     let mut subjects = Vec::new();
     for path in paths {
         let picture = Picture::open(path)?.require(LEAST_SIDE, LEAST_SIDE)?;
-        let frame = picture.frame();
-        if frame.is_cropped_from(&picture) {
-            let (width, height) = (picture.luma.width(), picture.luma.height());
-            let (to_width, to_height) = (frame.luma.width(), frame.luma.height());
-            eprintln!(
-                "hoverlock: {}: {width}x{height} is larger than the frame; measuring its centre {to_width}x{to_height} at ({}, {})",
-                path.display(),
-                frame.x,
-                frame.y
-            );
-        }
+        let frame = cropped(&picture);
         let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let seen = names.entry(stem.clone()).or_default();
         *seen += 1;

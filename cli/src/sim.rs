@@ -19,6 +19,7 @@ use tempfile::{Builder, TempPath};
 
 use crate::Verdict;
 use crate::output::{print, print_json, write_file};
+use crate::picture::cropped;
 
 /// Run the RTL on pictures under Verilator and compare every plane and every feature with the bit-true model.
 ///
@@ -212,13 +213,7 @@ impl WaveFile {
 }
 
 fn frame(path: &PathBuf) -> Result<Plane<u16>> {
-    let picture = Picture::open(path)?.require(64, 64)?;
-    let frame = picture.frame();
-    if frame.is_cropped_from(&picture) {
-        let (w, h) = (frame.luma.width(), frame.luma.height());
-        eprintln!("hoverlock: {}: the {w}x{h} at ({}, {}) of it", path.display(), frame.x, frame.y);
-    }
-    Ok(frame.luma)
+    Ok(cropped(&Picture::open(path)?.require(64, 64)?).luma)
 }
 
 /// The thresholds at which the automatic control would rest on this picture.
