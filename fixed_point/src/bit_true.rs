@@ -218,6 +218,16 @@ impl BitTrue {
         &self.cells
     }
 
+    /// The same with other codes, `g` and then each `g_j` of the smoothers in turn, as the registers have them; those that are missing stay.
+    pub fn with_codes(&self, codes: &[u32]) -> Self {
+        let mut model = self.clone();
+        let own = model.cells.iter_mut().flat_map(|cells| std::iter::once(&mut cells.g).chain(&mut cells.reach));
+        for (own, code) in own.zip(codes) {
+            *own = *code;
+        }
+        model
+    }
+
     /// Pixels become states: `x << f`.
     pub fn state(&self, pixels: &Plane<u16>) -> Plane<u32> {
         let fraction_bits = self.design.state.fraction_bits();

@@ -9,8 +9,6 @@ use hoverlock_fixed_point::{
     bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts},
     coefficients::CoefficientError,
     design::KT27,
-    lerp::lerp,
-    stages,
 };
 
 use super::job::Job;
@@ -51,15 +49,7 @@ impl<'a> Expectation<'a> {
     }
 
     fn planes(&self, job: &Job) -> Planes {
-        let state = self.model.state(&job.completed());
-        let mut codes = job.coefficients.iter().copied();
-        let smoothed = self.model.cells().clone().map(|mut cells| {
-            for code in std::iter::once(&mut cells.g).chain(&mut cells.reach) {
-                *code = codes.next().unwrap_or(*code);
-            }
-            stages::smooth(&state, &cells, |p, q, code| lerp(p, q, code, KT27.coefficient.bits()), |_, _| ())
-        });
-        self.model.planes_of(smoothed)
+        self.model.with_codes(&job.coefficients).planes(&job.completed())
     }
 }
 

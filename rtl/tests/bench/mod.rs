@@ -12,8 +12,6 @@ use std::{collections::VecDeque, fmt};
 use hoverlock_fixed_point::{
     bit_true::{BitTrue, FLAG_TRAILER, Planes},
     design::KT27,
-    lerp::lerp,
-    stages,
 };
 use hoverlock_harness::model::{InstanceOptions, Library, Model, RawSignal, SignalId};
 use hoverlock_reference::plane::Plane;
@@ -21,34 +19,17 @@ use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Byte addresses, as the register map has them.
-pub const CONTROL: u32 = 0x0c;
-pub const STATUS: u32 = 0x10;
-pub const SIZE: u32 = 0x14;
-pub const THRESHOLD: u32 = 0x18;
-pub const TARGET: u32 = 0x1c;
-pub const THRESHOLD_NOW: u32 = 0x20;
-pub const FRAMES: u32 = 0x24;
-pub const FEATURES: u32 = 0x28;
-pub const DROPPED: u32 = 0x2c;
+/// The constants as the program on the ARM gets them.
+#[path = "../../registers/hoverlock_registers.rs"]
+mod map;
 
-/// Bits of the control register.
-pub const ENABLE: u32 = 1;
-pub const AUTOMATIC: u32 = 1 << 1;
-pub const INTERRUPT_FRAME: u32 = 1 << 2;
-pub const INTERRUPT_ERROR: u32 = 1 << 3;
-pub const RESET: u32 = 1 << 31;
-
-/// Bits of the status register.
-pub const FRAME: u32 = 1;
-pub const SHORT: u32 = 1 << 1;
-pub const LONG: u32 = 1 << 2;
-pub const INTERRUPTED: u32 = 1 << 3;
-pub const REFUSED: u32 = 1 << 4;
-pub const DROPS: u32 = 1 << 5;
-pub const SATURATED: u32 = 1 << 6;
-pub const BEGUN: u32 = 1 << 7;
-pub const BUSY: u32 = 1 << 31;
+pub use map::{
+    CONTROL, CONTROL_AUTOMATIC as AUTOMATIC, CONTROL_ENABLE as ENABLE, CONTROL_INTERRUPT_ERROR as INTERRUPT_ERROR,
+    CONTROL_INTERRUPT_FRAME as INTERRUPT_FRAME, CONTROL_RESET as RESET, DROPPED, FEATURES, FRAMES, SIZE, STATUS,
+    STATUS_BEGUN as BEGUN, STATUS_BUSY as BUSY, STATUS_DROPPED as DROPS, STATUS_FRAME as FRAME,
+    STATUS_INTERRUPTED as INTERRUPTED, STATUS_LONG_FRAME as LONG, STATUS_REFUSED as REFUSED,
+    STATUS_SATURATED as SATURATED, STATUS_SHORT_FRAME as SHORT, TARGET, THRESHOLD, THRESHOLD_NOW,
+};
 
 /// What a scenario found: the part of the core that broke its promise, and how.
 #[derive(Debug, Clone)]
@@ -92,7 +73,7 @@ impl Frame {
     }
 
     pub fn with(pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
-        let planes = planes(&pixels, &coefficients);
+        let planes = BitTrue::new(&KT27).unwrap().with_codes(&coefficients).planes(&pixels);
         Self { pixels, coefficients, thresholds, planes }
     }
 
@@ -118,19 +99,6 @@ impl Frame {
         let last = self.pixels.as_slice().len() - 1;
         self.pixels.as_slice().iter().enumerate().map(|(i, pixel)| (*pixel, i == 0, i == last)).collect()
     }
-}
-
-fn planes(pixels: &Plane<u16>, coefficients: &[u32]) -> Planes {
-    let model = BitTrue::new(&KT27).unwrap();
-    let state = model.state(pixels);
-    let mut codes = coefficients.iter().copied();
-    let smoothed = model.cells().clone().map(|mut cells| {
-        for code in std::iter::once(&mut cells.g).chain(&mut cells.reach) {
-            *code = codes.next().unwrap();
-        }
-        stages::smooth(&state, &cells, |p, q, code| lerp(p, q, code, KT27.coefficient.bits()), |_, _| ())
-    });
-    model.planes_of(smoothed)
 }
 
 /// One beat of the video stream: pixel, start of packet, end of packet.
