@@ -34,6 +34,8 @@ impl Pictures {
         fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cmyk.jpg"), at("cmyk.jpg")).unwrap();
         let whole = fs::read(at("gray.png")).unwrap();
         fs::write(at("truncated.png"), &whole[..whole.len() / 2]).unwrap();
+        let whole = fs::read(at("cmyk.jpg")).unwrap();
+        fs::write(at("truncated.jpg"), &whole[..whole.len() * 3 / 4]).unwrap();
         fs::write(at("text.png"), "This is not a picture.\n").unwrap();
         fs::write(at("empty.png"), "").unwrap();
         fs::create_dir(at("folder.png")).unwrap();
@@ -77,8 +79,17 @@ fn assert_answered(args: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{args:?}: {error}\n{stderr}"))
 }
 
-const BAD_PICTURES: [&str; 8] =
-    ["missing.png", "folder.png", "text.png", "truncated.png", "empty.png", "one.png", "constant.png", "strip.png"];
+const BAD_PICTURES: [&str; 9] = [
+    "missing.png",
+    "folder.png",
+    "text.png",
+    "truncated.png",
+    "truncated.jpg",
+    "empty.png",
+    "one.png",
+    "constant.png",
+    "strip.png",
+];
 
 /// A folder that cannot be made, because a file stands where its parent would be.
 fn unwritable(pictures: &Pictures) -> String {

@@ -8,7 +8,7 @@ use std::fs;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, ImageReader};
+use image::{DynamicImage, ImageFormat, ImageReader};
 use sha2::{Digest, Sha256};
 
 use crate::plane::Plane;
@@ -125,9 +125,15 @@ impl Picture {
         if bytes.is_empty() {
             return Err(PictureError::Empty { path });
         }
+        let ends = jpeg_ends(&bytes);
         let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(read)?;
-        if reader.format().is_none() {
-            return Err(PictureError::Format { path });
+        match reader.format() {
+            None => return Err(PictureError::Format { path }),
+            // The decoder fills what a JPEG lacks with grey and says nothing.
+            Some(ImageFormat::Jpeg) if !ends => {
+                return Err(PictureError::Decode { path, reason: "the JPEG is cut short".into() });
+            }
+            Some(_) => {}
         }
         let decoded = reader
             .decode()
@@ -242,6 +248,12 @@ fn luma16(decoded: &DynamicImage) -> Option<(Plane<u16>, u32)> {
 /// A decoder's message on one line, so that a diagnostic stays one line.
 fn one_line(message: &str) -> String {
     message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Whether an end of image (FF D9) follows the last start of a scan (FF DA); in a scan's data every FF is followed by 00 or a restart.
+fn jpeg_ends(bytes: &[u8]) -> bool {
+    let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    matches!((last([0xff, 0xda]), last([0xff, 0xd9])), (Some(scan), Some(end)) if scan < end)
 }
 
 #[cfg(test)]
