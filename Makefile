@@ -11,7 +11,7 @@ BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
 .PHONY: demo test bench bench-harness setup build
 
-## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rung 5.
+## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
 	$(HOVERLOCK) sim $(PICTURES)/aero1.jpg
 	$(HOVERLOCK) report $(PICTURES)/aero1.jpg --out out/demo
@@ -27,10 +27,10 @@ test: setup
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -n 2 harness/python/tests
 
-## Float features against OpenCV's ORB, by turns in one run; then rung 4 in pixels a second, with and without AVX2.
+## Float features against OpenCV's ORB, by turns in one run; then bit_true in pixels a second, with and without AVX2.
 bench: setup
 	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
-	cargo bench --locked --package hoverlock-fixed-point --bench rung4
+	cargo bench --locked --package hoverlock-fixed-point --bench bit_true
 
 ## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and the plain C++ loop, equal outputs checked.
 bench-harness:

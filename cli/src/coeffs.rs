@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use hoverlock_fixed_point::coefficients::export;
-use hoverlock_fixed_point::coefficients::set::{CoefficientSet, LookAhead, Wish};
-use hoverlock_reference::recursive::{Family, Fit, Recursive};
+use hoverlock_fixed_point::model::coefficients::export;
+use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, Wish};
+use hoverlock_reference::smoothing::recursive::{Family, Fit, Recursive};
 use hoverlock_reports::coefficient_plots::figures;
 use serde::Serialize;
 

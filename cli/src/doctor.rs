@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use hoverlock_reference::picture;
+use hoverlock_reference::image::picture;
 use serde::Serialize;
 
 use crate::Verdict;

@@ -10,7 +10,7 @@ mod output;
 mod picture;
 mod report;
 mod rtl;
-mod rung5;
+mod rtl_level;
 mod sim;
 
 use std::process::ExitCode;

@@ -1,6 +1,6 @@
 //! A picture as the integers take it.
 
-use hoverlock_reference::picture::{Frame, Picture};
+use hoverlock_reference::image::picture::{Frame, Picture};
 
 /// The picture, or where it is larger than the frame its centre, which is then said on stderr.
 pub fn cropped(picture: &Picture) -> Frame {

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use hoverlock_fixed_point::design::{DesignPoint, KT27};
-use hoverlock_fixed_point::ladder::Ladder;
-use hoverlock_reference::picture::Picture;
+use hoverlock_fixed_point::analysis::levels::Levels;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_reference::image::picture::Picture;
 use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;
 use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
@@ -15,12 +15,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::Verdict;
 use crate::output::print;
 use crate::picture::cropped;
-use crate::rung5;
+use crate::rtl_level;
 
-/// Measure what quantisation costs, stage by stage, and judge it.
+/// Measure what quantisation costs, stage by stage, and check it.
 ///
 /// Writes index.html, report.json and junit.xml. Status 0 only where every bound holds on every picture under every condition. With
-/// Verilator and Yosys at hand, rung 5 is the simulated hardware and what it takes of a device; else it is said to be not run.
+/// Verilator and Yosys at hand, `rtl` is the simulated hardware and what it takes of a device; else it is said to be not run.
 ///
 /// Example: hoverlock report aerial.png --out out/report
 #[derive(clap::Args)]
@@ -34,7 +34,7 @@ pub struct Args {
     /// Change the design point: a TOML file, or one key like dog_bits=12 or state=u16.4
     #[arg(long, value_name = "FILE|KEY=VALUE")]
     config: Vec<String>,
-    /// One JSON object on stdout, the same as report.json: pass provenance bounds[] rungs[] pictures[] and more
+    /// One JSON object on stdout, the same as report.json: pass provenance bounds[] levels[] pictures[] and more
     #[arg(long)]
     json: bool,
 }
@@ -42,11 +42,11 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Verdict> {
     let design = configured(&args.config)?;
     // A design point without coefficients is refused before anything is written.
-    Ladder::new(&design)?;
+    Levels::new(&design)?;
     let subjects = subjects(&args.images)?;
     output::prepare(&args.out)?;
-    let hardware = rung5::prepare(&design);
-    // Rung 5 adds a step for each picture, and one to wait for its tools.
+    let hardware = rtl_level::prepare(&design);
+    // `rtl` adds a step for each picture, and one to wait for its tools.
     let bar = ProgressBar::new(study::steps(subjects.len()) + subjects.len() as u64 + 1);
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {elapsed}  {msg}") {
         bar.set_style(style);
@@ -60,9 +60,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
     bar.finish_and_clear();
     output::write(&study, &args.out)?;
     if let Some(Made::NotRun { reason }) = study.hardware().map(|hardware| &hardware.simulation) {
-        eprintln!("hoverlock: rung 5 not run: {reason}");
+        eprintln!("hoverlock: rtl not run: {reason}");
     }
-    for row in study.bounds.iter().filter(|row| !row.judgement.pass) {
+    for row in study.bounds.iter().filter(|row| !row.check.pass) {
         eprintln!("hoverlock: bound fails: {}", failure(row));
     }
     if args.json {
@@ -111,25 +111,25 @@ fn command() -> String {
 }
 
 fn failure(row: &BoundRow) -> String {
-    let judgement = &row.judgement;
+    let check = &row.check;
     let picture = row.picture.as_deref().map(|name| format!("{name}, ")).unwrap_or_default();
     let condition = row.condition.map(|name| format!("{name}, ")).unwrap_or_default();
     format!(
         "{}: measured {:.4} {unit}, limit {} {unit} ({picture}{condition}{})",
-        judgement.name,
-        judgement.measured,
-        judgement.limit,
-        judgement.place,
-        unit = judgement.unit
+        check.name,
+        check.measured,
+        check.limit,
+        check.place,
+        unit = check.unit
     )
 }
 
 fn summary(study: &Study, folder: &Path) -> String {
-    let failed = study.bounds.iter().filter(|row| !row.judgement.pass).count();
+    let failed = study.bounds.iter().filter(|row| !row.check.pass).count();
     let verdict = if study.pass { "PASS" } else { "FAIL" };
     let held = study.bounds.len() - failed;
     format!(
-        "{verdict}: {held} of {} judgements hold on {} picture(s)\n{}\n",
+        "{verdict}: {held} of {} checks hold on {} picture(s)\n{}\n",
         study.bounds.len(),
         study.pictures.len(),
         folder.join(output::PAGE).display()

@@ -8,8 +8,11 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use hoverlock_fixed_point::{bit_true::ThresholdController, design::KT27, swift::Swift};
-use hoverlock_reference::{picture::Picture, plane::Plane};
+use hoverlock_fixed_point::model::bit_true::ThresholdController;
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_reference::image::picture::Picture;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::{
     FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Window, format_of, record, run_telling, view,
 };
@@ -218,13 +221,13 @@ fn frame(path: &PathBuf) -> Result<Plane<u16>> {
 
 /// The thresholds at which the automatic control would rest on this picture.
 fn settled(plane: &Plane<u16>) -> Result<[u32; 2]> {
-    let mut swift = Swift::new(&KT27)?;
+    let mut simd = SimdBitTrue::new(&KT27)?;
     let mut control = ThresholdController::new(&KT27);
-    swift.frame(plane, control.thresholds());
+    simd.frame(plane, control.thresholds());
     for _ in 0..64 {
         let before = control.thresholds();
-        let features = swift.planes().features(before);
-        control.finish_frame(hoverlock_fixed_point::bit_true::counts(&features));
+        let features = simd.planes().features(before);
+        control.finish_frame(hoverlock_fixed_point::model::bit_true::counts(&features));
         if control.thresholds() == before {
             break;
         }

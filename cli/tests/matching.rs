@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use hoverlock_reference::picture::data_dir;
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::picture::data_dir;
+use hoverlock_reference::image::plane::Plane;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 
@@ -225,7 +225,7 @@ fn real_neighbours_are_found_within_two_pixels() {
     assert_eq!(all.len(), 15);
     let mut failed = Vec::new();
     for pair in &all {
-        let luma = hoverlock_reference::picture::Picture::open(&pair.reference).unwrap().luma;
+        let luma = hoverlock_reference::image::picture::Picture::open(&pair.reference).unwrap().luma;
         let (x, y) = ((luma.width() as f64 - 1.0) / 2.0, (luma.height() as f64 - 1.0) / 2.0);
         let (expected_x, expected_y) = place(&pair.truth, x, y);
         for features in ["float", "fixed"] {

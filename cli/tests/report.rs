@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use hoverlock_reference::picture::{data_dir, newcomer_dir};
+use hoverlock_reference::image::picture::{data_dir, newcomer_dir};
 use image::{GrayImage, ImageBuffer, Luma};
 
 fn report(arguments: &[&str]) -> Output {
@@ -64,7 +64,7 @@ fn a_picture_with_too_few_features_fails_with_status_1_and_names_the_bound() {
     let folder = tempfile::tempdir().unwrap();
     let picture = saved(folder.path(), "tiny.png", &texture(79, 79));
     let out = folder.path().join("out");
-    // Without tools: rung 5 is said to be not run, and is no bound.
+    // Without tools: `rtl` is said to be not run, and is no bound.
     let output = Command::new(env!("CARGO_BIN_EXE_hoverlock"))
         .args(["report", &picture, "--out", out.to_str().unwrap(), "--json"])
         .env("PATH", "")
@@ -72,11 +72,11 @@ fn a_picture_with_too_few_features_fails_with_status_1_and_names_the_bound() {
         .expect("the command runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("bound fails: features at rung 2") && said.contains("tiny, nominal"), "{said}");
-    assert!(said.contains("rung 5 not run: verilator was not found"), "{said}");
+    assert!(said.contains("bound fails: features at streaming") && said.contains("tiny, nominal"), "{said}");
+    assert!(said.contains("rtl not run: verilator was not found"), "{said}");
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
     assert_eq!(printed["pass"], false);
-    assert_eq!(printed["rungs"][4]["hardware"]["simulation"]["status"], "not run");
+    assert_eq!(level(&printed, "rtl")["hardware"]["simulation"]["status"], "not run");
     assert!(printed["bounds"].as_array().unwrap().iter().all(|row| row["name"] != "RTL mismatches"));
     let written: serde_json::Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
     assert_eq!(printed, written);
@@ -108,9 +108,9 @@ fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
     assert_eq!(output.status.code(), Some(0), "{said}");
     let text = fs::read(folder.path().join("report.json")).unwrap();
     let written: serde_json::Value = serde_json::from_slice(&text).unwrap();
-    let rung = &written["rungs"][4]["hardware"];
-    if rung["simulation"]["status"] == "run" {
-        let runs = rung["simulation"]["result"].as_array().unwrap();
+    let hardware = &level(&written, "rtl")["hardware"];
+    if hardware["simulation"]["status"] == "run" {
+        let runs = hardware["simulation"]["result"].as_array().unwrap();
         assert_eq!(runs.len(), found.len());
         for run in runs {
             assert!(run["mismatches"] == 0 && run["features"].as_u64() > Some(600), "{run}");
@@ -118,11 +118,17 @@ fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
             assert!(run["cycles_per_pixel"].as_f64().unwrap() <= 1.01, "{run}");
         }
     } else {
-        eprintln!("SKIPPED: rung 5 was not run: {said}");
+        eprintln!("SKIPPED: rtl was not run: {said}");
     }
     let narrow = report(&[first, "--out", out, "--config", "dog_bits=12"]);
     let said = String::from_utf8_lossy(&narrow.stderr);
     assert_eq!(narrow.status.code(), Some(1), "{said}");
     assert!(said.contains("bound fails: DoG error, rms"), "{said}");
-    assert!(said.contains("rung 5 not run: the Verilog is emitted for the design point alone"), "{said}");
+    assert!(said.contains("rtl not run: the Verilog is emitted for the design point alone"), "{said}");
+}
+
+/// The level of this name in a report.
+fn level<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
+    let levels = report["levels"].as_array().expect("levels is a list");
+    levels.iter().find(|level| level["name"] == name).expect("every level is in the report")
 }

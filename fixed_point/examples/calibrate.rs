@@ -5,13 +5,13 @@
 
 use std::path::{Path, PathBuf};
 
-use hoverlock_fixed_point::acceptance::Comparison;
-use hoverlock_fixed_point::bounds::Bounds;
-use hoverlock_fixed_point::design::KT27;
-use hoverlock_fixed_point::ladder::Ladder;
-use hoverlock_fixed_point::measure::BitKind;
-use hoverlock_reference::conditions::CONDITIONS;
-use hoverlock_reference::picture::Picture;
+use hoverlock_fixed_point::analysis::acceptance::Comparison;
+use hoverlock_fixed_point::analysis::bounds::Bounds;
+use hoverlock_fixed_point::analysis::errors::BitKind;
+use hoverlock_fixed_point::analysis::levels::Levels;
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_reference::image::conditions::CONDITIONS;
+use hoverlock_reference::image::picture::Picture;
 
 fn pictures(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
@@ -28,7 +28,7 @@ fn pictures(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bounds = Bounds::acceptance();
-    let ladder = Ladder::new(&KT27)?;
+    let levels = Levels::new(&KT27)?;
     let mut found = Vec::new();
     for folder in std::env::args_os().skip(1) {
         pictures(Path::new(&folder), &mut found)?;
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let name = format!("{folder}/{}", path.file_stem().unwrap_or_default().to_string_lossy());
         for condition in CONDITIONS {
             for seed in [bounds.seeds.of(&condition), 1001, 1002] {
-                let Some(comparison) = Comparison::of_frame(&ladder, &condition.apply(&frame, seed), bounds) else {
+                let Some(comparison) = Comparison::of_frame(&levels, &condition.apply(&frame, seed), bounds) else {
                     eprintln!("{name}: too small, passed over");
                     continue;
                 };

@@ -1,22 +1,9 @@
-//! The algorithm of [`hoverlock_reference`] taken down to integers, one cause of error at a time.
+//! The algorithm of [`hoverlock_reference`] in integers: what the hardware computes, and what is measured about it.
 //!
 //! Word lengths are data, chosen at run time for sweeps; the design point that the hardware is built for is one constant.
 
-pub mod acceptance;
-pub mod bit_true;
-pub mod bounds;
-pub mod coefficients;
-pub mod design;
-pub mod displacement;
-pub mod format;
-pub mod ladder;
-pub mod lerp;
-pub mod measure;
-pub mod range;
-pub mod resources;
-pub mod stages;
-pub mod swift;
-pub mod worst_case;
+pub mod analysis;
+pub mod model;
 
 #[cfg(test)]
 mod pictures;

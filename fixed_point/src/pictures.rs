@@ -1,6 +1,6 @@
 //! Pictures for property tests: described by a few numbers, so that a failure prints and shrinks to something readable.
 
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 use proptest::prelude::*;
 
 /// What is drawn.

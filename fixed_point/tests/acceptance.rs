@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use hoverlock_fixed_point::acceptance::{Comparison, dog_lsb, judge_coefficients};
-use hoverlock_fixed_point::bounds::{Bounds, Judgement};
-use hoverlock_fixed_point::design::KT27;
-use hoverlock_fixed_point::displacement;
-use hoverlock_fixed_point::ladder::{Ladder, Rung};
-use hoverlock_reference::conditions::{CONDITIONS, NOMINAL};
-use hoverlock_reference::picture::{Picture, data_dir, newcomer_dir};
-use hoverlock_reference::plane::Plane;
+use hoverlock_fixed_point::analysis::acceptance::{Comparison, check_coefficients, dog_lsb};
+use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
+use hoverlock_fixed_point::analysis::displacement;
+use hoverlock_fixed_point::analysis::levels::{Level, Levels};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_reference::image::conditions::{CONDITIONS, NOMINAL};
+use hoverlock_reference::image::picture::{Picture, data_dir, newcomer_dir};
+use hoverlock_reference::image::plane::Plane;
 
-fn failures(what: &str, judgements: Vec<Judgement>) -> Vec<String> {
-    let failed = judgements.into_iter().filter(|judgement| !judgement.pass);
+fn failures(what: &str, checks: Vec<Check>) -> Vec<String> {
+    let failed = checks.into_iter().filter(|check| !check.pass);
     failed
         .map(|j| format!("{what}: {} is {} {}, limit {} ({})", j.name, j.measured, j.unit, j.limit, j.place))
         .collect()
@@ -39,14 +39,14 @@ fn pictures() -> Vec<PathBuf> {
 
 #[test]
 fn coefficients_hold_their_bounds() {
-    let ladder = Ladder::new(&KT27).unwrap();
-    assert_eq!(failures("kt27", judge_coefficients(&ladder, Bounds::acceptance())), [""; 0]);
+    let levels = Levels::new(&KT27).unwrap();
+    assert_eq!(failures("kt27", check_coefficients(&levels, Bounds::acceptance())), [""; 0]);
 }
 
 #[test]
 fn coefficients_of_eight_bits_do_not() {
-    let ladder = Ladder::new(&KT27.with_override("coefficient=u0.8").unwrap()).unwrap();
-    let failed = failures("8 bits", judge_coefficients(&ladder, Bounds::acceptance()));
+    let levels = Levels::new(&KT27.with_override("coefficient=u0.8").unwrap()).unwrap();
+    let failed = failures("8 bits", check_coefficients(&levels, Bounds::acceptance()));
     assert!(failed.iter().any(|line| line.contains("sigma_eff")), "{failed:?}");
 }
 
@@ -64,25 +64,25 @@ fn blobs() -> Plane<u16> {
 #[test]
 fn a_narrowed_format_fails_and_the_full_one_does_not() {
     let bounds = Bounds::acceptance();
-    let judge = |change: &str| {
-        let ladder = Ladder::new(&KT27.with_override(change).unwrap()).unwrap();
-        failures(change, Comparison::of_frame(&ladder, &blobs(), bounds).unwrap().judge(bounds))
+    let check = |change: &str| {
+        let levels = Levels::new(&KT27.with_override(change).unwrap()).unwrap();
+        failures(change, Comparison::of_frame(&levels, &blobs(), bounds).unwrap().check(bounds))
     };
-    assert_eq!(judge("dog_bits=15"), [""; 0]);
+    assert_eq!(check("dog_bits=15"), [""; 0]);
     for change in ["dog_bits=12", "state=u16.0"] {
-        let failed = judge(change);
+        let failed = check(change);
         assert!(failed.iter().any(|line| line.contains("DoG error, rms")), "{change}: {failed:?}");
     }
-    let failed = judge("dog_bits=8");
+    let failed = check("dog_bits=8");
     assert!(failed.iter().any(|line| line.contains("same pixel")), "{failed:?}");
 }
 
 #[test]
-fn the_threshold_favours_neither_rung() {
-    // A test that is rung 2 rounded to an LSB and nothing else shows the features of rung 2, but for ties that rounding makes.
-    let (bounds, ladder) = (Bounds::acceptance(), Ladder::new(&KT27).unwrap());
+fn the_threshold_favours_neither_level() {
+    // A test that is `streaming` rounded to an LSB and nothing else shows the features of `streaming`, but for ties that rounding makes.
+    let (bounds, levels) = (Bounds::acceptance(), Levels::new(&KT27).unwrap());
     let faint = blobs().map(|&code| 30_000 + code / 40);
-    let reference = ladder.planes(Rung::Streaming, &faint);
+    let reference = levels.planes(Level::Streaming, &faint);
     let mut test = reference.clone();
     for plane in test.dog.iter_mut().chain(&mut test.max_dog) {
         *plane = plane.map(|code| (code / dog_lsb()).round() * dog_lsb());
@@ -98,17 +98,17 @@ fn the_threshold_favours_neither_rung() {
 #[test]
 #[ignore = "a minute over all real pictures"]
 fn real_pictures_hold_the_bounds_under_three_conditions() {
-    let (bounds, ladder) = (Bounds::acceptance(), Ladder::new(&KT27).unwrap());
+    let (bounds, levels) = (Bounds::acceptance(), Levels::new(&KT27).unwrap());
     let mut failed = Vec::new();
     for path in pictures() {
         let frame = Picture::open(&path).unwrap().frame().luma;
         for condition in CONDITIONS {
             let degraded = condition.apply(&frame, bounds.seeds.of(&condition));
-            let comparison = Comparison::of_frame(&ladder, &degraded, bounds).unwrap();
-            failed.extend(failures(&format!("{}, {}", path.display(), condition.name), comparison.judge(bounds)));
+            let comparison = Comparison::of_frame(&levels, &degraded, bounds).unwrap();
+            failed.extend(failures(&format!("{}, {}", path.display(), condition.name), comparison.check(bounds)));
         }
-        let displacements = displacement::displacements(&ladder, &frame, &NOMINAL, bounds, 3);
-        failed.extend(failures(&path.display().to_string(), displacement::judge(&displacements, bounds)));
+        let displacements = displacement::displacements(&levels, &frame, &NOMINAL, bounds, 3);
+        failed.extend(failures(&path.display().to_string(), displacement::check(&displacements, bounds)));
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }

@@ -1,8 +1,8 @@
 //! The written coefficient files, read by the tools they are for, say the numbers of the set.
 
-use hoverlock_fixed_point::coefficients::export;
-use hoverlock_fixed_point::coefficients::set::{CoefficientSet, LookAhead, Wish};
-use hoverlock_reference::recursive::{Family, Fit};
+use hoverlock_fixed_point::model::coefficients::export;
+use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, Wish};
+use hoverlock_reference::smoothing::recursive::{Family, Fit};
 use std::path::Path;
 use std::process::Command;
 

@@ -1,13 +1,13 @@
-//! Real nadir pictures, cut to the frame of the design point, through both models of rung 4.
+//! Real nadir pictures, cut to the frame of the design point, through both models of `bit_true`.
 
-use hoverlock_fixed_point::bit_true::{BitTrue, ThresholdController, counts};
-use hoverlock_fixed_point::design::KT27;
-use hoverlock_fixed_point::swift::Swift;
-use hoverlock_reference::picture::{Picture, data_dir};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, ThresholdController, counts};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_reference::image::picture::{Picture, data_dir};
 
 #[test]
 #[ignore = "sixteen real pictures through the slow model take some seconds"]
-fn swift_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
+fn simd_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
     let Some(folder) = data_dir() else {
         eprintln!("skipped: no folder of real pictures, set HOVERLOCK_DATA");
         return;
@@ -17,8 +17,8 @@ fn swift_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
     files.sort();
     assert!(!files.is_empty());
     let model = BitTrue::new(&KT27).unwrap();
-    let mut swift = Swift::new(&KT27).unwrap();
-    let mut portable = swift.clone();
+    let mut simd = SimdBitTrue::new(&KT27).unwrap();
+    let mut portable = simd.clone();
     for path in files {
         let frame = Picture::open(&path).unwrap().frame().luma;
         let planes = model.planes(&frame);
@@ -29,9 +29,9 @@ fn swift_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
             let thresholds = controller.thresholds();
             let features = planes.features(thresholds);
             if round < 2 {
-                assert_eq!(swift.frame(&frame, thresholds), features, "{}", path.display());
+                assert_eq!(simd.frame(&frame, thresholds), features, "{}", path.display());
                 assert_eq!(portable.portable_frame(&frame, thresholds), features, "{}", path.display());
-                assert!(*swift.planes() == planes && *portable.planes() == planes, "{}", path.display());
+                assert!(*simd.planes() == planes && *portable.planes() == planes, "{}", path.display());
             }
             controller.finish_frame(counts(&features));
             if controller.thresholds() == thresholds {

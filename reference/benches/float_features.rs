@@ -5,14 +5,12 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hoverlock_reference::{
-    extractor::{Selection, extract},
-    fast::FastExtractor,
-    picture::Picture,
-    plane::Plane,
-    recursive::border::Border,
-    smoother::Smoother,
-};
+use hoverlock_reference::features::extractor::{Selection, extract};
+use hoverlock_reference::features::fast::FastExtractor;
+use hoverlock_reference::image::picture::Picture;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::smoothing::recursive::border::Border;
+use hoverlock_reference::smoothing::smoother::Smoother;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

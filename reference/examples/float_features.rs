@@ -5,7 +5,9 @@
 
 use std::{process::ExitCode, time::Instant};
 
-use hoverlock_reference::{extractor::Selection, fast::FastExtractor, picture::Picture};
+use hoverlock_reference::features::extractor::Selection;
+use hoverlock_reference::features::fast::FastExtractor;
+use hoverlock_reference::image::picture::Picture;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);

@@ -1,10 +1,10 @@
 //! Every smoother against what all of them promise: constants pass unchanged, the impulse response is symmetric and sums to
 //! 1, smoothing is linear, and constant extension is what a long padding with the border sample gives.
 
-use hoverlock_reference::plane::Plane;
-use hoverlock_reference::recursive::border::Border;
-use hoverlock_reference::recursive::{Family, Recursive};
-use hoverlock_reference::smoother::Smoother;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::smoothing::recursive::border::Border;
+use hoverlock_reference::smoothing::recursive::{Family, Recursive};
+use hoverlock_reference::smoothing::smoother::Smoother;
 use proptest::prelude::*;
 
 fn any_smoother() -> impl Strategy<Value = Smoother> {
@@ -31,7 +31,7 @@ fn any_plane() -> impl Strategy<Value = Plane<f64>> {
         .prop_map(|(width, samples)| Plane::from_vec(width, samples.len() / width, samples).unwrap())
 }
 
-/// Largest difference, camera codes.
+/// Largest difference, DN.
 fn distance(a: &Plane<f64>, b: &Plane<f64>) -> f64 {
     a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -109,7 +109,7 @@ proptest! {
 fn held_borders_hold_each_pass_s_own_input() {
     // By hand for a = first-order pole: s = lerp towards x, started on x[0]; y the same from the right, started on s[N-1].
     let smoother = Smoother::first_order(2.0).unwrap();
-    let g = 1.0 - hoverlock_reference::recursive::first_order::pole(2.0).unwrap();
+    let g = 1.0 - hoverlock_reference::smoothing::recursive::first_order::pole(2.0).unwrap();
     let x = [3.0, 100.0, 7.0, 50.0];
     let mut s = x;
     for n in 1..4 {

@@ -3,9 +3,9 @@
 //! `h[n]` over pixels, `|H|` over cycles per pixel, up to the half cycle that samples can carry. The level of a smoother is in dB,
 //! for it is in the tails that an exponential differs; that of a DoG, a band pass, is linear.
 
-use hoverlock_reference::gaussian::Gaussian;
-use hoverlock_reference::recursive::Recursive;
-use hoverlock_reference::smoother::{DesignError, Smoother};
+use hoverlock_reference::smoothing::gaussian::Gaussian;
+use hoverlock_reference::smoothing::recursive::Recursive;
+use hoverlock_reference::smoothing::smoother::{DesignError, Smoother};
 
 use crate::colour::Rgb;
 use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
@@ -210,7 +210,7 @@ fn capital(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hoverlock_reference::recursive::{Family, Fit};
+    use hoverlock_reference::smoothing::recursive::{Family, Fit};
 
     fn chain() -> Vec<Recursive> {
         [2.0, 3.2, 5.12].map(|sigma| Recursive::design(Family::FirstOrder, Fit::LeastSquares, sigma).unwrap()).to_vec()

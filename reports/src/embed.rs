@@ -2,7 +2,7 @@
 
 use crate::colour::Rgb;
 use base64::Engine as _;
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 use image::{
     ExtendedColorType, ImageEncoder as _, ImageError,
     codecs::png::{CompressionType, FilterType, PngEncoder},

@@ -6,11 +6,11 @@
 
 use std::fmt::Write as _;
 
-use hoverlock_fixed_point::acceptance::{Comparison, dog_lsb, response};
-use hoverlock_fixed_point::design::SCALES;
-use hoverlock_fixed_point::ladder::RungPlanes;
-use hoverlock_fixed_point::measure::Fate;
-use hoverlock_reference::plane::Plane;
+use hoverlock_fixed_point::analysis::acceptance::{Comparison, dog_lsb, response};
+use hoverlock_fixed_point::analysis::errors::Fate;
+use hoverlock_fixed_point::analysis::levels::LevelPlanes;
+use hoverlock_fixed_point::model::design::SCALES;
+use hoverlock_reference::image::plane::Plane;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageError};
 
@@ -57,8 +57,8 @@ pub struct FeatureMap {
 }
 
 impl Figures {
-    /// Maps of the DoG: approximation of rung 2 against rung 0, quantisation of rung 4 against rung 2.
-    pub(crate) fn heat_maps(&mut self, ideal: &RungPlanes, streaming: &RungPlanes, fixed: &RungPlanes) {
+    /// Maps of the DoG: approximation of `streaming` against `ideal`, quantisation of `bit_true` against `streaming`.
+    pub(crate) fn heat_maps(&mut self, ideal: &LevelPlanes, streaming: &LevelPlanes, fixed: &LevelPlanes) {
         for scale in 0..SCALES {
             for (approximation, reference, test) in [(true, ideal, streaming), (false, streaming, fixed)] {
                 let error = response(test, scale).zip_map(&response(reference, scale), |t, r| (t - r) / dog_lsb());
@@ -123,7 +123,7 @@ pub fn colour_bar() -> Result<String, PlotError> {
 /// Features by their fate on the frame, each scale with its own size of mark.
 pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'static str) -> FeatureMap {
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"features of rungs 2 and 4\"><image width=\"{w}\" height=\"{h}\" \
+        "<svg viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"features of streaming and bit_true\"><image width=\"{w}\" height=\"{h}\" \
          href=\"{}\"/>",
         background(frame).expect("a JPEG in memory, no larger than the frame"),
         w = frame.width(),

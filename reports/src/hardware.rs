@@ -1,12 +1,14 @@
-//! Rung 5: the same bits from the emitted Verilog, and what it takes of a device.
+//! `rtl`: the same bits from the emitted Verilog, and what it takes of a device.
 //!
 //! The simulation and the estimate are made elsewhere, with tools that may be missing. Here they are plain numbers, or the reason why there
-//! are none; a rung that was not run holds no bound and breaks none.
+//! are none; a level that was not run holds no bound and breaks none.
 
-use hoverlock_fixed_point::bounds::{Judgement, Sense};
+use hoverlock_fixed_point::analysis::bounds::{Check, Sense};
 use serde::Serialize;
 
-use crate::study::{BoundRow, RungStudy, Study};
+use hoverlock_fixed_point::analysis::levels::Level;
+
+use crate::study::{self, BoundRow, LevelStudy, Study};
 
 /// The name of its bound.
 pub const MISMATCHES: &str = "RTL mismatches";
@@ -141,7 +143,7 @@ pub struct Sizing {
     pub modules: Vec<ModuleShare>,
 }
 
-/// Rung 5.
+/// `rtl`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Hardware {
     /// Each picture.
@@ -193,7 +195,7 @@ impl Hardware {
 }
 
 impl Study {
-    /// The study with its last rung: 0 mismatches are allowed on each picture, and none are said of one where nothing was compared.
+    /// The study with its last level: 0 mismatches are allowed on each picture, and none are said of one where nothing was compared.
     #[must_use]
     pub fn with_hardware(mut self, hardware: Hardware) -> Self {
         for run in hardware.simulation.result().into_iter().flatten() {
@@ -203,28 +205,27 @@ impl Study {
                 None if run.complete => format!("{} samples, {} features compared", run.samples, run.features),
                 None => "not everything was compared".into(),
             };
-            let judgement = Judgement::new(MISMATCHES, "", Sense::AtMost, 0.0, measured, place);
-            self.pass &= judgement.pass;
+            let check = Check::new(MISMATCHES, "", Sense::AtMost, 0.0, measured, place);
+            self.pass &= check.pass;
             self.bounds.push(BoundRow {
-                margin: judgement.limit - judgement.measured,
-                judgement,
+                margin: check.limit - check.measured,
+                check,
                 picture: Some(run.picture.clone()),
                 condition: None,
             });
         }
-        self.rungs.retain(|rung| rung.rung < 5);
-        self.rungs.push(RungStudy {
-            rung: 5,
-            name: "rtl",
-            changes: "the emitted Verilog, simulated",
+        self.levels.retain(|level| level.name != Level::Rtl);
+        self.levels.push(LevelStudy {
+            name: Level::Rtl,
+            changes: study::changes(Level::Rtl),
             measurements: Vec::new(),
             hardware: Some(hardware),
         });
         self
     }
 
-    /// Rung 5.
+    /// `rtl`.
     pub fn hardware(&self) -> Option<&Hardware> {
-        self.rungs.iter().find_map(|rung| rung.hardware.as_ref())
+        self.levels.iter().find_map(|level| level.hardware.as_ref())
     }
 }

@@ -139,20 +139,15 @@ fn suite_name(row: &BoundRow) -> String {
 }
 
 fn test_case(row: &BoundRow, suite: &str) -> TestCase {
-    let judgement = &row.judgement;
-    let says = format!(
-        "measured {} {unit}, limit {} {unit}, {}",
-        judgement.measured,
-        judgement.limit,
-        judgement.place,
-        unit = judgement.unit
-    );
+    let check = &row.check;
+    let says =
+        format!("measured {} {unit}, limit {} {unit}, {}", check.measured, check.limit, check.place, unit = check.unit);
     let mut status =
-        if judgement.pass { TestCaseStatus::success() } else { TestCaseStatus::non_success(NonSuccessKind::Failure) };
-    if !judgement.pass {
+        if check.pass { TestCaseStatus::success() } else { TestCaseStatus::non_success(NonSuccessKind::Failure) };
+    if !check.pass {
         status.set_message(says.clone()).set_type("bound");
     }
-    let mut case = TestCase::new(judgement.name, status);
+    let mut case = TestCase::new(check.name, status);
     case.set_classname(suite).set_system_out(says);
     case
 }

@@ -5,8 +5,8 @@
 //! the 0.5th and the 99.5th percentile of each picture, since ground in mist is otherwise a grey page.
 
 use crate::colour::Rgb;
-use hoverlock_reference::motion::{Pair, transfer};
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::model::{Pair, transfer};
 use image::{ExtendedColorType, ImageEncoder as _, ImageError, codecs::png::PngEncoder};
 use nalgebra::{Matrix3, Vector2};
 

@@ -5,10 +5,11 @@
 
 use std::collections::BTreeMap;
 
-use hoverlock_fixed_point::bounds::{Bounds, Class, ClassLimits, Sense};
-use hoverlock_fixed_point::measure::{BitKind, Flips};
-use hoverlock_reference::conditions::CONDITIONS;
-use hoverlock_reference::repeatability::{Curve, Stability, Warp};
+use hoverlock_fixed_point::analysis::bounds::{Bounds, Class, ClassLimits, Sense};
+use hoverlock_fixed_point::analysis::errors::{BitKind, Flips};
+use hoverlock_fixed_point::analysis::levels::Level;
+use hoverlock_reference::features::repeatability::{Curve, Stability, Warp};
+use hoverlock_reference::image::conditions::CONDITIONS;
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, context};
 use serde::Serialize;
@@ -45,7 +46,7 @@ struct BoundGroup<'a> {
     sign: &'static str,
     /// The limits, one where it is the same for all.
     limits: Vec<f64>,
-    judged: usize,
+    checked: usize,
     passed: usize,
     worst: &'a BoundRow,
 }
@@ -60,14 +61,13 @@ struct MatrixRow<'a> {
     cells: Vec<Option<&'a BoundRow>>,
 }
 
-/// One stage of one rung, worst of all.
+/// One stage of one level, worst of all.
 #[derive(Debug, Serialize)]
 struct ErrorRow<'a> {
-    rung: usize,
-    rung_name: &'static str,
-    first_of_rung: bool,
+    level: Level,
+    first_of_level: bool,
     stage: String,
-    lsb_codes: f64,
+    lsb_dn: f64,
     max: &'a Measurement,
     bias: f64,
     rms: f64,
@@ -86,12 +86,12 @@ pub fn html(study: &Study) -> Result<String, PageError> {
     environment.add_filter("count", |value: u64| grouped(value));
     environment.add_template("report.html", TEMPLATE)?;
     let groups = bound_groups(&study.bounds);
-    let closest = groups.iter().max_by(|a, b| a.worst.judgement.used.total_cmp(&b.worst.judgement.used));
+    let closest = groups.iter().max_by(|a, b| a.worst.check.used.total_cmp(&b.worst.check.used));
     let page = environment.get_template("report.html")?.render(context! {
         style => STYLE,
         study => value(study),
         closest => value(closest),
-        failed => value(study.bounds.iter().filter(|row| !row.judgement.pass).collect::<Vec<_>>()),
+        failed => value(study.bounds.iter().filter(|row| !row.check.pass).collect::<Vec<_>>()),
         groups => value(&groups),
         matrix => value(matrix(study, &groups)),
         classes => value(Bounds::acceptance().class),
@@ -107,7 +107,7 @@ pub fn html(study: &Study) -> Result<String, PageError> {
         figures => value(figure_views(study)),
         flips => flip_plots(study)?,
         displacement => displacement_plot(study)?,
-        ladder => value(ladder(study)),
+        levels => value(levels(study)),
         hardware => study.hardware().map(value),
         totals => study.hardware().and_then(Hardware::totals).map(value),
         taken => study.hardware().and_then(|hardware| hardware.estimate.result()).map(taken).transpose()?,
@@ -162,23 +162,23 @@ fn grouped(value: u64) -> String {
 fn bound_groups(rows: &[BoundRow]) -> Vec<BoundGroup<'_>> {
     let mut groups: Vec<BoundGroup<'_>> = Vec::new();
     for row in rows {
-        let judgement = &row.judgement;
-        match groups.iter_mut().find(|group| group.name == judgement.name) {
+        let check = &row.check;
+        match groups.iter_mut().find(|group| group.name == check.name) {
             Some(group) => {
-                group.judged += 1;
-                group.passed += usize::from(judgement.pass);
-                let rank = |row: &BoundRow| (!row.judgement.pass, row.judgement.used);
+                group.checked += 1;
+                group.passed += usize::from(check.pass);
+                let rank = |row: &BoundRow| (!row.check.pass, row.check.used);
                 if rank(row) > rank(group.worst) {
                     group.worst = row;
                 }
             }
             None => groups.push(BoundGroup {
-                name: judgement.name,
-                unit: judgement.unit,
-                sign: if judgement.sense == Sense::AtMost { "≤" } else { "≥" },
-                limits: limits(judgement.name).unwrap_or_else(|| vec![judgement.limit]),
-                judged: 1,
-                passed: usize::from(judgement.pass),
+                name: check.name,
+                unit: check.unit,
+                sign: if check.sense == Sense::AtMost { "≤" } else { "≥" },
+                limits: limits(check.name).unwrap_or_else(|| vec![check.limit]),
+                checked: 1,
+                passed: usize::from(check.pass),
                 worst: row,
             }),
         }
@@ -190,7 +190,7 @@ fn bound_groups(rows: &[BoundRow]) -> Vec<BoundGroup<'_>> {
 fn limits(name: &str) -> Option<Vec<f64>> {
     let bounds = Bounds::acceptance();
     let columns = [Class::Nominal, Class::Combined, Class::Fog].map(|class| bounds.column(class));
-    let of = |limit: fn(&hoverlock_fixed_point::bounds::Column) -> f64| Some(columns.map(limit).to_vec());
+    let of = |limit: fn(&hoverlock_fixed_point::analysis::bounds::Column) -> f64| Some(columns.map(limit).to_vec());
     match name {
         "DoG SQNR" => of(|column| column.sqnr_db),
         "MaxLBP bits flipped" => of(|column| column.maxlbp_flips_percent),
@@ -207,8 +207,7 @@ fn matrix<'a>(study: &'a Study, groups: &[BoundGroup<'_>]) -> Vec<MatrixRow<'a>>
         let mine = |row: &&BoundRow| {
             row.picture.as_deref() == Some(picture.name.as_str()) && row.condition == Some(of.condition.name)
         };
-        let cell =
-            |group: &BoundGroup<'_>| study.bounds.iter().filter(mine).find(|row| row.judgement.name == group.name);
+        let cell = |group: &BoundGroup<'_>| study.bounds.iter().filter(mine).find(|row| row.check.name == group.name);
         MatrixRow {
             picture: &picture.name,
             condition: of.condition.name,
@@ -228,30 +227,38 @@ struct Tile {
 }
 
 fn tiles(study: &Study) -> Vec<Tile> {
-    let rms = |rung: usize| {
-        let of_rung = study.rungs.iter().filter(|study| study.rung == rung).flat_map(|study| &study.measurements);
-        let dog = of_rung.filter(|m| matches!(m.stage, Stage::Dog(_)));
+    let rms = |level: Level| {
+        let of_level = study.levels.iter().filter(|study| study.name == level).flat_map(|study| &study.measurements);
+        let dog = of_level.filter(|m| matches!(m.stage, Stage::Dog(_)));
         dog.map(|m| m.error.rms).fold(f64::NAN, f64::max)
     };
     let worst = |name: &str| {
-        let rows = study.bounds.iter().filter(|row| row.judgement.name == name);
-        rows.map(|row| row.judgement.measured).fold(f64::NAN, f64::max)
+        let rows = study.bounds.iter().filter(|row| row.check.name == name);
+        rows.map(|row| row.check.measured).fold(f64::NAN, f64::max)
     };
     let flips = CONDITIONS.map(|c| study.flips_percent(c.name, BitKind::Maxlbp)).into_iter().fold(f64::NAN, f64::max);
     let hardware = match study.hardware().and_then(Hardware::totals) {
         Some(totals) => Tile {
             value: grouped(totals.mismatches),
             unit: "mismatches",
-            what: "between the simulated hardware, rung 5, and rung 4",
+            what: "between the simulated hardware, rtl, and bit_true",
         },
-        None => Tile { value: "not run".into(), unit: "", what: "rung 5, the hardware; why not stands in section 9" },
+        None => Tile {
+            value: "not run".into(),
+            unit: "",
+            what: "the level rtl was not simulated; section 9 gives the reason",
+        },
     };
     vec![
-        Tile { value: significant(rms(4), 2), unit: "LSB rms", what: "quantisation of the DoG, rung 4 against rung 2" },
         Tile {
-            value: significant(rms(2), 2),
+            value: significant(rms(Level::BitTrue), 2),
             unit: "LSB rms",
-            what: "approximation of the DoG, rung 2 against the true Gaussian",
+            what: "quantisation of the DoG, bit_true against streaming",
+        },
+        Tile {
+            value: significant(rms(Level::Streaming), 2),
+            unit: "LSB rms",
+            what: "approximation of the DoG, streaming against the true Gaussian",
         },
         Tile { value: significant(flips, 2), unit: "%", what: "MaxLBP bits flipped in the worst condition" },
         Tile {
@@ -263,25 +270,24 @@ fn tiles(study: &Study) -> Vec<Tile> {
     ]
 }
 
-/// One rung in one line.
+/// One level in one line.
 #[derive(Debug, Serialize)]
-struct LadderRow {
-    rung: usize,
-    name: &'static str,
+struct LevelRow {
+    name: Level,
     changes: &'static str,
     against: &'static str,
     cost: String,
 }
 
-/// Every rung, what differs in it and what that costs.
-fn ladder(study: &Study) -> Vec<LadderRow> {
-    let mut rows =
-        vec![LadderRow { rung: 0, name: "ideal", changes: "sampled Gaussian, f64", against: "", cost: String::new() }];
-    for rung in &study.rungs {
-        let dogs = || rung.measurements.iter().filter(|m| matches!(m.stage, Stage::Dog(_)));
+/// Every level, what differs in it and what that costs.
+fn levels(study: &Study) -> Vec<LevelRow> {
+    let mut rows = Vec::new();
+    for level in &study.levels {
+        let dogs = || level.measurements.iter().filter(|m| matches!(m.stage, Stage::Dog(_)));
         let rms = dogs().map(|m| m.error.rms).fold(0.0, f64::max);
         let kind = dogs().next().map(|m| m.kind);
-        let cost = match &rung.hardware {
+        let cost = match &level.hardware {
+            None if kind.is_none() => String::new(),
             None => format!("DoG {} LSB rms", significant(rms, 3)),
             Some(hardware) => match (&hardware.simulation, hardware.totals()) {
                 (Made::Run { .. }, Some(totals)) => format!(
@@ -294,12 +300,13 @@ fn ladder(study: &Study) -> Vec<LadderRow> {
                 _ => String::new(),
             },
         };
-        let against = match kind {
-            Some(Kind::Approximation) => "rung 0",
-            Some(Kind::Quantisation) => "rung 2",
-            None => "rung 4",
+        let against = match (level.name, kind) {
+            (Level::Rtl, _) => "bit_true",
+            (_, Some(Kind::Approximation)) => "ideal",
+            (_, Some(Kind::Quantisation)) => "streaming",
+            (_, None) => "",
         };
-        rows.push(LadderRow { rung: rung.rung, name: rung.name, changes: rung.changes, against, cost });
+        rows.push(LevelRow { name: level.name, changes: level.changes, against, cost });
     }
     rows
 }
@@ -337,11 +344,11 @@ fn taken(sizing: &Sizing) -> Result<String, PlotError> {
 
 fn error_rows(study: &Study, kind: Kind) -> Vec<ErrorRow<'_>> {
     let mut rows = Vec::new();
-    for rung in &study.rungs {
-        let mut first_of_rung = true;
+    for level in &study.levels {
+        let mut first_of_level = true;
         for stage in Stage::ALL {
             let of_stage: Vec<&Measurement> =
-                rung.measurements.iter().filter(|m| m.stage == stage && m.kind == kind).collect();
+                level.measurements.iter().filter(|m| m.stage == stage && m.kind == kind).collect();
             let worst =
                 |size: fn(&Measurement) -> f64| of_stage.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)));
             let (Some(max), Some(bias), Some(rms), Some(noisy)) = (
@@ -353,27 +360,26 @@ fn error_rows(study: &Study, kind: Kind) -> Vec<ErrorRow<'_>> {
                 continue;
             };
             rows.push(ErrorRow {
-                rung: rung.rung,
-                rung_name: rung.name,
-                first_of_rung,
+                level: level.name,
+                first_of_level,
                 stage: stage.name(&study.design),
-                lsb_codes: stage.lsb(),
+                lsb_dn: stage.lsb(),
                 max,
                 bias: bias.error.bias,
                 rms: rms.error.rms,
                 sqnr_db: noisy.error.sqnr_db,
             });
-            first_of_rung = false;
+            first_of_level = false;
         }
     }
     rows
 }
 
-/// Errors of both DoG of each rung, all pictures and conditions together, as shares of the samples.
+/// Errors of both DoG of each level, all pictures and conditions together, as shares of the samples.
 fn ulp_histograms(study: &Study) -> Result<Vec<String>, PlotError> {
     let mut plots = Vec::new();
-    for rung in &study.rungs {
-        let dogs: Vec<&Measurement> = rung.measurements.iter().filter(|m| matches!(m.stage, Stage::Dog(_))).collect();
+    for level in &study.levels {
+        let dogs: Vec<&Measurement> = level.measurements.iter().filter(|m| matches!(m.stage, Stage::Dog(_))).collect();
         let Some(width) = dogs.iter().map(|m| m.error.histogram.bin_lsb).reduce(f64::max) else { continue };
         let mut bins: BTreeMap<i64, u64> = BTreeMap::new();
         for m in &dogs {
@@ -388,12 +394,12 @@ fn ulp_histograms(study: &Study) -> Result<Vec<String>, PlotError> {
         let points = points.map(|(bin, count)| (*bin as f64 * width, share(*count))).collect();
         let kind = dogs.first().map(|m| m.kind);
         let (against, colour) = match kind {
-            Some(Kind::Approximation) => ("rung 0", ORANGE),
-            _ => ("rung 2", BLUE),
+            Some(Kind::Approximation) => ("ideal", ORANGE),
+            _ => ("streaming", BLUE),
         };
         let edge = (reach as f64 + 0.6) * width;
         let chart = Chart {
-            title: format!("rung {} against {against}: one bar = {} LSB", rung.rung, grouped(width as u64)),
+            title: format!("{} against {against}: one bar = {} LSB", level.name, grouped(width as u64)),
             size: (460, 250),
             x: Axis::linear("DoG error, LSB", -edge, edge),
             y: Axis::log("samples, %", 1e-6, 100.0),
@@ -476,7 +482,7 @@ fn ranges(study: &Study) -> Result<String, PlotError> {
     Chart {
         title: String::new(),
         size: (1040, 70 + 34 * rows.len() as u32),
-        x: Axis::ticked("magnitude, codes of the camera word", f64::from(least), f64::from(most) + 1.0, x_ticks),
+        x: Axis::ticked("magnitude, DN of the camera sample", f64::from(least), f64::from(most) + 1.0, x_ticks),
         y: Axis::ticked("", -0.1, rows.len() as f64, y_ticks.collect()),
         series: bars,
         rules: Vec::new(),
@@ -566,7 +572,7 @@ fn flip_plots(study: &Study) -> Result<Vec<String>, PlotError> {
             .map(|(place, bin)| (place as f64, percent(bin.flipped, bin.bits)))
             .collect(),
     });
-    let x = || Axis::ticked("margin at rung 2, LSB", -0.5, Flips::MARGIN_BINS as f64 - 0.5, edges.clone());
+    let x = || Axis::ticked("margin at streaming, LSB", -0.5, Flips::MARGIN_BINS as f64 - 0.5, edges.clone());
     let against_margin = Chart {
         title: "chance to flip, by margin".into(),
         size: (520, 280),
@@ -575,7 +581,8 @@ fn flip_plots(study: &Study) -> Result<Vec<String>, PlotError> {
         series: rate.into(),
         rules: Vec::new(),
     };
-    let total = |bins: &[hoverlock_fixed_point::measure::MarginBin]| bins.iter().map(|bin| bin.bits).sum::<u64>();
+    let total =
+        |bins: &[hoverlock_fixed_point::analysis::errors::MarginBin]| bins.iter().map(|bin| bin.bits).sum::<u64>();
     let share = kinds.map(|(name, colour, bins)| Series {
         name: name.into(),
         colour,
@@ -606,7 +613,7 @@ fn format_octave(bin: usize) -> String {
 
 fn displacement_plot(study: &Study) -> Result<String, PlotError> {
     let limits = Bounds::acceptance().displacement;
-    let mut series = [("rungs 2 and 4 apart", BLUE), ("error, rung 2", GREY), ("error, rung 4", ORANGE)]
+    let mut series = [("streaming and bit_true apart", BLUE), ("error, streaming", GREY), ("error, bit_true", ORANGE)]
         .map(|(name, colour)| Series { name: name.into(), colour, mark: Mark::Dots(4), points: Vec::new() });
     let mut ticks = Vec::new();
     for (place, picture) in study.pictures.iter().enumerate() {
@@ -759,12 +766,12 @@ fn warp_name(warp: Warp) -> (&'static str, &'static str) {
     }
 }
 
-/// First row: points of both smoothers; second row: descriptors on the points of rung 1.
+/// First row: points of both smoothers; second row: descriptors on the points of `recursive`.
 fn repeatability_plots(study: &Study) -> Result<Vec<String>, PlotError> {
-    type Line = (&'static str, Rgb, fn(&hoverlock_reference::repeatability::Sample) -> f64);
+    type Line = (&'static str, Rgb, fn(&hoverlock_reference::features::repeatability::Sample) -> f64);
     let points: [Line; 2] = [
-        ("rung 0, Gaussian", GREY, |sample| sample.ideal.repeatability),
-        ("rung 1, recursive", BLUE, |sample| sample.recursive.repeatability),
+        ("ideal, Gaussian", GREY, |sample| sample.ideal.repeatability),
+        ("recursive, recursive", BLUE, |sample| sample.recursive.repeatability),
     ];
     let descriptors: [Line; 3] = [
         ("LBP", GREY, |sample| sample.recursive.lbp),
@@ -852,7 +859,7 @@ fn scatter(study: &Study) -> Result<Vec<String>, PlotError> {
         |title: &str, label: &str, floor: f64, top: f64, all: Vec<(f64, f64)>, mine: Vec<(f64, f64)>, limit| Chart {
             title: title.into(),
             size: (520, 300),
-            x: Axis::log("rms of the rung-2 DoG, LSB", low, high),
+            x: Axis::log("rms of the streaming DoG, LSB", low, high),
             y: Axis::log(label, floor, top),
             series: vec![
                 Series { name: "calibration".into(), colour: [196, 203, 210], mark: Mark::Dots(2), points: all },

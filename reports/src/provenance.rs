@@ -1,7 +1,7 @@
 //! What was measured with what: enough to have every number again.
 
-use hoverlock_fixed_point::bounds::{Bounds, Seeds};
-use hoverlock_fixed_point::ladder::Ladder;
+use hoverlock_fixed_point::analysis::bounds::{Bounds, Seeds};
+use hoverlock_fixed_point::analysis::levels::Levels;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -16,7 +16,7 @@ pub struct Provenance {
     pub configuration: String,
     /// SHA-256 of that text.
     pub configuration_sha256: String,
-    /// The coefficients of rung 4, one smoother a line: `g`, then `g_j`.
+    /// The coefficients of `bit_true`, one smoother a line: `g`, then `g_j`.
     pub coefficients: String,
     /// SHA-256 of that text.
     pub coefficients_sha256: String,
@@ -27,15 +27,15 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Of a ladder and the command that asked for it.
-    pub fn of(ladder: &Ladder, command: &str) -> Self {
+    /// Of a levels and the command that asked for it.
+    pub fn of(levels: &Levels, command: &str) -> Self {
         let bounds = Bounds::acceptance();
-        let configuration = ladder.design().to_toml();
-        let design = ladder.design();
+        let configuration = levels.design().to_toml();
+        let design = levels.design();
         let line = |(smoother, sigma): (usize, &f64)| {
-            let cells = &ladder.bit_true().cells()[smoother];
-            let reach: Vec<String> = cells.reach.iter().map(u32::to_string).collect();
-            format!("sigma {sigma}: {}; {}\n", cells.g, reach.join(" "))
+            let coefficients = &levels.bit_true().coefficients()[smoother];
+            let reach: Vec<String> = coefficients.g_j.iter().map(u32::to_string).collect();
+            format!("sigma {sigma}: {}; {}\n", coefficients.g, reach.join(" "))
         };
         let coefficients: String = design.sigmas.iter().enumerate().map(line).collect();
         Self {

@@ -1,6 +1,6 @@
 //! What the words of the chain held, as rows of a table: one node, or all cells of one smoother together.
 
-use hoverlock_fixed_point::range::{Fit, Node, Observed, Ranges};
+use hoverlock_fixed_point::analysis::range::{Fit, Node, Observed, Ranges};
 use serde::Serialize;
 
 /// One word, or several of one format.
@@ -10,8 +10,8 @@ pub struct RangeRow {
     pub node: String,
     /// Its format.
     pub format: String,
-    /// One step, codes of the camera word.
-    pub step_codes: f64,
+    /// One step, DN of the camera sample.
+    pub step_dn: f64,
     /// Values seen.
     pub values: u64,
     /// Smallest value, codes.
@@ -53,7 +53,7 @@ impl RangeRow {
         Some(Self {
             node: name,
             format: widest.format.to_string(),
-            step_codes: widest.format.lsb(),
+            step_dn: widest.format.lsb(),
             values: sum(|node| node.values),
             least: ranges().map(|range| range.0).fold(f64::INFINITY, f64::min),
             largest: ranges().map(|range| range.1).fold(f64::NEG_INFINITY, f64::max),

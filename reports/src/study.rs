@@ -1,20 +1,20 @@
 //! Pictures in, measurements out: everything that the quantisation report says, before any page is made of it.
 //!
-//! Every picture passes through every condition and every rung. Errors are of two kinds that are never added up:
-//! *approximation*, rungs 1 and 2 against rung 0 (the true Gaussian), and *quantisation*, rungs 3 and 4 against rung 2.
+//! Every picture passes through every condition and every level. Errors are of two kinds that are never added up:
+//! *approximation*, `recursive` and `streaming` against `ideal` (the true Gaussian), and *quantisation*, `quantised` and `bit_true` against `streaming`.
 
-use hoverlock_fixed_point::acceptance::{Comparison, SigmaEff, judge_coefficients, response, sigma_eff};
-use hoverlock_fixed_point::bounds::{Bounds, Judgement, Sense};
-use hoverlock_fixed_point::coefficients::CoefficientError;
-use hoverlock_fixed_point::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
-use hoverlock_fixed_point::displacement::{self, Displacement};
-use hoverlock_fixed_point::ladder::{Ladder, Rung, RungPlanes};
-use hoverlock_fixed_point::measure::{BitKind, ErrorStatistics, Flips};
-use hoverlock_fixed_point::range::Ranges;
-use hoverlock_reference::conditions::{CONDITIONS, Condition, NOMINAL};
-use hoverlock_reference::picture;
-use hoverlock_reference::plane::Plane;
-use hoverlock_reference::repeatability::{self, Curve};
+use hoverlock_fixed_point::analysis::acceptance::{Comparison, SigmaEff, check_coefficients, response, sigma_eff};
+use hoverlock_fixed_point::analysis::bounds::{Bounds, Check, Sense};
+use hoverlock_fixed_point::analysis::displacement::{self, Displacement};
+use hoverlock_fixed_point::analysis::errors::{BitKind, ErrorStatistics, Flips};
+use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
+use hoverlock_fixed_point::analysis::range::Ranges;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
+use hoverlock_reference::features::repeatability::{self, Curve};
+use hoverlock_reference::image::conditions::{CONDITIONS, Condition, NOMINAL};
+use hoverlock_reference::image::picture;
+use hoverlock_reference::image::plane::Plane;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -72,7 +72,7 @@ pub struct ConditionStudy {
     pub gain: f64,
     /// SHA-256 of the degraded frame.
     pub sha256: String,
-    /// Rung 4 against rung 2.
+    /// `bit_true` against `streaming`.
     pub comparison: Comparison,
 }
 
@@ -80,13 +80,13 @@ pub struct ConditionStudy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// Against rung 0.
+    /// Against `ideal`.
     Approximation,
-    /// Against rung 2.
+    /// Against `streaming`.
     Quantisation,
 }
 
-/// One stage of one rung on one picture under one condition.
+/// One stage of one level on one picture under one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measurement {
     /// Name of the picture.
@@ -97,14 +97,14 @@ pub struct Measurement {
     pub stage: Stage,
     /// Against what.
     pub kind: Kind,
-    /// The step that errors are told in, codes of the camera word.
-    pub lsb_codes: f64,
+    /// The step that errors are told in, DN of the camera sample.
+    pub lsb_dn: f64,
     /// The error on the interior, LSB.
     #[serde(flatten)]
     pub error: ErrorStatistics,
 }
 
-/// A plane that every rung has.
+/// A plane that every level has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
@@ -146,7 +146,7 @@ impl Stage {
         }
     }
 
-    fn plane(self, planes: &RungPlanes) -> Plane<f64> {
+    fn plane(self, planes: &LevelPlanes) -> Plane<f64> {
         match self {
             Self::Smoothed(smoother) => planes.smoothed[smoother].clone(),
             Self::Dog(k) => response(planes, k),
@@ -155,37 +155,35 @@ impl Stage {
     }
 }
 
-/// One rung and all that was measured of it.
+/// One level and all that was measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RungStudy {
-    /// `1 ..= 5`.
-    pub rung: usize,
-    /// One word.
-    pub name: &'static str,
-    /// The one thing that differs from the rung above.
+pub struct LevelStudy {
+    /// Which level.
+    pub name: Level,
+    /// The one thing that differs from the level above.
     pub changes: &'static str,
     /// Every stage on every picture under every condition.
     pub measurements: Vec<Measurement>,
-    /// What only rung 5 has.
+    /// What only `rtl` has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardware: Option<Hardware>,
 }
 
-/// A bound, and on what it was judged.
+/// A bound, and on what it was checked.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoundRow {
-    /// The judgement.
+    /// The check.
     #[serde(flatten)]
-    pub judgement: Judgement,
+    pub check: Check,
     /// Distance to the limit, positive where the bound holds.
     pub margin: f64,
-    /// The picture; nothing where the filters alone were judged.
+    /// The picture; nothing where the filters alone were checked.
     pub picture: Option<String>,
     /// The condition, where one was applied.
     pub condition: Option<&'static str>,
 }
 
-/// Error after every cell of a smoother, rung 4 against rung 2.
+/// Error after every cell of a smoother, `bit_true` against `streaming`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chain {
     /// The `sigma` of the smoother.
@@ -203,11 +201,11 @@ pub struct Study {
     pub provenance: Provenance,
     /// Every bound on every picture and condition.
     pub bounds: Vec<BoundRow>,
-    /// Rungs 1 to 5.
-    pub rungs: Vec<RungStudy>,
+    /// The six levels, `ideal` to `rtl`.
+    pub levels: Vec<LevelStudy>,
     /// What every word held, all pictures and conditions together.
     pub formats: Vec<RangeRow>,
-    /// The same, all cells of a smoother as one.
+    /// The same, all stages of a smoother as one.
     #[serde(skip)]
     pub format_groups: Vec<RangeRow>,
     /// Effective sigmas.
@@ -222,7 +220,7 @@ pub struct Study {
     pub sweeps: Vec<Sweep>,
     /// The same word lengths, error against resources.
     pub costs: Vec<Cost>,
-    /// Stability of rungs 0 and 1, and of three descriptors, under warps of the first picture.
+    /// Stability of `ideal` and `recursive`, and of three descriptors, under warps of the first picture.
     pub repeatability: Vec<Curve>,
     /// The design point.
     pub design: DesignPoint,
@@ -233,7 +231,7 @@ pub fn steps(pictures: usize) -> u64 {
     (pictures * (CONDITIONS.len() + 1 + sweep::points()) + 1) as u64
 }
 
-/// Measures everything but rung 5, which [`Study::with_hardware`] brings.
+/// Measures everything but `rtl`, which [`Study::with_hardware`] brings.
 ///
 /// # Errors
 /// Where the design point has no coefficients.
@@ -244,11 +242,11 @@ pub fn run(
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<Study, CoefficientError> {
     let bounds = Bounds::acceptance();
-    let ladder = Ladder::new(design)?;
+    let levels = Levels::new(design)?;
     let measured: Vec<Measured> =
-        subjects.par_iter().map(|subject| measure_picture(&ladder, subject, bounds, step)).collect();
+        subjects.par_iter().map(|subject| measure_picture(&levels, subject, bounds, step)).collect();
     let sweeps = sweep::run(design, subjects, bounds, step)?;
-    let chains = subjects.first().map(|subject| chains(&ladder, subject, bounds)).unwrap_or_default();
+    let chains = subjects.first().map(|subject| chains(&levels, subject, bounds)).unwrap_or_default();
     let repeatability = match subjects.first() {
         Some(subject) => repeatability::curves(&subject.picture)?,
         None => Vec::new(),
@@ -262,13 +260,12 @@ pub fn run(
         measurements.extend(measured.errors);
         pictures.push(measured.picture);
     }
-    let rungs = Rung::ALL[1..]
+    let level_studies = Level::MODELS
         .iter()
-        .map(|&rung| RungStudy {
-            rung: rung.number(),
-            name: rung.name(),
-            changes: changes(rung),
-            measurements: measurements.iter().filter(|(of, _)| *of == rung).map(|(_, m)| m.clone()).collect(),
+        .map(|&level| LevelStudy {
+            name: level,
+            changes: changes(level),
+            measurements: measurements.iter().filter(|(of, _)| *of == level).map(|(_, m)| m.clone()).collect(),
             hardware: None,
         })
         .collect();
@@ -281,15 +278,15 @@ pub fn run(
             (condition.name, sum)
         })
         .collect();
-    let rows = judge(&ladder, &pictures, bounds);
+    let rows = check(&levels, &pictures, bounds);
     Ok(Study {
-        pass: rows.iter().all(|row| row.judgement.pass),
-        provenance: Provenance::of(&ladder, command),
+        pass: rows.iter().all(|row| row.check.pass),
+        provenance: Provenance::of(&levels, command),
         bounds: rows,
-        rungs,
+        levels: level_studies,
         formats: RangeRow::each(&ranges),
         format_groups: RangeRow::grouped(&ranges, &design.sigmas),
-        sigma_eff: sigma_eff(&ladder),
+        sigma_eff: sigma_eff(&levels),
         chains,
         pictures,
         flips,
@@ -306,56 +303,57 @@ pub fn frames(subject: &Subject) -> [Plane<u16>; CONDITIONS.len()] {
     CONDITIONS.map(|condition| condition.apply(&subject.frame, Bounds::acceptance().seeds.of(&condition)))
 }
 
-fn changes(rung: Rung) -> &'static str {
-    match rung {
-        Rung::Ideal => "sampled Gaussian, f64",
-        Rung::Recursive => "two-sided first-order recursion instead of the Gaussian",
-        Rung::Streaming => "look-ahead and look-back of finite reach",
-        Rung::Coefficients => "coefficients rounded, arithmetic still f64",
-        Rung::Fixed => "integers: state and DoG rounded",
+pub(crate) fn changes(level: Level) -> &'static str {
+    match level {
+        Level::Ideal => "sampled Gaussian, f64",
+        Level::Recursive => "two-sided first-order recursion instead of the Gaussian",
+        Level::Streaming => "look-ahead and look-back of finite reach",
+        Level::Quantised => "coefficients rounded, arithmetic still f64",
+        Level::BitTrue => "integers: state and DoG rounded",
+        Level::Rtl => "the emitted Verilog, simulated",
     }
 }
 
 /// All that one picture brings.
 struct Measured {
     picture: PictureStudy,
-    errors: Vec<(Rung, Measurement)>,
+    errors: Vec<(Level, Measurement)>,
     ranges: Ranges,
 }
 
-fn measure_picture(ladder: &Ladder, subject: &Subject, bounds: &Bounds, step: &(dyn Fn(&str) + Sync)) -> Measured {
-    let mut ranges = Ranges::new(ladder.design());
+fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(dyn Fn(&str) + Sync)) -> Measured {
+    let mut ranges = Ranges::new(levels.design());
     let mut figures = Figures::default();
     let mut errors = Vec::new();
     let mut conditions = Vec::new();
     let mut worst_kept = f64::INFINITY;
     for (condition, frame) in CONDITIONS.into_iter().zip(frames(subject)) {
         let seed = bounds.seeds.of(&condition);
-        let planes: Vec<RungPlanes> = Rung::ALL.par_iter().map(|&rung| ladder.planes(rung, &frame)).collect();
-        let of = |rung: Rung| &planes[rung.number()];
+        let planes: Vec<LevelPlanes> = Level::MODELS.par_iter().map(|&level| levels.planes(level, &frame)).collect();
+        let of = |level: Level| &planes[level as usize];
         let pairs = [
-            (Rung::Recursive, Rung::Ideal, Kind::Approximation),
-            (Rung::Streaming, Rung::Ideal, Kind::Approximation),
-            (Rung::Coefficients, Rung::Streaming, Kind::Quantisation),
-            (Rung::Fixed, Rung::Streaming, Kind::Quantisation),
+            (Level::Recursive, Level::Ideal, Kind::Approximation),
+            (Level::Streaming, Level::Ideal, Kind::Approximation),
+            (Level::Quantised, Level::Streaming, Kind::Quantisation),
+            (Level::BitTrue, Level::Streaming, Kind::Quantisation),
         ];
         for stage in Stage::ALL {
             let planes: Vec<Plane<f64>> = planes.iter().map(|planes| stage.plane(planes)).collect();
             for (test, reference, kind) in pairs {
-                let (reference, tested) = (&planes[reference.number()], &planes[test.number()]);
+                let (reference, tested) = (&planes[reference as usize], &planes[test as usize]);
                 let Some(error) = ErrorStatistics::between(reference, tested, stage.lsb(), bounds.interior) else {
                     continue;
                 };
                 let picture = subject.name.clone();
                 let condition = condition.name;
-                errors.push((test, Measurement { picture, condition, stage, kind, lsb_codes: stage.lsb(), error }));
+                errors.push((test, Measurement { picture, condition, stage, kind, lsb_dn: stage.lsb(), error }));
             }
         }
-        ranges.see(ladder, &frame);
+        ranges.see(levels, &frame);
         if condition == NOMINAL {
-            figures.heat_maps(of(Rung::Ideal), of(Rung::Streaming), of(Rung::Fixed));
+            figures.heat_maps(of(Level::Ideal), of(Level::Streaming), of(Level::BitTrue));
         }
-        let Some((comparison, _)) = Comparison::between(of(Rung::Streaming), of(Rung::Fixed), bounds) else {
+        let Some((comparison, _)) = Comparison::between(of(Level::Streaming), of(Level::BitTrue), bounds) else {
             continue;
         };
         let kept = comparison.scales.iter().map(|s| s.kept.within_one_px_percent).fold(f64::INFINITY, f64::min);
@@ -367,7 +365,7 @@ fn measure_picture(ladder: &Ladder, subject: &Subject, bounds: &Bounds, step: &(
         conditions.push(ConditionStudy { condition, seed, gain, sha256, comparison });
         step(&format!("{}, {}", subject.name, condition.name));
     }
-    let displacements = displacement::displacements(ladder, &subject.frame, &NOMINAL, bounds, MOTIONS);
+    let displacements = displacement::displacements(levels, &subject.frame, &NOMINAL, bounds, MOTIONS);
     step(&format!("{}, displacement", subject.name));
     let frame = (subject.frame.width(), subject.frame.height());
     let whole = (subject.picture.width(), subject.picture.height());
@@ -379,37 +377,37 @@ fn measure_picture(ladder: &Ladder, subject: &Subject, bounds: &Bounds, step: &(
     }
 }
 
-fn judge(ladder: &Ladder, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<BoundRow> {
-    let row = |judgement: Judgement, picture: Option<&PictureStudy>, condition: Option<&'static str>| {
-        let distance = judgement.limit - judgement.measured;
-        let margin = if judgement.sense == Sense::AtMost { distance } else { -distance };
-        BoundRow { judgement, margin, picture: picture.map(|picture| picture.name.clone()), condition }
+fn check(levels: &Levels, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<BoundRow> {
+    let row = |check: Check, picture: Option<&PictureStudy>, condition: Option<&'static str>| {
+        let distance = check.limit - check.measured;
+        let margin = if check.sense == Sense::AtMost { distance } else { -distance };
+        BoundRow { check, margin, picture: picture.map(|picture| picture.name.clone()), condition }
     };
-    let mut rows: Vec<BoundRow> = judge_coefficients(ladder, bounds).into_iter().map(|j| row(j, None, None)).collect();
+    let mut rows: Vec<BoundRow> = check_coefficients(levels, bounds).into_iter().map(|j| row(j, None, None)).collect();
     for picture in pictures {
         for study in &picture.conditions {
-            let judgements = study.comparison.judge(bounds).into_iter();
-            rows.extend(judgements.map(|j| row(j, Some(picture), Some(study.condition.name))));
+            let checks = study.comparison.check(bounds).into_iter();
+            rows.extend(checks.map(|j| row(j, Some(picture), Some(study.condition.name))));
         }
-        let judgements = displacement::judge(&picture.displacements, bounds).into_iter();
-        rows.extend(judgements.map(|j| row(j, Some(picture), Some(NOMINAL.name))));
+        let checks = displacement::check(&picture.displacements, bounds).into_iter();
+        rows.extend(checks.map(|j| row(j, Some(picture), Some(NOMINAL.name))));
     }
     rows
 }
 
-fn chains(ladder: &Ladder, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
+fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
     let frame = NOMINAL.apply(&subject.frame, bounds.seeds.of(&NOMINAL));
     let chain = |smoother: usize| {
         let mut reference = Vec::new();
-        ladder.stages(Rung::Streaming, smoother, &frame, |_, plane| reference.push(plane.clone()));
+        levels.stages(Level::Streaming, smoother, &frame, |_, plane| reference.push(plane.clone()));
         let (mut cells, mut reference) = (Vec::new(), reference.into_iter());
-        ladder.stages(Rung::Fixed, smoother, &frame, |stage, plane| {
+        levels.stages(Level::BitTrue, smoother, &frame, |stage, plane| {
             let error = reference
                 .next()
                 .and_then(|wanted| ErrorStatistics::between(&wanted, plane, KT27.state.lsb(), bounds.interior));
             cells.extend(error.map(|error| (stage.to_string(), error.rms)));
         });
-        Chain { sigma: ladder.design().sigmas[smoother], cells }
+        Chain { sigma: levels.design().sigmas[smoother], cells }
     };
     (0..SMOOTHERS).into_par_iter().map(chain).collect()
 }

@@ -1,14 +1,14 @@
 //! One word length at a time, the others as chosen: how many bits the state, the coefficients and the DoG are worth.
 
-use hoverlock_fixed_point::acceptance::Comparison;
-use hoverlock_fixed_point::bounds::Bounds;
-use hoverlock_fixed_point::coefficients::CoefficientError;
-use hoverlock_fixed_point::design::DesignPoint;
-use hoverlock_fixed_point::format::Format;
-use hoverlock_fixed_point::ladder::{Ladder, Rung};
-use hoverlock_fixed_point::measure::{BitKind, Flips};
-use hoverlock_fixed_point::resources::{Resources, resources};
-use hoverlock_reference::conditions::{CONDITIONS, Condition};
+use hoverlock_fixed_point::analysis::acceptance::Comparison;
+use hoverlock_fixed_point::analysis::bounds::Bounds;
+use hoverlock_fixed_point::analysis::errors::{BitKind, Flips};
+use hoverlock_fixed_point::analysis::levels::{Level, Levels};
+use hoverlock_fixed_point::analysis::resources::{Resources, resources};
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::format::Format;
+use hoverlock_reference::image::conditions::{CONDITIONS, Condition};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -116,8 +116,8 @@ pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
 /// What is varied, the chosen number of bits, and the design point of each number tried.
 type Variants = (&'static str, f64, Vec<(f64, DesignPoint)>);
 
-/// The numbers of bits with which the filters exist, and the rungs of each.
-type Ladders = Vec<(f64, Ladder)>;
+/// The numbers of bits with which the filters exist, and the levels of each.
+type LevelsBySetting = Vec<(f64, Levels)>;
 
 /// Numbers of bits tried in all.
 pub(crate) const fn points() -> usize {
@@ -157,20 +157,20 @@ pub(crate) fn run(
         ("DoG", f64::from(design.dog_bits), DOG.iter().map(|bits| (f64::from(*bits), dog(bits))).collect()),
     ];
     // Few bits leave some filters without coefficients: no point of the curve, and no fault of the design point.
-    let existing = |(bits, design): &(f64, DesignPoint)| Some((*bits, Ladder::new(design).ok()?));
-    let ladders: Vec<Ladders> =
+    let existing = |(bits, design): &(f64, DesignPoint)| Some((*bits, Levels::new(design).ok()?));
+    let all_levels: Vec<LevelsBySetting> =
         variants.iter().map(|(_, _, points)| points.iter().filter_map(existing).collect()).collect();
-    let exact = Ladder::new(design)?;
-    // Rung 2 of a picture serves all word lengths, so pictures and conditions are the outer loop.
+    let exact = Levels::new(design)?;
+    // `streaming` of a picture serves all word lengths, so pictures and conditions are the outer loop.
     let jobs: Vec<(&Subject, Condition)> =
         subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
     let measured: Vec<(Condition, Vec<Vec<Option<Comparison>>>)> = jobs
         .par_iter()
         .map(|(subject, condition)| {
             let frame = condition.apply(&subject.frame, bounds.seeds.of(condition));
-            let reference = exact.planes(Rung::Streaming, &frame);
-            let compare = |ladder: &Ladder| {
-                let test = ladder.planes(Rung::Fixed, &frame);
+            let reference = exact.planes(Level::Streaming, &frame);
+            let compare = |levels: &Levels| {
+                let test = levels.planes(Level::BitTrue, &frame);
                 if *condition == CONDITIONS[0] {
                     step(&format!("{}, word lengths", subject.name));
                 }
@@ -178,13 +178,16 @@ pub(crate) fn run(
             };
             (
                 *condition,
-                ladders.iter().map(|ladders| ladders.iter().map(|(_, ladder)| compare(ladder)).collect()).collect(),
+                all_levels
+                    .iter()
+                    .map(|all_levels| all_levels.iter().map(|(_, levels)| compare(levels)).collect())
+                    .collect(),
             )
         })
         .collect();
-    let sweeps = variants.iter().zip(&ladders).enumerate().map(|(v, ((parameter, chosen, _), ladders))| {
-        let points = ladders.iter().enumerate().flat_map(|(p, (bits, ladder))| {
-            let (measured, resources) = (&measured, resources(ladder.design()));
+    let sweeps = variants.iter().zip(&all_levels).enumerate().map(|(v, ((parameter, chosen, _), all_levels))| {
+        let points = all_levels.iter().enumerate().flat_map(|(p, (bits, levels))| {
+            let (measured, resources) = (&measured, resources(levels.design()));
             CONDITIONS.into_iter().map(move |condition| {
                 let of_condition = measured.iter().filter(|(of, _)| *of == condition);
                 let mut sum = Sum::default();

@@ -3,8 +3,8 @@
 use std::fs;
 use std::sync::LazyLock;
 
-use hoverlock_fixed_point::design::KT27;
-use hoverlock_reference::plane::Plane;
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_reports::hardware::{DeviceShare, Hardware, MISMATCHES, Made, Simulated, Sizing};
 use hoverlock_reports::study::{self, LEAST_SIDE, Study, Subject};
 use hoverlock_reports::{output, page};
@@ -32,7 +32,7 @@ static FULL: LazyLock<Study> = LazyLock::new(|| measured(440, 400, "dog_bits=15"
 
 #[test]
 fn the_design_point_holds_every_bound() {
-    let failed: Vec<_> = FULL.bounds.iter().filter(|row| !row.judgement.pass).collect();
+    let failed: Vec<_> = FULL.bounds.iter().filter(|row| !row.check.pass).collect();
     assert!(FULL.pass && failed.is_empty(), "{failed:?}");
 }
 
@@ -40,14 +40,14 @@ fn the_design_point_holds_every_bound() {
 fn a_narrowed_format_fails_and_says_which_bound() {
     let narrow = measured(440, 400, "dog_bits=12");
     assert!(!narrow.pass);
-    let row = narrow.bounds.iter().find(|row| row.judgement.name == "DoG error, rms" && !row.judgement.pass).unwrap();
+    let row = narrow.bounds.iter().find(|row| row.check.name == "DoG error, rms" && !row.check.pass).unwrap();
     assert!(row.margin < 0.0 && row.picture.is_some() && row.condition.is_some());
     let html = page::html(&narrow).unwrap();
     assert!(html.contains(">FAIL<") && html.contains("<b>DoG error, rms</b>"));
     let junit = Report::deserialize_from_str(&output::junit(&narrow).unwrap()).unwrap();
     let cases = junit.test_suites.iter().flat_map(|suite| &suite.test_cases);
     let failures = cases.filter(|case| matches!(case.status, TestCaseStatus::NonSuccess { .. })).count();
-    assert_eq!(failures, narrow.bounds.iter().filter(|row| !row.judgement.pass).count());
+    assert_eq!(failures, narrow.bounds.iter().filter(|row| !row.check.pass).count());
 }
 
 #[test]
@@ -57,22 +57,27 @@ fn numbers_for_programs_have_the_promised_keys() {
     let bounds = json["bounds"].as_array().unwrap();
     assert_eq!(bounds.len(), FULL.bounds.len());
     for (row, of) in bounds.iter().zip(&FULL.bounds) {
-        assert_eq!(row["name"], of.judgement.name);
+        assert_eq!(row["name"], of.check.name);
         // The reader of JSON may err in the last bit.
         let same = |key: &str, wanted: f64| (row[key].as_f64().unwrap() - wanted).abs() <= 1e-15 * wanted.abs();
-        assert!(same("limit", of.judgement.limit) && same("measured", of.judgement.measured), "{row}");
-        assert_eq!(row["pass"], of.judgement.pass);
+        assert!(same("limit", of.check.limit) && same("measured", of.check.measured), "{row}");
+        assert_eq!(row["pass"], of.check.pass);
     }
-    let rungs = json["rungs"].as_array().unwrap();
-    let numbers: Vec<_> = rungs.iter().map(|rung| rung["rung"].as_u64().unwrap()).collect();
-    assert_eq!(numbers, [1, 2, 3, 4, 5]);
-    let (hardware, models) = rungs.split_last().unwrap();
+    let levels = json["levels"].as_array().unwrap();
+    let names: Vec<_> = levels.iter().map(|level| level["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["ideal", "recursive", "streaming", "quantised", "bit_true", "rtl"]);
+    let (hardware, models) = levels.split_last().unwrap();
     assert_eq!(hardware["hardware"]["simulation"]["status"], "not run");
-    for rung in models {
+    assert_eq!(models[0]["measurements"].as_array().map(Vec::len), Some(0), "the ideal level is the reference");
+    for level in &models[1..] {
         // Seven stages under three conditions of one picture, and one kind of error only.
-        let measurements = rung["measurements"].as_array().unwrap();
+        let measurements = level["measurements"].as_array().unwrap();
         assert_eq!(measurements.len(), 21);
-        let kind = if rung["rung"].as_u64() < Some(3) { "approximation" } else { "quantisation" };
+        let kind = if ["recursive", "streaming"].contains(&level["name"].as_str().unwrap()) {
+            "approximation"
+        } else {
+            "quantisation"
+        };
         assert!(measurements.iter().all(|m| m["kind"] == kind && m["rms"].as_f64().is_some()));
     }
     assert_eq!(json["provenance"]["configuration_sha256"].as_str().map(str::len), Some(64));
@@ -165,20 +170,20 @@ fn simulated(mismatches: u64, complete: bool) -> Study {
 }
 
 #[test]
-fn rung_5_is_judged_where_it_ran_and_nowhere_else() {
-    let row = |study: &Study| study.bounds.iter().find(|row| row.judgement.name == MISMATCHES).cloned();
-    // Not run: no judgement, a skipped case, and the page says so.
+fn rtl_is_checked_where_it_ran_and_nowhere_else() {
+    let row = |study: &Study| study.bounds.iter().find(|row| row.check.name == MISMATCHES).cloned();
+    // Not run: no check, a skipped case, and the page says so.
     assert!(row(&FULL).is_none());
     let junit = Report::deserialize_from_str(&output::junit(&FULL).unwrap()).unwrap();
     let cases = || junit.test_suites.iter().flat_map(|suite| &suite.test_cases);
     let skipped: Vec<_> =
         cases().filter(|case| matches!(case.status, TestCaseStatus::Skipped { .. })).map(|case| &case.name).collect();
     assert_eq!(skipped, [MISMATCHES]);
-    assert!(page::html(&FULL).unwrap().contains("Rung 5 not run: no simulation was asked for"));
+    assert!(page::html(&FULL).unwrap().contains("rtl not run: no simulation was asked for"));
     // Equal: one bound more, and it holds.
     let equal = simulated(0, true);
-    let judged = row(&equal).unwrap().judgement;
-    assert!(equal.pass && judged.pass && judged.measured == 0.0 && judged.limit == 0.0);
+    let checked = row(&equal).unwrap().check;
+    assert!(equal.pass && checked.pass && checked.measured == 0.0 && checked.limit == 0.0);
     assert_eq!(equal.bounds.len(), FULL.bounds.len() + 1);
     let html = page::html(&equal).unwrap();
     assert!(html.contains("0 mismatches in 3\u{202f}600\u{202f}000 samples and 2\u{202f}900 features"));
@@ -189,7 +194,7 @@ fn rung_5_is_judged_where_it_ran_and_nowhere_else() {
     assert!(page::html(&different).unwrap().contains("DoG 1, frame 2, x 5, y 7"));
     // Nothing compared is not 0 mismatches.
     let silent = simulated(0, false);
-    assert!(!silent.pass && row(&silent).unwrap().judgement.measured.is_nan());
+    assert!(!silent.pass && row(&silent).unwrap().check.measured.is_nan());
 }
 
 #[test]
@@ -216,7 +221,7 @@ fn the_least_picture_is_measured_the_same_every_time_and_has_too_few_features() 
     let again = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
     assert_eq!(output::json(&once).unwrap(), output::json(&again).unwrap());
     assert_eq!(page::html(&once).unwrap(), page::html(&again).unwrap());
-    assert!(once.bounds.iter().any(|row| row.judgement.name == "features at rung 2" && !row.judgement.pass));
+    assert!(once.bounds.iter().any(|row| row.check.name == "features at streaming" && !row.check.pass));
 }
 
 #[test]

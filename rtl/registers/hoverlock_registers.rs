@@ -54,7 +54,7 @@ pub const SIZE_WIDTH: u32 = 0x000007ff;
 pub const SIZE_HEIGHT: u32 = 0x0fff0000;
 /// Byte address of `threshold`.
 pub const THRESHOLD: u32 = 0x18;
-/// least response of scale pair 0, half camera codes (read, write).
+/// least response of scale pair 0, half DN (read, write).
 pub const THRESHOLD_FINE: u32 = 0x00007fff;
 /// least response of scale pair 1 (read, write).
 pub const THRESHOLD_COARSE: u32 = 0x7fff0000;

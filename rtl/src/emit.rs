@@ -11,7 +11,7 @@ use crate::{
     registers::{Access, Register, registers},
     top::Top,
 };
-use hoverlock_fixed_point::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
 
 /// A file, its path below `rtl/`.
 #[derive(Debug, Clone, PartialEq, Eq)]

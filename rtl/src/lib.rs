@@ -1,4 +1,4 @@
-//! Rung 5 of the ladder: the feature extractor as hardware, bit-identical to the bit-true model.
+//! the model level `rtl`: the feature extractor as hardware, bit-identical to the bit-true model.
 
 /// Puts a comment into the emitted Verilog; nothing in the simulation.
 macro_rules! comment {

@@ -2,10 +2,8 @@
 //!
 //! 32-bit words on an Avalon-MM slave, reads answered one cycle later, no wait states.
 
-use hoverlock_fixed_point::{
-    coefficients::{CoefficientError, LerpCoefficients},
-    design::KT27,
-};
+use hoverlock_fixed_point::model::coefficients::{CoefficientError, LerpCoefficients};
+use hoverlock_fixed_point::model::design::KT27;
 
 /// What software may do with a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,13 +62,13 @@ pub const COEFFICIENTS_AT: u32 = 0x40;
 pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
     let mut codes = Vec::new();
     for (sigma, look_ahead) in KT27.sigmas.into_iter().zip(KT27.look_ahead) {
-        let cells = hoverlock_fixed_point::stages::Cells::from(LerpCoefficients::design(
+        let designed = hoverlock_fixed_point::model::stages::StageCoefficients::from(LerpCoefficients::design(
             sigma,
             look_ahead,
             KT27.coefficient.bits(),
         )?);
-        codes.push(cells.g);
-        codes.extend(cells.reach);
+        codes.push(designed.g);
+        codes.extend(designed.g_j);
     }
     Ok(codes)
 }

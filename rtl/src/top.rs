@@ -1,6 +1,6 @@
 //! `hoverlock_top`: Avalon-ST video in, Avalon-ST features out, Avalon-MM registers, an interrupt.
 
-use hoverlock_fixed_point::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use rust_hdl::prelude::*;
 
 use crate::{cells::csr::Csr, core::Core, registers::registers};

@@ -1,11 +1,11 @@
-//! The whole chain, rung 4 against rung 5: sizes, pauses, frames back to back, new coefficients, faults, drops.
+//! The whole chain, `bit_true` against `rtl`: sizes, pauses, frames back to back, new coefficients, faults, drops.
 
 mod bench;
 
 use std::sync::LazyLock;
 
 use bench::{lattice, noise};
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::{Fault, Job, Outcome, Simulator, Streams, run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

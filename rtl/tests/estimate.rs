@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use hoverlock_fixed_point::{
-    design::KT27,
-    resources::{memories, resources},
-};
+use hoverlock_fixed_point::analysis::resources::{memories, resources};
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_rtl::{
     emit::File,
     estimate::{DSP_LIMIT, Estimate, EstimateError, estimate, of},

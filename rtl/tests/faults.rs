@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     emit::files,
     simulation::{Job, Simulator, Streams, run},

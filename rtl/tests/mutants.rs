@@ -19,7 +19,7 @@ use std::{
 };
 
 use bench::{lattice, noise, scenarios::SCENARIOS};
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     emit::committed,
     simulation::{Fault, Job, Simulator, Streams, run},

@@ -1,6 +1,6 @@
 //! Real pictures at 1024 x 768 through the hardware, back to back, with and without pauses.
 
-use hoverlock_reference::picture::{Picture, data_dir};
+use hoverlock_reference::image::picture::{Picture, data_dir};
 use hoverlock_rtl::simulation::{Job, Simulator, Streams, run};
 
 #[test]

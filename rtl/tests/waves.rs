@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::{Job, Simulator, Streams, Trace, Window, record, run, signals, view};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -2,11 +2,11 @@
 
 use std::cell::RefCell;
 
-use hoverlock_fixed_point::bit_true::FeatureRecord;
-use hoverlock_fixed_point::coefficients::{LerpCoefficients, look_ahead_for};
-use hoverlock_fixed_point::design::{DesignPoint, SCALES};
-use hoverlock_fixed_point::swift::Swift;
-use hoverlock_reference::plane::Plane;
+use hoverlock_fixed_point::model::bit_true::FeatureRecord;
+use hoverlock_fixed_point::model::coefficients::{LerpCoefficients, look_ahead_for};
+use hoverlock_fixed_point::model::design::{DesignPoint, SCALES};
+use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_reference::image::plane::Plane;
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -20,7 +20,7 @@ fn bad(error: impl std::fmt::Display) -> PyErr {
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct BitTrue {
     design: DesignPoint,
-    model: RefCell<Swift>,
+    model: RefCell<SimdBitTrue>,
 }
 
 fn plane_of(frame: &PyReadonlyArray2<'_, u16>) -> PyResult<Plane<u16>> {
@@ -51,7 +51,7 @@ impl BitTrue {
             None => DesignPoint::default(),
             Some(text) => DesignPoint::default().with_toml(text).map_err(bad)?,
         };
-        let model = RefCell::new(Swift::new(&design).map_err(bad)?);
+        let model = RefCell::new(SimdBitTrue::new(&design).map_err(bad)?);
         Ok(BitTrue { design, model })
     }
 

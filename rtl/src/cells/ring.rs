@@ -4,7 +4,7 @@
 //! the two scales meet at the same centre. The lines come from a line delay; of a row with two points the right one is delayed
 //! first and the left one follows from it, so that no more than `2 dx` words are kept.
 
-use hoverlock_reference::maxlbp::rings;
+use hoverlock_reference::features::maxlbp::rings;
 use rust_hdl::prelude::*;
 
 use super::{Response, delay::delay_body};

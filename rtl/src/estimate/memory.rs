@@ -3,7 +3,7 @@
 //! A memory that became registers would be thousands of them, and the estimate one of another design. So each declaration
 //! `reg [width] name [words];` must be found again in the netlist under its own name, with all of its bits.
 
-use hoverlock_fixed_point::resources::{MLAB_WORDS, blocks};
+use hoverlock_fixed_point::analysis::resources::{MLAB_WORDS, blocks};
 use serde::Serialize;
 
 use super::{

@@ -1,19 +1,17 @@
-//! What rung 4 says of the frames, one after the other: planes, records, and the thresholds that follow the counts.
+//! What `bit_true` says of the frames, one after the other: planes, records, and the thresholds that follow the counts.
 
 use std::{
     collections::VecDeque,
     sync::{Arc, mpsc::Receiver},
 };
 
-use hoverlock_fixed_point::{
-    bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts},
-    coefficients::CoefficientError,
-    design::KT27,
-};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts};
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::design::KT27;
 
 use super::job::Job;
 
-/// Rung 4 of a frame.
+/// `bit_true` of a frame.
 #[derive(Debug)]
 pub(super) struct Expected {
     pub planes: Arc<Planes>,
@@ -21,7 +19,7 @@ pub(super) struct Expected {
     pub thresholds: [u32; 2],
 }
 
-/// Rung 4 of all frames, in their order.
+/// `bit_true` of all frames, in their order.
 pub(super) struct Expectation<'a> {
     model: BitTrue,
     jobs: &'a [Job],
@@ -49,7 +47,7 @@ impl<'a> Expectation<'a> {
     }
 
     fn planes(&self, job: &Job) -> Planes {
-        self.model.with_codes(&job.coefficients).planes(&job.completed())
+        self.model.with_coefficients(&job.coefficients).planes(&job.completed())
     }
 }
 
@@ -73,7 +71,7 @@ impl Iterator for Expectation<'_> {
     }
 }
 
-/// Rung 4 as it comes from the thread that computes it; frames that are done are forgotten.
+/// `bit_true` as it comes from the thread that computes it; frames that are done are forgotten.
 pub(super) struct Oracle {
     coming: Receiver<Expected>,
     known: VecDeque<Arc<Expected>>,
@@ -85,7 +83,7 @@ impl Oracle {
         Self { coming, known: VecDeque::new(), first: 0 }
     }
 
-    /// Rung 4 of a frame not yet forgotten; nothing where there is no such frame.
+    /// `bit_true` of a frame not yet forgotten; nothing where there is no such frame.
     pub fn frame(&mut self, frame: usize) -> Option<Arc<Expected>> {
         let at = frame.checked_sub(self.first)?;
         while self.known.len() <= at {

@@ -1,7 +1,7 @@
 //! What is sent: a frame, what the registers hold as it begins, what is wrong with it, and how the streams behave.
 
-use hoverlock_fixed_point::coefficients::CoefficientError;
-use hoverlock_reference::plane::Plane;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_reference::image::plane::Plane;
 
 use super::SimulationError;
 use crate::registers::{COEFFICIENTS_AT, Register, default_coefficients, registers};

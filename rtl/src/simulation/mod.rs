@@ -1,4 +1,4 @@
-//! Rung 5 against rung 4: frames through the Verilated top, every smoothed sample, DoG, MaxDOG and record compared bit for bit.
+//! `rtl` against `bit_true`: frames through the Verilated top, every smoothed sample, DoG, MaxDOG and record compared bit for bit.
 //!
 //! The bench sees the top as a system does: pixels by Avalon-ST, registers by Avalon-MM, records by Avalon-ST. Beside that it reads
 //! a few internal signals, so that a difference is found in the stage it comes from and not only in the records.
@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `simulator` | Verilog to a model |
 //! | `job` | what is sent, and how the streams behave |
-//! | `expect` | what rung 4 says of it |
+//! | `expect` | what `bit_true` says of it |
 //! | `bench` | the loop over clock cycles |
 //! | `planes`, `records` | the comparisons |
 //! | `outcome` | what a run gave |
@@ -24,7 +24,7 @@ mod waves;
 
 use std::{path::PathBuf, sync::mpsc::sync_channel, time::Instant};
 
-use hoverlock_fixed_point::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_harness::{BuildError, Error, ModelError};
 
 use bench::Bench;
@@ -119,7 +119,7 @@ fn record_window(
     beside(jobs, |oracle| bench.run(oracle, &mut |_| ()).map(|_| ()))
 }
 
-/// Does something while rung 4 of the frames to come is computed beside it, two frames ahead.
+/// Does something while `bit_true` of the frames to come is computed beside it, two frames ahead.
 fn beside<T>(jobs: &[Job], work: impl FnOnce(&mut Oracle) -> Result<T, SimulationError>) -> Result<T, SimulationError> {
     let expectation = Expectation::new(jobs)?;
     let (sender, receiver) = sync_channel(1);

@@ -1,6 +1,6 @@
 //! What a run gave: counts, rates, and the first difference in words.
 
-use hoverlock_fixed_point::bit_true::FeatureRecord;
+use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -18,7 +18,7 @@ pub struct Mismatch {
     pub cycle: u64,
     /// What of it differs.
     pub field: String,
-    /// What rung 4 says, in hex and in real units.
+    /// What `bit_true` says, in hex and in real units.
     pub expected: String,
     /// What the hardware says.
     pub actual: String,
@@ -37,9 +37,9 @@ pub(super) struct Place {
 pub struct FrameOutcome {
     /// The cycle in which its first pixel was taken.
     pub began: u64,
-    /// Its thresholds, as rung 4 has them.
+    /// Its thresholds, as `bit_true` has them.
     pub thresholds: [u32; 2],
-    /// Features rung 4 finds in it; of a frame that a reset cut off, those that came out before.
+    /// Features `bit_true` finds in it; of a frame that a reset cut off, those that came out before.
     pub model_features: u64,
     /// Records that came out.
     pub features: u64,

@@ -1,4 +1,4 @@
-//! Samples on their way: every smoothed sample, DoG and MaxDOG of a frame against rung 4, in the step that shows it.
+//! Samples on their way: every smoothed sample, DoG and MaxDOG of a frame against `bit_true`, in the step that shows it.
 //!
 //! One step after `start_out` the smoothers show sample `(0, 0)`, and one more with every step; the response follows
 //! [`RESPONSE_STEPS`] later, MaxDOG two lines and some steps after that. MaxDOG is compared where its window lies in the
@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use hoverlock_fixed_point::bit_true::Planes;
-use hoverlock_reference::maxlbp::Layer;
+use hoverlock_fixed_point::model::bit_true::Planes;
+use hoverlock_reference::features::maxlbp::Layer;
 
 use super::outcome::{Outcome, Place};
 

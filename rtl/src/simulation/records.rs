@@ -1,11 +1,11 @@
-//! Records: what the datapath writes against rung 4's list, and what comes out of the FIFO against what was written.
+//! Records: what the datapath writes against `bit_true`'s list, and what comes out of the FIFO against what was written.
 //!
-//! Of rung 4's list features may be missing, where the FIFO had no room; the trailer must count exactly those. The two checks
+//! Of `bit_true`'s list features may be missing, where the FIFO had no room; the trailer must count exactly those. The two checks
 //! name the fault: a record that is wrong when written is none of the FIFO's, one that changes on its way out is.
 
 use std::collections::VecDeque;
 
-use hoverlock_fixed_point::bit_true::{FLAG_BRIGHT, FLAG_SCALE, FLAG_TRAILER, FeatureRecord};
+use hoverlock_fixed_point::model::bit_true::{FLAG_BRIGHT, FLAG_SCALE, FLAG_TRAILER, FeatureRecord};
 
 use super::{
     expect::Expected,

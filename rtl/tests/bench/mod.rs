@@ -9,12 +9,10 @@ pub mod scenarios;
 
 use std::{collections::VecDeque, fmt};
 
-use hoverlock_fixed_point::{
-    bit_true::{BitTrue, FLAG_TRAILER, Planes},
-    design::KT27,
-};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER, Planes};
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_harness::model::{InstanceOptions, Library, Model, RawSignal, SignalId};
-use hoverlock_reference::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -58,7 +56,7 @@ pub fn equal<T: PartialEq + fmt::LowerHex>(stage: &'static str, what: &str, expe
     }
 }
 
-/// A frame with what the registers hold for it, and what rung 4 makes of it.
+/// A frame with what the registers hold for it, and what `bit_true` makes of it.
 #[derive(Debug, Clone)]
 pub struct Frame {
     pub pixels: Plane<u16>,
@@ -73,7 +71,7 @@ impl Frame {
     }
 
     pub fn with(pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
-        let planes = BitTrue::new(&KT27).unwrap().with_codes(&coefficients).planes(&pixels);
+        let planes = BitTrue::new(&KT27).unwrap().with_coefficients(&coefficients).planes(&pixels);
         Self { pixels, coefficients, thresholds, planes }
     }
 
@@ -428,7 +426,7 @@ impl Bench {
 }
 
 impl Packet {
-    /// Compares with rung 4: all records or an ordered part of them, and every word of the trailer. Gives what was dropped.
+    /// Compares with `bit_true`: all records or an ordered part of them, and every word of the trailer. Gives what was dropped.
     pub fn check(&self, frame: &Frame, number: u32, thresholds: [u32; 2], errors: u32) -> Outcome<u32> {
         let whole = frame.records(thresholds);
         let mut rest = whole.iter();

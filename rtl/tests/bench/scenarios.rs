@@ -2,10 +2,8 @@
 
 use std::sync::LazyLock;
 
-use hoverlock_fixed_point::{
-    bit_true::{ThresholdController, counts},
-    design::KT27,
-};
+use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_harness::model::Library;
 use hoverlock_rtl::{
     emit::emission,

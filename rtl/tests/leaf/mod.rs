@@ -11,7 +11,9 @@ use std::{
     sync::{LazyLock, OnceLock},
 };
 
-use hoverlock_fixed_point::{bit_true::ThresholdController, design::KT27, lerp::lerp};
+use hoverlock_fixed_point::model::bit_true::ThresholdController;
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::lerp::lerp;
 use hoverlock_harness::{
     build::Build,
     model::{InstanceOptions, Library, Model, SignalId},

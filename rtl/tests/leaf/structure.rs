@@ -4,12 +4,11 @@
 
 use std::cell::Cell;
 
-use hoverlock_fixed_point::{
-    bit_true::{BitTrue, FLAG_TRAILER},
-    design::KT27,
-    lerp::lerp,
-};
-use hoverlock_reference::{maxlbp::Layer as Responses, plane::Plane};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::lerp::lerp;
+use hoverlock_reference::features::maxlbp::Layer as Responses;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     core::Core,
     extractor::{Layer, Smoothers},

@@ -1,0 +1,145 @@
+//! `rtl` of the report: the pictures of a study through the simulated hardware, and its Yosys estimate.
+//!
+//! Building the model and running Yosys take a minute or two where the cache is empty, so both begin beside the rest of the study.
+
+use std::thread::{JoinHandle, spawn};
+
+use anyhow::{Context, Result, anyhow};
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_harness::BuildError;
+use hoverlock_reports::hardware::{DeviceShare, Hardware, Made, ModuleShare, Simulated, Sizing};
+use hoverlock_reports::study::{self, Study, Subject};
+use hoverlock_rtl::estimate::{Estimate, EstimateError, estimate};
+use hoverlock_rtl::simulation::{Job, Outcome, SimulationError, Simulator, Streams, run};
+
+/// Modules that the page lists.
+const LISTED: usize = 12;
+
+/// What is on its way.
+pub struct Preparation(JoinHandle<Result<Tools>>);
+
+/// The model and the estimate, or why there are none.
+struct Tools {
+    simulator: Made<Simulator>,
+    estimate: Made<Sizing>,
+}
+
+/// Begins to build the model and to run Yosys.
+pub fn prepare(design: &DesignPoint) -> Preparation {
+    let emitted = *design == KT27;
+    Preparation(spawn(move || {
+        if !emitted {
+            let reason = "the Verilog is emitted for the design point alone, and this configuration is another";
+            return Ok(Tools { simulator: Made::not_run(reason), estimate: Made::not_run(reason) });
+        }
+        let simulator = match Simulator::new() {
+            Ok(simulator) => Made::Run { result: simulator },
+            Err(SimulationError::Build(
+                missing @ (BuildError::ToolMissing { .. } | BuildError::VersionUnsupported { .. }),
+            )) => Made::not_run(missing.to_string()),
+            Err(error) => return Err(error).context("the Verilated model"),
+        };
+        let estimate = match estimate(&mut |_| ()) {
+            Ok(estimate) => Made::Run { result: sizing(estimate) },
+            Err(missing @ EstimateError::Missing(_)) => Made::not_run(missing.to_string()),
+            Err(error) => return Err(error).context("the Yosys estimate"),
+        };
+        Ok(Tools { simulator, estimate })
+    }))
+}
+
+impl Preparation {
+    /// Runs every picture through the hardware and adds what came of it to the study.
+    pub fn finish(self, study: Study, subjects: &[Subject], step: &dyn Fn(&str)) -> Result<Study> {
+        step("waiting for Verilator and Yosys");
+        let tools = self.0.join().map_err(|_| anyhow!("the model's builder has panicked"))??;
+        let simulation = match &tools.simulator {
+            Made::NotRun { reason } => Made::not_run(reason.clone()),
+            Made::Run { result: simulator } => {
+                let mut runs = Vec::new();
+                for subject in subjects {
+                    step(&format!("{}, rtl", subject.name));
+                    runs.push(simulate(simulator, &study, subject)?);
+                }
+                Made::Run { result: runs }
+            }
+        };
+        Ok(study.with_hardware(Hardware { simulation, estimate: tools.estimate }))
+    }
+}
+
+/// The conditions of a picture as frames back to back, each with the thresholds that its other levels were compared at.
+fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<Simulated> {
+    let measured = study.pictures.iter().find(|picture| picture.name == subject.name);
+    let conditions = measured.map(|picture| picture.conditions.as_slice()).unwrap_or_default();
+    let jobs = study::frames(subject)
+        .into_iter()
+        .zip(conditions)
+        .map(|(frame, condition)| {
+            let codes = |k: usize| condition.comparison.scales[k].threshold_lsb as u32;
+            Ok(Job::new(frame, [0, 1].map(|k| codes(k).clamp(1, KT27.max_dog())))?)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let outcome = run(simulator, &jobs, Streams::default())?;
+    Ok(simulated(&subject.name, jobs.len(), outcome))
+}
+
+fn simulated(picture: &str, frames: usize, outcome: Outcome) -> Simulated {
+    let complete = outcome.pass();
+    let first_mismatch = outcome.first_mismatch.map(|first| {
+        format!(
+            "{}, frame {}, x {}, y {}, cycle {}: {} expected {}, actual {}",
+            first.stage, first.frame, first.x, first.y, first.cycle, first.field, first.expected, first.actual
+        )
+    });
+    Simulated {
+        picture: picture.into(),
+        frames: frames as u64,
+        pixels: outcome.pixels,
+        cycles: outcome.cycles,
+        samples: outcome.samples,
+        features: outcome.features,
+        dropped: outcome.dropped,
+        mismatches: outcome.mismatches,
+        first_mismatch,
+        complete,
+        cycles_per_pixel: outcome.cycles_per_pixel,
+        latency_lines: outcome.latency_lines,
+        feature_latency_lines: outcome.feature_latency_lines,
+    }
+}
+
+fn sizing(estimate: Estimate) -> Sizing {
+    let device = |device: hoverlock_rtl::estimate::Device| DeviceShare {
+        name: device.name,
+        source: device.source.into(),
+        has: [device.alm, device.m10k, device.dsp],
+        limits: device.limits,
+        used_percent: device.used_percent,
+        fits: device.fits,
+    };
+    let modules = estimate.modules.iter().take(LISTED).map(|module| ModuleShare {
+        name: module.name.clone(),
+        instances: module.instances,
+        alm: module.alm,
+        m10k: module.m10k,
+        mul18: module.mul18,
+        registers: module.registers,
+        logic_levels: module.logic_levels,
+    });
+    Sizing {
+        modules: modules.collect(),
+        label: estimate.label.into(),
+        alm: estimate.alm,
+        m10k: estimate.m10k,
+        dsp: estimate.dsp,
+        mul18: estimate.mul18,
+        registers: estimate.registers,
+        logic_levels: estimate.logic_levels,
+        target_mhz: estimate.target_mhz,
+        alm_rule: estimate.alm_rule.into(),
+        levels_rule: estimate.levels_rule.into(),
+        fits_rule: estimate.fits_rule.into(),
+        devices: estimate.devices.into_iter().map(device).collect(),
+    }
+}

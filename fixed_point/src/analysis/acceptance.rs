@@ -1,0 +1,238 @@
+//! `bit_true` against `streaming` on one frame: everything that a bound speaks of, and the check.
+//!
+//! Errors are those of the signed response `sign_k * DOG_k` in LSB of the design point's DoG, `FS / 2^17`, also where another
+//! configuration has a coarser step: a narrowed format is checked by the measure of the full one. `T_k` is the response of a
+//! given rank at `streaming`, rounded to an LSB, the same for both levels. The integer `T` stands for responses from `T - 1/2`, so
+//! that is what `streaming` is asked for; else `bit_true` would show more features by the threshold alone.
+
+use hoverlock_reference::features::dog::Dog;
+use hoverlock_reference::features::extractor;
+use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::features::maxlbp::Layer;
+use hoverlock_reference::image::plane::Plane;
+use serde::Serialize;
+
+use crate::analysis::bounds::{Bounds, Check, Class, Sense};
+use crate::analysis::errors::{BitKind, ErrorStatistics, Flips, Kept, Region, threshold_of_rank};
+use crate::analysis::levels::{Level, LevelPlanes, Levels};
+use crate::model::design::{KT27, SCALES};
+
+/// One scale pair of one frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScaleComparison {
+    /// The column of SQNR that the contrast of this scale puts it in.
+    pub signal_class: Option<Class>,
+    /// The column of the places of features.
+    pub features_class: Option<Class>,
+    /// `T_k`, LSB.
+    pub threshold_lsb: f64,
+    /// Error of the response on the interior.
+    pub interior: ErrorStatistics,
+    /// Error of the response on the whole frame.
+    pub whole_frame: ErrorStatistics,
+    /// What became of the features.
+    pub kept: Kept,
+}
+
+/// Two levels on one frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Both scale pairs.
+    pub scales: [ScaleComparison; SCALES],
+    /// Descriptor bits at the reference's features.
+    pub flips: Flips,
+}
+
+/// One LSB of the design point's DoG, DN of the camera sample.
+pub fn dog_lsb() -> f64 {
+    KT27.dog().lsb()
+}
+
+/// `sign_k * DOG_k`, codes.
+pub fn response(planes: &LevelPlanes, scale: usize) -> Plane<f64> {
+    planes.dog[scale].zip_map(&planes.signed_dog[scale], |magnitude, d| magnitude.copysign(*d))
+}
+
+/// DoG, sign and MaxDOG of both scales, for features and descriptors.
+pub fn layers(planes: &LevelPlanes) -> [Layer<f64>; SCALES] {
+    [0, 1].map(|k| Layer {
+        dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
+        max_dog: planes.max_dog[k].clone(),
+    })
+}
+
+/// `T_k` of both scales for the planes of `streaming`, codes.
+pub fn thresholds(reference: &[Layer<f64>; SCALES], bounds: &Bounds) -> [f64; SCALES] {
+    let lsb = dog_lsb();
+    let all = extractor::features(reference, [lsb; SCALES], 1.0);
+    [0, 1].map(|scale| threshold_of_rank(&all, scale, bounds.features.rank, lsb))
+}
+
+/// The features of both levels above the common `T_k`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeaturePair {
+    /// Of `streaming`.
+    pub reference: Vec<Feature>,
+    /// Of the level under test.
+    pub test: Vec<Feature>,
+}
+
+impl Comparison {
+    /// `bit_true` against `streaming` on a frame; nothing where the frame is too small to have an interior.
+    pub fn of_frame(levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Self> {
+        let (reference, test) = (levels.planes(Level::Streaming, frame), levels.planes(Level::BitTrue, frame));
+        Self::between(&reference, &test, bounds).map(|(comparison, _)| comparison)
+    }
+
+    /// Compares planes that exist already, and hands out the features it compared.
+    pub fn between(reference: &LevelPlanes, test: &LevelPlanes, bounds: &Bounds) -> Option<(Self, FeaturePair)> {
+        let lsb = dog_lsb();
+        let (before, after) = (layers(reference), layers(test));
+        let thresholds = thresholds(&before, bounds);
+        let reference_features = extractor::features(&before, thresholds.map(|t| t - lsb / 2.0), 1.0);
+        let test_features = extractor::features(&after, thresholds, 1.0);
+        let flips = Flips::between(&before, &after, &reference_features, lsb);
+        let scale = |k: usize| {
+            let (wanted, measured) = (response(reference, k), response(test, k));
+            let interior = ErrorStatistics::between(&wanted, &measured, lsb, bounds.interior)?;
+            Some(ScaleComparison {
+                signal_class: bounds.class.signal.class(interior.reference_rms),
+                features_class: bounds.class.features.class(interior.reference_rms),
+                threshold_lsb: thresholds[k] / lsb,
+                interior,
+                whole_frame: ErrorStatistics::between(&wanted, &measured, lsb, Region::WHOLE)?,
+                kept: Kept::between(&reference_features, &test_features, k as u8),
+            })
+        };
+        let scales = [scale(0)?, scale(1)?];
+        Some((Self { scales, flips }, FeaturePair { reference: reference_features, test: test_features }))
+    }
+
+    /// Every bound that applies, the worse scale of each.
+    pub fn check(&self, bounds: &Bounds) -> Vec<Check> {
+        let worse = |check: &dyn Fn(usize, &ScaleComparison) -> Option<Check>| {
+            let both = self.scales.iter().enumerate().filter_map(|(k, scale)| check(k, scale));
+            // What is no number counts as the worst of all: `total_cmp` puts it last.
+            both.max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(std::cmp::Ordering::Greater))
+        };
+        let spot = |k: usize, error: &ErrorStatistics| format!("scale {k} at {}, {}", error.max_at.0, error.max_at.1);
+        let at_scale = |k: usize| format!("scale {k}");
+        let column = |class: Option<Class>| class.map(|class| bounds.column(class));
+        // Flips are counted over the bits of both scales, so the scale of lower contrast chooses their column.
+        let lowest = self.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
+        let bits = column(bounds.class.signal.class(lowest));
+        let at_most =
+            |name, unit, limit, measured, place| Some(Check::new(name, unit, Sense::AtMost, limit, measured, place));
+        [
+            worse(&|k, scale| {
+                let error = &scale.interior;
+                at_most("DoG error, maximum", "LSB", bounds.dog.max_lsb, error.max.abs(), spot(k, error))
+            }),
+            worse(&|k, scale| at_most("DoG error, rms", "LSB", bounds.dog.rms_lsb, scale.interior.rms, at_scale(k))),
+            worse(&|k, scale| {
+                let (error, limit) = (&scale.whole_frame, bounds.dog.whole_frame_max_lsb);
+                at_most("DoG error, maximum, whole frame", "LSB", limit, error.max.abs(), spot(k, error))
+            }),
+            worse(&|k, scale| {
+                let limit = column(scale.signal_class)?.sqnr_db;
+                let measured = scale.interior.sqnr_db;
+                Some(Check::new("DoG SQNR", "dB", Sense::AtLeastDecibel, limit, measured, at_scale(k)))
+            }),
+            bits.and_then(|column| {
+                let measured = self.flips.percent(BitKind::Maxlbp);
+                at_most("MaxLBP bits flipped", "%", column.maxlbp_flips_percent, measured, "both scales".into())
+            }),
+            bits.and_then(|column| {
+                let measured = self.flips.percent(BitKind::Sign);
+                at_most("sign bits flipped", "%", column.sign_flips_percent, measured, "both scales".into())
+            }),
+            worse(&|k, scale| {
+                let (limit, measured) =
+                    (column(scale.features_class)?.same_pixel_percent, scale.kept.same_pixel_percent);
+                let sense = Sense::AtLeastPercent;
+                Some(Check::new("features at the same pixel", "%", sense, limit, measured, at_scale(k)))
+            }),
+            worse(&|k, scale| {
+                let (limit, measured) =
+                    (column(scale.features_class)?.within_one_px_percent, scale.kept.within_one_px_percent);
+                let sense = Sense::AtLeastPercent;
+                Some(Check::new("features within 1 px", "%", sense, limit, measured, at_scale(k)))
+            }),
+            worse(&|k, scale| {
+                let (limit, measured) = (bounds.features.minimum as f64, scale.kept.reference as f64);
+                Some(Check::new("features at streaming", "", Sense::AtLeast, limit, measured, at_scale(k)))
+            }),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+/// Effective sigma of one smoother in one direction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SigmaEff {
+    /// The `sigma` it was designed for, px.
+    pub sigma: f64,
+    /// Along the rows, else down the columns.
+    pub along_rows: bool,
+    /// `sqrt(2 a) / (1 - a)`: unrounded coefficients, infinite reach, px.
+    pub unquantised: f64,
+    /// Rounded coefficients and finite reach, px.
+    pub quantised: f64,
+}
+
+impl SigmaEff {
+    /// Relative change by rounding and truncation.
+    pub fn relative(&self) -> f64 {
+        self.quantised / self.unquantised - 1.0
+    }
+}
+
+/// The effective sigma of all smoothers. Variances of a chain add up: a recursion with gain `g` has `(1 - g) / g^2`, and a cell that
+/// reaches `2^j` samples, two weights `g_j` and `1 - g_j`, has `g_j (1 - g_j) 4^j`.
+pub fn sigma_eff(levels: &Levels) -> Vec<SigmaEff> {
+    let (Some(exact), Some(rounded)) = (levels.coefficients(Level::Streaming), levels.coefficients(Level::BitTrue))
+    else {
+        return Vec::new();
+    };
+    let of_smoother = |smoother: usize| {
+        let (exact, rounded) = (&exact[smoother], &rounded[smoother]);
+        let recursion = |g: f64| (1.0 - g) / (g * g);
+        let ahead: f64 = rounded.g_j.iter().enumerate().map(|(j, g)| g * (1.0 - g) * 4f64.powi(j as i32)).sum();
+        [false, true].map(|along_rows| SigmaEff {
+            sigma: levels.design().sigmas[smoother],
+            along_rows,
+            unquantised: (2.0 * recursion(exact.g)).sqrt(),
+            quantised: (ahead + if along_rows { ahead } else { recursion(rounded.g) }).sqrt(),
+        })
+    };
+    (0..exact.len()).flat_map(of_smoother).collect()
+}
+
+/// The bounds that concern the filters alone: effective sigma, and constant pictures.
+pub fn check_coefficients(levels: &Levels, bounds: &Bounds) -> Vec<Check> {
+    let worst = sigma_eff(levels).into_iter().max_by(|a, b| a.relative().abs().total_cmp(&b.relative().abs()));
+    let sigma = worst.map(|worst| {
+        let direction = if worst.along_rows { "along the rows" } else { "down the columns" };
+        let place = format!("sigma {} {direction}", worst.sigma);
+        let (limit, measured) = (bounds.coefficients.sigma_eff_relative, worst.relative().abs());
+        Check::new("sigma_eff, relative change", "", Sense::AtMost, limit, measured, place)
+    });
+    // Either end of the word, its middle, and a code of mixed bits.
+    let deviation = |value: u16| {
+        let planes = levels.planes(Level::BitTrue, &Plane::filled(96, 80, value));
+        let from = |plane: &Plane<f64>, wanted: f64| {
+            plane.as_slice().iter().map(|sample| (sample - wanted).abs()).fold(0.0, f64::max) / dog_lsb()
+        };
+        let smoothed = planes.smoothed.iter().map(|plane| from(plane, f64::from(value)));
+        let dog = planes.dog.iter().map(|plane| from(plane, 0.0));
+        (smoothed.chain(dog).fold(0.0, f64::max), value)
+    };
+    let worst = [0, 1, 0x8000, 0xa5c3, u16::MAX].map(deviation).into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let constant = worst.map(|(measured, value)| {
+        let limit = bounds.coefficients.constant_lsb;
+        Check::new("a constant stays constant", "LSB", Sense::AtMost, limit, measured, format!("code {value}"))
+    });
+    sigma.into_iter().chain(constant).collect()
+}

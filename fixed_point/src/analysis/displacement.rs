@@ -1,0 +1,194 @@
+//! `p' = H p` known, estimated at `streaming` and at `bit_true`: what quantisation costs at the very end.
+//!
+//! A second view is made of a picture by a known similarity about its centre (shift within 24 px, turn within 2 degrees,
+//! scale within 2 %; cubic convolution, Keys 1981, `a = -1/2`, border sample held), both views go through the camera with
+//! noise of their own, and the motion is estimated from the features of either level. The displacement is the motion of the
+//! picture's centre, px.
+//! The *difference* between the levels is the price of quantisation; the *error* of either against the known motion is that of
+//! the whole method, noise and interpolation included.
+
+use nalgebra::{Matrix3, Vector2};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::image::conditions::Condition;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::estimate::Estimator;
+use hoverlock_reference::motion::model::{Model, transfer};
+use hoverlock_reference::motion::ransac::Ransac;
+
+use crate::analysis::acceptance::{Comparison, FeaturePair};
+use crate::analysis::bounds::{Bounds, Check, Sense};
+use crate::analysis::levels::{Level, Levels};
+
+/// One known motion and what the two levels make of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Displacement {
+    /// The known displacement of the centre, px.
+    pub known: [f64; 2],
+    /// `streaming`: estimate, if there is one.
+    pub reference: Option<Found>,
+    /// `bit_true`: estimate, if there is one.
+    pub test: Option<Found>,
+    /// Distance between the two estimates, px; infinite where one of them is missing.
+    pub difference_px: f64,
+}
+
+/// An estimate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// Displacement of the centre, px.
+    pub displacement: [f64; 2],
+    /// Distance from the known displacement, px.
+    pub error_px: f64,
+    /// Matches of the last round.
+    pub matches: usize,
+    /// Those that agree with the motion.
+    pub inliers: usize,
+}
+
+/// Estimates `motions` seeded motions of `picture` under `condition`.
+pub fn displacements(
+    levels: &Levels,
+    picture: &Plane<u16>,
+    condition: &Condition,
+    bounds: &Bounds,
+    motions: usize,
+) -> Vec<Displacement> {
+    let features = |frame: &Plane<u16>| -> Option<FeaturePair> {
+        let [reference, test] = [Level::Streaming, Level::BitTrue].map(|level| levels.planes(level, frame));
+        Comparison::between(&reference, &test, bounds).map(|(_, pair)| pair)
+    };
+    let Some(before) = features(&condition.apply(picture, bounds.seeds.of(condition))) else { return Vec::new() };
+    let mut random = ChaCha8Rng::seed_from_u64(bounds.seeds.motion);
+    let known: Vec<Matrix3<f64>> = (0..motions).map(|_| similarity(&mut random, picture)).collect();
+    let centre = Vector2::new((picture.width() - 1) as f64 / 2.0, (picture.height() - 1) as f64 / 2.0);
+    let centre_motion = |h: &Matrix3<f64>| transfer(h, centre).map(|place| place - centre);
+    let measure = |(motion, h): (usize, &Matrix3<f64>)| {
+        let known = centre_motion(h)?;
+        let after = features(&condition.apply(&warp(picture, h)?, bounds.seeds.motion + 1 + motion as u64))?;
+        let estimator =
+            Estimator { ransac: Ransac { model: Model::Similarity, ..Ransac::default() }, ..Estimator::default() };
+        let found = |before: &[Feature], after: &[Feature]| {
+            let estimate = estimator.estimate(before, after).ok()?;
+            let displacement = centre_motion(&estimate.homography)?;
+            Some(Found {
+                displacement: displacement.into(),
+                error_px: (displacement - known).norm(),
+                matches: estimate.matches.len(),
+                inliers: estimate.inliers.len(),
+            })
+        };
+        let [reference, test] = [found(&before.reference, &after.reference), found(&before.test, &after.test)];
+        let difference_px = match (&reference, &test) {
+            (Some(a), Some(b)) => (Vector2::from(a.displacement) - Vector2::from(b.displacement)).norm(),
+            _ => f64::INFINITY,
+        };
+        Some(Displacement { known: known.into(), reference, test, difference_px })
+    };
+    known.par_iter().enumerate().filter_map(measure).collect()
+}
+
+/// A similarity about the centre of the picture.
+fn similarity(random: &mut ChaCha8Rng, picture: &Plane<u16>) -> Matrix3<f64> {
+    let mut within = |reach: f64| reach * (2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0);
+    let (tx, ty) = (within(24.0), within(24.0));
+    let (turn, scale) = (within(2.0).to_radians(), 1.0 + within(0.02));
+    let (a, b) = (scale * turn.cos(), scale * turn.sin());
+    let (cx, cy) = ((picture.width() - 1) as f64 / 2.0, (picture.height() - 1) as f64 / 2.0);
+    Matrix3::new(a, -b, cx - a * cx + b * cy + tx, b, a, cy - b * cx - a * cy + ty, 0.0, 0.0, 1.0)
+}
+
+/// The picture moved by `h`: `out(h p) = picture(p)`; nothing where `h` has no inverse.
+fn warp(picture: &Plane<u16>, h: &Matrix3<f64>) -> Option<Plane<u16>> {
+    let back = h.try_inverse()?;
+    let (width, height) = (picture.width(), picture.height());
+    let clamp = |index: i64, size: usize| index.clamp(0, size as i64 - 1) as usize;
+    Some(Plane::from_fn(width, height, |x, y| {
+        let Some(p) = transfer(&back, Vector2::new(x as f64, y as f64)) else { return 0 };
+        let (wx, wy) = (cubic(p.x - p.x.floor()), cubic(p.y - p.y.floor()));
+        let (left, top) = (p.x.floor() as i64 - 1, p.y.floor() as i64 - 1);
+        let mut sum = 0.0;
+        for (j, wy) in wy.iter().enumerate() {
+            let row = picture.row(clamp(top + j as i64, height));
+            let along: f64 =
+                wx.iter().enumerate().map(|(i, wx)| wx * f64::from(row[clamp(left + i as i64, width)])).sum();
+            sum += wy * along;
+        }
+        // `as` clips the overshoot of the interpolation to the camera word.
+        sum.round() as u16
+    }))
+}
+
+/// Weights of the four samples around a place `t` in `[0, 1)` past the second of them.
+fn cubic(t: f64) -> [f64; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2]
+}
+
+/// The bounds on the displacement.
+pub fn check(displacements: &[Displacement], bounds: &Bounds) -> Vec<Check> {
+    let (median, max) = median_and_max(displacements);
+    let estimated = displacements.iter().filter(|d| d.reference.is_some() && d.test.is_some()).count();
+    let place = format!("{estimated} of {} known motions", displacements.len());
+    let limits = &bounds.displacement;
+    let check = |name, limit, measured| Check::new(name, "px", Sense::AtMost, limit, measured, place.clone());
+    vec![
+        check("displacement, median difference", limits.median_px, median),
+        check("displacement, largest difference", limits.max_px, max),
+    ]
+}
+
+/// The middle of the differences, and the largest; no number where there is none.
+pub fn median_and_max(displacements: &[Displacement]) -> (f64, f64) {
+    let mut differences: Vec<f64> = displacements.iter().map(|d| d.difference_px).collect();
+    differences.sort_unstable_by(f64::total_cmp);
+    let middle = differences.len() / 2;
+    let median = match differences.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => differences[middle],
+        _ => (differences[middle - 1] + differences[middle]) / 2.0,
+    };
+    (median, differences.last().copied().unwrap_or(f64::NAN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_is_warped_without_error() {
+        // Cubic convolution reproduces a linear function; away from the border the warped plane is the plane at the place before.
+        let picture = Plane::from_fn(80, 60, |x, y| (2000 + 400 * x + 300 * y) as u16);
+        let h = similarity(&mut ChaCha8Rng::seed_from_u64(9), &Plane::filled(80, 60, 0));
+        let warped = warp(&picture, &h).unwrap();
+        let back = h.try_inverse().unwrap();
+        let mut compared = 0;
+        for y in 0..60 {
+            for x in 0..80 {
+                let p = transfer(&back, Vector2::new(x as f64, y as f64)).unwrap();
+                if p.x >= 1.0 && p.y >= 1.0 && p.x < 77.0 && p.y < 57.0 {
+                    let expected = 2000.0 + 400.0 * p.x + 300.0 * p.y;
+                    assert!((f64::from(warped[(x, y)]) - expected).abs() <= 0.5 + 1e-6, "{x} {y}");
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared > 1000, "{compared}");
+    }
+
+    #[test]
+    fn the_middle_and_the_largest() {
+        let with = |differences: &[f64]| -> Vec<Displacement> {
+            let one =
+                |&difference_px: &f64| Displacement { known: [0.0; 2], reference: None, test: None, difference_px };
+            differences.iter().map(one).collect()
+        };
+        assert_eq!(median_and_max(&with(&[3.0, 1.0, 2.0])), (2.0, 3.0));
+        assert_eq!(median_and_max(&with(&[4.0, 1.0, 2.0, f64::INFINITY])), (3.0, f64::INFINITY));
+        assert!(median_and_max(&[]).0.is_nan() && median_and_max(&[]).1.is_nan());
+    }
+}

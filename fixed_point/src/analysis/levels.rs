@@ -1,0 +1,492 @@
+//! The model levels: from the ideal filter to the hardware, one cause of error a level.
+//!
+//! | level | what changes against the level above |
+//! |---|---|
+//! | `ideal` | the sampled Gaussian, f64 |
+//! | `recursive` | the two-sided first-order recursion, f64, whole frame, the border sample repeated |
+//! | `streaming` | column look-ahead, row look-back and row look-ahead span `2^m - 1` samples only, f64 |
+//! | `quantised` | `streaming` with the coefficients rounded |
+//! | `bit_true` | `quantised` in integers: the bit-true model |
+//! | `rtl` | the emitted Verilog, simulated; it gives the bits of `bit_true` |
+//!
+//! All planes are in DN of the 16-bit camera sample, `0 ..= 65535`, whatever the level. Those of `bit_true` are exact, because its
+//! integers are whole multiples of a power of two. *Approximation* is a level against `ideal`, *quantisation* against `streaming`.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use hoverlock_reference::features::dog::Dog;
+use hoverlock_reference::features::extractor;
+use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::features::maxlbp::{Layer, max_dog};
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::smoothing::recursive::border::Border;
+use hoverlock_reference::smoothing::recursive::first_order;
+use hoverlock_reference::smoothing::smoother::Smoother;
+
+use crate::analysis::worst_case;
+use crate::model::bit_true::{BitTrue, Planes};
+use crate::model::coefficients::CoefficientError;
+use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
+use crate::model::stages::{self, Stage, StageCoefficients};
+
+/// A model level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Level {
+    /// The sampled Gaussian.
+    Ideal,
+    /// The two-sided recursion.
+    Recursive,
+    /// Finite look-ahead and look-back, as it streams.
+    Streaming,
+    /// Rounded coefficients.
+    Quantised,
+    /// Integers.
+    BitTrue,
+    /// The emitted Verilog. It is simulated, not computed here.
+    Rtl,
+}
+
+impl Level {
+    /// From the ideal filter to the hardware.
+    pub const ALL: [Level; 6] =
+        [Level::Ideal, Level::Recursive, Level::Streaming, Level::Quantised, Level::BitTrue, Level::Rtl];
+
+    /// The levels that [`Levels`] computes: all but `rtl`.
+    pub const MODELS: [Level; 5] = [Level::Ideal, Level::Recursive, Level::Streaming, Level::Quantised, Level::BitTrue];
+
+    /// The name, as in the table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Ideal => "ideal",
+            Level::Recursive => "recursive",
+            Level::Streaming => "streaming",
+            Level::Quantised => "quantised",
+            Level::BitTrue => "bit_true",
+            Level::Rtl => "rtl",
+        }
+    }
+}
+
+impl std::fmt::Display for Level {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// All planes of one level, in DN of the camera sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelPlanes {
+    /// `G_0 .. G_2`.
+    pub smoothed: [Plane<f64>; SMOOTHERS],
+    /// `d_k = G_k - G_{k+1}`; in `bit_true` before it is rounded to an LSB of the DoG.
+    pub signed_dog: [Plane<f64>; SCALES],
+    /// `DOG_k`.
+    pub dog: [Plane<f64>; SCALES],
+    /// `MaxDOG_k`.
+    pub max_dog: [Plane<f64>; SCALES],
+}
+
+impl LevelPlanes {
+    /// Everything that follows from the smoothed planes of levels `ideal` to `quantised`.
+    pub fn of(smoothed: [Plane<f64>; SMOOTHERS]) -> Self {
+        let signed_dog = [0, 1].map(|k| smoothed[k].zip_map(&smoothed[k + 1], |narrow, wide| narrow - wide));
+        let dog = [0, 1].map(|k: usize| signed_dog[k].map(|d: &f64| d.abs()));
+        let max_dog = [0, 1].map(|k: usize| max_dog(&dog[k]));
+        Self { smoothed, signed_dog, dog, max_dog }
+    }
+}
+
+/// A frame after the two passes of one smoother, in DN of the camera sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smoothed {
+    /// After the vertical pass: recursion and look-ahead down the columns.
+    pub columns: Plane<f64>,
+    /// After the horizontal pass too.
+    pub rows: Plane<f64>,
+}
+
+/// The levels of one design point.
+#[derive(Debug, Clone)]
+pub struct Levels {
+    design: DesignPoint,
+    ideal: [Smoother; SMOOTHERS],
+    recursive: [Smoother; SMOOTHERS],
+    streaming: [StageCoefficients<f64>; SMOOTHERS],
+    quantised: [StageCoefficients<f64>; SMOOTHERS],
+    bit_true: BitTrue,
+}
+
+impl Levels {
+    /// Designs all levels.
+    ///
+    /// # Errors
+    /// Where a filter of one of the sigmas, or its rounding to the coefficient format, does not exist.
+    pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
+        let bit_true = BitTrue::new(design)?;
+        let [narrow, middle, wide] = design.sigmas;
+        let streaming = |smoother: usize| {
+            first_order::pole(design.sigmas[smoother])
+                .map(|a| StageCoefficients::of_pole(a, design.look_ahead[smoother]))
+        };
+        Ok(Self {
+            design: design.clone(),
+            ideal: [Smoother::gaussian(narrow)?, Smoother::gaussian(middle)?, Smoother::gaussian(wide)?],
+            recursive: [Smoother::first_order(narrow)?, Smoother::first_order(middle)?, Smoother::first_order(wide)?],
+            streaming: [streaming(0)?, streaming(1)?, streaming(2)?],
+            quantised: bit_true.coefficients().each_ref().map(|coefficients| coefficients.values(design.coefficient)),
+            bit_true,
+        })
+    }
+
+    /// The design point.
+    pub fn design(&self) -> &DesignPoint {
+        &self.design
+    }
+
+    /// The model of the level `bit_true`, in raw integers.
+    pub fn bit_true(&self) -> &BitTrue {
+        &self.bit_true
+    }
+
+    /// Coefficients of `streaming` (unrounded), or of `quantised` and `bit_true` (rounded), as real numbers. `None` for the other
+    /// levels.
+    pub fn coefficients(&self, level: Level) -> Option<&[StageCoefficients<f64>; SMOOTHERS]> {
+        match level {
+            Level::Ideal | Level::Recursive | Level::Rtl => None,
+            Level::Streaming => Some(&self.streaming),
+            Level::Quantised | Level::BitTrue => Some(&self.quantised),
+        }
+    }
+
+    /// Smooths by one of the three smoothers and passes every stage's output, in order, to `each`.
+    ///
+    /// # Panics
+    /// For levels other than `streaming`, `quantised` and `bit_true`: they have no stages.
+    pub fn stages(
+        &self,
+        level: Level,
+        smoother: usize,
+        pixels: &Plane<u16>,
+        mut each: impl FnMut(Stage, &Plane<f64>),
+    ) -> Plane<f64> {
+        let float = |coefficients: &StageCoefficients<f64>, each: &mut dyn FnMut(Stage, &Plane<f64>)| {
+            stages::smooth(&dn(pixels), coefficients, |p, q, c| p + c * (q - p), each)
+        };
+        match level {
+            Level::Ideal | Level::Recursive | Level::Rtl => panic!("the level {level} has no stages"),
+            Level::Streaming => float(&self.streaming[smoother], &mut each),
+            Level::Quantised => float(&self.quantised[smoother], &mut each),
+            Level::BitTrue => {
+                let lsb = self.design.state.lsb();
+                let state = self.bit_true.state(pixels);
+                let show = |stage, plane: &Plane<u32>| each(stage, &plane.map(|raw| f64::from(*raw) * lsb));
+                self.bit_true.smooth(smoother, &state, show).map(|raw| f64::from(*raw) * lsb)
+            }
+        }
+    }
+
+    /// The frame after the vertical and after the horizontal pass of one smoother.
+    ///
+    /// # Panics
+    /// For `rtl`, which is simulated, not computed.
+    pub fn smoothed(&self, level: Level, smoother: usize, pixels: &Plane<u16>) -> Smoothed {
+        let whole = |filter: &Smoother| {
+            let frame = dn(pixels);
+            // The vertical pass alone is both passes over columns that stand alone.
+            Smoothed { columns: columns_only(filter, &frame), rows: filter.smooth(&frame, Border::Held) }
+        };
+        match level {
+            Level::Ideal => whole(&self.ideal[smoother]),
+            Level::Recursive => whole(&self.recursive[smoother]),
+            Level::Streaming | Level::Quantised | Level::BitTrue | Level::Rtl => {
+                let last = Stage::ColumnLookAhead(self.design.look_ahead[smoother] - 1);
+                let mut columns = None;
+                let rows = self.stages(level, smoother, pixels, |stage, plane| {
+                    if stage == last {
+                        columns = Some(plane.clone());
+                    }
+                });
+                Smoothed { columns: columns.expect("the look-ahead is at least 1"), rows }
+            }
+        }
+    }
+
+    /// All planes of a level.
+    ///
+    /// # Panics
+    /// For `rtl`, which is simulated, not computed.
+    pub fn planes(&self, level: Level, pixels: &Plane<u16>) -> LevelPlanes {
+        if level == Level::BitTrue {
+            return self.in_dn(&self.bit_true_planes(pixels));
+        }
+        let smooth = |smoother: usize| match level {
+            Level::Ideal => self.ideal[smoother].smooth(&dn(pixels), Border::Held),
+            Level::Recursive => self.recursive[smoother].smooth(&dn(pixels), Border::Held),
+            _ => self.stages(level, smoother, pixels, |_, _| ()),
+        };
+        LevelPlanes::of(per_smoother(smooth))
+    }
+
+    /// All planes of `bit_true` in raw integers. The three smoothers run in parallel.
+    pub fn bit_true_planes(&self, pixels: &Plane<u16>) -> Planes {
+        let state = self.bit_true.state(pixels);
+        self.bit_true.planes_of(per_smoother(|smoother| self.bit_true.smooth(smoother, &state, |_, _| ())))
+    }
+
+    /// Integer planes of this design point in DN of the camera sample.
+    pub fn in_dn(&self, planes: &Planes) -> LevelPlanes {
+        let (state, dog) = (self.design.state.lsb(), self.design.dog().lsb());
+        LevelPlanes {
+            smoothed: planes.smoothed.each_ref().map(|plane| plane.map(|raw| f64::from(*raw) * state)),
+            signed_dog: planes.signed_dog.each_ref().map(|plane| plane.map(|raw| f64::from(*raw) * state)),
+            dog: planes.layers.each_ref().map(|layer| layer.dog.magnitude.map(|raw| f64::from(*raw) * dog)),
+            max_dog: planes.layers.each_ref().map(|layer| layer.max_dog.map(|raw| f64::from(*raw) * dog)),
+        }
+    }
+
+    /// Most a smoother of this level can differ from the level above, DN; `range` is the largest pixel less the smallest.
+    /// `None` for `ideal`, which has no level above. For `recursive` it is valid away from the borders. `rtl` differs by nothing.
+    pub fn worst_case(&self, level: Level, smoother: usize, range: f64) -> Option<f64> {
+        let (streaming, rounded) = (&self.streaming[smoother], &self.quantised[smoother]);
+        let response = |filters: &[Smoother; SMOOTHERS]| filters[smoother].impulse_response();
+        match level {
+            Level::Ideal => None,
+            Level::Recursive => {
+                Some(worst_case::response_difference(&response(&self.recursive), &response(&self.ideal)) * range)
+            }
+            Level::Streaming => Some(worst_case::reach(streaming) * range),
+            Level::Quantised => Some(worst_case::coefficient(streaming, rounded) * range),
+            Level::BitTrue => Some(worst_case::rounding(rounded) * self.design.state.lsb()),
+            Level::Rtl => Some(0.0),
+        }
+    }
+
+    /// Most `d_k` of this level can differ from the level above, DN, as [`Levels::worst_case`] for its two smoothers; `DOG_k` and
+    /// `MaxDOG_k` of `bit_true` differ by half an LSB of the DoG more, as long as they do not saturate.
+    pub fn worst_dog(&self, level: Level, k: usize, range: f64) -> Option<f64> {
+        Some(self.worst_case(level, k, range)? + self.worst_case(level, k + 1, range)?)
+    }
+
+    /// All features of a level in raster order, scale 0 before scale 1 at one pixel; thresholds in DN of the camera sample.
+    pub fn features(&self, planes: &LevelPlanes, thresholds: [f64; SCALES]) -> Vec<Feature> {
+        let layer = |k: usize| Layer {
+            dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
+            max_dog: planes.max_dog[k].clone(),
+        };
+        extractor::features(&[layer(0), layer(1)], thresholds, 1.0)
+    }
+}
+
+fn dn(pixels: &Plane<u16>) -> Plane<f64> {
+    pixels.map(|pixel| f64::from(*pixel))
+}
+
+fn per_smoother<T: Send>(make: impl Fn(usize) -> T + Send + Sync) -> [T; SMOOTHERS] {
+    let made: Vec<T> = (0..SMOOTHERS).into_par_iter().map(make).collect();
+    made.try_into().ok().expect("one per smoother")
+}
+
+/// The vertical pass of a smoother: every column as a picture one pixel wide, whose rows have nothing to smooth.
+fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
+    let columns: Vec<Vec<f64>> = (0..frame.width())
+        .into_par_iter()
+        .map(|x| {
+            let column: Vec<f64> = frame.rows().map(|row| row[x]).collect();
+            filter.smooth_line(&column, Border::Held)
+        })
+        .collect();
+    Plane::from_fn(frame.width(), frame.height(), |x, y| columns[x][y])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::design::KT27;
+    use crate::model::format::Format;
+    use crate::pictures::{Content, Picture, pictures};
+    use hoverlock_reference::features::maxlbp::descriptor;
+    use proptest::prelude::*;
+
+    /// Design points of a sweep: other sigmas, reach and word lengths.
+    fn designs() -> impl Strategy<Value = DesignPoint> {
+        let sigma = 0.8..3.0f64;
+        let fraction = |design: i8, low: i8, high: i8| prop_oneof![1 => Just(design), 2 => low..=high];
+        let free = (
+            (sigma, 1.2..2.5f64, 1.2..2.5f64),
+            prop::array::uniform3(1..=7u32),
+            (fraction(2, 0, 8), fraction(16, 8, 20), fraction(15, 9, 16)),
+        )
+            .prop_map(|((sigma, first, second), look_ahead, (state, coefficient, dog))| DesignPoint {
+                sigmas: [sigma, sigma * first, sigma * first * second],
+                look_ahead,
+                state: Format::unsigned(16, state),
+                coefficient: Format::unsigned(0, coefficient),
+                dog_bits: dog as u32,
+                ..KT27
+            });
+        prop_oneof![1 => Just(KT27), 3 => free]
+    }
+
+    /// Largest difference of two planes.
+    fn distance(a: &Plane<f64>, b: &Plane<f64>) -> f64 {
+        a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    fn range(pixels: &Plane<u16>) -> f64 {
+        let samples = pixels.as_slice().iter();
+        samples.clone().max().map_or(0.0, |max| f64::from(*max)) - samples.min().map_or(0.0, |min| f64::from(*min))
+    }
+
+    /// Some 60 cells of f64 arithmetic on values up to 2^16, each off by 2^-53 of them: 5e-10 DN, with room.
+    const FLOAT: f64 = 1e-8;
+
+    fn layers(planes: &LevelPlanes) -> [Layer<f64>; 2] {
+        [0, 1].map(|k: usize| Layer {
+            dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
+            max_dog: planes.max_dog[k].clone(),
+        })
+    }
+
+    #[test]
+    fn levels_are_named_from_ideal_to_rtl() {
+        let names = Level::ALL.map(Level::name);
+        assert_eq!(names, ["ideal", "recursive", "streaming", "quantised", "bit_true", "rtl"]);
+    }
+
+    #[test]
+    fn frames_from_one_pixel_upward_have_all_planes() {
+        let levels = Levels::new(&KT27).unwrap();
+        for (width, height) in [(1, 1), (1, 50), (50, 1), (2, 3), (37, 37)] {
+            let picture = Picture { width, height, seed: 5, content: Content::Noise { low: 0, high: 65535 } }.draw();
+            for level in Level::MODELS {
+                let planes = levels.planes(level, &picture);
+                let shapes = planes.smoothed.iter().chain(&planes.signed_dog).chain(&planes.dog).chain(&planes.max_dog);
+                assert!(shapes.clone().all(|plane| (plane.width(), plane.height()) == (width, height)));
+                let thresholds = [1.0; 2];
+                assert!(width == 37 || levels.features(&planes, thresholds).is_empty());
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(96))]
+
+        #[test]
+        fn each_level_stays_within_its_worst_case_of_the_one_above(design in designs(), picture in pictures(90)) {
+            let pixels = picture.draw();
+            let (width, height) = (pixels.width(), pixels.height());
+            let levels = Levels::new(&design).unwrap();
+            let range = range(&pixels);
+            let planes = Level::MODELS.map(|level| levels.planes(level, &pixels));
+            for (pair, level) in planes.windows(2).zip(&Level::MODELS[1..]) {
+                let (above, below) = (&pair[0], &pair[1]);
+                for smoother in 0..SMOOTHERS {
+                    let bound = levels.worst_case(*level, smoother, range).unwrap() + FLOAT;
+                    let (above, below) = (&above.smoothed[smoother], &below.smoothed[smoother]);
+                    if *level == Level::Recursive {
+                        // Each pass holds its own border sample: a^(H - y) + a^(W - x) of the weight is another's.
+                        let a = first_order::pole(design.sigmas[smoother]).unwrap();
+                        for y in 0..height {
+                            for x in 0..width {
+                                let border = a.powi((height - y) as i32) + a.powi((width - x) as i32);
+                                let error = (below[(x, y)] - above[(x, y)]).abs();
+                                prop_assert!(error <= bound + border * range, "{error} at ({x}, {y}), {bound} + {border}");
+                            }
+                        }
+                    } else {
+                        let error = distance(above, below);
+                        prop_assert!(error <= bound, "{level:?} smoother {smoother}: {error} DN, bound {bound}");
+                    }
+                }
+                if *level != Level::Recursive {
+                    for k in 0..SCALES {
+                        let bound = levels.worst_dog(*level, k, range).unwrap() + FLOAT;
+                        let error = distance(&above.signed_dog[k], &below.signed_dog[k]);
+                        prop_assert!(error <= bound, "{level:?} d_{k}: {error} DN, bound {bound}");
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn bits_flip_only_where_the_margin_is_below_the_bound(
+            design in designs(), mut picture in pictures(60), larger in 37..60usize,
+        ) {
+            (picture.width, picture.height) = (picture.width.max(larger), picture.height.max(37));
+            let pixels = picture.draw();
+            let levels = Levels::new(&design).unwrap();
+            let (above, below) = (levels.planes(Level::Quantised, &pixels), levels.planes(Level::BitTrue, &pixels));
+            let (half, most) = (design.dog().lsb() / 2.0, design.dog().value(i64::from(design.max_dog())));
+            let bounds = [0, 1].map(|k| levels.worst_dog(Level::BitTrue, k, 0.0).unwrap() + FLOAT);
+            for (k, bound) in bounds.iter().enumerate() {
+                let clipped = above.dog[k].map(|dog| dog.min(most));
+                prop_assert!(distance(&clipped, &below.dog[k]) <= bound + half);
+                prop_assert!(distance(&max_dog(&clipped), &below.max_dog[k]) <= bound + half);
+            }
+            let (float, fixed) = (layers(&above), layers(&below));
+            let rings = hoverlock_reference::features::maxlbp::rings();
+            for y in hoverlock_reference::features::maxima::eligible(pixels.height()) {
+                for x in hoverlock_reference::features::maxima::eligible(pixels.width()) {
+                    let (a, b) = (descriptor(&float, x, y), descriptor(&fixed, x, y));
+                    for k in 0..SCALES {
+                        let (maxlbp, sign) = (a.maxlbp[k] ^ b.maxlbp[k], a.sign[k] ^ b.sign[k]);
+                        for (i, (dx, dy)) in rings[k].iter().enumerate() {
+                            let at = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
+                            // Both sides of the comparison may be off, by the DoG's error and its rounding; a flip where
+                            // one of them saturates is the range's fault, not the rounding's.
+                            let saturated = above.dog[k][(x, y)].max(above.max_dog[k][at]) >= most;
+                            let margin = (above.dog[k][(x, y)] - above.max_dog[k][at]).abs();
+                            prop_assert!(maxlbp >> i & 1 == 0 || saturated || margin <= 2.0 * (bounds[k] + half), "{margin}");
+                            let margin = above.signed_dog[k][at].abs();
+                            prop_assert!(sign >> i & 1 == 0 || margin <= bounds[k], "{margin}");
+                        }
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn constants_pass_every_level_unchanged(
+            design in designs(), width in 1..80usize, height in 1..80usize, value: u16,
+        ) {
+            let pixels = Plane::filled(width, height, value);
+            let levels = Levels::new(&design).unwrap();
+            for level in Level::MODELS {
+                let planes = levels.planes(level, &pixels);
+                for smoothed in &planes.smoothed {
+                    prop_assert!(smoothed.as_slice().iter().all(|sample| *sample == f64::from(value)), "{level:?}");
+                }
+                prop_assert!(planes.dog.iter().all(|dog| dog.as_slice().iter().all(|sample| *sample == 0.0)));
+                prop_assert!(levels.features(&planes, [design.dog().lsb(); 2]).is_empty());
+            }
+        }
+
+        #[test]
+        fn fixed_features_are_those_of_its_planes_in_codes(picture in pictures(90), threshold in 1u32..3000) {
+            let levels = Levels::new(&KT27).unwrap();
+            let planes = levels.bit_true_planes(&picture.draw());
+            let records: Vec<Feature> = planes.features([threshold; 2]).iter().map(Feature::from).collect();
+            prop_assert_eq!(records, levels.features(&levels.in_dn(&planes), [f64::from(threshold) / 2.0; 2]));
+        }
+
+        #[test]
+        fn stages_end_in_the_planes(design in designs(), picture in pictures(60)) {
+            let pixels = picture.draw();
+            let levels = Levels::new(&design).unwrap();
+            for level in Level::MODELS {
+                let planes = levels.planes(level, &pixels);
+                for smoother in 0..SMOOTHERS {
+                    let passes = levels.smoothed(level, smoother, &pixels);
+                    prop_assert_eq!(&passes.rows, &planes.smoothed[smoother]);
+                    // Columns alone: a picture whose rows are constant is smoothed by the vertical pass only.
+                    let column = Plane::from_fn(1, pixels.height(), |_, y| pixels[(0, y)]);
+                    let alone = levels.smoothed(level, smoother, &column);
+                    let first = Plane::from_fn(1, pixels.height(), |_, y| passes.columns[(0, y)]);
+                    prop_assert_eq!(&alone.rows, &first);
+                }
+            }
+        }
+    }
+}

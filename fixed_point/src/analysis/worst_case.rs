@@ -1,0 +1,172 @@
+//! What each level can cost at worst, derived from the coefficients alone; tests hold every level against these.
+//!
+//! Every cell gives a weighted mean of its two inputs, so a smoother is a mean too: an error at its input leaves it no
+//! larger, and errors of successive stages add up.
+//!
+//! - **Integers against the same coefficients in f64.** Each cell rounds by half a state LSB at most. In the recursion
+//!   `|e[r]| <= (1 - g) |e[r-1]| + 1/2` adds up to `1/(2 g)`: the dead band, within which a state no longer follows its
+//!   input. With `3 m` further cells `|e| <= 1/(2 g) + 3 m / 2` state LSB.
+//! - **Rounded coefficients.** A cell off by `delta` errs by `|delta| |q - p| <= |delta| R`, `R` the range of the picture
+//!   (largest less smallest pixel): `|e| <= (|delta_g| / g + 3 sum_j |delta_j|) R`, `g` the rounded one.
+//! - **Finite reach.** A chain that ends after `2^m` samples leaves out the weight `a^(2^m)` and spreads it over the others:
+//!   `a^(2^m) R` for each of three chains.
+//! - **Recursion in place of the Gaussian.** With `h` and `w` the two impulse responses, a difference of two means errs by
+//!   half its l1 norm times `R`; columns and rows add: `||h - w||_1 R`. Holding the border sample of each pass, not of
+//!   the picture, changes the weight of the samples beyond the end: `a^(H - y) R + a^(W - x) R` more.
+//!
+//! **Saturation.** `d_k` at a place is a weighted sum of pixels; it is largest with white where the weight is positive and
+//! black elsewhere, so `|d_k| <= FS sum of the positive weights` (the negative weights have the same sum). Near the lower and
+//! right borders the weights change with the place, because each stage holds its own border sample there; at the upper
+//! and left borders weights fall together, which lessens the sum. So the largest over the places up to one reach from
+//! the lower right corner is the largest of any frame.
+
+use hoverlock_reference::image::plane::Plane;
+use rayon::prelude::*;
+
+use crate::model::stages::{Stage, StageCoefficients};
+
+/// Most a smoother in integers differs from the same coefficients in f64, state LSB.
+pub fn rounding(coefficients: &StageCoefficients<f64>) -> f64 {
+    dead_band(coefficients.g) + 1.5 * coefficients.g_j.len() as f64
+}
+
+/// How far a recursion's state may rest from a constant input, LSB: less than `1/(2 g)`.
+pub fn dead_band(g: f64) -> f64 {
+    0.5 / g
+}
+
+/// Most a smoother with rounded coefficients differs from the unrounded, as a part of the picture's range.
+pub fn coefficient(unrounded: &StageCoefficients<f64>, rounded: &StageCoefficients<f64>) -> f64 {
+    let reach: f64 = unrounded.g_j.iter().zip(&rounded.g_j).map(|(from, to)| (from - to).abs()).sum();
+    (unrounded.g - rounded.g).abs() / rounded.g + 3.0 * reach
+}
+
+/// Most a smoother of finite reach differs from the endless one, as a part of the picture's range.
+pub fn reach(unrounded: &StageCoefficients<f64>) -> f64 {
+    let a = 1.0 - unrounded.g;
+    3.0 * a.powf((unrounded.g_j.len() as f64).exp2())
+}
+
+/// `||h - w||_1` of two symmetric impulse responses given from their middle on: most two smoothers differ away from the
+/// borders, as a part of the picture's range.
+pub fn response_difference(h: &[f64], w: &[f64]) -> f64 {
+    let at = |half: &[f64], n: usize| half.get(n).copied().unwrap_or(0.0);
+    let side = |n: usize| if n == 0 { 1.0 } else { 2.0 };
+    (0..h.len().max(w.len())).map(|n| side(n) * (at(h, n) - at(w, n)).abs()).sum()
+}
+
+/// The largest `|d_k|` of any frame before rounding, as a part of full scale.
+pub fn largest_difference(narrow: &StageCoefficients<f64>, wide: &StageCoefficients<f64>) -> f64 {
+    let reach = 1usize << narrow.g_j.len().max(wide.g_j.len());
+    // Of the recursion and the look-ahead only this many samples before the place are looked at; the rest weighs
+    // at most this much, and is added in full.
+    let length = 5 * reach;
+    let left_out = [narrow, wide].map(|coefficients| 2.0 * (1.0 - coefficients.g).powi((length - 2 * reach) as i32));
+    let [down, along] = [true, false].map(|vertical| {
+        [narrow, wide].map(|coefficients| {
+            let weights = weights(coefficients, length, vertical);
+            (0..=reach).map(|from_end| weights.row(length - 1 - from_end).to_vec()).collect::<Vec<_>>()
+        })
+    });
+    let largest = (0..=reach)
+        .into_par_iter()
+        .map(|y| {
+            let places = along[0].iter().zip(&along[1]);
+            places.map(|(narrow, wide)| positive_part(&down[0][y], narrow, &down[1][y], wide)).fold(0.0, f64::max)
+        })
+        .reduce(|| 0.0, f64::max);
+    largest + left_out.iter().sum::<f64>()
+}
+
+/// Row `n` holds the weights of all samples in sample `n` of a line after the vertical or the horizontal pass.
+fn weights(coefficients: &StageCoefficients<f64>, length: usize, vertical: bool) -> Plane<f64> {
+    let mut plane = Plane::from_fn(length, length, |x, y| f64::from(u8::from(x == y)));
+    for stage in Stage::chain(coefficients.g_j.len() as u32) {
+        if vertical == matches!(stage, Stage::Recursion | Stage::ColumnLookAhead(_)) {
+            plane = stage.apply(&plane, coefficients, |p, q, c| p + c * (q - p));
+        }
+    }
+    if vertical { plane } else { plane.transposed() }
+}
+
+/// `sum_{i,j} max(0, u1[i] v1[j] - u2[i] v2[j])`.
+fn positive_part(u1: &[f64], v1: &[f64], u2: &[f64], v2: &[f64]) -> f64 {
+    let row = |u1: f64, u2: f64| v1.iter().zip(v2).map(|(v1, v2)| (u1 * v1 - u2 * v2).max(0.0)).sum::<f64>();
+    u1.iter().zip(u2).map(|(u1, u2)| row(*u1, *u2)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::bit_true::BitTrue;
+    use crate::model::design::KT27;
+    use crate::model::lerp::lerp;
+    use proptest::prelude::*;
+
+    /// `FS` in state LSB.
+    const FULL_SCALE: f64 = 65535.0 * 4.0;
+
+    #[test]
+    fn saturation_is_impossible_at_the_design_point() {
+        let model = BitTrue::new(&KT27).unwrap();
+        let coefficients = model.coefficients().each_ref().map(|coefficients| coefficients.values(KT27.coefficient));
+        for k in 0..2 {
+            let share = largest_difference(&coefficients[k], &coefficients[k + 1]);
+            let largest = share * FULL_SCALE + rounding(&coefficients[k]) + rounding(&coefficients[k + 1]);
+            // (|d| + 1) >> 1 passes 2^15 - 1 from |d| = 65535 on.
+            assert!(largest < 65535.0, "pair {k}: {share} of full scale, {largest} LSB");
+
+            // The picture that asks for most in mid-frame comes within the rounding of its own bound, and saturates nothing.
+            let size = 401;
+            let centre = size / 2;
+            let [narrow, wide] = [k, k + 1].map(|smoother| {
+                [true, false].map(|vertical| weights(&coefficients[smoother], size, vertical).row(centre).to_vec())
+            });
+            let weight = |x: usize, y: usize| narrow[0][y] * narrow[1][x] - wide[0][y] * wide[1][x];
+            let worst = Plane::from_fn(size, size, |x, y| if weight(x, y) > 0.0 { u16::MAX } else { 0 });
+            let planes = model.planes(&worst);
+            let reached = f64::from(planes.signed_dog[k][(centre, centre)]);
+            let expected = positive_part(&narrow[0], &narrow[1], &wide[0], &wide[1]) * FULL_SCALE;
+            assert!(
+                (reached - expected).abs() <= rounding(&coefficients[k]) + rounding(&coefficients[k + 1]),
+                "{reached} {expected}"
+            );
+            assert!(reached <= largest && reached > 0.97 * largest, "pair {k}: {reached} of {largest}");
+            assert_eq!(planes.saturated, [0, 0]);
+        }
+    }
+
+    #[test]
+    fn largest_difference_of_full_scale_is_that_of_the_design() {
+        // 0.243 FS for the coarse pair with filters of endless reach; a reach of 31 and 63 takes nothing visible off it.
+        let coefficients = [(2.0, 5), (3.2, 5), (5.12, 6)].map(|(sigma, m)| {
+            StageCoefficients::of_pole(hoverlock_reference::smoothing::recursive::first_order::pole(sigma).unwrap(), m)
+        });
+        assert!((largest_difference(&coefficients[0], &coefficients[1]) - 0.236).abs() < 0.0005);
+        assert!((largest_difference(&coefficients[1], &coefficients[2]) - 0.243).abs() < 0.0005);
+    }
+
+    proptest! {
+        #[test]
+        fn recursion_rests_within_its_dead_band(
+            from in 0u32..1 << 20, to in 0u32..1 << 20, fraction_bits in 6..20u32, part in 0.02..0.98f64,
+        ) {
+            let code = (part * f64::from(1u32 << fraction_bits)) as u32;
+            let g = f64::from(code) / f64::from(1u32 << fraction_bits);
+            let mut state = from;
+            loop {
+                let next = lerp(state, to, code, fraction_bits);
+                if next == state {
+                    break;
+                }
+                prop_assert!(next.abs_diff(to) < state.abs_diff(to), "it never turns back");
+                state = next;
+            }
+            let rest = f64::from(state.abs_diff(to));
+            prop_assert!(rest < dead_band(g), "{rest} LSB, g = {g}");
+            // The band is no wider than need be: one LSB further out the state would still move.
+            let outer = dead_band(g).ceil() as u32;
+            prop_assert!(lerp(to, to + outer, code, fraction_bits) != to);
+        }
+    }
+}

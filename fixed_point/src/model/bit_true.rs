@@ -1,0 +1,536 @@
+//! `bit_true`: the integers of the hardware, for any format of the design point and any frame from 1 x 1.
+//!
+//! A frame of 16-bit pixels `x` becomes the state `x << f`; three smoothers (the chains of [`crate::model::stages`], each cell the
+//! integer [`lerp`]) give `G_0 .. G_2`. Then, with `f` the state's fraction bits, `N` the DoG's bits and `s = f + 14 - N`:
+//!
+//! ```text
+//! d_k       = G_k - G_{k+1}                                    state LSB, signed
+//! sign_k    = 1 where d_k >= 0                                 before rounding
+//! DOG_k     = min((|d_k| + 2^(s-1)) >> s, 2^N - 1)             half up; s <= 0: |d_k| << -s; a saturated sample is counted
+//! MaxDOG_k  = max of DOG_k over (2 D + 1)^2 pixels             the border sample repeated
+//! feature   : DOG_k(p) >= T_k, DOG_k(p) > what comes earlier in raster order in its 7x7 window, >= what comes later
+//! MaxLBP_k  : bit i = DOG_k(p) >= MaxDOG_k(p + o_i),           o_i = round(R_k (cos, sin)(2 pi i / 32)), x right, y down
+//! sign word : bit i = sign_k(p + o_i)
+//! ```
+//!
+//! **Which pixels.** A centre is eligible where `18 <= x < W - 18` and `18 <= y < H - 18`, both scales alike, so no window leaves
+//! the frame and frames under 37 pixels either way have no features. The window test looks at all 48 neighbours, eligible
+//! or not. Windows, rings and the tie rule are those of [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`],
+//! which serve integers and floats alike.
+//!
+//! **Order.** Raster order of the pixel; at one pixel scale 0 before scale 1. Of equal responses in one window the first in
+//! raster order is the feature: the rule is strict against earlier pixels only, so no tie is lost or doubled.
+//!
+//! **What is dropped.** Nothing: this list is complete. Hardware whose feature FIFO is full leaves records out, never
+//! reorders them, and counts them: emitted + dropped is the length of this list, and the emitted are in its order.
+
+use hoverlock_reference::features::dog::Dog;
+use hoverlock_reference::features::feature::{Descriptor, Feature};
+use hoverlock_reference::features::maxima::maxima;
+use hoverlock_reference::features::maxlbp::{Layer, descriptor};
+use hoverlock_reference::image::plane::Plane;
+
+use crate::model::coefficients::{CoefficientError, LerpCoefficients};
+use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
+use crate::model::lerp::lerp;
+use crate::model::stages::{self, Stage, StageCoefficients};
+
+/// Everything `bit_true` computes of a frame but the features.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Planes {
+    /// `G_0 .. G_2`, state LSB.
+    pub smoothed: [Plane<u32>; SMOOTHERS],
+    /// `d_k`, state LSB.
+    pub signed_dog: [Plane<i32>; SCALES],
+    /// `DOG_k` and `MaxDOG_k`, LSB of the DoG, and the sign bits.
+    pub layers: [Layer<u16>; SCALES],
+    /// Samples of `DOG_k` that saturated; the hardware keeps one sticky bit, set where this is not 0.
+    pub saturated: [u64; SCALES],
+}
+
+/// A feature as the hardware sends it: 256 bits.
+///
+/// | word | bits 31..16 | bits 15..0 |
+/// |---|---|---|
+/// | 0 | `y` | `x` |
+/// | 1 | flags | response |
+/// | 2 | right neighbour | left neighbour |
+/// | 3 | lower neighbour | upper neighbour |
+/// | 4, 5 | MaxLBP k0, MaxLBP k1 | |
+/// | 6, 7 | sign k0, sign k1 | |
+///
+/// Flags: bit 0 the scale pair, bit 1 the polarity (1 where `d_k >= 0`, a bright spot), bit 15 set in a frame's trailer record
+/// and never in a feature; the others are 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct FeatureRecord {
+    /// Column.
+    pub x: u16,
+    /// Row.
+    pub y: u16,
+    /// `DOG_k` at the pixel, LSB of the DoG.
+    pub response: u16,
+    /// Scale pair, 0 or 1.
+    pub scale: u8,
+    /// Polarity.
+    pub bright: bool,
+    /// `DOG_k` at the left, right, upper and lower neighbour.
+    pub neighbours: [u16; 4],
+    /// Both scales' words.
+    pub descriptor: Descriptor,
+}
+
+/// Flag bit of the scale pair.
+pub const FLAG_SCALE: u16 = 1;
+/// Flag bit of the polarity.
+pub const FLAG_BRIGHT: u16 = 1 << 1;
+/// Flag bit of the record that ends a frame's packet.
+pub const FLAG_TRAILER: u16 = 1 << 15;
+
+impl FeatureRecord {
+    /// The 256 bits, least significant word first.
+    pub fn pack(&self) -> [u32; 8] {
+        let pair = |low: u16, high: u16| u32::from(low) | (u32::from(high) << 16);
+        let flags = if self.scale == 1 { FLAG_SCALE } else { 0 } | if self.bright { FLAG_BRIGHT } else { 0 };
+        let [left, right, up, down] = self.neighbours;
+        let [maxlbp0, maxlbp1, sign0, sign1] = self.descriptor.words();
+        [
+            pair(self.x, self.y),
+            pair(self.response, flags),
+            pair(left, right),
+            pair(up, down),
+            maxlbp0,
+            maxlbp1,
+            sign0,
+            sign1,
+        ]
+    }
+
+    /// The feature of 256 bits; nothing where a flag is set that no feature has.
+    pub fn unpack(words: &[u32; 8]) -> Option<Self> {
+        let (low, high) = (|word: u32| word as u16, |word: u32| (word >> 16) as u16);
+        let flags = high(words[1]);
+        (flags & !(FLAG_SCALE | FLAG_BRIGHT) == 0).then(|| Self {
+            x: low(words[0]),
+            y: high(words[0]),
+            response: low(words[1]),
+            scale: u8::from(flags & FLAG_SCALE != 0),
+            bright: flags & FLAG_BRIGHT != 0,
+            neighbours: [low(words[2]), high(words[2]), low(words[3]), high(words[3])],
+            descriptor: Descriptor { maxlbp: [words[4], words[5]], sign: [words[6], words[7]] },
+        })
+    }
+
+    /// The feature in DN of the camera sample: `dog_lsb` is what one LSB of the DoG is worth.
+    pub fn feature(&self, dog_lsb: f64) -> Feature {
+        Feature {
+            x: u32::from(self.x),
+            y: u32::from(self.y),
+            scale: self.scale,
+            bright: self.bright,
+            response: f64::from(self.response) * dog_lsb,
+            neighbours: self.neighbours.map(|response| f64::from(response) * dog_lsb),
+            descriptor: self.descriptor,
+        }
+    }
+}
+
+impl From<&FeatureRecord> for Feature {
+    /// At the default design point, where one LSB of the DoG is half a code.
+    fn from(record: &FeatureRecord) -> Self {
+        record.feature(0.5)
+    }
+}
+
+/// The thresholds `T_k` from the counts of the last finished frame.
+///
+/// At frame start, per scale, from the count before drops: above `5 N / 4` `T += (T >> 3) + 1`, below `3 N / 4`
+/// `T = max(1, T - (T >> 3) - 1)`. It never passes the largest DoG code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ThresholdController {
+    target: u32,
+    max: u32,
+    thresholds: [u32; SCALES],
+}
+
+impl ThresholdController {
+    /// The controller of a design point before its first frame.
+    pub fn new(design: &DesignPoint) -> Self {
+        Self { target: design.threshold.target, max: design.max_dog(), thresholds: [design.threshold.initial; SCALES] }
+    }
+
+    /// The controller of a design point after a frame with the thresholds `T_k`.
+    pub fn resumed(design: &DesignPoint, thresholds: [u32; SCALES]) -> Self {
+        Self { thresholds, ..Self::new(design) }
+    }
+
+    /// `T_k` of the frame about to start.
+    pub fn thresholds(&self) -> [u32; SCALES] {
+        self.thresholds
+    }
+
+    /// Takes the number of features of each scale in the frame just finished.
+    pub fn finish_frame(&mut self, counts: [u32; SCALES]) {
+        for (threshold, count) in self.thresholds.iter_mut().zip(counts) {
+            let (count, target) = (u64::from(count), u64::from(self.target));
+            let step = (*threshold >> 3) + 1;
+            if 4 * count > 5 * target {
+                *threshold = (*threshold + step).min(self.max);
+            } else if 4 * count < 3 * target {
+                *threshold = threshold.saturating_sub(step).max(1);
+            }
+        }
+    }
+}
+
+/// How many features each scale has.
+pub fn counts(features: &[FeatureRecord]) -> [u32; SCALES] {
+    let coarse = features.iter().filter(|feature| feature.scale == 1).count() as u32;
+    [features.len() as u32 - coarse, coarse]
+}
+
+/// `bit_true` of one design point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BitTrue {
+    design: DesignPoint,
+    coefficients: [StageCoefficients<u32>; SMOOTHERS],
+}
+
+impl BitTrue {
+    /// The model of a design point.
+    ///
+    /// # Errors
+    /// Where a smoother of one of the sigmas, or its rounding to the coefficient format, does not exist.
+    pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
+        let coefficients = |smoother: usize| {
+            let (sigma, look_ahead) = (design.sigmas[smoother], design.look_ahead[smoother]);
+            LerpCoefficients::design(sigma, look_ahead, design.coefficient.bits()).map(StageCoefficients::from)
+        };
+        Ok(Self { design: design.clone(), coefficients: [coefficients(0)?, coefficients(1)?, coefficients(2)?] })
+    }
+
+    /// The design point it was made for.
+    pub fn design(&self) -> &DesignPoint {
+        &self.design
+    }
+
+    /// Integer coefficients of the smoothers.
+    pub fn coefficients(&self) -> &[StageCoefficients<u32>; SMOOTHERS] {
+        &self.coefficients
+    }
+
+    /// The same with other codes, `g` and then each `g_j` of the smoothers in turn, as the registers have them; those that are missing stay.
+    pub fn with_coefficients(&self, codes: &[u32]) -> Self {
+        let mut model = self.clone();
+        let own = model
+            .coefficients
+            .iter_mut()
+            .flat_map(|coefficients| std::iter::once(&mut coefficients.g).chain(&mut coefficients.g_j));
+        for (own, code) in own.zip(codes) {
+            *own = *code;
+        }
+        model
+    }
+
+    /// Pixels become states: `x << f`.
+    pub fn state(&self, pixels: &Plane<u16>) -> Plane<u32> {
+        let fraction_bits = self.design.state.fraction_bits();
+        pixels.map(|pixel| u32::from(*pixel) << fraction_bits)
+    }
+
+    /// One smoother over the states; `each` sees every stage's output.
+    pub fn smooth(&self, smoother: usize, state: &Plane<u32>, each: impl FnMut(Stage, &Plane<u32>)) -> Plane<u32> {
+        let fraction_bits = self.design.coefficient.bits();
+        stages::smooth(state, &self.coefficients[smoother], |p, q, code| lerp(p, q, code, fraction_bits), each)
+    }
+
+    /// `d_k` of two smoothed planes.
+    pub fn signed_dog(narrow: &Plane<u32>, wide: &Plane<u32>) -> Plane<i32> {
+        narrow.zip_map(wide, |narrow, wide| *narrow as i32 - *wide as i32)
+    }
+
+    /// `DOG_k` with its sign bits, and how many samples saturated.
+    pub fn dog(&self, signed: &Plane<i32>) -> (Dog<u16>, u64) {
+        let (shift, max) = (self.design.dog_shift(), u64::from(self.design.max_dog()));
+        let mut saturated = 0;
+        let magnitude = signed.map(|d| {
+            let magnitude = u64::from(d.unsigned_abs());
+            let rounded = if shift > 0 { (magnitude + (1 << (shift - 1))) >> shift } else { magnitude << -shift };
+            saturated += u64::from(rounded > max);
+            rounded.min(max) as u16
+        });
+        (Dog { magnitude, positive: signed.map(|d| *d >= 0) }, saturated)
+    }
+
+    /// All planes of a frame.
+    pub fn planes(&self, pixels: &Plane<u16>) -> Planes {
+        let state = self.state(pixels);
+        let smoothed = [0, 1, 2].map(|smoother| self.smooth(smoother, &state, |_, _| ()));
+        self.planes_of(smoothed)
+    }
+
+    /// All planes of a frame whose smoothing is done.
+    pub fn planes_of(&self, smoothed: [Plane<u32>; SMOOTHERS]) -> Planes {
+        let signed_dog = [0, 1].map(|k| Self::signed_dog(&smoothed[k], &smoothed[k + 1]));
+        let [(fine, fine_saturated), (coarse, coarse_saturated)] = [0, 1].map(|k: usize| self.dog(&signed_dog[k]));
+        Planes {
+            smoothed,
+            signed_dog,
+            layers: [Layer::new(fine), Layer::new(coarse)],
+            saturated: [fine_saturated, coarse_saturated],
+        }
+    }
+}
+
+impl Planes {
+    /// All features of the frame, in order. A threshold of 0 counts as 1.
+    pub fn features(&self, thresholds: [u32; SCALES]) -> Vec<FeatureRecord> {
+        let mut places = Vec::new();
+        for (k, layer) in self.layers.iter().enumerate() {
+            // No response reaches a threshold beyond 16 bits.
+            if let Ok(threshold) = u16::try_from(thresholds[k].max(1)) {
+                places.extend(maxima(&layer.dog.magnitude, threshold).into_iter().map(|(x, y)| (y, x, k)));
+            }
+        }
+        places.sort_unstable();
+        places.into_iter().map(|(y, x, k)| self.record(x, y, k)).collect()
+    }
+
+    /// The record of scale pair `k` at an eligible pixel.
+    pub(crate) fn record(&self, x: usize, y: usize, k: usize) -> FeatureRecord {
+        let Dog { magnitude, positive } = &self.layers[k].dog;
+        FeatureRecord {
+            x: x as u16,
+            y: y as u16,
+            response: magnitude[(x, y)],
+            scale: k as u8,
+            bright: positive[(x, y)],
+            neighbours: [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)].map(|at| magnitude[at]),
+            descriptor: descriptor(&self.layers, x, y),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::design::KT27;
+    use crate::model::format::Format;
+    use crate::pictures::pictures;
+    use hoverlock_reference::features::maxlbp::rings;
+    use proptest::prelude::*;
+
+    /// A design point with other word lengths, reach and sigmas; the others stay.
+    fn design(state: i8, coefficient: i8, dog_bits: u32, look_ahead: [u32; SMOOTHERS]) -> DesignPoint {
+        let state = Format::unsigned(16, state);
+        DesignPoint { state, coefficient: Format::unsigned(0, coefficient), dog_bits, look_ahead, ..KT27 }
+    }
+
+    /// Round half away from zero of `numerator / 2^bits`, in wide signed integers, unlike the cell.
+    fn half_away(numerator: i128, bits: u32) -> i128 {
+        let half = 1i128 << (bits - 1);
+        if numerator >= 0 { (numerator + half) >> bits } else { -((-numerator + half) >> bits) }
+    }
+
+    /// One smoother straight from the equations, sample by sample, with arrays of rows.
+    fn smoothed(x: &[Vec<i128>], coefficients: &StageCoefficients<u32>, bits: u32) -> Vec<Vec<i128>> {
+        let (height, width) = (x.len(), x[0].len());
+        let lerp = |p: i128, q: i128, code: u32| p + half_away(i128::from(code) * (q - p), bits);
+        let at = |u: &[Vec<i128>], r: i64, c: i64| {
+            u[r.clamp(0, height as i64 - 1) as usize][c.clamp(0, width as i64 - 1) as usize]
+        };
+        let mut u = x.to_vec();
+        for r in 1..height {
+            for c in 0..width {
+                u[r][c] = lerp(u[r - 1][c], x[r][c], coefficients.g);
+            }
+        }
+        for (dr, dc) in [(1, 0), (0, -1), (0, 1)] {
+            for (j, code) in coefficients.g_j.iter().enumerate() {
+                let step = 1i64 << j;
+                let before = u.clone();
+                for r in 0..height {
+                    for c in 0..width {
+                        let p = at(&before, r as i64 + dr * step, c as i64 + dc * step);
+                        u[r][c] = lerp(p, before[r][c], *code);
+                    }
+                }
+            }
+        }
+        u
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(96))]
+
+        #[test]
+        fn planes_and_features_are_the_equations(
+            picture in pictures(60),
+            (state, coefficient, dog_bits) in (0i8..=12, 6i8..=31, 2u32..=16),
+            look_ahead in prop::array::uniform3(1u32..=7),
+            thresholds in prop::array::uniform2(prop_oneof![0u32..50, 0..5000u32]),
+        ) {
+            let pixels = picture.draw();
+            let (width, height) = (pixels.width(), pixels.height());
+            let design = design(state, coefficient, dog_bits, look_ahead);
+            let model = BitTrue::new(&design).unwrap();
+            let planes = model.planes(&pixels);
+            let x: Vec<Vec<i128>> = pixels.rows().map(|row| row.iter().map(|p| i128::from(*p) << state).collect()).collect();
+            let g: Vec<_> = model.coefficients().iter().map(|coefficients| smoothed(&x, coefficients, coefficient as u32)).collect();
+            for (smoothed, plane) in g.iter().zip(&planes.smoothed) {
+                prop_assert!(smoothed.iter().flatten().eq(plane.as_slice().iter().map(|s| i128::from(*s)).collect::<Vec<_>>().iter()));
+            }
+            // 2^14 codes, a quarter of full scale, are 2^N LSB.
+            let d = |k: usize, r: usize, c: usize| g[k][r][c] - g[k + 1][r][c];
+            let dog =
+                |k: usize, r: usize, c: usize| half_away(d(k, r, c).abs() << dog_bits, u32::from(state as u8) + 14);
+            let most = (1i128 << dog_bits) - 1;
+            for k in 0..SCALES {
+                let mut saturated = 0;
+                for r in 0..height {
+                    for c in 0..width {
+                        let layer = &planes.layers[k];
+                        prop_assert_eq!(i128::from(planes.signed_dog[k][(c, r)]), d(k, r, c));
+                        prop_assert_eq!(layer.dog.positive[(c, r)], d(k, r, c) >= 0);
+                        prop_assert_eq!(i128::from(layer.dog.magnitude[(c, r)]), dog(k, r, c).min(most));
+                        saturated += u64::from(dog(k, r, c) > most);
+                        let window = (r.saturating_sub(2)..=(r + 2).min(height - 1))
+                            .flat_map(|y| (c.saturating_sub(2)..=(c + 2).min(width - 1)).map(move |x| (x, y)));
+                        let max = window.map(|at| layer.dog.magnitude[at]).max();
+                        prop_assert_eq!(Some(layer.max_dog[(c, r)]), max);
+                    }
+                }
+                prop_assert_eq!(planes.saturated[k], saturated);
+            }
+
+            let mut expected = Vec::new();
+            for y in 18..height.saturating_sub(18) {
+                for x in 18..width.saturating_sub(18) {
+                    for (k, threshold) in thresholds.iter().enumerate() {
+                        let dog = &planes.layers[k].dog.magnitude;
+                        let centre = dog[(x, y)];
+                        let beats = |dx: usize, dy: usize| {
+                            let other = dog[(x + dx - 3, y + dy - 3)];
+                            if dy * 7 + dx < 24 { centre > other } else { centre >= other }
+                        };
+                        let wins = (0..49).all(|i| beats(i % 7, i / 7));
+                        if wins && u32::from(centre) >= (*threshold).max(1) {
+                            expected.push((x as u16, y as u16, k as u8));
+                        }
+                    }
+                }
+            }
+            let found = planes.features(thresholds);
+            prop_assert_eq!(found.iter().map(|f| (f.x, f.y, f.scale)).collect::<Vec<_>>(), expected);
+            for feature in &found {
+                let (x, y, k) = (usize::from(feature.x), usize::from(feature.y), usize::from(feature.scale));
+                let dog = &planes.layers[k].dog;
+                prop_assert_eq!(feature.response, dog.magnitude[(x, y)]);
+                prop_assert_eq!(feature.bright, planes.signed_dog[k][(x, y)] >= 0);
+                let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+                prop_assert_eq!(feature.neighbours, around.map(|at| dog.magnitude[at]));
+                for (scale, layer) in planes.layers.iter().enumerate() {
+                    for (i, (dx, dy)) in rings()[scale].iter().enumerate() {
+                        let at = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
+                        let bits = (feature.descriptor.maxlbp[scale] >> i & 1, feature.descriptor.sign[scale] >> i & 1);
+                        let maxlbp = layer.dog.magnitude[(x, y)] >= layer.max_dog[at];
+                        prop_assert_eq!(bits, (u32::from(maxlbp), u32::from(planes.signed_dog[scale][at] >= 0)));
+                    }
+                }
+            }
+            prop_assert_eq!(counts(&found).iter().sum::<u32>() as usize, found.len());
+        }
+
+        #[test]
+        fn records_survive_packing(
+            (x, y, response, scale, bright) in (any::<u16>(), any::<u16>(), any::<u16>(), 0u8..2, any::<bool>()),
+            neighbours: [u16; 4], maxlbp: [u32; 2], sign: [u32; 2],
+        ) {
+            let record =
+                FeatureRecord { x, y, response, scale, bright, neighbours, descriptor: Descriptor { maxlbp, sign } };
+            prop_assert_eq!(FeatureRecord::unpack(&record.pack()), Some(record));
+        }
+
+        #[test]
+        fn controller_stays_in_range_and_moves_the_right_way(counts in prop::collection::vec(0u32..3000, 1..200)) {
+            let mut controller = ThresholdController::new(&KT27);
+            for count in counts {
+                let before = controller.thresholds()[0];
+                controller.finish_frame([count, 512]);
+                let [after, other] = controller.thresholds();
+                prop_assert!((1..=KT27.max_dog()).contains(&after));
+                // 640 = 5/4 of 512, 384 = 3/4: neither is beyond its limit.
+                match count {
+                    641.. => prop_assert!(after > before || before == KT27.max_dog()),
+                    ..384 => prop_assert!(after < before || before == 1),
+                    _ => prop_assert_eq!(after, before),
+                }
+                prop_assert_eq!(other, KT27.threshold.initial, "scales do not mix");
+            }
+        }
+    }
+
+    #[test]
+    fn record_has_the_layout_of_the_bus() {
+        let descriptor = Descriptor { maxlbp: [0x0102_0304, 0x1112_1314], sign: [0x2122_2324, 0x3132_3334] };
+        let record = FeatureRecord {
+            x: 0x0a0b,
+            y: 0x0c0d,
+            response: 0x7abc,
+            scale: 1,
+            bright: true,
+            neighbours: [0x1111, 0x2222, 0x3333, 0x4444],
+            descriptor,
+        };
+        let words = record.pack();
+        assert_eq!(words[..4], [0x0c0d_0a0b, 0x0003_7abc, 0x2222_1111, 0x4444_3333]);
+        assert_eq!(words[4..], [0x0102_0304, 0x1112_1314, 0x2122_2324, 0x3132_3334]);
+        let mut trailer = words;
+        trailer[1] |= u32::from(FLAG_TRAILER) << 16;
+        assert_eq!(FeatureRecord::unpack(&trailer), None);
+        let feature = Feature::from(&record);
+        assert_eq!((feature.x, feature.response), (0x0a0b, f64::from(0x7abc) / 2.0));
+    }
+
+    #[test]
+    fn controller_takes_the_steps_of_the_design() {
+        let mut controller = ThresholdController::new(&KT27);
+        assert_eq!(controller.thresholds(), [2048, 2048]);
+        controller.finish_frame([641, 383]);
+        assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
+        controller.finish_frame([640, 384]);
+        assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
+        for _ in 0..100 {
+            controller.finish_frame([u32::MAX, 0]);
+        }
+        assert_eq!(controller.thresholds(), [32767, 1]);
+    }
+
+    #[test]
+    fn coefficients_are_the_table_of_the_design() {
+        let model = BitTrue::new(&KT27).unwrap();
+        let table = [
+            (24536, vec![40315, 47101, 56830, 64033, 65500]),
+            (17102, vec![37685, 42386, 50478, 60180, 65021]),
+            (11450, vec![35905, 38984, 44768, 53931, 62636, 65396]),
+        ];
+        assert_eq!(*model.coefficients(), table.map(|(g, g_j)| StageCoefficients { g, g_j }));
+    }
+
+    #[test]
+    fn saturated_samples_are_counted_and_held() {
+        // Two bits over a quarter of full scale round up to 4 from 7/8 of it on: a white spot of 6 px radius gives 0.22 FS or
+        // more in the coarse pair, and 4 is one more than two bits hold.
+        let spot =
+            Plane::from_fn(
+                128,
+                128,
+                |x, y| {
+                    if x.abs_diff(64).pow(2) + y.abs_diff(64).pow(2) <= 36 { u16::MAX } else { 0 }
+                },
+            );
+        let planes = BitTrue::new(&design(2, 16, 2, KT27.look_ahead)).unwrap().planes(&spot);
+        assert!(f64::from(planes.signed_dog[1][(64, 64)]) >= 0.22 * 262_140.0);
+        assert!(planes.saturated[1] > 0);
+        assert_eq!(planes.layers[1].dog.magnitude[(64, 64)], 3);
+    }
+}

@@ -1,0 +1,360 @@
+//! The design point: every number the hardware is built with, as data.
+//!
+//! Ranges: pixels `0 ..= FS`, `FS = 2^16 - 1` codes. The state keeps `f` fraction bits, one LSB is `2^-f` codes. `DOG_k`
+//! has `N` bits over a quarter of full scale, so one LSB is `2^(14-N)` codes: half a code at `N = 15`, 4 codes at `N = 12`.
+//! From the state's LSB to that of the DoG is a shift by `s = f + 14 - N` bits, 1 at the design point.
+//!
+//! The maxima window, the rings and the radius of MaxDOG are not choices of a word length: they belong to the algorithm and
+//! stand in [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`], the same for every level.
+//!
+//! A configuration is TOML with the keys of [`DesignPoint::KEYS`], each of which may be absent; what it leaves out stays as it was.
+
+use std::fmt::Display;
+
+use serde::Serialize;
+use toml::{Table, Value};
+
+use crate::model::coefficients::MAX_FRACTION_BITS;
+use crate::model::format::Format;
+
+/// Scale pairs, so also DoG planes.
+pub const SCALES: usize = 2;
+
+/// Smoothers: two scale pairs share the middle one.
+pub const SMOOTHERS: usize = 3;
+
+/// Bits of the range of the DoG magnitude: `FS/4 = 2^14` codes.
+pub const DOG_RANGE_BITS: i8 = 14;
+
+/// The number of features per scale at which the automatic threshold rests, and where it starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct AutomaticThreshold {
+    /// `N`: features of one scale in one frame.
+    pub target: u32,
+    /// `T_k` of the first frame, LSB of the DoG; the largest code where the DoG has too few bits for it.
+    pub initial: u32,
+}
+
+/// Everything the levels, the bit-true model and the hardware are built with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DesignPoint {
+    /// Most columns of a frame.
+    pub width: u32,
+    /// Most rows of a frame.
+    pub height: u32,
+    /// The camera word, always `u16.0`.
+    pub pixel: Format,
+    /// Filter state and line memories.
+    pub state: Format,
+    /// `g` and `g_j`.
+    pub coefficient: Format,
+    /// `sigma` of the three smoothers, pixels, rising.
+    pub sigmas: [f64; SMOOTHERS],
+    /// Look-ahead `m` of each smoother: `m` cells reach `2^m - 1` samples.
+    pub look_ahead: [u32; SMOOTHERS],
+    /// `N`: bits of the DoG magnitude and of its maxima, over the range `FS/4`.
+    pub dog_bits: u32,
+    /// The automatic threshold.
+    pub threshold: AutomaticThreshold,
+}
+
+/// The design point of the KT-27 camera: 1024 x 768 pixels of 16 bits, 15 frames a second.
+pub const KT27: DesignPoint = DesignPoint {
+    width: 1024,
+    height: 768,
+    pixel: Format::unsigned(16, 0),
+    state: Format::unsigned(16, 2),
+    coefficient: Format::unsigned(0, 16),
+    sigmas: [2.0, 3.2, 5.12],
+    look_ahead: [5, 5, 6],
+    dog_bits: 15,
+    // Real ground of full contrast settles between 985 and 8240 LSB.
+    threshold: AutomaticThreshold { target: 512, initial: 2048 },
+};
+
+impl Default for DesignPoint {
+    fn default() -> Self {
+        KT27
+    }
+}
+
+/// Why a configuration is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DesignError {
+    /// The text is not TOML.
+    #[error("the configuration is not TOML: {0}")]
+    Syntax(String),
+    /// There is no such key.
+    #[error("unknown key `{key}`; the keys are {}", DesignPoint::KEYS.join(", "))]
+    UnknownKey {
+        /// The key given.
+        key: String,
+    },
+    /// The key is known, its value is not possible.
+    #[error("{key} = {value} is not possible: {allowed}")]
+    Value {
+        /// The key given.
+        key: String,
+        /// The value given.
+        value: String,
+        /// What is possible.
+        allowed: String,
+    },
+    /// An override without a value.
+    #[error("`{0}` is not of the form KEY=VALUE, like dog_bits=12")]
+    Override(String),
+}
+
+impl DesignPoint {
+    /// The keys of a configuration.
+    pub const KEYS: [&str; 10] = [
+        "width",
+        "height",
+        "pixel",
+        "state",
+        "coefficient",
+        "sigmas",
+        "look_ahead",
+        "dog_bits",
+        "threshold_target",
+        "threshold_initial",
+    ];
+
+    /// The default design point changed by the keys of a TOML text.
+    ///
+    /// # Errors
+    /// Where the text is not TOML, or holds an unknown key or an impossible value.
+    pub fn from_toml(text: &str) -> Result<Self, DesignError> {
+        Self::default().with_toml(text)
+    }
+
+    /// This design point changed by the keys of a TOML text.
+    ///
+    /// # Errors
+    /// As [`DesignPoint::from_toml`].
+    pub fn with_toml(&self, text: &str) -> Result<Self, DesignError> {
+        let table: Table = text.parse().map_err(|error: toml::de::Error| {
+            let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
+            DesignError::Syntax(format!("line {line}: {}", error.message().lines().collect::<Vec<_>>().join(", ")))
+        })?;
+        self.changed(&table)
+    }
+
+    /// This design point with one value changed: `KEY=VALUE`, the value as in TOML; quotes around a word may be left out.
+    ///
+    /// # Errors
+    /// As [`DesignPoint::from_toml`], and where the text is not of that form.
+    pub fn with_override(&self, text: &str) -> Result<Self, DesignError> {
+        let (key, value) = text.split_once('=').ok_or_else(|| DesignError::Override(text.into()))?;
+        let (key, value) = (key.trim(), value.trim());
+        if key.is_empty() || value.is_empty() {
+            return Err(DesignError::Override(text.into()));
+        }
+        let value = format!("v = {value}")
+            .parse::<Table>()
+            .ok()
+            .and_then(|mut table| if table.len() == 1 { table.remove("v") } else { None })
+            .unwrap_or_else(|| Value::String(value.into()));
+        self.changed(&Table::from_iter([(key.to_owned(), value)]))
+    }
+
+    fn changed(&self, table: &Table) -> Result<Self, DesignError> {
+        let mut changed = self.clone();
+        for (key, value) in table {
+            changed.set(key, value)?;
+        }
+        changed.check()?;
+        Ok(changed)
+    }
+
+    fn set(&mut self, key: &str, value: &Value) -> Result<(), DesignError> {
+        let given = Given { key, value };
+        match key {
+            "width" => self.width = given.whole(1..=4096)?,
+            "height" => self.height = given.whole(1..=4096)?,
+            "pixel" => {
+                self.pixel = given.format("u16.0, the camera word", |format| format == KT27.pixel)?;
+            }
+            "state" => {
+                self.state = given.format("u16.0 to u16.12: the camera word and fraction bits", |format| {
+                    !format.is_signed() && format.integer_bits() == 16 && (0..=12).contains(&format.fraction_bits())
+                })?;
+            }
+            "coefficient" => {
+                self.coefficient = given.format("u0.4 to u0.31", |format| {
+                    let bits = 4..=MAX_FRACTION_BITS as i8;
+                    !format.is_signed() && format.integer_bits() == 0 && bits.contains(&format.fraction_bits())
+                })?;
+            }
+            "sigmas" => self.sigmas = given.list(|given| given.real(0.3..=64.0))?,
+            "look_ahead" => self.look_ahead = given.list(|given| given.whole(1..=10))?,
+            "dog_bits" => self.dog_bits = given.whole(2..=16)?,
+            "threshold_target" => self.threshold.target = given.whole(1..=65535)?,
+            "threshold_initial" => self.threshold.initial = given.whole(1..=65535)?,
+            _ => return Err(DesignError::UnknownKey { key: key.into() }),
+        }
+        Ok(())
+    }
+
+    /// What one value cannot tell alone.
+    fn check(&self) -> Result<(), DesignError> {
+        if !self.sigmas.is_sorted_by(|narrow, wide| narrow < wide) {
+            return Err(DesignError::Value {
+                key: "sigmas".into(),
+                value: format!("{:?}", self.sigmas),
+                allowed: "they must rise from the narrowest to the widest".into(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Format of the DoG magnitude and of its maxima, in codes.
+    pub fn dog(&self) -> Format {
+        Format::unsigned(DOG_RANGE_BITS, self.dog_bits as i8 - DOG_RANGE_BITS)
+    }
+
+    /// Largest code of the DoG magnitude, `2^N - 1`.
+    pub fn max_dog(&self) -> u32 {
+        (1 << self.dog_bits) - 1
+    }
+
+    /// `s`: from a state LSB to a DoG LSB, `2^s` of the first make one of the second; negative where the DoG's is the finer.
+    pub fn dog_shift(&self) -> i32 {
+        i32::from(self.state.fraction_bits()) + i32::from(DOG_RANGE_BITS) - self.dog_bits as i32
+    }
+
+    /// The configuration that makes this design point, every key written out.
+    pub fn to_toml(&self) -> String {
+        let values: [Value; Self::KEYS.len()] = [
+            self.width.into(),
+            self.height.into(),
+            self.pixel.to_string().into(),
+            self.state.to_string().into(),
+            self.coefficient.to_string().into(),
+            self.sigmas.to_vec().into(),
+            self.look_ahead.to_vec().into(),
+            self.dog_bits.into(),
+            self.threshold.target.into(),
+            self.threshold.initial.into(),
+        ];
+        Self::KEYS.iter().zip(values).map(|(key, value)| format!("{key} = {value}\n")).collect()
+    }
+}
+
+/// A value and the key it came with, to be read with one clear line where it does not fit.
+struct Given<'a> {
+    key: &'a str,
+    value: &'a Value,
+}
+
+impl Given<'_> {
+    fn refused(&self, allowed: impl Into<String>) -> DesignError {
+        let value = self.value.to_string().lines().collect::<Vec<_>>().join(" ");
+        DesignError::Value { key: self.key.into(), value, allowed: allowed.into() }
+    }
+
+    fn whole(&self, range: std::ops::RangeInclusive<u32>) -> Result<u32, DesignError> {
+        let number = self.value.as_integer().and_then(|number| u32::try_from(number).ok());
+        number
+            .filter(|number| range.contains(number))
+            .ok_or_else(|| self.refused(format!("a whole number {}", span(&range))))
+    }
+
+    fn real(&self, range: std::ops::RangeInclusive<f64>) -> Result<f64, DesignError> {
+        let number = self.value.as_float().or_else(|| self.value.as_integer().map(|number| number as f64));
+        // NaN is in no range.
+        number.filter(|number| range.contains(number)).ok_or_else(|| self.refused(format!("a number {}", span(&range))))
+    }
+
+    fn format(&self, allowed: &str, possible: impl Fn(Format) -> bool) -> Result<Format, DesignError> {
+        let format = self.value.as_str().and_then(|text| text.parse().ok());
+        format.filter(|format| possible(*format)).ok_or_else(|| self.refused(format!("a format from {allowed}")))
+    }
+
+    fn list<T, const N: usize>(&self, read: impl Fn(&Given) -> Result<T, DesignError>) -> Result<[T; N], DesignError> {
+        let values = self.value.as_array().ok_or_else(|| self.refused(format!("a list of {N} values")))?;
+        let read: Vec<T> = values
+            .iter()
+            .map(|value| {
+                read(&Given { key: self.key, value }).map_err(|error| match error {
+                    DesignError::Value { allowed, .. } => self.refused(format!("each must be {allowed}")),
+                    other => other,
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        read.try_into().map_err(|_| self.refused(format!("a list of {N} values")))
+    }
+}
+
+fn span<T: Display>(range: &std::ops::RangeInclusive<T>) -> String {
+    format!("from {} to {}", range.start(), range.end())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_the_design_point() {
+        assert_eq!(DesignPoint::from_toml("").unwrap(), KT27);
+        assert_eq!((KT27.state.bits(), KT27.dog_shift(), KT27.max_dog()), (18, 1, 32767));
+        // One DoG LSB is half a code: FS / 2^17.
+        assert_eq!(KT27.dog().lsb(), 0.5);
+    }
+
+    #[test]
+    fn written_out_and_read_again() {
+        let mut design = KT27;
+        for text in ["dog_bits=12", "state = u16.4", "sigmas=[1, 2.5, 6]", "coefficient=\"u0.12\""] {
+            design = design.with_override(text).unwrap();
+        }
+        assert_eq!(DesignPoint::from_toml(&design.to_toml()).unwrap(), design);
+        assert_eq!((design.dog_bits, design.sigmas), (12, [1.0, 2.5, 6.0]));
+        // Twelve bits over the same quarter of full scale: one LSB is 4 codes, 64 LSB of a state with four fraction bits.
+        assert_eq!((design.dog().lsb(), design.dog_shift()), (4.0, 6));
+    }
+
+    #[test]
+    fn every_impossible_value_is_one_line_with_key_value_and_range() {
+        for (text, key, value, range) in [
+            ("sigmas = [nan, 3.2, 5.12]", "sigmas", "nan", "from 0.3 to 64"),
+            ("sigmas = [2.0, inf, 5.12]", "sigmas", "inf", "from 0.3 to 64"),
+            ("sigmas = [-2.0, 3.2, 5.12]", "sigmas", "-2.0", "from 0.3 to 64"),
+            ("sigmas = [0, 3.2, 5.12]", "sigmas", "[0, 3.2, 5.12]", "from 0.3 to 64"),
+            ("sigmas = [2.0, 3.2, 1e9]", "sigmas", "1000000000.0", "from 0.3 to 64"),
+            ("sigmas = [3.2, 2.0, 5.12]", "sigmas", "[3.2, 2.0, 5.12]", "rise"),
+            ("sigmas = [2.0, 3.2]", "sigmas", "[2.0, 3.2]", "3 values"),
+            ("sigmas = 2.0", "sigmas", "2.0", "3 values"),
+            ("coefficient = 'u0.0'", "coefficient", "\"u0.0\"", "u0.4 to u0.31"),
+            ("coefficient = 'u0.200'", "coefficient", "\"u0.200\"", "u0.4 to u0.31"),
+            ("state = 'u15.2'", "state", "\"u15.2\"", "u16.0 to u16.12"),
+            ("state = 18", "state", "18", "u16.0 to u16.12"),
+            ("pixel = 'u8.0'", "pixel", "\"u8.0\"", "u16.0"),
+            ("look_ahead = [5, 5, 63]", "look_ahead", "[5, 5, 63]", "from 1 to 10"),
+            ("look_ahead = [0, 5, 6]", "look_ahead", "[0, 5, 6]", "from 1 to 10"),
+            ("dog_bits = 0", "dog_bits", "0", "from 2 to 16"),
+            ("dog_bits = 15.5", "dog_bits", "15.5", "from 2 to 16"),
+            ("dog_bits = '''1\n5'''", "dog_bits", "1", "from 2 to 16"),
+            ("threshold_initial = 0", "threshold_initial", "0", "from 1 to 65535"),
+            ("width = -1", "width", "-1", "from 1 to 4096"),
+        ] {
+            let message = DesignPoint::from_toml(text).expect_err(text).to_string();
+            for part in [key, value, range] {
+                assert!(message.contains(part), "{message:?} does not name {part}");
+            }
+            assert_eq!(message.lines().count(), 1, "{message:?}");
+        }
+    }
+
+    #[test]
+    fn keys_and_syntax_are_checked() {
+        let message = |text| DesignPoint::from_toml(text).unwrap_err().to_string();
+        assert!(message("dog_bit = 15").contains("unknown key `dog_bit`; the keys are width"));
+        assert!(message("dog_bits = 15\nstate = ").contains("line 2"), "{}", message("dog_bits = 15\nstate = "));
+        assert_eq!(message("dog_bits = 15\nstate = ").lines().count(), 1);
+        for text in ["dog_bits", "=3", "dog_bits="] {
+            assert_eq!(KT27.with_override(text), Err(DesignError::Override(text.into())));
+        }
+        assert!(matches!(KT27.with_override("dog_bits=1\nwidth=3"), Err(DesignError::Value { .. })));
+    }
+}

@@ -1,0 +1,299 @@
+//! Fixed-point formats as data: a word of `w = s + i + f` bits holds `code * 2^-f`.
+//!
+//! `u16.2` has no sign, `i = 16` integer bits and `f = 2` fraction bits, so 18 bits in all: `0 ..= 2^16 - 2^-2` in steps of
+//! `2^-2`. `s14.1` is two's complement, sign bit not counted: `-2^14 ..= 2^14 - 2^-1`. Either number may be negative:
+//! `u14.-2` is a 12-bit word in steps of 4. Rounding errs by half a step at most, flooring by less than one.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// Widest word a format describes; its codes and their products with a coefficient of 30 bits fit 64 bits.
+pub const MAX_BITS: u32 = 32;
+
+/// Why a text is not a format.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FormatError {
+    /// Not of the form `u16.2` or `s14.1`.
+    #[error("`{0}` is not a format: write u or s, integer bits, a point, fraction bits, like u16.2")]
+    Syntax(String),
+    /// No bits at all, or more than a word holds.
+    #[error("`{text}` has {bits} bits; a word has 1 to {MAX_BITS}")]
+    Width {
+        /// The text given.
+        text: String,
+        /// Its number of bits.
+        bits: i32,
+    },
+}
+
+/// Sign, integer bits and fraction bits of a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub struct Format {
+    signed: bool,
+    integer_bits: i8,
+    fraction_bits: i8,
+}
+
+impl Format {
+    /// A word without sign.
+    ///
+    /// # Panics
+    /// Where it would have no bits or more than [`MAX_BITS`]; in a constant this is a compile-time error.
+    pub const fn unsigned(integer_bits: i8, fraction_bits: i8) -> Self {
+        let bits = integer_bits as i32 + fraction_bits as i32;
+        assert!(bits >= 1 && bits <= MAX_BITS as i32, "a word has 1 to 32 bits");
+        Self { signed: false, integer_bits, fraction_bits }
+    }
+
+    /// The same magnitude bits and a sign bit.
+    ///
+    /// # Panics
+    /// Where there are [`MAX_BITS`] magnitude bits already.
+    pub const fn with_sign(self) -> Self {
+        let format = Self { signed: true, ..self };
+        assert!(format.bits() <= MAX_BITS, "no bit is left for the sign");
+        format
+    }
+
+    /// Whether there is a sign bit.
+    pub const fn is_signed(self) -> bool {
+        self.signed
+    }
+
+    /// Bits before the point, sign bit not counted.
+    pub const fn integer_bits(self) -> i8 {
+        self.integer_bits
+    }
+
+    /// Bits after the point.
+    pub const fn fraction_bits(self) -> i8 {
+        self.fraction_bits
+    }
+
+    /// Bits in all.
+    pub const fn bits(self) -> u32 {
+        (self.signed as i32 + self.integer_bits as i32 + self.fraction_bits as i32) as u32
+    }
+
+    /// The step between neighbouring values, `2^-f`.
+    pub fn lsb(self) -> f64 {
+        f64::from(-i32::from(self.fraction_bits)).exp2()
+    }
+
+    /// Smallest code.
+    pub const fn min_raw(self) -> i64 {
+        if self.signed { -(1 << (self.bits() - 1)) } else { 0 }
+    }
+
+    /// Largest code.
+    pub const fn max_raw(self) -> i64 {
+        (1 << (self.bits() - self.signed as u32)) - 1
+    }
+
+    /// The value of a code.
+    pub fn value(self, code: i64) -> f64 {
+        code as f64 * self.lsb()
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&format!("{}{}.{}", if self.signed { 's' } else { 'u' }, self.integer_bits, self.fraction_bits))
+    }
+}
+
+impl FromStr for Format {
+    type Err = FormatError;
+
+    fn from_str(text: &str) -> Result<Self, FormatError> {
+        let syntax = || FormatError::Syntax(text.into());
+        let (signed, numbers) = match (text.strip_prefix('u'), text.strip_prefix('s')) {
+            (Some(rest), _) => (false, rest),
+            (_, Some(rest)) => (true, rest),
+            _ => return Err(syntax()),
+        };
+        let (integer, fraction) = numbers.split_once('.').ok_or_else(syntax)?;
+        let number = |digits: &str| {
+            let plain = !digits.starts_with('+');
+            digits.parse::<i8>().ok().filter(|_| plain).ok_or_else(syntax)
+        };
+        let (integer_bits, fraction_bits) = (number(integer)?, number(fraction)?);
+        let bits = i32::from(signed) + i32::from(integer_bits) + i32::from(fraction_bits);
+        if !(1..=MAX_BITS as i32).contains(&bits) {
+            return Err(FormatError::Width { text: text.into(), bits });
+        }
+        Ok(Self { signed, integer_bits, fraction_bits })
+    }
+}
+
+impl TryFrom<String> for Format {
+    type Error = FormatError;
+
+    fn try_from(text: String) -> Result<Self, FormatError> {
+        text.parse()
+    }
+}
+
+impl From<Format> for String {
+    fn from(format: Format) -> Self {
+        format.to_string()
+    }
+}
+
+/// What becomes of the part below one step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rounding {
+    /// To the nearest code, half away from zero: no bias on signed values.
+    HalfAwayFromZero,
+    /// Toward minus infinity: bits simply dropped, biased by half a step.
+    Floor,
+}
+
+/// What becomes of a value outside the range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Overflow {
+    /// The nearest end of the range.
+    Saturate,
+    /// The low bits.
+    Wrap,
+}
+
+/// Turns real numbers into codes and counts what was lost on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantiser {
+    format: Format,
+    rounding: Rounding,
+    overflow: Overflow,
+    /// Values seen.
+    pub values: u64,
+    /// Values outside the range of the format, whatever became of them.
+    pub overflows: u64,
+    /// Values other than 0 whose code is 0.
+    pub underflows: u64,
+}
+
+impl Quantiser {
+    /// A quantiser with all counters at 0.
+    pub fn new(format: Format, rounding: Rounding, overflow: Overflow) -> Self {
+        Self { format, rounding, overflow, values: 0, overflows: 0, underflows: 0 }
+    }
+
+    /// The code of `value`; NaN counts as an overflow and has code 0.
+    pub fn code(&mut self, value: f64) -> i64 {
+        self.values += 1;
+        let scaled = value / self.format.lsb();
+        let whole = match self.rounding {
+            Rounding::HalfAwayFromZero => scaled.round(),
+            Rounding::Floor => scaled.floor(),
+        };
+        let (min, max) = (self.format.min_raw(), self.format.max_raw());
+        if whole >= min as f64 && whole <= max as f64 {
+            let code = whole as i64;
+            self.underflows += u64::from(code == 0 && value != 0.0);
+            return code;
+        }
+        self.overflows += 1;
+        match self.overflow {
+            Overflow::Saturate if whole.is_nan() => 0,
+            Overflow::Saturate => (whole as i64).clamp(min, max),
+            // The remainder is exact in f64, whatever the size of the value; it is NaN, hence 0, for NaN and infinities.
+            Overflow::Wrap => {
+                let modulus = (self.format.bits() as f64).exp2();
+                let code = whole.rem_euclid(modulus) as i64;
+                if code > max { code - modulus as i64 } else { code }
+            }
+        }
+    }
+
+    /// The value that stands in place of `value`.
+    pub fn value(&mut self, value: f64) -> f64 {
+        let code = self.code(value);
+        self.format.value(code)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn design_formats_have_the_widths_of_the_hardware() {
+        for (text, bits, lsb, max) in
+            [("u16.2", 18, 0.25, 262_143), ("u0.16", 16, 1.0 / 65536.0, 65535), ("u14.1", 15, 0.5, 32767)]
+        {
+            let format: Format = text.parse().unwrap();
+            assert_eq!((format.bits(), format.lsb(), format.max_raw()), (bits, lsb, max));
+            assert_eq!(format.to_string(), text);
+        }
+        let signed: Format = "s14.1".parse().unwrap();
+        assert_eq!((signed.bits(), signed.min_raw(), signed.max_raw()), (16, -32768, 32767));
+        assert_eq!("u14.-2".parse::<Format>().unwrap().lsb(), 4.0);
+    }
+
+    #[test]
+    fn what_is_no_format_is_refused() {
+        for text in ["", "16.2", "u16", "u.2", "u16.", "u16.2.1", "u+16.2", "q16.2", "u 16.2", "u999.2", "uNaN.1"] {
+            assert_eq!(text.parse::<Format>(), Err(FormatError::Syntax(text.into())));
+        }
+        for (text, bits) in [("u0.0", 0), ("u16.100", 116), ("u-3.1", -2), ("u120.120", 240)] {
+            assert_eq!(text.parse::<Format>(), Err(FormatError::Width { text: text.into(), bits }));
+        }
+    }
+
+    #[test]
+    fn named_rounding_and_overflow() {
+        let format: Format = "s3.0".parse().unwrap();
+        let code = |value, rounding, overflow| Quantiser::new(format, rounding, overflow).code(value);
+        assert_eq!(code(2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), 3);
+        assert_eq!(code(-2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), -3);
+        assert_eq!(code(-2.5, Rounding::Floor, Overflow::Saturate), -3);
+        assert_eq!(code(2.9, Rounding::Floor, Overflow::Saturate), 2);
+        assert_eq!(code(9.0, Rounding::Floor, Overflow::Saturate), 7);
+        assert_eq!(code(9.0, Rounding::Floor, Overflow::Wrap), -7);
+        assert_eq!(code(-9.0, Rounding::Floor, Overflow::Wrap), 7);
+        assert_eq!(code(f64::NEG_INFINITY, Rounding::Floor, Overflow::Saturate), -8);
+        assert_eq!(code(f64::NAN, Rounding::Floor, Overflow::Saturate), 0);
+        assert_eq!(code(f64::NAN, Rounding::Floor, Overflow::Wrap), 0);
+    }
+
+    #[test]
+    fn counters_tell_overflow_from_underflow() {
+        let mut quantiser = Quantiser::new("u2.1".parse().unwrap(), Rounding::HalfAwayFromZero, Overflow::Saturate);
+        for value in [0.0, 0.1, 0.3, 3.6, 3.8, -1.0, 0.5] {
+            quantiser.value(value);
+        }
+        // 0.1 is under half a step; 3.8 rounds to 8 half steps of 7; -1 has no code without sign.
+        assert_eq!((quantiser.values, quantiser.underflows, quantiser.overflows), (7, 1, 2));
+    }
+
+    proptest! {
+        #[test]
+        fn text_and_format_are_one(signed: bool, integer in -20i8..=20, fraction in -20i8..=20) {
+            let text = format!("{}{integer}.{fraction}", if signed { 's' } else { 'u' });
+            if let Ok(format) = text.parse::<Format>() {
+                prop_assert_eq!(format.to_string(), text);
+            } else {
+                let bits = i32::from(signed) + i32::from(integer) + i32::from(fraction);
+                prop_assert!(!(1..=32).contains(&bits));
+            }
+        }
+
+        #[test]
+        fn rounding_errs_by_half_a_step_at_most(integer in 1i8..=20, fraction in -4i8..=12, part in 0.0..1.0f64) {
+            prop_assume!(integer + fraction >= 1);
+            let format = Format::unsigned(integer, fraction);
+            let value = part * format.value(format.max_raw());
+            let mut quantiser = Quantiser::new(format, Rounding::HalfAwayFromZero, Overflow::Saturate);
+            prop_assert!((quantiser.value(value) - value).abs() <= format.lsb() / 2.0);
+            let mut floor = Quantiser::new(format, Rounding::Floor, Overflow::Saturate);
+            let error = value - floor.value(value);
+            prop_assert!((0.0..format.lsb()).contains(&error));
+        }
+    }
+}

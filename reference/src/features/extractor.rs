@@ -1,0 +1,190 @@
+//! `I -> {G_sigma * I} -> {DOG_k, MaxDOG_k} -> features`: a picture becomes features, with any smoother, in clear f64.
+//!
+//! Features come in raster order, `k = 0` before `k = 1` where both scales find one pixel. The steps stand apart, so that a
+//! level of the levels that makes its own DoG (integers too) shares the search and the descriptors with all others.
+
+use std::ops::Sub;
+
+use crate::features::dog::{Dog, SIGMAS};
+use crate::features::feature::Feature;
+use crate::features::maxima::{maxima, spread};
+use crate::features::maxlbp::{Layer, descriptor};
+use crate::image::plane::Plane;
+
+/// Which of the maxima become features.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Selection {
+    /// `T_k` in DN of the camera sample: a feature has `DOG_k >= T_k`.
+    pub thresholds: [f64; 2],
+    /// At most so many features, spread over the frame by [`spread`].
+    pub count: usize,
+}
+
+impl Default for Selection {
+    /// One LSB of the fixed-point DoG (half a code), the lowest threshold the hardware knows, and a thousand features.
+    fn default() -> Self {
+        Self { thresholds: [0.5; 2], count: 1000 }
+    }
+}
+
+/// The features of a frame; `smooth(plane, sigma)` smooths by a Gaussian of `sigma` px or what stands for it.
+pub fn extract(
+    frame: &Plane<u16>,
+    smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>,
+    selection: &Selection,
+) -> Vec<Feature> {
+    let layers = layers(frame, smooth);
+    let found = points(&layers, selection.thresholds);
+    let place = |p: &Point| (p.x as u32, p.y as u32, layers[p.scale].dog.magnitude[(p.x, p.y)]);
+    let kept = spread(&found, selection.count, place);
+    kept.into_iter().map(|point| feature(&layers, point, 1.0)).collect()
+}
+
+/// `DOG_k`, sign and `MaxDOG_k` of both scale pairs of the default chain of sigmas.
+pub fn layers(frame: &Plane<u16>, smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>) -> [Layer<f64>; 2] {
+    let frame = frame.map(|&code| f64::from(code));
+    layers_between(&SIGMAS.map(|sigma| smooth(&frame, sigma)))
+}
+
+/// The same from smoothed planes, the narrowest first.
+///
+/// # Panics
+/// Where the planes differ in shape.
+pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>([narrow, middle, wide]: &[Plane<T>; 3]) -> [Layer<T>; 2] {
+    [Dog::between(narrow, middle), Dog::between(middle, wide)].map(Layer::new)
+}
+
+/// Every maximum of at least the threshold of its scale, described. `raw_per_unit` turns a response into codes of the
+/// camera word: 1 for float planes, 1/2 for the fixed-point DoG.
+///
+/// # Panics
+/// Where the two layers differ in shape.
+pub fn features<T: Copy + PartialOrd + Into<f64>>(
+    layers: &[Layer<T>; 2],
+    thresholds: [T; 2],
+    raw_per_unit: f64,
+) -> Vec<Feature> {
+    points(layers, thresholds).into_iter().map(|point| feature(layers, point, raw_per_unit)).collect()
+}
+
+/// Where a feature is; the order of the fields is the order of features.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Point {
+    y: usize,
+    x: usize,
+    scale: usize,
+}
+
+fn points<T: Copy + PartialOrd>(layers: &[Layer<T>; 2], thresholds: [T; 2]) -> Vec<Point> {
+    let shape = |k: usize| (layers[k].dog.magnitude.width(), layers[k].dog.magnitude.height());
+    assert_eq!(shape(0), shape(1), "layers of different shape");
+    let mut found = Vec::new();
+    for (scale, threshold) in thresholds.into_iter().enumerate() {
+        let maxima = maxima(&layers[scale].dog.magnitude, threshold);
+        found.extend(maxima.into_iter().map(|(x, y)| Point { y, x, scale }));
+    }
+    found.sort_unstable();
+    found
+}
+
+fn feature<T: Copy + PartialOrd + Into<f64>>(layers: &[Layer<T>; 2], at: Point, raw_per_unit: f64) -> Feature {
+    let Point { x, y, scale } = at;
+    let dog = &layers[scale].dog;
+    let codes = |x: usize, y: usize| dog.magnitude[(x, y)].into() * raw_per_unit;
+    Feature {
+        x: x as u32,
+        y: y as u32,
+        scale: scale as u8,
+        bright: dog.positive[(x, y)],
+        response: codes(x, y),
+        neighbours: [codes(x - 1, y), codes(x + 1, y), codes(x, y - 1), codes(x, y + 1)],
+        descriptor: descriptor(layers, x, y),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// A smoother whose answer is known: the mean over a square of about `sigma` px on either side, cut at the border.
+    fn box_mean(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
+        let reach = sigma.round() as usize;
+        Plane::from_fn(plane.width(), plane.height(), |x, y| {
+            let columns = x.saturating_sub(reach)..(x + reach + 1).min(plane.width());
+            let rows = y.saturating_sub(reach)..(y + reach + 1).min(plane.height());
+            let area = (columns.len() * rows.len()) as f64;
+            rows.map(|r| plane.row(r)[columns.clone()].iter().sum::<f64>()).sum::<f64>() / area
+        })
+    }
+
+    fn picture() -> impl Strategy<Value = Plane<u16>> {
+        (1usize..90, 1usize..70).prop_flat_map(|(w, h)| {
+            prop::collection::vec(any::<u16>(), w * h).prop_map(move |s| Plane::from_vec(w, h, s).unwrap())
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn features_are_in_order_eligible_and_true_to_the_layers(frame in picture()) {
+            let layers = layers(&frame, box_mean);
+            let thresholds = [30.0, 20.0];
+            let all = features(&layers, thresholds, 1.0);
+            let expected: usize = (0..2).map(|k| maxima(&layers[k].dog.magnitude, thresholds[k]).len()).sum();
+            prop_assert_eq!(all.len(), expected);
+            prop_assert!(all.windows(2).all(|w| (w[0].y, w[0].x, w[0].scale) < (w[1].y, w[1].x, w[1].scale)));
+            for f in &all {
+                let (x, y, k) = (f.x as usize, f.y as usize, usize::from(f.scale));
+                let d = layers[k].dog.signed();
+                prop_assert!(f.response >= thresholds[k]);
+                prop_assert_eq!(if f.bright { f.response } else { -f.response }, d[(x, y)]);
+                prop_assert_eq!(f.neighbours[1], d[(x + 1, y)].abs());
+                prop_assert_eq!(f.neighbours[2], d[(x, y - 1)].abs());
+                let (sx, sy) = f.subpixel();
+                prop_assert!((sx - x as f64).abs() <= 0.5 && (sy - y as f64).abs() <= 0.5);
+            }
+        }
+
+        #[test]
+        fn integers_and_floats_share_one_search(frame in picture()) {
+            // Whole numbers in either type: every comparison has the same outcome, so every feature is the same.
+            let frames = [3.0, 5.0, 9.0].map(|reach| box_mean(&frame.map(|&c| f64::from(c)), reach).map(|v| v.round()));
+            let float = layers_between(&frames);
+            let whole = layers_between(&frames.map(|f| f.map(|&v| v as u32)));
+            prop_assert_eq!(features(&float, [40.0; 2], 0.5), features(&whole, [40; 2], 0.5));
+        }
+    }
+
+    #[test]
+    fn a_bright_spot_is_one_bright_feature() {
+        // One pixel of 60000 on black: the box means are 60000 / 49 on 7x7 px and 60000 / 121 on 11x11 px around it, so
+        // d_1 is 728 on the 7x7 px, which start at (28, 27), and -496 on the rest of the 11x11.
+        let mut frame = Plane::filled(64, 64, 0u16);
+        frame[(31, 30)] = 60000;
+        let mut found = features(&layers(&frame, box_mean), [100.0; 2], 1.0);
+        found.retain(|f| f.bright && f.scale == 1);
+        assert_eq!(found.len(), 1, "the flat top of the box mean counts once");
+        assert_eq!((found[0].x, found[0].y), (28, 27), "at its first pixel");
+        assert!((found[0].response - (60000.0 / 49.0 - 60000.0 / 121.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn pictures_without_texture_or_too_small_have_no_features() {
+        for frame in [Plane::filled(60, 60, 777u16), Plane::filled(60, 60, u16::MAX), Plane::filled(1, 500, 3)] {
+            assert_eq!(extract(&frame, box_mean, &Selection::default()), []);
+        }
+        let busy = Plane::from_fn(36, 90, |x, y| ((x * 7919 + y * 104_729) % 65_536) as u16);
+        assert_eq!(extract(&busy, box_mean, &Selection::default()), []);
+    }
+
+    #[test]
+    fn count_limits_the_features() {
+        let frame = Plane::from_fn(120, 120, |x, y| ((x * x * 7919 + y * y * 31_337 + x * y * 911) % 65_536) as u16);
+        let all = features(&layers(&frame, box_mean), [0.5; 2], 1.0);
+        assert!(all.len() > 20, "{}", all.len());
+        assert_eq!(extract(&frame, box_mean, &Selection { count: 20, ..Selection::default() }).len(), 20);
+    }
+}

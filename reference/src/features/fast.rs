@@ -1,0 +1,524 @@
+//! `I -> features` as in [`extractor`](crate::features::extractor) with the first-order smoothers of `recursive`, in f32, quick enough to fly.
+//!
+//! `G_a = C^T C` along the rows, then the same down the columns, where `C` is the causal recursion `s += (1 - a)(x - s)`,
+//! `s[-1] = x[0]`, and `C^T` its mirror image, which holds the last sample. Three smoothers run side by side:
+//!
+//! 1. Eight rows at a time: eight columns are transposed, so that the recursion along a row has eight rows as its lanes;
+//!    the causal half fills a buffer of one block of rows. The anticausal half comes back over it, is transposed again, and
+//!    goes straight into the causal half down the columns, whose lanes are columns. Rows before columns is the other way
+//!    round than in the clear path; the two commute, but for rounding.
+//! 2. From the last row upwards: the anticausal half of the columns, `d_k`, and the maximum of 7 along the row. When seven
+//!    rows of those stand, the maximum of the 7x7 window is known, and a sample that reaches it is a candidate.
+//! 3. The few that are kept get their MaxDOG and sign bits, read around each where they are needed.
+//!
+//! Memory, not arithmetic, is what costs: the planes are written once, read once and overwritten in place. Plain loops over fixed-size arrays become vector code; AVX2 is taken where the
+//! machine has it, and since there is no fused multiply-add and no reordered sum, the portable code gives the same bits.
+//! An f32 carries 24 bits: responses differ from those of the f64 path by up to 0.015 codes of 65535 (measured), and the
+//! thousand features of a real picture are the same.
+
+use multiversion::multiversion;
+
+use crate::features::dog::SIGMAS;
+use crate::features::extractor::Selection;
+use crate::features::feature::{Descriptor, Feature};
+use crate::features::maxima::{WINDOW_RADIUS, eligible, spread};
+use crate::features::maxlbp::{MAX_RADIUS, rings};
+use crate::image::plane::Plane;
+use crate::smoothing::recursive::first_order;
+use crate::smoothing::smoother::DesignError;
+
+/// Samples side by side in one vector: eight f32 fill an AVX2 register.
+const LANES: usize = 8;
+
+/// One sample of `LANES` neighbouring lines.
+type Lanes = [f32; LANES];
+
+/// `LANES` lines of `LANES` samples.
+type Tile = [Lanes; LANES];
+
+/// One vector of each of the three smoothers.
+type Smoothed = [Lanes; SIGMAS.len()];
+
+/// Rows of maxima along the row that are kept: the height of the 7x7 window.
+const WINDOW: usize = 2 * WINDOW_RADIUS + 1;
+
+/// The extractor with its buffers, to be used frame after frame.
+#[derive(Debug, Clone)]
+pub struct FastExtractor {
+    selection: Selection,
+    poles: [f32; SIGMAS.len()],
+    /// A block of rows after the causal half along the rows: one entry per column, lanes are rows.
+    block: Vec<Smoothed>,
+    /// State of the recursion down or up the columns: one entry per eight columns, as in `planes`.
+    columns: Vec<Smoothed>,
+    /// First the three smoothed rows of every row, which lack the anticausal half of the columns; then, in the first two of
+    /// them, the signed `d_k` in their place. A row of one is `stride` samples.
+    planes: Vec<f32>,
+    scratch: Scratch,
+    candidates: Vec<Candidate>,
+}
+
+/// What the search for maxima needs beside the planes.
+#[derive(Debug, Clone, Default)]
+struct Scratch {
+    /// `DOG_k` of one row.
+    magnitude: Vec<f32>,
+    /// Maxima of 7 along the row, of the last seven rows.
+    row_maxima: [[Vec<f32>; WINDOW]; 2],
+    /// Bit `k` where the sample may be a maximum of scale `k`.
+    flags: Vec<u8>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    x: u32,
+    y: u32,
+    scale: u8,
+    response: f32,
+}
+
+impl FastExtractor {
+    /// An extractor for frames of any size.
+    ///
+    /// # Errors
+    /// Where no pole can be found for the default sigmas, which would be a fault of this program.
+    pub fn new(selection: Selection) -> Result<Self, DesignError> {
+        let mut poles = [0.0; SIGMAS.len()];
+        for (pole, sigma) in poles.iter_mut().zip(SIGMAS) {
+            *pole = first_order::pole(sigma)? as f32;
+        }
+        Ok(Self {
+            selection,
+            poles,
+            block: Vec::new(),
+            columns: Vec::new(),
+            planes: Vec::new(),
+            scratch: Scratch::default(),
+            candidates: Vec::new(),
+        })
+    }
+
+    /// The features of a frame, in raster order, `k = 0` before `k = 1` at a pixel.
+    pub fn extract(&mut self, frame: &Plane<u16>) -> Vec<Feature> {
+        let (width, height) = (frame.width(), frame.height());
+        if eligible(width).is_empty() || eligible(height).is_empty() {
+            return Vec::new();
+        }
+        let stride = width.next_multiple_of(LANES) + 2 * LANES;
+        self.block.resize(stride, Smoothed::default());
+        self.columns.resize(stride / LANES, Smoothed::default());
+        self.planes.resize(3 * stride * height.next_multiple_of(LANES), 0.0);
+        self.scratch.resize(stride);
+
+        smooth_rows_and_down(frame.as_slice(), width, self.poles, &mut self.block, &mut self.columns, &mut self.planes);
+
+        let thresholds = self.selection.thresholds.map(|t| t as f32);
+        let columns = eligible(width);
+        self.candidates.clear();
+        for y in (0..height).rev() {
+            let rows = &mut self.planes[y * 3 * stride..][..3 * stride];
+            if y == height - 1 {
+                hold(rows, &mut self.columns);
+            }
+            smooth_up(rows, self.poles, &mut self.columns);
+            for (k, dog) in rows.chunks_exact(stride).take(2).enumerate() {
+                let maxima = &mut self.scratch.row_maxima[k][y % WINDOW];
+                maxima_along_row(dog, &mut self.scratch.magnitude, maxima);
+            }
+            let centre = y + WINDOW_RADIUS;
+            if eligible(height).contains(&centre) {
+                let flags = &mut self.scratch.flags[columns.clone()];
+                for (k, threshold) in thresholds.into_iter().enumerate() {
+                    let centres = &self.planes[(3 * centre + k) * stride..][columns.clone()];
+                    let row_maxima = &self.scratch.row_maxima[k];
+                    let rows = std::array::from_fn(|i| &row_maxima[(y + i) % WINDOW][columns.clone()]);
+                    flag(centres, rows, threshold, k, flags);
+                }
+                gather(flags, &self.planes, stride, (columns.start, centre), &mut self.candidates);
+            }
+        }
+        self.candidates.reverse();
+        let kept = spread(&self.candidates, self.selection.count, |c| (c.x, c.y, f64::from(c.response)));
+        describe(&kept, &self.planes, stride)
+    }
+}
+
+impl Scratch {
+    fn resize(&mut self, stride: usize) {
+        self.magnitude.resize(stride, 0.0);
+        self.row_maxima.iter_mut().flatten().for_each(|row| row.resize(stride, 0.0));
+        self.flags.resize(stride, 0);
+    }
+}
+
+/// `s = a s + (x - a x)`: one step of every recursion here. Only a product and a sum wait for the last state, and a constant
+/// passes unchanged to the last bit: `a` is above a half, so `x - a x` is exact (Sterbenz) and the sum gives `x` again.
+#[inline(always)]
+fn step(x: &Lanes, a: f32, state: &mut Lanes) {
+    for l in 0..LANES {
+        state[l] = a * state[l] + (x[l] - a * x[l]);
+    }
+}
+
+#[inline(always)]
+fn transposed(tile: &Tile) -> Tile {
+    let mut out = Tile::default();
+    for (r, row) in tile.iter().enumerate() {
+        for (c, &sample) in row.iter().enumerate() {
+            out[c][r] = sample;
+        }
+    }
+    out
+}
+
+/// Step 1: both halves along the rows and the causal half down the columns.
+#[multiversion(targets("x86_64+avx2"))]
+fn smooth_rows_and_down(
+    frame: &[u16],
+    width: usize,
+    poles: [f32; 3],
+    block: &mut [Smoothed],
+    columns: &mut [Smoothed],
+    planes: &mut [f32],
+) {
+    let (height, vectors) = (frame.len() / width, columns.len());
+    for (b, planes) in planes.as_chunks_mut::<LANES>().0.chunks_exact_mut(3 * vectors * LANES).enumerate() {
+        // Below the frame the last row is repeated; those lanes end in rows of `planes` that nobody reads.
+        let rows: [&[u16]; LANES] = std::array::from_fn(|r| &frame[(b * LANES + r).min(height - 1) * width..][..width]);
+
+        let mut state = [std::array::from_fn(|r| f32::from(rows[r][0])); 3];
+        for (v, out) in block.chunks_exact_mut(LANES).enumerate() {
+            let x = v * LANES;
+            let tile: Tile = if x + LANES <= width {
+                std::array::from_fn(|r| {
+                    let codes: [u16; LANES] = std::array::from_fn(|c| rows[r][x..x + LANES][c]);
+                    codes.map(f32::from)
+                })
+            } else {
+                std::array::from_fn(|r| std::array::from_fn(|c| f32::from(rows[r][(x + c).min(width - 1)])))
+            };
+            for (column, out) in transposed(&tile).iter().zip(out) {
+                for f in 0..3 {
+                    step(column, poles[f], &mut state[f]);
+                }
+                *out = state;
+            }
+        }
+        // The anticausal half holds the last sample: it may as well begin on copies of it right of the frame.
+        let mut state = block[width - 1];
+        block[width..].fill(state);
+        for column in block.iter_mut().rev() {
+            for f in 0..3 {
+                step(&column[f], poles[f], &mut state[f]);
+            }
+            *column = state;
+        }
+
+        for (v, (tile, columns)) in block.chunks_exact(LANES).zip(columns.iter_mut()).enumerate() {
+            for f in 0..3 {
+                let tile = transposed(&std::array::from_fn(|c| tile[c][f]));
+                let mut down = if b == 0 { tile[0] } else { columns[f] };
+                for (r, row) in tile.iter().enumerate() {
+                    step(row, poles[f], &mut down);
+                    planes[(3 * r + f) * vectors + v] = down;
+                }
+                columns[f] = down;
+            }
+        }
+    }
+}
+
+/// The anticausal half of the columns begins on the last row.
+fn hold(rows: &[f32], columns: &mut [Smoothed]) {
+    for (f, row) in rows.chunks_exact(columns.len() * LANES).enumerate() {
+        for (vector, state) in row.as_chunks::<LANES>().0.iter().zip(columns.iter_mut()) {
+            state[f] = *vector;
+        }
+    }
+}
+
+/// Step 2, for one row: the anticausal half up the columns, and `d_k` in place of the first two of the three rows.
+#[multiversion(targets("x86_64+avx2"))]
+fn smooth_up(rows: &mut [f32], poles: [f32; 3], columns: &mut [Smoothed]) {
+    let stride = columns.len() * LANES;
+    let (narrow, others) = rows.split_at_mut(stride);
+    let (middle, wide) = others.split_at_mut(stride);
+    let narrow = narrow.as_chunks_mut::<LANES>().0;
+    let middle = middle.as_chunks_mut::<LANES>().0;
+    let wide = wide.as_chunks::<LANES>().0;
+    for (((narrow, middle), wide), state) in narrow.iter_mut().zip(middle).zip(wide).zip(columns) {
+        step(narrow, poles[0], &mut state[0]);
+        step(middle, poles[1], &mut state[1]);
+        step(wide, poles[2], &mut state[2]);
+        for l in 0..LANES {
+            narrow[l] = state[0][l] - state[1][l];
+            middle[l] = state[1][l] - state[2][l];
+        }
+    }
+}
+
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// `out[x] = max |dog[x - 3 ..= x + 3]|`; the outermost three are left as they are, for no eligible window has them as centre.
+#[multiversion(targets("x86_64+avx2"))]
+fn maxima_along_row(dog: &[f32], magnitude: &mut [f32], out: &mut [f32]) {
+    for (m, d) in magnitude.iter_mut().zip(dog) {
+        *m = d.abs();
+    }
+    let count = dog.len() - (WINDOW - 1);
+    let shifted: [&[f32]; WINDOW] = std::array::from_fn(|i| &magnitude[i..i + count]);
+    let out = &mut out[WINDOW_RADIUS..][..count];
+    for x in 0..count {
+        out[x] = shifted[1..].iter().fold(shifted[0][x], |m, row| larger(row[x], m));
+    }
+}
+
+/// Where the centre reaches the threshold, exceeds the maxima of the three earlier rows and is not below those of its own and the
+/// three later ones, sets bit `scale` of the flag, and clears it elsewhere. `rows` is the maxima along the row, topmost first.
+#[multiversion(targets("x86_64+avx2"))]
+fn flag(centres: &[f32], rows: [&[f32]; WINDOW], threshold: f32, scale: usize, flags: &mut [u8]) {
+    let count = centres.len();
+    let rows: [&[f32]; WINDOW] = std::array::from_fn(|i| &rows[i][..count]);
+    let (earlier, later) = rows.split_at(WINDOW_RADIUS);
+    let flags = &mut flags[..count];
+    for x in 0..count {
+        let centre = centres[x].abs();
+        let before = earlier[1..].iter().fold(earlier[0][x], |m, row| larger(row[x], m));
+        let after = later.iter().fold(threshold, |m, row| larger(row[x], m));
+        flags[x] = flags[x] & !(1 << scale) | u8::from((centre > before) & (centre >= after)) << scale;
+    }
+}
+
+/// Appends the flagged samples that none of the three to their left equals, from the last to the first. `start` is column and
+/// row of the first flag.
+fn gather(flags: &[u8], planes: &[f32], stride: usize, start: (usize, usize), candidates: &mut Vec<Candidate>) {
+    let mut examine = |i: usize, k: usize| {
+        let (x, y) = (start.0 + i, start.1);
+        let at = (3 * y + k) * stride + x;
+        let response = planes[at].abs();
+        if planes[at - WINDOW_RADIUS..at].iter().all(|d| d.abs() < response) {
+            candidates.push(Candidate { x: x as u32, y: y as u32, scale: k as u8, response });
+        }
+    };
+    for (word, flags) in flags.chunks(8).enumerate().rev() {
+        let mut bytes = [0; 8];
+        bytes[..flags.len()].copy_from_slice(flags);
+        // Bit `8 i + k` is sample `i`, scale `k`.
+        let mut left = u64::from_le_bytes(bytes);
+        while left != 0 {
+            let bit = 63 - left.leading_zeros() as usize;
+            examine(8 * word + bit / 8, bit % 8);
+            left &= !(1 << bit);
+        }
+    }
+}
+
+/// Step 3: neighbours and descriptors of the features kept.
+#[multiversion(targets("x86_64+avx2"))]
+fn describe(kept: &[Candidate], planes: &[f32], stride: usize) -> Vec<Feature> {
+    let rings = rings();
+    let pitch = 3 * stride;
+    let mut features = Vec::with_capacity(kept.len());
+    for c in kept {
+        let at = |k: usize| c.y as usize * pitch + k * stride + c.x as usize;
+        let mut descriptor = Descriptor::default();
+        for k in 0..2 {
+            let response = planes[at(k)].abs();
+            for (i, &(dx, dy)) in rings[k].iter().enumerate() {
+                let point = at(k).wrapping_add_signed(dy as isize * pitch as isize + dx as isize);
+                descriptor.sign[k] |= u32::from(planes[point] >= 0.0) << i;
+                descriptor.maxlbp[k] |= u32::from(response >= max_dog(planes, pitch, point)) << i;
+            }
+        }
+        let at = at(usize::from(c.scale));
+        let codes = |at: usize| f64::from(planes[at].abs());
+        features.push(Feature {
+            x: c.x,
+            y: c.y,
+            scale: c.scale,
+            bright: planes[at] >= 0.0,
+            response: codes(at),
+            neighbours: [codes(at - 1), codes(at + 1), codes(at - pitch), codes(at + pitch)],
+            descriptor,
+        });
+    }
+    features
+}
+
+/// `MaxDOG` at one sample: of every row a vector of eight is read, of which five count. The others may belong to the next
+/// row; there is always one, for below `d_1` of the last row stands what was smoothed widest.
+#[inline(always)]
+fn max_dog(planes: &[f32], pitch: usize, at: usize) -> f32 {
+    let mut highest = Lanes::default();
+    for r in 0..=2 * MAX_RADIUS {
+        let row = &planes[at + r * pitch - MAX_RADIUS * (pitch + 1)..][..LANES];
+        for l in 0..LANES {
+            highest[l] = larger(row[l].abs(), highest[l]);
+        }
+    }
+    highest[1..=2 * MAX_RADIUS].iter().fold(highest[0], |m, &v| larger(v, m))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::features::extractor::{extract, features, layers};
+    use crate::image::picture::{Picture, data_dir};
+    use crate::smoothing::recursive::border::Border;
+    use crate::smoothing::smoother::Smoother;
+
+    fn clear(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
+        Smoother::first_order(sigma).unwrap().smooth(plane, Border::Held)
+    }
+
+    fn key(f: &Feature) -> (u32, u32, u8) {
+        (f.y, f.x, f.scale)
+    }
+
+    /// A picture of `blobs`: `(x, y, size, code)` rectangles painted over a ramp, so that edges, flat parts and steep
+    /// gradients up to the border all occur.
+    fn painted(width: usize, height: usize, blobs: &[(usize, usize, usize, u16)]) -> Plane<u16> {
+        let mut frame = Plane::from_fn(width, height, |x, y| ((300 * x + 170 * y) % 65_536) as u16);
+        for &(x, y, size, code) in blobs {
+            for y in y % height..(y % height + size).min(height) {
+                let x = x % width;
+                frame.row_mut(y)[x..(x + size).min(width)].fill(code);
+            }
+        }
+        frame
+    }
+
+    fn pictures() -> impl Strategy<Value = Plane<u16>> {
+        let blob = (0usize..200, 0usize..200, 1usize..30, any::<u16>());
+        (37usize..90, 37usize..90, prop::collection::vec(blob, 1..60)).prop_map(|(w, h, blobs)| painted(w, h, &blobs))
+    }
+
+    /// What an f32 may do to `d_k`, codes. A step of a recursion rounds two products and a sum of up to 2^16 codes: three
+    /// half-ulps of 2^-8, 0.006. The recursion sums those with weights `a^n`, up to 1 / (1 - a) = 5.7 times, four halves
+    /// follow each other and two planes are subtracted: 0.27 at the very worst. Rounding does not always point one way, and
+    /// 0.015 is what is seen.
+    const TOLERANCE: f64 = 0.05;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn agrees_with_the_clear_path(frame in pictures()) {
+            let layers = layers(&frame, clear);
+            let threshold = 8.0;
+            let all = |t: f64| features(&layers, [t; 2], 1.0);
+            let selection = Selection { thresholds: [threshold; 2], count: usize::MAX };
+            let fast = FastExtractor::new(selection).unwrap().extract(&frame);
+            prop_assert!(fast.windows(2).all(|w| key(&w[0]) < key(&w[1])), "raster order");
+            // Every feature is one of the other path, save where two responses of a window differ by less than rounding.
+            let clear_ones = all(threshold);
+            for (ours, theirs, what) in [(&fast, &clear_ones, "new"), (&clear_ones, &fast, "lost")] {
+                for f in ours {
+                    if theirs.binary_search_by_key(&key(f), key).is_err() {
+                        let dog = &layers[usize::from(f.scale)].dog.magnitude;
+                        let (x, y) = (f.x as usize, f.y as usize);
+                        let rival = (y - 3..=y + 3)
+                            .flat_map(|r| (x - 3..=x + 3).map(move |c| (c, r)))
+                            .filter(|&at| at != (x, y))
+                            .map(|at| dog[at])
+                            .fold(threshold, f64::max);
+                        prop_assert!((dog[(x, y)] - rival).abs() < TOLERANCE, "{what} {f:?}, rival {rival}");
+                    }
+                }
+            }
+            for f in &fast {
+                let Ok(at) = clear_ones.binary_search_by_key(&key(f), key) else { continue };
+                let theirs = &clear_ones[at];
+                prop_assert!((f.response - theirs.response).abs() < TOLERANCE);
+                for (a, b) in f.neighbours.iter().zip(theirs.neighbours) {
+                    prop_assert!((a - b).abs() < TOLERANCE);
+                }
+                prop_assert!(f.bright == theirs.bright);
+                for k in 0..2 {
+                    for (i, &(dx, dy)) in rings()[k].iter().enumerate() {
+                        let at = (f.x as usize, f.y as usize);
+                        let ring = (at.0.wrapping_add_signed(dx as isize), at.1.wrapping_add_signed(dy as isize));
+                        let margin = (layers[k].dog.magnitude[at] - layers[k].max_dog[ring]).abs();
+                        let differs = |a: [u32; 2], b: [u32; 2]| (a[k] ^ b[k]) >> i & 1 == 1;
+                        prop_assert!(!differs(f.descriptor.maxlbp, theirs.descriptor.maxlbp) || margin < TOLERANCE);
+                        let margin = layers[k].dog.magnitude[ring];
+                        prop_assert!(!differs(f.descriptor.sign, theirs.descriptor.sign) || margin < TOLERANCE);
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn buffers_carry_nothing_over(first in pictures(), second in pictures()) {
+            let mut used = FastExtractor::new(Selection::default()).unwrap();
+            used.extract(&first);
+            let fresh = FastExtractor::new(Selection::default()).unwrap().extract(&second);
+            prop_assert_eq!(used.extract(&second), fresh);
+        }
+    }
+
+    #[test]
+    fn constant_and_tiny_frames_have_no_features() {
+        let mut extractor = FastExtractor::new(Selection::default()).unwrap();
+        for code in [0, 1, 12_345, u16::MAX] {
+            assert_eq!(extractor.extract(&Plane::filled(100, 75, code)), [], "code {code}");
+        }
+        for (w, h) in [(1, 1), (1, 300), (300, 1), (36, 37), (37, 36)] {
+            assert_eq!(
+                extractor.extract(&Plane::from_fn(w, h, |x, y| (x * 7919 + y * 31_337) as u16)),
+                [],
+                "{w} x {h}"
+            );
+        }
+    }
+
+    #[test]
+    fn stripes_are_plateaus_without_end_and_have_no_maxima() {
+        // Along a stripe all responses are equal: every sample has an equal one earlier in raster order.
+        let wave = |t: usize| [9_000u16, 13_000, 40_000, 61_000, 52_000, 21_000, 8_000][t % 7];
+        let mut extractor = FastExtractor::new(Selection::default()).unwrap();
+        assert_eq!(extractor.extract(&Plane::from_fn(150, 110, |x, _| wave(x))), [], "down the columns");
+        assert_eq!(extractor.extract(&Plane::from_fn(150, 110, |_, y| wave(y))), [], "along the rows");
+    }
+
+    #[test]
+    fn the_one_eligible_pixel_of_a_37_px_frame_is_found() {
+        let mut frame = Plane::filled(37, 37, 1000u16);
+        frame[(18, 18)] = 60_000;
+        let found = FastExtractor::new(Selection::default()).unwrap().extract(&frame);
+        assert_eq!(found.iter().map(key).collect::<Vec<_>>(), [(18, 18, 0), (18, 18, 1)]);
+        assert!(found.iter().all(|f| f.bright));
+    }
+
+    #[test]
+    fn real_pictures_give_the_features_of_the_clear_path() {
+        let Some(folder) = data_dir() else {
+            eprintln!("SKIPPED: no picture folder, set HOVERLOCK_DATA");
+            return;
+        };
+        for name in ["forest_canopy", "pasture_low_texture"] {
+            let frame = Picture::open(folder.join("textures").join(name).with_extension("png")).unwrap().frame().luma;
+            let clear = extract(&frame, clear, &Selection::default());
+            let fast = FastExtractor::new(Selection::default()).unwrap().extract(&frame);
+            let same: Vec<(&Feature, &Feature)> =
+                fast.iter().filter_map(|f| Some((f, &clear[clear.binary_search_by_key(&key(f), key).ok()?]))).collect();
+            let error = same.iter().map(|(a, b)| (a.response - b.response).abs()).fold(0.0, f64::max);
+            let flips: u32 = same.iter().map(|(a, b)| a.descriptor.hamming(&b.descriptor, false)).sum();
+            eprintln!(
+                "{name}: {} of {} kept, response error {error:.4} codes, {flips} bits flipped",
+                same.len(),
+                clear.len()
+            );
+            assert!(clear.len() == 1000 && fast.len() == 1000);
+            assert!(same.len() >= 990, "{name}: {} of 1000 kept", same.len());
+            assert!(error < TOLERANCE, "{name}: {error} codes");
+            // 128 bits each: 0.05 % is the nominal acceptance bound of fixed point, and f32 is far better.
+            assert!(f64::from(flips) <= 0.0005 * 128.0 * same.len() as f64, "{name}: {flips} bits flipped");
+        }
+    }
+}

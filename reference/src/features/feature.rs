@@ -1,0 +1,89 @@
+//! What the extractor hands to the estimator: a place, a response and a binary descriptor.
+
+/// Number of ring points of a descriptor word: `n` in `o_i = R (cos(2 pi i / n), sin(2 pi i / n))`, `i = 0 .. n - 1`.
+pub const RING_POINTS: usize = 32;
+
+/// 128 bits about the surroundings of a feature; bit `i` of each word is ring point `i`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Descriptor {
+    /// `MaxLBP_k`: bit `i` is `DOG_k(p) >= MaxDOG_k(o_i)`, one word per scale pair.
+    pub maxlbp: [u32; 2],
+    /// Bit `i` is the sign of the signed DoG at `o_i`, 1 where it is not negative, one word per scale pair.
+    pub sign: [u32; 2],
+}
+
+impl Descriptor {
+    /// Number of bits that differ, `0 ..= 128`; with `strict` only the MaxLBP words count, `0 ..= 64`.
+    pub fn hamming(&self, other: &Self, strict: bool) -> u32 {
+        let differ = |a: &[u32; 2], b: &[u32; 2]| (a[0] ^ b[0]).count_ones() + (a[1] ^ b[1]).count_ones();
+        differ(&self.maxlbp, &other.maxlbp) + if strict { 0 } else { differ(&self.sign, &other.sign) }
+    }
+
+    /// The four words in the order of the feature record: MaxLBP k0, MaxLBP k1, sign k0, sign k1.
+    pub fn words(&self) -> [u32; 4] {
+        [self.maxlbp[0], self.maxlbp[1], self.sign[0], self.sign[1]]
+    }
+}
+
+/// A feature point: a maximum of `DOG_k` and what surrounds it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Feature {
+    /// Column of the pixel.
+    pub x: u32,
+    /// Row of the pixel.
+    pub y: u32,
+    /// Scale pair `k`: 0 the finer, 1 the coarser.
+    pub scale: u8,
+    /// Polarity: the signed DoG (narrow minus wide) at the pixel is not negative, that is a bright spot.
+    pub bright: bool,
+    /// `DOG_k` at the pixel, DN of the 16-bit camera sample (half a code is one LSB of the fixed-point DoG).
+    pub response: f64,
+    /// `DOG_k` at the left, right, upper and lower neighbour, for the parabola.
+    pub neighbours: [f64; 4],
+    /// The descriptor at the pixel.
+    pub descriptor: Descriptor,
+}
+
+impl Feature {
+    /// The place to a fraction of a pixel: the vertex of the parabola through three responses, along `x` and along `y`:
+    /// `dx = (l - r) / (2 (l - 2 c + r))`, within half a pixel because the centre is a maximum.
+    pub fn subpixel(&self) -> (f64, f64) {
+        let vertex = |before: f64, after: f64| {
+            let curvature = before - 2.0 * self.response + after;
+            if curvature < 0.0 { ((before - after) / (2.0 * curvature)).clamp(-0.5, 0.5) } else { 0.0 }
+        };
+        let [left, right, up, down] = self.neighbours;
+        (f64::from(self.x) + vertex(left, right), f64::from(self.y) + vertex(up, down))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parabola_finds_its_own_vertex() {
+        // f(t) = 10 - 3 (t - 0.2)^2 along x, 10' - 2 (t + 0.4)^2 along y, sampled at -1, 0, 1 around the pixel.
+        let along_x = |t: f64| 10.0 - 3.0 * (t - 0.2).powi(2);
+        let along_y = |t: f64| along_x(0.0) + 2.0 * 0.16 - 2.0 * (t + 0.4).powi(2);
+        let feature = Feature {
+            x: 7,
+            y: 9,
+            scale: 0,
+            bright: true,
+            response: along_x(0.0),
+            neighbours: [along_x(-1.0), along_x(1.0), along_y(-1.0), along_y(1.0)],
+            descriptor: Descriptor::default(),
+        };
+        let (x, y) = feature.subpixel();
+        assert!((x - 7.2).abs() < 1e-12 && (y - 8.6).abs() < 1e-12, "{x} {y}");
+    }
+
+    #[test]
+    fn hamming_counts_each_word_once() {
+        let a = Descriptor { maxlbp: [0b1011, 0], sign: [0, 1 << 31] };
+        let b = Descriptor { maxlbp: [0b0001, 1], sign: [7, 0] };
+        assert_eq!(a.hamming(&b, true), 3);
+        assert_eq!(a.hamming(&b, false), 7);
+    }
+}

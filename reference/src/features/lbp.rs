@@ -1,0 +1,48 @@
+//! `LBP(p) = sum_i s(I(p + o_i) - I(p)) 2^i`, `s(t) = 1` where `t >= 0`: local binary patterns on intensities, the baseline
+//! that MaxLBP is compared with.
+//!
+//! The rings are those of MaxLBP (32 points, radius 12 and 16 px), so that the comparison is of the rule and not of the
+//! places: 64 bits, in the words `maxlbp` of a descriptor; the sign words stay 0, so the strict distance and the full one
+//! are the same. Source: T. Ojala, M. Pietikainen, T. Maenpaa, "Multiresolution gray-scale and rotation invariant texture
+//! classification with local binary patterns", 2002, eq. (4).
+
+use crate::features::feature::Descriptor;
+use crate::features::maxlbp::rings;
+use crate::image::plane::Plane;
+
+/// Plain LBP of both rings at a pixel.
+///
+/// # Panics
+/// Where a ring point leaves the frame.
+pub fn descriptor<T: Copy + PartialOrd>(intensity: &Plane<T>, x: usize, y: usize) -> Descriptor {
+    let centre = intensity[(x, y)];
+    let word = |k: usize| {
+        rings()[k].iter().enumerate().fold(0, |word, (i, &(dx, dy))| {
+            let at = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
+            word | u32::from(intensity[at] >= centre) << i
+        })
+    };
+    Descriptor { maxlbp: [word(0), word(1)], sign: [0; 2] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_sets_the_half_ring_it_rises_to() {
+        // Intensity grows to the right: points with dx >= 0 are i = 0 ..= 8 and 24 ..= 31.
+        let ramp = Plane::from_fn(40, 40, |x, _| x as u16);
+        assert_eq!(descriptor(&ramp, 20, 20).maxlbp, [0xFF00_01FF; 2]);
+        // Intensity grows downwards: dy >= 0 are i = 0 ..= 16.
+        let ramp = Plane::from_fn(40, 40, |_, y| y as f64);
+        assert_eq!(descriptor(&ramp, 20, 20).maxlbp, [0x0001_FFFF; 2]);
+    }
+
+    #[test]
+    fn gain_and_offset_leave_the_word_alone() {
+        let base = Plane::from_fn(40, 40, |x, y| ((x * 37 + y * 91) % 101) as f64);
+        let other = base.map(|v| 0.3 * v + 17.0);
+        assert_eq!(descriptor(&base, 19, 20), descriptor(&other, 19, 20));
+    }
+}

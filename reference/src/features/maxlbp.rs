@@ -1,0 +1,178 @@
+//! `MaxDOG_k(q) = max DOG_k` over the `(2D + 1)^2` window around `q`, `D = 2`; bit `i` of `MaxLBP_k(p)` is
+//! `DOG_k(p) >= MaxDOG_k(p + o_i)` for `i = 0 .. 31`.
+//!
+//! The ring is `o_i = (round(R cos(2 pi i / 32)), round(R sin(2 pi i / 32)))`, `x` to the right, `y` down, half away from
+//! zero, `R` = 12 px for `k = 0` and 16 px for `k = 1`. At a maximum that bit is 1 nine times in ten, so words repeat;
+//! hence a second word per scale whose bit `i` is the sign bit of the signed DoG at `p + o_i` (1 where `d_k >= 0`): 128
+//! bits. A descriptor is always of both scales at the feature's pixel, whichever scale found it. Leaving the sign words
+//! out ("strict") is a matter of the distance, not of the descriptor. MaxLBP is the LBP of T. Ojala et al., 2002, eq. (4),
+//! with the intensity replaced by the response and the neighbour by the maximum around it.
+
+use std::sync::LazyLock;
+
+use crate::features::dog::Dog;
+use crate::features::feature::{Descriptor, RING_POINTS};
+use crate::image::plane::Plane;
+
+/// `D`: MaxDOG looks at `(2D + 1)^2` samples.
+pub const MAX_RADIUS: usize = 2;
+
+/// Radius of the ring in pixels, per scale pair.
+pub const RING_RADII: [f64; 2] = [12.0, 16.0];
+
+/// The ring points `o_i` of each scale pair as `(dx, dy)`.
+pub fn rings() -> &'static [[(i32, i32); RING_POINTS]; 2] {
+    static RINGS: LazyLock<[[(i32, i32); RING_POINTS]; 2]> = LazyLock::new(|| RING_RADII.map(ring));
+    &RINGS
+}
+
+fn ring(radius: f64) -> [(i32, i32); RING_POINTS] {
+    std::array::from_fn(|i| {
+        let angle = 2.0 * std::f64::consts::PI * i as f64 / RING_POINTS as f64;
+        // `f64::round` rounds half away from zero.
+        ((radius * angle.cos()).round() as i32, (radius * angle.sin()).round() as i32)
+    })
+}
+
+/// All that descriptors of one scale pair are made of. `T` is a float of levels `ideal` to `quantised` or an integer of the bit-true model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layer<T> {
+    /// `DOG_k` and the sign bit.
+    pub dog: Dog<T>,
+    /// `MaxDOG_k`.
+    pub max_dog: Plane<T>,
+}
+
+impl<T: Copy + PartialOrd> Layer<T> {
+    /// Completes a DoG by its local maxima.
+    pub fn new(dog: Dog<T>) -> Self {
+        let max_dog = max_dog(&dog.magnitude);
+        Self { dog, max_dog }
+    }
+}
+
+/// `MaxDOG` of every sample; at the border the maximum over the part of the window that lies in the frame, which is also
+/// what repeating the border sample gives.
+pub fn max_dog<T: Copy + PartialOrd>(dog: &Plane<T>) -> Plane<T> {
+    const WINDOW: usize = 2 * MAX_RADIUS + 1;
+    let (w, h) = (dog.width(), dog.height());
+    // Maxima along the row of the last five rows: row `y` stands in place `y % 5`.
+    let mut along_rows: [Vec<T>; WINDOW] = std::array::from_fn(|_| dog.row(0).to_vec());
+    let mut out = dog.clone();
+    for y in 0..h + MAX_RADIUS {
+        if y < h {
+            max_along_row(dog.row(y), &mut along_rows[y % WINDOW]);
+        }
+        if y >= MAX_RADIUS {
+            // Rows of the window that lie in the frame; the others are left out by taking the centre again.
+            let centre = y - MAX_RADIUS;
+            let rows: [&[T]; WINDOW] = std::array::from_fn(|i| {
+                let q = centre + i;
+                let inside = q >= MAX_RADIUS && q - MAX_RADIUS < h;
+                &along_rows[if inside { q - MAX_RADIUS } else { centre } % WINDOW][..w]
+            });
+            let out = &mut out.row_mut(centre)[..w];
+            for x in 0..w {
+                out[x] = rows[1..].iter().fold(rows[0][x], |m, row| larger(m, row[x]));
+            }
+        }
+    }
+    out
+}
+
+fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}
+
+/// `out[x] = max source[x - 2 ..= x + 2]`, as far as that lies in the row.
+fn max_along_row<T: Copy + PartialOrd>(source: &[T], out: &mut [T]) {
+    out.copy_from_slice(source);
+    for dx in 1..=MAX_RADIUS.min(source.len() - 1) {
+        out.iter_mut().zip(&source[dx..]).for_each(|(m, &s)| *m = larger(*m, s));
+        out[dx..].iter_mut().zip(source).for_each(|(m, &s)| *m = larger(*m, s));
+    }
+}
+
+/// The descriptor at a pixel, from both scale pairs.
+///
+/// # Panics
+/// Where a ring point leaves the frame: the pixel is not an eligible centre.
+pub fn descriptor<T: Copy + PartialOrd>(layers: &[Layer<T>; 2], x: usize, y: usize) -> Descriptor {
+    let mut descriptor = Descriptor::default();
+    for (k, layer) in layers.iter().enumerate() {
+        let centre = layer.dog.magnitude[(x, y)];
+        for (i, &(dx, dy)) in rings()[k].iter().enumerate() {
+            let at = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
+            descriptor.maxlbp[k] |= u32::from(centre >= layer.max_dog[at]) << i;
+            descriptor.sign[k] |= u32::from(layer.dog.positive[at]) << i;
+        }
+    }
+    descriptor
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn ring_is_the_table_of_the_design() {
+        let [inner, outer] = *rings();
+        // 16 cos and 16 sin of 0, 11.25, 22.5, 33.75, 45 degrees: 16/0, 15.69/3.12, 14.78/6.12, 13.30/8.89, 11.31/11.31.
+        assert_eq!(outer[..5], [(16, 0), (16, 3), (15, 6), (13, 9), (11, 11)]);
+        // 12/0, 11.77/2.34, 11.09/4.59, 9.98/6.67, 8.49/8.49.
+        assert_eq!(inner[..5], [(12, 0), (12, 2), (11, 5), (10, 7), (8, 8)]);
+        for points in [outer, inner] {
+            for i in 0..RING_POINTS {
+                let (x, y) = points[i];
+                assert_eq!(points[(i + 8) % 32], (-y, x), "a quarter turn to the right, y down, of point {i}");
+            }
+        }
+    }
+
+    fn by_definition(dog: &Plane<u8>, x: i64, y: i64) -> u8 {
+        let inside = |x: i64, y: i64| x >= 0 && y >= 0 && x < dog.width() as i64 && y < dog.height() as i64;
+        let window = (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (x + dx, y + dy)));
+        window.filter(|&(x, y)| inside(x, y)).map(|(x, y)| dog[(x as usize, y as usize)]).max().unwrap()
+    }
+
+    fn plane(w: usize, h: usize) -> impl Strategy<Value = Plane<u8>> {
+        prop::collection::vec(any::<u8>(), w * h).prop_map(move |s| Plane::from_vec(w, h, s).unwrap())
+    }
+
+    proptest! {
+        #[test]
+        fn max_dog_is_that_of_the_definition(dog in (1usize..12, 1usize..12).prop_flat_map(|(w, h)| plane(w, h))) {
+            let expected = Plane::from_fn(dog.width(), dog.height(), |x, y| by_definition(&dog, x as i64, y as i64));
+            prop_assert_eq!(max_dog(&dog), expected);
+        }
+
+        #[test]
+        fn bits_are_those_of_the_definition(narrow in plane(40, 39), middle in plane(40, 39), wide in plane(40, 39)) {
+            let layers = [Dog::between(&narrow, &middle), Dog::between(&middle, &wide)].map(Layer::new);
+            for (x, y) in [(18, 18), (21, 20), (20, 19)] {
+                let found = descriptor(&layers, x, y);
+                for k in 0..2 {
+                    let dog = &layers[k].dog;
+                    for i in 0..32 {
+                        let (sin, cos) = (f64::from(i) * 11.25).to_radians().sin_cos();
+                        let (dx, dy) = ((RING_RADII[k] * cos).round() as i64, (RING_RADII[k] * sin).round() as i64);
+                        let (px, py) = (x as i64 + dx, y as i64 + dy);
+                        let expected = dog.magnitude[(x, y)] >= by_definition(&dog.magnitude, px, py);
+                        prop_assert_eq!(found.maxlbp[k] >> i & 1 == 1, expected);
+                        prop_assert_eq!(found.sign[k] >> i & 1 == 1, dog.positive[(px as usize, py as usize)]);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn equal_responses_set_the_bit() {
+        let flat = Plane::filled(37, 37, 4u16);
+        let layer = || Layer::new(Dog { magnitude: flat.clone(), positive: Plane::filled(37, 37, false) });
+        let found = descriptor(&[layer(), layer()], 18, 18);
+        assert_eq!(found, Descriptor { maxlbp: [u32::MAX; 2], sign: [0; 2] });
+    }
+}

@@ -1,0 +1,330 @@
+//! Matching of features: `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`, the smaller the more alike.
+//!
+//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair; strict: MaxLBP
+//! alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C` (one over squared codes) is
+//! to be small, so that it decides controversial cases only. Taken at its word that is an order rather than a sum: Hamming first,
+//! `|DOG(a) - DOG(b)|` among equals, the smaller index among those. This is the default, and the same for integers: the responses of the
+//! fixed point are multiples of half a code and their differences exact in f64. The sum with a given `C` is a mode of its own.
+//!
+//! Two features can match when scale and polarity agree and, where there is a prediction, when the place in CUR is within the gate's
+//! radius of where the prediction takes the place in REF. A match is best both ways: `b` is the best of all that `a` can have, and `a`
+//! of all that `b` can have. So no feature is in two matches, and exchanging the pictures exchanges the roles and nothing else.
+
+use crate::features::feature::Feature;
+use crate::motion::model::transfer;
+use nalgebra::{Matrix3, Vector2};
+use std::cmp::Ordering;
+
+/// Radius of the gate about a predicted place, px.
+pub const GATE_RADIUS: f64 = 192.0;
+
+/// How the two terms of the distance are put together.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Distance {
+    /// Hamming distance first; the difference of the responses only decides between equals.
+    #[default]
+    Lexicographic,
+    /// The sum with this `C`, one over squared codes; finite and not negative.
+    Sum(f64),
+}
+
+/// Where a feature of REF is to be looked for in CUR.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// REF pixel -> CUR pixel.
+    pub prediction: Matrix3<f64>,
+    /// Largest distance from the predicted place, px.
+    pub radius: f64,
+}
+
+/// What counts as a match.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Matching {
+    /// How descriptors and responses are compared.
+    pub distance: Distance,
+    /// MaxLBP words alone, without the sign words.
+    pub strict: bool,
+    /// Where to look; everywhere without a prediction.
+    pub gate: Option<Gate>,
+    /// A match must have at most this part of the distance of the second best, both ways; below 1 it asks for distinction.
+    pub ratio: Option<f64>,
+    /// Largest Hamming distance, or largest sum.
+    pub limit: Option<f64>,
+}
+
+/// A feature of REF and one of CUR that are each other's best.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Match {
+    /// Index among the features of REF.
+    pub reference: usize,
+    /// Index among the features of CUR.
+    pub current: usize,
+    /// Hamming distance, or the sum in the mode of that name.
+    pub distance: f64,
+    /// `|DOG(a) - DOG(b)|`, codes.
+    pub response_difference: f64,
+}
+
+impl Matching {
+    /// All matches, the best first: by distance, then difference of responses, then index in REF.
+    pub fn matches(&self, reference: &[Feature], current: &[Feature]) -> Vec<Match> {
+        let mut found = Vec::new();
+        for (scale, bright) in groups(reference) {
+            let of_group = |features: &[Feature]| -> Vec<Candidate> {
+                let member = |(_, f): &(usize, &Feature)| f.scale == scale && f.bright == bright;
+                features.iter().enumerate().filter(member).map(|(i, f)| Candidate::of(i, f, self.strict)).collect()
+            };
+            let (from, to) = (of_group(reference), of_group(current));
+            match self.distance {
+                Distance::Lexicographic => self.mutual(&from, &to, &mut found, |hamming, _| f64::from(hamming)),
+                Distance::Sum(c) => self.mutual(&from, &to, &mut found, |hamming, difference| {
+                    f64::from(hamming) + c * difference * difference
+                }),
+            }
+        }
+        found.sort_by(Match::best_first);
+        found
+    }
+
+    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses together.
+    fn mutual(&self, from: &[Candidate], to: &[Candidate], found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
+        let mut best_from = vec![Best::NONE; from.len()];
+        let mut best_to = vec![Best::NONE; to.len()];
+        for (i, a) in from.iter().enumerate() {
+            // A place the prediction puts behind the camera is looked for nowhere.
+            let expected = match self.gate {
+                Some(gate) => match transfer(&gate.prediction, a.place) {
+                    Some(place) => Some((place, gate.radius * gate.radius)),
+                    None => continue,
+                },
+                None => None,
+            };
+            for (j, b) in to.iter().enumerate() {
+                if let Some((place, radius2)) = expected
+                    && (b.place - place).norm_squared() > radius2
+                {
+                    continue;
+                }
+                let difference = (a.response - b.response).abs();
+                let distance = sum(a.hamming(b), difference);
+                best_from[i].offer(distance, difference, j);
+                best_to[j].offer(distance, difference, i);
+            }
+        }
+        for (i, best) in best_from.iter().enumerate() {
+            let Some(back) = best_to.get(best.partner).filter(|back| back.partner == i) else { continue };
+            let distinct = |ratio: f64| [best, back].iter().all(|b| b.distance <= ratio * b.second);
+            if self.ratio.is_none_or(distinct) && self.limit.is_none_or(|limit| best.distance <= limit) {
+                found.push(Match {
+                    reference: from[i].index,
+                    current: to[best.partner].index,
+                    distance: best.distance,
+                    response_difference: best.difference,
+                });
+            }
+        }
+    }
+}
+
+impl Match {
+    fn best_first(&self, other: &Self) -> Ordering {
+        self.distance
+            .total_cmp(&other.distance)
+            .then(self.response_difference.total_cmp(&other.response_difference))
+            .then(self.reference.cmp(&other.reference))
+    }
+}
+
+/// Every scale and polarity that occurs.
+fn groups(features: &[Feature]) -> Vec<(u8, bool)> {
+    let mut groups: Vec<_> = features.iter().map(|f| (f.scale, f.bright)).collect();
+    groups.sort_unstable();
+    groups.dedup();
+    groups
+}
+
+/// What the inner loop needs of a feature.
+struct Candidate {
+    index: usize,
+    /// The words that count; the others are 0.
+    bits: u128,
+    response: f64,
+    place: Vector2<f64>,
+}
+
+impl Candidate {
+    fn of(index: usize, feature: &Feature, strict: bool) -> Self {
+        let [lbp0, lbp1, sign0, sign1] = feature.descriptor.words().map(u128::from);
+        let signs = if strict { 0 } else { sign0 << 64 | sign1 << 96 };
+        let (x, y) = feature.subpixel();
+        Self { index, bits: lbp0 | lbp1 << 32 | signs, response: feature.response, place: Vector2::new(x, y) }
+    }
+
+    fn hamming(&self, other: &Self) -> u32 {
+        (self.bits ^ other.bits).count_ones()
+    }
+}
+
+/// The best partner so far, and how far the second best is.
+#[derive(Clone, Copy)]
+struct Best {
+    distance: f64,
+    difference: f64,
+    partner: usize,
+    second: f64,
+}
+
+impl Best {
+    const NONE: Self =
+        Self { distance: f64::INFINITY, difference: f64::INFINITY, partner: usize::MAX, second: f64::INFINITY };
+
+    /// Partners come in the order of their index, so a strict comparison leaves ties to the smaller.
+    fn offer(&mut self, distance: f64, difference: f64, partner: usize) {
+        if distance < self.distance || (distance == self.distance && difference < self.difference) {
+            *self = Self { distance, difference, partner, second: self.distance };
+        } else if distance < self.second {
+            self.second = distance;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::feature::Descriptor;
+    use proptest::prelude::*;
+
+    fn feature(place: (u32, u32), group: (u8, bool), response: f64, words: [u32; 4]) -> Feature {
+        Feature {
+            x: place.0,
+            y: place.1,
+            scale: group.0,
+            bright: group.1,
+            response,
+            neighbours: [0.0; 4],
+            descriptor: Descriptor { maxlbp: [words[0], words[1]], sign: [words[2], words[3]] },
+        }
+    }
+
+    /// Few bits and few responses, so that ties abound.
+    fn features() -> impl Strategy<Value = Vec<Feature>> {
+        let one = ((0..1024u32, 0..768u32), (0..2u8, any::<bool>()), 1..6u32, prop::array::uniform4(0..8u32))
+            .prop_map(|(place, group, halves, words)| feature(place, group, f64::from(halves) / 2.0, words));
+        prop::collection::vec(one, 0..60)
+    }
+
+    fn settings() -> impl Strategy<Value = Matching> {
+        let distance = prop_oneof![Just(Distance::Lexicographic), (0.0..2.0f64).prop_map(Distance::Sum)];
+        let gate = prop::option::of((-300..300i32, -300..300i32, 1.0..400.0f64));
+        (distance, any::<bool>(), gate, prop::option::of(0.3..1.0f64), prop::option::of(0.0..9.0f64)).prop_map(
+            |(distance, strict, gate, ratio, limit)| Matching {
+                distance,
+                strict,
+                gate: gate.map(|(x, y, radius)| Gate { prediction: shift(x, y), radius }),
+                ratio,
+                limit,
+            },
+        )
+    }
+
+    fn shift(x: i32, y: i32) -> Matrix3<f64> {
+        Matrix3::new(1.0, 0.0, f64::from(x), 0.0, 1.0, f64::from(y), 0.0, 0.0, 1.0)
+    }
+
+    /// The definition, word for word, without any of the shortcuts.
+    fn by_definition(settings: &Matching, reference: &[Feature], current: &[Feature]) -> Vec<(usize, usize)> {
+        let key = |a: &Feature, b: &Feature| -> Option<(f64, f64)> {
+            let allowed = a.scale == b.scale
+                && a.bright == b.bright
+                && settings.gate.is_none_or(|gate| {
+                    let (ax, ay) = a.subpixel();
+                    let (bx, by) = b.subpixel();
+                    let expected = transfer(&gate.prediction, Vector2::new(ax, ay)).unwrap();
+                    (Vector2::new(bx, by) - expected).norm_squared() <= gate.radius * gate.radius
+                });
+            let difference = (a.response - b.response).abs();
+            let hamming = f64::from(a.descriptor.hamming(&b.descriptor, settings.strict));
+            let distance = match settings.distance {
+                Distance::Lexicographic => hamming,
+                Distance::Sum(c) => hamming + c * difference.powi(2),
+            };
+            allowed.then_some((distance, difference))
+        };
+        // Ordered partners of one feature: (distance, difference, index).
+        let ranked = |keys: Vec<Option<(f64, f64)>>| -> Vec<(f64, f64, usize)> {
+            let mut ranked: Vec<_> = keys.iter().enumerate().filter_map(|(i, k)| k.map(|(d, r)| (d, r, i))).collect();
+            ranked.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            ranked
+        };
+        let mut found = Vec::new();
+        for (i, a) in reference.iter().enumerate() {
+            let forward = ranked(current.iter().map(|b| key(a, b)).collect());
+            let Some(&(distance, _, j)) = forward.first() else { continue };
+            let backward = ranked(reference.iter().map(|a| key(a, &current[j])).collect());
+            let distinct =
+                |list: &[(f64, f64, usize)], ratio: f64| list.get(1).is_none_or(|second| distance <= ratio * second.0);
+            if backward[0].2 == i
+                && settings.ratio.is_none_or(|ratio| distinct(&forward, ratio) && distinct(&backward, ratio))
+                && settings.limit.is_none_or(|limit| distance <= limit)
+            {
+                found.push((i, j));
+            }
+        }
+        found
+    }
+
+    proptest! {
+        #[test]
+        fn matches_are_those_of_the_definition(a in features(), b in features(), settings in settings()) {
+            let matches = settings.matches(&a, &b);
+            let mut found: Vec<_> = matches.iter().map(|m| (m.reference, m.current)).collect();
+            prop_assert!(matches.is_sorted_by(|a, b| a.best_first(b) == Ordering::Less));
+            found.sort_unstable();
+            prop_assert_eq!(found, by_definition(&settings, &a, &b));
+        }
+
+        #[test]
+        fn exchanging_the_pictures_exchanges_the_roles(a in features(), b in features(), settings in settings()) {
+            let back = Matching {
+                gate: settings.gate.map(|g| Gate { prediction: g.prediction.try_inverse().unwrap(), ..g }),
+                ..settings
+            };
+            let mut forth: Vec<_> = settings.matches(&a, &b).iter().map(|m| (m.reference, m.current)).collect();
+            let mut back: Vec<_> = back.matches(&b, &a).iter().map(|m| (m.current, m.reference)).collect();
+            forth.sort_unstable();
+            back.sort_unstable();
+            prop_assert_eq!(forth, back);
+        }
+    }
+
+    #[test]
+    fn responses_decide_only_between_equals() {
+        let a = [feature((0, 0), (0, true), 10.0, [0b1, 0, 0, 0])];
+        let near_bits = feature((0, 0), (0, true), 1000.0, [0b1, 0, 0, 0]);
+        let near_response = feature((0, 0), (0, true), 10.0, [0b11, 0, 0, 0]);
+        let b = [near_response, near_bits];
+        assert_eq!(Matching::default().matches(&a, &b)[0].current, 1);
+        // 0 + C 990^2 against 1 + C 0: the sum turns round at C = 990^-2.
+        let turn = 1.0 / 990f64.powi(2);
+        let with = |c: f64| Matching { distance: Distance::Sum(c), ..Matching::default() };
+        assert_eq!(with(0.99 * turn).matches(&a, &b)[0].current, 1);
+        assert_eq!(with(1.01 * turn).matches(&a, &b)[0].current, 0);
+    }
+
+    #[test]
+    fn scale_and_polarity_must_agree() {
+        let a = [feature((0, 0), (0, true), 10.0, [5; 4])];
+        for other in [(0, false), (1, true), (1, false)] {
+            assert_eq!(Matching::default().matches(&a, &[feature((0, 0), other, 10.0, [5; 4])]), []);
+        }
+    }
+
+    #[test]
+    fn strict_does_not_see_the_signs() {
+        let a = [feature((0, 0), (0, true), 10.0, [7, 7, 0, 0])];
+        let b = [feature((0, 0), (0, true), 10.0, [7, 6, u32::MAX, u32::MAX])];
+        let strict = Matching { strict: true, ..Matching::default() };
+        assert_eq!(strict.matches(&a, &b)[0].distance, 1.0);
+        assert_eq!(Matching::default().matches(&a, &b)[0].distance, 65.0);
+    }
+}

@@ -1,0 +1,418 @@
+//! Recursive approximations of the Gaussian, one file per family.
+//!
+//! Each family is a curve through the filters with one free parameter: the pole `a` of the first-order filters, `q` of Young
+//! and van Vliet, the scale of Deriche. Three ways to choose it:
+//!
+//! - [`Fit::Published`]: by the formula its authors print,
+//! - [`Fit::Variance`]: so that `sum n^2 h[n] = sigma^2`,
+//! - [`Fit::LeastSquares`]: so that `sum (h[n] - w[n])^2` is smallest, `w` the unit-sum sampled Gaussian.
+//!
+//! Variance and least squares differ much where the shape is poor: an exponential of the right variance is too narrow at
+//! its shoulders.
+
+pub mod alvarez_mazorra;
+pub mod border;
+pub mod cascade;
+pub mod deriche;
+pub mod direct_form;
+pub mod first_order;
+pub mod parallel;
+pub mod van_vliet_young_verbeek;
+pub mod young_van_vliet;
+
+use crate::smoothing::gaussian::SIGMA_MIN;
+use crate::smoothing::separable::{Lanes, single_line};
+use crate::smoothing::smoother::{DesignError, Residuals, SIGMA_MAX, check_sigma};
+use border::Border;
+use cascade::Cascade;
+use direct_form::DirectForm;
+use parallel::Parallel;
+
+/// Which approximation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// Two-sided first order.
+    FirstOrder,
+    /// First order repeated.
+    AlvarezMazorra {
+        /// How often, 1 to 4.
+        passes: usize,
+    },
+    /// Deriche's damped waves.
+    Deriche {
+        /// Poles of each side, 2 to 4.
+        order: usize,
+    },
+    /// Young and van Vliet 1995.
+    YoungVanVliet,
+    /// Van Vliet, Young and Verbeek 1998.
+    VanVlietYoungVerbeek {
+        /// Poles of each side, 3 to 5.
+        order: usize,
+    },
+}
+
+impl Family {
+    /// Every filter there is.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let repeated = (1..=alvarez_mazorra::PASSES_MAX).map(|passes| Self::AlvarezMazorra { passes });
+        let deriche = (deriche::ORDERS.0..=deriche::ORDERS.1).map(|order| Self::Deriche { order });
+        let (low, high) = van_vliet_young_verbeek::ORDERS;
+        let vyv = (low..=high).map(|order| Self::VanVlietYoungVerbeek { order });
+        std::iter::once(Self::FirstOrder).chain(repeated).chain(deriche).chain([Self::YoungVanVliet]).chain(vyv)
+    }
+
+    /// What machines call it, the order apart.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::FirstOrder => "first-order",
+            Self::AlvarezMazorra { .. } => "alvarez-mazorra",
+            Self::Deriche { .. } => "deriche",
+            Self::YoungVanVliet => "yvv95",
+            Self::VanVlietYoungVerbeek { .. } => "vyv",
+        }
+    }
+
+    /// What people call it.
+    pub fn name(self) -> String {
+        match self {
+            Self::FirstOrder => "the first-order filter".to_owned(),
+            Self::AlvarezMazorra { passes } => format!("Alvarez-Mazorra with {passes} passes"),
+            Self::Deriche { order } => format!("Deriche of order {order}"),
+            Self::YoungVanVliet => "Young-van Vliet 1995".to_owned(),
+            Self::VanVlietYoungVerbeek { order } => format!("van Vliet-Young-Verbeek of order {order}"),
+        }
+    }
+
+    /// Poles of each side.
+    pub fn order(self) -> usize {
+        match self {
+            Self::FirstOrder => 1,
+            Self::AlvarezMazorra { passes } => passes,
+            Self::Deriche { order } | Self::VanVlietYoungVerbeek { order } => order,
+            Self::YoungVanVliet => 3,
+        }
+    }
+
+    /// The fits it has, the usual one first.
+    pub fn fits(self) -> &'static [Fit] {
+        match self {
+            Self::FirstOrder => &[Fit::LeastSquares, Fit::Variance],
+            Self::AlvarezMazorra { .. } | Self::VanVlietYoungVerbeek { .. } => &[Fit::Variance, Fit::LeastSquares],
+            Self::Deriche { .. } | Self::YoungVanVliet => &[Fit::Published, Fit::Variance, Fit::LeastSquares],
+        }
+    }
+
+    /// What its free parameter is called.
+    pub fn parameter_name(self) -> &'static str {
+        match self {
+            Self::FirstOrder | Self::AlvarezMazorra { .. } => "a",
+            Self::Deriche { .. } => "scale",
+            Self::YoungVanVliet | Self::VanVlietYoungVerbeek { .. } => "q",
+        }
+    }
+
+    /// The narrowest and the widest `sigma` it can do, pixels.
+    pub fn sigma_range(self) -> (f64, f64) {
+        match self {
+            Self::YoungVanVliet => young_van_vliet::SIGMA_RANGE,
+            _ => (SIGMA_MIN, SIGMA_MAX),
+        }
+    }
+
+    fn check_order(self) -> Result<(), DesignError> {
+        let (method, order, (min, max)) = match self {
+            Self::FirstOrder | Self::YoungVanVliet => return Ok(()),
+            Self::AlvarezMazorra { passes } => ("Alvarez-Mazorra", passes, (1, alvarez_mazorra::PASSES_MAX)),
+            Self::Deriche { order } => ("Deriche", order, deriche::ORDERS),
+            Self::VanVlietYoungVerbeek { order } => ("van Vliet-Young-Verbeek", order, van_vliet_young_verbeek::ORDERS),
+        };
+        if (min..=max).contains(&order) { Ok(()) } else { Err(DesignError::Order { method, order, min, max }) }
+    }
+
+    /// The filter with the given free parameter.
+    fn passes(self, parameter: f64) -> Passes {
+        match self {
+            Self::FirstOrder => Passes::Cascade(alvarez_mazorra::filter(parameter, 1)),
+            Self::AlvarezMazorra { passes } => Passes::Cascade(alvarez_mazorra::filter(parameter, passes)),
+            Self::Deriche { order } => Passes::Parallel(deriche::filter(order, parameter)),
+            Self::YoungVanVliet => Passes::Cascade(young_van_vliet::filter(parameter)),
+            Self::VanVlietYoungVerbeek { order } => Passes::Cascade(van_vliet_young_verbeek::filter(order, parameter)),
+        }
+    }
+
+    /// The free parameter for which the variance of the impulse response is `sigma^2`.
+    fn parameter_of_variance(self, sigma: f64) -> f64 {
+        match self {
+            Self::FirstOrder => alvarez_mazorra::pole(sigma, 1),
+            Self::AlvarezMazorra { passes } => alvarez_mazorra::pole(sigma, passes),
+            _ => solve_variance(sigma, |parameter| self.passes(parameter).variance()),
+        }
+    }
+}
+
+/// How the free parameter of a family is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Fit {
+    /// By the authors' formula.
+    Published,
+    /// The variance of the impulse response is that of the Gaussian.
+    Variance,
+    /// Least squares against the unit-sum sampled Gaussian.
+    LeastSquares,
+}
+
+impl Fit {
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Published => "published",
+            Self::Variance => "variance",
+            Self::LeastSquares => "least-squares",
+        }
+    }
+}
+
+/// The two passes of a filter.
+#[derive(Debug, Clone, PartialEq)]
+enum Passes {
+    Cascade(Cascade),
+    Parallel(Parallel),
+}
+
+impl Passes {
+    fn variance(&self) -> f64 {
+        match self {
+            Self::Cascade(cascade) => cascade.variance(),
+            Self::Parallel(parallel) => parallel.variance(),
+        }
+    }
+
+    fn filter(&self, tile: &mut [Lanes], border: Border) {
+        match self {
+            Self::Cascade(cascade) => cascade.filter(tile, border),
+            Self::Parallel(parallel) => parallel.filter(tile),
+        }
+    }
+
+    fn impulse_response(&self) -> Vec<f64> {
+        let radius = match self {
+            Self::Cascade(cascade) => cascade.radius(),
+            Self::Parallel(parallel) => parallel.radius(),
+        };
+        // Poles that lie together decay as n^k r^n: 2^-70 leaves room for the factor n^k.
+        let reach = (-70.0 * std::f64::consts::LN_2 / radius.ln()).ceil().max(1.0) as usize;
+        let mut line = vec![0.0; 2 * reach + 1];
+        line[reach] = 1.0;
+        single_line(&line, |tile| self.filter(tile, Border::Held)).split_off(reach)
+    }
+}
+
+/// A recursive smoother, designed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recursive {
+    family: Family,
+    fit: Fit,
+    sigma: f64,
+    parameter: f64,
+    passes: Passes,
+}
+
+impl Recursive {
+    /// Finds the coefficients for `sigma` pixels.
+    ///
+    /// # Errors
+    /// Where the family has no such order or fit, or cannot do this `sigma`.
+    pub fn design(family: Family, fit: Fit, sigma: f64) -> Result<Self, DesignError> {
+        family.check_order()?;
+        if !family.fits().contains(&fit) {
+            let allowed = family.fits().iter().map(|fit| fit.name()).collect::<Vec<_>>().join(" or ");
+            return Err(DesignError::Fit { method: family.name(), fit: fit.name(), allowed });
+        }
+        check_sigma(&family.name(), sigma, family.sigma_range())?;
+        let parameter = match (fit, family) {
+            (Fit::Published, Family::YoungVanVliet) => young_van_vliet::published_q(sigma),
+            (Fit::Published, _) => sigma,
+            (Fit::Variance, _) => family.parameter_of_variance(sigma),
+            (Fit::LeastSquares, Family::FirstOrder) => first_order::pole(sigma)?,
+            (Fit::LeastSquares, _) => least_squares(family, sigma),
+        };
+        Ok(Self { family, fit, sigma, parameter, passes: family.passes(parameter) })
+    }
+
+    /// The family it belongs to.
+    pub fn family(&self) -> Family {
+        self.family
+    }
+
+    /// How it was fitted.
+    pub fn fit(&self) -> Fit {
+        self.fit
+    }
+
+    /// The `sigma` it was designed for, pixels.
+    pub fn sigma(&self) -> f64 {
+        self.sigma
+    }
+
+    /// The free parameter of the family, as the fit has chosen it; see [`Family::parameter_name`].
+    pub fn parameter(&self) -> f64 {
+        self.parameter
+    }
+
+    /// Its coefficients, multiplied out.
+    pub fn direct_form(&self) -> DirectForm {
+        match &self.passes {
+            Passes::Cascade(cascade) => cascade.direct_form(),
+            Passes::Parallel(parallel) => parallel.direct_form(),
+        }
+    }
+
+    /// `h[0 ..= reach]`; what lies beyond is below `2^-53` of the whole.
+    pub fn impulse_response(&self) -> Vec<f64> {
+        self.passes.impulse_response()
+    }
+
+    /// `H(e^{i omega})`, `omega` in radians per pixel.
+    pub fn frequency_response(&self, omega: f64) -> f64 {
+        match &self.passes {
+            Passes::Cascade(cascade) => cascade.frequency_response(omega),
+            Passes::Parallel(parallel) => parallel.frequency_response(omega),
+        }
+    }
+
+    /// How far it is from the Gaussian of its `sigma`.
+    pub fn residuals(&self) -> Residuals {
+        Residuals::from_gaussian(&self.impulse_response(), self.sigma)
+    }
+
+    /// Filters a tile in place.
+    pub(crate) fn filter(&self, tile: &mut [Lanes], border: Border) {
+        self.passes.filter(tile, border);
+    }
+}
+
+/// The parameter at which `variance` is `sigma^2`, by bisection to the last bit: it lies between 0 and `2 sigma + 1`, and the
+/// variance is above `sigma^2` on its right and below on its left for any `sigma` of 0.38 and more. (Below that the poles
+/// of van Vliet, Young and Verbeek turn once too often round the circle.)
+fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 2.0 * sigma + 1.0);
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        if variance(middle) < sigma * sigma { low = middle } else { high = middle }
+    }
+}
+
+/// The parameter of the least l2 error. The search is over the `sigma` whose variance fit it is, by golden section: from four
+/// fifths of the wanted one, as at half a pixel, where the sampled Gaussian is narrower than its name, to twice, for an
+/// exponential wants half as much again.
+fn least_squares(family: Family, sigma: f64) -> f64 {
+    let error =
+        |s: f64| Residuals::from_gaussian(&family.passes(family.parameter_of_variance(s)).impulse_response(), sigma).l2;
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = (0.78 * sigma, 2.0 * sigma);
+    let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut error_left, mut error_right) = (error(left), error(right));
+    // A minimum is flat: beyond the root of the rounding there is nothing to gain.
+    while high - low > 1e-8 * sigma {
+        if error_left < error_right {
+            (high, right, error_right) = (right, left, error_left);
+            left = high - ratio * (high - low);
+            error_left = error(left);
+        } else {
+            (low, left, error_left) = (left, right, error_right);
+            right = low + ratio * (high - low);
+            error_right = error(right);
+        }
+    }
+    family.parameter_of_variance(0.5 * (low + high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::smoothing::smoother::Response;
+
+    /// Every filter with every fit it has.
+    fn designs() -> impl Iterator<Item = (Family, Fit)> {
+        Family::all().flat_map(|family| family.fits().iter().map(move |&fit| (family, fit)))
+    }
+
+    #[test]
+    fn the_variance_fit_is_exact() {
+        for (family, fit) in designs().filter(|design| design.1 == Fit::Variance) {
+            let (low, high) = family.sigma_range();
+            for sigma in [low, 0.7, 1.0, 2.0, 5.12, 20.0, high] {
+                let got = Recursive::design(family, fit, sigma).unwrap().residuals().sigma_eff;
+                assert!((got / sigma - 1.0).abs() < 1e-9, "{family:?}, sigma {sigma}: {got}");
+            }
+        }
+    }
+
+    #[test]
+    fn least_squares_is_the_best_of_the_fits() {
+        for family in Family::all() {
+            let (low, high) = family.sigma_range();
+            for sigma in [low, 1.0, 2.0, 5.12, high.min(40.0)] {
+                let l2 = |fit| Recursive::design(family, fit, sigma).unwrap().residuals().l2;
+                let best = l2(Fit::LeastSquares);
+                for &fit in family.fits() {
+                    assert!(best <= l2(fit) * (1.0 + 1e-9), "{family:?}, sigma {sigma}, {}", fit.name());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn one_pass_is_the_first_order_filter() {
+        for (fit, tolerance) in [(Fit::Variance, 0.0), (Fit::LeastSquares, 1e-7)] {
+            let parameter = |family| Recursive::design(family, fit, 2.0).unwrap().parameter();
+            let difference = parameter(Family::AlvarezMazorra { passes: 1 }) - parameter(Family::FirstOrder);
+            assert!(difference.abs() <= tolerance, "{difference}");
+        }
+    }
+
+    #[test]
+    fn direct_forms_respond_as_the_sections_do() {
+        for (family, fit) in designs() {
+            let filter = Recursive::design(family, fit, 2.0).unwrap();
+            let direct = filter.direct_form();
+            assert_eq!(direct.a.len(), family.order());
+            assert!(direct.is_stable(), "{family:?}");
+            for i in 0..=20 {
+                let omega = f64::from(i) * std::f64::consts::PI / 20.0;
+                let difference = direct.frequency_response(omega) - filter.frequency_response(omega);
+                assert!(difference.norm() < 1e-11, "{family:?}: {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn direct_forms_smooth_as_the_sections_do() {
+        for (family, fit) in designs() {
+            let filter = Recursive::design(family, fit, 3.2).unwrap();
+            let wanted = Response::symmetric(&filter.impulse_response());
+            let residuals = Residuals::between(&filter.direct_form().impulse_response(), &wanted);
+            assert!(residuals.linf < 1e-11, "{family:?}: {residuals:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_refused_by_name() {
+        let refused = |family, fit, sigma| Recursive::design(family, fit, sigma).unwrap_err().to_string();
+        let message = refused(Family::Deriche { order: 5 }, Fit::Published, 2.0);
+        assert_eq!(message, "Deriche has no order 5: choose one from 2 to 4");
+        assert!(refused(Family::AlvarezMazorra { passes: 0 }, Fit::Variance, 2.0).contains("no order 0"));
+        assert!(refused(Family::VanVlietYoungVerbeek { order: 2 }, Fit::Variance, 2.0).contains("from 3 to 5"));
+        assert!(refused(Family::FirstOrder, Fit::Published, 2.0).contains("no published fit: choose least"));
+        for (family, fit) in designs() {
+            for sigma in [0.0, -1.0, 0.49, 1e9, f64::NAN, f64::INFINITY] {
+                let message = refused(family, fit, sigma);
+                assert!(message.contains(&format!("sigma {sigma} px")) && message.contains("choose"), "{message}");
+            }
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! `G_sigma`: what the extractor smooths with, the sampled Gaussian (`ideal`) or one of its recursive approximations (`recursive`).
+//!
+//! A smoother is designed from `sigma` (pixels), has DC gain 1 and a symmetric impulse response, and is applied down the
+//! columns, then along the rows. How far it is from the Gaussian is told by [`Residuals`].
+
+use crate::image::plane::Plane;
+use crate::smoothing::gaussian::{Gaussian, unit_sum_half};
+use crate::smoothing::recursive::border::Border;
+use crate::smoothing::recursive::{Family, Fit, Recursive};
+use crate::smoothing::separable;
+
+/// The widest `sigma` anything is designed for, pixels: a quarter of the 1024 columns of the design point.
+pub const SIGMA_MAX: f64 = 256.0;
+
+/// Why a smoother cannot be designed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DesignError {
+    /// `sigma` is not a number, or outside what the method can do.
+    #[error("sigma {sigma} px is not possible for {method}: choose one from {min} to {max} px")]
+    Sigma {
+        /// The method asked for.
+        method: String,
+        /// The value given.
+        sigma: f64,
+        /// The narrowest `sigma` of this method, pixels.
+        min: f64,
+        /// The widest.
+        max: f64,
+    },
+    /// The method has no such order.
+    #[error("{method} has no order {order}: choose one from {min} to {max}")]
+    Order {
+        /// The method asked for.
+        method: &'static str,
+        /// The order given.
+        order: usize,
+        /// Lowest order there is.
+        min: usize,
+        /// Highest order there is.
+        max: usize,
+    },
+    /// The method cannot be fitted that way.
+    #[error("{method} has no {fit} fit: choose {allowed}")]
+    Fit {
+        /// The method asked for.
+        method: String,
+        /// The fit given.
+        fit: &'static str,
+        /// The fits it has.
+        allowed: String,
+    },
+}
+
+/// Refuses a `sigma` that is not a number or not within the range.
+pub(crate) fn check_sigma(method: &str, sigma: f64, (min, max): (f64, f64)) -> Result<(), DesignError> {
+    // Nothing that is not a number is contained in a range.
+    if (min..=max).contains(&sigma) {
+        Ok(())
+    } else {
+        Err(DesignError::Sigma { method: method.to_owned(), sigma, min, max })
+    }
+}
+
+/// A smoothing filter of given `sigma`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Smoother {
+    /// Direct convolution with the unit-sum sampled Gaussian.
+    Gaussian(Gaussian),
+    /// A recursive approximation.
+    Recursive(Recursive),
+}
+
+impl Smoother {
+    /// The sampled Gaussian: `ideal`.
+    ///
+    /// # Errors
+    /// Where `sigma` is not possible.
+    pub fn gaussian(sigma: f64) -> Result<Self, DesignError> {
+        Ok(Self::Gaussian(Gaussian::design(sigma)?))
+    }
+
+    /// The two-sided first-order filter with the least-squares pole: `recursive`.
+    ///
+    /// # Errors
+    /// Where `sigma` is not possible.
+    pub fn first_order(sigma: f64) -> Result<Self, DesignError> {
+        Ok(Self::Recursive(Recursive::design(Family::FirstOrder, Fit::LeastSquares, sigma)?))
+    }
+
+    /// The `sigma` it was designed for, pixels.
+    pub fn sigma(&self) -> f64 {
+        match self {
+            Self::Gaussian(gaussian) => gaussian.sigma(),
+            Self::Recursive(recursive) => recursive.sigma(),
+        }
+    }
+
+    /// What people call it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Gaussian(_) => "sampled Gaussian".to_owned(),
+            Self::Recursive(recursive) => recursive.family().name(),
+        }
+    }
+
+    /// The plane smoothed down its columns, then along its rows.
+    pub fn smooth(&self, plane: &Plane<f64>, border: Border) -> Plane<f64> {
+        match self {
+            Self::Gaussian(gaussian) => separable::columns_then_rows(plane, |tile| gaussian.filter(tile)),
+            Self::Recursive(recursive) => separable::columns_then_rows(plane, |tile| recursive.filter(tile, border)),
+        }
+    }
+
+    /// A single line smoothed.
+    pub fn smooth_line(&self, line: &[f64], border: Border) -> Vec<f64> {
+        match self {
+            Self::Gaussian(gaussian) => separable::single_line(line, |tile| gaussian.filter(tile)),
+            Self::Recursive(recursive) => separable::single_line(line, |tile| recursive.filter(tile, border)),
+        }
+    }
+
+    /// `h[n]` for `n = 0 ..= reach`; it is symmetric, and what lies beyond the reach is below `2^-53` of the whole.
+    pub fn impulse_response(&self) -> Vec<f64> {
+        match self {
+            Self::Gaussian(gaussian) => gaussian.weights().to_vec(),
+            Self::Recursive(recursive) => recursive.impulse_response(),
+        }
+    }
+
+    /// `H(e^{i omega})` at `omega` radians per pixel; it is real, for the impulse response is symmetric.
+    pub fn frequency_response(&self, omega: f64) -> f64 {
+        match self {
+            Self::Gaussian(gaussian) => gaussian.frequency_response(omega),
+            Self::Recursive(recursive) => recursive.frequency_response(omega),
+        }
+    }
+
+    /// How far it is from the Gaussian of its `sigma`.
+    pub fn residuals(&self) -> Residuals {
+        Residuals::from_gaussian(&self.impulse_response(), self.sigma())
+    }
+}
+
+/// An impulse response `h[n]`, `n = -centre ..`; nothing lies beyond.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Response {
+    samples: Vec<f64>,
+    centre: usize,
+}
+
+impl Response {
+    /// Of samples of which `samples[centre]` is `h[0]`.
+    pub fn new(samples: Vec<f64>, centre: usize) -> Self {
+        Self { samples, centre }
+    }
+
+    /// Of `h[0 ..]`, which the other half mirrors.
+    pub fn symmetric(half: &[f64]) -> Self {
+        let samples = half.iter().skip(1).rev().chain(half).copied().collect();
+        Self { samples, centre: half.len().saturating_sub(1) }
+    }
+
+    /// `h[n]`.
+    pub fn at(&self, n: isize) -> f64 {
+        self.centre.checked_add_signed(n).and_then(|i| self.samples.get(i)).copied().unwrap_or(0.0)
+    }
+
+    /// The farthest `n` on either side.
+    pub fn reach(&self) -> isize {
+        self.centre.max(self.samples.len().saturating_sub(self.centre + 1)) as isize
+    }
+}
+
+/// An impulse response `h` against the one it stands for, `w`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residuals {
+    /// `sqrt(sum (h - w)^2 / sum w^2)`.
+    pub l2: f64,
+    /// `max |h - w| / max |w|`.
+    pub linf: f64,
+    /// `sqrt(sum n^2 h[n] / sum h[n])`, pixels: of `h` alone.
+    pub sigma_eff: f64,
+    /// `sum h[n]`.
+    pub dc_gain: f64,
+    /// `sum n h[n] / sum h[n]`, pixels: how far `h` moves a picture; 0 where it is symmetric.
+    pub shift: f64,
+}
+
+impl Residuals {
+    /// Of `h[0 ..]`, symmetric, against the unit-sum sampled Gaussian of `sigma` pixels.
+    pub fn from_gaussian(half: &[f64], sigma: f64) -> Self {
+        let len = half.len().max((20.0 * sigma).ceil() as usize + 1);
+        Self::between(&Response::symmetric(half), &Response::symmetric(&unit_sum_half(sigma, len)))
+    }
+
+    /// Of `h` against `w`.
+    pub fn between(h: &Response, w: &Response) -> Self {
+        let (mut difference, mut norm) = (0.0, 0.0);
+        let (mut largest, mut peak) = (0.0f64, 0.0f64);
+        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
+        // From the tails inwards: small terms are added first.
+        for n in (0..=h.reach().max(w.reach())).rev() {
+            // The middle sample is met once.
+            for n in [n, -n].into_iter().take(if n == 0 { 1 } else { 2 }) {
+                let (h, w, place) = (h.at(n), w.at(n), n as f64);
+                difference += (h - w) * (h - w);
+                norm += w * w;
+                largest = largest.max((h - w).abs());
+                peak = peak.max(w.abs());
+                sum += h;
+                first += place * h;
+                second += place * place * h;
+            }
+        }
+        Self {
+            l2: (difference / norm).sqrt(),
+            linf: largest / peak,
+            sigma_eff: (second / sum).sqrt(),
+            dc_gain: sum,
+            shift: first / sum,
+        }
+    }
+}
