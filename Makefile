@@ -9,7 +9,7 @@ PYTHON := .venv/bin/python
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test bench bench-harness setup build
+.PHONY: demo test checks bench bench-harness setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -18,14 +18,20 @@ demo: build
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 
 ## Format, lints, and every test; the ignored ones take minutes each: real pictures, all frame sizes, faults put into the RTL.
+## Tests that found no pictures or no tool are named at the end.
 test: setup
+	@mkdir -p out && set -o pipefail && $(MAKE) --no-print-directory checks 2>&1 | tee out/test.log; \
+	status=$$?; setup/skipped.sh out/test.log; exit $$status
+
+checks:
 	cargo fmt --all -- --check
+	setup/line_length.sh
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo test --workspace --locked
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
 	cargo test --workspace --locked -- --ignored
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
-	$(PYTHON) -m pytest --quiet -n 2 harness/python/tests
+	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
 
 ## Float features against OpenCV's ORB, by turns in one run; then bit_true in pixels a second, with and without AVX2.
 bench: setup
