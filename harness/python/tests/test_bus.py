@@ -86,7 +86,7 @@ def test_arrays_pass_without_the_scheduler(idle, stall):
 def test_wrong_arrays_are_refused():
     with Session(stream) as session:
         session.run(reset)
-        with pytest.raises(hoverlock.HoverlockError, match="8-bit words"):
+        with pytest.raises(hoverlock.HoverlockError, match="elements are of 8 bits"):
             session.transfer(np.zeros(4, dtype=np.uint16))
         with pytest.raises(TypeError, match="float64"):
             session.transfer(np.zeros(4))

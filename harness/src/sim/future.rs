@@ -5,8 +5,8 @@ use std::pin::Pin;
 use std::rc::Rc;
 use std::task::{Context, Poll};
 
-use super::core::Core;
-use super::node::NodeRef;
+use super::scheduler::Core;
+use super::scheduler::WaitId;
 use super::trigger::{Failure, Outcome, Trigger};
 
 /// A trigger that is awaited: `clk.rising_edge().await`. Reusable by `clone`, or as a plain [`Trigger`].
@@ -16,19 +16,19 @@ use super::trigger::{Failure, Outcome, Trigger};
 pub struct Wait {
     core: Rc<Core>,
     trigger: Trigger,
-    node: Option<NodeRef>,
+    wait_id: Option<WaitId>,
 }
 
 impl Clone for Wait {
     fn clone(&self) -> Wait {
-        Wait { core: self.core.clone(), trigger: self.trigger.clone(), node: None }
+        Wait { core: self.core.clone(), trigger: self.trigger.clone(), wait_id: None }
     }
 }
 
 impl Wait {
     #[inline]
     pub(crate) fn new(core: &Rc<Core>, trigger: Trigger) -> Wait {
-        Wait { core: core.clone(), trigger, node: None }
+        Wait { core: core.clone(), trigger, wait_id: None }
     }
 
     /// The trigger as a value.
@@ -38,13 +38,13 @@ impl Wait {
 
     /// Waits and tells how it ended, in place of failing with a task that failed.
     pub(crate) fn poll_outcome(&mut self, context: &mut Context<'_>) -> Poll<Outcome> {
-        match self.node {
+        match self.wait_id {
             None => match self.core.arm_for_future(&self.trigger, context) {
-                Ok(node) => match self.core.take_outcome(node) {
+                Ok(wait_id) => match self.core.take_outcome(wait_id) {
                     // What needs no waiting goes on at once, but for `Yield`, which is there to wait.
                     Some(outcome) if !matches!(self.trigger, Trigger::Yield) => Poll::Ready(outcome),
                     Some(_) | None => {
-                        self.node = Some(node);
+                        self.wait_id = Some(wait_id);
                         Poll::Pending
                     }
                 },
@@ -53,13 +53,13 @@ impl Wait {
                     Poll::Pending
                 }
             },
-            Some(node) => match self.core.take_outcome(node) {
+            Some(wait_id) => match self.core.take_outcome(wait_id) {
                 Some(outcome) => {
-                    self.node = None;
+                    self.wait_id = None;
                     Poll::Ready(outcome)
                 }
                 None if matches!(self.trigger, Trigger::Yield) => {
-                    self.node = None;
+                    self.wait_id = None;
                     Poll::Ready(Outcome::Fired)
                 }
                 None => Poll::Pending,
@@ -86,8 +86,8 @@ impl Future for Wait {
 
 impl Drop for Wait {
     fn drop(&mut self) {
-        if let Some(node) = self.node.take() {
-            self.core.disarm(node);
+        if let Some(wait_id) = self.wait_id.take() {
+            self.core.disarm(wait_id);
         }
     }
 }

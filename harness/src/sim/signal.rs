@@ -2,8 +2,8 @@
 
 use std::rc::Rc;
 
-use super::core::Core;
 use super::future::Wait;
+use super::scheduler::Core;
 use super::trigger::{Edge, Trigger};
 use crate::error::{Error, ModelError};
 use crate::model::{Direction, SignalId, SignalInfo, Storage, load, load_words};

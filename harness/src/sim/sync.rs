@@ -4,8 +4,8 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::core::Core;
 use super::future::Wait;
+use super::scheduler::Core;
 use super::trigger::{Sync, Trigger};
 
 /// A flag that tasks wait for. Stays set until cleared.

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::rc::Rc;
 
-use super::node::NodeRef;
+use super::scheduler::WaitId;
 use super::task::TaskId;
 use crate::model::SignalId;
 use crate::time::Time;
@@ -120,7 +120,7 @@ pub(crate) struct SyncState {
     /// An event: it is set. A lock: somebody has it.
     pub flag: Cell<bool>,
     pub exclusive: bool,
-    pub waiters: RefCell<Vec<NodeRef>>,
+    pub waiters: RefCell<Vec<WaitId>>,
 }
 
 impl Sync {

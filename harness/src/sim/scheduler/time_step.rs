@@ -3,15 +3,15 @@
 use std::cmp::Reverse;
 use std::sync::atomic::Ordering;
 
-use super::core::Core;
-use super::log::Level;
-use super::node::NodeRef;
-use super::task::TaskId;
-use super::tasks::MainTask;
-use super::watch::{WallWatch, Watchdog};
-use super::{EdgeOrder, Region};
+use super::Core;
+use super::run_queue::MainTask;
+use super::wait_table::WaitId;
+use super::wall_clock::{WallClock, Watchdog};
 use crate::error::{Error, SimError};
 use crate::model::{load, store};
+use crate::sim::log::Level;
+use crate::sim::task::TaskId;
+use crate::sim::{EdgeOrder, Region};
 use crate::time::Time;
 
 impl Core {
@@ -21,7 +21,7 @@ impl Core {
         self.main_ended.set(false);
         self.most_rounds.set(self.limits.borrow().rounds);
         self.stop_flag.store(false, Ordering::Relaxed);
-        let mut watch = self.wall_watch();
+        let mut watch = self.wall_clock();
         let limit = self.limits.borrow().time.unwrap_or(Time::fs(u64::MAX));
         loop {
             self.time_step(&mut main)?;
@@ -62,7 +62,7 @@ impl Core {
         Ok(())
     }
 
-    pub fn check_wall_clock(&self, watch: &mut WallWatch) -> Result<(), Error> {
+    pub fn check_wall_clock(&self, watch: &mut WallClock) -> Result<(), Error> {
         if let Some(seconds) = watch.check(self.now()) {
             return Err(SimError::WallClock { seconds, report: self.report() }.into());
         }
@@ -73,10 +73,10 @@ impl Core {
         Ok(())
     }
 
-    pub fn wall_watch(&self) -> WallWatch {
+    pub fn wall_clock(&self) -> WallClock {
         let limit = self.limits.borrow().wall_clock;
         let dog = limit.and_then(|limit| Watchdog::start(limit, self.model.borrow().library().top()));
-        WallWatch::new(limit, dog)
+        WallClock::new(limit, dog)
     }
 
     #[inline]
@@ -85,7 +85,7 @@ impl Core {
         let clock = clocks.iter().filter(|c| c.running).map(|c| c.next).min();
         let mut timers = self.timers.borrow_mut();
         while let Some(Reverse(entry)) = timers.peek() {
-            if self.is_armed(NodeRef { index: entry.node.0, generation: entry.node.1 }) {
+            if self.is_armed(WaitId { index: entry.wait_id.0, generation: entry.wait_id.1 }) {
                 return Some(clock.map_or(entry.at, |c| c.min(entry.at)));
             }
             timers.pop();
@@ -122,7 +122,7 @@ impl Core {
             };
             let Some(Reverse(entry)) = due else { break };
             timed = true;
-            self.fire(NodeRef { index: entry.node.0, generation: entry.node.1 }, None);
+            self.fire(WaitId { index: entry.wait_id.0, generation: entry.wait_id.1 }, None);
         }
         self.timed.set(timed);
     }

@@ -2,13 +2,13 @@
 
 use std::task::Waker;
 
-use super::task::TaskId;
-use super::trigger::{Edge, Outcome, Sync};
+use crate::sim::task::TaskId;
+use crate::sim::trigger::{Edge, Outcome, Sync};
 use crate::time::Time;
 
 /// A wait: valid as long as the generations agree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct NodeRef {
+pub(crate) struct WaitId {
     pub index: u32,
     pub generation: u32,
 }
@@ -20,7 +20,7 @@ pub(super) enum Target {
     /// A combinator's own waker.
     Waker(Box<Waker>),
     /// One of the parts of `First` or `Combine`.
-    Parent(NodeRef, u32),
+    Parent(WaitId, u32),
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -41,11 +41,11 @@ pub(super) enum Waiting {
     Named(&'static str),
     Sync(Sync),
     Join(TaskId),
-    First(Box<Vec<NodeRef>>),
-    Combine(Box<Vec<NodeRef>>, u32),
+    First(Box<Vec<WaitId>>),
+    Combine(Box<Vec<WaitId>>, u32),
 }
 
-pub(super) struct Node {
+pub(super) struct WaitSlot {
     pub generation: u32,
     pub state: State,
     pub target: Target,
@@ -56,55 +56,55 @@ pub(super) struct Node {
 
 /// All waits.
 #[derive(Default)]
-pub(super) struct Nodes {
-    slots: Vec<Node>,
+pub(super) struct WaitTable {
+    slots: Vec<WaitSlot>,
     free: Vec<u32>,
 }
 
-impl Nodes {
+impl WaitTable {
     #[inline]
-    pub fn add(&mut self, target: Target, waiting: Waiting) -> NodeRef {
+    pub fn add(&mut self, target: Target, waiting: Waiting) -> WaitId {
         if let Some(index) = self.free.pop() {
-            let node = &mut self.slots[index as usize];
-            node.state = State::Armed;
-            node.target = target;
-            node.waiting = waiting;
-            return NodeRef { index, generation: node.generation };
+            let wait_id = &mut self.slots[index as usize];
+            wait_id.state = State::Armed;
+            wait_id.target = target;
+            wait_id.waiting = waiting;
+            return WaitId { index, generation: wait_id.generation };
         }
         let index = self.slots.len() as u32;
-        self.slots.push(Node { generation: 0, state: State::Armed, target, waiting, outcome: None });
-        NodeRef { index, generation: 0 }
+        self.slots.push(WaitSlot { generation: 0, state: State::Armed, target, waiting, outcome: None });
+        WaitId { index, generation: 0 }
     }
 
     /// The slot, unless it was used for another wait since.
     #[inline]
-    pub fn get(&self, node: NodeRef) -> Option<&Node> {
-        self.slots.get(node.index as usize).filter(|n| n.generation == node.generation)
+    pub fn get(&self, wait_id: WaitId) -> Option<&WaitSlot> {
+        self.slots.get(wait_id.index as usize).filter(|n| n.generation == wait_id.generation)
     }
 
     #[inline]
-    pub fn get_mut(&mut self, node: NodeRef) -> Option<&mut Node> {
-        self.slots.get_mut(node.index as usize).filter(|n| n.generation == node.generation)
+    pub fn get_mut(&mut self, wait_id: WaitId) -> Option<&mut WaitSlot> {
+        self.slots.get_mut(wait_id.index as usize).filter(|n| n.generation == wait_id.generation)
     }
 
     #[inline]
-    pub fn is_armed(&self, node: NodeRef) -> bool {
-        self.get(node).is_some_and(|n| n.state == State::Armed)
+    pub fn is_armed(&self, wait_id: WaitId) -> bool {
+        self.get(wait_id).is_some_and(|n| n.state == State::Armed)
     }
 
     /// Frees a slot; what still lists it finds another generation. Gives what it was.
     #[inline]
-    pub fn remove(&mut self, node: NodeRef) -> Option<(State, Waiting, Option<Box<Outcome>>)> {
-        let slot = self.get_mut(node)?;
+    pub fn remove(&mut self, wait_id: WaitId) -> Option<(State, Waiting, Option<Box<Outcome>>)> {
+        let slot = self.get_mut(wait_id)?;
         let state = std::mem::replace(&mut slot.state, State::Free);
         slot.generation = slot.generation.wrapping_add(1);
         let waiting = std::mem::replace(&mut slot.waiting, Waiting::Named(""));
         let outcome = slot.outcome.take();
-        self.free.push(node.index);
+        self.free.push(wait_id.index);
         Some((state, waiting, outcome))
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = &Node> {
+    pub fn iter(&self) -> impl Iterator<Item = &WaitSlot> {
         self.slots.iter()
     }
 }

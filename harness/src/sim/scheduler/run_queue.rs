@@ -5,13 +5,14 @@ use std::pin::Pin;
 use std::sync::{Arc, PoisonError};
 use std::task::{Context, Poll, Waker};
 
-use super::core::{Agent, Core, Ready};
-use super::node::Target;
-use super::task::{Body, Coroutine, Ending, Step, Task, TaskId, TaskWait, TaskWaker};
-use super::trigger::{Edge, Failure, Outcome, Trigger};
-use super::waits::joined;
+use super::task_state::{Body, Task, TaskWait, TaskWaker};
+use super::wait_table::Target;
+use super::waiting::joined;
+use super::{Agent, Core, Ready};
 use crate::error::{Error, SimError};
 use crate::model::SignalId;
+use crate::sim::task::{Coroutine, Ending, Step, TaskId};
+use crate::sim::trigger::{Edge, Failure, Outcome, Trigger};
 
 /// The future `run` drives, if it drives one.
 pub(crate) type MainTask<'a> = Option<Pin<&'a mut dyn Future<Output = ()>>>;
@@ -114,7 +115,7 @@ impl Core {
             (std::mem::take(&mut task.joiners), std::mem::take(&mut task.wait), task.name.clone(), task.detached)
         };
         match wait {
-            TaskWait::Node(node) => self.disarm(node),
+            TaskWait::Other(wait_id) => self.disarm(wait_id),
             TaskWait::Edge(signal, ..) => self.compact(signal),
             TaskWait::Nothing | TaskWait::Fired => {}
         }
@@ -122,9 +123,9 @@ impl Core {
             self.main_ended.set(true);
         }
         let mut heard = false;
-        for node in joiners {
-            heard |= self.is_armed(node);
-            self.fire(node, joined(ending.clone()));
+        for wait_id in joiners {
+            heard |= self.is_armed(wait_id);
+            self.fire(wait_id, joined(ending.clone()));
         }
         if let Ending::Failed(failure) = ending
             && !heard
@@ -250,7 +251,7 @@ impl Core {
             // It may have been woken by something it no longer waits for.
             match task.wait {
                 TaskWait::Edge(..) => return,
-                TaskWait::Node(node) if self.is_armed(node) => return,
+                TaskWait::Other(wait_id) if self.is_armed(wait_id) => return,
                 _ => {}
             }
             let Some(body) = task.body.take() else { return };
@@ -320,14 +321,14 @@ impl Core {
         let mut outcome = match wait {
             TaskWait::Nothing => Outcome::Start,
             TaskWait::Fired | TaskWait::Edge(..) => Outcome::Fired,
-            TaskWait::Node(node) => self.take_outcome(node).unwrap_or(Outcome::Fired),
+            TaskWait::Other(wait_id) => self.take_outcome(wait_id).unwrap_or(Outcome::Fired),
         };
         loop {
             let armed = match coroutine.resume(outcome) {
                 Step::Wait(Trigger::Edge(signal, edge)) => self.arm_task(id, signal, edge, 1),
                 Step::Wait(Trigger::Edges(signal, edge, count)) => self.arm_task(id, signal, edge, count),
-                Step::Wait(trigger) => self.arm(&trigger, Target::Task(id)).map(|node| {
-                    self.tasks.borrow_mut()[id.index as usize].wait = TaskWait::Node(node);
+                Step::Wait(trigger) => self.arm(&trigger, Target::Task(id)).map(|wait_id| {
+                    self.tasks.borrow_mut()[id.index as usize].wait = TaskWait::Other(wait_id);
                 }),
                 Step::Done => return Some(Ending::Done),
                 Step::Failed(failure) => return Some(Ending::Failed(failure)),

@@ -2,12 +2,13 @@
 
 use std::cell::{Cell, RefCell};
 
-use super::core::{Core, LargeWrite, NONE, Ready, Write};
-use super::node::{NodeRef, Target, Waiting};
-use super::task::{TaskId, TaskWait};
-use super::trigger::Edge;
+use super::task_state::TaskWait;
+use super::wait_table::{Target, WaitId, Waiting};
+use super::{Core, LargeWrite, NONE, Ready, Write};
 use crate::error::SimError;
 use crate::model::{SignalId, Storage, load, load_words, store, store_words};
+use crate::sim::task::TaskId;
+use crate::sim::trigger::Edge;
 
 /// Who is woken by an edge.
 #[derive(Clone, Copy)]
@@ -15,7 +16,7 @@ pub(super) enum Waiter {
     /// A coroutine that waits for this edge and nothing else, as long as its waits are counted so. It needs no slot among
     /// the waits, which is most of what a wait costs.
     Task(u32, u32),
-    Node(NodeRef),
+    Wait(WaitId),
 }
 
 pub(super) struct Watcher {
@@ -84,12 +85,12 @@ impl Core {
         edge: Edge,
         count: u64,
         target: Target,
-    ) -> Result<NodeRef, SimError> {
+    ) -> Result<WaitId, SimError> {
         let signal = self.begin_watching(signal, count)?;
-        let node = self.new_node(target, Waiting::Edge(signal, edge, count));
-        let watcher = Watcher { waiter: Waiter::Node(node), edge, remaining: count };
+        let wait_id = self.new_wait(target, Waiting::Edge(signal, edge, count));
+        let watcher = Watcher { waiter: Waiter::Wait(wait_id), edge, remaining: count };
         self.signals[signal as usize].watchers.borrow_mut().push(watcher);
-        Ok(node)
+        Ok(wait_id)
     }
 
     /// The wait of a coroutine for an edge alone.
@@ -140,7 +141,7 @@ impl Core {
     #[inline]
     fn still_waits(&self, waiter: Waiter) -> bool {
         match waiter {
-            Waiter::Node(node) => self.is_armed(node),
+            Waiter::Wait(wait_id) => self.is_armed(wait_id),
             Waiter::Task(index, wait) => {
                 let tasks = self.tasks.borrow();
                 let task = &tasks[index as usize];
@@ -235,7 +236,7 @@ impl Core {
             }
             match watcher.waiter {
                 Waiter::Task(index, wait) => self.fire_task(index, wait),
-                Waiter::Node(node) => self.fire(node, None),
+                Waiter::Wait(wait_id) => self.fire(wait_id, None),
             }
             false
         });

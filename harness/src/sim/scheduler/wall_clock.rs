@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::time::Time;
 
 /// Looks at the wall clock about every few milliseconds without asking for it at every step.
-pub(crate) struct WallWatch {
+pub(crate) struct WallClock {
     started: Instant,
     limit: Option<Duration>,
     last: Instant,
@@ -16,10 +16,10 @@ pub(crate) struct WallWatch {
     dog: Option<Watchdog>,
 }
 
-impl WallWatch {
-    pub fn new(limit: Option<Duration>, dog: Option<Watchdog>) -> WallWatch {
+impl WallClock {
+    pub fn new(limit: Option<Duration>, dog: Option<Watchdog>) -> WallClock {
         let now = Instant::now();
-        WallWatch { started: now, limit, last: now, countdown: 1, interval: 1, dog }
+        WallClock { started: now, limit, last: now, countdown: 1, interval: 1, dog }
     }
 
     #[inline(always)]
