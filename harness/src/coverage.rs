@@ -36,6 +36,9 @@ pub struct Coverage {
 
 impl Coverage {
     /// Reads a file of Verilator's form.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not one that Verilator wrote.
     pub fn read(path: &Path) -> Result<Coverage, Error> {
         let failed = |source| Error::File { path: path.to_owned(), source };
         Coverage::parse(&std::fs::read(path).map_err(failed)?)

@@ -134,6 +134,9 @@ pub enum BuildError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// It is not known where the cache folder is.
+    #[error(transparent)]
+    NoCacheFolder(#[from] crate::cache::NoCacheFolder),
     /// A built model cannot be loaded, even after a fresh build.
     #[error("the built model {path} cannot be loaded: {reason}", path = path.display())]
     Load {

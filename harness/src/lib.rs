@@ -31,8 +31,11 @@
 //! `vl_finish`, `vl_stop` and `vl_fatal`, which record and let the evaluation finish; printed text caught on its way;
 //! symbols of each library hidden from the others; one unity file and a runtime compiled once.
 
+#![warn(clippy::missing_errors_doc)]
+
 pub mod build;
 pub mod bus;
+pub mod cache;
 pub mod coverage;
 mod error;
 pub mod model;

@@ -44,6 +44,9 @@ impl Time {
     }
 
     /// A number with a unit by name (`fs ps ns us ms s`), exact or an error.
+    ///
+    /// # Errors
+    /// If the unit is unknown, or the value is negative, above 18 000 s or not a whole number of femtoseconds.
     pub fn from_unit(value: f64, unit: &str) -> Result<Time, SimError> {
         let scale = match unit {
             "fs" => 1.0,

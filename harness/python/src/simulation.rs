@@ -13,7 +13,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
-use crate::bus::{Transfer, Transferred};
+use crate::bus::{Transfer, TransferOptions, Transferred};
 use crate::errors::{self, SimulationError};
 use crate::gil;
 use crate::handle::{self, Handle};
@@ -120,46 +120,12 @@ impl Simulation {
     }
 
     /// Sends whole frames through a stream of the design, without the scheduler.
-    #[pyo3(signature = (words, *, input, output, bus, ready_latency, clock, period, idle, stall, seed, packet, expect, packets, most_cycles))]
-    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
-    fn transfer<'py>(
-        &self,
-        words: &Bound<'py, PyAny>,
-        input: &str,
-        output: &str,
-        bus: &str,
-        ready_latency: u32,
-        clock: &str,
-        period: u64,
-        idle: Option<&Bound<'py, PyAny>>,
-        stall: Option<&Bound<'py, PyAny>>,
-        seed: u64,
-        packet: usize,
-        expect: Option<usize>,
-        packets: usize,
-        most_cycles: u64,
-    ) -> PyResult<Transferred<'py>> {
-        let py = words.py();
-        let transfer = Transfer::new(
-            py,
-            &self.dut,
-            input,
-            output,
-            bus,
-            ready_latency,
-            clock,
-            period,
-            idle,
-            stall,
-            seed,
-            packet,
-            expect,
-            packets,
-            most_cycles,
-        )?;
+    fn transfer<'py>(&self, samples: &Bound<'py, PyAny>, options: TransferOptions<'py>) -> PyResult<Transferred<'py>> {
+        let py = samples.py();
+        let transfer = Transfer::new(py, &self.dut, options)?;
         let mut result = None;
         self.running(py, |sim| {
-            result = Some(transfer.run(sim, words));
+            result = Some(transfer.run(sim, samples));
             Ok(())
         })?;
         result.unwrap_or_else(|| Err(SimulationError::new_err("the transfer did not run")))

@@ -6,12 +6,16 @@
 //! build happens aside and is renamed into place, so that a killed build leaves at worst a folder that the next one
 //! sweeps away.
 //!
-//! Environment: `HOVERLOCK_CACHE` (the folder of built models), `HOVERLOCK_CACHE_LIMIT` (its size in MiB, 2048),
-//! `VERILATOR` and `CXX` (the tools).
+//! Built models lie in the [cache folder](crate::cache). After each build, models that were not used for 30 days are
+//! removed, and those used longest ago while all together are larger than a limit. A model that is being loaded or built
+//! is never removed.
+//!
+//! Environment: `HOVERLOCK_CACHE` (the cache folder), `HOVERLOCK_CACHE_LIMIT` (the size of built models in MiB, 2048 if not
+//! set), `VERILATOR` and `CXX` (the tools).
 
-mod cache;
 mod diagnostic;
 mod hierarchy;
+mod model_cache;
 mod tool;
 mod unity;
 
@@ -263,9 +267,13 @@ impl Build {
     }
 
     /// Builds, or finds what was built before, and loads it.
+    ///
+    /// # Errors
+    /// [`BuildError`]: an option or a file is wrong, a tool is missing or too old, Verilator or the C++ compiler refuses the
+    /// design, or the cache folder cannot be used.
     pub fn compile(&self) -> Result<Library, BuildError> {
         self.check()?;
-        cache::load_or_build(self)
+        model_cache::load_or_build(self)
     }
 
     fn check(&self) -> Result<(), BuildError> {

@@ -246,7 +246,7 @@ impl Workshop<'_> {
         for name in names.iter().filter(|name| !own(name) && !is_cut(name)) {
             let path = super::absolute(&self.folder.join(name))?;
             if !self.sources.contains(&path) {
-                let hash = super::cache::hash_file(&path)?;
+                let hash = super::model_cache::hash_file(&path)?;
                 manifest.push((path, hash));
             }
         }

@@ -78,6 +78,9 @@ pub struct Master {
 
 impl Master {
     /// The slave whose signals begin with `prefix`. `read_latency` counts only where there is no `readdatavalid`.
+    ///
+    /// # Errors
+    /// If there is no `address`, or if `read` or `write` is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str, read_latency: u64) -> Result<Master, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.read, &ports.write].into_iter().flatten() {
@@ -98,17 +101,26 @@ impl Master {
     }
 
     /// Writes a word.
+    ///
+    /// # Errors
+    /// If the slave has no `write` or `writedata`, or a value does not fit its signal.
     pub async fn write(&self, address: u64, data: u64) -> Result<(), Error> {
         let all = self.ports.byte_enable.as_ref().map_or(0, Signal::mask);
         self.write_bytes(address, data, all).await
     }
 
     /// Writes some bytes of a word.
+    ///
+    /// # Errors
+    /// As [`Master::write`].
     pub async fn write_bytes(&self, address: u64, data: u64, byte_enable: u64) -> Result<(), Error> {
         self.write_words(address, &[data], byte_enable, Pause::Never).await
     }
 
     /// Writes words in one burst, which pauses between them as asked for.
+    ///
+    /// # Errors
+    /// As [`Master::write`], and if `burstcount` is missing or too narrow for the length.
     pub async fn write_burst(&self, address: u64, words: &[u64], pause: Pause) -> Result<(), Error> {
         let all = self.ports.byte_enable.as_ref().map_or(0, Signal::mask);
         self.write_words(address, words, all, pause).await
@@ -137,11 +149,17 @@ impl Master {
     }
 
     /// Reads a word.
+    ///
+    /// # Errors
+    /// If the slave has no `read` or `readdata`, or the address does not fit its signal.
     pub async fn read(&self, address: u64) -> Result<u64, Error> {
         Ok(self.read_burst(address, 1).await?[0])
     }
 
     /// Reads words in one burst.
+    ///
+    /// # Errors
+    /// As [`Master::read`], and if `readdatavalid` or `burstcount` is missing, or that is too narrow for the length.
     pub async fn read_burst(&self, address: u64, words: usize) -> Result<Vec<u64>, Error> {
         let _turn = self.lock.lock().await;
         let ports = &self.ports;
@@ -217,6 +235,9 @@ struct Command {
 
 impl Memory {
     /// A memory of zeros at the signals that begin with `prefix`; `address` counts in the master's own units.
+    ///
+    /// # Errors
+    /// If there is no `address`, or if `waitrequest` or `readdatavalid` is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str, reset: Option<Reset>) -> Result<Memory, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.wait_request, &ports.read_data_valid].into_iter().flatten() {

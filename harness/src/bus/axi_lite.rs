@@ -116,6 +116,9 @@ pub struct Master {
 
 impl Master {
     /// The slave whose signals begin with `prefix`, such as `s_axi_`.
+    ///
+    /// # Errors
+    /// If a signal other than `wstrb`, `bresp` and `rresp` is missing, or one that a master drives is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str) -> Result<Master, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.aw.0, &ports.w.0, &ports.ar.0, &ports.b.1, &ports.r.1] {
@@ -138,12 +141,18 @@ impl Master {
     }
 
     /// Writes a word.
+    ///
+    /// # Errors
+    /// If a value does not fit its signal. A response other than OKAY is no error here: it is returned.
     pub async fn write(&self, address: u64, data: u64) -> Result<Response, Error> {
         let all = self.ports.w_strobe.as_ref().map_or(0, Signal::mask);
         self.write_bytes(address, data, all).await
     }
 
     /// Writes some bytes of a word.
+    ///
+    /// # Errors
+    /// As [`Master::write`].
     pub async fn write_bytes(&self, address: u64, data: u64, strobe: u64) -> Result<Response, Error> {
         let _turn = self.writing.lock().await;
         let ports = &self.ports;
@@ -168,6 +177,9 @@ impl Master {
     }
 
     /// Reads a word.
+    ///
+    /// # Errors
+    /// If the address does not fit its signal. A response other than OKAY is no error here: it is returned.
     pub async fn read(&self, address: u64) -> Result<(u64, Response), Error> {
         let _turn = self.reading.lock().await;
         let ports = &self.ports;
@@ -212,6 +224,9 @@ struct MemoryAgent {
 
 impl Memory {
     /// A memory of zeros at the signals that begin with `prefix`, such as `m_axi_`.
+    ///
+    /// # Errors
+    /// If a signal other than `wstrb`, `bresp` and `rresp` is missing, or one that a slave drives is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str, reset: Option<Reset>) -> Result<Memory, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.aw.1, &ports.w.1, &ports.ar.1, &ports.b.0, &ports.r.0] {

@@ -10,6 +10,9 @@ use crate::time::Time;
 
 impl Model {
     /// Begins to write waves of everything below a scope (empty: all), so many levels deep (0: all).
+    ///
+    /// # Errors
+    /// If the model was built without waves, or the file cannot be written.
     pub fn trace_open(&mut self, path: &Path, level: u32, scope: &str) -> Result<(), Error> {
         let not_built =
             ModelError::NotBuiltIn { what: "a wave file", with: ".trace(Trace::Vcd) or .trace(Trace::Fst)" };
@@ -52,6 +55,9 @@ impl Model {
     }
 
     /// Writes the coverage counted so far in Verilator's form.
+    ///
+    /// # Errors
+    /// If the model was built without coverage, or the file cannot be written.
     pub fn write_coverage(&mut self, path: &Path) -> Result<(), Error> {
         let name = CString::new(path.as_os_str().as_encoded_bytes()).map_err(|_| Error::File {
             path: path.to_owned(),

@@ -197,6 +197,9 @@ impl Model {
     }
 
     /// The signal of that name; `a.b` also finds a port written `a$b`.
+    ///
+    /// # Errors
+    /// If there is no port or public internal of that name: the error lists the nearest names.
     pub fn find(&self, name: &str) -> Result<SignalId, ModelError> {
         let index = self.by_name.get(name).or_else(|| self.by_name.get(&name.replace('.', "$")));
         index.map(|index| SignalId { index: *index, model: self.id }).ok_or_else(|| {
@@ -238,6 +241,9 @@ impl Model {
     }
 
     /// Sets an input (or a public internal) at once, without an evaluation.
+    ///
+    /// # Errors
+    /// If the value does not fit, or the signal is an output or wider than 64 bits.
     #[inline]
     pub fn set(&mut self, signal: SignalId, value: u64) -> Result<(), ModelError> {
         let slot = self.slot(signal);
@@ -274,6 +280,9 @@ impl Model {
     }
 
     /// Sets an input of any width from 32-bit words, lowest first.
+    ///
+    /// # Errors
+    /// If the value does not fit, or the signal is an output.
     pub fn set_words(&mut self, signal: SignalId, words: &[u32]) -> Result<(), ModelError> {
         let info = self.info(signal);
         if info.direction == Direction::Output {
@@ -286,6 +295,9 @@ impl Model {
     }
 
     /// The element of a memory.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory.
     pub fn get_element(&self, memory: SignalId, index: i64) -> Result<u64, ModelError> {
         let info = self.info(memory);
         let offset = info.element_offset(index)?;
@@ -294,6 +306,9 @@ impl Model {
     }
 
     /// Sets the element of a memory.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, the value does not fit, or the memory is an output.
     pub fn set_element(&mut self, memory: SignalId, index: i64, value: u64) -> Result<(), ModelError> {
         let info = self.info(memory);
         let offset = info.element_offset(index)?;
@@ -307,6 +322,9 @@ impl Model {
     }
 
     /// A signal by its address; `T` must be the type Verilator stores it in.
+    ///
+    /// # Errors
+    /// If there is no such signal, it is a memory, or Verilator stores it in another type than `T`.
     pub fn raw<T: Word>(&self, name: &str) -> Result<RawSignal<T>, ModelError> {
         let info = self.info(self.find(name)?);
         if info.range.is_some()
@@ -330,6 +348,10 @@ impl Model {
     }
 
     /// Evaluates the model for the values of its inputs.
+    ///
+    /// # Errors
+    /// If the model cannot be evaluated any more, for instance because it did not settle. What `$error`, `$stop` and
+    /// `$finish` said is in [`Model::take_messages`].
     #[inline]
     pub fn eval(&mut self) -> Result<(), ModelError> {
         if self.dead.is_some() {

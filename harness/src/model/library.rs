@@ -100,11 +100,17 @@ impl Library {
     }
 
     /// A fresh instance in its initial state.
+    ///
+    /// # Errors
+    /// If the model cannot be made, for lack of memory.
     pub fn instance(&self) -> Result<Model, ModelError> {
         self.instance_with(&InstanceOptions::default())
     }
 
     /// A fresh instance with a seed for random initial values and `$random`, and with plusargs.
+    ///
+    /// # Errors
+    /// If a plusarg has a zero byte, or the model cannot be made, for lack of memory.
     pub fn instance_with(&self, options: &InstanceOptions) -> Result<Model, ModelError> {
         Model::new(self.clone(), options)
     }

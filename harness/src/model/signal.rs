@@ -49,6 +49,9 @@ impl SignalInfo {
     }
 
     /// The value of a name.
+    ///
+    /// # Errors
+    /// If the type has no item of that name: the error lists the items.
     pub fn value_of(&self, name: &str) -> Result<u64, ModelError> {
         self.items.iter().find(|(n, _)| n == name).map(|(_, v)| *v).ok_or_else(|| ModelError::NoSuchEnumItem {
             signal: self.name.clone(),

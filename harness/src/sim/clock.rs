@@ -33,6 +33,9 @@ impl Clock {
     }
 
     /// Begins again with a rising edge after `phase`; until then the clock is low.
+    ///
+    /// # Errors
+    /// If the signal is written in `ReadOnly`.
     pub fn start(&self, phase: Time) -> Result<(), Error> {
         let core = &self.signal.core;
         self.stop();

@@ -30,18 +30,27 @@ impl Dut {
     }
 
     /// A signal of at most 64 bits.
+    ///
+    /// # Errors
+    /// If there is no such signal, or it is a memory or wider than 64 bits.
     pub fn signal(&self, name: &str) -> Result<Signal, ModelError> {
         let id = self.core.model.borrow().find(name)?;
         Signal::new(&self.core, id)
     }
 
     /// A signal of any width.
+    ///
+    /// # Errors
+    /// If there is no such signal, or it is a memory.
     pub fn wide(&self, name: &str) -> Result<Wide, ModelError> {
         let id = self.core.model.borrow().find(name)?;
         Wide::new(&self.core, id)
     }
 
     /// A memory made public by [`Build::internal`](crate::build::Build::internal), or a port that is an array.
+    ///
+    /// # Errors
+    /// If there is no such memory, it is a plain signal, or its elements are wider than 64 bits.
     pub fn memory(&self, name: &str) -> Result<Memory, ModelError> {
         let id = self.core.model.borrow().find(name)?;
         Memory::new(&self.core, id)
@@ -113,6 +122,9 @@ impl Dut {
     }
 
     /// A future that must end within a span of simulation time.
+    ///
+    /// # Errors
+    /// [`SimError::Timeout`] if the span is over first.
     pub async fn with_timeout<F: Future>(&self, limit: Time, future: F) -> Result<F::Output, SimError> {
         match race(future, self.timer(limit)).await {
             Either::Left(value) => Ok(value),
@@ -200,12 +212,18 @@ impl Dut {
     }
 
     /// A clock on an input, half of the period high; it runs from now on, beginning with its rising edge.
+    ///
+    /// # Errors
+    /// If there is no such signal, it cannot be written, or the period is below 2 fs.
     pub fn clock(&self, name: &str, period: Time) -> Result<Clock, Error> {
         let half = Time::fs(period.as_fs() / 2);
         self.clock_with(name, half, period - half, Time::ZERO)
     }
 
     /// A clock with its spans of high and low and the time from now to its first rising edge.
+    ///
+    /// # Errors
+    /// If there is no such signal, it cannot be written, or one of the spans is 0.
     pub fn clock_with(&self, name: &str, high: Time, low: Time, phase: Time) -> Result<Clock, Error> {
         if high == Time::ZERO || low == Time::ZERO {
             return Err(SimError::BadTime(format!("clock '{name}': each half must last 1 fs at least")).into());
@@ -217,6 +235,9 @@ impl Dut {
     }
 
     /// Begins to record waves.
+    ///
+    /// # Errors
+    /// If a signal is not there, the model was built without the waves asked for, or the file cannot be written.
     pub fn start_waves(&self, recording: &Recording) -> Result<RecordingId, Error> {
         let id = self.core.waves.borrow_mut().start(&mut self.core.model.borrow_mut(), recording)?;
         self.core.set_waves(true);
@@ -224,6 +245,9 @@ impl Dut {
     }
 
     /// Ends a recording; its file is whole then. Recordings that are not stopped end with the simulation.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
     pub fn stop_waves(&self, id: RecordingId) -> Result<(), Error> {
         let mut waves = self.core.waves.borrow_mut();
         waves.stop(&mut self.core.model.borrow_mut(), id)?;
@@ -232,6 +256,9 @@ impl Dut {
     }
 
     /// Writes the coverage counted so far, in Verilator's form; see [`coverage`](crate::coverage).
+    ///
+    /// # Errors
+    /// If the model was built without coverage, or the file cannot be written.
     pub fn write_coverage(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
         self.core.model.borrow_mut().write_coverage(path.as_ref())
     }

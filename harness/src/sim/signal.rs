@@ -65,6 +65,9 @@ impl Signal {
     }
 
     /// Buffers a write: it is put when all tasks of this round have run.
+    ///
+    /// # Errors
+    /// If the value does not fit, the signal is an output, or the region is `ReadOnly`.
     #[inline]
     pub fn set(&self, value: u64) -> Result<(), ModelError> {
         if value & !self.mask != 0 || !self.writable {
@@ -74,12 +77,18 @@ impl Signal {
     }
 
     /// Buffers a write of a signed number: from `-2^(w-1)` to `2^w - 1`.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
     pub fn set_signed(&self, value: i64) -> Result<(), ModelError> {
         let encoded = self.core.model.borrow().info(self.id).encode_signed(value)?;
         self.set(encoded)
     }
 
     /// Buffers a write of an enumeration's item.
+    ///
+    /// # Errors
+    /// As [`Signal::set`], and if the type has no item of that name.
     pub fn set_named(&self, item: &str) -> Result<(), ModelError> {
         let value = self.core.model.borrow().info(self.id).value_of(item)?;
         self.set(value)
@@ -212,6 +221,9 @@ impl Wide {
     }
 
     /// Buffers a write of its words; those not given are zero.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
     pub fn set(&self, words: &[u32]) -> Result<(), ModelError> {
         let model = self.core.model.borrow();
         let info = model.info(self.id);
@@ -271,6 +283,9 @@ impl Memory {
     }
 
     /// The element at an index as declared.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory.
     pub fn get(&self, index: i64) -> Result<u64, ModelError> {
         let offset = self.info.element_offset(index)?;
         // SAFETY: `core` keeps the model alive; the offset was checked.
@@ -278,6 +293,9 @@ impl Memory {
     }
 
     /// Buffers a write of the element at an index as declared.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, the value does not fit, the memory is an output, or the region is `ReadOnly`.
     pub fn set(&self, index: i64, value: u64) -> Result<(), ModelError> {
         if self.info.direction == Direction::Output {
             let top = self.core.model.borrow().library().top().to_owned();
@@ -296,6 +314,9 @@ impl Memory {
     }
 
     /// Buffers writes of elements from the lowest index on, such as a program.
+    ///
+    /// # Errors
+    /// As [`Memory::set`]; elements before the one refused are written.
     pub fn fill(&self, values: impl IntoIterator<Item = u64>) -> Result<(), ModelError> {
         let low = self.info.range.map_or(0, |(a, b)| a.min(b));
         values.into_iter().zip(low..).try_for_each(|(value, index)| self.set(index, value))
@@ -307,6 +328,9 @@ fn wrong_shape(info: &SignalInfo, is: &'static str, instead: &'static str) -> Mo
 }
 
 /// Says that two values differ, with simulation time; for benches that return errors rather than panic.
+///
+/// # Errors
+/// [`Error::Bench`] if they differ.
 pub fn expect_equal<T: PartialEq + std::fmt::Debug>(what: &str, found: T, expected: T) -> Result<(), Error> {
     if found == expected { Ok(()) } else { Err(Error::Bench(format!("{what} is {found:?}, expected {expected:?}"))) }
 }

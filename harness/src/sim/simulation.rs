@@ -23,6 +23,9 @@ pub struct Sim {
 
 impl Sim {
     /// A simulation of a fresh model, at time 0, settled.
+    ///
+    /// # Errors
+    /// If an `initial` block of the Verilog fails or ends the simulation.
     pub fn new(model: Model) -> Result<Sim, Error> {
         Ok(Sim { core: Core::new(model)? })
     }
@@ -54,6 +57,10 @@ impl Sim {
 
     /// Runs a bench to its end, and its last time step to the end of that. Tasks it started live on and continue in the
     /// next run. The error is that of the bench, of a task nobody waited for, of the Verilog or of the simulation.
+    ///
+    /// # Errors
+    /// The first of: the error of the bench, of a task that nobody waited for, of the Verilog (`$error`, `$finish`), of a bus
+    /// rule, of a limit; or that nothing can happen any more.
     pub fn run<T, E: Into<Error>>(&mut self, bench: impl Future<Output = Result<T, E>>) -> Result<T, Error> {
         let result = RefCell::new(None);
         let ended = {
@@ -92,6 +99,9 @@ impl Sim {
     }
 
     /// Runs a coroutine of another language as the bench.
+    ///
+    /// # Errors
+    /// As [`Sim::run`].
     pub fn run_coroutine(&mut self, name: &str, coroutine: Box<dyn Coroutine>) -> Result<(), Error> {
         let id = self.core.spawn(name, Body::Coroutine(coroutine), false);
         let ended = self.core.run(None, id);
@@ -110,6 +120,9 @@ impl Sim {
     }
 
     /// Lets time go on for a span, with whatever clocks and tasks run.
+    ///
+    /// # Errors
+    /// As [`Sim::run`].
     pub fn run_for(&mut self, span: Time) -> Result<(), Error> {
         let dut = self.dut();
         self.run(async move {

@@ -134,6 +134,9 @@ impl<T> Queue<T> {
     }
 
     /// Puts an item if there is room, or gives it back.
+    ///
+    /// # Errors
+    /// The item itself, if the queue is full.
     pub fn try_put(&self, item: T) -> Result<(), T> {
         let mut items = self.inner.items.borrow_mut();
         if items.len() >= self.inner.limit.get() {

@@ -97,6 +97,9 @@ pub struct Ports {
 impl Ports {
     /// The signals whose names begin with `prefix` (such as `in_`, `s_axis_` or `video$`). Those beside `valid` and
     /// `data` may be missing. A symbol is a byte if `data` is made of bytes, else the whole of `data`.
+    ///
+    /// # Errors
+    /// If `valid` or `data` is missing, or `data` is wider than 512 bits.
     pub fn find(dut: &Dut, prefix: &str, dialect: Dialect) -> Result<Ports, Error> {
         let t = if dialect == Dialect::Axi { "t" } else { "" };
         let some = |name: &str| optional(dut, prefix, name);
@@ -124,6 +127,9 @@ impl Ports {
     }
 
     /// The same with symbols of so many bits.
+    ///
+    /// # Errors
+    /// If symbols of that width do not fill `data`, or are wider than 64 bits.
     pub fn symbols_of(mut self, bits: u32) -> Result<Ports, Error> {
         if bits == 0 || bits > 64 || !self.data.width.is_multiple_of(bits) || self.data.width / bits > 64 {
             return Err(Error::bench(format!(

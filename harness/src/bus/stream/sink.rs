@@ -92,6 +92,9 @@ struct SinkAgent {
 
 impl Sink {
     /// A sink at a clock, ready from the next edge on.
+    ///
+    /// # Errors
+    /// If `ready` is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, ports: Ports, reset: Option<Reset>, rules: Rules) -> Result<Sink, Error> {
         if let Some(ready) = &ports.ready {
             ports.require_input(ready)?;
@@ -143,6 +146,9 @@ struct MonitorAgent(Listener);
 
 impl Monitor {
     /// A monitor at a clock.
+    ///
+    /// # Errors
+    /// None today; the type is that of [`Sink::new`].
     pub fn new(dut: &Dut, clock: &Signal, ports: Ports, reset: Option<Reset>, rules: Rules) -> Result<Monitor, Error> {
         let collector = new_collector(dut, &ports);
         let listener = Listener {

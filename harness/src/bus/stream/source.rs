@@ -38,6 +38,9 @@ struct SourceAgent {
 
 impl Source {
     /// A source at a clock; idle until something is sent.
+    ///
+    /// # Errors
+    /// If `valid` is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, ports: Ports, reset: Option<Reset>) -> Result<Source, Error> {
         ports.require_input(&ports.valid)?;
         ports.valid.set(0)?;
@@ -64,6 +67,10 @@ impl Source {
     }
 
     /// Queues a frame.
+    ///
+    /// # Errors
+    /// If the frame is empty, does not fill whole beats where neither `empty` nor `tkeep` says so, or has a symbol, channel,
+    /// error or destination that does not fit.
     pub fn send(&self, frame: &Frame) -> Result<(), Error> {
         let beats = self.ports.beats(frame)?;
         let mut state = self.state.borrow_mut();

@@ -8,7 +8,7 @@ use super::wait_table::{State, Target, WaitId, Waiting};
 use super::{Core, TimerEntry};
 use crate::error::SimError;
 use crate::sim::Region;
-use crate::sim::task::Ending;
+use crate::sim::task::{Ending, TaskId};
 use crate::sim::trigger::{Outcome, Sync, Trigger};
 use crate::time::Time;
 
@@ -97,67 +97,68 @@ impl Core {
                 }
                 wait_id
             }
-            Trigger::Join(id) => {
-                let wait_id = self.new_wait(target, Waiting::Join(*id));
-                let ended = {
-                    let mut tasks = self.tasks.borrow_mut();
-                    match tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) {
-                        None => Some(Ending::Done),
-                        Some(task) => {
-                            if task.ending.is_none() {
-                                task.joiners.push(wait_id);
-                            }
-                            task.ending.clone()
-                        }
-                    }
-                };
-                if let Some(ending) = ended {
-                    self.fire(wait_id, joined(ending));
-                }
-                wait_id
-            }
-            Trigger::First(parts) | Trigger::Combine(parts) => {
-                if parts.is_empty() {
-                    return Err(SimError::BadTime(format!("{} of nothing", trigger.name())));
-                }
-                let first = matches!(trigger, Trigger::First(_));
-                let wait_id = self.new_wait(target, Waiting::Named(""));
-                // A part may fire while it is armed, so the count is known before.
-                self.set_waiting(
-                    wait_id,
-                    if first {
-                        Waiting::First(Box::default())
-                    } else {
-                        Waiting::Combine(Box::default(), parts.len() as u32)
-                    },
-                );
-                for (index, part) in parts.iter().enumerate() {
-                    match self.arm(part, Target::Parent(wait_id, index as u32)) {
-                        Ok(child) => self.add_part(wait_id, child),
-                        Err(error) => {
-                            self.disarm(wait_id);
-                            return Err(error);
-                        }
-                    }
-                    if first && !self.is_armed(wait_id) {
-                        break;
-                    }
-                }
-                wait_id
+            Trigger::Join(id) => self.arm_join(*id, target),
+            Trigger::First(parts) => self.arm_parts(trigger.name(), parts, Waiting::First(Box::default()), target)?,
+            Trigger::Combine(parts) => {
+                let waiting = Waiting::Combine(Box::default(), parts.len() as u32);
+                self.arm_parts(trigger.name(), parts, waiting, target)?
             }
         })
+    }
+
+    fn arm_join(&self, id: TaskId, target: Target) -> WaitId {
+        let wait_id = self.new_wait(target, Waiting::Join(id));
+        let ended = {
+            let mut tasks = self.tasks.borrow_mut();
+            match tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) {
+                None => Some(Ending::Done),
+                Some(task) => {
+                    if task.ending.is_none() {
+                        task.joiners.push(wait_id);
+                    }
+                    task.ending.clone()
+                }
+            }
+        };
+        if let Some(ending) = ended {
+            self.fire(wait_id, joined(ending));
+        }
+        wait_id
+    }
+
+    /// Begins the waits of `First` or `Combine`.
+    fn arm_parts(
+        &self,
+        name: &'static str,
+        parts: &[Trigger],
+        waiting: Waiting,
+        target: Target,
+    ) -> Result<WaitId, SimError> {
+        if parts.is_empty() {
+            return Err(SimError::BadTime(format!("{name} of nothing")));
+        }
+        let is_first = matches!(waiting, Waiting::First(_));
+        // A part may fire while it is armed: `Combine` knows the number of its parts before.
+        let wait_id = self.new_wait(target, waiting);
+        for (index, part) in parts.iter().enumerate() {
+            match self.arm(part, Target::Parent(wait_id, index as u32)) {
+                Ok(child) => self.add_part(wait_id, child),
+                Err(error) => {
+                    self.disarm(wait_id);
+                    return Err(error);
+                }
+            }
+            if is_first && !self.is_armed(wait_id) {
+                break;
+            }
+        }
+        Ok(wait_id)
     }
 
     pub(super) fn listed_wait(&self, target: Target, name: &'static str, list: &RefCell<Vec<WaitId>>) -> WaitId {
         let wait_id = self.new_wait(target, Waiting::Named(name));
         list.borrow_mut().push(wait_id);
         wait_id
-    }
-
-    pub(super) fn set_waiting(&self, wait_id: WaitId, waiting: Waiting) {
-        if let Some(slot) = self.wait_table.borrow_mut().get_mut(wait_id) {
-            slot.waiting = waiting;
-        }
     }
 
     pub(super) fn add_part(&self, wait_id: WaitId, child: WaitId) {
