@@ -1,4 +1,4 @@
-//! The folder in which everything lies that can be made again: built models, netlists, downloaded pictures.
+//! The cache folder: built models, netlists, downloaded pictures, and whatever else can be made again.
 //!
 //! `$HOVERLOCK_CACHE` if it is set, else `$XDG_CACHE_HOME/hoverlock`, else `$HOME/.cache/hoverlock`. Each user of the
 //! folder has a subfolder of its own; those of built models are `models`, `runtime`, `locks` and `aside`.

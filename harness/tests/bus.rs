@@ -158,7 +158,7 @@ fn a_frame_that_cannot_be_sent_is_refused() {
     let (_sim, dut, clk, _) = start(build("avalon_fifo"), "rst");
     let ports = Ports::find(&dut, "in_", AVALON).unwrap();
     let source = Source::new(&dut, &clk, ports.clone(), None).unwrap();
-    assert!(source.send(&Frame::default()).unwrap_err().to_string().contains("no symbols"));
+    assert!(source.send(&Frame::default()).unwrap_err().to_string().contains("without symbols"));
     assert!(source.send(&Frame::new(&[256u16])).unwrap_err().to_string().contains("symbol 256 does not fit 8 bits"));
     assert!(source.send(&Frame::new(&[1u8]).on_channel(16)).unwrap_err().to_string().contains("channel 16"));
     assert!(ports.clone().symbols_of(7).is_err());

@@ -244,7 +244,7 @@ fn names_go_through_generate_loops_and_a_grid_is_said_to_be_none() {
         Ok(())
     });
     let text = dut.memory("lane[0].u_leaf.grid").err().unwrap().to_string();
-    assert!(text.starts_with("'lane[0].u_leaf.grid' of 'tree' cannot be reached"), "{text}");
+    assert!(text.starts_with("'lane[0].u_leaf.grid' of 'tree' cannot be accessed"), "{text}");
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn what_is_no_vector_is_refused_by_name() {
     for name in ["gain", "scaled", "state", "text", "rows"] {
         for error in [dut.signal(name).err(), dut.wide(name).err(), dut.memory(name).err()] {
             let said = error.map(|e| e.to_string()).unwrap_or_default();
-            assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be reached: only vectors")), "{name}: {said}");
+            assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be accessed: only vectors")), "{name}: {said}");
         }
     }
     // A port of several dimensions is flat, row by row.

@@ -444,7 +444,7 @@ fn a_forgotten_clock_is_explained_with_what_each_task_waits_for() {
         .unwrap_err()
         .to_string();
     for part in [
-        "nothing can happen any more at 0 ns",
+        "no event can come any more at 0 ns",
         "'bench' waits for First(RisingEdge(clk), which is 0x0, ValueChange(q), which is 0x0)",
         "'holder' waits for Event(done)",
         "'asker' waits for Lock(bus)",

@@ -103,7 +103,7 @@ with Session(Design({sources!r}, top="stream", folder=".")) as session:
     received = session.transfer(words, stall={stall}, seed=7)
     seconds = time.process_time() - started
     assert len(received) == len(words)
-    print(json.dumps({{"cycles": session.report[0], "seconds": seconds, "check": int(received.sum())}}))
+    print(json.dumps({{"cycles": session.report.cycles, "seconds": seconds, "check": int(received.sum())}}))
 """
 
 TOP_ARRAYS = """
@@ -133,7 +133,7 @@ with Session(Design({sources!r}, top="hoverlock_top", folder=".")) as session:
     started = time.process_time()
     records = session.transfer(np.tile(frame, {frames}), "video_", "feature_", clock="clock", packet=len(frame), packets={frames}, stall={stall}, seed=7)
     seconds = time.process_time() - started
-    print(json.dumps({{"cycles": session.report[0], "seconds": seconds, "check": zlib.crc32(records.tobytes())}}))
+    print(json.dumps({{"cycles": session.report.cycles, "seconds": seconds, "check": zlib.crc32(records.tobytes())}}))
 """
 
 

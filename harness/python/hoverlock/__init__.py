@@ -42,6 +42,7 @@ from .hierarchy import Constant, Hierarchy, TypedHierarchy
 from .outputs import Outputs
 from .queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
 from .testing import Session, Test, parametrize, pass_test, running, simulate, test
+from .transfer import TransferReport
 from .triggers import (
     ClockCycles,
     Combine,
@@ -107,6 +108,7 @@ __all__ = [
     "Task",
     "Test",
     "Timer",
+    "TransferReport",
     "Trigger",
     "TriggerError",
     "TypedHierarchy",

@@ -1,8 +1,8 @@
 //! The interpreter's lock while a simulation runs.
 //!
 //! A coroutine is resumed up to millions of times a second, too often to take and release the lock each time. So `run`
-//! keeps it, and gives it back where no Python runs: as soon as a few milliseconds of simulation went by without a
-//! coroutine being resumed. The next resume takes it again.
+//! keeps it, and releases it when no Python runs: after a few milliseconds of simulation in which no coroutine was
+//! resumed. The next resume takes it again.
 
 use std::cell::Cell;
 

@@ -1,4 +1,4 @@
-//! What the Verilog contains, read from Verilator's `--xml-only` output: instances, variables, signs and enumerations.
+//! Instances, variables, signs and enumerations of the Verilog, read from Verilator's `--xml-only` output.
 
 use std::collections::HashMap;
 
@@ -50,7 +50,7 @@ pub struct Hierarchy {
     pub constants: Vec<(String, Constant)>,
 }
 
-/// An element's name and attributes as they stand in the file.
+/// An element's name and attributes.
 struct Tag<'a> {
     name: &'a str,
     attributes: &'a str,
@@ -137,7 +137,7 @@ struct Declaration {
 /// All instances below and with one, as (hierarchical name, module), in the order of the source.
 fn expand(modules: &HashMap<String, Module>, path: String, of: &str, depth: u32, into: &mut Vec<(String, String)>) {
     into.push((path.clone(), of.to_owned()));
-    // No design is that deep: a limit all the same, since the file comes from outside.
+    // No design is 200 levels deep: the limit guards against a file that refers to itself.
     if let (Some(module), true) = (modules.get(of), depth < 200) {
         for (name, below) in &module.instances {
             expand(modules, format!("{path}.{name}"), below, depth + 1, into);
@@ -192,23 +192,23 @@ impl Types {
     }
 }
 
-/// What was read so far, and which elements the next tag lies in.
+/// What was read so far, and the elements that enclose the next tag.
 #[derive(Default)]
 struct Reader {
     top: Option<String>,
     modules: HashMap<String, Module>,
     types: Types,
-    /// The module the tag lies in.
+    /// The enclosing module.
     module: Option<String>,
-    /// The blocks the tag lies in, by name if they have one.
+    /// The enclosing blocks, by name if they have one.
     blocks: Vec<String>,
-    /// Functions and tasks the tag lies in.
+    /// How many functions and tasks enclose the tag.
     functions: u32,
     /// The parameter whose value comes next.
     parameter: Option<String>,
-    /// The array type the tag lies in.
+    /// The enclosing array type.
     array: Option<String>,
-    /// The enumeration and its item the tag lies in.
+    /// The enclosing enumeration, and its item.
     enumeration: Option<String>,
     item: Option<String>,
 }
@@ -340,7 +340,7 @@ pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
     reader.finish()
 }
 
-/// Whether a name fits a pattern in which `*` stands for anything.
+/// Whether a name fits a pattern in which `*` matches any text.
 pub fn matches(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! runtime/<key>/*.o                     Verilator's runtime, compiled once for each kind of model
-//! models/<key>/<variant>/model.so       the model; <variant> tells apart what includes held
+//! models/<key>/<variant>/model.so       the model; one <variant> for each contents of the included files
 //! models/<key>/<variant>/record.json    ports, internals, warnings, manifest of includes
 //! locks/<key>                           locked shared while loading, exclusively while building or removing
 //! aside/<random>/                       a build in progress; its file `alive` is locked as long as its process lives
@@ -36,7 +36,7 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
         }
     }
     let _building = cache.lock(&key, Sharing::Exclusive)?;
-    // Another process may have built it while this one waited.
+    // Another process may have built it while this one waited for the lock.
     if let Some(library) = cache.find(&key, &includes) {
         return Ok(library);
     }
@@ -70,7 +70,7 @@ enum Sharing {
     Exclusive,
 }
 
-/// A folder for a build on its way, removed when dropped.
+/// The folder of a build in progress, removed when dropped.
 struct Aside {
     folder: tempfile::TempDir,
     _alive: File,
@@ -100,7 +100,7 @@ impl Cache {
         Ok(Cache { root, limit })
     }
 
-    /// Waits for the lock of a key. The system frees it when the process dies, however it dies.
+    /// Waits for the lock of a key. The system releases it when the process ends, however it ends.
     fn lock(&self, key: &str, sharing: Sharing) -> Result<File, BuildError> {
         let path = self.root.join("locks").join(key);
         let locked = File::options().create(true).append(true).open(&path).and_then(|file| {
@@ -113,14 +113,14 @@ impl Cache {
         locked.map_err(|source| BuildError::Cache { path, source })
     }
 
-    /// The built model whose includes still hold the same, if its files are whole.
+    /// The built model whose includes are unchanged, if its files are complete.
     fn find(&self, key: &str, includes: &[PathBuf]) -> Option<Library> {
         let folder = self.root.join("models").join(key);
         let mut variants: Vec<PathBuf> = std::fs::read_dir(folder).ok()?.filter_map(|e| Some(e.ok()?.path())).collect();
         variants.sort();
         for variant in variants {
             let Some(record) = read_record(&variant) else {
-                // Damaged: only a fresh build helps, and it wants the place.
+                // Damaged: a fresh build takes its place.
                 let _ = std::fs::remove_dir_all(&variant);
                 continue;
             };
@@ -151,7 +151,7 @@ impl Cache {
         make().map_err(|source| BuildError::Cache { path: parent.clone(), source })
     }
 
-    /// The folder of the runtime's objects and headers, made if it is not there.
+    /// The folder of the runtime's objects and headers, compiled if it does not exist.
     fn runtime(
         &self,
         verilator: &Verilator,
@@ -208,8 +208,8 @@ impl Cache {
         Library::load(&variant.join("model.so"), record.clone())
     }
 
-    /// Removes what killed builds left, what was not used for [`KEPT_UNUSED`], and, while the models are larger than the
-    /// limit, those used longest ago.
+    /// Removes what killed builds left, what was not used for [`KEPT_UNUSED`], and, while the models are larger than
+    /// the limit, those used longest ago.
     fn prune(&self, own_key: &str) {
         for path in children(&self.root.join("aside")) {
             // No lock on `alive` means that its process is gone; no such file, that it is being made or half removed.
@@ -266,7 +266,7 @@ fn include_folders(build: &Build, sources: &[PathBuf]) -> Result<Vec<PathBuf>, B
     Ok(folders)
 }
 
-/// Everything that decides what a build gives, but for the includes, which are known only afterwards.
+/// The hash of everything that a build depends on, except the includes, which are known only afterwards.
 fn model_key(
     build: &Build,
     verilator: &Verilator,
@@ -275,7 +275,7 @@ fn model_key(
     includes: &[PathBuf],
 ) -> Result<String, BuildError> {
     let mut hash = Hash::new();
-    // The generator itself, so that no model of an older one is found.
+    // The generator itself, so that models of an older one are not found.
     for text in [unity::SHIM, unity::HOOKS, include_str!("unity.rs"), include_str!("hierarchy.rs")] {
         hash.add(text.as_bytes());
     }
@@ -292,7 +292,7 @@ fn model_key(
     Ok(hash.finish())
 }
 
-/// Whether an included file holds what it held, and no folder searched earlier has one of its name by now.
+/// Whether an included file is unchanged, and no folder that is searched earlier has a file of that name now.
 fn is_current(path: &Path, hash: &str, includes: &[PathBuf]) -> bool {
     let shadowed = includes.iter().find_map(|folder| {
         let below = path.strip_prefix(folder).ok()?;
@@ -305,7 +305,7 @@ fn read_record(variant: &Path) -> Option<Record> {
     serde_json::from_slice(&std::fs::read(variant.join("record.json")).ok()?).ok()
 }
 
-/// SHA-256 over parts, each with its length, so that no two lists of parts agree by accident.
+/// SHA-256 over parts, each with its length, so that different lists of parts have different hashes.
 struct Hash(Sha256);
 
 impl Hash {

@@ -9,7 +9,7 @@ use crate::error::{Error, ModelError};
 use crate::time::Time;
 
 impl Model {
-    /// Begins to write waves of everything below a scope (empty: all), so many levels deep (0: all).
+    /// Starts to write waves of everything below a scope (empty: all), `level` levels deep (0: all).
     ///
     /// # Errors
     /// If the model was built without waves, or the file cannot be written.
@@ -34,7 +34,7 @@ impl Model {
         }
     }
 
-    /// Writes the values of this moment into the open waves; times must grow.
+    /// Writes the present values into the open wave file; times must increase.
     pub fn trace_dump(&mut self, time: Time) {
         self.bind();
         // SAFETY: the instance is alive; does nothing without an open file.
@@ -47,14 +47,14 @@ impl Model {
         unsafe { (self.functions.hv_trace_flush)(self.raw) };
     }
 
-    /// Ends the waves; their file is whole then.
+    /// Completes and closes the wave file.
     pub fn trace_close(&mut self) {
         self.bind();
         // SAFETY: as above.
         unsafe { (self.functions.hv_trace_close)(self.raw) };
     }
 
-    /// Writes the coverage counted so far in Verilator's form.
+    /// Writes the coverage counted so far in Verilator's format.
     ///
     /// # Errors
     /// If the model was built without coverage, or the file cannot be written.

@@ -1,4 +1,4 @@
-//! The instance: made, found its way in by name, read, written, evaluated, asked for messages.
+//! The instance of a model: finds, reads and writes signals, evaluates, collects messages.
 
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -15,7 +15,7 @@ use crate::build::Initial;
 use crate::error::{ModelError, nearest};
 use crate::time::Time;
 
-/// How an instance begins.
+/// Options of an instance.
 #[derive(Debug, Clone, Default)]
 pub struct InstanceOptions {
     /// Seed of random initial values and of `$random`.
@@ -27,11 +27,11 @@ pub struct InstanceOptions {
 static NEXT_MODEL: AtomicU32 = AtomicU32::new(1);
 
 thread_local! {
-    /// The model whose context the runtime has on this thread, so that it is set only when it changes.
+    /// The model whose context is set on this thread, so that it is set only when it changes.
     static BOUND: Cell<u32> = const { Cell::new(0) };
 }
 
-/// What an access needs to know of a signal, and no more.
+/// What a read or write needs to know of a signal.
 #[derive(Clone, Copy)]
 struct Slot {
     data: *mut u8,
@@ -60,7 +60,7 @@ pub struct Model {
     partial_line: String,
     dead: Option<ModelError>,
     initial_done: bool,
-    /// May move to another thread, may not be shared.
+    /// The model may move to another thread, but not be shared.
     _not_sync: PhantomData<std::cell::Cell<()>>,
 }
 
@@ -127,7 +127,7 @@ impl Model {
                 1 => Direction::Output,
                 _ => Direction::Inout,
             };
-            // A wide value is an array of words to C++, as is a port that is an array.
+            // In C++ a wide value is an array of 32-bit words, and a port that is an array is one too.
             let storage = Storage::of(port.width);
             let total = (port.element_bytes * port.elements) as usize;
             let elements = (total / storage.bytes()) as u64;
@@ -157,7 +157,7 @@ impl Model {
             // SAFETY: strings and the result live through the call.
             let found = unsafe { (self.functions.hv_variable)(self.raw, scope.as_ptr(), name.as_ptr(), &mut raw) };
             let width = raw.packed_left.abs_diff(raw.packed_right) + 1;
-            // A `real` or a string calls itself one bit wide, and is stored in more than that takes.
+            // A `real` or a string is reported as one bit wide, and stored in more bytes than one bit takes.
             let vector = raw.element_bytes as usize == Storage::of(width).bytes();
             if found == 0 || !vector || raw.dimensions > 1 {
                 continue;
@@ -196,7 +196,7 @@ impl Model {
         &self.signals
     }
 
-    /// The signal of that name; `a.b` also finds a port written `a$b`.
+    /// The signal of that name; `a.b` also finds a port that is written `a$b`.
     ///
     /// # Errors
     /// If there is no port or public internal of that name: the error lists the nearest names.
@@ -223,7 +223,7 @@ impl Model {
         })
     }
 
-    /// What is known of a signal.
+    /// Name, direction, width and type of a signal.
     ///
     /// # Panics
     /// If the signal is of another model.
@@ -232,7 +232,7 @@ impl Model {
         &self.signals[signal.index()]
     }
 
-    /// The value of a signal of at most 64 bits (of a wider one, its lowest 32).
+    /// The value of a signal of at most 64 bits; the lowest 32 bits of a wider one.
     #[inline]
     pub fn get(&self, signal: SignalId) -> u64 {
         let slot = self.slot(signal);
@@ -272,7 +272,7 @@ impl Model {
         }
     }
 
-    /// The words of a signal of any width, lowest first.
+    /// The value of a signal of any width as 32-bit words, lowest first.
     pub fn get_words(&self, signal: SignalId) -> Vec<u32> {
         let info = self.info(signal);
         // SAFETY: the signal is of this live model and has so many bytes.
@@ -374,8 +374,8 @@ impl Model {
         unsafe { (self.functions.hv_bind)(self.raw) };
     }
 
-    /// Evaluates without setting the thread's context and without looking whether the Verilog said something: a later
-    /// [`Model::eval`] or [`Model::take_messages`] does.
+    /// Evaluates without setting the thread's context and without checking for messages of the Verilog: a later
+    /// [`Model::eval`] or [`Model::take_messages`] checks.
     ///
     /// # Safety
     /// [`Model::bind`] must have been called on this thread, no other instance bound, made or dropped on it since, and
@@ -386,17 +386,18 @@ impl Model {
         unsafe { (self.functions.hv_eval_bound)(self.raw) };
     }
 
-    /// Whether the Verilog said something since it was last asked.
+    /// Whether there are messages of the Verilog that were not taken.
     #[inline(always)]
     pub(crate) fn has_messages(&self) -> bool {
         // SAFETY: the byte lives in the instance.
         unsafe { *self.pending != 0 || !self.messages.is_empty() }
     }
 
-    /// Sets what `$time` says.
+    /// Sets `$time`.
     #[inline]
     pub fn set_time(&mut self, time: Time) {
-        // A clock repeats its spans: the last one's quotient is kept, a division costs as much as a small evaluation.
+        // A clock repeats its spans: the quotient of the last one is kept. A division costs as much as a small
+        // evaluation.
         if time >= self.time && (time - self.time).as_fs() == self.last_span.0 {
             self.ticks += self.last_span.1;
             self.rest += self.last_span.2;
@@ -415,24 +416,24 @@ impl Model {
         unsafe { (self.functions.hv_time)(self.raw, self.ticks) };
     }
 
-    /// What `$time` says.
+    /// The value of `$time`.
     pub fn time(&self) -> Time {
         self.time
     }
 
-    /// The finest step of time the Verilog can tell apart.
+    /// The time precision of the Verilog: one tick of `$time` or a fraction of it.
     pub fn precision(&self) -> Time {
         Time::fs(self.femtoseconds_per_tick)
     }
 
-    /// What the Verilog said since last asked, in order.
+    /// The messages of the Verilog since the last call, in order.
     pub fn take_messages(&mut self) -> Vec<Message> {
-        // A death is told by `eval`; here only its message counts.
+        // `eval` reports a model that cannot go on; here only its message counts.
         let _ = self.fetch();
         std::mem::take(&mut self.messages)
     }
 
-    /// Collects text and events from the shim; an error if the model can no longer be evaluated.
+    /// Collects text and events from the shim; an error if the model cannot be evaluated any more.
     #[cold]
     fn fetch(&mut self) -> Result<(), ModelError> {
         // SAFETY: the instance is alive; the strings given live until the next call.

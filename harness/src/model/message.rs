@@ -1,9 +1,9 @@
-//! What the Verilog says while it is evaluated.
+//! Messages of the Verilog.
 
-/// What the Verilog said during an evaluation.
+/// A message of the Verilog during an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Message {
-    /// A line of `$display` and its kin, `$error` and `$warning` included.
+    /// A line of `$display`, `$write`, `$info`, `$warning` or `$error`.
     Text(String),
     /// `$finish`.
     Finish {
@@ -12,16 +12,16 @@ pub enum Message {
         /// The line in it.
         line: u32,
     },
-    /// `$stop`, `$error`, `$fatal` or a failed assertion; what it said is in the text before it.
+    /// `$stop`, `$error`, `$fatal` or a failed assertion; its text is the message before it.
     Stop {
         /// The Verilog file.
         file: String,
         /// The line in it.
         line: u32,
     },
-    /// The model cannot go on, for instance because it does not settle.
+    /// The model cannot be evaluated any more, for instance because it does not settle.
     Fatal {
-        /// What it says.
+        /// The text.
         message: String,
         /// The file.
         file: String,

@@ -1,10 +1,10 @@
-//! One instance of a model: its ports and public signals by name, `eval`, and what the Verilog said.
+//! One instance of a model: ports and public signals by name, evaluation, messages of the Verilog.
 //!
-//! A [`Model`] may be sent to another thread but not shared between threads; each has a Verilator context of its own,
-//! so any number of instances of any number of models live side by side.
+//! A [`Model`] may move to another thread but not be shared between threads. Each has a Verilator context of its own,
+//! so any number of instances of any number of models can exist at the same time.
 //!
-//! Values are unsigned words of at most 64 bits; wider signals are little-endian lists of 32-bit words. Verilator has
-//! two states: there is no X and no Z. What is not reset starts as zero, or random with
+//! Values are unsigned integers of at most 64 bits; those of wider signals are lists of 32-bit words, lowest first.
+//! Verilator has two states: there is no X and no Z. Registers without a reset start at 0, or at random with
 //! [`Initial::Random`](crate::build::Initial::Random).
 
 mod files;

@@ -1,10 +1,10 @@
-//! Signals by their bare address, for loops that must be as fast as C++.
+//! Signals by address, for loops that must be as fast as C++.
 
-/// A type Verilator stores values in.
+/// A type in which Verilator stores values.
 pub trait Word: Copy + sealed::Sealed {
-    /// The widest signal it holds.
+    /// The width of the type.
     const BITS: u32;
-    /// Whether it holds signals wider than 64 bits, as 32-bit words, the lowest first.
+    /// Whether it is for signals wider than 64 bits, as 32-bit words, lowest first.
     const WIDE: bool = false;
 }
 
@@ -34,24 +34,24 @@ impl<const N: usize> Word for [u32; N] {
     const WIDE: bool = true;
 }
 
-/// A signal by its bare address, for loops that must be as fast as C++.
+/// A signal by its address, without checks.
 #[derive(Debug, Clone, Copy)]
 pub struct RawSignal<T: Word> {
     pub(super) data: *mut T,
 }
 
 impl<T: Word> RawSignal<T> {
-    /// Reads the stored word.
+    /// Reads the stored value.
     ///
     /// # Safety
     /// The model must be alive and on this thread.
     #[inline(always)]
     pub unsafe fn get(self) -> T {
-        // SAFETY: the pointer was taken from the model with this word's size.
+        // SAFETY: the pointer was taken from the model with this type's size.
         unsafe { *self.data }
     }
 
-    /// Writes the stored word; bits above the signal's width corrupt the model's arithmetic.
+    /// Writes the stored value; bits above the signal's width corrupt the model's arithmetic.
     ///
     /// # Safety
     /// The model must be alive and on this thread, and the value within the signal's width.

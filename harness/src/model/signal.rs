@@ -1,10 +1,10 @@
-//! What is known of a signal: name, direction, width, sign, and which values it takes.
+//! The description of a signal: name, direction, width, sign, and the values it takes.
 
 use super::storage::{Storage, load};
 use crate::build::EnumItems;
 use crate::error::ModelError;
 
-/// Which way a signal goes.
+/// The direction of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// Driven by the bench.
@@ -20,25 +20,25 @@ pub enum Direction {
 /// A port, or an internal signal or memory made public.
 #[derive(Debug, Clone)]
 pub struct SignalInfo {
-    /// Its name below the top module, as written in the Verilog.
+    /// The name below the top module, as written in the Verilog.
     pub name: String,
-    /// Which way it goes.
+    /// The direction.
     pub direction: Direction,
     /// Bits of a value (of one element, if it is a memory).
     pub width: u32,
     /// Whether the Verilog type is signed.
     pub signed: bool,
-    /// How it is stored.
+    /// How Verilator stores it.
     pub storage: Storage,
     /// First and last index if it is a memory (unpacked array), as declared.
     pub range: Option<(i64, i64)>,
-    /// The names of its values if its type is an enumeration.
+    /// The items, if the type is an enumeration.
     pub items: EnumItems,
     pub(crate) data: *mut u8,
 }
 
 impl SignalInfo {
-    /// A one for every bit, of up to 64.
+    /// A mask of the signal's bits, of up to 64.
     pub fn mask(&self) -> u64 {
         if self.width >= 64 { u64::MAX } else { (1 << self.width) - 1 }
     }
@@ -48,7 +48,7 @@ impl SignalInfo {
         self.items.iter().find(|(_, v)| *v == value).map(|(name, _)| name.as_str())
     }
 
-    /// The value of a name.
+    /// The value of an enumeration item.
     ///
     /// # Errors
     /// If the type has no item of that name: the error lists the items.

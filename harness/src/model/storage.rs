@@ -1,4 +1,4 @@
-//! How Verilator stores values, and the only reads and writes of its memory.
+//! How Verilator stores values, and the functions that read and write its memory.
 
 /// How Verilator stores a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub enum Storage {
     U32,
     /// Up to 64 bits.
     U64,
-    /// More, in so many 32-bit words.
+    /// More, in that many 32-bit words.
     Wide(u32),
 }
 
@@ -37,7 +37,7 @@ impl Storage {
     }
 }
 
-/// Reads a word of at most 64 bits.
+/// Reads a value of at most 64 bits.
 ///
 /// # Safety
 /// `data` must point to a live value of that storage, which must not be wide.
@@ -54,7 +54,7 @@ pub(crate) unsafe fn load(data: *const u8, storage: Storage) -> u64 {
     }
 }
 
-/// Writes a word of at most 64 bits; bits above the storage are lost.
+/// Writes a value of at most 64 bits; bits above the storage are lost.
 ///
 /// # Safety
 /// As [`load`], and nobody may be reading.
@@ -89,7 +89,7 @@ pub(crate) unsafe fn load_words(data: *const u8, storage: Storage) -> Vec<u32> {
     }
 }
 
-/// Whether a value of any width is that of some words; words that are not given are zero.
+/// Whether a value of any width equals `words`; words that are not given are 0.
 ///
 /// # Safety
 /// As [`load_words`].
@@ -104,7 +104,7 @@ pub(crate) unsafe fn has_words(data: *const u8, storage: Storage, words: &[u32])
     }
 }
 
-/// Writes a value of any width; words that are not given are zero.
+/// Writes a value of any width; words that are not given are 0.
 ///
 /// # Safety
 /// As [`load_words`], and nobody may be reading. The words must fit the signal's width.

@@ -5,7 +5,7 @@ use super::signal::Signal;
 use crate::error::Error;
 use crate::time::Time;
 
-/// A clock of the harness: no task, no cost but its evaluations.
+/// A clock driven by the scheduler: it is no task and costs nothing but its evaluations.
 #[derive(Clone)]
 pub struct Clock {
     pub(super) signal: Signal,
@@ -19,7 +19,7 @@ impl Clock {
         &self.signal
     }
 
-    /// High and low together.
+    /// The sum of its high and low spans.
     pub fn period(&self) -> Time {
         self.high + self.low
     }
@@ -32,7 +32,7 @@ impl Clock {
         self.low
     }
 
-    /// Begins again with a rising edge after `phase`; until then the clock is low.
+    /// Starts the clock again: the rising edge comes after `phase`, until then it is low.
     ///
     /// # Errors
     /// If the signal is written in `ReadOnly`.
@@ -49,7 +49,7 @@ impl Clock {
         Ok(())
     }
 
-    /// Leaves it at its level.
+    /// Stops the clock at its level.
     pub fn stop(&self) {
         let signal = self.signal.id().index() as u32;
         for clock in self.signal.core.clocks.borrow_mut().iter_mut().filter(|c| c.signal == signal) {

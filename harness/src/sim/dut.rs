@@ -18,7 +18,7 @@ use crate::model::SignalInfo;
 use crate::time::Time;
 use crate::wave::{Recording, RecordingId};
 
-/// The handle through which tasks reach the simulation; cheap to clone.
+/// The handle through which benches and tasks reach the simulation; cheap to clone.
 #[derive(Clone)]
 pub struct Dut {
     pub(super) core: Rc<Core>,
@@ -96,12 +96,12 @@ impl Dut {
         Wait::new(&self.core, Trigger::NextTimeStep)
     }
 
-    /// The other ready tasks first.
+    /// Lets the other ready tasks run first.
     pub fn yield_now(&self) -> Wait {
         Wait::new(&self.core, Trigger::Yield)
     }
 
-    /// `$finish` in the Verilog, which is no error while a task waits for it.
+    /// `$finish` in the Verilog. While a task waits for it, it is no error.
     pub fn verilog_finish(&self) -> Wait {
         Wait::new(&self.core, Trigger::Finish)
     }
@@ -111,7 +111,7 @@ impl Dut {
         Wait::new(&self.core, trigger)
     }
 
-    /// The first of several triggers, by its place in the list; the others are given up.
+    /// The first of several triggers, as its index; the other waits are cancelled.
     pub fn first(&self, of: impl IntoIterator<Item = Wait>) -> First {
         First(Wait::new(&self.core, Trigger::first(of.into_iter().map(|w| w.trigger()))))
     }
@@ -121,7 +121,7 @@ impl Dut {
         Wait::new(&self.core, Trigger::combine(of.into_iter().map(|w| w.trigger())))
     }
 
-    /// A future that must end within a span of simulation time.
+    /// Awaits a future for at most a span of simulation time.
     ///
     /// # Errors
     /// [`SimError::Timeout`] if the span is over first.
@@ -132,8 +132,8 @@ impl Dut {
         }
     }
 
-    /// Starts a task; it begins to run when those ready before it have (`start_soon`). If it fails and nobody waits for
-    /// it, the run fails.
+    /// Starts a task (`start_soon`). It begins to run after the tasks that are ready already. If it fails and no task
+    /// waits for it, the run fails.
     pub fn spawn<T: 'static, E: Into<Failure>>(
         &self,
         name: &str,
@@ -150,7 +150,7 @@ impl Dut {
         TaskHandle { core: self.core.clone(), id, value }
     }
 
-    /// Starts a task and lets it run to its first wait before this one goes on.
+    /// Starts a task and lets it run to its first wait before the caller continues.
     pub async fn start<T: 'static, E: Into<Failure>>(
         &self,
         name: &str,
@@ -166,12 +166,12 @@ impl Dut {
         self.core.spawn(name, Body::Coroutine(coroutine), false)
     }
 
-    /// Gives up a task's id: the task runs on, and its place is used again once it has ended.
+    /// Gives up a task's id: the task keeps running, and its slot is reused once it has ended.
     pub fn detach(&self, task: TaskId) {
         self.core.detach(task);
     }
 
-    /// How a task ended, if it has; of one that was detached, `Done`.
+    /// How a task ended; `None` while it runs, `Done` of a task that was detached.
     pub fn ending(&self, task: TaskId) -> Option<Ending> {
         self.core.ending(task)
     }
@@ -181,12 +181,12 @@ impl Dut {
         self.core.cancel(task);
     }
 
-    /// Forgets how an ended task ended, for those who keep that themselves: its place serves another.
+    /// Frees the slot of an ended task, for callers that keep its ending themselves.
     pub fn forget(&self, task: TaskId) {
         self.core.forget(task);
     }
 
-    /// The task that runs at the moment.
+    /// The task that is running.
     pub fn current_task(&self) -> Option<TaskId> {
         self.core.current_task()
     }
@@ -196,22 +196,22 @@ impl Dut {
         self.core.task_name(task)
     }
 
-    /// An event, not set.
+    /// A new event, not set.
     pub fn event(&self, name: &str) -> Event {
         Event::new(&self.core, name)
     }
 
-    /// A lock, free.
+    /// A new lock, free.
     pub fn lock(&self, name: &str) -> Lock {
         Lock::new(&self.core, name)
     }
 
-    /// A queue of at most `limit` items.
+    /// A new queue of at most `limit` items.
     pub fn queue<T>(&self, name: &str, limit: usize) -> Queue<T> {
         Queue::new(&self.core, name, limit)
     }
 
-    /// A clock on an input, half of the period high; it runs from now on, beginning with its rising edge.
+    /// Starts a clock on an input, high for half of the period. Its first rising edge is now.
     ///
     /// # Errors
     /// If there is no such signal, it cannot be written, or the period is below 2 fs.
@@ -220,7 +220,7 @@ impl Dut {
         self.clock_with(name, half, period - half, Time::ZERO)
     }
 
-    /// A clock with its spans of high and low and the time from now to its first rising edge.
+    /// Starts a clock that is `high` and `low` for those spans; `phase` is the time from now to its first rising edge.
     ///
     /// # Errors
     /// If there is no such signal, it cannot be written, or one of the spans is 0.
@@ -234,7 +234,7 @@ impl Dut {
         Ok(clock)
     }
 
-    /// Begins to record waves.
+    /// Starts a recording of waves.
     ///
     /// # Errors
     /// If a signal is not there, the model was built without the waves asked for, or the file cannot be written.
@@ -244,7 +244,7 @@ impl Dut {
         Ok(id)
     }
 
-    /// Ends a recording; its file is whole then. Recordings that are not stopped end with the simulation.
+    /// Ends a recording and completes its file. Recordings that are not stopped end with the simulation.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -255,7 +255,7 @@ impl Dut {
         Ok(())
     }
 
-    /// Writes the coverage counted so far, in Verilator's form; see [`coverage`](crate::coverage).
+    /// Writes the coverage counted so far, in Verilator's format; see [`coverage`](crate::coverage).
     ///
     /// # Errors
     /// If the model was built without coverage, or the file cannot be written.
@@ -263,12 +263,12 @@ impl Dut {
         self.core.model.borrow_mut().write_coverage(path.as_ref())
     }
 
-    /// Puts a line into the log.
+    /// Adds a line to the log.
     pub fn log(&self, level: Level, source: &str, text: &str) {
         self.core.log.borrow_mut().put(self.now(), level, source, text);
     }
 
-    /// Keeps what the Verilog said at the end of a bulk path.
+    /// Handles the messages of the Verilog after a bulk transfer.
     pub(crate) fn handle_messages(&self) -> Result<(), Error> {
         let messages = self.core.model.borrow_mut().take_messages();
         self.core.handle_messages(messages)

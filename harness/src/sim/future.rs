@@ -1,4 +1,4 @@
-//! Triggers as futures of Rust, and what combines futures.
+//! Triggers as Rust futures, and functions that combine futures.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -9,9 +9,9 @@ use super::scheduler::Core;
 use super::scheduler::WaitId;
 use super::trigger::{Failure, Outcome, Trigger};
 
-/// A trigger that is awaited: `clk.rising_edge().await`. Reusable by `clone`, or as a plain [`Trigger`].
+/// A trigger as a future: `clk.rising_edge().await`. It can be reused by `clone`, or as a plain [`Trigger`].
 ///
-/// A wait that is not allowed (a second `ReadOnly` in the same step, a `Timer` of nothing) fails its task.
+/// A wait that is not allowed (a second `ReadOnly` in the same time step, a `Timer` of 0) fails its task.
 #[must_use = "a trigger does nothing until it is awaited"]
 pub struct Wait {
     core: Rc<Core>,
@@ -36,12 +36,12 @@ impl Wait {
         self.trigger.clone()
     }
 
-    /// Waits and tells how it ended, in place of failing with a task that failed.
+    /// Waits and returns how the wait ended, where `await` fails the task.
     pub(crate) fn poll_outcome(&mut self, context: &mut Context<'_>) -> Poll<Outcome> {
         match self.wait_id {
             None => match self.core.arm_for_future(&self.trigger, context) {
                 Ok(wait_id) => match self.core.take_outcome(wait_id) {
-                    // What needs no waiting goes on at once, but for `Yield`, which is there to wait.
+                    // A wait that is over already does not suspend the task, except `Yield`, whose purpose that is.
                     Some(outcome) if !matches!(self.trigger, Trigger::Yield) => Poll::Ready(outcome),
                     Some(_) | None => {
                         self.wait_id = Some(wait_id);
@@ -92,7 +92,7 @@ impl Drop for Wait {
     }
 }
 
-/// The first of several triggers, by its place in the list.
+/// The first of several triggers, as its index.
 #[must_use = "a trigger does nothing until it is awaited"]
 pub struct First(pub(crate) Wait);
 
@@ -122,16 +122,16 @@ impl Future for First {
     }
 }
 
-/// One of two.
+/// The result of one of two futures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Either<A, B> {
-    /// The first.
+    /// Of the first future.
     Left(A),
-    /// The second.
+    /// Of the second future.
     Right(B),
 }
 
-/// Two futures until one ends; the other is dropped. If both are ready, the first wins.
+/// Runs two futures until one ends; the other is dropped. If both are ready, the first wins.
 pub async fn race<A: Future, B: Future>(a: A, b: B) -> Either<A::Output, B::Output> {
     let (mut a, mut b) = (std::pin::pin!(a), std::pin::pin!(b));
     std::future::poll_fn(move |context| {
@@ -143,7 +143,7 @@ pub async fn race<A: Future, B: Future>(a: A, b: B) -> Either<A::Output, B::Outp
     .await
 }
 
-/// Two futures until both have ended.
+/// Runs two futures until both have ended.
 pub async fn both<A: Future, B: Future>(a: A, b: B) -> (A::Output, B::Output) {
     let (mut a, mut b) = (std::pin::pin!(a), std::pin::pin!(b));
     let (mut left, mut right) = (None, None);

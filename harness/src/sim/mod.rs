@@ -2,21 +2,23 @@
 //!
 //! # A time step
 //!
-//! 1. **Active.** Clocks that are due put their level, timers that are due wake their tasks, and these run.
-//! 2. Buffered writes are put. Tasks that wait for an edge of a **driven input wake before the evaluation**: they see
-//!    registers as they were before the edge, and what they write comes after it.
-//! 3. The model is evaluated; whoever waits for a change of an output or an internal runs.
-//! 4. Again from 2 while there are writes.
-//! 5. **ReadWrite.** Everything is settled; tasks that wait for it run and may write, then again from 2.
-//! 6. **ReadOnly.** Everything is settled for good; a write is an error.
-//! 7. Waves are written, and time goes on to the next clock edge or timer.
+//! 1. **Active.** Clocks that are due change their level. Timers that are due wake their tasks, and these run.
+//! 2. Buffered writes are put. Tasks that wait for an edge of a **driven input wake before the evaluation**: they read
+//!    registers as they were before the edge, and the design sees their writes after it.
+//! 3. The model is evaluated. Tasks that wait for a change of an output or an internal signal run.
+//! 4. Steps 2 and 3 repeat while there are writes.
+//! 5. **ReadWrite.** All values are settled. Tasks that wait for this region run and may write; if they do, step 2
+//!    follows.
+//! 6. **ReadOnly.** Values do not change any more in this time step; a write is an error.
+//! 7. Waves are written. Time advances to the next clock edge or timer.
 //!
 //! The order is the same in every run: tasks run in the order in which they became ready, which is the order in which
-//! they began to wait. Two writes of a round to one signal: the last counts. A value written is read back only after it
-//! was put. [`EdgeOrder::AfterEval`] turns 2 and 3 round for benches written for simulators that do so.
+//! they began to wait. Of several writes to one signal in a round, the last counts. A value written is read back only
+//! after it was put. [`EdgeOrder::AfterEval`] wakes the tasks of step 2 after the evaluation, for benches that were
+//! written for simulators that do so.
 //!
-//! A write after a [`Timer`](Dut::timer) in the very step of a clock edge is put together with that edge, so that the
-//! registers sample the new value, as in other simulators; the harness warns of it once for each signal.
+//! A write after a [`Timer`](Dut::timer) that ends in the time step of a clock edge is put together with that edge: the
+//! registers sample the new value, as in other simulators. The harness logs a warning once for each signal.
 
 mod clock;
 mod dut;
@@ -51,7 +53,7 @@ pub enum Region {
     Active,
     /// Values are settled and may still be changed.
     ReadWrite,
-    /// Values are settled for good.
+    /// Values are settled and do not change any more.
     ReadOnly,
 }
 
@@ -68,19 +70,19 @@ impl Region {
 /// When tasks that wait for an edge of a driven input wake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EdgeOrder {
-    /// Before the evaluation: registers show what they held before the edge.
+    /// Before the evaluation: registers show their values before the edge.
     #[default]
     BeforeEval,
-    /// After it: registers show what they hold since the edge.
+    /// After the evaluation: registers show their values after the edge.
     AfterEval,
 }
 
-/// When a run is given up.
+/// Limits of a run. A run that exceeds one ends with an error that says what each task waits for.
 #[derive(Debug, Clone)]
 pub struct Limits {
     /// Simulation time.
     pub time: Option<Time>,
-    /// Time on the wall.
+    /// Wall-clock time.
     pub wall_clock: Option<Duration>,
     /// Rounds of writes and evaluations within one time step.
     pub rounds: u32,

@@ -1,4 +1,4 @@
-//! Handles of one simulation: signals of at most 64 bits, wide signals, memories.
+//! Handles of signals: of at most 64 bits, wider ones, memories.
 
 use std::rc::Rc;
 
@@ -39,32 +39,32 @@ impl Signal {
         })
     }
 
-    /// Its value now, unsigned. A buffered write shows only after it was put.
+    /// The value now, unsigned. A buffered write is read back only after it was put.
     #[inline(always)]
     pub fn get(&self) -> u64 {
         // SAFETY: `core` keeps the model alive; its storage is not wide.
         unsafe { load(self.data, self.storage) }
     }
 
-    /// Its value as it will be when the writes buffered so far were put; for writes of single bits.
+    /// The value after the writes that are buffered so far; for writes of single bits.
     pub fn get_pending(&self) -> u64 {
         self.core.pending(self.id.index() as u32).unwrap_or_else(|| self.get())
     }
 
-    /// Its value as a signed number of its width.
+    /// The value in two's complement.
     #[inline]
     pub fn get_signed(&self) -> i64 {
         let unused = self.mask.leading_zeros();
         ((self.get() << unused) as i64) >> unused
     }
 
-    /// Whether it is 1 (of a wider signal: not 0).
+    /// Whether the signal is 1; for a wider signal, whether it is not 0.
     #[inline(always)]
     pub fn is_high(&self) -> bool {
         self.get() != 0
     }
 
-    /// Buffers a write: it is put when all tasks of this round have run.
+    /// Buffers a write. It is put when all tasks of this round have run.
     ///
     /// # Errors
     /// If the value does not fit, the signal is an output, or the region is `ReadOnly`.
@@ -85,7 +85,7 @@ impl Signal {
         self.set(encoded)
     }
 
-    /// Buffers a write of an enumeration's item.
+    /// Buffers a write of an enumeration item, by its name.
     ///
     /// # Errors
     /// As [`Signal::set`], and if the type has no item of that name.
@@ -94,7 +94,7 @@ impl Signal {
         self.set(value)
     }
 
-    /// The name of its value, if its type is an enumeration that has it.
+    /// The name of the value, if the type is an enumeration that has it.
     pub fn get_named(&self) -> Option<String> {
         self.core.model.borrow().info(self.id).item(self.get()).map(str::to_owned)
     }
@@ -112,13 +112,13 @@ impl Signal {
         }
     }
 
-    /// From 0 to 1.
+    /// The change from 0 to 1.
     #[inline]
     pub fn rising_edge(&self) -> Wait {
         self.edge(Edge::Rising)
     }
 
-    /// From 1 to 0.
+    /// The change from 1 to 0.
     #[inline]
     pub fn falling_edge(&self) -> Wait {
         self.edge(Edge::Falling)
@@ -130,24 +130,24 @@ impl Signal {
         self.edge(Edge::Any)
     }
 
-    /// One of the three.
+    /// The change that `edge` names.
     #[inline]
     pub fn edge(&self, edge: Edge) -> Wait {
         Wait::new(&self.core, Trigger::Edge(self.id, edge))
     }
 
-    /// So many rising edges.
+    /// The `count`-th rising edge from now.
     #[inline]
     pub fn cycles(&self, count: u64) -> Wait {
         Wait::new(&self.core, Trigger::Edges(self.id, Edge::Rising, count))
     }
 
-    /// Its place in the model.
+    /// The id of the signal in its model.
     pub fn id(&self) -> SignalId {
         self.id
     }
 
-    /// What is known of it.
+    /// Name, direction, width and type.
     pub fn info(&self) -> SignalInfo {
         self.core.model.borrow().info(self.id).clone()
     }
@@ -189,27 +189,27 @@ impl Wide {
         Ok(Wide { core: core.clone(), id, data: info.data, storage: info.storage, width: info.width })
     }
 
-    /// Its words now.
+    /// The 32-bit words of the value now, lowest first.
     pub fn get(&self) -> Vec<u32> {
         // SAFETY: `core` keeps the model alive.
         unsafe { load_words(self.data, self.storage) }
     }
 
-    /// Its words as they will be when the writes buffered so far were put; for writes of single bits.
+    /// The words after the writes that are buffered so far; for writes of single bits.
     pub fn get_pending(&self) -> Vec<u32> {
         let mut words = self.core.pending_words(self.id.index() as u32).unwrap_or_else(|| self.get());
         words.resize(self.width.div_ceil(32) as usize, 0);
         words
     }
 
-    /// Its value as hexadecimal digits.
+    /// The value as hexadecimal digits.
     pub fn get_hex(&self) -> String {
         let text: String = self.get().iter().rev().map(|w| format!("{w:08x}")).collect();
         let digits = self.width.div_ceil(4) as usize;
         text[text.len() - digits..].to_owned()
     }
 
-    /// Some of its bits, at most 64, from bit `low` on.
+    /// The `width` bits from bit `low` on, at most 64.
     pub fn get_bits(&self, low: u32, width: u32) -> u64 {
         let words = self.get();
         (0..width.min(64))
@@ -220,7 +220,7 @@ impl Wide {
             .fold(0, |value, b| value | 1 << b)
     }
 
-    /// Buffers a write of its words; those not given are zero.
+    /// Buffers a write of 32-bit words, lowest first; words that are not given are 0.
     ///
     /// # Errors
     /// As [`Signal::set`].
@@ -245,12 +245,12 @@ impl Wide {
         self.width
     }
 
-    /// What is known of it.
+    /// Name, direction, width and type.
     pub fn info(&self) -> SignalInfo {
         self.core.model.borrow().info(self.id).clone()
     }
 
-    /// Its place in the model.
+    /// The id of the signal in its model.
     pub fn id(&self) -> SignalId {
         self.id
     }
@@ -276,13 +276,13 @@ impl Memory {
         Ok(Memory { core: core.clone(), id, info })
     }
 
-    /// How many elements it has.
+    /// The number of elements.
     #[allow(clippy::len_without_is_empty, reason = "a memory of no elements cannot be declared")]
     pub fn len(&self) -> usize {
         self.info.elements()
     }
 
-    /// The element at an index as declared.
+    /// The element at an index, as declared in the Verilog.
     ///
     /// # Errors
     /// If the index is outside of the memory.
@@ -292,10 +292,11 @@ impl Memory {
         Ok(unsafe { self.info.load(offset) })
     }
 
-    /// Buffers a write of the element at an index as declared.
+    /// Buffers a write of the element at an index, as declared in the Verilog.
     ///
     /// # Errors
-    /// If the index is outside of the memory, the value does not fit, the memory is an output, or the region is `ReadOnly`.
+    /// If the index is outside of the memory, the value does not fit, the memory is an output, or the region is
+    /// `ReadOnly`.
     pub fn set(&self, index: i64, value: u64) -> Result<(), ModelError> {
         if self.info.direction == Direction::Output {
             let top = self.core.model.borrow().library().top().to_owned();
@@ -327,7 +328,7 @@ fn wrong_shape(info: &SignalInfo, is: &'static str, instead: &'static str) -> Mo
     ModelError::WrongShape { signal: info.name.clone(), is, instead }
 }
 
-/// Says that two values differ, with simulation time; for benches that return errors rather than panic.
+/// An error if two values differ; for benches that return errors rather than panic.
 ///
 /// # Errors
 /// [`Error::Bench`] if they differ.

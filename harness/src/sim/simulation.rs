@@ -16,7 +16,7 @@ use crate::error::{Error, SimError};
 use crate::model::{Message, Model};
 use crate::time::Time;
 
-/// A simulation: one model and its tasks. Stays on its thread; dropped, it ends all tasks.
+/// A simulation: one model and its tasks. It stays on its thread. When it is dropped, all its tasks end.
 pub struct Sim {
     core: Rc<Core>,
 }
@@ -35,7 +35,7 @@ impl Sim {
         Dut { core: self.core.clone() }
     }
 
-    /// Sets when runs are given up.
+    /// Sets the limits of runs.
     pub fn set_limits(&self, limits: Limits) {
         *self.core.limits.borrow_mut() = limits;
     }
@@ -45,7 +45,7 @@ impl Sim {
         self.core.edge_order.set(order);
     }
 
-    /// Sets a question asked every few milliseconds: `true` interrupts the run.
+    /// Sets a function that is called every few milliseconds while a run lasts: `true` interrupts the run.
     pub fn set_interrupt(&self, asked: impl FnMut() -> bool + 'static) {
         *self.core.interrupt.borrow_mut() = Some(Box::new(asked));
     }
@@ -55,12 +55,12 @@ impl Sim {
         StopFlag(self.core.stop_flag.clone())
     }
 
-    /// Runs a bench to its end, and its last time step to the end of that. Tasks it started live on and continue in the
-    /// next run. The error is that of the bench, of a task nobody waited for, of the Verilog or of the simulation.
+    /// Runs a bench until it returns, then finishes that time step. Tasks that the bench started stay alive and
+    /// continue in the next run.
     ///
     /// # Errors
-    /// The first of: the error of the bench, of a task that nobody waited for, of the Verilog (`$error`, `$finish`), of a bus
-    /// rule, of a limit; or that nothing can happen any more.
+    /// The first of: the error of the bench, of a task that nobody waited for, of the Verilog (`$error`, `$finish`),
+    /// of a bus rule, of a limit; or that no event can come any more.
     pub fn run<T, E: Into<Error>>(&mut self, bench: impl Future<Output = Result<T, E>>) -> Result<T, Error> {
         let result = RefCell::new(None);
         let ended = {
@@ -76,7 +76,7 @@ impl Sim {
             ended
         };
         let result = match result.into_inner() {
-            // What the bench says comes first: an error of its last time step would hide it.
+            // The bench's own error comes first: an error of the same time step would hide it.
             Some(Err(error)) => Err(error.into()),
             Some(Ok(value)) => ended.map(|()| value),
             None => ended.and(Err(Error::bench("the bench was cancelled"))),
@@ -85,7 +85,7 @@ impl Sim {
         result
     }
 
-    /// Brings the waves into their files, and those of a failure too.
+    /// Flushes the wave files; after a failure, writes those that were kept for a failure.
     fn keep_waves(&self, failed: bool) -> Result<(), Error> {
         let mut waves = self.core.waves.borrow_mut();
         let mut model = self.core.model.borrow_mut();
@@ -119,7 +119,7 @@ impl Sim {
         }
     }
 
-    /// Lets time go on for a span, with whatever clocks and tasks run.
+    /// Advances time by a span; clocks and tasks run meanwhile.
     ///
     /// # Errors
     /// As [`Sim::run`].
@@ -146,12 +146,12 @@ impl Sim {
         self.core.log.borrow().lines()
     }
 
-    /// Hands every line of the log to a listener as it comes.
+    /// Calls a function with every line of the log.
     pub fn set_log_listener(&self, listener: impl FnMut(&Line) + 'static) {
         self.core.log.borrow_mut().set_listener(Box::new(listener));
     }
 
-    /// Lines below this level are not kept.
+    /// Drops lines of the log below a level.
     pub fn set_log_level(&self, level: Level) {
         self.core.log.borrow_mut().set_threshold(level);
     }
@@ -161,7 +161,7 @@ impl Sim {
         self.core.evaluations()
     }
 
-    /// Gives the model back, after its `final` blocks have run; what these print is in its messages.
+    /// Ends all tasks, runs the Verilog's `final` blocks and returns the messages.
     pub fn finish(self) -> Vec<Message> {
         self.core.cancel_all();
         let mut model = self.core.model.borrow_mut();
@@ -172,14 +172,14 @@ impl Sim {
 
 impl Drop for Sim {
     fn drop(&mut self) {
-        // Tasks hold the core through their signals: without this neither would ever be freed.
+        // Tasks refer to the core through their signals, and the core to the tasks: without this neither is freed.
         self.core.cancel_all();
-        // A file that cannot be written any more was told of by the last run.
+        // The last run reported a file that cannot be written.
         let _ = self.core.waves.borrow_mut().flush(&mut self.core.model.borrow_mut());
     }
 }
 
-/// Interrupts a run from outside.
+/// Interrupts a run from another thread.
 #[derive(Clone)]
 pub struct StopFlag(Arc<AtomicBool>);
 

@@ -12,7 +12,7 @@ use super::scheduler::Core;
 use super::trigger::{Failure, Outcome, Trigger};
 use crate::error::SimError;
 
-/// A task, as long as it is remembered; never reused for another.
+/// A task. An id is never reused for another task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TaskId {
     pub(crate) index: u32,
@@ -21,9 +21,9 @@ pub struct TaskId {
 
 /// What a coroutine does when resumed.
 pub enum Step {
-    /// It waits.
+    /// It waits for a trigger.
     Wait(Trigger),
-    /// It has come to its end; a result, if any, it keeps itself.
+    /// It has ended. The coroutine keeps its result itself.
     Done,
     /// It ended in an error.
     Failed(Failure),
@@ -41,15 +41,15 @@ pub trait Coroutine {
 /// How a task ended.
 #[derive(Debug, Clone)]
 pub enum Ending {
-    /// Well.
+    /// Without an error.
     Done,
-    /// In an error.
+    /// With an error.
     Failed(Failure),
     /// By `cancel`.
     Cancelled,
 }
 
-/// A started task. Awaited, it gives the task's value; dropped, the task runs on.
+/// A started task. Awaiting it gives the task's value. Dropping it leaves the task running.
 pub struct TaskHandle<T> {
     pub(super) core: Rc<Core>,
     pub(super) id: TaskId,
@@ -57,7 +57,7 @@ pub struct TaskHandle<T> {
 }
 
 impl<T> TaskHandle<T> {
-    /// The task's place in the simulation.
+    /// The task's id.
     pub fn id(&self) -> TaskId {
         self.id
     }
@@ -72,12 +72,12 @@ impl<T> TaskHandle<T> {
         self.core.cancel(self.id);
     }
 
-    /// Its end as a trigger, without its value.
+    /// The end of the task as a trigger, without its value.
     pub fn ended(&self) -> Wait {
         Wait::new(&self.core, Trigger::Join(self.id))
     }
 
-    /// Waits for its end; gives its value, or why there is none.
+    /// Waits for the end of the task; gives its value, or the reason why there is none.
     pub fn join(self) -> Join<T> {
         let wait = self.ended();
         Join { wait, handle: self, _value: PhantomData }

@@ -39,7 +39,7 @@ fn dialect_of(bus: &str, ready_latency: u32) -> PyResult<Dialect> {
     }
 }
 
-/// Nothing: never; a number: with that probability, from the seed; a list: as it says, again and again.
+/// None: never; a number: the probability of a pause in each cycle; a list: a repeated pattern.
 fn pause_of(pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<Pause> {
     let Some(pause) = pause else { return Ok(Pause::Never) };
     if let Ok(probability) = pause.extract::<f64>() {
@@ -55,7 +55,7 @@ fn pause_of(pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<Pause> {
     Ok(Pause::pattern(pattern))
 }
 
-/// A task of the engine that Python waits for; forgotten with the object.
+/// A task of the engine that Python waits for; its slot is freed with the object.
 struct EngineTask {
     dut: Dut,
     id: TaskId,

@@ -80,7 +80,7 @@ enum Speaks {
     Axi(axi_lite::Master),
 }
 
-/// Reads and writes registers.
+/// Reads and writes registers of the design.
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct RawMaster {
     speaks: Speaks,
@@ -103,7 +103,7 @@ impl RawMaster {
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
         match &self.speaks {
             Speaks::Avalon(_) => {
-                Err(PyTypeError::new_err("an Avalon-MM master does not hold back: await between accesses"))
+                Err(PyTypeError::new_err("an Avalon-MM master does not pause: await between accesses"))
             }
             Speaks::Axi(master) => {
                 master.set_pause(pause_of(pause, seed)?);
@@ -231,12 +231,14 @@ impl RawMemory {
         }
         match &self.answers {
             Answers::Avalon(memory) => memory.set_latency(least, most, seed),
-            Answers::Axi(_) => return Err(PyTypeError::new_err("AXI4-Lite answers when `stall` lets it")),
+            Answers::Axi(_) => {
+                return Err(PyTypeError::new_err("AXI4-Lite: use `stall`"));
+            }
         }
         Ok(())
     }
 
-    /// How far apart the addresses of a burst's words are.
+    /// Sets the distance between the addresses of a burst's words.
     fn set_step(&self, step: u64) -> PyResult<()> {
         match &self.answers {
             Answers::Avalon(memory) => memory.set_step(step),

@@ -42,14 +42,14 @@ impl ArrayHandle {
         words
     }
 
-    /// A value as an element holds it.
+    /// A value in the encoding of an element.
     fn encode(&self, value: &Bound<'_, PyAny>) -> PyResult<u64> {
         let (name, width) = (&self.info.name, self.info.width);
         let whole = match value.cast::<PyString>() {
             Ok(text) => value.py().get_type::<PyInt>().call1((text, 2)),
             Err(_) => value.call_method0("__index__"),
         };
-        let whole = whole.map_err(|_| PyTypeError::new_err(format!("'{name}' takes whole numbers, not {value}")))?;
+        let whole = whole.map_err(|_| PyTypeError::new_err(format!("'{name}' takes integers, not {value}")))?;
         if let Ok(word) = whole.extract::<u64>() {
             return Ok(word);
         }
@@ -67,7 +67,7 @@ impl ArrayHandle {
         let this = slf.borrow();
         let (a, b) = this.ends();
         if index < a.min(b) || index > a.max(b) {
-            // What the engine says of it names memory and bounds.
+            // The engine's error names memory and bounds.
             this.memory.get(index).map_err(|e| errors::of_model(&e))?;
         }
         Ok(Element { array: slf.clone().unbind(), index })
@@ -77,14 +77,14 @@ impl ArrayHandle {
         self.memory.len()
     }
 
-    /// All elements, from left to right as declared: of `[0:15]` number 0 first, of `[15:0]` number 15.
+    /// All elements, from left to right as declared: `[0:15]` begins with element 0, `[15:0]` with element 15.
     #[getter]
     fn get_value(&self) -> Vec<Value> {
         let value = |word| Value { bits: Stored::word(word), width: self.info.width, signed: self.info.signed };
         self.left_to_right().into_iter().map(value).collect()
     }
 
-    /// Writes elements from the left on, such as a program.
+    /// Writes elements, from the left on.
     #[setter]
     fn set_value(&self, values: &Bound<'_, PyAny>) -> PyResult<()> {
         let values = values.try_iter()?.map(|v| self.encode(&v?)).collect::<PyResult<Vec<_>>>()?;
@@ -106,7 +106,7 @@ impl ArrayHandle {
             .map_err(|e| errors::of_model(&e))
     }
 
-    /// As assigning to `value`.
+    /// The same as assigning to `value`.
     fn setimmediatevalue(&self, values: &Bound<'_, PyAny>) -> PyResult<()> {
         self.set_value(values)
     }
@@ -122,7 +122,7 @@ impl ArrayHandle {
         PyList::new(slf.py(), elements?)?.try_iter()
     }
 
-    /// For `numpy.asarray(dut.u_ram.cells)`: the elements from left to right.
+    /// For `numpy.asarray(dut.u_ram.cells)`: the elements from left to right, as `uint64`.
     #[pyo3(signature = (dtype = None, copy = None))]
     fn __array__<'py>(
         &self,
@@ -130,13 +130,13 @@ impl ArrayHandle {
         dtype: Option<&Bound<'py, PyAny>>,
         copy: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        // It is a copy always.
+        // The result is always a copy.
         let _ = copy;
         let array = PyArray1::from_vec(py, self.left_to_right()).into_any();
         dtype.filter(|d| !d.is_none()).map_or(Ok(array.clone()), |d| array.call_method1("astype", (d,)))
     }
 
-    /// Its name below the top module.
+    /// The name below the top module.
     #[getter]
     fn _name(&self) -> &str {
         &self.info.name
@@ -165,7 +165,7 @@ pub struct Element {
 
 #[pymethods]
 impl Element {
-    /// Its value; written, it is put when all tasks of this round have run.
+    /// The value. A write is put when all tasks of this round have run.
     #[getter]
     fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
         let array = self.array.borrow(py);
@@ -180,12 +180,12 @@ impl Element {
         array.memory.set(self.index, word).map_err(|e| errors::of_model(&e))
     }
 
-    /// As assigning to `value`.
+    /// The same as assigning to `value`.
     fn setimmediatevalue(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         self.set_value(value)
     }
 
-    /// Bits.
+    /// The width in bits.
     fn __len__(&self, py: Python<'_>) -> usize {
         self.array.borrow(py).info.width as usize
     }

@@ -9,7 +9,7 @@ use super::signal::{Access, Handle};
 use super::value::{Stored, Value};
 use crate::errors::RangeError;
 
-/// The bits that an index names: `[3]` one, `[7:4]` several, higher bit first, as in Verilog.
+/// The lowest bit and the width that an index names: `[3]` or, higher bit first as in Verilog, `[7:4]`.
 pub(super) fn span(index: &Bound<'_, PyAny>, of_width: u32) -> PyResult<(u32, u32)> {
     let within = |i: i64| {
         u32::try_from(i)
@@ -42,7 +42,7 @@ pub struct Bits {
 
 #[pymethods]
 impl Bits {
-    /// Their value; written, the other bits keep what they have or what was written to them before.
+    /// The value of these bits. A write leaves the signal's other bits as they are, or as they were written before.
     #[getter]
     fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
         Ok(self.handle.bind(py).get().get_value(py)?.get().part(self.low, self.width))

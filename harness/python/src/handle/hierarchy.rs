@@ -4,8 +4,8 @@ use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-/// A level of the hierarchy; its children stand in its dictionary, where reading them costs least. A name that is not
-/// there is asked of `_missing`, which gives the exception.
+/// A level of the hierarchy. Its children are in its dictionary, where access is fastest. For any other name `_missing`
+/// gives the exception.
 #[pyclass(subclass, dict, module = "hoverlock._core")]
 pub struct HierarchyBase {}
 

@@ -80,7 +80,7 @@ impl Handle {
         match value.call_method0("__index__") {
             Ok(index) => self.write_int(index.cast::<PyInt>()?),
             Err(_) => Err(PyTypeError::new_err(format!(
-                "'{}' takes a whole number, a binary string or an enumeration's name, not {}",
+                "'{}' takes an integer, a binary string or the name of an enumeration item, not {}",
                 self.info.get().name,
                 value.repr()?
             ))),
@@ -93,7 +93,7 @@ impl Handle {
             let names: Vec<&str> = self.info.get().items.iter().map(|(name, _)| name.as_str()).collect();
             let names = if names.is_empty() { String::new() } else { format!(", or one of {}", names.join(", ")) };
             return Err(PyValueError::new_err(format!(
-                "'{text}' is not a value of '{}': {} digits 0 and 1 are wanted{names} (Verilator has no X and no Z)",
+                "'{text}' is not a value of '{}': {} digits 0 and 1 are expected{names} (Verilator has no X and no Z)",
                 self.info.get().name,
                 self.width
             )));
@@ -142,14 +142,15 @@ impl Handle {
 
 #[pymethods]
 impl Handle {
-    /// The value now; written, it is put when all tasks of this round have run.
+    /// The value. A write is put when all tasks of this round have run.
     #[getter]
     #[inline]
     pub(super) fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
         let bits = match self.access.get() {
             Access::Word(signal) => {
                 let word = signal.get();
-                // Most values are looked at and dropped: one that nobody else holds serves again, which halves a read.
+                // Most values are used once: an object that nothing else refers to is reused, which halves the cost of
+                // a read.
                 if let Some(spare) = self.spare.get(py)
                     // SAFETY: a live object, and the interpreter's lock is held, so nobody else counts meanwhile.
                     && unsafe { pyo3::ffi::Py_REFCNT(spare.as_ptr()) } == 1
@@ -163,7 +164,7 @@ impl Handle {
             Access::Wide(wide) => Stored::Wide(wide.get().into_boxed_slice()),
         };
         let value = Bound::new(py, Value { bits, width: self.width, signed: self.info.get().signed })?;
-        // The first is kept; if it stays in use elsewhere, reads make new ones.
+        // The first object is kept for reuse; while it is referred to elsewhere, reads allocate new ones.
         let _ = self.spare.set(py, value.clone().unbind());
         Ok(value)
     }
@@ -185,17 +186,17 @@ impl Handle {
         }
     }
 
-    /// As assigning to `value`.
+    /// The same as assigning to `value`.
     fn set(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         self.set_value(value)
     }
 
-    /// As reading `value`.
+    /// The same as reading `value`.
     fn get<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
         self.get_value(py)
     }
 
-    /// As assigning to `value`: a model in this process knows no write that is more immediate.
+    /// The same as assigning to `value`: there is no more immediate write.
     fn setimmediatevalue(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         self.set_value(value)
     }
@@ -218,19 +219,19 @@ impl Handle {
         slf.py().get_type::<ValueChange>().call1((slf,))
     }
 
-    /// Its name below the top module.
+    /// The name below the top module.
     #[getter]
     fn _name(&self) -> &str {
         &self.info.get().name
     }
 
-    /// Its name below the top module.
+    /// The name below the top module.
     #[getter]
     fn _path(&self) -> &str {
         &self.info.get().name
     }
 
-    /// A logger by its name.
+    /// A logger with the name of the signal.
     #[getter]
     fn _log<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("hoverlock.log")?.getattr("log")?.call_method1("getChild", (self.name(),))
@@ -242,13 +243,13 @@ impl Handle {
         direction_name(self.info.get().direction)
     }
 
-    /// Whether its Verilog type is signed.
+    /// Whether the Verilog type is signed.
     #[getter]
     fn is_signed(&self) -> bool {
         self.info.get().signed
     }
 
-    /// The name of its value, if its type is an enumeration that has it.
+    /// The name of the value, if the type is an enumeration that has it; otherwise None.
     #[getter]
     fn value_name(&self) -> Option<&str> {
         match self.access.get() {
@@ -261,14 +262,13 @@ impl Handle {
         self.width as usize
     }
 
-    /// `dut.bus[3]` is a bit, `dut.bus[7:4]` several, to be read and written; they have no edges of their own.
+    /// `dut.bus[3]` is one bit, `dut.bus[7:4]` are several. They can be read and written, but not awaited.
     fn __getitem__(slf: &Bound<'_, Self>, index: &Bound<'_, PyAny>) -> PyResult<Bits> {
         let (low, width) = span(index, slf.get().width)?;
         Ok(Bits { handle: slf.clone().unbind(), low, width })
     }
 
-    /// Compares its value, except with another handle: with that, whether they are one. `dut.bus <= 3` is cocotb 1's
-    /// old way to write.
+    /// Compares the value; with another handle, whether both are the same. `dut.bus <= 3` writes, as in early cocotb 1.
     fn __richcmp__<'py>(
         slf: &Bound<'py, Self>,
         other: &Bound<'py, PyAny>,

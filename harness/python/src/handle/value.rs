@@ -9,7 +9,8 @@ use pyo3::types::{PyInt, PyIterator, PyList, PyString};
 
 use super::bits::span;
 
-/// The number of an `int` (or `bool`) that fits 64 bits; shorter than pyo3's way, which looks for `__index__` first.
+/// The value of an `int` (or `bool`) that fits 64 bits; faster than pyo3's `extract`, which looks for `__index__`
+/// first.
 #[inline]
 pub(super) fn word_of(value: &Bound<'_, PyAny>) -> Option<u64> {
     let whole = value.cast::<PyInt>().ok()?;
@@ -36,7 +37,7 @@ impl Stored {
     }
 }
 
-/// A value read from a signal: a whole number that knows its width. Compares and calculates as its unsigned number.
+/// A value read from a signal: an integer with a width. It compares and calculates as an unsigned integer.
 ///
 /// >>> dut.count.value + 1
 /// >>> dut.data.value[7:4].binstr
@@ -66,7 +67,7 @@ impl Value {
         }
     }
 
-    /// Some of its bits as a value of their own.
+    /// Some of the bits as a value.
     pub(super) fn part(&self, low: u32, width: u32) -> Value {
         if let Stored::Word(word) = &self.bits {
             let word = word.load(Ordering::Relaxed);
@@ -130,7 +131,7 @@ impl Value {
         self.width as usize
     }
 
-    /// Bit by bit, highest first, as the digits are written.
+    /// The bits, highest first.
     fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyIterator>> {
         let value = slf.get();
         let bits = (0..value.width).rev().map(|at| value.part(at, 1));
@@ -149,13 +150,13 @@ impl Value {
         Ok(self.part(low, width))
     }
 
-    /// The unsigned number.
+    /// The value as an unsigned integer.
     #[getter]
     fn integer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.int(py)
     }
 
-    /// The number in two's complement.
+    /// The value as a signed integer in two's complement.
     #[getter]
     fn signed_integer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let whole = self.int(py)?;
@@ -166,47 +167,47 @@ impl Value {
         }
     }
 
-    /// The unsigned number, by cocotb 2's name.
+    /// The value as an unsigned integer (cocotb 2's name).
     fn to_unsigned<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.int(py)
     }
 
-    /// The number in two's complement, by cocotb 2's name.
+    /// The value as a signed integer in two's complement (cocotb 2's name).
     fn to_signed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.signed_integer(py)
     }
 
-    /// Its digits, highest first.
+    /// The binary digits, highest first.
     #[getter]
     fn binstr(&self) -> String {
         (0..self.width).rev().map(|at| if self.bit(at) == 1 { '1' } else { '0' }).collect()
     }
 
-    /// Always: Verilator has two states.
+    /// Always true: Verilator has two states.
     #[getter]
     fn is_resolvable(&self) -> bool {
         true
     }
 
-    /// Bits.
+    /// The width in bits.
     #[getter]
     fn n_bits(&self) -> u32 {
         self.width
     }
 
-    /// Its bytes, highest first.
+    /// The bytes, highest first.
     #[getter]
     fn buff<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.int(py)?.call_method1("to_bytes", (self.width.div_ceil(8), "big"))
     }
 
-    /// Its bytes: `"big"` or `"little"` end first.
+    /// The bytes, highest (`"big"`) or lowest (`"little"`) first.
     #[pyo3(signature = (byteorder = "big"))]
     fn to_bytes<'py>(&self, py: Python<'py>, byteorder: &str) -> PyResult<Bound<'py, PyAny>> {
         self.int(py)?.call_method1("to_bytes", (self.width.div_ceil(8), byteorder))
     }
 
-    /// The value itself: what cocotb 1's handles called it.
+    /// The value as an unsigned integer (cocotb 1's name).
     fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.int(py)
     }
@@ -226,7 +227,7 @@ impl Value {
         Ok(format!("{}'d{}", self.width, self.int(py)?))
     }
 
-    // What it calculates is a plain whole number, of any size.
+    // Arithmetic gives a plain `int`.
 
     fn __add__<'py>(&self, other: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         self.int(other.py())?.add(other)

@@ -102,7 +102,8 @@ impl<T: Element> Lane<T> {
         self.ready.as_ref().is_none_or(Signal::is_high)
     }
 
-    /// Whether a beat that is valid moves at the edge: with a ready latency, `ready` allowed it that many cycles before.
+    /// Whether a beat that is valid moves at the edge: with a ready latency, `ready` allowed it that many cycles
+    /// before.
     #[inline(always)]
     fn moves(&self) -> bool {
         self.latency > 0 || self.is_ready()

@@ -1,14 +1,14 @@
 //! Whole frames as slices, without the scheduler: two evaluations of the model in each clock cycle and nothing else.
 //!
-//! The loop does what a [`Source`](super::stream::Source) and a [`Sink`](super::stream::Sink) do in the scheduler, cycle
-//! for cycle: outputs are sampled before the rising edge and inputs change after it. Here the inputs change together with
-//! the falling edge; a register that samples at the rising edge cannot tell the difference.
+//! The loop does what a [`Source`](super::stream::Source) and a [`Sink`](super::stream::Sink) do in the scheduler,
+//! cycle for cycle: outputs are sampled before the rising edge and inputs change after it. Here the inputs change
+//! together with the falling edge; a register that samples at the rising edge cannot tell the difference.
 //!
-//! One beat is one element of the slice. Where `data` is wider than 64 bits, one beat is several elements of 32 bits, the
-//! lowest first.
+//! One beat is one element of the slice. Where `data` is wider than 64 bits, one beat is several elements of 32 bits,
+//! the lowest first.
 //!
-//! Tasks do not run during a transfer, and no other clock may run. Waves, if they are recorded, are written at every half
-//! cycle.
+//! Tasks do not run during a transfer, and no other clock may run. Waves, if they are recorded, are written at every
+//! half cycle.
 
 mod half_cycle;
 mod lane;
@@ -28,7 +28,8 @@ pub struct Options {
     pub idle: Pause,
     /// In which cycles the sink is not ready.
     pub stall: Pause,
-    /// Beats in each packet sent, marked by `startofpacket` and `endofpacket` (or `tlast`); 0: all beats are one packet.
+    /// Beats in each packet sent, marked by `startofpacket` and `endofpacket` (or `tlast`); 0: all beats are one
+    /// packet.
     pub packet: usize,
     /// Beats to receive before the transfer ends.
     pub expect: usize,
@@ -63,8 +64,8 @@ impl<I: Element, O: Element> Bulk<I, O> {
     /// The streams whose signals begin with `input` and `output`, at a clock of the harness.
     ///
     /// # Errors
-    /// If a signal is missing, if `I` or `O` is not the type Verilator stores that `data` in, if `input` is driven by the
-    /// design, or if the ready latency is over 64 cycles.
+    /// If a signal is missing, if `I` or `O` is not the type Verilator stores that `data` in, if `input` is driven by
+    /// the design, or if the ready latency is over 64 cycles.
     pub fn new(dut: &Dut, clock: &Clock, input: &str, output: &str, dialect: Dialect) -> Result<Bulk<I, O>, Error> {
         if let Dialect::Avalon { ready_latency: 65.. } = dialect {
             return Err(Error::bench("the ready latency of a stream is at most 64 cycles"));
@@ -78,7 +79,8 @@ impl<I: Element, O: Element> Bulk<I, O> {
         (self.input.parts, self.output.parts)
     }
 
-    /// Sends `elements` and appends what comes out to `received`, until all beats are sent and what is expected has come.
+    /// Sends `elements` and appends what comes out to `received`, until all beats are sent and what is expected has
+    /// come.
     ///
     /// # Errors
     /// If the elements do not fit `data` or make no whole beats, if packets are expected of a stream that does not mark
@@ -172,7 +174,8 @@ impl<I: Element, O: Element> Bulk<I, O> {
         Err(Violation {
             bus: format!("{} -> {}", self.input.name, self.output.name),
             rule: format!(
-                "the transfer did not end within {most} cycles: {} of {count} beats taken, {} of {} given, {} of {} packets",
+                "the transfer did not end within {most} cycles: {} of {count} beats taken, {} of {} given, {} of {} \
+                 packets",
                 sender.sent, receiver.beats, options.expect, receiver.packets, options.packets
             ),
             time: half_cycles.now(),

@@ -11,13 +11,13 @@ use crate::error::Error;
 use crate::sim::{Dut, Event};
 use crate::time::Time;
 
-/// Whether broken rules end the run.
+/// What a broken rule does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Rules {
-    /// They do.
+    /// It ends the run.
     #[default]
     Strict,
-    /// They are only kept in a list.
+    /// It is added to a list.
     Recorded,
 }
 
@@ -29,19 +29,19 @@ pub(super) struct Collector {
     pub violations: Vec<Violation>,
 }
 
-/// Looks at every beat, puts frames together and checks the rules.
+/// Checks every cycle, and assembles beats to frames.
 pub(super) struct Listener {
     pub ports: Ports,
     pub reset: Option<Reset>,
     pub strict: bool,
     pub history: ReadyHistory,
-    /// The beat that was offered and not taken.
+    /// The beat that was offered and not taken yet.
     pub waiting: Option<Beat>,
     pub collector: Rc<RefCell<Collector>>,
 }
 
 impl Listener {
-    /// Takes in one cycle; an error if a rule was broken and the rules are strict.
+    /// Checks one cycle; an error if a rule was broken and the rules are strict.
     pub fn cycle(&mut self, now: Time) -> Result<(), Error> {
         let latency = self.ports.latency();
         let valid = self.ports.valid.is_high();

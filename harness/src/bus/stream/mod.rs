@@ -1,8 +1,8 @@
-//! Avalon-ST and AXI4-Stream: frames of symbols, some of them in each beat, with `valid` and `ready`.
+//! Avalon-ST and AXI4-Stream: frames of symbols, transferred in beats with `valid` and `ready`.
 //!
 //! A frame is a list of symbols (bytes, pixels). A beat carries as many as fit into `data`: in Avalon-ST the first in
-//! the highest bits, with `empty` counting the lanes that are not used at the end; in AXI4-Stream the first in the lowest
-//! byte, with `tkeep` marking the lanes that are.
+//! the highest bits, with `empty` counting the lanes that are not used at the end; in AXI4-Stream the first in the
+//! lowest byte, with `tkeep` marking the lanes that are.
 //!
 //! ```text
 //! clk    __/~~\__/~~\__/~~\__/~~\__/~~\__      a beat moves at an edge where valid and ready are 1;
@@ -22,7 +22,7 @@ pub(super) use self::ports::ReadyHistory;
 pub use self::sink::{Monitor, Sink};
 pub use self::source::Source;
 
-/// Which names and which order of symbols.
+/// The protocol: names of the signals, and order of the symbols in a beat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dialect {
     /// `valid ready data startofpacket endofpacket empty channel error`.
@@ -34,14 +34,14 @@ pub enum Dialect {
     Axi,
 }
 
-/// A packet, or a stretch of an unpacketised stream.
+/// A packet, or a part of a stream without packets.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Frame {
-    /// Its symbols.
+    /// The symbols, in the order in which they are sent.
     pub symbols: Vec<u64>,
     /// `channel`, or `tid`.
     pub channel: u64,
-    /// `error`, or `tuser`, of its last beat.
+    /// `error`, or `tuser`, of the last beat.
     pub error: u64,
     /// `tdest`.
     pub destination: u64,
@@ -53,13 +53,13 @@ impl Frame {
         Frame { symbols: symbols.iter().map(|s| (*s).into()).collect(), ..Frame::default() }
     }
 
-    /// The same on a channel.
+    /// This frame on a channel.
     pub fn on_channel(mut self, channel: u64) -> Frame {
         self.channel = channel;
         self
     }
 
-    /// The same with an `error` or `tuser`.
+    /// This frame with an `error` or `tuser`.
     pub fn with_error(mut self, error: u64) -> Frame {
         self.error = error;
         self

@@ -14,7 +14,7 @@ pub(super) struct Beat {
     pub data: [u64; WORDS],
     pub first: bool,
     pub last: bool,
-    /// Lanes used, from the first symbol's on.
+    /// Lanes in use: bit 0 is the lane of the first symbol.
     pub keep: u64,
     pub channel: u64,
     pub error: u64,
@@ -95,8 +95,8 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// The signals whose names begin with `prefix` (such as `in_`, `s_axis_` or `video$`). Those beside `valid` and
-    /// `data` may be missing. A symbol is a byte if `data` is made of bytes, else the whole of `data`.
+    /// The signals whose names begin with `prefix` (such as `in_`, `s_axis_` or `video$`). All but `valid` and `data`
+    /// may be missing. A symbol is a byte if the width of `data` is a multiple of 8, otherwise the whole of `data`.
     ///
     /// # Errors
     /// If `valid` or `data` is missing, or `data` is wider than 512 bits.
@@ -126,7 +126,7 @@ impl Ports {
         ports.symbols_of(symbol_bits)
     }
 
-    /// The same with symbols of so many bits.
+    /// These ports with symbols of `bits` bits.
     ///
     /// # Errors
     /// If symbols of that width do not fill `data`, or are wider than 64 bits.
@@ -158,7 +158,7 @@ impl Ports {
         u64::MAX >> (64 - self.lanes)
     }
 
-    /// Bit position of the lane that holds the `at`th symbol of a beat.
+    /// The bit position of a beat's symbol number `at`.
     fn lane_shift(&self, at: u32) -> u32 {
         match self.dialect {
             Dialect::Avalon { .. } => (self.lanes - 1 - at) * self.symbol_bits,
@@ -185,12 +185,12 @@ impl Ports {
         symbol & (u64::MAX >> (64 - self.symbol_bits))
     }
 
-    /// How many beats a frame takes; an error if it cannot be sent.
+    /// The number of beats of a frame; an error if it cannot be sent.
     pub(super) fn beats(&self, frame: &Frame) -> Result<usize, Error> {
         let lanes = self.lanes as usize;
         let count = frame.symbols.len().div_ceil(lanes);
         if count == 0 {
-            return Err(Error::bench(format!("{}: a frame of no symbols cannot be sent", self.name)));
+            return Err(Error::bench(format!("{}: a frame without symbols cannot be sent", self.name)));
         }
         let partial = !frame.symbols.len().is_multiple_of(lanes);
         if partial && self.keep.is_none() && self.empty.is_none() {
@@ -217,7 +217,7 @@ impl Ports {
         Ok(count)
     }
 
-    /// The beat that begins with the `at`th symbol of a frame.
+    /// The beat that begins with symbol number `at` of a frame.
     #[inline]
     pub(super) fn beat(&self, frame: &Frame, at: usize) -> Beat {
         let end = frame.symbols.len().min(at + self.lanes as usize);
@@ -286,7 +286,7 @@ impl Ports {
     }
 }
 
-/// Remembers in which of the last cycles `ready` was 1.
+/// In which of the last 64 cycles `ready` was 1.
 #[derive(Clone, Copy, Default)]
 pub(in crate::bus) struct ReadyHistory(u64);
 
@@ -295,7 +295,7 @@ impl ReadyHistory {
         self.0 = self.0 << 1 | u64::from(ready);
     }
 
-    /// Whether `ready` was 1 so many cycles before the one after the last push.
+    /// Whether `ready` was 1 `latency` cycles before the next cycle.
     pub fn before(self, latency: u32) -> bool {
         self.0 >> (latency - 1) & 1 == 1
     }

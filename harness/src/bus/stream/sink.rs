@@ -13,7 +13,7 @@ use crate::sim::{Agent, Core, Dut, Edge, Event, Signal};
 macro_rules! listening {
     ($name:ident) => {
         impl $name {
-            /// The next frame, waiting for it.
+            /// Waits for the next frame.
             pub async fn recv(&self) -> Frame {
                 loop {
                     if let Some(frame) = self.try_recv() {
@@ -34,7 +34,7 @@ macro_rules! listening {
                 frame
             }
 
-            /// The next symbols of a stream without packets, waiting for them.
+            /// Waits for the next `count` symbols of a stream without packets.
             pub async fn recv_symbols(&self, count: usize) -> Vec<u64> {
                 loop {
                     {
@@ -50,17 +50,17 @@ macro_rules! listening {
                 }
             }
 
-            /// Set while a frame waits to be fetched.
+            /// An event that is set while a received frame has not been fetched.
             pub fn arrived(&self) -> Event {
                 self.collector.borrow().arrived.clone()
             }
 
-            /// Frames that wait to be fetched.
+            /// Received frames that have not been fetched.
             pub fn len(&self) -> usize {
                 self.collector.borrow().frames.len()
             }
 
-            /// Whether no frame waits to be fetched.
+            /// Whether all received frames have been fetched.
             pub fn is_empty(&self) -> bool {
                 self.len() == 0
             }
@@ -70,7 +70,7 @@ macro_rules! listening {
                 self.collector.borrow().beats
             }
 
-            /// Rules that were broken, where they do not end the run.
+            /// Broken rules, with [`Rules::Recorded`].
             pub fn violations(&self) -> Vec<Violation> {
                 self.collector.borrow().violations.clone()
             }
@@ -114,7 +114,7 @@ impl Sink {
         Ok(Sink { pause, collector })
     }
 
-    /// In which cycles it is not ready.
+    /// Sets in which cycles it is not ready.
     pub fn set_pause(&self, pause: Pause) {
         *self.pause.borrow_mut() = pause;
     }
@@ -136,7 +136,7 @@ impl Agent for SinkAgent {
     }
 }
 
-/// Listens to a stream between others.
+/// Listens to a stream without driving it.
 #[derive(Clone)]
 pub struct Monitor {
     collector: Rc<RefCell<Collector>>,

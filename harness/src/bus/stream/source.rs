@@ -12,9 +12,9 @@ use crate::sim::{Agent, Core, Dut, Edge, Event, Signal};
 
 struct SourceState {
     frames: VecDeque<Frame>,
-    /// Symbols of the first frame that were taken.
+    /// Symbols of the first frame that the design has taken.
     taken: usize,
-    /// Beats of all frames still to be taken.
+    /// Beats of all frames that the design has not taken yet.
     pending: usize,
     pause: Pause,
     presented: bool,
@@ -61,7 +61,7 @@ impl Source {
         Ok(Source { ports, state })
     }
 
-    /// In which cycles it holds back between beats.
+    /// Sets in which cycles it offers no new beat.
     pub fn set_pause(&self, pause: Pause) {
         self.state.borrow_mut().pause = pause;
     }
@@ -69,8 +69,8 @@ impl Source {
     /// Queues a frame.
     ///
     /// # Errors
-    /// If the frame is empty, does not fill whole beats where neither `empty` nor `tkeep` says so, or has a symbol, channel,
-    /// error or destination that does not fit.
+    /// If the frame is empty, does not fill whole beats where neither `empty` nor `tkeep` says so, or has a symbol,
+    /// channel, error or destination that does not fit.
     pub fn send(&self, frame: &Frame) -> Result<(), Error> {
         let beats = self.ports.beats(frame)?;
         let mut state = self.state.borrow_mut();
@@ -80,13 +80,13 @@ impl Source {
         Ok(())
     }
 
-    /// Until everything queued was taken by the design.
+    /// Waits until the design has taken everything queued.
     pub async fn drained(&self) {
         let idle = self.state.borrow().idle.clone();
         idle.wait().await;
     }
 
-    /// Everything queued was taken, as an event.
+    /// An event that is set while nothing is queued.
     pub fn idle(&self) -> Event {
         self.state.borrow().idle.clone()
     }
@@ -96,7 +96,7 @@ impl Source {
         self.state.borrow().sent
     }
 
-    /// Beats still to be taken.
+    /// Beats the design has not taken yet.
     pub fn pending(&self) -> usize {
         self.state.borrow().pending
     }

@@ -50,11 +50,11 @@ enum Ready {
 
 /// A bus model that works at the edges of a clock without being a task.
 pub(crate) trait Agent {
-    /// The edge has come; signals still show what they were before it.
+    /// Called at the edge; signals still have their values before it.
     fn edge(&mut self, core: &Core) -> Result<(), Error>;
 }
 
-/// No place in the list of buffered writes.
+/// Not in the list of buffered writes.
 const NONE: u32 = u32::MAX;
 
 /// A buffered write of at most 64 bits.
@@ -87,7 +87,7 @@ pub(crate) struct ClockState {
     pub running: bool,
 }
 
-/// State of one simulation; used through `Rc` by everything that waits or writes.
+/// State of one simulation; shared through `Rc` by everything that waits or writes.
 pub(crate) struct Core {
     pub model: RefCell<Model>,
     model_id: u32,
@@ -111,7 +111,7 @@ pub(crate) struct Core {
     next_step: RefCell<Vec<WaitId>>,
     finish_waiters: RefCell<Vec<WaitId>>,
     current: Cell<Option<TaskId>>,
-    /// The data of the running task's own waker, to know it again.
+    /// The data pointer of the running task's own waker, to recognise it.
     current_waker: Cell<*const ()>,
     woken: Arc<Mutex<Vec<TaskId>>>,
     pub log: RefCell<Log>,
@@ -119,10 +119,10 @@ pub(crate) struct Core {
     pub edge_order: Cell<EdgeOrder>,
     pub interrupt: RefCell<Option<Box<dyn FnMut() -> bool>>>,
     pub stop_flag: Arc<AtomicBool>,
-    /// The Verilog called `$finish` there, and nobody waited for it.
+    /// The Verilog called `$finish`, and no task waited for it.
     is_finished: Cell<bool>,
     finish: RefCell<Option<(String, u32, Time)>>,
-    /// Why the run ends; `failed` says that there is something.
+    /// Why the run ends; `failed` says that there is an error.
     failed: Cell<bool>,
     error: RefCell<Option<Error>>,
     /// The task whose end ends the run.
@@ -133,7 +133,7 @@ pub(crate) struct Core {
     pub waves: RefCell<Waves>,
     has_waves: Cell<bool>,
     evaluations: Cell<u64>,
-    /// In the step at hand: how many clocks put a level, and whether a timer woke anybody.
+    /// In this time step: how many clocks changed their level, and whether a timer woke a task.
     clock_writes: Cell<u32>,
     timed: Cell<bool>,
 }
@@ -189,7 +189,7 @@ impl Core {
             clock_writes: Cell::new(0),
             timed: Cell::new(false),
         });
-        // `initial` blocks run and everything settles, so that the first read is of a value the design has.
+        // Runs `initial` blocks and settles, so that the first read gives a value of the design.
         core.evaluate()?;
         Ok(core)
     }
@@ -211,7 +211,7 @@ impl Core {
         self.model.borrow().signals()[signal as usize].name.clone()
     }
 
-    /// Buffers a write of a value known to fit. One that changes nothing is not put: it would only cost an evaluation.
+    /// Buffers a write of a value known to fit. A write that changes nothing is dropped: it would cost an evaluation.
     #[inline]
     pub fn write(&self, signal: u32, value: u64) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
@@ -230,7 +230,7 @@ impl Core {
         Ok(())
     }
 
-    /// The same for any width; words that are not given are zero.
+    /// The same for any width; words that are not given are 0.
     pub fn write_words(&self, signal: u32, words: &[u32]) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
@@ -288,7 +288,8 @@ impl Core {
         Ok(result?)
     }
 
-    /// `$display` goes to the log, `$error` and its kin end the run, `$finish` ends it unless somebody waits for it.
+    /// `$display` goes to the log; `$error`, `$stop` and `$fatal` end the run; `$finish` ends it unless a task waits
+    /// for it.
     #[cold]
     pub fn handle_messages(&self, messages: Vec<Message>) -> Result<(), Error> {
         let mut stop = None;
@@ -335,7 +336,7 @@ impl Core {
         self.has_waves.get()
     }
 
-    /// Goes to a later time directly: the bulk paths keep clocks and time themselves.
+    /// Sets a later time: bulk transfers keep clock and time themselves.
     pub fn set_now(&self, time: Time) {
         self.now.set(time);
     }

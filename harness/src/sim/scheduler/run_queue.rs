@@ -1,4 +1,4 @@
-//! Tasks and bus models: started, run, ended.
+//! Starts, runs and ends tasks and bus models.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -14,7 +14,7 @@ use crate::model::SignalId;
 use crate::sim::task::{Coroutine, Ending, Step, TaskId};
 use crate::sim::trigger::{Edge, Failure, Outcome, Trigger};
 
-/// The future `run` drives, if it drives one.
+/// The future that `run` drives, if it drives one.
 pub(crate) type MainTask<'a> = Option<Pin<&'a mut dyn Future<Output = ()>>>;
 
 impl Core {
@@ -54,7 +54,7 @@ impl Core {
         id
     }
 
-    /// The ending of a task, if it has ended; of one long forgotten, `Done`.
+    /// The ending of a task, if it has ended; `Done` of a task whose slot was freed.
     pub fn ending(&self, id: TaskId) -> Option<Ending> {
         let tasks = self.tasks.borrow();
         match tasks.get(id.index as usize).filter(|t| t.generation == id.generation) {
@@ -84,7 +84,7 @@ impl Core {
         }
     }
 
-    /// Ends a task; it is not resumed again. A task that cancels itself runs to its next wait.
+    /// Ends a task: it is not resumed again. A task that cancels itself runs to its next wait.
     pub fn cancel(&self, id: TaskId) {
         let body = {
             let mut tasks = self.tasks.borrow_mut();
@@ -138,7 +138,7 @@ impl Core {
         }
     }
 
-    /// Forgets a task as soon as it has ended.
+    /// Frees the task's slot as soon as it has ended.
     pub fn detach(&self, id: TaskId) {
         {
             let mut tasks = self.tasks.borrow_mut();
@@ -148,7 +148,7 @@ impl Core {
         self.forget(id);
     }
 
-    /// Forgets an ended task, so that its place can be used again.
+    /// Frees the slot of an ended task.
     pub fn forget(&self, id: TaskId) {
         let mut tasks = self.tasks.borrow_mut();
         if let Some(task) = tasks.get_mut(id.index as usize)
@@ -161,7 +161,7 @@ impl Core {
         }
     }
 
-    /// Cancels everything that still runs.
+    /// Cancels all tasks and removes all bus models.
     pub fn cancel_all(&self) {
         let running: Vec<TaskId> = {
             let tasks = self.tasks.borrow();
@@ -224,7 +224,7 @@ impl Core {
         self.error.borrow_mut().take().map_or(Ok(()), Err)
     }
 
-    /// The run ends with this error, or with one that came before.
+    /// The run ends with this error, unless there is one already.
     #[cold]
     pub(super) fn fail(&self, error: Error) {
         self.failed.set(true);
@@ -248,7 +248,7 @@ impl Core {
             let mut tasks = self.tasks.borrow_mut();
             let Some(task) = tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) else { return };
             task.queued = false;
-            // It may have been woken by something it no longer waits for.
+            // A trigger that it no longer waits for may have made it ready.
             match task.wait {
                 TaskWait::Edge(..) => return,
                 TaskWait::Other(wait_id) if self.is_armed(wait_id) => return,
@@ -285,8 +285,8 @@ impl Core {
     /// Polls a task's future with the task's own waker.
     #[inline]
     fn with_waker<T>(&self, id: TaskId, poll: impl FnOnce(&mut Context<'_>) -> T) -> T {
-        // SAFETY: a copy that is never dropped; the original stays in the task's slot, which is not given to another
-        // task before this one has ended.
+        // SAFETY: the copy is never dropped; the original stays in the task's slot, which no other task gets before
+        // this one has ended.
         let waker =
             std::mem::ManuallyDrop::new(unsafe { std::ptr::read(&self.tasks.borrow()[id.index as usize].waker) });
         let outer = (self.current.replace(Some(id)), self.current_waker.replace(waker.data()));
@@ -296,7 +296,7 @@ impl Core {
         polled
     }
 
-    /// Keeps a task that has run for the next time, or ends it.
+    /// Keeps a task that waits, or ends it.
     #[inline]
     fn put_back(&self, id: TaskId, body: Body, ending: Option<Ending>) {
         let ending = {

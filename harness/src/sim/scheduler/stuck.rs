@@ -1,4 +1,4 @@
-//! Why nothing goes on: what every task waits for.
+//! The report of what every task waits for.
 
 use std::fmt;
 

@@ -19,10 +19,10 @@ pub(crate) enum Body {
 /// What a coroutine waits for.
 #[derive(Clone, Copy, Default)]
 pub(crate) enum TaskWait {
-    /// It has not begun, or it runs.
+    /// It has not started, or it runs.
     #[default]
     Nothing,
-    /// An edge of a signal, so many times.
+    /// An edge of a signal, and how many of them.
     Edge(u32, Edge, u64),
     /// That edge has come.
     Fired,
@@ -33,16 +33,16 @@ pub(crate) enum TaskWait {
 pub(crate) struct Task {
     pub generation: u32,
     pub name: String,
-    /// Away while the task runs.
+    /// `None` while the task runs.
     pub body: Option<Body>,
     /// What a coroutine waits for; futures keep their own.
     pub wait: TaskWait,
-    /// Waits for an edge so far: tells the one at hand from those given up. Goes on where the slot serves another task.
+    /// Waits for an edge so far: tells the present one from cancelled ones. Counts on when another task gets the slot.
     pub waits: u32,
     pub joiners: Vec<WaitId>,
     pub ending: Option<Ending>,
     pub queued: bool,
-    /// Nobody will ask for its ending: its place is free once it has ended.
+    /// Nothing will ask for its ending: its slot is free once it has ended.
     pub detached: bool,
     pub cancel_requested: bool,
     /// A wait or write that was not allowed: the task fails when its poll returns.

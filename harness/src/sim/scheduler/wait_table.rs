@@ -1,4 +1,4 @@
-//! Waits: one slot for each, used again and again, told apart by generation.
+//! The table of waits: one slot for each, reused, told apart by a generation number.
 
 use std::task::Waker;
 
@@ -6,14 +6,14 @@ use crate::sim::task::TaskId;
 use crate::sim::trigger::{Edge, Outcome, Sync};
 use crate::time::Time;
 
-/// A wait: valid as long as the generations agree.
+/// A wait: valid while the generation is that of its slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct WaitId {
     pub index: u32,
     pub generation: u32,
 }
 
-/// Whom it wakes.
+/// What the end of a wait wakes.
 #[derive(Clone)]
 pub(super) enum Target {
     Task(TaskId),
@@ -30,7 +30,7 @@ pub(super) enum State {
     Fired,
 }
 
-/// What is waited for, as far as reports and giving up need it.
+/// What is waited for, as far as reports and cancelling need it.
 #[expect(
     clippy::box_collection,
     reason = "combined waits are rare, and a wait is written at every edge: it stays small"
@@ -54,7 +54,7 @@ pub(super) struct WaitSlot {
     pub outcome: Option<Box<Outcome>>,
 }
 
-/// All waits.
+/// The slots of all waits.
 #[derive(Default)]
 pub(super) struct WaitTable {
     slots: Vec<WaitSlot>,
@@ -76,7 +76,7 @@ impl WaitTable {
         WaitId { index, generation: 0 }
     }
 
-    /// The slot, unless it was used for another wait since.
+    /// The slot, unless another wait uses it now.
     #[inline]
     pub fn get(&self, wait_id: WaitId) -> Option<&WaitSlot> {
         self.slots.get(wait_id.index as usize).filter(|n| n.generation == wait_id.generation)
@@ -92,7 +92,7 @@ impl WaitTable {
         self.get(wait_id).is_some_and(|n| n.state == State::Armed)
     }
 
-    /// Frees a slot; what still lists it finds another generation. Gives what it was.
+    /// Frees a slot and returns its contents; ids that still name it have an old generation.
     #[inline]
     pub fn remove(&mut self, wait_id: WaitId) -> Option<(State, Waiting, Option<Box<Outcome>>)> {
         let slot = self.get_mut(wait_id)?;

@@ -1,4 +1,4 @@
-//! Waits: begun, over, given up; events and locks.
+//! Begins, ends and cancels waits; sets events, releases locks.
 
 use std::cell::RefCell;
 use std::cmp::Reverse;
@@ -23,7 +23,7 @@ impl Core {
         self.wait_table.borrow().is_armed(wait_id)
     }
 
-    /// Begins a wait for the running task, woken by its own waker or by a combinator's.
+    /// Begins a wait of the running task. It is woken directly, or by the waker of a combinator it uses.
     #[inline]
     pub fn arm_for_future(&self, trigger: &Trigger, context: &Context<'_>) -> Result<WaitId, SimError> {
         let own = self.current.get().filter(|_| self.current_waker.get() == context.waker().data());
@@ -169,7 +169,7 @@ impl Core {
         }
     }
 
-    /// If the wait is over, how it ended; the wait_id is free then.
+    /// How a wait ended, if it is over; its slot is free then.
     #[inline]
     pub fn take_outcome(&self, wait_id: WaitId) -> Option<Outcome> {
         let (_, waiting, outcome) = {
@@ -213,7 +213,7 @@ impl Core {
         all
     }
 
-    /// Gives up a wait, with all its parts. A lock got but not taken goes to the next.
+    /// Cancels a wait with all its parts. A lock that it got goes to the next task.
     pub fn disarm(&self, wait_id: WaitId) {
         let removed = self.wait_table.borrow_mut().remove(wait_id);
         let Some((state, waiting, _)) = removed else { return };
@@ -225,7 +225,7 @@ impl Core {
         }
     }
 
-    /// What a wait_id waited for has happened: its task becomes ready.
+    /// Ends a wait: its task becomes ready.
     #[inline]
     pub(super) fn fire(&self, wait_id: WaitId, outcome: Option<Box<Outcome>>) {
         let target = {
@@ -278,7 +278,7 @@ impl Core {
         waiters.into_iter().for_each(|wait_id| self.fire(wait_id, None));
     }
 
-    /// Gives a lock to the task that has waited longest, or to nobody.
+    /// Gives a lock to the task that has waited longest, or sets it free.
     pub fn release(&self, lock: &Sync) {
         loop {
             let next = {
