@@ -14,7 +14,7 @@ from .transfer import Pause, TransferOptions
 _T = TypeVar("_T")
 
 class Value:
-    """A value read from a signal: a whole number that knows its width. Compares and calculates as its unsigned number.
+    """A value read from a signal: an integer with a width. It compares and calculates as an unsigned integer.
 
     >>> dut.count.value + 1
     >>> dut.data.value[7:4]
@@ -86,7 +86,7 @@ class Handle:
     >>> int(dut.count.value)
     """
 
-    # Read, it is a `Value`; written, whole numbers, binary digits, names of an enumeration or another signal's value.
+    # Reads give a `Value`; writes take integers, binary digits, names of enumeration items or a `Value`.
     value: Any
     @property
     def direction(self) -> str: ...
@@ -112,7 +112,7 @@ class Handle:
     def __len__(self) -> int: ...
     def __int__(self) -> int: ...
     def __getitem__(self, index: int | slice) -> Bits: ...
-    # Written as cocotb 1 allowed: `dut.enable <= 1`.
+    # A write, as in early cocotb 1: `dut.enable <= 1`.
     def __le__(self, value: int | str | Value | SupportsIndex) -> None: ...
 
 class Bits:
@@ -158,7 +158,7 @@ class HierarchyBase:
     def __init__(self, *arguments: Any) -> None: ...
 
 class Trigger:
-    """Something a coroutine can await. Triggers can be kept and awaited again, also by several tasks at a time."""
+    """Something a coroutine can await. A trigger can be awaited again, also by several tasks at the same time."""
 
     def __await__(self) -> Generator[Any, Any, Any]: ...
 
@@ -184,7 +184,7 @@ class ValueChange(Trigger):
     def __new__(cls, signal: Handle) -> ValueChange: ...
 
 class ClockCycles(Trigger):
-    """So many rising (or falling) edges; the task sleeps through all but the last.
+    """The n-th rising (or falling) edge from now; the task does not run at the ones before.
 
     >>> await ClockCycles(dut.clk, 100)
     """
@@ -194,7 +194,7 @@ class ClockCycles(Trigger):
     ) -> ClockCycles: ...
 
 class Timer(Trigger):
-    """A span of simulation time.
+    """A span of simulation time, in ``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``sec`` or ``step`` (1 ps).
 
     >>> await Timer(10, "ns")
     """
@@ -204,7 +204,7 @@ class Timer(Trigger):
     ) -> Timer: ...
 
 class ReadOnly(Trigger):
-    """The end of this time step's changes: all values are settled, and nothing may be written."""
+    """The end of this time step: all values are settled, and nothing may be written."""
 
     def __new__(cls) -> ReadOnly: ...
 
@@ -224,13 +224,13 @@ class NullTrigger(Trigger):
     def __new__(cls) -> NullTrigger: ...
 
 class VerilogFinish(Trigger):
-    """``$finish`` in the Verilog; while a task awaits it, it is no error."""
+    """``$finish`` in the Verilog. While a task awaits it, it is no error."""
 
     def __new__(cls) -> VerilogFinish: ...
 
 class First(Trigger):
-    """The first of several triggers, tasks or coroutines; the others are given up. Gives the trigger that came, or the
-    result of the task that ended.
+    """The first of several triggers, tasks or coroutines; the other waits are cancelled. The result is the trigger that
+    fired, or the result of the task that ended.
 
     >>> first = await First(RisingEdge(dut.done), Timer(1, "us"))
     """
@@ -256,7 +256,7 @@ class RawLock:
     def release(self) -> None: ...
 
 class Task(Generic[_T]):
-    """A started coroutine. Awaited, it gives the coroutine's result, or raises what that raised.
+    """A started coroutine. Awaiting it gives the coroutine's result, or raises the coroutine's exception.
 
     >>> task = hoverlock.start_soon(drive(dut))
     >>> result = await task
@@ -275,14 +275,14 @@ class Task(Generic[_T]):
     def get_name(self) -> str: ...
 
 def start_soon(coro: Any, name: str | None = None) -> Any:
-    """Starts a coroutine; it begins to run when the tasks that are ready before it have run. What runs already, a task or
-    a clock, is given back as it is.
+    """Starts a coroutine as a task. It begins to run after the tasks that are ready already. A task or a clock, which
+    runs already, is returned unchanged.
 
     >>> task = start_soon(drive(dut))
     """
 
 class Coverage:
-    """What was covered: counts by place in the Verilog, merged over runs.
+    """Coverage counts by position in the Verilog, merged over runs.
 
     >>> total = Coverage()
     >>> total.add("one.dat")
@@ -324,7 +324,7 @@ def compile(
     verilator: str | PathLike[str] | None = None,
     cache: str | PathLike[str] | None = None,
 ) -> Library:
-    """Builds a model, or finds the one that was built before."""
+    """Builds a model, or finds it in the cache."""
 
 class Simulation:
     def __init__(
