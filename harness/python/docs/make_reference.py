@@ -98,7 +98,8 @@ def signature_of(function: Any) -> str:
         return "(...)"
 
     def bare(annotation: Any) -> Any:
-        return Annotation(annotation) if isinstance(annotation, str) else annotation
+        text = getattr(annotation, "__forward_arg__", annotation)
+        return Annotation(text) if isinstance(text, str) else annotation
 
     kept = [p for p in signature.parameters.values() if p.name not in ("self", "cls")]
     kept = [p.replace(annotation=bare(p.annotation)) for p in kept]
@@ -148,7 +149,8 @@ def constructor_of(cls: type) -> str:
     if isinstance(node, ast.ClassDef) and cls.__module__ in ("hoverlock", "hoverlock._core"):
         made = [i for i in node.body if isinstance(i, ast.FunctionDef) and i.name in ("__new__", "__init__")]
         return stub_signature(made[0]).split(" -> ")[0] if made else ""
-    return "" if issubclass(cls, BaseException) else signature_of(cls).split(" -> ")[0]
+    has_signature = not issubclass(cls, (BaseException, dict))
+    return signature_of(cls).split(" -> ")[0] if has_signature else ""
 
 
 def entry(name: str, thing: Any) -> str:

@@ -36,7 +36,20 @@ scale, bit 1 the polarity. Descriptor: MaxLBP of both scales, then their signs."
 
 
 class Planes(TypedDict):
-    """All planes of a frame, each of the frame's shape, by name.
+    """All planes of a frame by name. Each has the shape of the frame; ``k`` is 0 or 1, the scale.
+
+    Attributes
+    ----------
+    smoothed0, smoothed1, smoothed2 : ndarray of uint32
+        The frame smoothed with the three sigmas, in LSB of the state.
+    signed_dog0, signed_dog1 : ndarray of int32
+        ``smoothed[k] - smoothed[k + 1]``, in LSB of the state.
+    dog0, dog1 : ndarray of uint16
+        The magnitude of ``signed_dog``, rounded and saturated, in LSB of the DoG.
+    positive0, positive1 : ndarray of bool
+        Whether ``signed_dog`` is 0 or more.
+    max_dog0, max_dog1 : ndarray of uint16
+        MaxDOG, of which the descriptor is made, in LSB of the DoG.
 
     >>> planes = models.planes(frame)
     >>> planes["dog0"].dtype
@@ -44,20 +57,15 @@ class Planes(TypedDict):
     """
 
     smoothed0: NDArray[np.uint32]
-    """Smoothed with the first sigma, in LSB of the state; ``smoothed1`` and ``smoothed2`` with the others."""
     smoothed1: NDArray[np.uint32]
     smoothed2: NDArray[np.uint32]
     signed_dog0: NDArray[np.int32]
-    """``smoothed0 - smoothed1``, in LSB of the state; ``signed_dog1`` is ``smoothed1 - smoothed2``."""
     signed_dog1: NDArray[np.int32]
     dog0: NDArray[np.uint16]
-    """The magnitude of ``signed_dog0``, rounded and saturated, in LSB of the DoG; ``dog1`` is that of ``signed_dog1``."""
     dog1: NDArray[np.uint16]
     positive0: NDArray[np.bool_]
-    """Whether ``signed_dog0`` is 0 or more; ``positive1`` is that of ``signed_dog1``."""
     positive1: NDArray[np.bool_]
     max_dog0: NDArray[np.uint16]
-    """MaxDOG, which the descriptor is made of, in LSB of the DoG."""
     max_dog1: NDArray[np.uint16]
 
 
@@ -178,22 +186,31 @@ def planes(frame: ArrayLike, *, design_point: str | None = None) -> Planes:
 class Coefficients:
     """The coefficients of one smoother.
 
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation of the smoother, in pixels.
+    frac_bits : int
+        Fractional bits of the coefficients: one LSB of ``g`` and ``g_j`` is 2^-frac_bits.
+    a : float
+        The pole of the recursion.
+    g : int
+        The coefficient of the recursion, as a raw integer.
+    g_j : tuple of int
+        The coefficients of the look-ahead stages, as raw integers.
+    saturated : tuple of int
+        The stages whose coefficient rounds to 1 and is limited to 1 - 2^-frac_bits.
+
     >>> coefficients(2.0, 5).g_j
     (40315, 47101, 56830, 64033, 65500)
     """
 
     sigma: float
-    """Standard deviation of the smoother, in pixels."""
     frac_bits: int
-    """Fractional bits of the coefficients: ``g`` and ``g_j`` are in units of 2^-frac_bits."""
     a: float
-    """The pole of the recursion."""
     g: int
-    """Raw integer of the recursion's coefficient."""
     g_j: tuple[int, ...]
-    """Raw integers of the look-ahead stages' coefficients."""
     saturated: tuple[int, ...]
-    """The stages whose coefficient had to be limited to the greatest that fits."""
 
 
 def coefficients(sigma: float, look_ahead: int, frac_bits: int = 16) -> Coefficients:

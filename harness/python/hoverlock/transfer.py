@@ -15,18 +15,25 @@ Pause: TypeAlias = "float | Iterable[bool] | None"
 class TransferReport(NamedTuple):
     """How a transfer went.
 
+    Attributes
+    ----------
+    cycles : int
+        Clock cycles it took.
+    sent : int
+        Beats the design took.
+    received : int
+        Beats the design gave.
+    packets : int
+        Packets the design gave.
+
     >>> received = session.transfer(samples)
     >>> session.report.cycles / session.report.sent
     """
 
     cycles: int
-    """Clock cycles it took."""
     sent: int
-    """Beats the design took."""
     received: int
-    """Beats the design gave."""
     packets: int
-    """Packets the design gave."""
 
 
 @dataclass(frozen=True)

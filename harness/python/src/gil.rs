@@ -29,8 +29,8 @@ pub fn resume<'a>() -> Python<'a> {
             take_back(state);
         }
     });
-    // SAFETY: only called below `Simulation::run` and its kin, which were called from Python on this thread; the lock
-    // is held unless `pause` gave it back, and `take_back` has undone that.
+    // SAFETY: only called below methods of `Simulation` that run it, which were called from Python on this thread; the
+    // lock is held unless `pause` gave it back, and `take_back` has undone that.
     unsafe { Python::assume_attached() }
 }
 
@@ -56,7 +56,7 @@ pub fn pause() -> PyResult<()> {
     Ok(())
 }
 
-/// Held by whoever lets a simulation run: the lock is there again when it ends, however it ends.
+/// Exists while a simulation runs: when it is dropped, the lock is taken again.
 pub struct Running;
 
 impl Drop for Running {

@@ -1,8 +1,8 @@
 //! `hoverlock._core`: the binding of the engine and the models to Python. Users import `hoverlock/*.py`, which adds
 //! what needs no speed: the decorator, the runner, queues, logging, the pytest plug-in.
 //!
-//! The engine's scheduler resumes coroutines through `PyIter_Send`. Modules `task` and `trigger` say why a wait allocates
-//! no object, module `gil` when the interpreter's lock is released.
+//! The engine's scheduler resumes coroutines through `PyIter_Send`. Modules `task` and `trigger` say why a wait
+//! allocates no object, module `gil` when the interpreter's lock is released.
 
 mod bus;
 mod errors;

@@ -44,7 +44,7 @@ impl Verilator {
         }
     }
 
-    /// The folder that holds `include/verilated.h`.
+    /// The folder with `include/verilated.h`.
     pub fn root(&self) -> Result<PathBuf, BuildError> {
         let output = run(Command::new(&self.path).args(["--getenv", "VERILATOR_ROOT"]))?;
         let root = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());

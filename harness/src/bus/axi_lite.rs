@@ -256,12 +256,12 @@ impl Memory {
         self.state.borrow_mut().stalls = std::array::from_fn(|channel| stall.of_channel(channel as u64));
     }
 
-    /// The word that holds a byte address.
+    /// The word at a byte address.
     pub fn get(&self, address: u64) -> u64 {
         self.state.borrow().words.get(&(address / self.bytes)).copied().unwrap_or(0)
     }
 
-    /// Sets the word that holds a byte address.
+    /// Sets the word at a byte address.
     pub fn set(&self, address: u64, word: u64) {
         self.state.borrow_mut().words.insert(address / self.bytes, word);
     }

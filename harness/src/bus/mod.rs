@@ -82,7 +82,7 @@ impl Pause {
     /// Pauses as a repeated pattern says (`true`: pause). A pattern of pauses alone is taken as [`Pause::Never`].
     pub fn pattern(pattern: impl Into<Vec<bool>>) -> Pause {
         let pattern = pattern.into();
-        if pattern.iter().all(|hold| *hold) { Pause::Never } else { Pause::Pattern(pattern, 0) }
+        if pattern.iter().all(|pause| *pause) { Pause::Never } else { Pause::Pattern(pattern, 0) }
     }
 
     /// The same for one of several channels: each has its own position in the pattern, or its own random numbers.
@@ -103,9 +103,9 @@ impl Pause {
             Pause::Never => false,
             Pause::Random(part, random) => (random.bits() >> 32) < u64::from(*part),
             Pause::Pattern(pattern, at) => {
-                let hold = pattern[*at];
+                let pause = pattern[*at];
                 *at = (*at + 1) % pattern.len();
-                hold
+                pause
             }
         }
     }

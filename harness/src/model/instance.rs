@@ -73,7 +73,7 @@ impl Model {
         let failed = |reason: &str| ModelError::Instance { top: library.top().to_owned(), reason: reason.into() };
         let mut arguments = vec![c"hoverlock".to_owned()];
         for argument in &options.plusargs {
-            arguments.push(CString::new(argument.as_str()).map_err(|_| failed("a plusarg holds a zero byte"))?);
+            arguments.push(CString::new(argument.as_str()).map_err(|_| failed("a plusarg contains a zero byte"))?);
         }
         let pointers: Vec<*const c_char> = arguments.iter().map(|a| a.as_ptr()).collect();
         let random_reset = if library.record().initial == Initial::Random { 2 } else { 0 };
@@ -338,7 +338,7 @@ impl Model {
                 Storage::U64 => "raw::<u64>",
                 Storage::Wide(_) => "raw::<[u32; N]>, N 32-bit words",
             };
-            return Err(ModelError::WrongShape { signal: name.to_owned(), is: "is stored in another word", instead });
+            return Err(ModelError::WrongShape { signal: name.to_owned(), is: "is stored in another type", instead });
         }
         Ok(RawSignal { data: info.data.cast() })
     }

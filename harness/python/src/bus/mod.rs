@@ -50,7 +50,7 @@ fn pause_of(pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<Pause> {
     }
     let pattern = pause.try_iter()?.map(|hold| hold?.is_truthy()).collect::<PyResult<Vec<bool>>>()?;
     if pattern.iter().all(|hold| *hold) {
-        return Err(PyValueError::new_err("a pattern that always holds back lets nothing through"));
+        return Err(PyValueError::new_err("a pattern that always pauses lets nothing through"));
     }
     Ok(Pause::pattern(pattern))
 }

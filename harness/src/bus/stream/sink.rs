@@ -129,8 +129,8 @@ impl Agent for SinkAgent {
             self.listener.cycle(core.now())?;
         }
         if let Some(ready) = &self.listener.ports.ready {
-            let hold = in_reset || self.pause.borrow_mut().next_cycle();
-            ready.set(u64::from(!hold))?;
+            let stall = in_reset || self.pause.borrow_mut().next_cycle();
+            ready.set(u64::from(!stall))?;
         }
         Ok(())
     }

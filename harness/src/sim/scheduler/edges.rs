@@ -171,7 +171,7 @@ impl Core {
         for Write { signal, value } in applying.drain(..) {
             let state = &self.signals[signal as usize];
             state.pending.set(NONE);
-            // SAFETY: the model lives as long as the core; nobody holds a reference into it.
+            // SAFETY: the model lives as long as the core; no reference into it exists.
             let old = unsafe {
                 let old = load(state.data, state.storage);
                 store(state.data, state.storage, value);
