@@ -128,7 +128,7 @@ def test_a_forgotten_await_or_another_librarys_is_told():
     async def foreign(dut):
         await Foreign()
 
-    with pytest.raises(TypeError, match=r"\(int\) that is no trigger"):
+    with pytest.raises(TypeError, match=r"\(int\) that is not a hoverlock trigger"):
         simulate(counter, foreign)
 
 
