@@ -1,5 +1,5 @@
-//! The Hoverlock top: frames of pixels in, feature records of 256 bits out. Every way must give the records of the C++ loop,
-//! word for word, trailers included.
+//! The Hoverlock top: frames of pixels in, feature records of 256 bits out. Every way must give the records of the C++
+//! loop, word for word, trailers included.
 
 use std::path::{Path, PathBuf};
 

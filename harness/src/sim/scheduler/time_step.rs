@@ -1,34 +1,34 @@
-//! Time: one step after the other, each with its regions. See the module documentation of `sim`.
+//! Runs time steps, each with its regions, in the order that the documentation of `sim` gives.
 
 use std::cmp::Reverse;
 use std::sync::atomic::Ordering;
 
-use super::core::Core;
-use super::log::Level;
-use super::node::NodeRef;
-use super::task::TaskId;
-use super::tasks::MainTask;
-use super::watch::{WallWatch, Watchdog};
-use super::{EdgeOrder, Region};
+use super::Core;
+use super::run_queue::MainTask;
+use super::wait_table::WaitId;
+use super::wall_clock::{WallClock, Watchdog};
 use crate::error::{Error, SimError};
 use crate::model::{load, store};
+use crate::sim::log::Level;
+use crate::sim::task::TaskId;
+use crate::sim::{EdgeOrder, Region};
 use crate::time::Time;
 
 impl Core {
-    /// Runs until a task has ended (whose future `main` may be), then to the end of that time step.
+    /// Runs until task `id` has ended, then to the end of that time step. `main` is its future, if `run` has it.
     pub fn run(&self, mut main: MainTask<'_>, id: TaskId) -> Result<(), Error> {
         self.main.set(Some(id));
         self.main_ended.set(false);
         self.most_rounds.set(self.limits.borrow().rounds);
         self.stop_flag.store(false, Ordering::Relaxed);
-        let mut watch = self.wall_watch();
+        let mut watch = self.wall_clock();
         let limit = self.limits.borrow().time.unwrap_or(Time::fs(u64::MAX));
         loop {
             self.time_step(&mut main)?;
             if self.main_ended.get() {
                 return Ok(());
             }
-            // Until something is to be done that takes a whole step.
+            // Repeats quiet steps until something needs a whole step.
             loop {
                 self.check_finished()?;
                 let Some(next) = self.next_time() else {
@@ -42,7 +42,7 @@ impl Core {
                 }
                 match self.quiet_step(next)? {
                     Quiet::Yes => {}
-                    Quiet::Heard => break,
+                    Quiet::Woke => break,
                     Quiet::No => {
                         self.begin_step(next);
                         break;
@@ -52,7 +52,7 @@ impl Core {
         }
     }
 
-    /// An error if the Verilog called `$finish` and nobody waited for it.
+    /// An error if the Verilog called `$finish` and no task waited for it.
     pub fn check_finished(&self) -> Result<(), Error> {
         if self.is_finished.replace(false)
             && let Some((file, line, time)) = self.finish.take()
@@ -62,7 +62,7 @@ impl Core {
         Ok(())
     }
 
-    pub fn check_wall_clock(&self, watch: &mut WallWatch) -> Result<(), Error> {
+    pub fn check_wall_clock(&self, watch: &mut WallClock) -> Result<(), Error> {
         if let Some(seconds) = watch.check(self.now()) {
             return Err(SimError::WallClock { seconds, report: self.report() }.into());
         }
@@ -73,10 +73,10 @@ impl Core {
         Ok(())
     }
 
-    pub fn wall_watch(&self) -> WallWatch {
+    pub fn wall_clock(&self) -> WallClock {
         let limit = self.limits.borrow().wall_clock;
         let dog = limit.and_then(|limit| Watchdog::start(limit, self.model.borrow().library().top()));
-        WallWatch::new(limit, dog)
+        WallClock::new(limit, dog)
     }
 
     #[inline]
@@ -85,7 +85,7 @@ impl Core {
         let clock = clocks.iter().filter(|c| c.running).map(|c| c.next).min();
         let mut timers = self.timers.borrow_mut();
         while let Some(Reverse(entry)) = timers.peek() {
-            if self.is_armed(NodeRef { index: entry.node.0, generation: entry.node.1 }) {
+            if self.is_armed(WaitId { index: entry.wait_id.0, generation: entry.wait_id.1 }) {
                 return Some(clock.map_or(entry.at, |c| c.min(entry.at)));
             }
             timers.pop();
@@ -93,7 +93,7 @@ impl Core {
         clock
     }
 
-    /// Time goes on: clocks due put their level, timers due wake their tasks.
+    /// Advances time: clocks that are due change their level, timers that are due wake their tasks.
     #[inline]
     fn begin_step(&self, time: Time) {
         self.now.set(time);
@@ -102,7 +102,7 @@ impl Core {
         let mut clock_writes = 0;
         for clock in self.clocks.borrow_mut().iter_mut().filter(|c| c.running && c.next == time) {
             let span = if clock.level { clock.high } else { clock.low };
-            // Cannot fail: the region takes writes.
+            // Cannot fail: writes are allowed in this region.
             let _ = self.write(clock.signal, u64::from(clock.level));
             clock_writes += 1;
             clock.next = time + span;
@@ -122,7 +122,7 @@ impl Core {
             };
             let Some(Reverse(entry)) = due else { break };
             timed = true;
-            self.fire(NodeRef { index: entry.node.0, generation: entry.node.1 }, None);
+            self.fire(WaitId { index: entry.wait_id.0, generation: entry.wait_id.1 }, None);
         }
         self.timed.set(timed);
     }
@@ -187,7 +187,7 @@ impl Core {
             if !self.warned.borrow().contains(&write.signal) {
                 self.warned.borrow_mut().push(write.signal);
                 let text = format!(
-                    "'{}' was written after a Timer in the very step of a clock edge: the edge samples the new value; \
+                    "'{}' was written after a Timer in the time step of a clock edge: the edge samples the new value; \
                      wait for the clock's edge instead",
                     self.signal_name(write.signal)
                 );
@@ -196,7 +196,7 @@ impl Core {
         }
     }
 
-    /// A step in which nothing happens but one clock's edge, for which nobody waits: most falling edges.
+    /// A step in which one clock changes its level and nothing waits for it, such as most falling edges.
     #[inline]
     fn quiet_step(&self, time: Time) -> Result<Quiet, Error> {
         if self.has_waves.get()
@@ -207,7 +207,7 @@ impl Core {
             return Ok(Quiet::No);
         }
         let mut clocks = self.clocks.borrow_mut();
-        // Clocks of several phases are looked at by whole steps.
+        // Several clocks take whole steps.
         let [clock] = &mut clocks[..] else { return Ok(Quiet::No) };
         let state = &self.signals[clock.signal as usize];
         // SAFETY: the model lives as long as the core.
@@ -229,16 +229,16 @@ impl Core {
         }
         self.clock_writes.set(0);
         self.timed.set(false);
-        Ok(Quiet::Heard)
+        Ok(Quiet::Woke)
     }
 }
 
-/// Whether a step was quiet.
+/// What became of an attempt at a quiet step.
 enum Quiet {
-    /// It was, and is over.
+    /// The step was quiet and is done.
     Yes,
-    /// It is not; nothing was done.
+    /// The step is not quiet; nothing was done.
     No,
-    /// It seemed so, but the Verilog's `$finish` woke somebody.
-    Heard,
+    /// The step was done, and `$finish` in it woke a task.
+    Woke,
 }

@@ -1,4 +1,4 @@
-//! Time on the wall: a run that takes too long is ended, and so is a process that never comes back to the scheduler.
+//! Wall-clock limits: ends a run that takes too long, and a process that does not return to the scheduler.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use crate::time::Time;
 
-/// Looks at the wall clock about every few milliseconds without asking for it at every step.
-pub(crate) struct WallWatch {
+/// Checks the wall clock every few milliseconds, without reading it in every time step.
+pub(crate) struct WallClock {
     started: Instant,
     limit: Option<Duration>,
     last: Instant,
@@ -16,10 +16,10 @@ pub(crate) struct WallWatch {
     dog: Option<Watchdog>,
 }
 
-impl WallWatch {
-    pub fn new(limit: Option<Duration>, dog: Option<Watchdog>) -> WallWatch {
+impl WallClock {
+    pub fn new(limit: Option<Duration>, dog: Option<Watchdog>) -> WallClock {
         let now = Instant::now();
-        WallWatch { started: now, limit, last: now, countdown: 1, interval: 1, dog }
+        WallClock { started: now, limit, last: now, countdown: 1, interval: 1, dog }
     }
 
     #[inline(always)]
@@ -28,7 +28,7 @@ impl WallWatch {
         self.countdown == 0
     }
 
-    /// The limit in seconds, if it is over. Takes note of simulation time for the watchdog.
+    /// The limit in seconds, if it is over. Keeps simulation time for the watchdog's message.
     pub fn check(&mut self, time: Time) -> Option<f64> {
         if let Some(dog) = &self.dog {
             dog.0.time.store(time.as_fs(), Ordering::Relaxed);
@@ -46,8 +46,9 @@ impl WallWatch {
     }
 }
 
-/// Ends the process when a run is far over its limit and has not come back to the scheduler, which would have ended it in order:
-/// a loop for ever in the Verilog, or in a task. Nothing inside the process can end such a loop.
+/// Aborts the process when a run is far over its limit and has not returned to the scheduler, which would have ended
+/// it: the Verilog loops without end within one evaluation, or a task loops without awaiting. Nothing inside the
+/// process can end such a loop.
 pub(crate) struct Watchdog(Arc<Watched>);
 
 struct Watched {
@@ -58,21 +59,21 @@ struct Watched {
 }
 
 impl Watchdog {
-    /// Watches until it is dropped; without a thread to do so, nobody watches.
+    /// Watches until it is dropped. `None` if no thread can be started.
     pub fn start(limit: Duration, top: &str) -> Option<Watchdog> {
         let watched = Arc::new(Watched { over: Mutex::new(false), changed: Condvar::new(), time: AtomicU64::new(0) });
         let (own, top) = (watched.clone(), top.to_owned());
         let watch = move || {
-            // Others that wait for the same limit end the run with a better message: they get time for that.
+            // The scheduler and the Python side end the run with a better message: they get time for that.
             let patience = limit + limit / 4 + Duration::from_secs(2);
             let over = own.over.lock().unwrap_or_else(PoisonError::into_inner);
             let (over, _) =
                 own.changed.wait_timeout_while(over, patience, |over| !*over).unwrap_or_else(PoisonError::into_inner);
             if !*over {
                 eprintln!(
-                    "hoverlock: '{top}' was to end within {} s on the wall and was last seen at {} of simulation: \
-                     the Verilog loops for ever within one evaluation, or a task loops without awaiting anything. \
-                     No such loop can be ended from inside: the process is aborted.",
+                    "hoverlock: the run of '{top}' exceeded its wall-clock limit of {} s; simulation time was {}: \
+                     the Verilog loops without end within one evaluation, or a task loops without awaiting anything. \
+                     Such a loop cannot be ended from inside: the process is aborted.",
                     limit.as_secs_f64(),
                     Time::fs(own.time.load(Ordering::Relaxed)),
                 );

@@ -1,38 +1,38 @@
-//! Waits: begun, over, given up; events and locks.
+//! Begins, ends and cancels waits; sets events, releases locks.
 
 use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::task::Context;
 
-use super::Region;
-use super::core::{Core, TimerEntry};
-use super::node::{NodeRef, State, Target, Waiting};
-use super::task::Ending;
-use super::trigger::{Outcome, Sync, Trigger};
+use super::wait_table::{State, Target, WaitId, Waiting};
+use super::{Core, TimerEntry};
 use crate::error::SimError;
+use crate::sim::Region;
+use crate::sim::task::{Ending, TaskId};
+use crate::sim::trigger::{Outcome, Sync, Trigger};
 use crate::time::Time;
 
 impl Core {
     #[inline]
-    pub(super) fn new_node(&self, target: Target, waiting: Waiting) -> NodeRef {
-        self.nodes.borrow_mut().add(target, waiting)
+    pub(super) fn new_wait(&self, target: Target, waiting: Waiting) -> WaitId {
+        self.wait_table.borrow_mut().add(target, waiting)
     }
 
     #[inline]
-    pub(super) fn is_armed(&self, node: NodeRef) -> bool {
-        self.nodes.borrow().is_armed(node)
+    pub(super) fn is_armed(&self, wait_id: WaitId) -> bool {
+        self.wait_table.borrow().is_armed(wait_id)
     }
 
-    /// Begins a wait for the running task, woken by its own waker or by a combinator's.
+    /// Begins a wait of the running task. It is woken directly, or by the waker of a combinator it uses.
     #[inline]
-    pub fn arm_for_future(&self, trigger: &Trigger, context: &Context<'_>) -> Result<NodeRef, SimError> {
+    pub fn arm_for_future(&self, trigger: &Trigger, context: &Context<'_>) -> Result<WaitId, SimError> {
         let own = self.current.get().filter(|_| self.current_waker.get() == context.waker().data());
         let target = own.map_or_else(|| Target::Waker(Box::new(context.waker().clone())), Target::Task);
         self.arm(trigger, target)
     }
 
     #[inline]
-    pub(super) fn arm(&self, trigger: &Trigger, target: Target) -> Result<NodeRef, SimError> {
+    pub(super) fn arm(&self, trigger: &Trigger, target: Target) -> Result<WaitId, SimError> {
         match trigger {
             Trigger::Edge(signal, edge) => self.arm_edge(*signal, *edge, 1, target),
             Trigger::Edges(signal, edge, count) => self.arm_edge(*signal, *edge, *count, target),
@@ -41,7 +41,7 @@ impl Core {
     }
 
     #[inline(never)]
-    pub(super) fn arm_other(&self, trigger: &Trigger, target: Target) -> Result<NodeRef, SimError> {
+    pub(super) fn arm_other(&self, trigger: &Trigger, target: Target) -> Result<WaitId, SimError> {
         let wrong = |reason| SimError::WrongRegion {
             trigger: trigger.name(),
             region: self.region.get().name(),
@@ -57,122 +57,127 @@ impl Core {
                     ));
                 }
                 let at = self.now() + *span;
-                let node = self.new_node(target, Waiting::Until(at));
+                let wait_id = self.new_wait(target, Waiting::Until(at));
                 let order = self.timer_order.get();
                 self.timer_order.set(order + 1);
-                self.timers.borrow_mut().push(Reverse(TimerEntry { at, order, node: (node.index, node.generation) }));
-                node
+                self.timers.borrow_mut().push(Reverse(TimerEntry {
+                    at,
+                    order,
+                    wait_id: (wait_id.index, wait_id.generation),
+                }));
+                wait_id
             }
             Trigger::ReadOnly => {
                 if self.region.get() == Region::ReadOnly {
                     return Err(wrong("the task is in ReadOnly already; await something of a later time first"));
                 }
-                self.listed_node(target, "ReadOnly", &self.read_only)
+                self.listed_wait(target, "ReadOnly", &self.read_only)
             }
             Trigger::ReadWrite => {
                 if self.region.get() == Region::ReadOnly {
                     return Err(wrong("this time step takes no writes any more; await NextTimeStep first"));
                 }
-                self.listed_node(target, "ReadWrite", &self.read_write)
+                self.listed_wait(target, "ReadWrite", &self.read_write)
             }
-            Trigger::NextTimeStep => self.listed_node(target, "NextTimeStep", &self.next_step),
-            Trigger::Finish => self.listed_node(target, "$finish", &self.finish_waiters),
+            Trigger::NextTimeStep => self.listed_wait(target, "NextTimeStep", &self.next_step),
+            Trigger::Finish => self.listed_wait(target, "$finish", &self.finish_waiters),
             Trigger::Yield => {
-                let node = self.new_node(target, Waiting::Named("Yield"));
-                self.fire(node, None);
-                node
+                let wait_id = self.new_wait(target, Waiting::Named("Yield"));
+                self.fire(wait_id, None);
+                wait_id
             }
             Trigger::Sync(sync) => {
-                let node = self.new_node(target, Waiting::Sync(sync.clone()));
+                let wait_id = self.new_wait(target, Waiting::Sync(sync.clone()));
                 let free = sync.0.flag.get() != sync.0.exclusive;
                 if free {
                     sync.0.flag.set(true);
-                    self.fire(node, None);
+                    self.fire(wait_id, None);
                 } else {
-                    sync.0.waiters.borrow_mut().push(node);
+                    sync.0.waiters.borrow_mut().push(wait_id);
                 }
-                node
+                wait_id
             }
-            Trigger::Join(id) => {
-                let node = self.new_node(target, Waiting::Join(*id));
-                let ended = {
-                    let mut tasks = self.tasks.borrow_mut();
-                    match tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) {
-                        None => Some(Ending::Done),
-                        Some(task) => {
-                            if task.ending.is_none() {
-                                task.joiners.push(node);
-                            }
-                            task.ending.clone()
-                        }
-                    }
-                };
-                if let Some(ending) = ended {
-                    self.fire(node, joined(ending));
-                }
-                node
-            }
-            Trigger::First(parts) | Trigger::Combine(parts) => {
-                if parts.is_empty() {
-                    return Err(SimError::BadTime(format!("{} of nothing", trigger.name())));
-                }
-                let first = matches!(trigger, Trigger::First(_));
-                let node = self.new_node(target, Waiting::Named(""));
-                // A part may fire while it is armed, so the count is known before.
-                self.set_waiting(
-                    node,
-                    if first {
-                        Waiting::First(Box::default())
-                    } else {
-                        Waiting::Combine(Box::default(), parts.len() as u32)
-                    },
-                );
-                for (index, part) in parts.iter().enumerate() {
-                    match self.arm(part, Target::Parent(node, index as u32)) {
-                        Ok(child) => self.add_part(node, child),
-                        Err(error) => {
-                            self.disarm(node);
-                            return Err(error);
-                        }
-                    }
-                    if first && !self.is_armed(node) {
-                        break;
-                    }
-                }
-                node
+            Trigger::Join(id) => self.arm_join(*id, target),
+            Trigger::First(parts) => self.arm_parts(trigger.name(), parts, Waiting::First(Box::default()), target)?,
+            Trigger::Combine(parts) => {
+                let waiting = Waiting::Combine(Box::default(), parts.len() as u32);
+                self.arm_parts(trigger.name(), parts, waiting, target)?
             }
         })
     }
 
-    pub(super) fn listed_node(&self, target: Target, name: &'static str, list: &RefCell<Vec<NodeRef>>) -> NodeRef {
-        let node = self.new_node(target, Waiting::Named(name));
-        list.borrow_mut().push(node);
-        node
-    }
-
-    pub(super) fn set_waiting(&self, node: NodeRef, waiting: Waiting) {
-        if let Some(slot) = self.nodes.borrow_mut().get_mut(node) {
-            slot.waiting = waiting;
+    fn arm_join(&self, id: TaskId, target: Target) -> WaitId {
+        let wait_id = self.new_wait(target, Waiting::Join(id));
+        let ended = {
+            let mut tasks = self.tasks.borrow_mut();
+            match tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) {
+                None => Some(Ending::Done),
+                Some(task) => {
+                    if task.ending.is_none() {
+                        task.joiners.push(wait_id);
+                    }
+                    task.ending.clone()
+                }
+            }
+        };
+        if let Some(ending) = ended {
+            self.fire(wait_id, joined(ending));
         }
+        wait_id
     }
 
-    pub(super) fn add_part(&self, node: NodeRef, child: NodeRef) {
-        if let Some(slot) = self.nodes.borrow_mut().get_mut(node)
+    /// Begins the waits of `First` or `Combine`.
+    fn arm_parts(
+        &self,
+        name: &'static str,
+        parts: &[Trigger],
+        waiting: Waiting,
+        target: Target,
+    ) -> Result<WaitId, SimError> {
+        if parts.is_empty() {
+            return Err(SimError::BadTime(format!("{name} of nothing")));
+        }
+        let is_first = matches!(waiting, Waiting::First(_));
+        // A part may fire while it is armed: `Combine` knows the number of its parts before.
+        let wait_id = self.new_wait(target, waiting);
+        for (index, part) in parts.iter().enumerate() {
+            match self.arm(part, Target::Parent(wait_id, index as u32)) {
+                Ok(child) => self.add_part(wait_id, child),
+                Err(error) => {
+                    self.disarm(wait_id);
+                    return Err(error);
+                }
+            }
+            if is_first && !self.is_armed(wait_id) {
+                break;
+            }
+        }
+        Ok(wait_id)
+    }
+
+    pub(super) fn listed_wait(&self, target: Target, name: &'static str, list: &RefCell<Vec<WaitId>>) -> WaitId {
+        let wait_id = self.new_wait(target, Waiting::Named(name));
+        list.borrow_mut().push(wait_id);
+        wait_id
+    }
+
+    pub(super) fn add_part(&self, wait_id: WaitId, child: WaitId) {
+        if let Some(slot) = self.wait_table.borrow_mut().get_mut(wait_id)
             && let Waiting::First(parts) | Waiting::Combine(parts, _) = &mut slot.waiting
         {
             parts.push(child);
         }
     }
 
-    /// If the wait is over, how it ended; the node is free then.
+    /// How a wait ended, if it is over; its slot is free then.
     #[inline]
-    pub fn take_outcome(&self, node: NodeRef) -> Option<Outcome> {
+    pub fn take_outcome(&self, wait_id: WaitId) -> Option<Outcome> {
         let (_, waiting, outcome) = {
-            let mut nodes = self.nodes.borrow_mut();
-            if nodes.get(node)?.state != State::Fired {
+            let mut wait_table = self.wait_table.borrow_mut();
+            if wait_table.get(wait_id)?.state != State::Fired {
                 return None;
             }
-            nodes.remove(node)?
+            wait_table.remove(wait_id)?
         };
         match waiting {
             Waiting::First(parts) => Some(self.first_outcome(*parts, outcome)),
@@ -182,7 +187,7 @@ impl Core {
     }
 
     #[cold]
-    pub(super) fn first_outcome(&self, parts: Vec<NodeRef>, outcome: Option<Box<Outcome>>) -> Outcome {
+    pub(super) fn first_outcome(&self, parts: Vec<WaitId>, outcome: Option<Box<Outcome>>) -> Outcome {
         let index = match outcome.as_deref() {
             Some(Outcome::First(index, _)) => *index,
             _ => 0,
@@ -196,7 +201,7 @@ impl Core {
     }
 
     #[cold]
-    pub(super) fn combined_outcome(&self, parts: Vec<NodeRef>) -> Outcome {
+    pub(super) fn combined_outcome(&self, parts: Vec<WaitId>) -> Outcome {
         let mut all = Outcome::Fired;
         for part in parts {
             match self.take_outcome(part) {
@@ -208,9 +213,9 @@ impl Core {
         all
     }
 
-    /// Gives up a wait, with all its parts. A lock got but not taken goes to the next.
-    pub fn disarm(&self, node: NodeRef) {
-        let removed = self.nodes.borrow_mut().remove(node);
+    /// Cancels a wait with all its parts. A lock that it got goes to the next task.
+    pub fn disarm(&self, wait_id: WaitId) {
+        let removed = self.wait_table.borrow_mut().remove(wait_id);
         let Some((state, waiting, _)) = removed else { return };
         match waiting {
             Waiting::First(parts) | Waiting::Combine(parts, _) => parts.into_iter().for_each(|p| self.disarm(p)),
@@ -220,12 +225,12 @@ impl Core {
         }
     }
 
-    /// What a node waited for has happened: its task becomes ready.
+    /// Ends a wait: its task becomes ready.
     #[inline]
-    pub(super) fn fire(&self, node: NodeRef, outcome: Option<Box<Outcome>>) {
+    pub(super) fn fire(&self, wait_id: WaitId, outcome: Option<Box<Outcome>>) {
         let target = {
-            let mut nodes = self.nodes.borrow_mut();
-            let Some(slot) = nodes.get_mut(node).filter(|n| n.state == State::Armed) else { return };
+            let mut wait_table = self.wait_table.borrow_mut();
+            let Some(slot) = wait_table.get_mut(wait_id).filter(|n| n.state == State::Armed) else { return };
             slot.state = State::Fired;
             slot.outcome = outcome;
             match &slot.target {
@@ -244,10 +249,10 @@ impl Core {
     }
 
     #[cold]
-    pub(super) fn part_fired(&self, parent: NodeRef, index: u32) {
+    pub(super) fn part_fired(&self, parent: WaitId, index: u32) {
         let over = {
-            let mut nodes = self.nodes.borrow_mut();
-            let Some(slot) = nodes.get_mut(parent) else { return };
+            let mut wait_table = self.wait_table.borrow_mut();
+            let Some(slot) = wait_table.get_mut(parent) else { return };
             match &mut slot.waiting {
                 Waiting::First(_) => Some(Some(Box::new(Outcome::First(index as usize, Box::new(Outcome::Fired))))),
                 Waiting::Combine(_, remaining) => {
@@ -262,18 +267,18 @@ impl Core {
         }
     }
 
-    pub(super) fn fire_list(&self, list: &RefCell<Vec<NodeRef>>) {
+    pub(super) fn fire_list(&self, list: &RefCell<Vec<WaitId>>) {
         let waiting = std::mem::take(&mut *list.borrow_mut());
-        waiting.into_iter().for_each(|node| self.fire(node, None));
+        waiting.into_iter().for_each(|wait_id| self.fire(wait_id, None));
     }
 
     pub fn set_event(&self, event: &Sync) {
         event.0.flag.set(true);
         let waiters = std::mem::take(&mut *event.0.waiters.borrow_mut());
-        waiters.into_iter().for_each(|node| self.fire(node, None));
+        waiters.into_iter().for_each(|wait_id| self.fire(wait_id, None));
     }
 
-    /// Gives a lock to the task that has waited longest, or to nobody.
+    /// Gives a lock to the task that has waited longest, or sets it free.
     pub fn release(&self, lock: &Sync) {
         loop {
             let next = {
@@ -282,7 +287,7 @@ impl Core {
             };
             match next {
                 None => return lock.0.flag.set(false),
-                Some(node) if self.is_armed(node) => return self.fire(node, None),
+                Some(wait_id) if self.is_armed(wait_id) => return self.fire(wait_id, None),
                 Some(_) => {}
             }
         }

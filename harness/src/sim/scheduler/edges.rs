@@ -1,41 +1,42 @@
-//! Signals as the scheduler sees them: who waits for which change, buffered writes being put, changes being found.
+//! Signals in the scheduler: which tasks wait for which change, buffered writes, detection of changes.
 
 use std::cell::{Cell, RefCell};
 
-use super::core::{Core, LargeWrite, NONE, Ready, Write};
-use super::node::{NodeRef, Target, Waiting};
-use super::task::{TaskId, TaskWait};
-use super::trigger::Edge;
+use super::task_state::TaskWait;
+use super::wait_table::{Target, WaitId, Waiting};
+use super::{Core, LargeWrite, NONE, Ready, Write};
 use crate::error::SimError;
 use crate::model::{SignalId, Storage, load, load_words, store, store_words};
+use crate::sim::task::TaskId;
+use crate::sim::trigger::Edge;
 
-/// Who is woken by an edge.
+/// What an edge wakes.
 #[derive(Clone, Copy)]
 pub(super) enum Waiter {
-    /// A coroutine that waits for this edge and nothing else, as long as its waits are counted so. It needs no slot among
-    /// the waits, which is most of what a wait costs.
+    /// A coroutine that waits for this edge and nothing else: the task's index, and the number of its wait. It needs no
+    /// slot in the table of waits, which is most of the cost of a wait.
     Task(u32, u32),
-    Node(NodeRef),
+    Wait(WaitId),
 }
 
 pub(super) struct Watcher {
     pub waiter: Waiter,
     pub edge: Edge,
-    /// How many edges still to come, this one included.
+    /// How many edges are still to come, this one included.
     pub remaining: u64,
 }
 
 pub(super) struct SignalState {
     pub data: *mut u8,
     pub storage: Storage,
-    /// Whether the design may change it by itself.
+    /// Whether the design may change the signal itself.
     pub observed: bool,
     pub last: Cell<u64>,
     pub last_words: RefCell<Vec<u32>>,
     pub watchers: RefCell<Vec<Watcher>>,
     pub agents: RefCell<Vec<(u32, Edge)>>,
     pub listed: Cell<bool>,
-    /// Place of the buffered write of this round, or `NONE`.
+    /// Index of this round's buffered write, or `NONE`.
     pub pending: Cell<u32>,
 }
 
@@ -54,7 +55,7 @@ impl SignalState {
         }
     }
 
-    /// Whether this change wakes nobody; those that count edges have counted it then.
+    /// Whether this change wakes nothing; if so, watchers that count edges have counted it.
     #[inline]
     pub fn is_unheard(&self, old: u64, new: u64) -> bool {
         if self.agents.borrow().iter().any(|(_, edge)| edge.is(old, new)) {
@@ -70,13 +71,13 @@ impl SignalState {
 }
 
 impl Core {
-    /// The place of a signal of this simulation's own model.
+    /// The index of a signal, which must be one of this simulation's model.
     #[inline]
-    fn place(&self, signal: SignalId) -> Result<u32, SimError> {
+    fn index_of(&self, signal: SignalId) -> Result<u32, SimError> {
         if signal.model() == self.model_id { Ok(signal.index() as u32) } else { Err(SimError::OtherSimulation) }
     }
 
-    /// A wait for an edge that wakes whatever `target` says.
+    /// Begins a wait for an edge that wakes `target`.
     #[inline]
     pub(super) fn arm_edge(
         &self,
@@ -84,15 +85,15 @@ impl Core {
         edge: Edge,
         count: u64,
         target: Target,
-    ) -> Result<NodeRef, SimError> {
+    ) -> Result<WaitId, SimError> {
         let signal = self.begin_watching(signal, count)?;
-        let node = self.new_node(target, Waiting::Edge(signal, edge, count));
-        let watcher = Watcher { waiter: Waiter::Node(node), edge, remaining: count };
+        let wait_id = self.new_wait(target, Waiting::Edge(signal, edge, count));
+        let watcher = Watcher { waiter: Waiter::Wait(wait_id), edge, remaining: count };
         self.signals[signal as usize].watchers.borrow_mut().push(watcher);
-        Ok(node)
+        Ok(wait_id)
     }
 
-    /// The wait of a coroutine for an edge alone.
+    /// Begins the wait of a coroutine for an edge alone.
     #[inline]
     pub(super) fn arm_task(&self, id: TaskId, signal: SignalId, edge: Edge, count: u64) -> Result<(), SimError> {
         let signal = self.begin_watching(signal, count)?;
@@ -107,7 +108,7 @@ impl Core {
 
     #[inline]
     fn begin_watching(&self, signal: SignalId, count: u64) -> Result<u32, SimError> {
-        let signal = self.place(signal)?;
+        let signal = self.index_of(signal)?;
         if count == 0 {
             return Err(SimError::BadTime("ClockCycles of 0 cycles: nothing to wait for".into()));
         }
@@ -118,7 +119,7 @@ impl Core {
         Ok(signal)
     }
 
-    /// From now on, changes that the design makes of itself are looked for.
+    /// From now on, looks for changes of the signal after each evaluation.
     #[cold]
     pub(super) fn observe(&self, signal: u32) {
         let state = &self.signals[signal as usize];
@@ -140,7 +141,7 @@ impl Core {
     #[inline]
     fn still_waits(&self, waiter: Waiter) -> bool {
         match waiter {
-            Waiter::Node(node) => self.is_armed(node),
+            Waiter::Wait(wait_id) => self.is_armed(wait_id),
             Waiter::Task(index, wait) => {
                 let tasks = self.tasks.borrow();
                 let task = &tasks[index as usize];
@@ -149,7 +150,7 @@ impl Core {
         }
     }
 
-    /// Drops watchers that were given up, once they are many.
+    /// Drops watchers of cancelled waits, once they are many.
     pub(super) fn compact(&self, signal: u32) {
         if let Ok(mut list) = self.signals[signal as usize].watchers.try_borrow_mut()
             && list.len() > 16
@@ -162,7 +163,7 @@ impl Core {
         }
     }
 
-    /// Puts the buffered writes; whoever waits for an edge of a written signal becomes ready.
+    /// Puts the buffered writes; tasks that wait for an edge of a written signal become ready.
     #[inline]
     pub(super) fn apply_writes(&self) {
         let mut applying = self.applying.borrow_mut();
@@ -170,7 +171,7 @@ impl Core {
         for Write { signal, value } in applying.drain(..) {
             let state = &self.signals[signal as usize];
             state.pending.set(NONE);
-            // SAFETY: the model lives as long as the core; nobody holds a reference into it.
+            // SAFETY: the model lives as long as the core; no reference into it exists.
             let old = unsafe {
                 let old = load(state.data, state.storage);
                 store(state.data, state.storage, value);
@@ -235,13 +236,13 @@ impl Core {
             }
             match watcher.waiter {
                 Waiter::Task(index, wait) => self.fire_task(index, wait),
-                Waiter::Node(node) => self.fire(node, None),
+                Waiter::Wait(wait_id) => self.fire(wait_id, None),
             }
             false
         });
     }
 
-    /// The edge has come that a coroutine waits for, if it still does.
+    /// Makes a coroutine ready whose edge has come, if it still waits for it.
     #[inline]
     fn fire_task(&self, index: u32, wait: u32) {
         let mut tasks = self.tasks.borrow_mut();
@@ -256,7 +257,7 @@ impl Core {
         }
     }
 
-    /// Looks for changes of outputs and internals that somebody waits for.
+    /// Looks for changes of the outputs and internals that tasks wait for.
     #[inline]
     pub(super) fn fire_observed(&self) {
         let observed = self.observed.borrow();

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Hoverlock against cocotb 1.9 on Verilator, cocotb 2 on Icarus, and the plain Verilator loop in C++.
 
-    python harness/bench/run.py [--runs 5] [--json FILE]
+    python harness/benches/against_cocotb/run.py [--runs 5] [--json FILE]
 
 Run it with the Python that has `hoverlock` installed, built with optimisation. The rivals are installed into venvs in a cache
 folder, once. All benches are one source (`benches.py`), and what they saw must be equal; on the Hoverlock top that is every
@@ -23,10 +23,14 @@ import zlib
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-SMALL = [HERE.parent / "tests" / "designs" / "stream.v"]
-VERILOG = HERE.parent.parent / "rtl" / "verilog"
+HARNESS = HERE.parents[1]
+SMALL = [HARNESS / "tests" / "designs" / "stream.v"]
+VERILOG = HARNESS.parent / "rtl" / "verilog"
 TOP = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
-CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hoverlock" / "bench"
+# As `hoverlock_harness::cache` decides it.
+CACHE = Path(
+    os.environ.get("HOVERLOCK_CACHE") or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hoverlock"
+).resolve() / "bench"
 FIRST, SECOND = "cocotb 1.9 Verilator", "cocotb 2 Icarus"
 RIVALS = {FIRST: "cocotb==1.9.2", SECOND: "cocotb==2.1.0"}
 NAMES = {
@@ -99,7 +103,7 @@ with Session(Design({sources!r}, top="stream", folder=".")) as session:
     received = session.transfer(words, stall={stall}, seed=7)
     seconds = time.process_time() - started
     assert len(received) == len(words)
-    print(json.dumps({{"cycles": session.report[0], "seconds": seconds, "check": int(received.sum())}}))
+    print(json.dumps({{"cycles": session.report.cycles, "seconds": seconds, "check": int(received.sum())}}))
 """
 
 TOP_ARRAYS = """
@@ -129,7 +133,7 @@ with Session(Design({sources!r}, top="hoverlock_top", folder=".")) as session:
     started = time.process_time()
     records = session.transfer(np.tile(frame, {frames}), "video_", "feature_", clock="clock", packet=len(frame), packets={frames}, stall={stall}, seed=7)
     seconds = time.process_time() - started
-    print(json.dumps({{"cycles": session.report[0], "seconds": seconds, "check": zlib.crc32(records.tobytes())}}))
+    print(json.dumps({{"cycles": session.report.cycles, "seconds": seconds, "check": zlib.crc32(records.tobytes())}}))
 """
 
 
@@ -158,7 +162,7 @@ def limit(top: str, sources: list[Path], loop: str) -> Path:
     """A plain loop, built with full optimisation."""
     folder = CACHE / f"limit-{top}"
     program = folder / "limit"
-    source = HERE.parent / "benches" / loop
+    source = HERE.parent / "throughput" / loop
     newest = max(path.stat().st_mtime for path in [source, *sources])
     if not program.exists() or program.stat().st_mtime < newest:
         folder.mkdir(parents=True, exist_ok=True)
@@ -240,7 +244,7 @@ def main() -> None:
     }
     load = [os.getloadavg()[1]]
     names = [*NAMES, "frames"]
-    small, top = limit("stream", SMALL, "limit.cpp"), limit("hoverlock_top", [VERILOG / "waivers.vlt", *TOP], "limit_top.cpp")
+    small, top = limit("stream", SMALL, "limit_small.cpp"), limit("hoverlock_top", [VERILOG / "waivers.vlt", *TOP], "limit_top.cpp")
     speed: dict[str, dict[str, list[float]]] = {c: {n: [] for n in names} for c in contestants}
     checks: dict[str, set[int]] = {n: set() for n in [*names, "arrays", "arrays on the top"]}
     others: dict[str, list[float]] = {}
@@ -300,7 +304,7 @@ def main() -> None:
         Path(chosen.json).write_text(json.dumps({"others": others, "speed": speed}, indent=1) + "\n", encoding="utf-8")
     print("\nWithout Python\n", flush=True)
     bench = ["cargo", "bench", "--quiet", "--locked", "--package", "hoverlock-harness", "--bench", "throughput"]
-    sys.exit(subprocess.run(bench, cwd=HERE.parent.parent).returncode)
+    sys.exit(subprocess.run(bench, cwd=HARNESS.parent).returncode)
 
 
 if __name__ == "__main__":

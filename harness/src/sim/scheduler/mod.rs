@@ -1,5 +1,14 @@
-//! The state of one simulation, and what tasks ask of it at once: time, writes. Waiting is in `waits` and `edges`, running in
-//! `tasks`, time going on in `step`.
+//! The scheduler: the state of one simulation, and what tasks ask of it at once (time, reads, buffered writes).
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`time_step`] | runs one time step after the other, each with its regions |
+//! | [`edges`] | puts buffered writes, finds changed signals, wakes the tasks that wait for them |
+//! | [`run_queue`] | starts, runs and ends tasks and bus models |
+//! | [`waiting`] | begins and ends every other wait: timers, regions, events, locks, joins, `First`, `Combine` |
+//! | [`wait_table`], [`task_state`] | the slots of waits and of tasks |
+//! | [`stuck`] | reports what each task waits for |
+//! | [`wall_clock`] | limits of time on the wall, and the watchdog |
 
 use std::cell::{Cell, RefCell};
 use std::cmp::Reverse;
@@ -8,51 +17,65 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
-use super::edges::SignalState;
-use super::log::{Level, Log};
-use super::node::{NodeRef, Nodes};
-use super::task::{Task, TaskId};
-use super::{EdgeOrder, Limits, Region};
+mod edges;
+mod run_queue;
+mod stuck;
+mod task_state;
+mod time_step;
+mod wait_table;
+mod waiting;
+mod wall_clock;
+
+use self::edges::SignalState;
+pub use self::stuck::{StuckReport, TaskReport};
+pub(crate) use self::task_state::Body;
+use self::task_state::Task;
+pub(crate) use self::wait_table::WaitId;
+use self::wait_table::WaitTable;
+pub(crate) use self::wall_clock::WallClock;
 use crate::error::{Error, ModelError, SimError};
 use crate::model::{Direction, Message, Model, has_words, load};
+use crate::sim::log::{Level, Log};
+use crate::sim::task::TaskId;
+use crate::sim::{EdgeOrder, Limits, Region};
 use crate::time::Time;
 use crate::wave::Waves;
 
 /// What runs next: a task, or a bus model at an edge.
 #[derive(Clone, Copy)]
-pub(super) enum Ready {
+enum Ready {
     Task(TaskId),
     Agent(u32),
 }
 
 /// A bus model that works at the edges of a clock without being a task.
 pub(crate) trait Agent {
-    /// The edge has come; signals still show what they were before it.
+    /// Called at the edge; signals still have their values before it.
     fn edge(&mut self, core: &Core) -> Result<(), Error>;
 }
 
-/// No place in the list of buffered writes.
-pub(super) const NONE: u32 = u32::MAX;
+/// Not in the list of buffered writes.
+const NONE: u32 = u32::MAX;
 
 /// A buffered write of at most 64 bits.
 #[derive(Clone, Copy)]
-pub(super) struct Write {
+struct Write {
     pub signal: u32,
     pub value: u64,
 }
 
 /// A buffered write of another kind.
-pub(super) enum LargeWrite {
+enum LargeWrite {
     Words(u32, Vec<u32>),
     /// An element of a memory, at a byte offset.
     Element(u32, usize, u64),
 }
 
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct TimerEntry {
+struct TimerEntry {
     pub at: Time,
     pub order: u64,
-    pub node: (u32, u32),
+    pub wait_id: (u32, u32),
 }
 
 pub(crate) struct ClockState {
@@ -64,55 +87,55 @@ pub(crate) struct ClockState {
     pub running: bool,
 }
 
-/// State of one simulation; used through `Rc` by everything that waits or writes.
+/// State of one simulation; shared through `Rc` by everything that waits or writes.
 pub(crate) struct Core {
     pub model: RefCell<Model>,
-    pub(super) model_id: u32,
-    pub(super) signals: Vec<SignalState>,
-    pub(super) now: Cell<Time>,
-    pub(super) region: Cell<Region>,
-    pub(super) writes: RefCell<Vec<Write>>,
-    pub(super) applying: RefCell<Vec<Write>>,
-    pub(super) large_writes: RefCell<Vec<LargeWrite>>,
-    pub(super) observed: RefCell<Vec<u32>>,
-    pub(super) nodes: RefCell<Nodes>,
-    pub(super) tasks: RefCell<Vec<Task>>,
-    pub(super) free_tasks: RefCell<Vec<u32>>,
-    pub(super) ready: RefCell<VecDeque<Ready>>,
-    pub(super) agents: RefCell<Vec<Option<Box<dyn Agent>>>>,
-    pub(super) timers: RefCell<BinaryHeap<Reverse<TimerEntry>>>,
-    pub(super) timer_order: Cell<u64>,
+    model_id: u32,
+    signals: Vec<SignalState>,
+    now: Cell<Time>,
+    region: Cell<Region>,
+    writes: RefCell<Vec<Write>>,
+    applying: RefCell<Vec<Write>>,
+    large_writes: RefCell<Vec<LargeWrite>>,
+    observed: RefCell<Vec<u32>>,
+    wait_table: RefCell<WaitTable>,
+    tasks: RefCell<Vec<Task>>,
+    free_tasks: RefCell<Vec<u32>>,
+    ready: RefCell<VecDeque<Ready>>,
+    agents: RefCell<Vec<Option<Box<dyn Agent>>>>,
+    timers: RefCell<BinaryHeap<Reverse<TimerEntry>>>,
+    timer_order: Cell<u64>,
     pub clocks: RefCell<Vec<ClockState>>,
-    pub(super) read_only: RefCell<Vec<NodeRef>>,
-    pub(super) read_write: RefCell<Vec<NodeRef>>,
-    pub(super) next_step: RefCell<Vec<NodeRef>>,
-    pub(super) finish_waiters: RefCell<Vec<NodeRef>>,
-    pub(super) current: Cell<Option<TaskId>>,
-    /// The data of the running task's own waker, to know it again.
-    pub(super) current_waker: Cell<*const ()>,
-    pub(super) woken: Arc<Mutex<Vec<TaskId>>>,
+    read_only: RefCell<Vec<WaitId>>,
+    read_write: RefCell<Vec<WaitId>>,
+    next_step: RefCell<Vec<WaitId>>,
+    finish_waiters: RefCell<Vec<WaitId>>,
+    current: Cell<Option<TaskId>>,
+    /// The data pointer of the running task's own waker, to recognise it.
+    current_waker: Cell<*const ()>,
+    woken: Arc<Mutex<Vec<TaskId>>>,
     pub log: RefCell<Log>,
     pub limits: RefCell<Limits>,
     pub edge_order: Cell<EdgeOrder>,
     pub interrupt: RefCell<Option<Box<dyn FnMut() -> bool>>>,
     pub stop_flag: Arc<AtomicBool>,
-    /// The Verilog called `$finish` there, and nobody waited for it.
-    pub(super) is_finished: Cell<bool>,
-    pub(super) finish: RefCell<Option<(String, u32, Time)>>,
-    /// Why the run ends; `failed` says that there is something.
-    pub(super) failed: Cell<bool>,
-    pub(super) error: RefCell<Option<Error>>,
+    /// The Verilog called `$finish`, and no task waited for it.
+    is_finished: Cell<bool>,
+    finish: RefCell<Option<(String, u32, Time)>>,
+    /// Why the run ends; `failed` says that there is an error.
+    failed: Cell<bool>,
+    error: RefCell<Option<Error>>,
     /// The task whose end ends the run.
-    pub(super) main: Cell<Option<TaskId>>,
-    pub(super) main_ended: Cell<bool>,
-    pub(super) most_rounds: Cell<u32>,
-    pub(super) warned: RefCell<Vec<u32>>,
+    main: Cell<Option<TaskId>>,
+    main_ended: Cell<bool>,
+    most_rounds: Cell<u32>,
+    warned: RefCell<Vec<u32>>,
     pub waves: RefCell<Waves>,
-    pub(super) has_waves: Cell<bool>,
-    pub(super) evaluations: Cell<u64>,
-    /// In the step at hand: how many clocks put a level, and whether a timer woke anybody.
-    pub(super) clock_writes: Cell<u32>,
-    pub(super) timed: Cell<bool>,
+    has_waves: Cell<bool>,
+    evaluations: Cell<u64>,
+    /// In this time step: how many clocks changed their level, and whether a timer woke a task.
+    clock_writes: Cell<u32>,
+    timed: Cell<bool>,
 }
 
 impl Core {
@@ -132,7 +155,7 @@ impl Core {
             applying: RefCell::default(),
             large_writes: RefCell::default(),
             observed: RefCell::default(),
-            nodes: RefCell::default(),
+            wait_table: RefCell::default(),
             tasks: RefCell::default(),
             free_tasks: RefCell::default(),
             ready: RefCell::default(),
@@ -166,7 +189,7 @@ impl Core {
             clock_writes: Cell::new(0),
             timed: Cell::new(false),
         });
-        // `initial` blocks run and everything settles, so that the first read is of a value the design has.
+        // Runs `initial` blocks and settles, so that the first read gives a value of the design.
         core.evaluate()?;
         Ok(core)
     }
@@ -188,7 +211,7 @@ impl Core {
         self.model.borrow().signals()[signal as usize].name.clone()
     }
 
-    /// Buffers a write of a value known to fit. One that changes nothing is not put: it would only cost an evaluation.
+    /// Buffers a write of a value known to fit. A write that changes nothing is dropped: it would cost an evaluation.
     #[inline]
     pub fn write(&self, signal: u32, value: u64) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
@@ -207,7 +230,7 @@ impl Core {
         Ok(())
     }
 
-    /// The same for any width; words that are not given are zero.
+    /// The same for any width; words that are not given are 0.
     pub fn write_words(&self, signal: u32, words: &[u32]) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
@@ -249,7 +272,7 @@ impl Core {
     }
 
     #[inline]
-    pub(super) fn evaluate(&self) -> Result<(), Error> {
+    fn evaluate(&self) -> Result<(), Error> {
         let mut model = self.model.borrow_mut();
         self.evaluations.set(self.evaluations.get() + 1);
         if model.time() != self.now() {
@@ -265,7 +288,8 @@ impl Core {
         Ok(result?)
     }
 
-    /// `$display` goes to the log, `$error` and its kin end the run, `$finish` ends it unless somebody waits for it.
+    /// `$display` goes to the log; `$error`, `$stop` and `$fatal` end the run; `$finish` ends it unless a task waits
+    /// for it.
     #[cold]
     pub fn handle_messages(&self, messages: Vec<Message>) -> Result<(), Error> {
         let mut stop = None;
@@ -312,7 +336,7 @@ impl Core {
         self.has_waves.get()
     }
 
-    /// Goes to a later time directly: the bulk paths keep clocks and time themselves.
+    /// Sets a later time: bulk transfers keep clock and time themselves.
     pub fn set_now(&self, time: Time) {
         self.now.set(time);
     }

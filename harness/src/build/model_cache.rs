@@ -1,17 +1,17 @@
-//! The folder of built models: found by content, built aside under a lock, swept by size.
+//! The folder of built models: found by content, built aside under a lock, pruned by last use and by size.
 //!
 //! ```text
 //! runtime/<key>/*.o                     Verilator's runtime, compiled once for each kind of model
-//! models/<key>/<variant>/model.so       the model; <variant> tells apart what includes held
+//! models/<key>/<variant>/model.so       the model; one <variant> for each contents of the included files
 //! models/<key>/<variant>/record.json    ports, internals, warnings, manifest of includes
-//! locks/<key>                           held shared while loading, exclusively while building or sweeping
-//! aside/<random>/                       a build on its way; its file `alive` is locked as long as its process lives
+//! locks/<key>                           locked shared while loading, exclusively while building or removing
+//! aside/<random>/                       a build in progress; its file `alive` is locked as long as its process lives
 //! ```
 
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use sha2::{Digest, Sha256};
 
@@ -36,7 +36,7 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
         }
     }
     let _building = cache.lock(&key, Sharing::Exclusive)?;
-    // Another process may have built it while this one waited.
+    // Another process may have built it while this one waited for the lock.
     if let Some(library) = cache.find(&key, &includes) {
         return Ok(library);
     }
@@ -53,9 +53,12 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
         workshop.make(|root| cache.runtime(&verilator, &compiler, root, build.trace, build.coverage.any()))?;
     record.library_hash = hash_file(&aside.path().join("model.so"))?;
     let library = cache.keep(&key, &aside, &record)?;
-    cache.sweep(&key);
+    cache.prune(&key);
     Ok(library)
 }
+
+/// How long a model is kept that is not used.
+const KEPT_UNUSED: Duration = Duration::from_secs(30 * 24 * 3600);
 
 struct Cache {
     root: PathBuf,
@@ -67,7 +70,7 @@ enum Sharing {
     Exclusive,
 }
 
-/// A folder for a build on its way, removed when dropped.
+/// The folder of a build in progress, removed when dropped.
 struct Aside {
     folder: tempfile::TempDir,
     _alive: File,
@@ -83,7 +86,7 @@ impl Cache {
     fn open(build: &Build) -> Result<Cache, BuildError> {
         let root = match &build.cache {
             Some(folder) => folder.clone(),
-            None => default_folder()?,
+            None => crate::cache::folder()?,
         };
         let limit = build.cache_limit.unwrap_or_else(|| {
             let asked = std::env::var("HOVERLOCK_CACHE_LIMIT").ok().and_then(|text| text.parse::<u64>().ok());
@@ -97,7 +100,7 @@ impl Cache {
         Ok(Cache { root, limit })
     }
 
-    /// Waits for the lock of a key. The system frees it when the process dies, however it dies.
+    /// Waits for the lock of a key. The system releases it when the process ends, however it ends.
     fn lock(&self, key: &str, sharing: Sharing) -> Result<File, BuildError> {
         let path = self.root.join("locks").join(key);
         let locked = File::options().create(true).append(true).open(&path).and_then(|file| {
@@ -110,14 +113,14 @@ impl Cache {
         locked.map_err(|source| BuildError::Cache { path, source })
     }
 
-    /// The built model whose includes still hold the same, if its files are whole.
+    /// The built model whose includes are unchanged, if its files are complete.
     fn find(&self, key: &str, includes: &[PathBuf]) -> Option<Library> {
         let folder = self.root.join("models").join(key);
         let mut variants: Vec<PathBuf> = std::fs::read_dir(folder).ok()?.filter_map(|e| Some(e.ok()?.path())).collect();
         variants.sort();
         for variant in variants {
             let Some(record) = read_record(&variant) else {
-                // Damaged: only a fresh build helps, and it wants the place.
+                // Damaged: a fresh build takes its place.
                 let _ = std::fs::remove_dir_all(&variant);
                 continue;
             };
@@ -148,7 +151,7 @@ impl Cache {
         make().map_err(|source| BuildError::Cache { path: parent.clone(), source })
     }
 
-    /// The folder of the runtime's objects and headers, made if it is not there.
+    /// The folder of the runtime's objects and headers, compiled if it does not exist.
     fn runtime(
         &self,
         verilator: &Verilator,
@@ -194,6 +197,7 @@ impl Cache {
             std::fs::create_dir(&ready)?;
             std::fs::rename(aside.path().join("model.so"), ready.join("model.so"))?;
             std::fs::write(ready.join("record.json"), serde_json::to_vec(record)?)?;
+            touch(&ready);
             if let Some(parent) = variant.parent() {
                 std::fs::create_dir_all(parent)?;
             }
@@ -204,55 +208,50 @@ impl Cache {
         Library::load(&variant.join("model.so"), record.clone())
     }
 
-    /// Removes what killed builds left and, while the cache is over its limit, what was not used for longest.
-    fn sweep(&self, own_key: &str) {
+    /// Removes what killed builds left, what was not used for [`KEPT_UNUSED`], and, while the models are larger than
+    /// the limit, those used longest ago.
+    fn prune(&self, own_key: &str) {
         for path in children(&self.root.join("aside")) {
             // No lock on `alive` means that its process is gone; no such file, that it is being made or half removed.
             let dead = match File::open(path.join("alive")) {
                 Ok(file) => !matches!(file.try_lock(), Err(TryLockError::WouldBlock)),
-                Err(_) => age_in_seconds(&path) > 3600,
+                Err(_) => age(modified(&path)) > Duration::from_secs(3600),
             };
             if dead {
                 let _ = std::fs::remove_dir_all(path);
             }
         }
+        for folder in children(&self.root.join("runtime")) {
+            if age(last_use(&folder)) > KEPT_UNUSED {
+                self.remove_unless_in_use(&name_of(&folder), &folder);
+            }
+        }
         let mut entries: Vec<(SystemTime, u64, String, PathBuf)> = Vec::new();
         for folder in children(&self.root.join("models")) {
-            let Some(key) = folder.file_name().and_then(|n| n.to_str()).map(str::to_owned) else { continue };
             for variant in children(&folder) {
-                entries.push((last_use(&variant), size(&variant), key.clone(), variant));
+                entries.push((last_use(&variant), size(&variant), name_of(&folder), variant));
             }
         }
         let mut total: u64 = entries.iter().map(|e| e.1).sum();
         entries.sort();
-        for (_, bytes, key, variant) in entries {
-            if total <= self.limit {
+        for (used, bytes, key, variant) in entries {
+            if total <= self.limit && age(used) <= KEPT_UNUSED {
                 break;
             }
-            if key == own_key {
-                continue;
-            }
-            let lock = File::options().create(true).append(true).open(self.root.join("locks").join(&key));
-            if let Ok(lock) = lock
-                && lock.try_lock().is_ok()
-                && std::fs::remove_dir_all(&variant).is_ok()
-            {
+            if key != own_key && self.remove_unless_in_use(&key, &variant) {
                 total -= bytes;
+                // Where this was the key's last variant, its folder is empty now.
+                let _ = variant.parent().map(std::fs::remove_dir);
             }
         }
     }
-}
 
-fn default_folder() -> Result<PathBuf, BuildError> {
-    let set = |name| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-    if let Some(folder) = set("HOVERLOCK_CACHE") {
-        return Ok(folder);
+    /// Removes a folder, unless the lock of its key says that it is being loaded or built. A model that a process has
+    /// loaded stays mapped into that process.
+    fn remove_unless_in_use(&self, key: &str, folder: &Path) -> bool {
+        let lock = File::options().create(true).append(true).open(self.root.join("locks").join(key));
+        lock.is_ok_and(|lock| lock.try_lock().is_ok() && std::fs::remove_dir_all(folder).is_ok())
     }
-    let base = set("XDG_CACHE_HOME").or_else(|| set("HOME").map(|home| home.join(".cache")));
-    base.map(|b| b.join("hoverlock")).ok_or_else(|| BuildError::Cache {
-        path: PathBuf::from("~/.cache/hoverlock"),
-        source: io::Error::new(io::ErrorKind::NotFound, "neither HOME nor XDG_CACHE_HOME is set"),
-    })
 }
 
 /// Includes as asked for, then the folders of the sources, each once.
@@ -267,7 +266,7 @@ fn include_folders(build: &Build, sources: &[PathBuf]) -> Result<Vec<PathBuf>, B
     Ok(folders)
 }
 
-/// Everything that decides what a build gives, but for the includes, which are known only afterwards.
+/// The hash of everything that a build depends on, except the includes, which are known only afterwards.
 fn model_key(
     build: &Build,
     verilator: &Verilator,
@@ -276,7 +275,7 @@ fn model_key(
     includes: &[PathBuf],
 ) -> Result<String, BuildError> {
     let mut hash = Hash::new();
-    // The generator itself, so that no model of an older one is found.
+    // The generator itself, so that models of an older one are not found.
     for text in [unity::SHIM, unity::HOOKS, include_str!("unity.rs"), include_str!("hierarchy.rs")] {
         hash.add(text.as_bytes());
     }
@@ -293,7 +292,7 @@ fn model_key(
     Ok(hash.finish())
 }
 
-/// Whether an included file holds what it held, and no folder searched earlier has one of its name by now.
+/// Whether an included file is unchanged, and no folder that is searched earlier has a file of that name now.
 fn is_current(path: &Path, hash: &str, includes: &[PathBuf]) -> bool {
     let shadowed = includes.iter().find_map(|folder| {
         let below = path.strip_prefix(folder).ok()?;
@@ -306,7 +305,7 @@ fn read_record(variant: &Path) -> Option<Record> {
     serde_json::from_slice(&std::fs::read(variant.join("record.json")).ok()?).ok()
 }
 
-/// SHA-256 over parts, each with its length, so that no two lists of parts agree by accident.
+/// SHA-256 over parts, each with its length, so that different lists of parts have different hashes.
 struct Hash(Sha256);
 
 impl Hash {
@@ -343,15 +342,23 @@ fn size(folder: &Path) -> u64 {
 
 /// Marks an entry as used now. A cache that cannot be written still serves.
 fn touch(folder: &Path) {
-    let _ = File::create(folder.join("used"));
+    let _ = File::create(folder.join("used")).and_then(|file| file.set_modified(SystemTime::now()));
 }
 
-fn last_use(variant: &Path) -> SystemTime {
-    let time = |path: PathBuf| std::fs::metadata(path).and_then(|m| m.modified());
-    time(variant.join("used")).or_else(|_| time(variant.join("model.so"))).unwrap_or(SystemTime::UNIX_EPOCH)
+/// When an entry was used last.
+fn last_use(entry: &Path) -> SystemTime {
+    let used = entry.join("used");
+    if used.exists() { modified(&used) } else { modified(entry) }
 }
 
-fn age_in_seconds(path: &Path) -> u64 {
-    let changed = std::fs::metadata(path).and_then(|m| m.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
-    SystemTime::now().duration_since(changed).map_or(0, |age| age.as_secs())
+fn modified(path: &Path) -> SystemTime {
+    std::fs::metadata(path).and_then(|m| m.modified()).unwrap_or(SystemTime::UNIX_EPOCH)
+}
+
+fn age(time: SystemTime) -> Duration {
+    SystemTime::now().duration_since(time).unwrap_or_default()
+}
+
+fn name_of(folder: &Path) -> String {
+    folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -1,19 +1,20 @@
-//! Tasks and bus models: started, run, ended.
+//! Starts, runs and ends tasks and bus models.
 
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::{Arc, PoisonError};
 use std::task::{Context, Poll, Waker};
 
-use super::core::{Agent, Core, Ready};
-use super::node::Target;
-use super::task::{Body, Coroutine, Ending, Step, Task, TaskId, TaskWait, TaskWaker};
-use super::trigger::{Edge, Failure, Outcome, Trigger};
-use super::waits::joined;
+use super::task_state::{Body, Task, TaskWait, TaskWaker};
+use super::wait_table::Target;
+use super::waiting::joined;
+use super::{Agent, Core, Ready};
 use crate::error::{Error, SimError};
 use crate::model::SignalId;
+use crate::sim::task::{Coroutine, Ending, Step, TaskId};
+use crate::sim::trigger::{Edge, Failure, Outcome, Trigger};
 
-/// The future `run` drives, if it drives one.
+/// The future that `run` drives, if it drives one.
 pub(crate) type MainTask<'a> = Option<Pin<&'a mut dyn Future<Output = ()>>>;
 
 impl Core {
@@ -53,7 +54,7 @@ impl Core {
         id
     }
 
-    /// The ending of a task, if it has ended; of one long forgotten, `Done`.
+    /// The ending of a task, if it has ended; `Done` of a task whose slot was freed.
     pub fn ending(&self, id: TaskId) -> Option<Ending> {
         let tasks = self.tasks.borrow();
         match tasks.get(id.index as usize).filter(|t| t.generation == id.generation) {
@@ -83,7 +84,7 @@ impl Core {
         }
     }
 
-    /// Ends a task; it is not resumed again. A task that cancels itself runs to its next wait.
+    /// Ends a task: it is not resumed again. A task that cancels itself runs to its next wait.
     pub fn cancel(&self, id: TaskId) {
         let body = {
             let mut tasks = self.tasks.borrow_mut();
@@ -114,7 +115,7 @@ impl Core {
             (std::mem::take(&mut task.joiners), std::mem::take(&mut task.wait), task.name.clone(), task.detached)
         };
         match wait {
-            TaskWait::Node(node) => self.disarm(node),
+            TaskWait::Other(wait_id) => self.disarm(wait_id),
             TaskWait::Edge(signal, ..) => self.compact(signal),
             TaskWait::Nothing | TaskWait::Fired => {}
         }
@@ -122,9 +123,9 @@ impl Core {
             self.main_ended.set(true);
         }
         let mut heard = false;
-        for node in joiners {
-            heard |= self.is_armed(node);
-            self.fire(node, joined(ending.clone()));
+        for wait_id in joiners {
+            heard |= self.is_armed(wait_id);
+            self.fire(wait_id, joined(ending.clone()));
         }
         if let Ending::Failed(failure) = ending
             && !heard
@@ -137,7 +138,7 @@ impl Core {
         }
     }
 
-    /// Forgets a task as soon as it has ended.
+    /// Frees the task's slot as soon as it has ended.
     pub fn detach(&self, id: TaskId) {
         {
             let mut tasks = self.tasks.borrow_mut();
@@ -147,7 +148,7 @@ impl Core {
         self.forget(id);
     }
 
-    /// Forgets an ended task, so that its place can be used again.
+    /// Frees the slot of an ended task.
     pub fn forget(&self, id: TaskId) {
         let mut tasks = self.tasks.borrow_mut();
         if let Some(task) = tasks.get_mut(id.index as usize)
@@ -160,7 +161,7 @@ impl Core {
         }
     }
 
-    /// Cancels everything that still runs.
+    /// Cancels all tasks and removes all bus models.
     pub fn cancel_all(&self) {
         let running: Vec<TaskId> = {
             let tasks = self.tasks.borrow();
@@ -223,7 +224,7 @@ impl Core {
         self.error.borrow_mut().take().map_or(Ok(()), Err)
     }
 
-    /// The run ends with this error, or with one that came before.
+    /// The run ends with this error, unless there is one already.
     #[cold]
     pub(super) fn fail(&self, error: Error) {
         self.failed.set(true);
@@ -247,10 +248,10 @@ impl Core {
             let mut tasks = self.tasks.borrow_mut();
             let Some(task) = tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) else { return };
             task.queued = false;
-            // It may have been woken by something it no longer waits for.
+            // A trigger that it no longer waits for may have made it ready.
             match task.wait {
                 TaskWait::Edge(..) => return,
-                TaskWait::Node(node) if self.is_armed(node) => return,
+                TaskWait::Other(wait_id) if self.is_armed(wait_id) => return,
                 _ => {}
             }
             let Some(body) = task.body.take() else { return };
@@ -284,8 +285,8 @@ impl Core {
     /// Polls a task's future with the task's own waker.
     #[inline]
     fn with_waker<T>(&self, id: TaskId, poll: impl FnOnce(&mut Context<'_>) -> T) -> T {
-        // SAFETY: a copy that is never dropped; the original stays in the task's slot, which is not given to another
-        // task before this one has ended.
+        // SAFETY: the copy is never dropped; the original stays in the task's slot, which no other task gets before
+        // this one has ended.
         let waker =
             std::mem::ManuallyDrop::new(unsafe { std::ptr::read(&self.tasks.borrow()[id.index as usize].waker) });
         let outer = (self.current.replace(Some(id)), self.current_waker.replace(waker.data()));
@@ -295,7 +296,7 @@ impl Core {
         polled
     }
 
-    /// Keeps a task that has run for the next time, or ends it.
+    /// Keeps a task that waits, or ends it.
     #[inline]
     fn put_back(&self, id: TaskId, body: Body, ending: Option<Ending>) {
         let ending = {
@@ -320,14 +321,14 @@ impl Core {
         let mut outcome = match wait {
             TaskWait::Nothing => Outcome::Start,
             TaskWait::Fired | TaskWait::Edge(..) => Outcome::Fired,
-            TaskWait::Node(node) => self.take_outcome(node).unwrap_or(Outcome::Fired),
+            TaskWait::Other(wait_id) => self.take_outcome(wait_id).unwrap_or(Outcome::Fired),
         };
         loop {
             let armed = match coroutine.resume(outcome) {
                 Step::Wait(Trigger::Edge(signal, edge)) => self.arm_task(id, signal, edge, 1),
                 Step::Wait(Trigger::Edges(signal, edge, count)) => self.arm_task(id, signal, edge, count),
-                Step::Wait(trigger) => self.arm(&trigger, Target::Task(id)).map(|node| {
-                    self.tasks.borrow_mut()[id.index as usize].wait = TaskWait::Node(node);
+                Step::Wait(trigger) => self.arm(&trigger, Target::Task(id)).map(|wait_id| {
+                    self.tasks.borrow_mut()[id.index as usize].wait = TaskWait::Other(wait_id);
                 }),
                 Step::Done => return Some(Ending::Done),
                 Step::Failed(failure) => return Some(Ending::Failed(failure)),

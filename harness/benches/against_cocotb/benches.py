@@ -87,7 +87,7 @@ async def per_cycle_by_name(dut):
 
 @cocotb.test()
 async def driver_and_monitor(dut):
-    """Two tasks: one writes each cycle, one looks each cycle whether a word passes."""
+    """Two tasks: one writes each cycle, one checks in each cycle whether a beat moves."""
     await begin(dut)
     edge = RisingEdge(dut.clk)
 

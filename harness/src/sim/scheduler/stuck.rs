@@ -1,12 +1,13 @@
-//! Why nothing goes on: what every task waits for.
+//! The report of what every task waits for.
 
 use std::fmt;
 
-use super::core::Core;
-use super::node::{Node, NodeRef, Nodes, State, Target, Waiting};
-use super::task::{Task, TaskId, TaskWait};
-use super::trigger::Edge;
+use super::Core;
+use super::task_state::{Task, TaskWait};
+use super::wait_table::{State, Target, WaitId, WaitSlot, WaitTable, Waiting};
 use crate::model::load;
+use crate::sim::task::TaskId;
+use crate::sim::trigger::Edge;
 use crate::time::Time;
 
 /// What one task waits for.
@@ -57,8 +58,8 @@ impl Core {
             .map(|(index, task)| {
                 let id = TaskId { index: index as u32, generation: task.generation };
                 let mut waits: Vec<String> = {
-                    let nodes = self.nodes.borrow();
-                    let of_task = |n: &&Node| {
+                    let wait_table = self.wait_table.borrow();
+                    let of_task = |n: &&WaitSlot| {
                         n.state == State::Armed
                             && match &n.target {
                                 Target::Task(t) => *t == id,
@@ -66,7 +67,7 @@ impl Core {
                                 Target::Parent(..) => false,
                             }
                     };
-                    nodes.iter().filter(of_task).map(|n| self.describe(&n.waiting, &nodes, &tasks)).collect()
+                    wait_table.iter().filter(of_task).map(|n| self.describe(&n.waiting, &wait_table, &tasks)).collect()
                 };
                 if let TaskWait::Edge(signal, edge, count) = task.wait {
                     waits.push(self.describe_edge(signal, edge, count));
@@ -85,9 +86,9 @@ impl Core {
         StuckReport { time: self.now(), tasks: reports, no_clock: stopped }
     }
 
-    fn describe(&self, waiting: &Waiting, nodes: &Nodes, tasks: &[Task]) -> String {
-        let part = |p: &NodeRef| match nodes.get(*p) {
-            Some(node) if node.state == State::Armed => self.describe(&node.waiting, nodes, tasks),
+    fn describe(&self, waiting: &Waiting, wait_table: &WaitTable, tasks: &[Task]) -> String {
+        let part = |p: &WaitId| match wait_table.get(*p) {
+            Some(wait_id) if wait_id.state == State::Armed => self.describe(&wait_id.waiting, wait_table, tasks),
             _ => "done".into(),
         };
         match waiting {
