@@ -42,7 +42,7 @@ bench: setup
 bench-harness:
 	@setup/bootstrap.sh iverilog
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml
-	$(PYTHON) harness/bench/run.py --runs 5
+	$(PYTHON) harness/benches/against_cocotb/run.py --runs 5
 
 setup:
 	@setup/bootstrap.sh

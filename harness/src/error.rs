@@ -137,7 +137,7 @@ pub enum BuildError {
     },
     /// No variable says where the cache folder is.
     #[error(transparent)]
-    NoCacheFolder(#[from] crate::cache::NoCacheFolder),
+    NoCacheFolder(#[from] hoverlock_cache::NoCacheFolder),
     /// A built model cannot be loaded, even after a fresh build.
     #[error("the built model {path} cannot be loaded: {reason}", path = path.display())]
     Load {

@@ -8,7 +8,6 @@
 //! | [`sim`] | time, clocks and tasks around a model; the order of a time step |
 //! | [`bus`] | drivers, monitors and checkers for Avalon and AXI |
 //! | [`wave`], [`coverage`] | recorded signals, counted coverage |
-//! | [`cache`] | the folder of what can be made again |
 //!
 //! The engine drives any Verilog that Verilator takes without delays and DPI.
 //!
@@ -44,7 +43,6 @@
 
 pub mod build;
 pub mod bus;
-pub mod cache;
 pub mod coverage;
 mod error;
 pub mod model;

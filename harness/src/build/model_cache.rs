@@ -86,7 +86,7 @@ impl Cache {
     fn open(build: &Build) -> Result<Cache, BuildError> {
         let root = match &build.cache {
             Some(folder) => folder.clone(),
-            None => crate::cache::folder()?,
+            None => hoverlock_cache::folder()?,
         };
         let limit = build.cache_limit.unwrap_or_else(|| {
             let asked = std::env::var("HOVERLOCK_CACHE_LIMIT").ok().and_then(|text| text.parse::<u64>().ok());

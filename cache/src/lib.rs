@@ -4,7 +4,12 @@
 //! folder has a subfolder of its own; those of built models are `models`, `runtime`, `locks` and `aside`.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// Entries that were not used for this long may be removed: 30 days.
+pub const KEPT: Duration = Duration::from_secs(30 * 24 * 3600);
 
 /// No variable of the environment says where the cache folder is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -30,6 +35,26 @@ fn folder_from(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, N
     base.map(|folder| folder.join("hoverlock")).ok_or(NoCacheFolder)
 }
 
+/// Records that a file of the cache is in use, so that [`prune`] keeps it. A cache that cannot be written stays as it is.
+pub fn touch(file: &Path) {
+    if let Ok(file) = File::options().append(true).open(file) {
+        // A read-only cache still serves what it holds.
+        let _ = file.set_modified(SystemTime::now());
+    }
+}
+
+/// Removes the files directly in `folder` that were last written or touched more than `kept` ago, and returns how many. What cannot be
+/// removed stays.
+pub fn prune(folder: &Path, kept: Duration) -> usize {
+    let Some(oldest) = SystemTime::now().checked_sub(kept) else { return 0 };
+    let Ok(entries) = fs::read_dir(folder) else { return 0 };
+    let old = entries.flatten().filter(|entry| {
+        let metadata = entry.metadata().ok().filter(fs::Metadata::is_file);
+        metadata.and_then(|metadata| metadata.modified().ok()).is_some_and(|used| used < oldest)
+    });
+    old.filter(|entry| fs::remove_file(entry.path()).is_ok()).count()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,5 +77,23 @@ mod tests {
         let empty = [("HOVERLOCK_CACHE", ""), ("XDG_CACHE_HOME", ""), ("HOME", "/home/me")];
         assert_eq!(found(&empty), Ok("/home/me/.cache/hoverlock".into()));
         assert_eq!(found(&[("XDG_CACHE_HOME", "xdg"), ("HOME", "/home/me")]), Ok("/home/me/.cache/hoverlock".into()));
+    }
+
+    #[test]
+    fn prune_removes_what_was_not_used_and_keeps_what_was_touched() {
+        let folder = tempfile::tempdir().unwrap();
+        let [old, used, new] = ["old", "used", "new"].map(|name| folder.path().join(name));
+        for file in [&old, &used, &new] {
+            fs::write(file, "netlist").unwrap();
+        }
+        let long_ago = SystemTime::now() - 2 * KEPT;
+        for file in [&old, &used] {
+            File::options().append(true).open(file).unwrap().set_modified(long_ago).unwrap();
+        }
+        touch(&used);
+        assert_eq!(prune(folder.path(), KEPT), 1);
+        assert!(!old.exists() && used.exists() && new.exists());
+        assert_eq!(fs::read_to_string(&used).unwrap(), "netlist");
+        assert_eq!(prune(&folder.path().join("missing"), KEPT), 0);
     }
 }
