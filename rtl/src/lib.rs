@@ -8,10 +8,8 @@ macro_rules! comment {
 pub mod cells;
 pub mod core;
 pub mod emission;
-pub mod emit;
 pub mod estimate;
 pub mod extractor;
-mod headers;
 pub mod registers;
 pub mod simulation;
 pub mod smoother;

@@ -1,12 +1,12 @@
 //! The whole chain, `bit_true` against `rtl`: sizes, pauses, frames back to back, new coefficients, faults, drops.
 
-mod bench;
+mod port_bench;
 
 use std::sync::LazyLock;
 
-use bench::{lattice, noise};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::{Fault, Job, Outcome, Simulator, Streams, run};
+use port_bench::{lattice, noise};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -2,7 +2,7 @@
 
 use std::{path::Path, process::Command};
 
-use hoverlock_rtl::emit::{MEND, files};
+use hoverlock_rtl::emission::{MEND, files};
 
 #[test]
 fn committed_files_are_fresh() {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hoverlock_fixed_point::analysis::resources::{memories, resources};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_rtl::{
-    emit::File,
+    emission::File,
     estimate::{DSP_LIMIT, Estimate, EstimateError, estimate, of},
 };
 

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
-    emit::files,
+    emission::files,
     simulation::{Job, Simulator, Streams, run},
 };
 use rand::{RngExt, SeedableRng};

@@ -3,9 +3,9 @@
 //! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture` puts in as many
 //! and writes the table that is committed; without the variables it is a sample.
 
-mod bench;
-mod leaf;
 mod mutation;
+mod port_bench;
+mod three_way;
 
 use std::{
     collections::BTreeMap,
@@ -18,13 +18,13 @@ use std::{
     },
 };
 
-use bench::{lattice, noise, scenarios::SCENARIOS};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
-    emit::committed,
+    emission::committed,
     simulation::{Fault, Job, Simulator, Streams, run},
 };
 use mutation::{Kind, Mutant, Source, is_proved_equivalent};
+use port_bench::{lattice, noise, scenarios::SCENARIOS};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -139,9 +139,9 @@ fn gates(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &st
         }
     }
     // What no frame shows, the cell's own gate may: it drives all that its ports can say.
-    leaf::drive_only(module, simulator.plusargs());
+    three_way::drive_only(module, simulator.plusargs());
     let fails = |gate: fn()| catch_unwind(gate).is_err();
-    if leaf::GATES.iter().chain(&leaf::structure::GATES).any(|(_, gate)| fails(*gate)) {
+    if three_way::CHECKS.iter().chain(&three_way::structure::CHECKS).any(|(_, check)| fails(*check)) {
         return Some(("cell".into(), module.into()));
     }
     large.iter().find_map(|jobs| chain("large frames", jobs, 0.0))
@@ -223,7 +223,7 @@ fn mutants_do_not_survive() {
     let mutants = mutation::choose(&all, count, seed);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mutants-{count}-{seed}"));
     let faulty = mutation::write(&folder, &sources, &mutants);
-    leaf::drive_others(&faulty, &folder);
+    three_way::drive_others(&faulty, &folder);
     let model = Simulator::of(&faulty).expect("the faults build");
     let (jobs, large) = (torture(), large());
     let choose = |number: usize| model.clone().with_plusargs(vec![format!("+MUTANT={number}")]);

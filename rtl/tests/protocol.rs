@@ -1,12 +1,12 @@
 //! What the core promises to a system: registers, status, interrupt, resets, sizes, gaps, thresholds that follow, a sink that sleeps.
 
-mod bench;
+mod port_bench;
 
 use std::sync::LazyLock;
 
-use bench::scenarios::{self, SCENARIOS};
 use hoverlock_harness::model::Library;
 use hoverlock_rtl::simulation::Simulator;
+use port_bench::scenarios::{self, SCENARIOS};
 use proptest::prelude::*;
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));

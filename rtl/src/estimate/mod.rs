@@ -26,7 +26,7 @@ use serde::Serialize;
 
 use self::memory::Memory;
 use self::netlist::{Flat, Kind};
-use crate::emit::EmitError;
+use crate::emission::EmitError;
 
 pub use self::synthesis::{estimate, of};
 

@@ -15,7 +15,7 @@ use super::{
     netlist::{Flat, Netlist},
 };
 use crate::{
-    emit::{File, committed, files},
+    emission::{File, committed, files},
     simulation::cache,
 };
 

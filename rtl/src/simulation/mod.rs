@@ -37,7 +37,7 @@ pub(crate) use simulator::cache;
 use waves::Recorder;
 pub use waves::{Window, format_of, record, signals, view};
 
-use crate::emit::EmitError;
+use crate::emission::EmitError;
 
 /// Why there is no result.
 #[derive(Debug, thiserror::Error)]

@@ -12,7 +12,7 @@ use hoverlock_harness::{
 use sha2::{Digest, Sha256};
 
 use super::{SimulationError, bench::INTERNALS};
-use crate::emit::{committed, files};
+use crate::emission::{committed, files};
 
 /// The Verilated top, built once and cached by content.
 #[derive(Debug, Clone)]

@@ -1,13 +1,18 @@
 //! Everything the RTL folder holds that is made by a program: Verilog, file list, C header, Rust constants, register table.
 
+mod headers;
+pub mod post_pass;
+
 use std::path::{Path, PathBuf};
 
 use rust_hdl::prelude::{Block, generate_verilog_unchecked};
 use sha2::{Digest, Sha256};
 
-use crate::{
-    emission::{EmissionError, Module, readable},
+use self::{
     headers::header,
+    post_pass::{EmissionError, Module, readable},
+};
+use crate::{
     registers::{Access, Register, registers},
     top::Top,
 };

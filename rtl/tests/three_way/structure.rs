@@ -1,4 +1,4 @@
-//! The gates of what is built of cells: stages, the three smoothers, a scale pair, the core between its streams.
+//! The checks of what is built of cells: stages, the three smoothers, a scale pair, the core between its streams.
 //!
 //! rust-hdl's simulator takes 0.05 ms (a scale pair) to 1 ms (the core) a cycle for these, so frames are as small as they may be.
 
@@ -11,26 +11,26 @@ use hoverlock_reference::features::maxlbp::Layer as Responses;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     core::Core,
-    extractor::{Layer, Smoothers},
+    extractor::{scale_pair::Layer, smoothers::Smoothers},
     registers::default_coefficients,
-    smoother::{ColumnStage, LookAheadStage, LookBackStage},
+    smoother::stages::{ColumnStage, LookAheadStage, LookBackStage},
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rust_hdl::prelude::*;
 
-use super::{Word, instance, is_driven, random};
+use super::{Check, Word, instance, is_driven, random};
 
-/// Modules that are driven here and not in the gates of the leaves.
+/// Modules that are driven here and not in the checks of the leaves.
 pub const MODULES: [&str; 6] =
     ["column_stage_1", "look_back_stage_1", "look_ahead_stage_1", "smoothers", "layer", "hoverlock_core"];
 
-/// All gates.
-pub const GATES: [(&str, fn()); 5] = [
+/// All checks of what is built of cells.
+pub const CHECKS: [Check; 5] = [
     ("row_stages", row_stages),
     ("column_stage", column_stage),
     ("smoothers", smoothers),
-    ("layer", layer),
+    ("scale_pair", scale_pair),
     ("core", core),
 ];
 
@@ -193,7 +193,7 @@ pub fn smoothers() {
 }
 
 /// A scale pair with states that come close and far, against MaxDOG and the response of the model.
-pub fn layer() {
+pub fn scale_pair() {
     const HEIGHT: usize = 24;
     let mut random = ChaCha8Rng::seed_from_u64(6);
     let narrow = Plane::from_fn(64, HEIGHT, |_, _| random.random_range(0..0x4_0000u32));

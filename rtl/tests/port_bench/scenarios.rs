@@ -6,7 +6,7 @@ use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_harness::model::Library;
 use hoverlock_rtl::{
-    emit::emission,
+    emission::emission,
     registers::{Access, registers},
 };
 use rand::{RngExt, SeedableRng};
