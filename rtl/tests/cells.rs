@@ -1,4 +1,5 @@
-//! Every cell, and what is built of cells, three ways: bit-true model == rust-hdl's simulator == Verilator on the committed files.
+//! Every cell, and what is built of cells, three ways: bit-true model == rust-hdl's simulator == Verilator on the
+//! committed files.
 
 mod three_way;
 
@@ -48,7 +49,7 @@ tests! { crate::three_way::CHECKS =>
 mod structure {
     tests! { crate::three_way::structure::CHECKS =>
         row_stages
-        column_stage
+        column_look_ahead
         smoothers
         scale_pair;
         #[ignore = "long: rust-hdl's simulator takes a millisecond a cycle"]

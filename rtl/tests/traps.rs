@@ -1,5 +1,5 @@
-//! What rust-hdl 0.46 gets wrong, reproduced: the reason for the rules the sources keep. A test that fails here after an upgrade
-//! says which rule may be relaxed.
+//! What rust-hdl 0.46 gets wrong, reproduced: the reason for the rules the sources keep. A test that fails here after
+//! an upgrade says which rule may be relaxed.
 
 use hoverlock_harness::build::Build;
 use rust_hdl::prelude::*;

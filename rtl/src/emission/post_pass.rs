@@ -1,60 +1,60 @@
-//! From what rust-hdl prints to what a hardware engineer reads: one file per module, equal modules merged, plain names.
+//! From rust-hdl's printed Verilog to one readable file per module: equal modules merged, plain names.
 //!
-//! rust-hdl names modules by their place (`top$column$0$lerp`), makes every instance a module of its own, joins names by `$`
-//! and wires in one `always` block. Here each module says its name in a line `// module: NAME`, and its purpose in lines `// : TEXT`;
-//! modules whose text is equal become one, two different texts under one name are an error (a name that ends in `*` is numbered), wiring becomes `assign` or goes
-//! straight into the port list, and `$` becomes `_`, checked for collisions.
+//! rust-hdl names modules by their hierarchy (`top$column$0$lerp`), makes every instance a module of its own, joins
+//! names by `$` and wires in one `always` block. Each source module gives its name in a line `// module: NAME`. Modules
+//! with equal text are merged. Two different texts under one name are an error; a name that ends in `*` is numbered.
+//! Wiring becomes `assign` or goes into the port list, and `$` becomes `_`, checked for collisions.
 
 use std::collections::BTreeMap;
 use std::collections::HashSet;
 
-/// A module, ready to be written.
+/// A module of the emission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Module {
-    /// Its name, and that of its file without `.v`.
+    /// Name of the module, and of its file without `.v`.
     pub name: String,
-    /// Its text without banner.
+    /// Text without banner.
     pub text: String,
 }
 
-/// Why an emission cannot be made readable: a fault of the sources, not of the user.
+/// Why the post-pass fails: an error in the sources.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EmissionError {
     /// The module has no line `// module: NAME`.
     #[error("module {0} does not say its name")]
     Nameless(String),
-    /// Two texts, one name.
+    /// Two different modules have one name.
     #[error("two different modules are called {name}: {first} and {second}")]
     Ambiguous {
         /// The name.
         name: String,
-        /// Where it was first.
+        /// The first module, as rust-hdl printed it.
         first: String,
-        /// Where it is again.
+        /// The second module.
         second: String,
     },
-    /// `a$b` and `a_b` are both there.
+    /// Both `a$b` and `a_b` exist.
     #[error("module {module}: two signals become {name}")]
     Collision {
-        /// Where.
+        /// The module.
         module: String,
         /// The name.
         name: String,
     },
-    /// The printed text has a form this pass does not know.
+    /// The printed text has an unknown form.
     #[error("module {module}: cannot read `{line}`")]
     Unknown {
-        /// Where.
+        /// The module.
         module: String,
-        /// What.
+        /// The line.
         line: String,
     },
 }
 
-/// Makes readable modules of what rust-hdl printed, children before parents.
+/// Rewrites rust-hdl's output as readable modules, children before parents.
 ///
 /// # Errors
-/// Where the sources break the conventions of the module documentation.
+/// Where the sources break the conventions above.
 pub fn readable(printed: &str) -> Result<Vec<Module>, EmissionError> {
     let printed = comments(printed);
     let mut raw = BTreeMap::new();

@@ -1,12 +1,12 @@
-//! The datapath: pixels in, records out, nothing known of buses.
+//! The datapath from pixels to records, without bus interfaces.
 //!
 //! | part | lines | steps |
 //! |---|---|---|
-//! | narrow and middle smoothers wait for the wide one | 32 | 44 |
-//! | smoothers | 31, 31, 63 | 95, 95, 139 |
+//! | pixel delay before the narrow and the middle smoother | 32 | 44 |
+//! | smoothers narrow, middle, wide | 31, 31, 63 | 95, 95, 139 |
 //! | difference | 0 | 2 |
-//! | 7x7 window: centre decided | 3 | 11 |
-//! | MaxDOG, on the way to the ring | 2 | 8 |
+//! | decision at the centre of the 7x7 window | 3 | 11 |
+//! | MaxDOG to the ring | 2 | 8 |
 //! | ring complete at its centre | 18 | 24 |
 
 pub mod scale_pair;
@@ -14,7 +14,7 @@ pub mod smoothers;
 
 use rust_hdl::prelude::*;
 
-use self::{scale_pair::Layer, smoothers::Smoothers};
+use self::{scale_pair::ScalePair, smoothers::Smoothers};
 use crate::cells::{
     Height, Response, Width,
     decision::{Decision, Eligible, Threshold},
@@ -25,60 +25,60 @@ use crate::cells::{
     ring::{RingComparator, RingTaps, rows},
 };
 
-/// From pixels to records.
+/// The extractor: pixels in, records out.
 #[derive(LogicBlock)]
 pub struct Extractor {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No frame is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `W`.
     pub width: Signal<In, Width>,
     /// `H`.
     pub height: Signal<In, Height>,
-    /// The pixel is a frame's first.
+    /// The pixel is the first of a frame.
     pub start: Signal<In, Bit>,
-    /// A pixel a step.
+    /// One pixel per step.
     pub pixel: Signal<In, Bits<16>>,
-    /// What the frame takes with it.
+    /// Register values captured for the frame.
     pub frame_bank: Signal<In, Bits<368>>,
-    /// Its errors at the input, when its last record is due.
+    /// Input errors of the frame, sampled with its trailer.
     pub errors: Signal<In, Bits<4>>,
-    /// The FIFO has room for features.
+    /// The FIFO accepts features.
     pub room: Signal<In, Bit>,
-    /// Write `record` with this step.
+    /// Write `record` in this cycle.
     pub write: Signal<Out, Bit>,
-    /// A record.
+    /// Output record.
     pub record: Signal<Out, Bits<256>>,
-    /// A frame is done.
+    /// Pulse: a frame is complete.
     pub done: Signal<Out, Bit>,
-    /// Features of the frame that were written.
+    /// Features of the frame that were written to the FIFO.
     pub count: Signal<Out, Bits<20>>,
-    /// That were dropped.
+    /// Features of the frame that were dropped.
     pub dropped: Signal<Out, Bits<20>>,
-    /// Frames done.
+    /// Number of complete frames.
     pub frames: Signal<Out, Bits<32>>,
-    /// A response was cut.
+    /// A response was saturated.
     pub saturated: Signal<Out, Bit>,
-    /// `T_0` in use.
+    /// Threshold `T_0` in use.
     pub threshold_0: Signal<Out, Response>,
-    /// `T_1` in use.
+    /// Threshold `T_1` in use.
     pub threshold_1: Signal<Out, Response>,
     pixels: Delay<16>,
     smoothers: Smoothers,
     response_start: FlagDelay,
     response_cursor: Cursor,
-    layer_0: Layer,
-    layer_1: Layer,
+    scale_pair_0: ScalePair,
+    scale_pair_1: ScalePair,
     window_start: FrameDelay,
     window_cursor: Cursor,
     eligible: Eligible,
     decision_0: Decision,
     decision_1: Decision,
-    level_0: Threshold,
-    level_1: Threshold,
+    controller_0: Threshold,
+    controller_1: Threshold,
     candidate: CandidateWord,
     ring_start: FrameDelay,
     ring_cursor: Cursor,
@@ -119,15 +119,15 @@ impl Default for Extractor {
             smoothers: Smoothers::default(),
             response_start: FlagDelay::new(2),
             response_cursor: Cursor::default(),
-            layer_0: Layer::default(),
-            layer_1: Layer::default(),
+            scale_pair_0: ScalePair::default(),
+            scale_pair_1: ScalePair::default(),
             window_start: FrameDelay::new(3, 10),
             window_cursor: Cursor::default(),
             eligible: Eligible::default(),
             decision_0: Decision::default(),
             decision_1: Decision::default(),
-            level_0: Threshold::default(),
-            level_1: Threshold::default(),
+            controller_0: Threshold::default(),
+            controller_1: Threshold::default(),
             candidate: CandidateWord::default(),
             ring_start: FrameDelay::new(15, 13),
             ring_cursor: Cursor::default(),
@@ -164,21 +164,21 @@ impl Logic for Extractor {
         self.response_start.reset.next = self.reset.val();
         self.response_start.advance.next = self.advance.val();
         self.response_start.x.next = self.smoothers.start_out.val();
-        self.layer_0.clock.next = self.clock.val();
-        self.layer_0.reset.next = self.reset.val();
-        self.layer_0.advance.next = self.advance.val();
-        self.layer_0.address.next = self.smoothers.address.val();
-        self.layer_0.address_1.next = self.smoothers.address_1.val();
-        self.layer_0.narrow.next = self.smoothers.narrow.val();
-        self.layer_0.wide.next = self.smoothers.middle.val();
-        self.layer_1.clock.next = self.clock.val();
-        self.layer_1.reset.next = self.reset.val();
-        self.layer_1.advance.next = self.advance.val();
-        self.layer_1.address.next = self.smoothers.address.val();
-        self.layer_1.address_1.next = self.smoothers.address_1.val();
-        self.layer_1.narrow.next = self.smoothers.middle.val();
-        self.layer_1.wide.next = self.smoothers.wide.val();
-        comment!("What is not of a frame may be anything.");
+        self.scale_pair_0.clock.next = self.clock.val();
+        self.scale_pair_0.reset.next = self.reset.val();
+        self.scale_pair_0.advance.next = self.advance.val();
+        self.scale_pair_0.address.next = self.smoothers.address.val();
+        self.scale_pair_0.address_delayed_1.next = self.smoothers.address_delayed_1.val();
+        self.scale_pair_0.narrow.next = self.smoothers.narrow.val();
+        self.scale_pair_0.wide.next = self.smoothers.middle.val();
+        self.scale_pair_1.clock.next = self.clock.val();
+        self.scale_pair_1.reset.next = self.reset.val();
+        self.scale_pair_1.advance.next = self.advance.val();
+        self.scale_pair_1.address.next = self.smoothers.address.val();
+        self.scale_pair_1.address_delayed_1.next = self.smoothers.address_delayed_1.val();
+        self.scale_pair_1.narrow.next = self.smoothers.middle.val();
+        self.scale_pair_1.wide.next = self.smoothers.wide.val();
+        comment!("Samples between frames are undefined and must not set the status bit.");
         self.response_cursor.clock.next = self.clock.val();
         self.response_cursor.reset.next = self.reset.val();
         self.response_cursor.advance.next = self.advance.val();
@@ -186,9 +186,9 @@ impl Logic for Extractor {
         self.response_cursor.height.next = self.height.val();
         self.response_cursor.start.next = self.response_start.y.val();
         self.saturated.next =
-            (self.layer_0.saturated.val() | self.layer_1.saturated.val()) & self.response_cursor.active.val();
+            (self.scale_pair_0.saturated.val() | self.scale_pair_1.saturated.val()) & self.response_cursor.active.val();
 
-        comment!("The window: what is a feature.");
+        comment!("The 7x7 window decides whether its centre is a feature.");
         self.window_start.clock.next = self.clock.val();
         self.window_start.reset.next = self.reset.val();
         self.window_start.advance.next = self.advance.val();
@@ -211,45 +211,45 @@ impl Logic for Extractor {
         self.decision_0.reset.next = self.reset.val();
         self.decision_0.advance.next = self.advance.val();
         self.decision_0.eligible.next = self.eligible.eligible.val();
-        self.decision_0.p.next = self.layer_0.p.val().get_bits::<15>(0);
-        self.decision_0.strict.next = self.layer_0.strict.val();
-        self.decision_0.loose.next = self.layer_0.loose.val();
-        self.decision_0.threshold.next = self.level_0.threshold.val();
-        self.level_0.clock.next = self.clock.val();
-        self.level_0.reset.next = self.reset.val();
-        self.level_0.advance.next = self.advance.val();
-        self.level_0.start.next = self.window_start.y.val();
-        self.level_0.hit.next = self.decision_0.hit.val();
-        self.level_0.manual.next = self.smoothers.window_bank.val().get_bits::<15>(304);
-        self.level_0.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
-        self.level_0.follow.next = self.smoothers.window_bank.val().get_bit(352);
-        self.threshold_0.next = self.level_0.threshold.val();
+        self.decision_0.p.next = self.scale_pair_0.p.val().get_bits::<15>(0);
+        self.decision_0.strict.next = self.scale_pair_0.strict.val();
+        self.decision_0.loose.next = self.scale_pair_0.loose.val();
+        self.decision_0.threshold.next = self.controller_0.threshold.val();
+        self.controller_0.clock.next = self.clock.val();
+        self.controller_0.reset.next = self.reset.val();
+        self.controller_0.advance.next = self.advance.val();
+        self.controller_0.start.next = self.window_start.y.val();
+        self.controller_0.hit.next = self.decision_0.hit.val();
+        self.controller_0.manual.next = self.smoothers.window_bank.val().get_bits::<15>(304);
+        self.controller_0.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
+        self.controller_0.follow.next = self.smoothers.window_bank.val().get_bit(352);
+        self.threshold_0.next = self.controller_0.threshold.val();
         self.decision_1.clock.next = self.clock.val();
         self.decision_1.reset.next = self.reset.val();
         self.decision_1.advance.next = self.advance.val();
         self.decision_1.eligible.next = self.eligible.eligible.val();
-        self.decision_1.p.next = self.layer_1.p.val().get_bits::<15>(0);
-        self.decision_1.strict.next = self.layer_1.strict.val();
-        self.decision_1.loose.next = self.layer_1.loose.val();
-        self.decision_1.threshold.next = self.level_1.threshold.val();
-        self.level_1.clock.next = self.clock.val();
-        self.level_1.reset.next = self.reset.val();
-        self.level_1.advance.next = self.advance.val();
-        self.level_1.start.next = self.window_start.y.val();
-        self.level_1.hit.next = self.decision_1.hit.val();
-        self.level_1.manual.next = self.smoothers.window_bank.val().get_bits::<15>(320);
-        self.level_1.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
-        self.level_1.follow.next = self.smoothers.window_bank.val().get_bit(352);
-        self.threshold_1.next = self.level_1.threshold.val();
+        self.decision_1.p.next = self.scale_pair_1.p.val().get_bits::<15>(0);
+        self.decision_1.strict.next = self.scale_pair_1.strict.val();
+        self.decision_1.loose.next = self.scale_pair_1.loose.val();
+        self.decision_1.threshold.next = self.controller_1.threshold.val();
+        self.controller_1.clock.next = self.clock.val();
+        self.controller_1.reset.next = self.reset.val();
+        self.controller_1.advance.next = self.advance.val();
+        self.controller_1.start.next = self.window_start.y.val();
+        self.controller_1.hit.next = self.decision_1.hit.val();
+        self.controller_1.manual.next = self.smoothers.window_bank.val().get_bits::<15>(320);
+        self.controller_1.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
+        self.controller_1.follow.next = self.smoothers.window_bank.val().get_bit(352);
+        self.threshold_1.next = self.controller_1.threshold.val();
 
         comment!("A candidate waits until its ring is complete.");
-        self.candidate.place.next = self.eligible.place.val();
+        self.candidate.position.next = self.eligible.position.val();
         self.candidate.hit_0.next = self.decision_0.hit.val();
         self.candidate.hit_1.next = self.decision_1.hit.val();
-        self.candidate.centre_0.next = self.layer_0.centre.val();
-        self.candidate.centre_1.next = self.layer_1.centre.val();
-        self.candidate.neighbours_0.next = self.layer_0.neighbours.val();
-        self.candidate.neighbours_1.next = self.layer_1.neighbours.val();
+        self.candidate.centre_0.next = self.scale_pair_0.centre.val();
+        self.candidate.centre_1.next = self.scale_pair_1.centre.val();
+        self.candidate.neighbours_0.next = self.scale_pair_0.neighbours.val();
+        self.candidate.neighbours_1.next = self.scale_pair_1.neighbours.val();
         self.ring_start.clock.next = self.clock.val();
         self.ring_start.reset.next = self.reset.val();
         self.ring_start.advance.next = self.advance.val();
@@ -269,18 +269,18 @@ impl Logic for Extractor {
         self.queue.x.next = self.ring_cursor.x.val();
         self.queue.y.next = self.ring_cursor.y.val();
 
-        comment!("The ring: what a feature looks like.");
+        comment!("The ring gives the descriptor of a feature.");
         self.ring_lines_0.clock.next = self.clock.val();
         self.ring_lines_0.advance.next = self.advance.val();
         self.ring_lines_0.address.next = self.smoothers.address.val();
-        self.ring_lines_0.write_address.next = self.smoothers.address_1.val();
-        self.ring_lines_0.x.next = self.layer_0.ring.val();
+        self.ring_lines_0.write_address.next = self.smoothers.address_delayed_1.val();
+        self.ring_lines_0.x.next = self.scale_pair_0.ring.val();
         self.ring_lines_1.clock.next = self.clock.val();
         self.ring_lines_1.advance.next = self.advance.val();
         self.ring_lines_1.address.next = self.smoothers.address.val();
-        self.ring_lines_1.write_address.next = self.smoothers.address_1.val();
-        self.ring_lines_1.x.next = self.layer_1.ring.val();
-        self.ring_rows_1.newest.next = self.layer_1.ring.val();
+        self.ring_lines_1.write_address.next = self.smoothers.address_delayed_1.val();
+        self.ring_lines_1.x.next = self.scale_pair_1.ring.val();
+        self.ring_rows_1.newest.next = self.scale_pair_1.ring.val();
         self.ring_rows_1.older.next = self.ring_lines_1.y.val();
         self.ring_taps_0.clock.next = self.clock.val();
         self.ring_taps_0.reset.next = self.reset.val();
@@ -299,7 +299,7 @@ impl Logic for Extractor {
         self.ring_1.centre.next = self.queue.centre_1.val();
         self.ring_1.points.next = self.ring_taps_1.points.val();
 
-        comment!("Records.");
+        comment!("Feature records and trailers.");
         self.writer.clock.next = self.clock.val();
         self.writer.reset.next = self.reset.val();
         self.writer.advance.next = self.advance.val();
@@ -313,8 +313,8 @@ impl Logic for Extractor {
         self.writer.frame_end.next = self.ring_cursor.last_row.val() & self.ring_cursor.last_column.val();
         self.writer.errors.next = self.errors.val();
         self.writer.take.next = self.ring_cursor.first_row.val() & self.ring_cursor.last_column.val();
-        self.writer.threshold_0.next = self.level_0.threshold.val();
-        self.writer.threshold_1.next = self.level_1.threshold.val();
+        self.writer.threshold_0.next = self.controller_0.threshold.val();
+        self.writer.threshold_1.next = self.controller_1.threshold.val();
         self.writer.room.next = self.room.val();
         self.write.next = self.writer.write.val() & self.advance.val();
         self.record.next = self.writer.record.val();
@@ -325,7 +325,7 @@ impl Logic for Extractor {
     }
 }
 
-/// The lines of a ring that a line delay holds: all but the newest.
+/// The lines of a ring that come from a line delay: all but the newest.
 fn ring_lines(scale: usize) -> Vec<usize> {
     rows(scale).into_iter().map(|(line, _)| line).filter(|line| *line > 0).collect()
 }

@@ -11,38 +11,38 @@ use crate::cells::{
     maximum::{ColumnMaximum, Maximum, WindowMaximum},
 };
 
-/// One scale pair: difference, 7x7 window and MaxDOG.
+/// Difference, 7x7 window and MaxDOG of one scale pair.
 #[derive(LogicBlock)]
-pub struct Layer {
-    /// The one clock.
+pub struct ScalePair {
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No frame is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// Counts steps modulo `W`.
+    /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<In, Address>,
-    /// One step before.
-    pub address_1: Signal<In, Address>,
-    /// The narrower smoother.
+    /// The address one step ago.
+    pub address_delayed_1: Signal<In, Address>,
+    /// Sample of the narrower smoother.
     pub narrow: Signal<In, State>,
-    /// The wider one.
+    /// Sample of the wider smoother.
     pub wide: Signal<In, State>,
-    /// `DOG_k` with its sign above it, two steps later.
+    /// `DOG_k` with its sign in bit 15, two steps later.
     pub response: Signal<Out, Bits<16>>,
-    /// A response was cut.
+    /// A response was saturated.
     pub saturated: Signal<Out, Bit>,
-    /// The maximum of what comes earlier in the window, nine steps after the newest sample.
+    /// Maximum of the samples earlier in raster order, nine steps after the newest sample.
     pub strict: Signal<Out, Response>,
-    /// The maximum of what comes later, together with it.
+    /// Maximum of the samples later in raster order, valid with `strict`.
     pub loose: Signal<Out, Response>,
-    /// The centre, together with them.
+    /// The centre, valid with `strict`.
     pub p: Signal<Out, Bits<16>>,
     /// The centre one step later.
     pub centre: Signal<Out, Bits<16>>,
-    /// Its neighbours, together with it.
+    /// Its four neighbours, valid with `centre`.
     pub neighbours: Signal<Out, Bits<60>>,
-    /// MaxDOG with the sign at its own centre, two lines and ten steps later.
+    /// MaxDOG with the sign of its centre in bit 15, two lines and ten steps later.
     pub ring: Signal<Out, Bits<16>>,
     difference: Difference,
     signed_response: SignedResponse,
@@ -63,17 +63,17 @@ pub struct Layer {
     lower: Delay<16>,
     around: Neighbours,
     sign: FlagDelay,
-    ring_word: SignedResponse,
+    ring_sample: SignedResponse,
 }
 
-impl Default for Layer {
+impl Default for ScalePair {
     fn default() -> Self {
         Self {
             clock: Signal::default(),
             reset: Signal::default(),
             advance: Signal::default(),
             address: Signal::default(),
-            address_1: Signal::default(),
+            address_delayed_1: Signal::default(),
             narrow: Signal::default(),
             wide: Signal::default(),
             response: Signal::default(),
@@ -103,15 +103,15 @@ impl Default for Layer {
             lower: Delay::new(11),
             around: Neighbours::default(),
             sign: FlagDelay::new(8),
-            ring_word: SignedResponse::default(),
+            ring_sample: SignedResponse::default(),
         }
     }
 }
 
-impl Logic for Layer {
+impl Logic for ScalePair {
     #[hdl_gen]
     fn update(&mut self) {
-        comment!("module: layer");
+        comment!("module: scale_pair");
         self.difference.clock.next = self.clock.val();
         self.difference.advance.next = self.advance.val();
         self.difference.narrow.next = self.narrow.val();
@@ -121,11 +121,11 @@ impl Logic for Layer {
         self.signed_response.positive.next = self.difference.positive.val();
         self.response.next = self.signed_response.y.val();
 
-        comment!("Seven rows of one column, their maxima, and the maxima of those along the rows.");
+        comment!("Maxima of seven rows of one column, then their maxima along the row.");
         self.lines.clock.next = self.clock.val();
         self.lines.advance.next = self.advance.val();
         self.lines.address.next = self.address.val();
-        self.lines.write_address.next = self.address_1.val();
+        self.lines.write_address.next = self.address_delayed_1.val();
         self.lines.x.next = self.signed_response.y.val();
         self.column.clock.next = self.clock.val();
         self.column.advance.next = self.advance.val();
@@ -144,7 +144,7 @@ impl Logic for Layer {
         self.max_dog.advance.next = self.advance.val();
         self.max_dog.x.next = self.column.five.val();
 
-        comment!("In the centre row: three before the centre, three after it.");
+        comment!("Centre row: three samples before the centre, three after it.");
         self.preceding.clock.next = self.clock.val();
         self.preceding.reset.next = self.reset.val();
         self.preceding.advance.next = self.advance.val();
@@ -164,7 +164,7 @@ impl Logic for Layer {
         self.strict.next = self.strict_maximum.y.val();
         self.loose.next = self.loose_maximum.y.val();
 
-        comment!("The centre and its neighbours.");
+        comment!("The centre and its four neighbours.");
         self.right.clock.next = self.clock.val();
         self.right.reset.next = self.reset.val();
         self.right.advance.next = self.advance.val();
@@ -187,8 +187,8 @@ impl Logic for Layer {
         self.lower.x.next = self.lines.y.val().get_bits::<16>(16);
         self.around.left.next = self.left.y.val();
         self.around.right.next = self.right.y.val();
-        self.around.up.next = self.upper.y.val();
-        self.around.down.next = self.lower.y.val();
+        self.around.upper.next = self.upper.y.val();
+        self.around.lower.next = self.lower.y.val();
         self.p.next = self.right.y.val();
         self.centre.next = self.middle.y.val();
         self.neighbours.next = self.around.y.val();
@@ -198,8 +198,8 @@ impl Logic for Layer {
         self.sign.reset.next = self.reset.val();
         self.sign.advance.next = self.advance.val();
         self.sign.x.next = self.lines.y.val().get_bit(31);
-        self.ring_word.magnitude.next = self.max_dog.y.val();
-        self.ring_word.positive.next = self.sign.y.val();
-        self.ring.next = self.ring_word.y.val();
+        self.ring_sample.magnitude.next = self.max_dog.y.val();
+        self.ring_sample.positive.next = self.sign.y.val();
+        self.ring.next = self.ring_sample.y.val();
     }
 }

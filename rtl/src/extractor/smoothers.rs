@@ -1,4 +1,5 @@
-//! The three smoothers, aligned: the narrow and the middle one take their pixels 32 lines and 44 steps later than the wide one.
+//! The three smoothers, aligned: the narrow and the middle one get their pixels 32 lines and 44 steps later than the
+//! wide one.
 
 use rust_hdl::prelude::*;
 
@@ -14,47 +15,47 @@ use crate::{
     smoother::{Smoother5, Smoother6},
 };
 
-/// The three smoothers, aligned.
+/// The three smoothers with aligned outputs.
 #[derive(LogicBlock)]
 pub struct Smoothers {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No frame is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `W`.
     pub width: Signal<In, Width>,
     /// `H`.
     pub height: Signal<In, Height>,
-    /// One step before the first pixel.
+    /// Marker one step before the first pixel of a frame.
     pub start: Signal<In, Bit>,
-    /// A pixel a step.
+    /// One pixel per step.
     pub pixel: Signal<In, Bits<16>>,
-    /// What the frame takes with it, from its start on.
+    /// Register values of the frame, valid from its start.
     pub frame_bank: Signal<In, Bits<368>>,
-    /// The same, later, for the window stage.
+    /// The same for the window stage, which the frame reaches later.
     pub window_bank: Signal<Out, Bits<368>>,
-    /// Counts steps modulo `W`.
+    /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<Out, Address>,
-    /// One step before.
-    pub address_1: Signal<Out, Address>,
+    /// The address one step ago.
+    pub address_delayed_1: Signal<Out, Address>,
     /// `G_0`.
     pub narrow: Signal<Out, State>,
     /// `G_1`.
     pub middle: Signal<Out, State>,
     /// `G_2`.
     pub wide: Signal<Out, State>,
-    /// One step before their first samples.
+    /// Marker one step before the first smoothed samples of a frame.
     pub start_out: Signal<Out, Bit>,
     counter: AddressCounter,
-    wait_lines: LineDelay<16, 16>,
-    wait_one: Delay<16>,
-    wait_two: Delay<16>,
-    wait_start: FrameDelay,
-    late_bank: Bank,
+    pixel_line_delay: LineDelay<16, 16>,
+    pixel_delay_0: Delay<16>,
+    pixel_delay_1: Delay<16>,
+    start_delay: FrameDelay,
+    delayed_bank: Bank,
     rows_bank: Bank,
-    late_state: PixelState,
+    delayed_state: PixelState,
     state: PixelState,
     narrow_smoother: Smoother5,
     middle_smoother: Smoother5,
@@ -74,19 +75,19 @@ impl Default for Smoothers {
             frame_bank: Signal::default(),
             window_bank: Signal::default(),
             address: Signal::default(),
-            address_1: Signal::default(),
+            address_delayed_1: Signal::default(),
             narrow: Signal::default(),
             middle: Signal::default(),
             wide: Signal::default(),
             start_out: Signal::default(),
             counter: AddressCounter::default(),
-            wait_lines: LineDelay::new(&[32]),
-            wait_one: Delay::new(22),
-            wait_two: Delay::new(22),
-            wait_start: FrameDelay::new(32, 44),
-            late_bank: Bank::default(),
+            pixel_line_delay: LineDelay::new(&[32]),
+            pixel_delay_0: Delay::new(22),
+            pixel_delay_1: Delay::new(22),
+            start_delay: FrameDelay::new(32, 44),
+            delayed_bank: Bank::default(),
             rows_bank: Bank::default(),
-            late_state: PixelState::default(),
+            delayed_state: PixelState::default(),
             state: PixelState::default(),
             narrow_smoother: Smoother5::default(),
             middle_smoother: Smoother5::default(),
@@ -103,35 +104,37 @@ impl Logic for Smoothers {
         self.counter.reset.next = self.reset.val();
         self.counter.advance.next = self.advance.val();
         self.counter.width.next = self.width.val();
-        self.address.next = self.counter.now.val();
-        self.address_1.next = self.counter.before_1.val();
+        self.address.next = self.counter.address.val();
+        self.address_delayed_1.next = self.counter.delayed_1.val();
 
-        comment!("The wide smoother is 32 lines and 44 steps longer than the others, whose pixels wait for it.");
-        self.wait_lines.clock.next = self.clock.val();
-        self.wait_lines.advance.next = self.advance.val();
-        self.wait_lines.address.next = self.counter.now.val();
-        self.wait_lines.write_address.next = self.counter.before_1.val();
-        self.wait_lines.x.next = self.pixel.val();
-        self.wait_one.clock.next = self.clock.val();
-        self.wait_one.reset.next = self.reset.val();
-        self.wait_one.advance.next = self.advance.val();
-        self.wait_one.x.next = self.wait_lines.y.val();
-        self.wait_two.clock.next = self.clock.val();
-        self.wait_two.reset.next = self.reset.val();
-        self.wait_two.advance.next = self.advance.val();
-        self.wait_two.x.next = self.wait_one.y.val();
-        self.wait_start.clock.next = self.clock.val();
-        self.wait_start.reset.next = self.reset.val();
-        self.wait_start.advance.next = self.advance.val();
-        self.wait_start.width.next = self.width.val();
-        self.wait_start.x.next = self.start.val();
-        self.late_state.x.next = self.wait_two.y.val();
+        comment!(
+            "The wide smoother is 32 lines and 44 steps longer than the others, so their pixels are delayed by that."
+        );
+        self.pixel_line_delay.clock.next = self.clock.val();
+        self.pixel_line_delay.advance.next = self.advance.val();
+        self.pixel_line_delay.address.next = self.counter.address.val();
+        self.pixel_line_delay.write_address.next = self.counter.delayed_1.val();
+        self.pixel_line_delay.x.next = self.pixel.val();
+        self.pixel_delay_0.clock.next = self.clock.val();
+        self.pixel_delay_0.reset.next = self.reset.val();
+        self.pixel_delay_0.advance.next = self.advance.val();
+        self.pixel_delay_0.x.next = self.pixel_line_delay.y.val();
+        self.pixel_delay_1.clock.next = self.clock.val();
+        self.pixel_delay_1.reset.next = self.reset.val();
+        self.pixel_delay_1.advance.next = self.advance.val();
+        self.pixel_delay_1.x.next = self.pixel_delay_0.y.val();
+        self.start_delay.clock.next = self.clock.val();
+        self.start_delay.reset.next = self.reset.val();
+        self.start_delay.advance.next = self.advance.val();
+        self.start_delay.width.next = self.width.val();
+        self.start_delay.x.next = self.start.val();
+        self.delayed_state.x.next = self.pixel_delay_1.y.val();
         self.state.x.next = self.pixel.val();
 
-        comment!("Coefficients: of the frame for the wide columns, then for the other columns, then for all rows.");
-        self.late_bank.clock.next = self.clock.val();
-        self.late_bank.load.next = self.wait_start.y.val();
-        self.late_bank.d.next = self.frame_bank.val();
+        comment!("Banks: frame_bank for the wide columns, delayed_bank for the other columns, rows_bank for all rows.");
+        self.delayed_bank.clock.next = self.clock.val();
+        self.delayed_bank.load.next = self.start_delay.y.val();
+        self.delayed_bank.d.next = self.frame_bank.val();
         self.rows_bank.clock.next = self.clock.val();
         self.rows_bank.load.next = self.wide_smoother.columns_done.val();
         self.rows_bank.d.next = self.frame_bank.val();
@@ -142,26 +145,26 @@ impl Logic for Smoothers {
         self.narrow_smoother.advance.next = self.advance.val();
         self.narrow_smoother.width.next = self.width.val();
         self.narrow_smoother.height.next = self.height.val();
-        self.narrow_smoother.address.next = self.counter.now.val();
-        self.narrow_smoother.address_1.next = self.counter.before_1.val();
-        self.narrow_smoother.address_4.next = self.counter.before_4.val();
-        self.narrow_smoother.address_5.next = self.counter.before_5.val();
-        self.narrow_smoother.address_8.next = self.counter.before_8.val();
-        self.narrow_smoother.address_12.next = self.counter.before_12.val();
-        self.narrow_smoother.address_16.next = self.counter.before_16.val();
-        self.narrow_smoother.address_20.next = self.counter.before_20.val();
-        self.narrow_smoother.start.next = self.wait_start.y.val();
-        self.narrow_smoother.x.next = self.late_state.y.val();
-        self.narrow_smoother.g.next = self.late_bank.q.val().get_bits::<16>(0);
-        self.narrow_smoother.column_g[0].next = self.late_bank.q.val().get_bits::<16>(16);
+        self.narrow_smoother.address.next = self.counter.address.val();
+        self.narrow_smoother.address_delayed_1.next = self.counter.delayed_1.val();
+        self.narrow_smoother.address_delayed_4.next = self.counter.delayed_4.val();
+        self.narrow_smoother.address_delayed_5.next = self.counter.delayed_5.val();
+        self.narrow_smoother.address_delayed_8.next = self.counter.delayed_8.val();
+        self.narrow_smoother.address_delayed_12.next = self.counter.delayed_12.val();
+        self.narrow_smoother.address_delayed_16.next = self.counter.delayed_16.val();
+        self.narrow_smoother.address_delayed_20.next = self.counter.delayed_20.val();
+        self.narrow_smoother.start.next = self.start_delay.y.val();
+        self.narrow_smoother.x.next = self.delayed_state.y.val();
+        self.narrow_smoother.g.next = self.delayed_bank.q.val().get_bits::<16>(0);
+        self.narrow_smoother.column_g[0].next = self.delayed_bank.q.val().get_bits::<16>(16);
         self.narrow_smoother.row_g[0].next = self.rows_bank.q.val().get_bits::<16>(16);
-        self.narrow_smoother.column_g[1].next = self.late_bank.q.val().get_bits::<16>(32);
+        self.narrow_smoother.column_g[1].next = self.delayed_bank.q.val().get_bits::<16>(32);
         self.narrow_smoother.row_g[1].next = self.rows_bank.q.val().get_bits::<16>(32);
-        self.narrow_smoother.column_g[2].next = self.late_bank.q.val().get_bits::<16>(48);
+        self.narrow_smoother.column_g[2].next = self.delayed_bank.q.val().get_bits::<16>(48);
         self.narrow_smoother.row_g[2].next = self.rows_bank.q.val().get_bits::<16>(48);
-        self.narrow_smoother.column_g[3].next = self.late_bank.q.val().get_bits::<16>(64);
+        self.narrow_smoother.column_g[3].next = self.delayed_bank.q.val().get_bits::<16>(64);
         self.narrow_smoother.row_g[3].next = self.rows_bank.q.val().get_bits::<16>(64);
-        self.narrow_smoother.column_g[4].next = self.late_bank.q.val().get_bits::<16>(80);
+        self.narrow_smoother.column_g[4].next = self.delayed_bank.q.val().get_bits::<16>(80);
         self.narrow_smoother.row_g[4].next = self.rows_bank.q.val().get_bits::<16>(80);
 
         self.middle_smoother.clock.next = self.clock.val();
@@ -169,26 +172,26 @@ impl Logic for Smoothers {
         self.middle_smoother.advance.next = self.advance.val();
         self.middle_smoother.width.next = self.width.val();
         self.middle_smoother.height.next = self.height.val();
-        self.middle_smoother.address.next = self.counter.now.val();
-        self.middle_smoother.address_1.next = self.counter.before_1.val();
-        self.middle_smoother.address_4.next = self.counter.before_4.val();
-        self.middle_smoother.address_5.next = self.counter.before_5.val();
-        self.middle_smoother.address_8.next = self.counter.before_8.val();
-        self.middle_smoother.address_12.next = self.counter.before_12.val();
-        self.middle_smoother.address_16.next = self.counter.before_16.val();
-        self.middle_smoother.address_20.next = self.counter.before_20.val();
-        self.middle_smoother.start.next = self.wait_start.y.val();
-        self.middle_smoother.x.next = self.late_state.y.val();
-        self.middle_smoother.g.next = self.late_bank.q.val().get_bits::<16>(96);
-        self.middle_smoother.column_g[0].next = self.late_bank.q.val().get_bits::<16>(112);
+        self.middle_smoother.address.next = self.counter.address.val();
+        self.middle_smoother.address_delayed_1.next = self.counter.delayed_1.val();
+        self.middle_smoother.address_delayed_4.next = self.counter.delayed_4.val();
+        self.middle_smoother.address_delayed_5.next = self.counter.delayed_5.val();
+        self.middle_smoother.address_delayed_8.next = self.counter.delayed_8.val();
+        self.middle_smoother.address_delayed_12.next = self.counter.delayed_12.val();
+        self.middle_smoother.address_delayed_16.next = self.counter.delayed_16.val();
+        self.middle_smoother.address_delayed_20.next = self.counter.delayed_20.val();
+        self.middle_smoother.start.next = self.start_delay.y.val();
+        self.middle_smoother.x.next = self.delayed_state.y.val();
+        self.middle_smoother.g.next = self.delayed_bank.q.val().get_bits::<16>(96);
+        self.middle_smoother.column_g[0].next = self.delayed_bank.q.val().get_bits::<16>(112);
         self.middle_smoother.row_g[0].next = self.rows_bank.q.val().get_bits::<16>(112);
-        self.middle_smoother.column_g[1].next = self.late_bank.q.val().get_bits::<16>(128);
+        self.middle_smoother.column_g[1].next = self.delayed_bank.q.val().get_bits::<16>(128);
         self.middle_smoother.row_g[1].next = self.rows_bank.q.val().get_bits::<16>(128);
-        self.middle_smoother.column_g[2].next = self.late_bank.q.val().get_bits::<16>(144);
+        self.middle_smoother.column_g[2].next = self.delayed_bank.q.val().get_bits::<16>(144);
         self.middle_smoother.row_g[2].next = self.rows_bank.q.val().get_bits::<16>(144);
-        self.middle_smoother.column_g[3].next = self.late_bank.q.val().get_bits::<16>(160);
+        self.middle_smoother.column_g[3].next = self.delayed_bank.q.val().get_bits::<16>(160);
         self.middle_smoother.row_g[3].next = self.rows_bank.q.val().get_bits::<16>(160);
-        self.middle_smoother.column_g[4].next = self.late_bank.q.val().get_bits::<16>(176);
+        self.middle_smoother.column_g[4].next = self.delayed_bank.q.val().get_bits::<16>(176);
         self.middle_smoother.row_g[4].next = self.rows_bank.q.val().get_bits::<16>(176);
 
         self.wide_smoother.clock.next = self.clock.val();
@@ -196,14 +199,14 @@ impl Logic for Smoothers {
         self.wide_smoother.advance.next = self.advance.val();
         self.wide_smoother.width.next = self.width.val();
         self.wide_smoother.height.next = self.height.val();
-        self.wide_smoother.address.next = self.counter.now.val();
-        self.wide_smoother.address_1.next = self.counter.before_1.val();
-        self.wide_smoother.address_4.next = self.counter.before_4.val();
-        self.wide_smoother.address_5.next = self.counter.before_5.val();
-        self.wide_smoother.address_8.next = self.counter.before_8.val();
-        self.wide_smoother.address_12.next = self.counter.before_12.val();
-        self.wide_smoother.address_16.next = self.counter.before_16.val();
-        self.wide_smoother.address_20.next = self.counter.before_20.val();
+        self.wide_smoother.address.next = self.counter.address.val();
+        self.wide_smoother.address_delayed_1.next = self.counter.delayed_1.val();
+        self.wide_smoother.address_delayed_4.next = self.counter.delayed_4.val();
+        self.wide_smoother.address_delayed_5.next = self.counter.delayed_5.val();
+        self.wide_smoother.address_delayed_8.next = self.counter.delayed_8.val();
+        self.wide_smoother.address_delayed_12.next = self.counter.delayed_12.val();
+        self.wide_smoother.address_delayed_16.next = self.counter.delayed_16.val();
+        self.wide_smoother.address_delayed_20.next = self.counter.delayed_20.val();
         self.wide_smoother.start.next = self.start.val();
         self.wide_smoother.x.next = self.state.y.val();
         self.wide_smoother.g.next = self.frame_bank.val().get_bits::<16>(192);

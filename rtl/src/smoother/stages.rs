@@ -1,53 +1,54 @@
-//! The three kinds of look-ahead and look-back stages: border, delay and lerp, with the coefficient of the frame that passes.
+//! The stages `column_look_ahead_j`, `row_look_back_j` and `row_look_ahead_j`: delay, border, lerp and the coefficient
+//! of the frame.
 
 use rust_hdl::prelude::*;
 
 use super::CELL_STEPS;
 use crate::cells::{
-    Address, Code, State, Width,
-    border::{CoefficientRegister, ColumnBorder, LookAheadBorder, LookBackBorder},
+    Address, Coefficient, State, Width,
+    border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
     delay::{Delay, FlagDelay, FrameDelay, PulseDelay},
     lerp::Lerp,
     line_delay::LineDelay,
 };
 
-/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: a column look-ahead stage.
+/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`.
 #[derive(LogicBlock)]
-pub struct ColumnStage {
-    /// The one clock.
+pub struct ColumnLookAhead {
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No frame is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `W`.
     pub width: Signal<In, Width>,
-    /// Counts steps modulo `W`.
+    /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<In, Address>,
-    /// One step before.
+    /// The address one step ago.
     pub write_address: Signal<In, Address>,
-    /// `u`, arriving.
+    /// Arriving sample `u`.
     pub x: Signal<In, State>,
-    /// Row `H - 1`.
+    /// Sample of row `H - 1`.
     pub held: Signal<In, State>,
     /// Row `r + 2^j` lies outside the frame.
     pub outside: Signal<In, Bit>,
-    /// The previous stage takes its coefficient over.
+    /// Marker: the previous stage loads its coefficient.
     pub load: Signal<In, Bit>,
     /// `g_j` of the frame.
-    pub g: Signal<In, Code>,
+    pub g: Signal<In, Coefficient>,
     /// `y`.
     pub y: Signal<Out, State>,
-    /// This stage takes its coefficient over.
+    /// Marker: this stage loads its coefficient.
     pub loads: Signal<Out, Bit>,
-    past: LineDelay<18, 18>,
+    line_delay: LineDelay<18, 18>,
     border: ColumnBorder,
-    marker: FrameDelay,
+    load_delay: FrameDelay,
     coefficient: CoefficientRegister,
     lerp: Lerp,
 }
 
-impl ColumnStage {
+impl ColumnLookAhead {
     /// Stage `j`.
     pub fn new(stage: u32) -> Self {
         let lines = 1 << stage;
@@ -65,42 +66,42 @@ impl ColumnStage {
             g: Signal::default(),
             y: Signal::default(),
             loads: Signal::default(),
-            past: LineDelay::new(&[lines]),
+            line_delay: LineDelay::new(&[lines]),
             border: ColumnBorder::default(),
-            marker: FrameDelay::new(lines as u64, CELL_STEPS),
+            load_delay: FrameDelay::new(lines as u64, CELL_STEPS),
             coefficient: CoefficientRegister::default(),
             lerp: Lerp::default(),
         }
     }
 }
 
-impl Logic for ColumnStage {
+impl Logic for ColumnLookAhead {
     #[hdl_gen]
     fn update(&mut self) {
-        comment!("module: column_stage_*");
-        self.past.clock.next = self.clock.val();
-        self.past.advance.next = self.advance.val();
-        self.past.address.next = self.address.val();
-        self.past.write_address.next = self.write_address.val();
-        self.past.x.next = self.x.val();
+        comment!("module: column_look_ahead_*");
+        self.line_delay.clock.next = self.clock.val();
+        self.line_delay.advance.next = self.advance.val();
+        self.line_delay.address.next = self.address.val();
+        self.line_delay.write_address.next = self.write_address.val();
+        self.line_delay.x.next = self.x.val();
 
         self.border.clock.next = self.clock.val();
         self.border.advance.next = self.advance.val();
-        self.border.x.next = self.past.y.val();
+        self.border.x.next = self.line_delay.y.val();
         self.border.neighbour.next = self.x.val();
         self.border.border.next = self.held.val();
         self.border.outside.next = self.outside.val();
 
-        self.marker.clock.next = self.clock.val();
-        self.marker.reset.next = self.reset.val();
-        self.marker.advance.next = self.advance.val();
-        self.marker.width.next = self.width.val();
-        self.marker.x.next = self.load.val();
-        self.loads.next = self.marker.y.val();
+        self.load_delay.clock.next = self.clock.val();
+        self.load_delay.reset.next = self.reset.val();
+        self.load_delay.advance.next = self.advance.val();
+        self.load_delay.width.next = self.width.val();
+        self.load_delay.x.next = self.load.val();
+        self.loads.next = self.load_delay.y.val();
 
         self.coefficient.clock.next = self.clock.val();
         self.coefficient.advance.next = self.advance.val();
-        self.coefficient.load.next = self.marker.y.val();
+        self.coefficient.load.next = self.load_delay.y.val();
         self.coefficient.d.next = self.g.val();
 
         self.lerp.clock.next = self.clock.val();
@@ -112,38 +113,38 @@ impl Logic for ColumnStage {
     }
 }
 
-/// `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`: a row stage towards the past.
+/// `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`: `row_look_back_j`.
 #[derive(LogicBlock)]
-pub struct LookBackStage {
-    /// The one clock.
+pub struct RowLookBack {
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No frame is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `u`.
     pub x: Signal<In, State>,
     /// `u` is the first of its row.
     pub first: Signal<In, Bit>,
-    /// Take the coefficient over.
+    /// Marker: load the coefficient.
     pub load: Signal<In, Bit>,
     /// `g_j` of the frame.
-    pub g: Signal<In, Code>,
+    pub g: Signal<In, Coefficient>,
     /// `y`.
     pub y: Signal<Out, State>,
     /// `y` is the first of its row.
     pub first_out: Signal<Out, Bit>,
-    /// The next stage takes its coefficient over.
+    /// Marker: the next stage loads its coefficient.
     pub load_out: Signal<Out, Bit>,
-    past: Delay<18>,
-    border: LookBackBorder,
-    mark: FlagDelay,
-    marker: FlagDelay,
+    sample_delay: Delay<18>,
+    border: RowLookBackBorder,
+    first_delay: FlagDelay,
+    load_delay: FlagDelay,
     coefficient: CoefficientRegister,
     lerp: Lerp,
 }
 
-impl LookBackStage {
+impl RowLookBack {
     /// Stage `j`.
     pub fn new(stage: u32) -> Self {
         let reach = 1 << stage;
@@ -158,43 +159,43 @@ impl LookBackStage {
             y: Signal::default(),
             first_out: Signal::default(),
             load_out: Signal::default(),
-            past: Delay::new(reach),
-            border: LookBackBorder::new(reach as u64),
-            mark: FlagDelay::new(CELL_STEPS as usize),
-            marker: FlagDelay::new(CELL_STEPS as usize),
+            sample_delay: Delay::new(reach),
+            border: RowLookBackBorder::new(reach as u64),
+            first_delay: FlagDelay::new(CELL_STEPS as usize),
+            load_delay: FlagDelay::new(CELL_STEPS as usize),
             coefficient: CoefficientRegister::default(),
             lerp: Lerp::default(),
         }
     }
 }
 
-impl Logic for LookBackStage {
+impl Logic for RowLookBack {
     #[hdl_gen]
     fn update(&mut self) {
-        comment!("module: look_back_stage_*");
-        self.past.clock.next = self.clock.val();
-        self.past.reset.next = self.reset.val();
-        self.past.advance.next = self.advance.val();
-        self.past.x.next = self.x.val();
+        comment!("module: row_look_back_*");
+        self.sample_delay.clock.next = self.clock.val();
+        self.sample_delay.reset.next = self.reset.val();
+        self.sample_delay.advance.next = self.advance.val();
+        self.sample_delay.x.next = self.x.val();
 
         self.border.clock.next = self.clock.val();
         self.border.reset.next = self.reset.val();
         self.border.advance.next = self.advance.val();
         self.border.first.next = self.first.val();
         self.border.x.next = self.x.val();
-        self.border.past.next = self.past.y.val();
+        self.border.delayed.next = self.sample_delay.y.val();
 
-        self.mark.clock.next = self.clock.val();
-        self.mark.reset.next = self.reset.val();
-        self.mark.advance.next = self.advance.val();
-        self.mark.x.next = self.first.val();
-        self.first_out.next = self.mark.y.val();
+        self.first_delay.clock.next = self.clock.val();
+        self.first_delay.reset.next = self.reset.val();
+        self.first_delay.advance.next = self.advance.val();
+        self.first_delay.x.next = self.first.val();
+        self.first_out.next = self.first_delay.y.val();
 
-        self.marker.clock.next = self.clock.val();
-        self.marker.reset.next = self.reset.val();
-        self.marker.advance.next = self.advance.val();
-        self.marker.x.next = self.load.val();
-        self.load_out.next = self.marker.y.val();
+        self.load_delay.clock.next = self.clock.val();
+        self.load_delay.reset.next = self.reset.val();
+        self.load_delay.advance.next = self.advance.val();
+        self.load_delay.x.next = self.load.val();
+        self.load_out.next = self.load_delay.y.val();
 
         self.coefficient.clock.next = self.clock.val();
         self.coefficient.advance.next = self.advance.val();
@@ -210,38 +211,38 @@ impl Logic for LookBackStage {
     }
 }
 
-/// `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`: a row stage towards the future.
+/// `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`: `row_look_ahead_j`.
 #[derive(LogicBlock)]
-pub struct LookAheadStage {
-    /// The one clock.
+pub struct RowLookAhead {
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No frame is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `u`, arriving.
+    /// Arriving sample `u`.
     pub x: Signal<In, State>,
     /// The arriving `u` is the last of its row.
     pub last: Signal<In, Bit>,
-    /// The previous stage takes its coefficient over.
+    /// Marker: the previous stage loads its coefficient.
     pub load: Signal<In, Bit>,
     /// `g_j` of the frame.
-    pub g: Signal<In, Code>,
+    pub g: Signal<In, Coefficient>,
     /// `y`.
     pub y: Signal<Out, State>,
     /// `y` is the last of its row.
     pub last_out: Signal<Out, Bit>,
-    /// This stage takes its coefficient over.
+    /// Marker: this stage loads its coefficient.
     pub loads: Signal<Out, Bit>,
-    past: Delay<18>,
-    border: LookAheadBorder,
-    mark: PulseDelay,
-    marker: PulseDelay,
+    sample_delay: Delay<18>,
+    border: RowLookAheadBorder,
+    last_delay: PulseDelay,
+    load_delay: PulseDelay,
     coefficient: CoefficientRegister,
     lerp: Lerp,
 }
 
-impl LookAheadStage {
+impl RowLookAhead {
     /// Stage `j`.
     pub fn new(stage: u32) -> Self {
         let reach = 1 << stage;
@@ -256,47 +257,47 @@ impl LookAheadStage {
             y: Signal::default(),
             last_out: Signal::default(),
             loads: Signal::default(),
-            past: Delay::new(reach),
-            border: LookAheadBorder::new(reach as u64),
-            mark: PulseDelay::new(CELL_STEPS + reach as u64),
-            marker: PulseDelay::new(CELL_STEPS + reach as u64),
+            sample_delay: Delay::new(reach),
+            border: RowLookAheadBorder::new(reach as u64),
+            last_delay: PulseDelay::new(CELL_STEPS + reach as u64),
+            load_delay: PulseDelay::new(CELL_STEPS + reach as u64),
             coefficient: CoefficientRegister::default(),
             lerp: Lerp::default(),
         }
     }
 }
 
-impl Logic for LookAheadStage {
+impl Logic for RowLookAhead {
     #[hdl_gen]
     fn update(&mut self) {
-        comment!("module: look_ahead_stage_*");
-        self.past.clock.next = self.clock.val();
-        self.past.reset.next = self.reset.val();
-        self.past.advance.next = self.advance.val();
-        self.past.x.next = self.x.val();
+        comment!("module: row_look_ahead_*");
+        self.sample_delay.clock.next = self.clock.val();
+        self.sample_delay.reset.next = self.reset.val();
+        self.sample_delay.advance.next = self.advance.val();
+        self.sample_delay.x.next = self.x.val();
 
         self.border.clock.next = self.clock.val();
         self.border.reset.next = self.reset.val();
         self.border.advance.next = self.advance.val();
         self.border.last.next = self.last.val();
         self.border.x.next = self.x.val();
-        self.border.past.next = self.past.y.val();
+        self.border.delayed.next = self.sample_delay.y.val();
 
-        self.mark.clock.next = self.clock.val();
-        self.mark.reset.next = self.reset.val();
-        self.mark.advance.next = self.advance.val();
-        self.mark.x.next = self.last.val();
-        self.last_out.next = self.mark.y.val();
+        self.last_delay.clock.next = self.clock.val();
+        self.last_delay.reset.next = self.reset.val();
+        self.last_delay.advance.next = self.advance.val();
+        self.last_delay.x.next = self.last.val();
+        self.last_out.next = self.last_delay.y.val();
 
-        self.marker.clock.next = self.clock.val();
-        self.marker.reset.next = self.reset.val();
-        self.marker.advance.next = self.advance.val();
-        self.marker.x.next = self.load.val();
-        self.loads.next = self.marker.y.val();
+        self.load_delay.clock.next = self.clock.val();
+        self.load_delay.reset.next = self.reset.val();
+        self.load_delay.advance.next = self.advance.val();
+        self.load_delay.x.next = self.load.val();
+        self.loads.next = self.load_delay.y.val();
 
         self.coefficient.clock.next = self.clock.val();
         self.coefficient.advance.next = self.advance.val();
-        self.coefficient.load.next = self.marker.y.val();
+        self.coefficient.load.next = self.load_delay.y.val();
         self.coefficient.d.next = self.g.val();
 
         self.lerp.clock.next = self.clock.val();

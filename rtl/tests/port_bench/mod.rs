@@ -1,7 +1,8 @@
-//! The top as a system sees it: two streams, registers, an interrupt, a reset, and nothing from inside.
+//! A bench that uses only the ports of the top: two streams, registers, interrupt, reset.
 //!
-//! Where the comparison of `simulation` looks into the pipeline, this bench looks at what is promised to whoever connects the core:
-//! packets, trailers, status bits, the interrupt, what a reset leaves. Each scenario ends with the first difference it finds.
+//! The comparison in `simulation` reads internal signals. This bench checks the behaviour at the interfaces: packets,
+//! trailers, status bits, the interrupt, the state after a reset. Each scenario ends with the first difference it
+//! finds.
 
 #![allow(dead_code, reason = "each test binary uses its part")]
 
@@ -29,7 +30,7 @@ pub use map::{
     STATUS_SATURATED as SATURATED, STATUS_SHORT_FRAME as SHORT, TARGET, THRESHOLD, THRESHOLD_NOW,
 };
 
-/// What a scenario found: the part of the core that broke its promise, and how.
+/// The failure of a scenario: the stage and the difference.
 #[derive(Debug, Clone)]
 pub struct Failure {
     pub stage: &'static str,
@@ -56,7 +57,7 @@ pub fn equal<T: PartialEq + fmt::LowerHex>(stage: &'static str, what: &str, expe
     }
 }
 
-/// A frame with what the registers hold for it, and what `bit_true` makes of it.
+/// A frame with its register values and the planes of `bit_true`.
 #[derive(Debug, Clone)]
 pub struct Frame {
     pub pixels: Plane<u16>,
@@ -145,12 +146,12 @@ pub struct Bench {
     pub beats: VecDeque<Beat>,
     /// Cycles in which no beat is offered, once the queue has shrunk to this length: a gap between frames.
     pub gap: Option<(usize, u64)>,
-    /// Whole packets that nobody has looked at yet.
+    /// Complete packets that were not checked yet.
     pub packets: VecDeque<Packet>,
-    /// Records of the packet under way.
+    /// Records of the packet in progress.
     partial: Vec<[u32; 8]>,
     offered: bool,
-    /// A record that the sink has not taken: it must stand.
+    /// A record that the sink has not accepted: it must stay unchanged.
     standing: Option<([u32; 8], u8, u8)>,
     /// The sink is being reset.
     deaf: bool,
@@ -220,7 +221,7 @@ impl Bench {
         bench
     }
 
-    /// Holds reset for some cycles; what was under way at the streams is gone.
+    /// Asserts reset for some cycles. Transfers in progress on the streams are lost.
     pub fn reset(&mut self, cycles: u32) {
         set!(self.reset, 1);
         self.forget();
@@ -229,19 +230,19 @@ impl Bench {
         }
         set!(self.reset, 0);
         self.forget();
-        // The pipeline's own reset is a register behind this one.
+        // The reset of the pipeline is registered: one cycle later.
         self.cycle(None);
         self.forget();
     }
 
-    /// Forgets what stood at the streams, as both sides do at a reset.
+    /// Discards transfers in progress on both streams, as at a reset.
     pub fn forget(&mut self) {
         self.beats.clear();
         self.forget_records();
         self.offered = false;
     }
 
-    /// Forgets the records under way.
+    /// Discards the records of the packet in progress.
     pub fn forget_records(&mut self) {
         self.packets.clear();
         self.partial.clear();
@@ -255,7 +256,7 @@ impl Bench {
     /// One clock cycle.
     fn cycle(&mut self, access: Option<Access>) -> u32 {
         set!(self.clock, 0);
-        // Address and data are never at rest: only `read` and `write` say that they count.
+        // Address and data are random while neither `read` nor `write` is set.
         let (address, word, read, write) = match access {
             Some(Access::Read(address)) => (address, self.random.random(), 1, 0),
             Some(Access::Write(address, word)) => (address, word, 0, 1),
@@ -275,7 +276,7 @@ impl Bench {
         self.offered = !self.beats.is_empty() && (self.offered || (!pause && !self.chance(self.source_pause)));
         let (data, first, last) = match self.beats.front() {
             Some(beat) if self.offered => *beat,
-            // Nor are the other lines of the video stream at rest.
+            // The video signals are random while `valid` is low.
             _ => (self.random.random(), self.random.random(), self.random.random()),
         };
         set!(self.valid, u8::from(self.offered));
@@ -296,7 +297,7 @@ impl Bench {
         get!(self.csr_readdata)
     }
 
-    /// The rules of the feature stream: what stands stays, packets begin and end where they should.
+    /// The protocol of the feature stream: an offered record is stable, packets begin and end correctly.
     fn watch(&mut self, sink: bool) {
         if self.deaf || get!(self.reset) == 1 {
             return;
@@ -338,7 +339,7 @@ impl Bench {
         self.cycle(Some(Access::Write(address, word)));
     }
 
-    /// Reads a register; the other lines are never at rest, and the word comes one cycle later and stays.
+    /// Reads a register. Other inputs are random; read data comes one cycle later and is stable.
     pub fn read(&mut self, address: u32) -> u32 {
         self.cycle(Some(Access::Read(address)))
     }
@@ -347,7 +348,7 @@ impl Bench {
         get!(self.irq) == 1
     }
 
-    /// Nothing of the feature stream's rules was broken so far.
+    /// No protocol error on the feature stream so far.
     pub fn obeyed(&self) -> Outcome {
         match &self.broken {
             None => Ok(()),
@@ -355,10 +356,10 @@ impl Bench {
         }
     }
 
-    /// Runs until something holds, or calls it a hang.
-    pub fn until(&mut self, what: &str, limit: u64, mut holds: impl FnMut(&Self) -> bool) -> Outcome {
+    /// Runs until a condition is true; a failure after `limit` cycles.
+    pub fn until(&mut self, what: &str, limit: u64, mut condition: impl FnMut(&Self) -> bool) -> Outcome {
         for _ in 0..limit {
-            if holds(self) {
+            if condition(self) {
                 return self.obeyed();
             }
             self.cycle(None);
@@ -371,12 +372,12 @@ impl Bench {
     pub fn configure(&mut self, frame: &Frame) {
         self.write(SIZE, (frame.height() << 16 | frame.width()) as u32);
         self.write(THRESHOLD, frame.thresholds[1] << 16 | frame.thresholds[0]);
-        for (i, code) in frame.coefficients.iter().enumerate() {
-            self.write(COEFFICIENTS_AT + 4 * i as u32, *code);
+        for (i, raw) in frame.coefficients.iter().enumerate() {
+            self.write(COEFFICIENTS_AT + 4 * i as u32, *raw);
         }
     }
 
-    /// Sends a frame as a careful driver does: configures, lets it in, waits until it has begun, and clears that bit.
+    /// Sends a frame as a driver does: configures, sends, waits until `begun` is set, and clears it.
     pub fn begin(&mut self, frame: &Frame, beats: impl IntoIterator<Item = Beat>) -> Outcome {
         self.configure(frame);
         self.beats.extend(beats);
@@ -403,7 +404,7 @@ impl Bench {
         equal("record", "dropped features", 0, dropped)
     }
 
-    /// Resets by software, and forgets the records under way as their sink has to.
+    /// Resets by software and discards the records in progress, as their sink must do.
     pub fn clear(&mut self, control: u32) {
         self.write(CONTROL, control | RESET);
         self.deaf = true;
@@ -426,7 +427,8 @@ impl Bench {
 }
 
 impl Packet {
-    /// Compares with `bit_true`: all records or an ordered part of them, and every word of the trailer. Gives what was dropped.
+    /// Compares with `bit_true`: all records or an ordered part of them, and the whole trailer. Returns the number of
+    /// dropped features.
     pub fn check(&self, frame: &Frame, number: u32, thresholds: [u32; 2], errors: u32) -> Outcome<u32> {
         let whole = frame.records(thresholds);
         let mut rest = whole.iter();
@@ -448,7 +450,7 @@ impl Packet {
     }
 }
 
-/// Grey noise over a slope: many features, every word length in use.
+/// Grey noise over a slope: many features, all bits in use.
 pub fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     Plane::from_fn(width, height, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000u16))

@@ -1,4 +1,4 @@
-//! What the core promises to a system, one scenario each. Used by the everyday tests and against every mutant.
+//! The scenarios of the port bench. The everyday tests run them, and the mutation test runs them against every mutant.
 
 use std::sync::LazyLock;
 
@@ -155,7 +155,7 @@ pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
     }
     equal("registers", "frames after errors", 5, bench.read(FRAMES))?;
 
-    // A white spot and coefficients of one reach further than the code does.
+    // A white spot with coefficients near 1 exceeds the largest response.
     let spot =
         Plane::from_fn(64, 64, |x, y| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { u16::MAX } else { 0 });
     let mut coefficients = default_coefficients().unwrap();
@@ -166,7 +166,7 @@ pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
     bench.exactly(&wide, 5, wide.thresholds, 0)?;
     bench.idle()?;
     status(&mut bench, FRAME | SATURATED)?;
-    equal("interrupt", "at a response cut", 1, u8::from(bench.interrupt()))?;
+    equal("interrupt", "at a saturated response", 1, u8::from(bench.interrupt()))?;
     bench.write(STATUS, SATURATED);
     status(&mut bench, FRAME)
 }
@@ -178,8 +178,8 @@ pub fn frames_keep_their_registers(library: &Library, plusargs: &[String]) -> Ou
     let mut random = ChaCha8Rng::seed_from_u64(10);
     let frame = |seed: u64, random: &mut ChaCha8Rng| {
         // From a third to the whole: features are found with any such coefficients.
-        let codes = (0..19).map(|_| random.random_range(20_000..=0xffff)).collect();
-        Frame::with(noise(64, 64, seed), [random.random_range(1..90), random.random_range(1..90)], codes)
+        let coefficients = (0..19).map(|_| random.random_range(20_000..=0xffff)).collect();
+        Frame::with(noise(64, 64, seed), [random.random_range(1..90), random.random_range(1..90)], coefficients)
     };
     let frames: Vec<Frame> = (0..4).map(|seed| frame(seed, &mut random)).collect();
     for frame in &frames {
@@ -236,7 +236,7 @@ pub fn faulty_frames(library: &Library, plusargs: &[String]) -> Outcome {
     Ok(())
 }
 
-/// Impossible sizes are refused with a sticky bit, and the next possible frame is exact; sizes change in all directions.
+/// Invalid sizes are refused with a sticky bit and the next valid frame is exact; sizes change in all directions.
 pub fn refused_and_changed_sizes(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = Bench::new(library, 5, plusargs);
     bench.write(CONTROL, ENABLE);
@@ -251,7 +251,7 @@ pub fn refused_and_changed_sizes(library: &Library, plusargs: &[String]) -> Outc
         let seen = bench.read(STATUS) & (REFUSED | BEGUN);
         equal("status", &format!("after a frame of {bad_w} x {bad_h}"), REFUSED, seen)?;
         bench.write(STATUS, REFUSED);
-        // Two frames: one right after the change, one right behind it.
+        // Two frames: one right after the change, one directly after it.
         bench.begin(&frame, frame.beats())?;
         bench.begin(&frame, frame.beats())?;
         bench.exactly(&frame, 2 * number as u32, THRESHOLDS, 0)?;
@@ -295,7 +295,8 @@ pub fn gaps_of_every_kind(library: &Library, plusargs: &[String]) -> Outcome {
     Ok(())
 }
 
-/// Disabled between frames, the core drops what comes without a word, and what it has still comes out, pause or no pause.
+/// A core that is disabled between frames drops further frames without an error and still outputs the records of the
+/// last one.
 pub fn a_disabled_core_drains(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = Bench::new(library, 6, plusargs);
     let [frame, other, _] = &*SMALL;
@@ -307,7 +308,8 @@ pub fn a_disabled_core_drains(library: &Library, plusargs: &[String]) -> Outcome
     bench.write(CONTROL, ENABLE);
     bench.begin(frame, frame.beats())?;
     bench.write(CONTROL, 0);
-    // The frame under way ends as it should; those that follow without a gap are dropped, but must not stop the drain.
+    // The frame in progress ends as it should; those that follow without a gap are dropped, but must not stop the
+    // drain.
     for _ in 0..3 {
         bench.beats.extend(other.beats());
     }
@@ -333,7 +335,7 @@ pub fn resets_at_any_moment(library: &Library, plusargs: &[String]) -> Outcome {
     Ok(())
 }
 
-/// A reset at a moment of the second frame; then whatever was under way is gone and the next frame is the first.
+/// A reset at a moment of the second frame; then the data in flight are lost and the next frame is the first.
 pub fn reset_at(library: &Library, plusargs: &[String], moment: u64, software: bool, seed: u64) -> Outcome {
     let mut bench = Bench::new(library, seed, plusargs);
     let [before, lost, after] = &*SMALL;
@@ -417,7 +419,8 @@ impl Thresholds {
     }
 }
 
-/// No record is taken: features are dropped and counted, trailers wait, at last the video stops; and then all of it comes out.
+/// The sink is not ready: features are dropped and counted, trailers wait, and then the video stalls. When the sink is
+/// ready again all records come out.
 pub fn a_sink_that_sleeps(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = Bench::new(library, 8, plusargs);
     bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
@@ -426,7 +429,7 @@ pub fn a_sink_that_sleeps(library: &Library, plusargs: &[String]) -> Outcome {
     let fits = 496;
     assert!(large.records([1, 1]).len() > fits, "{} features fill no FIFO", large.records([1, 1]).len());
     bench.begin(&large, large.beats())?;
-    // Trailers fill what is left; the 15th would find no place, so the video waits before it.
+    // Trailers fill the reserved entries; the 15th does not fit, so the video stalls before it.
     let [small, ..] = &*SMALL;
     let frames = 20;
     bench.begin(small, std::iter::empty::<Beat>().chain(small.beats()))?;
@@ -439,7 +442,7 @@ pub fn a_sink_that_sleeps(library: &Library, plusargs: &[String]) -> Outcome {
     }
     let standing = bench.beats.len();
     bench.run(5000);
-    equal("feature FIFO", "beats taken while there is no place for a trailer", standing, bench.beats.len())?;
+    equal("feature FIFO", "beats accepted while there is no space for a trailer", standing, bench.beats.len())?;
     equal("status", "dropped", DROPS, bench.read(STATUS) & DROPS)?;
     equal("interrupt", "at drops", 1, u8::from(bench.interrupt()))?;
     bench.sink_pause = 0.3;
@@ -454,7 +457,7 @@ pub fn a_sink_that_sleeps(library: &Library, plusargs: &[String]) -> Outcome {
         total += packet.check(small, number, THRESHOLDS, 0)?;
     }
     if total == 0 {
-        return fail("feature FIFO", "nothing dropped behind a full FIFO");
+        return fail("feature FIFO", "nothing dropped with a full FIFO");
     }
     bench.idle()?;
     bench.write(STATUS, u32::MAX);

@@ -17,7 +17,7 @@ use super::*;
 
 pub fn lerp_is_the_bit_true_lerp() {
     let mut past: Vec<(u32, u32)> = Vec::new();
-    let mut code = Vec::new();
+    let mut coefficients = Vec::new();
     alike!(
         Lerp::default(),
         "lerp",
@@ -28,9 +28,9 @@ pub fn lerp_is_the_bit_true_lerp() {
         |cell: &Lerp, _| {
             if cell.advance.val() {
                 past.push((cell.p.val().to_u32(), cell.q.val().to_u32()));
-                code.push(cell.g.val().to_u32());
+                coefficients.push(cell.g.val().to_u32());
                 if let [.., (p, q), _, _] = past[..] {
-                    let g = code[code.len() - 2];
+                    let g = coefficients[coefficients.len() - 2];
                     assert_eq!(cell.y.val().to_u32(), lerp(p, q, g, 16), "p {p} q {q} g {g}");
                 }
             }
@@ -176,7 +176,8 @@ pub fn maxima_and_comparisons() {
 }
 
 pub fn every_threshold_moves_as_the_model_says() {
-    // One frame takes the manual threshold, the next follows a count: three, against a target that is far less, far more, or met.
+    // One frame takes the manual threshold, the next follows a count: three, against a target that is far less, far
+    // more, or met.
     if !is_driven("threshold") {
         return;
     }

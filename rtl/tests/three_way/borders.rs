@@ -2,7 +2,7 @@
 
 use hoverlock_rtl::cells::{
     bank::Bank,
-    border::{CoefficientRegister, ColumnBorder, LookAheadBorder, LookBackBorder},
+    border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
     decision::{Eligible, Threshold},
     delay::Cursor,
 };
@@ -22,29 +22,29 @@ pub fn borders_and_positions() {
         [p, q],
         |_: &mut ColumnBorder, _, _: &mut ChaCha8Rng| {}
     );
-    for (module, reach) in family("look_back_border_") {
+    for (module, reach) in family("row_look_back_border_") {
         agree!(
-            LookBackBorder,
-            LookBackBorder::new(reach as u64),
+            RowLookBackBorder,
+            RowLookBackBorder::new(reach as u64),
             &module,
             1500,
-            [reset, advance, first, x, past],
+            [reset, advance, first, x, delayed],
             [p, q],
-            |cell: &mut LookBackBorder, cycle, draw: &mut ChaCha8Rng| {
+            |cell: &mut RowLookBackBorder, cycle, draw: &mut ChaCha8Rng| {
                 resets!(cell, cycle, draw);
                 cell.first.next = draw.random_ratio(1, 40);
             }
         );
     }
-    for (module, reach) in family("look_ahead_border_") {
+    for (module, reach) in family("row_look_ahead_border_") {
         agree!(
-            LookAheadBorder,
-            LookAheadBorder::new(reach as u64),
+            RowLookAheadBorder,
+            RowLookAheadBorder::new(reach as u64),
             &module,
             1500,
-            [reset, advance, last, x, past],
+            [reset, advance, last, x, delayed],
             [p, q],
-            |cell: &mut LookAheadBorder, cycle, draw: &mut ChaCha8Rng| {
+            |cell: &mut RowLookAheadBorder, cycle, draw: &mut ChaCha8Rng| {
                 resets!(cell, cycle, draw);
                 cell.last.next = draw.random_ratio(1, 40);
             }
@@ -80,7 +80,7 @@ pub fn borders_and_positions() {
         "eligible",
         3000,
         [advance, width, height, active, x, y],
-        [eligible, place],
+        [eligible, position],
         |cell: &mut Eligible, _, draw: &mut ChaCha8Rng| {
             cell.width.next = draw.random_range(64..=1024u64).into();
             cell.height.next = draw.random_range(64..=2048u64).into();

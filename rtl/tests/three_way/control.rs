@@ -19,19 +19,19 @@ use super::*;
 pub fn samples_side_by_side() {
     agree_now!(PixelState, PixelState::default(), "pixel_state", [x], [y]);
     agree_now!(SignedResponse, SignedResponse::default(), "signed_response", [magnitude, positive], [y]);
-    agree_now!(Neighbours, Neighbours::default(), "neighbours", [left, right, up, down], [y]);
+    agree_now!(Neighbours, Neighbours::default(), "neighbours", [left, right, upper, lower], [y]);
     agree_now!(RingRows, RingRows::default(), "ring_rows", [newest, older], [y]);
     agree_now!(
         CandidateWord,
         CandidateWord::default(),
         "candidate_word",
-        [place, hit_0, hit_1, centre_0, centre_1, neighbours_0, neighbours_1],
+        [position, hit_0, hit_1, centre_0, centre_1, neighbours_0, neighbours_1],
         [word]
     );
 }
 
 pub fn queues_and_records() {
-    // Places in rising order go in; the ring's place passes them all some time later, or the queue runs full.
+    // Positions enter in ascending order. The ring passes all of them later, or the queue becomes full.
     let mut next = 0u64;
     agree!(
         CandidateQueue,
@@ -92,12 +92,12 @@ pub fn queues_and_records() {
         "record_fifo",
         4000,
         [reset, write, record, ready],
-        [room, stop, valid, start_of_packet],
+        [room, stall, valid, start_of_packet],
         |cell: &mut RecordFifo, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 1500);
             // Fills for a while, then empties.
             let filling = cycle % 2000 < 1200;
-            cell.write.next = !cell.stop.val() && draw.random_ratio(if filling { 9 } else { 1 }, 10);
+            cell.write.next = !cell.stall.val() && draw.random_ratio(if filling { 9 } else { 1 }, 10);
             cell.ready.next = draw.random_ratio(if filling { 1 } else { 9 }, 10);
         }
     );
@@ -109,7 +109,7 @@ pub fn sequencer_under_any_stream() {
         Sequencer::default(),
         "sequencer",
         60_000,
-        [reset, enable, new_width, new_height, stop, valid, data, start_of_packet, end_of_packet, frame_done],
+        [reset, enable, new_width, new_height, stall, valid, data, start_of_packet, end_of_packet, frame_done],
         [ready, width, height, capture, advance, busy, errors, frame_errors],
         |cell: &mut Sequencer, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 30_000);
@@ -117,7 +117,7 @@ pub fn sequencer_under_any_stream() {
             let size = cycle as u64 / 25_000;
             cell.new_width.next = if cycle % 9000 > 8000 { 63u64 } else { 64 + size }.into();
             cell.new_height.next = 64u64.into();
-            cell.stop.next = draw.random_ratio(1, 20);
+            cell.stall.next = draw.random_ratio(1, 20);
             cell.valid.next = draw.random_ratio(19, 20);
             cell.start_of_packet.next =
                 draw.random_ratio(1, if cycle % 12_000 < 9000 { 6000 } else { 300 }) || cycle % 3000 == 250;
@@ -157,7 +157,7 @@ pub fn registers_read_back_and_clear() {
             let often = [3, 4, 10, 11][draw.random_range(0..4)];
             cell.address.next = if draw.random() { often } else { draw.random_range(0..40u64) }.into();
             cell.read.next = cycle == 2 || draw.random();
-            // What the pipeline says while it is cleared must not count.
+            // Events of the pipeline must not count while it is reset.
             cell.done.next = draw.random_ratio(1, 20) || (cell.clear.val() && draw.random());
             cell.errors.next = if draw.random_ratio(1, 10) { draw.random_range(0..16u64) } else { 0 }.into();
             cell.saturated.next = draw.random_ratio(1, 50);

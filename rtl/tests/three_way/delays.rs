@@ -13,7 +13,7 @@ use rust_hdl::prelude::*;
 
 use super::*;
 
-/// A delay of words of some width and of any length there is.
+/// All emitted delays of this width.
 macro_rules! delay {
     ($bits:literal, $family:expr) => {
         for (module, steps) in $family {
@@ -128,7 +128,7 @@ pub fn delays() {
 }
 
 pub fn lines_of_every_depth() {
-    /// Lines of words of some width, the taps of them that are read.
+    /// A line memory of this width with these taps.
     macro_rules! lines {
         ($bits:literal, $out:literal, $module:expr, $taps:expr) => {
             let (mut count, mut past) = (0u64, Vec::new());
@@ -177,7 +177,7 @@ pub fn lines_and_addresses() {
         "address_counter",
         1500,
         [reset, advance, width],
-        [now, before_1, before_4, before_5, before_8, before_12, before_16, before_20],
+        [address, delayed_1, delayed_4, delayed_5, delayed_8, delayed_12, delayed_16, delayed_20],
         |cell: &mut AddressCounter, cycle, draw: &mut ChaCha8Rng| {
             resets!(cell, cycle, draw);
             cell.width.next = if cycle < 700 { 100u64 } else { 64 }.into();
@@ -192,10 +192,10 @@ pub fn lines_and_addresses() {
         [y],
         |cell: &mut HeldRow, _, draw: &mut ChaCha8Rng| {
             cell.select.next = (1u64 << draw.random_range(0..7) & 63).into();
-            let place = |draw: &mut ChaCha8Rng| Bits::<10>::from(draw.random_range(0..16u64));
-            cell.write_address.next = place(draw);
-            for address in [&mut cell.address_0, &mut cell.address_1, &mut cell.address_2, &mut cell.address_3] {
-                address.next = place(draw);
+            let address = |draw: &mut ChaCha8Rng| Bits::<10>::from(draw.random_range(0..16u64));
+            cell.write_address.next = address(draw);
+            for port in [&mut cell.address_0, &mut cell.address_1, &mut cell.address_2, &mut cell.address_3] {
+                port.next = address(draw);
             }
         }
     );

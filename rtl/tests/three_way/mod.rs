@@ -1,7 +1,8 @@
-//! The checks of the leaf cells, each three ways: bit-true model == rust-hdl's simulator == Verilator on the emitted file.
+//! The checks of the leaf cells, each three ways: bit-true model == rust-hdl's simulator == Verilator on the emitted
+//! file.
 //!
-//! All cells stand side by side in one bench of generated Verilog, so that Verilator runs once. Inputs are random words mixed with
-//! the corners of their range; the clock enable and the reset come and go. Every output is compared after every clock edge.
+//! All cells are instances of one generated Verilog bench, so Verilator runs once. Inputs are random values mixed with
+//! the corners of their range; clock enable and reset are random too. Every output is compared after every clock edge.
 
 use std::{
     cell::RefCell,
@@ -20,7 +21,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rust_hdl::prelude::*;
 
-/// A signal's value as 32-bit words.
+/// The value of a signal as 32-bit words.
 trait Word: Copy {
     const WIDTH: usize;
     fn from_words(words: &[u32]) -> Self;
@@ -97,7 +98,7 @@ thread_local! {
     static CHOICE: RefCell<(Option<String>, Vec<String>)> = const { RefCell::new((None, Vec::new())) };
 }
 
-/// Drives other files than the committed ones; to be said before anything is driven.
+/// Drives other files than the committed ones. Must be called before any check.
 #[allow(dead_code, reason = "for the mutants")]
 pub fn drive_others(sources: &[PathBuf], folder: &Path) {
     OTHERS.set((sources.to_vec(), folder.to_path_buf())).expect("said once");
@@ -128,7 +129,7 @@ static FILES: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     sources().iter().map(|path| (module(path), std::fs::read_to_string(path).unwrap())).collect()
 });
 
-/// A cell of its own, not the wiring of others: that is for `structure.rs` and the chain.
+/// Whether a module is a leaf cell. Wiring is checked in `structure.rs` and by the chain.
 fn is_leaf(text: &str) -> bool {
     !text.contains("\n  .clock(clock)")
 }
@@ -167,7 +168,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
             instances += "mutation_choice mutation_choice ();\n";
             continue;
         }
-        // What is wiring is covered by the chain.
+        // Wiring modules are checked by the chain.
         if !is_leaf(text) && !structure::MODULES.contains(&name.as_str()) {
             continue;
         }
@@ -197,14 +198,17 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     Build::new("bench").sources(sources()).source(bench).compile().unwrap()
 });
 
-/// Drives a cell and its Verilog alike for many cycles. `$tame` may change the random inputs before a cycle, `$check` sees them
-/// and the outputs after the edge.
+/// Drives a cell and its Verilog alike for many cycles. `$tame` may change the random inputs before a cycle, `$check`
+/// sees them and the outputs after the edge.
 macro_rules! alike {
     ($cell:expr, $($rest:tt)*) => { alike_with!(|cell| cell.clock.next = !cell.clock.val(), $cell, $($rest)*) };
 }
 
 macro_rules! alike_with {
-    (|$ticking:ident| $tick:expr, $cell:expr, $module:expr, $cycles:expr, [$($input:ident),*], [$($output:ident),*], $tame:expr, $check:expr) => {
+    (
+        |$ticking:ident| $tick:expr, $cell:expr, $module:expr, $cycles:expr,
+        [$($input:ident),*], [$($output:ident),*], $tame:expr, $check:expr
+    ) => {
         if is_driven($module) {
         let mut cell = $cell;
         cell.connect_all();
@@ -256,7 +260,7 @@ macro_rules! resets {
     };
 }
 
-/// Nothing more to say than that both agree.
+/// Checks only that both simulators agree.
 macro_rules! agree {
     ($type:ty, $cell:expr, $module:expr, $cycles:expr, [$($input:ident),*], [$($output:ident),*], $tame:expr) => {
         alike!($cell, $module, $cycles, [$($input),*], [$($output),*], $tame, |_: &$type, _| {})
@@ -266,7 +270,10 @@ macro_rules! agree {
 /// The same for a cell without a clock.
 macro_rules! agree_now {
     ($type:ty, $cell:expr, $module:expr, [$($input:ident),*], [$($output:ident),*]) => {
-        alike_with!(|_unclocked| (), $cell, $module, 100, [$($input),*], [$($output),*], |_: &mut $type, _, _: &mut ChaCha8Rng| {}, |_: &$type, _| {})
+        alike_with!(
+            |_unclocked| (), $cell, $module, 100, [$($input),*], [$($output),*],
+            |_: &mut $type, _, _: &mut ChaCha8Rng| {}, |_: &$type, _| {}
+        )
     };
 }
 

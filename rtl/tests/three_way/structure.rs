@@ -1,6 +1,7 @@
 //! The checks of what is built of cells: stages, the three smoothers, a scale pair, the core between its streams.
 //!
-//! rust-hdl's simulator takes 0.05 ms (a scale pair) to 1 ms (the core) a cycle for these, so frames are as small as they may be.
+//! rust-hdl's simulator takes 0.05 ms (a scale pair) to 1 ms (the core) a cycle for these, so frames are as small as
+//! they may be.
 
 use std::cell::Cell;
 
@@ -11,9 +12,9 @@ use hoverlock_reference::features::maxlbp::Layer as Responses;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     core::Core,
-    extractor::{scale_pair::Layer, smoothers::Smoothers},
+    extractor::{scale_pair::ScalePair, smoothers::Smoothers},
     registers::default_coefficients,
-    smoother::stages::{ColumnStage, LookAheadStage, LookBackStage},
+    smoother::stages::{ColumnLookAhead, RowLookAhead, RowLookBack},
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -23,18 +24,18 @@ use super::{Check, Word, instance, is_driven, random};
 
 /// Modules that are driven here and not in the checks of the leaves.
 pub const MODULES: [&str; 6] =
-    ["column_stage_1", "look_back_stage_1", "look_ahead_stage_1", "smoothers", "layer", "hoverlock_core"];
+    ["column_look_ahead_1", "row_look_back_1", "row_look_ahead_1", "smoothers", "scale_pair", "hoverlock_core"];
 
 /// All checks of what is built of cells.
 pub const CHECKS: [Check; 5] = [
     ("row_stages", row_stages),
-    ("column_stage", column_stage),
+    ("column_look_ahead", column_look_ahead),
     ("smoothers", smoothers),
     ("scale_pair", scale_pair),
     ("core", core),
 ];
 
-/// Rows of 40 and more through a stage towards the past and one towards the future, against the definition.
+/// Rows of 41 samples through a row look-back and a row look-ahead stage, against the definition.
 pub fn row_stages() {
     const REACH: usize = 2;
     const WIDTH: usize = 41;
@@ -42,12 +43,12 @@ pub fn row_stages() {
     // Samples of all rows in the order they came; the stage's pipeline is four steps long.
     let (mut sent, mut given): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
     alike!(
-        LookBackStage::new(1),
-        "look_back_stage_1",
+        RowLookBack::new(1),
+        "row_look_back_1",
         3000,
         [reset, advance, x, first, load, g],
         [y, first_out, load_out],
-        |cell: &mut LookBackStage, cycle, _: &mut ChaCha8Rng| {
+        |cell: &mut RowLookBack, cycle, _: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2;
             cell.advance.next &= cycle >= 2;
             cell.g.next = g.into();
@@ -57,7 +58,7 @@ pub fn row_stages() {
                 sent.push(cell.x.next.to_u32());
             }
         },
-        |cell: &LookBackStage, _| {
+        |cell: &RowLookBack, _| {
             if cell.advance.val() {
                 given.push(cell.y.val().to_u32());
             }
@@ -70,12 +71,12 @@ pub fn row_stages() {
     }
     let (mut sent, mut given): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
     alike!(
-        LookAheadStage::new(1),
-        "look_ahead_stage_1",
+        RowLookAhead::new(1),
+        "row_look_ahead_1",
         3000,
         [reset, advance, x, last, load, g],
         [y, last_out, loads],
-        |cell: &mut LookAheadStage, cycle, _: &mut ChaCha8Rng| {
+        |cell: &mut RowLookAhead, cycle, _: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2;
             cell.advance.next &= cycle >= 2;
             cell.g.next = g.into();
@@ -85,7 +86,7 @@ pub fn row_stages() {
                 sent.push(cell.x.next.to_u32());
             }
         },
-        |cell: &LookAheadStage, _| {
+        |cell: &RowLookAhead, _| {
             if cell.advance.val() {
                 given.push(cell.y.val().to_u32());
             }
@@ -100,18 +101,18 @@ pub fn row_stages() {
 }
 
 /// A column stage with rows that are outside now and then.
-pub fn column_stage() {
+pub fn column_look_ahead() {
     const WIDTH: usize = 64;
     let g = 42_386u64;
     let (mut count, mut given): (usize, Vec<u32>) = (0, Vec::new());
     let mut sent: Vec<(u32, Option<u32>)> = Vec::new();
     alike!(
-        ColumnStage::new(1),
-        "column_stage_1",
+        ColumnLookAhead::new(1),
+        "column_look_ahead_1",
         2000,
         [reset, advance, width, address, write_address, x, held, outside, load, g],
         [y, loads],
-        |cell: &mut ColumnStage, cycle, _: &mut ChaCha8Rng| {
+        |cell: &mut ColumnLookAhead, cycle, _: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2;
             cell.advance.next &= cycle >= 2;
             cell.width.next = (WIDTH as u64).into();
@@ -124,13 +125,14 @@ pub fn column_stage() {
                 sent.push((cell.x.next.to_u32(), cell.outside.next.then(|| cell.held.next.to_u32())));
             }
         },
-        |cell: &ColumnStage, _| {
+        |cell: &ColumnLookAhead, _| {
             if cell.advance.val() {
                 given.push(cell.y.val().to_u32());
             }
         }
     );
-    // What arrives at step n is two rows below what is smoothed. The coefficient follows its marker by two rows and four steps.
+    // What arrives at step n is two rows below what is smoothed. The coefficient follows its marker by two rows and
+    // four steps.
     for n in 2 * WIDTH + 8..given.len().saturating_sub(3) {
         let (x, held) = sent[n];
         assert_eq!(given[n + 3], lerp(held.unwrap_or(x), sent[n - 2 * WIDTH].0, g as u32, 16), "step {n}");
@@ -144,8 +146,8 @@ fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
 
 fn bank(thresholds: [u64; 2]) -> Bits<368> {
     let mut bank = Bits::<368>::default();
-    for (i, code) in default_coefficients().unwrap().into_iter().enumerate() {
-        bank.set_bits(16 * i, Bits::<16>::from(u64::from(code)));
+    for (i, raw) in default_coefficients().unwrap().into_iter().enumerate() {
+        bank.set_bits(16 * i, Bits::<16>::from(u64::from(raw)));
     }
     bank.set_bits(304, Bits::<16>::from(thresholds[0]));
     bank.set_bits(320, Bits::<16>::from(thresholds[1]));
@@ -163,7 +165,7 @@ pub fn smoothers() {
         "smoothers",
         4096 + 65 * 64 + 200,
         [reset, advance, width, height, start, pixel, frame_bank],
-        [window_bank, address, address_1, narrow, middle, wide, start_out],
+        [window_bank, address, address_delayed_1, narrow, middle, wide, start_out],
         |cell: &mut Smoothers, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 8;
             cell.advance.next = cycle >= 8 && draw.random_ratio(39, 40);
@@ -209,23 +211,23 @@ pub fn scale_pair() {
     };
     let steps = Cell::new(0usize);
     alike!(
-        Layer::default(),
-        "layer",
+        ScalePair::default(),
+        "scale_pair",
         64 * HEIGHT + 60,
-        [reset, advance, address, address_1, narrow, wide],
+        [reset, advance, address, address_delayed_1, narrow, wide],
         [response, saturated, strict, loose, p, centre, neighbours, ring],
-        |cell: &mut Layer, cycle, draw: &mut ChaCha8Rng| {
+        |cell: &mut ScalePair, cycle, draw: &mut ChaCha8Rng| {
             let step = steps.get();
             cell.reset.next = cycle < 2;
             cell.advance.next = cycle >= 2 && draw.random_ratio(39, 40);
             cell.address.next = (step as u64 % 64).into();
-            cell.address_1.next = ((step as u64 + 63) % 64).into();
+            cell.address_delayed_1.next = ((step as u64 + 63) % 64).into();
             let at = step.min(64 * HEIGHT - 1);
             cell.narrow.next = u64::from(narrow.as_slice()[at]).into();
             cell.wide.next = u64::from(wide.as_slice()[at]).into();
             steps.set(step + usize::from(cell.advance.next));
         },
-        |cell: &Layer, _| {
+        |cell: &ScalePair, _| {
             let step = steps.get();
             if !cell.advance.val() {
                 return;
