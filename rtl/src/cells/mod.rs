@@ -4,8 +4,7 @@
 //! Conventions:
 //!
 //! - There is one clock. `reset` is synchronous and active high. It clears flags and counters but no data: data count
-//!   only where a
-//!   flag says so.
+//!   only where a flag says so.
 //! - `advance` is the clock enable of the whole datapath. A *step* is a clock edge with `advance` high. Every latency
 //!   is in steps.
 //! - Port names have no direction suffix. A signal `x_1` or `x_delayed_1` is `x` one step later.
