@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use hoverlock_rtl::{
-    emit::{File, MEND, files},
+    emission::{File, MEND, files},
     estimate::{Estimate, ModuleEstimate, estimate},
 };
 use indicatif::{ProgressBar, ProgressStyle};

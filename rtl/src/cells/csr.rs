@@ -1,57 +1,58 @@
-//! The registers of [`crate::registers`] behind an Avalon-MM slave: 32 bits, no wait states, data one cycle after `read`.
+//! The registers of [`crate::registers`] behind an Avalon-MM slave: 32 bits, no wait states, data one cycle after
+//! `read`.
 
 use rust_hdl::prelude::*;
 
 use super::{Height, Response, Width};
 use crate::registers::{Access, Field, Register};
 
-/// Bits of a word address.
+/// Bits of a register address, which counts 32-bit registers.
 pub const WORD_ADDRESS_BITS: usize = 6;
 
-/// See the module.
+/// The Avalon-MM slave.
 #[derive(LogicBlock)]
 pub struct Csr {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// All registers to their values after reset.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// Word address.
+    /// Address of a 32-bit register.
     pub address: Signal<In, Bits<6>>,
-    /// Read it.
+    /// Read request.
     pub read: Signal<In, Bit>,
-    /// What was read, one cycle later.
+    /// Read data, one cycle after the request.
     pub readdata: Signal<Out, Bits<32>>,
-    /// Write it.
+    /// Write request.
     pub write: Signal<In, Bit>,
-    /// What to write.
+    /// Write data.
     pub writedata: Signal<In, Bits<32>>,
-    /// Interrupt, a level.
+    /// Interrupt request, level-sensitive, active high.
     pub irq: Signal<Out, Bit>,
-    /// Clear the pipeline.
+    /// Reset of the pipeline.
     pub clear: Signal<Out, Bit>,
-    /// Frames are taken.
+    /// Frames are accepted.
     pub enable: Signal<Out, Bit>,
     /// `W`.
     pub width: Signal<Out, Width>,
     /// `H`.
     pub height: Signal<Out, Height>,
-    /// What a frame takes with it.
+    /// Register values that a frame captures.
     pub bank: Signal<Out, Bits<368>>,
-    /// Frames are in the pipeline.
+    /// At least one frame is in the pipeline.
     pub busy: Signal<In, Bit>,
-    /// Errors of this cycle.
+    /// Error bits of this cycle.
     pub errors: Signal<In, Bits<4>>,
-    /// A frame takes the registers over.
+    /// Pulse: a frame captures the registers.
     pub begun: Signal<In, Bit>,
-    /// A frame is done.
+    /// Pulse: a frame is complete.
     pub done: Signal<In, Bit>,
-    /// Its features.
+    /// Features of that frame.
     pub count: Signal<In, Bits<20>>,
-    /// Its dropped features.
+    /// Dropped features of that frame.
     pub dropped: Signal<In, Bits<20>>,
-    /// Frames done.
+    /// Number of complete frames.
     pub frames: Signal<In, Bits<32>>,
-    /// A response was cut.
+    /// A response was saturated.
     pub saturated: Signal<In, Bit>,
     /// Threshold in use.
     pub threshold_0: Signal<In, Response>,
@@ -64,7 +65,7 @@ pub struct Csr {
 }
 
 impl Csr {
-    /// The slave of a map.
+    /// The slave of a register map.
     pub fn new(map: Vec<Register>) -> Self {
         let words = map.iter().map(reset_word).collect();
         Self {
@@ -102,7 +103,7 @@ impl Csr {
         self._map.iter().position(|register| register.name == name).map_or(0, |i| self._words[i])
     }
 
-    /// What hardware sets in a cycle, by the name of the status field.
+    /// The status bits that hardware sets in a cycle.
     fn events(&self) -> u32 {
         let errors = self.errors.val().to_u32();
         let lost = self.done.val() && self.dropped.val().to_u32() != 0;
@@ -113,7 +114,7 @@ impl Csr {
             | u32::from(self.begun.val()) << 7
     }
 
-    /// What hardware shows in a register.
+    /// The value that hardware drives in a read-only register.
     fn shown(&self, name: &str) -> Option<u32> {
         Some(match name {
             "status" => u32::from(self.busy.val()) << 31,
@@ -150,7 +151,7 @@ impl Logic for Csr {
                 self._clear = true;
             } else {
                 let write = self.write.val().then(|| self.writedata.val().to_u32());
-                // What the pipeline says while it is being cleared is of the past.
+                // Events of the pipeline do not count while it is being reset.
                 let (events, done) = if clearing { (0, false) } else { (self.events(), self.done.val()) };
                 for (register, word) in self._map.iter().zip(&mut self._words) {
                     let data = write.filter(|_| register.offset == at);
@@ -177,8 +178,9 @@ impl Logic for Csr {
         self.width.next = u64::from(size & 0x7ff).into();
         self.height.next = u64::from(size >> 16 & 0xfff).into();
         let mut bank = Bits::<368>::default();
-        let codes = self._map.iter().zip(&self._words).filter(|(register, _)| register.fields[0].name == "code");
-        for (i, (_, word)) in codes.enumerate() {
+        let coefficients =
+            self._map.iter().zip(&self._words).filter(|(register, _)| register.fields[0].name == "value");
+        for (i, (_, word)) in coefficients.enumerate() {
             bank.set_bits(16 * i, Bits::<16>::from(u64::from(*word)));
         }
         let threshold = self.word("threshold");
@@ -227,7 +229,8 @@ impl Logic for Csr {
                         declarations += &format!("reg  {range}{name};\n");
                         resets += &format!("    {name} <= {bits}'d0;\n");
                         writes += &format!(
-                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) | (~clear_now & {});\n",
+                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) \
+                             | (~clear_now & {});\n",
                             event(&field.name)
                         );
                     }
@@ -256,11 +259,11 @@ impl Logic for Csr {
             }
             cases += &format!("      6'd{}: readdata <= {{{}}};\n", register.offset >> 2, parts.join(", "));
         }
-        let codes: Vec<String> = self
+        let coefficients: Vec<String> = self
             ._map
             .iter()
-            .filter(|register| register.fields[0].name == "code")
-            .map(|register| format!("{}_code", register.name))
+            .filter(|register| register.fields[0].name == "value")
+            .map(|register| format!("{}_value", register.name))
             .rev()
             .collect();
         Verilog::Custom(format!(
@@ -289,12 +292,12 @@ always @(*) begin
             {}}};
 end
 ",
-            codes.join(",\n            ")
+            coefficients.join(",\n            ")
         ))
     }
 }
 
-/// What sets a status field.
+/// The event that sets a status field.
 fn event(field: &str) -> &'static str {
     match field {
         "frame" => "done",

@@ -1,4 +1,5 @@
-//! Yosys is run once for a given Verilog: its netlist waits in the user's cache folder under the hash of all that it depends on.
+//! Yosys is run once for a given Verilog: its netlist waits in the user's cache folder under the hash of all that it
+//! depends on.
 
 use std::{
     fs,
@@ -15,14 +16,14 @@ use super::{
     netlist::{Flat, Netlist},
 };
 use crate::{
-    emit::{File, committed, files},
+    emission::{File, committed, files},
     simulation::cache,
 };
 
 const TOP: &str = "hoverlock_top";
 
-/// Sizes what is simulated: the committed Verilog, or far from the project what the sources give. `step` hears what Yosys is at, if it has
-/// to run: some minutes.
+/// Estimates the simulated Verilog: the committed files, or without the project folder the emission. `step` is called
+/// with the current pass of Yosys, if it has to run, which takes some minutes.
 ///
 /// # Errors
 /// Where Yosys is missing or fails, or what it made is not the design.
@@ -76,18 +77,18 @@ fn at(path: &Path) -> impl FnOnce(std::io::Error) -> EstimateError {
 }
 
 /// The name of a source in the folder where Yosys runs.
-fn place(file: &File) -> &str {
+fn file_name(file: &File) -> &str {
     file.path.rsplit('/').next().unwrap_or_default()
 }
 
 fn script(sources: &[File], top: &str) -> String {
-    let read: String = sources.iter().map(|file| format!("read_verilog {}\n", place(file))).collect();
+    let read: String = sources.iter().map(|file| format!("read_verilog {}\n", file_name(file))).collect();
     format!("{read}synth_intel_alm -family arriav -noflatten -top {top}\nwrite_json netlist.json\n")
 }
 
 fn synthesise(folder: &Path, sources: &[File], script: &str, step: &mut dyn FnMut(&str)) -> Result<(), EstimateError> {
     for file in sources {
-        let path = folder.join(place(file));
+        let path = folder.join(file_name(file));
         fs::write(&path, &file.text).map_err(at(&path))?;
     }
     let (run, log) = (folder.join("run.ys"), folder.join("stderr"));
