@@ -16,7 +16,7 @@
 #define HOVERLOCK_CONTROL_ENABLE_SHIFT 0
 #define HOVERLOCK_CONTROL_ENABLE_MASK 0x00000001u // frames are taken; otherwise they are dropped whole
 #define HOVERLOCK_CONTROL_AUTOMATIC_SHIFT 1
-#define HOVERLOCK_CONTROL_AUTOMATIC_MASK 0x00000002u // thresholds follow the count of the frame before
+#define HOVERLOCK_CONTROL_AUTOMATIC_MASK 0x00000002u // thresholds follow the count of the frame before; part of the set
 #define HOVERLOCK_CONTROL_INTERRUPT_FRAME_SHIFT 2
 #define HOVERLOCK_CONTROL_INTERRUPT_FRAME_MASK 0x00000004u // interrupt at the end of a frame
 #define HOVERLOCK_CONTROL_INTERRUPT_ERROR_SHIFT 3
@@ -39,7 +39,7 @@
 #define HOVERLOCK_STATUS_SATURATED_SHIFT 6
 #define HOVERLOCK_STATUS_SATURATED_MASK 0x00000040u // a response was cut to the largest code
 #define HOVERLOCK_STATUS_BEGUN_SHIFT 7
-#define HOVERLOCK_STATUS_BEGUN_MASK 0x00000080u // a frame has begun and has taken the registers over: they are free for the next
+#define HOVERLOCK_STATUS_BEGUN_MASK 0x00000080u // a frame has begun, with the set if one was committed: the registers are free for the next
 #define HOVERLOCK_STATUS_BUSY_SHIFT 31
 #define HOVERLOCK_STATUS_BUSY_MASK 0x80000000u // frames are in the pipeline
 #define HOVERLOCK_SIZE 0x14u
@@ -49,7 +49,7 @@
 #define HOVERLOCK_SIZE_HEIGHT_MASK 0x0fff0000u // rows, 64 to 2048
 #define HOVERLOCK_THRESHOLD 0x18u
 #define HOVERLOCK_THRESHOLD_FINE_SHIFT 0
-#define HOVERLOCK_THRESHOLD_FINE_MASK 0x00007fffu // least response of scale pair 0, half camera codes
+#define HOVERLOCK_THRESHOLD_FINE_MASK 0x00007fffu // least response of scale pair 0, half DN
 #define HOVERLOCK_THRESHOLD_COARSE_SHIFT 16
 #define HOVERLOCK_THRESHOLD_COARSE_MASK 0x7fff0000u // least response of scale pair 1
 #define HOVERLOCK_TARGET 0x1cu
@@ -69,6 +69,9 @@
 #define HOVERLOCK_DROPPED 0x2cu
 #define HOVERLOCK_DROPPED_COUNT_SHIFT 0
 #define HOVERLOCK_DROPPED_COUNT_MASK 0x000fffffu // features of the last finished frame that were dropped
+#define HOVERLOCK_COMMIT 0x30u
+#define HOVERLOCK_COMMIT_PENDING_SHIFT 0
+#define HOVERLOCK_COMMIT_PENDING_MASK 0x00000001u // write 1: the registers are a whole set for the next frame that begins; 1 until it has begun, or until one of them is written
 #define HOVERLOCK_NARROW_G 0x40u
 #define HOVERLOCK_NARROW_G_CODE_SHIFT 0
 #define HOVERLOCK_NARROW_G_CODE_MASK 0x0000ffffu // `g` of the recursion, u0.16

@@ -22,6 +22,8 @@ pub struct Core {
     pub new_height: Signal<In, Height>,
     /// What the next frame takes with it.
     pub bank: Signal<In, Bits<368>>,
+    /// It takes the bank; otherwise it keeps what the frame before took.
+    pub committed: Signal<In, Bit>,
     /// Video sink.
     pub video_ready: Signal<Out, Bit>,
     /// A beat is there.
@@ -46,7 +48,7 @@ pub struct Core {
     pub busy: Signal<Out, Bit>,
     /// Errors of this cycle.
     pub errors: Signal<Out, Bits<4>>,
-    /// A frame takes the registers over.
+    /// A frame begins with the next edge, and takes what is committed.
     pub begun: Signal<Out, Bit>,
     /// A frame is done.
     pub done: Signal<Out, Bit>,
@@ -77,6 +79,7 @@ impl Logic for Core {
         self.sequencer.enable.next = self.enable.val();
         self.sequencer.new_width.next = self.new_width.val();
         self.sequencer.new_height.next = self.new_height.val();
+        self.sequencer.committed.next = self.committed.val();
         self.sequencer.stop.next = self.fifo.stop.val();
         self.sequencer.valid.next = self.video_valid.val();
         self.sequencer.data.next = self.video_data.val();
@@ -89,7 +92,7 @@ impl Logic for Core {
         self.errors.next = self.sequencer.errors.val();
 
         self.frame_bank.clock.next = self.clock.val();
-        self.frame_bank.load.next = self.sequencer.capture.val();
+        self.frame_bank.load.next = self.sequencer.capture.val() & self.committed.val();
         self.frame_bank.d.next = self.bank.val();
 
         self.extractor.clock.next = self.clock.val();

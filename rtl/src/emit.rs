@@ -106,13 +106,17 @@ fn rights(access: Access) -> &'static str {
         Access::ReadWrite => "read, write",
         Access::Clear => "write 1 to clear",
         Access::Pulse => "write 1",
+        Access::Request => "write 1 to set",
     }
 }
 
 fn markdown(map: &[Register]) -> String {
     let mut text = format!(
-        "<!-- Made by `{MEND}`; do not edit. -->\n\n# Registers\n\n32-bit words on an Avalon-MM slave; byte addresses. Software writes \
-         `size`, `threshold`, `target` and the coefficients at any\ntime: a frame takes them over as it begins.\n\n\
+        "<!-- Made by `{MEND}`; do not edit. -->\n\n# Registers\n\n32-bit words on an Avalon-MM slave; byte addresses.\n\n`size`, `threshold`, `target`, \
+         the coefficients and `control.automatic` are a *set*. Software writes them at any time, then writes 1 to `commit`.\nThe next \
+         frame that begins takes the whole set over; without a commit it keeps the set of the frame before. Writing one of these registers \
+         withdraws a\ncommit that no frame has taken yet, so no frame ever takes a part of a set. After reset the values of the table are \
+         committed; if they are changed and\nnot committed, the first frame has no set and is refused.\n\n\
          | address | register | bits | field | access | after reset | what it is |\n|---|---|---|---|---|---|---|\n"
     );
     for register in map {

@@ -27,7 +27,7 @@ const HEADERS: &[(&str, &str)] = &[
     (
         "hoverlock_top",
         "The feature extractor: Avalon-ST video in, Avalon-ST feature records out, Avalon-MM registers, an interrupt.
-  registers   what software sees; a frame takes them over as it begins
+  registers   what software sees; a frame takes a committed set over as it begins
   core        everything between the two streams
 One clock, one pixel a clock. A step is a clock with `advance` in the core: one pixel, or none while the pipeline drains.
 Latency: 81 lines and some 175 steps from a pixel to its record; a register is read one cycle later.",
@@ -36,7 +36,7 @@ Latency: 81 lines and some 175 steps from a pixel to its record; a register is r
         "hoverlock_core",
         "The extractor between its two streams.
   sequencer   beats become steps, every frame whole
-  frame_bank  the registers as the frame that enters now took them over
+  frame_bank  the committed set as the last frame that began took it
   extractor   pixels become records
   fifo        512 records wait for the sink
 `advance` is the clock enable of the whole datapath: one step. Every latency below is in steps and lines of W steps.
@@ -266,6 +266,7 @@ Latency: 2 clocks from a beat to its step.",
         "csr",
         "The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by hardware and cleared by
 writing 1; where both meet the bit stays. A software reset clears the pipeline for one clock and leaves the registers.
+`committed`: the registers are a whole set for the next frame that begins; a write to one of them withdraws it.
 Latency: 1 clock from `read` to `readdata`.",
     ),
     (

@@ -16,6 +16,8 @@ pub enum Access {
     Clear,
     /// Writing 1 does something; reads 0.
     Pulse,
+    /// Set by writing 1, cleared by hardware.
+    Request,
 }
 
 /// Some bits of a register.
@@ -50,7 +52,7 @@ pub struct Register {
 pub const IDENTIFICATION: u32 = 0x484c_434b;
 
 /// Major and minor.
-pub const VERSION: u32 = 0x0001_0000;
+pub const VERSION: u32 = 0x0002_0000;
 
 /// Byte address of the first coefficient.
 pub const COEFFICIENTS_AT: u32 = 0x40;
@@ -78,7 +80,7 @@ pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
 /// # Errors
 /// As [`default_coefficients`].
 pub fn registers() -> Result<Vec<Register>, CoefficientError> {
-    use Access::{Clear, Pulse, Read, ReadWrite};
+    use Access::{Clear, Pulse, Read, ReadWrite, Request};
     let field = |name: &str, low: u32, bits: u32, access: Access, reset: u32, what: &str| Field {
         name: name.into(),
         low,
@@ -102,7 +104,14 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             0x0c,
             vec![
                 field("enable", 0, 1, ReadWrite, 0, "frames are taken; otherwise they are dropped whole"),
-                field("automatic", 1, 1, ReadWrite, 0, "thresholds follow the count of the frame before"),
+                field(
+                    "automatic",
+                    1,
+                    1,
+                    ReadWrite,
+                    0,
+                    "thresholds follow the count of the frame before; part of the set",
+                ),
                 field("interrupt_frame", 2, 1, ReadWrite, 0, "interrupt at the end of a frame"),
                 field("interrupt_error", 3, 1, ReadWrite, 0, "interrupt at an error"),
                 field("reset", 31, 1, Pulse, 0, "clears the pipeline and the FIFO, not the registers"),
@@ -125,7 +134,7 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
                     1,
                     Clear,
                     0,
-                    "a frame has begun and has taken the registers over: they are free for the next",
+                    "a frame has begun, with the set if one was committed: the registers are free for the next",
                 ),
                 field("busy", 31, 1, Read, 0, "frames are in the pipeline"),
             ],
@@ -142,7 +151,7 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             "threshold",
             0x18,
             vec![
-                field("fine", 0, 15, ReadWrite, threshold, "least response of scale pair 0, half camera codes"),
+                field("fine", 0, 15, ReadWrite, threshold, "least response of scale pair 0, half DN"),
                 field("coarse", 16, 15, ReadWrite, threshold, "least response of scale pair 1"),
             ],
         ),
@@ -167,6 +176,8 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             vec![field("count", 0, 20, Read, 0, "features of the last finished frame that were dropped")],
         ),
     ];
+    let what = "write 1: the registers are a whole set for the next frame that begins; 1 until it has begun, or until one of them is written";
+    map.push(register("commit", 0x30, vec![field("pending", 0, 1, Request, 1, what)]));
     let names = ["narrow", "middle", "wide"];
     let mut codes = default_coefficients()?.into_iter();
     let mut offset = COEFFICIENTS_AT;

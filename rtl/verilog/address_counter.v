@@ -27,7 +27,8 @@ always @(posedge clock)
   end else if (advance) begin
     now  <= {1'b0, now} >= last ? 10'd0 : now + 10'd1;
     past <= {past[189:0], now};
-  end
+  end else if ({1'b0, now} > last)
+    now  <= 10'd0; // the width fell since the last step
 
 always @(*) begin
   before_1 = past[9:0];

@@ -2,6 +2,7 @@
 
 // The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by hardware and cleared by
 // writing 1; where both meet the bit stays. A software reset clears the pipeline for one clock and leaves the registers.
+// `committed`: the registers are a whole set for the next frame that begins; a write to one of them withdraws it.
 // Latency: 1 clock from `read` to `readdata`.
 module csr (
   input  wire clock,
@@ -17,6 +18,7 @@ module csr (
   output reg  [10:0] width,
   output reg  [11:0] height,
   output reg  [367:0] bank,
+  output reg  committed,
   input  wire busy,
   input  wire [3:0] errors,
   input  wire begun,
@@ -30,8 +32,8 @@ module csr (
 );
 
 wire [31:0] identification_letters = 32'h484c434b;
-wire [31:0] version_number = 32'h10000;
-wire [31:0] emission_hash = 32'hb5f458e;
+wire [31:0] version_number = 32'h20000;
+wire [31:0] emission_hash = 32'h302a3a79;
 reg  clear_now;
 wire control_reset = 1'b0;
 reg  control_interrupt_error;
@@ -57,6 +59,7 @@ wire [14:0] threshold_now_fine = threshold_0;
 wire [31:0] frames_count = frames;
 reg  [19:0] features_count;
 reg  [19:0] dropped_count;
+reg  commit_pending;
 reg  [15:0] narrow_g_code;
 reg  [15:0] narrow_g0_code;
 reg  [15:0] narrow_g1_code;
@@ -76,6 +79,12 @@ reg  [15:0] wide_g2_code;
 reg  [15:0] wide_g3_code;
 reg  [15:0] wide_g4_code;
 reg  [15:0] wide_g5_code;
+
+// A write to the set leaves it half changed: what was committed is withdrawn.
+wire disturbs = write & ((address == 6'd5) | (address == 6'd6) | (address == 6'd7) | ((address >= 6'd16) & (address <= 6'd34)) | ((address == 6'd3) & (writedata[1] ^ control_automatic)));
+// The size as the last frame took it.
+reg  [10:0] taken_width;
+reg  [11:0] taken_height;
 
 always @(posedge clock)
   if (reset) begin
@@ -99,6 +108,7 @@ always @(posedge clock)
     target_count <= 16'd512;
     features_count <= 20'd0;
     dropped_count <= 20'd0;
+    commit_pending <= 1'd1;
     narrow_g_code <= 16'd24536;
     narrow_g0_code <= 16'd40315;
     narrow_g1_code <= 16'd47101;
@@ -118,6 +128,8 @@ always @(posedge clock)
     wide_g3_code <= 16'd53931;
     wide_g4_code <= 16'd62636;
     wide_g5_code <= 16'd65396;
+    taken_width <= 11'd0;
+    taken_height <= 12'd0;
   end else begin
     clear_now <= write & (address == 6'd3) & writedata[31];
     if (write & (address == 6'd3))
@@ -150,6 +162,7 @@ always @(posedge clock)
       features_count <= count;
     if (done & ~clear_now)
       dropped_count <= dropped;
+    commit_pending <= (commit_pending & ~disturbs & ~begun) | (write & (address == 6'd12) & writedata[0]);
     if (write & (address == 6'd16))
       narrow_g_code <= writedata[15:0];
     if (write & (address == 6'd17))
@@ -188,6 +201,10 @@ always @(posedge clock)
       wide_g4_code <= writedata[15:0];
     if (write & (address == 6'd34))
       wide_g5_code <= writedata[15:0];
+    if (begun & commit_pending) begin
+      taken_width <= size_width;
+      taken_height <= size_height;
+    end
   end
 
 always @(posedge clock)
@@ -205,6 +222,7 @@ always @(posedge clock)
       6'd9: readdata <= {frames_count};
       6'd10: readdata <= {12'd0, features_count};
       6'd11: readdata <= {12'd0, dropped_count};
+      6'd12: readdata <= {31'd0, commit_pending};
       6'd16: readdata <= {16'd0, narrow_g_code};
       6'd17: readdata <= {16'd0, narrow_g0_code};
       6'd18: readdata <= {16'd0, narrow_g1_code};
@@ -233,8 +251,9 @@ always @(*) begin
                                           | status_dropped | status_saturated));
   clear  = clear_now;
   enable = control_enable;
-  width  = size_width;
-  height = size_height;
+  committed = commit_pending;
+  width  = commit_pending ? size_width : taken_width;
+  height = commit_pending ? size_height : taken_height;
   bank   = {15'd0, control_automatic, target_count, 1'b0, threshold_coarse, 1'b0, threshold_fine,
             wide_g5_code,
             wide_g4_code,

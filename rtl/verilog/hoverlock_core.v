@@ -2,7 +2,7 @@
 
 // The extractor between its two streams.
 //   sequencer   beats become steps, every frame whole
-//   frame_bank  the registers as the frame that enters now took them over
+//   frame_bank  the committed set as the last frame that began took it
 //   extractor   pixels become records
 //   fifo        512 records wait for the sink
 // `advance` is the clock enable of the whole datapath: one step. Every latency below is in steps and lines of W steps.
@@ -14,6 +14,7 @@ module hoverlock_core (
   input  wire [10:0] new_width,
   input  wire [11:0] new_height,
   input  wire [367:0] bank,
+  input  wire committed,
   output wire video_ready,
   input  wire video_valid,
   input  wire [15:0] video_data,
@@ -69,6 +70,7 @@ sequencer sequencer (
   .enable(enable),
   .new_width(new_width),
   .new_height(new_height),
+  .committed(committed),
   .stop(fifo_stop),
   .ready(sequencer_ready),
   .valid(video_valid),
@@ -89,7 +91,7 @@ sequencer sequencer (
 
 bank frame_bank (
   .clock(clock),
-  .load(sequencer_capture),
+  .load(sequencer_capture & committed),
   .d(bank),
   .q(frame_bank_q)
 );

@@ -1,7 +1,7 @@
 // Made by `hoverlock rtl emit` from the Rust sources in rtl/src. Do not edit: the check would find it stale.
 
 // The feature extractor: Avalon-ST video in, Avalon-ST feature records out, Avalon-MM registers, an interrupt.
-//   registers   what software sees; a frame takes them over as it begins
+//   registers   what software sees; a frame takes a committed set over as it begins
 //   core        everything between the two streams
 // One clock, one pixel a clock. A step is a clock with `advance` in the core: one pixel, or none while the pipeline drains.
 // Latency: 81 lines and some 175 steps from a pixel to its record; a register is read one cycle later.
@@ -33,6 +33,7 @@ wire registers_enable;
 wire [10:0] registers_width;
 wire [11:0] registers_height;
 wire [367:0] registers_bank;
+wire registers_committed;
 wire core_video_ready;
 wire core_feature_valid;
 wire [255:0] core_feature_data;
@@ -63,6 +64,7 @@ csr registers (
   .width(registers_width),
   .height(registers_height),
   .bank(registers_bank),
+  .committed(registers_committed),
   .busy(core_busy),
   .errors(core_errors),
   .begun(core_begun),
@@ -82,6 +84,7 @@ hoverlock_core core (
   .new_width(registers_width),
   .new_height(registers_height),
   .bank(registers_bank),
+  .committed(registers_committed),
   .video_ready(core_video_ready),
   .video_valid(video_valid),
   .video_data(video_data),

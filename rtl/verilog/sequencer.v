@@ -12,6 +12,7 @@ module sequencer (
   input  wire enable,
   input  wire [10:0] new_width,
   input  wire [11:0] new_height,
+  input  wire committed,
   input  wire stop,
   output reg  ready,
   input  wire valid,
@@ -56,6 +57,7 @@ reg [11:0] offered_height;
 reg        possible;
 reg        same;
 reg        drained;
+reg        committed_before;
 reg [9:0]  last_x; // of a size that has settled
 reg [10:0] last_y;
 wire at_last_x = x == last_x;
@@ -68,7 +70,8 @@ wire first   = idle & some & is_start;
 wire accept  = first & enable & possible;
 wire refuse  = first & ~(enable & possible);
 wire stray   = idle & some & ~is_start;
-wire ready_to_begin = same & (settle == 2'd0);
+wire steady  = committed == committed_before;
+wire ready_to_begin = same & (settle == 2'd0) & steady;
 wire begins  = accept & ready_to_begin & go;
 // Beats that are dropped do not stop the drain: the last frame comes out although the stream goes on.
 wire empty   = go & ~drained & idle & ~begins;
@@ -114,7 +117,6 @@ always @(posedge clock)
     height   <= 12'd0;
     advance  <= 1'b0;
     start    <= 1'b0;
-    capture  <= 1'b0;
     errors   <= 4'd0;
     x        <= 10'd0;
     y        <= 11'd0;
@@ -125,7 +127,9 @@ always @(posedge clock)
       state <= IDLE;
     else if (breaks | short_frame)
       state <= PAD;
-    if (stray | refuse | long_frame)
+    if (stray | refuse)
+      ignoring <= ~is_end;
+    else if (long_frame)
       ignoring <= 1'b1;
     else if (keep)
       ignoring <= 1'b0;
@@ -148,8 +152,7 @@ always @(posedge clock)
     same    <= resize ? (new_width == offered_width) & (new_height == offered_height)
                       : (new_width == width) & (new_height == height);
     advance <= real_step | empty;
-    capture <= begins;
-    errors  <= {(stray & ~ignoring) | (refuse & enable), breaks, long_frame, short_frame};
+    errors  <= {((stray & ~ignoring) | refuse) & enable, breaks, long_frame, short_frame};
     if (real_step | empty)
       start <= begins;
   end
@@ -157,6 +160,7 @@ always @(posedge clock)
 always @(posedge clock) begin
   offered_width  <= new_width;
   offered_height <= new_height;
+  committed_before <= committed;
   possible <= (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
   last_x <= width[9:0] - 10'd1;
   last_y <= height[10:0] - 11'd1;
@@ -188,6 +192,7 @@ always @(posedge clock)
 always @(*) begin
   ready        = ~beats[1];
   busy         = ~drained;
+  capture      = begins & ~reset;
   frame_errors = {1'b0, kept[2:0]};
 end
 

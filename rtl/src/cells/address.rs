@@ -11,6 +11,9 @@ use super::{Address, Width};
 pub const ADDRESS_DELAYS: [usize; 7] = [1, 4, 5, 8, 12, 16, 20];
 
 /// The one address counter of all line memories.
+///
+/// The width changes between frames, while no step is made, and may fall below the address: the first step of the next frame must not
+/// use an address that the counter does not come back to, so `now` returns to 0 before it.
 #[derive(LogicBlock, Default)]
 pub struct AddressCounter {
     /// The one clock.
@@ -46,14 +49,15 @@ impl Logic for AddressCounter {
             self._past = vec![0; 21].into();
         }
         if self.clock.pos_edge() {
+            let last = self.width.val().to_u64().wrapping_sub(1);
             if self.reset.val() {
                 self._past.iter_mut().for_each(|address| *address = 0);
             } else if self.advance.val() {
-                let last = self.width.val().to_u64().wrapping_sub(1);
                 let now = self._past[0];
-                // Greater only right after the width fell.
                 self._past.push_front(if now >= last { 0 } else { (now + 1) & 0x3ff });
                 self._past.pop_back();
+            } else if self._past[0] > last {
+                self._past[0] = 0;
             }
         }
         let past = &self._past;
@@ -93,7 +97,8 @@ always @(posedge clock)
   end else if (advance) begin
     now  <= {{1'b0, now}} >= last ? 10'd0 : now + 10'd1;
     past <= {{past[189:0], now}};
-  end
+  end else if ({{1'b0, now}} > last)
+    now  <= 10'd0; // the width fell since the last step
 
 always @(*) begin
 {taps}end
