@@ -17,7 +17,7 @@
 #define HOVERLOCK_CONTROL_ENABLE_SHIFT 0
 #define HOVERLOCK_CONTROL_ENABLE_MASK 0x00000001u // frames are accepted; otherwise whole frames are dropped
 #define HOVERLOCK_CONTROL_AUTOMATIC_SHIFT 1
-#define HOVERLOCK_CONTROL_AUTOMATIC_MASK 0x00000002u // thresholds follow the feature count of the previous frame
+#define HOVERLOCK_CONTROL_AUTOMATIC_MASK 0x00000002u // thresholds follow the feature count of the previous frame; part of the set
 #define HOVERLOCK_CONTROL_INTERRUPT_FRAME_SHIFT 2
 #define HOVERLOCK_CONTROL_INTERRUPT_FRAME_MASK 0x00000004u // interrupt at the end of a frame
 #define HOVERLOCK_CONTROL_INTERRUPT_ERROR_SHIFT 3
@@ -40,7 +40,7 @@
 #define HOVERLOCK_STATUS_SATURATED_SHIFT 6
 #define HOVERLOCK_STATUS_SATURATED_MASK 0x00000040u // a response was saturated
 #define HOVERLOCK_STATUS_BEGUN_SHIFT 7
-#define HOVERLOCK_STATUS_BEGUN_MASK 0x00000080u // a frame has begun and has captured the registers; they may be written for the next frame
+#define HOVERLOCK_STATUS_BEGUN_MASK 0x00000080u // a frame has begun, with the set if one was committed; the registers may be written for the next
 #define HOVERLOCK_STATUS_BUSY_SHIFT 31
 #define HOVERLOCK_STATUS_BUSY_MASK 0x80000000u // at least one frame is in the pipeline
 #define HOVERLOCK_SIZE 0x14u
@@ -70,6 +70,9 @@
 #define HOVERLOCK_DROPPED 0x2cu
 #define HOVERLOCK_DROPPED_COUNT_SHIFT 0
 #define HOVERLOCK_DROPPED_COUNT_MASK 0x000fffffu // features of the last finished frame that were dropped
+#define HOVERLOCK_COMMIT 0x30u
+#define HOVERLOCK_COMMIT_PENDING_SHIFT 0
+#define HOVERLOCK_COMMIT_PENDING_MASK 0x00000001u // write 1: the registers are a complete set for the next frame that begins; reads 1 until it has begun or a register of the set is written
 #define HOVERLOCK_NARROW_G 0x40u
 #define HOVERLOCK_NARROW_G_VALUE_SHIFT 0
 #define HOVERLOCK_NARROW_G_VALUE_MASK 0x0000ffffu // `g` of the recursion, u0.16

@@ -19,7 +19,7 @@ pub const EMISSION_HASH: u32 = 0xffffffff;
 pub const CONTROL: u32 = 0x0c;
 /// frames are accepted; otherwise whole frames are dropped (read, write).
 pub const CONTROL_ENABLE: u32 = 0x00000001;
-/// thresholds follow the feature count of the previous frame (read, write).
+/// thresholds follow the feature count of the previous frame; part of the set (read, write).
 pub const CONTROL_AUTOMATIC: u32 = 0x00000002;
 /// interrupt at the end of a frame (read, write).
 pub const CONTROL_INTERRUPT_FRAME: u32 = 0x00000004;
@@ -43,7 +43,7 @@ pub const STATUS_REFUSED: u32 = 0x00000010;
 pub const STATUS_DROPPED: u32 = 0x00000020;
 /// a response was saturated (write 1 to clear).
 pub const STATUS_SATURATED: u32 = 0x00000040;
-/// a frame has begun and has captured the registers; they may be written for the next frame (write 1 to clear).
+/// a frame has begun, with the set if one was committed; the registers may be written for the next (write 1 to clear).
 pub const STATUS_BEGUN: u32 = 0x00000080;
 /// at least one frame is in the pipeline (read).
 pub const STATUS_BUSY: u32 = 0x80000000;
@@ -81,6 +81,10 @@ pub const FEATURES_COUNT: u32 = 0x000fffff;
 pub const DROPPED: u32 = 0x2c;
 /// features of the last finished frame that were dropped (read).
 pub const DROPPED_COUNT: u32 = 0x000fffff;
+/// Byte address of `commit`.
+pub const COMMIT: u32 = 0x30;
+/// write 1: the registers are a complete set for the next frame that begins; reads 1 until it has begun or a register of the set is written (write 1 to set).
+pub const COMMIT_PENDING: u32 = 0x00000001;
 /// Byte address of `narrow_g`.
 pub const NARROW_G: u32 = 0x40;
 /// `g` of the recursion, u0.16 (read, write).

@@ -22,6 +22,8 @@ pub struct Core {
     pub new_height: Signal<In, Height>,
     /// Register values that the next frame captures.
     pub bank: Signal<In, Bits<368>>,
+    /// The next frame captures the bank; otherwise it keeps the set of the previous frame.
+    pub committed: Signal<In, Bit>,
     /// Video sink.
     pub video_ready: Signal<Out, Bit>,
     /// A beat is offered.
@@ -46,7 +48,7 @@ pub struct Core {
     pub busy: Signal<Out, Bit>,
     /// Error bits of this cycle.
     pub errors: Signal<Out, Bits<4>>,
-    /// Pulse: a frame captures the registers.
+    /// A frame begins at the next clock edge and captures the committed set.
     pub begun: Signal<Out, Bit>,
     /// Pulse: a frame is complete.
     pub done: Signal<Out, Bit>,
@@ -77,6 +79,7 @@ impl Logic for Core {
         self.sequencer.enable.next = self.enable.val();
         self.sequencer.new_width.next = self.new_width.val();
         self.sequencer.new_height.next = self.new_height.val();
+        self.sequencer.committed.next = self.committed.val();
         self.sequencer.stall.next = self.fifo.stall.val();
         self.sequencer.valid.next = self.video_valid.val();
         self.sequencer.data.next = self.video_data.val();
@@ -89,7 +92,7 @@ impl Logic for Core {
         self.errors.next = self.sequencer.errors.val();
 
         self.frame_bank.clock.next = self.clock.val();
-        self.frame_bank.load.next = self.sequencer.capture.val();
+        self.frame_bank.load.next = self.sequencer.capture.val() & self.committed.val();
         self.frame_bank.d.next = self.bank.val();
 
         self.extractor.clock.next = self.clock.val();

@@ -16,6 +16,8 @@ pub enum Access {
     Clear,
     /// Writing 1 triggers an action; reads as 0.
     Pulse,
+    /// Set by writing 1, cleared by hardware.
+    Request,
 }
 
 /// A field of a register.
@@ -50,7 +52,7 @@ pub struct Register {
 pub const IDENTIFICATION: u32 = 0x484c_434b;
 
 /// Major and minor.
-pub const VERSION: u32 = 0x0001_0000;
+pub const VERSION: u32 = 0x0002_0000;
 
 /// Byte address of the first coefficient.
 pub const COEFFICIENTS_AT: u32 = 0x40;
@@ -78,7 +80,7 @@ pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
 /// # Errors
 /// As [`default_coefficients`].
 pub fn registers() -> Result<Vec<Register>, CoefficientError> {
-    use Access::{Clear, Pulse, Read, ReadWrite};
+    use Access::{Clear, Pulse, Read, ReadWrite, Request};
     let field = |name: &str, low: u32, bits: u32, access: Access, reset: u32, what: &str| Field {
         name: name.into(),
         low,
@@ -102,7 +104,14 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             0x0c,
             vec![
                 field("enable", 0, 1, ReadWrite, 0, "frames are accepted; otherwise whole frames are dropped"),
-                field("automatic", 1, 1, ReadWrite, 0, "thresholds follow the feature count of the previous frame"),
+                field(
+                    "automatic",
+                    1,
+                    1,
+                    ReadWrite,
+                    0,
+                    "thresholds follow the feature count of the previous frame; part of the set",
+                ),
                 field("interrupt_frame", 2, 1, ReadWrite, 0, "interrupt at the end of a frame"),
                 field("interrupt_error", 3, 1, ReadWrite, 0, "interrupt at an error"),
                 field("reset", 31, 1, Pulse, 0, "clears the pipeline and the FIFO, not the registers"),
@@ -132,7 +141,7 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
                     1,
                     Clear,
                     0,
-                    "a frame has begun and has captured the registers; they may be written for the next frame",
+                    "a frame has begun, with the set if one was committed; the registers may be written for the next",
                 ),
                 field("busy", 31, 1, Read, 0, "at least one frame is in the pipeline"),
             ],
@@ -174,6 +183,9 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             vec![field("count", 0, 20, Read, 0, "features of the last finished frame that were dropped")],
         ),
     ];
+    let what = "write 1: the registers are a complete set for the next frame that begins; reads 1 until it has begun or a \
+                register of the set is written";
+    map.push(register("commit", 0x30, vec![field("pending", 0, 1, Request, 1, what)]));
     let names = ["narrow", "middle", "wide"];
     let mut coefficients = default_coefficients()?.into_iter();
     let mut offset = COEFFICIENTS_AT;

@@ -112,6 +112,7 @@ impl Logic for Top {
         self.core.new_width.next = self.registers.width.val();
         self.core.new_height.next = self.registers.height.val();
         self.core.bank.next = self.registers.bank.val();
+        self.core.committed.next = self.registers.committed.val();
         self.video_ready.next = self.core.video_ready.val();
         self.core.video_valid.next = self.video_valid.val();
         self.core.video_data.next = self.video_data.val();

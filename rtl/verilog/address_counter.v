@@ -28,7 +28,8 @@ always @(posedge clock)
   end else if (advance) begin
     address <= {1'b0, address} >= last ? 10'd0 : address + 10'd1;
     delayed <= {delayed[189:0], address};
-  end
+  end else if ({1'b0, address} > last)
+    address <= 10'd0; // the width became smaller since the last step
 
 always @(*) begin
   delayed_1 = delayed[9:0];

@@ -3,7 +3,7 @@
 
 // The extractor between its two streams.
 //   sequencer   beats to steps, every frame complete
-//   frame_bank  the registers as captured by the frame that enters
+//   frame_bank  the committed set as captured by the frame that enters
 //   extractor   pixels to records
 //   fifo        512 records
 // `advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in steps
@@ -16,6 +16,7 @@ module hoverlock_core (
   input  wire [10:0] new_width,
   input  wire [11:0] new_height,
   input  wire [367:0] bank,
+  input  wire committed,
   output wire video_ready,
   input  wire video_valid,
   input  wire [15:0] video_data,
@@ -71,6 +72,7 @@ sequencer sequencer (
   .enable(enable),
   .new_width(new_width),
   .new_height(new_height),
+  .committed(committed),
   .stall(fifo_stall),
   .ready(sequencer_ready),
   .valid(video_valid),
@@ -91,7 +93,7 @@ sequencer sequencer (
 
 bank frame_bank (
   .clock(clock),
-  .load(sequencer_capture),
+  .load(sequencer_capture & committed),
   .d(bank),
   .q(frame_bank_q)
 );

@@ -15,6 +15,7 @@ module sequencer (
   input  wire enable,
   input  wire [10:0] new_width,
   input  wire [11:0] new_height,
+  input  wire committed,
   input  wire stall,
   output reg  ready,
   input  wire valid,
@@ -59,6 +60,7 @@ reg [11:0] offered_height;
 reg        possible;
 reg        same;
 reg        drained;
+reg        committed_delayed;
 reg [9:0]  last_x; // of a stable size
 reg [10:0] last_y;
 wire at_last_x = x == last_x;
@@ -70,7 +72,8 @@ wire first   = idle & not_empty & is_start;
 wire accept  = first & enable & possible;
 wire refuse  = first & ~(enable & possible);
 wire stray   = idle & not_empty & ~is_start;
-wire ready_to_begin = same & (settle == 2'd0);
+wire steady  = committed == committed_delayed;
+wire ready_to_begin = same & (settle == 2'd0) & steady;
 wire begins  = accept & ready_to_begin & ~stall;
 // Dropped beats do not stop the drain: the last frame leaves the pipeline while the stream goes on.
 wire drains  = ~stall & ~drained & idle & ~begins;
@@ -116,7 +119,6 @@ always @(posedge clock)
     height   <= 12'd0;
     advance  <= 1'b0;
     start    <= 1'b0;
-    capture  <= 1'b0;
     errors   <= 4'd0;
     x        <= 10'd0;
     y        <= 11'd0;
@@ -127,7 +129,9 @@ always @(posedge clock)
       state <= IDLE;
     else if (breaks | short_frame)
       state <= PAD;
-    if (stray | refuse | long_frame)
+    if (stray | refuse)
+      ignoring <= ~is_end;
+    else if (long_frame)
       ignoring <= 1'b1;
     else if (keep)
       ignoring <= 1'b0;
@@ -150,8 +154,7 @@ always @(posedge clock)
     same    <= resize ? (new_width == offered_width) & (new_height == offered_height)
                       : (new_width == width) & (new_height == height);
     advance <= real_step | drains;
-    capture <= begins;
-    errors  <= {(stray & ~ignoring) | (refuse & enable), breaks, long_frame, short_frame};
+    errors  <= {((stray & ~ignoring) | refuse) & enable, breaks, long_frame, short_frame};
     if (real_step | drains)
       start <= begins;
   end
@@ -159,6 +162,7 @@ always @(posedge clock)
 always @(posedge clock) begin
   offered_width  <= new_width;
   offered_height <= new_height;
+  committed_delayed <= committed;
   possible <= (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
   last_x <= width[9:0] - 10'd1;
   last_y <= height[10:0] - 11'd1;
@@ -190,6 +194,7 @@ always @(posedge clock)
 always @(*) begin
   ready        = ~skid_count[1];
   busy         = ~drained;
+  capture      = begins & ~reset;
   frame_errors = {1'b0, kept[2:0]};
 end
 

@@ -194,7 +194,7 @@ async def frames(dut):
     dut.reset.value = 0
     await edge
     dut.csr_write.value = 1
-    for address, word in ((0x14, SIDE | SIDE << 16), (0x0C, 1)):
+    for address, word in ((0x14, SIDE | SIDE << 16), (0x30, 1), (0x0C, 1)):
         dut.csr_address.value = address >> 2
         dut.csr_writedata.value = word
         await edge

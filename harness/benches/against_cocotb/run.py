@@ -122,7 +122,7 @@ async def ready(dut):
     dut.reset.value = 0
     await RisingEdge(dut.clock)
     dut.csr_write.value = 1
-    for address, word in ((0x14, {width} | {height} << 16), (0x0c, 1)):
+    for address, word in ((0x14, {width} | {height} << 16), (0x30, 1), (0x0c, 1)):
         dut.csr_address.value = address >> 2
         dut.csr_writedata.value = word
         await RisingEdge(dut.clock)

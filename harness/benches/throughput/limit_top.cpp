@@ -46,6 +46,9 @@ int main(int argc, char** argv) {
     top->csr_address = 0x14 >> 2;
     top->csr_writedata = width | height << 16;
     cycle();
+    top->csr_address = 0x30 >> 2;
+    top->csr_writedata = 1;
+    cycle();
     top->csr_address = 0x0c >> 2;
     top->csr_writedata = 1;
     cycle();

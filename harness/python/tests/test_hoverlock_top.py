@@ -13,7 +13,7 @@ from hoverlock.bus import AvalonMaster, AvalonSink, AvalonSource
 VERILOG = Path(__file__).resolve().parents[3] / "rtl" / "verilog"
 SOURCES = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
 design = Design(SOURCES, top="hoverlock_top")
-CONTROL, SIZE, THRESHOLD, FEATURES = 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2
+CONTROL, SIZE, THRESHOLD, FEATURES, COMMIT = 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2, 0x30 >> 2
 THRESHOLDS = (300, 200)
 
 
@@ -33,6 +33,7 @@ async def ready(dut, width, height):
     csr = AvalonMaster(dut, "csr_", dut.clock, read_latency=1)
     await csr.write(SIZE, width | height << 16)
     await csr.write(THRESHOLD, THRESHOLDS[0] | THRESHOLDS[1] << 16)
+    await csr.write(COMMIT, 1)
     await csr.write(CONTROL, 1)
     return csr
 

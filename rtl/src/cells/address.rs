@@ -11,6 +11,9 @@ use super::{Address, Width};
 pub const ADDRESS_DELAYS: [usize; 7] = [1, 4, 5, 8, 12, 16, 20];
 
 /// The address counter that all line memories share.
+///
+/// The width changes between frames, while there is no step, and may become smaller than the address. The first step of the next
+/// frame must not use an address that the counter never returns to, so the address returns to 0 before that step.
 #[derive(LogicBlock, Default)]
 pub struct AddressCounter {
     /// Clock.
@@ -46,14 +49,15 @@ impl Logic for AddressCounter {
             self._delayed = vec![0; 21].into();
         }
         if self.clock.pos_edge() {
+            let last = self.width.val().to_u64().wrapping_sub(1);
             if self.reset.val() {
                 self._delayed.iter_mut().for_each(|address| *address = 0);
             } else if self.advance.val() {
-                let last = self.width.val().to_u64().wrapping_sub(1);
                 let address = self._delayed[0];
-                // The address exceeds `W - 1` only right after `W` became smaller.
                 self._delayed.push_front(if address >= last { 0 } else { (address + 1) & 0x3ff });
                 self._delayed.pop_back();
+            } else if self._delayed[0] > last {
+                self._delayed[0] = 0;
             }
         }
         let delayed = &self._delayed;
@@ -95,7 +99,8 @@ always @(posedge clock)
   end else if (advance) begin
     address <= {{1'b0, address}} >= last ? 10'd0 : address + 10'd1;
     delayed <= {{delayed[189:0], address}};
-  end
+  end else if ({{1'b0, address}} > last)
+    address <= 10'd0; // the width became smaller since the last step
 
 always @(*) begin
 {taps}end

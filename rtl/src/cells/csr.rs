@@ -32,17 +32,19 @@ pub struct Csr {
     pub clear: Signal<Out, Bit>,
     /// Frames are accepted.
     pub enable: Signal<Out, Bit>,
-    /// `W`.
+    /// `W` of the next frame that begins.
     pub width: Signal<Out, Width>,
-    /// `H`.
+    /// `H` of the next frame that begins.
     pub height: Signal<Out, Height>,
     /// Register values that a frame captures.
     pub bank: Signal<Out, Bits<368>>,
+    /// `bank` is a complete set for the next frame that begins; otherwise that frame keeps the set of the previous one.
+    pub committed: Signal<Out, Bit>,
     /// At least one frame is in the pipeline.
     pub busy: Signal<In, Bit>,
     /// Error bits of this cycle.
     pub errors: Signal<In, Bits<4>>,
-    /// Pulse: a frame captures the registers.
+    /// A frame begins at the next clock edge and captures the committed set.
     pub begun: Signal<In, Bit>,
     /// Pulse: a frame is complete.
     pub done: Signal<In, Bit>,
@@ -62,6 +64,8 @@ pub struct Csr {
     _words: Vec<u32>,
     _read: u32,
     _clear: bool,
+    /// `size` as the last frame captured it; 0 before the first.
+    _captured_size: u32,
 }
 
 impl Csr {
@@ -82,6 +86,7 @@ impl Csr {
             width: Signal::default(),
             height: Signal::default(),
             bank: Signal::default(),
+            committed: Signal::default(),
             busy: Signal::default(),
             errors: Signal::default(),
             begun: Signal::default(),
@@ -96,11 +101,21 @@ impl Csr {
             _words: words,
             _read: 0,
             _clear: false,
+            _captured_size: 0,
         }
     }
 
     fn word(&self, name: &str) -> u32 {
         self._map.iter().position(|register| register.name == name).map_or(0, |i| self._words[i])
+    }
+
+    /// Whether a write changes a register of the set.
+    fn disturbs(&self, at: u32, data: u32) -> bool {
+        match self._map.iter().find(|register| register.offset == at) {
+            Some(register) if register.name == "control" => (data ^ self.word("control")) & 2 != 0,
+            Some(register) => is_of_set(register),
+            None => false,
+        }
     }
 
     /// The status bits that hardware sets in a cycle.
@@ -123,6 +138,11 @@ impl Csr {
             _ => return None,
         })
     }
+}
+
+/// Whether a frame captures the register; a write to it then withdraws a commit.
+fn is_of_set(register: &Register) -> bool {
+    register.name != "control" && register.fields.iter().any(|field| field.access == Access::ReadWrite)
 }
 
 fn mask(field: &Field) -> u32 {
@@ -149,8 +169,13 @@ impl Logic for Csr {
             if self.reset.val() {
                 self._words = self._map.iter().map(reset_word).collect();
                 self._clear = true;
+                self._captured_size = 0;
             } else {
                 let write = self.write.val().then(|| self.writedata.val().to_u32());
+                let stays = !self.begun.val() && !write.is_some_and(|data| self.disturbs(at, data));
+                if self.begun.val() && self.word("commit") != 0 {
+                    self._captured_size = self.word("size");
+                }
                 // Events of the pipeline do not count while it is being reset.
                 let (events, done) = if clearing { (0, false) } else { (self.events(), self.done.val()) };
                 for (register, word) in self._map.iter().zip(&mut self._words) {
@@ -163,6 +188,7 @@ impl Logic for Csr {
                     }
                     match register.name.as_str() {
                         "status" => *word |= events,
+                        "commit" => *word = *word & u32::from(stays) | data.unwrap_or_default() & 1,
                         "features" if done => *word = self.count.val().to_u32(),
                         "dropped" if done => *word = self.dropped.val().to_u32(),
                         _ => {}
@@ -172,7 +198,10 @@ impl Logic for Csr {
         }
         self.readdata.next = u64::from(self._read).into();
         self.clear.next = self._clear;
-        let (control, status, size) = (self.word("control"), self.word("status"), self.word("size"));
+        let (control, status) = (self.word("control"), self.word("status"));
+        let committed = self.word("commit") != 0;
+        let size = if committed { self.word("size") } else { self._captured_size };
+        self.committed.next = committed;
         self.enable.next = control & 1 != 0;
         self.irq.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x7e != 0;
         self.width.next = u64::from(size & 0x7ff).into();
@@ -199,6 +228,7 @@ impl Logic for Csr {
         self.width.connect();
         self.height.connect();
         self.bank.connect();
+        self.committed.connect();
     }
 
     fn hdl(&self) -> Verilog {
@@ -239,6 +269,13 @@ impl Logic for Csr {
                         resets += "    clear_now <= 1'b1;\n";
                         writes += &format!("    clear_now <= write & (address == 6'd{word}) & {slice};\n");
                     }
+                    Access::Request => {
+                        declarations += &format!("reg  {range}{name};\n");
+                        resets += &format!("    {name} <= {bits}'d{};\n", field.reset);
+                        writes += &format!(
+                            "    {name} <= ({name} & ~disturbs & ~begun) | (write & (address == 6'd{word}) & {slice});\n"
+                        );
+                    }
                     Access::Read => match (register.name.as_str(), field.name.as_str()) {
                         ("features", _) | ("dropped", _) => {
                             let source = if register.name == "features" { "count" } else { "dropped" };
@@ -266,13 +303,38 @@ impl Logic for Csr {
             .map(|register| format!("{}_value", register.name))
             .rev()
             .collect();
+        let of_set = |coefficient: bool| {
+            let registers = self._map.iter().filter(|register| is_of_set(register));
+            registers
+                .filter(move |register| (register.fields[0].name == "value") == coefficient)
+                .map(|register| register.offset >> 2)
+        };
+        let mut disturbing: Vec<String> = of_set(false).map(|word| format!("(address == 6'd{word})")).collect();
+        if let (Some(first), Some(last)) = (of_set(true).min(), of_set(true).max()) {
+            disturbing.push(format!("((address >= 6'd{first}) & (address <= 6'd{last}))"));
+        }
+        let control =
+            self._map.iter().find(|register| register.name == "control").map_or(0, |register| register.offset >> 2);
+        disturbing.push(format!("((address == 6'd{control}) & (writedata[1] ^ control_automatic))"));
         Verilog::Custom(format!(
             "// module: csr
 {declarations}
+// A write to a register of the set withdraws the commit.
+wire disturbs = write & ({});
+// The size as the last frame took it.
+reg  [10:0] taken_width;
+reg  [11:0] taken_height;
+
 always @(posedge clock)
   if (reset) begin
-{resets}  end else begin
-{writes}  end
+{resets}    taken_width <= 11'd0;
+    taken_height <= 12'd0;
+  end else begin
+{writes}    if (begun & commit_pending) begin
+      taken_width <= size_width;
+      taken_height <= size_height;
+    end
+  end
 
 always @(posedge clock)
   if (read)
@@ -286,12 +348,14 @@ always @(*) begin
                                           | status_dropped | status_saturated));
   clear  = clear_now;
   enable = control_enable;
-  width  = size_width;
-  height = size_height;
+  committed = commit_pending;
+  width  = commit_pending ? size_width : taken_width;
+  height = commit_pending ? size_height : taken_height;
   bank   = {{15'd0, control_automatic, target_count, 1'b0, threshold_coarse, 1'b0, threshold_fine,
             {}}};
 end
 ",
+            disturbing.join(" | "),
             coefficients.join(",\n            ")
         ))
     }

@@ -53,6 +53,9 @@ pub struct Sequencer {
     pub new_width: Signal<In, Width>,
     /// `H` of frames that begin now.
     pub new_height: Signal<In, Height>,
+    /// Whether a committed set decides that size. No frame begins in the cycle in which this changes: the sequencer's comparison of
+    /// the size is one cycle old, and a frame captures size and bank from one set.
+    pub committed: Signal<In, Bit>,
     /// The datapath must stall.
     pub stall: Signal<In, Bit>,
     /// Avalon-ST sink: ready.
@@ -69,7 +72,7 @@ pub struct Sequencer {
     pub width: Signal<Out, Width>,
     /// `H` in the pipeline.
     pub height: Signal<Out, Height>,
-    /// Pulse: the registers are captured for the frame that begins with the next step.
+    /// A frame begins at the next clock edge and captures the committed set.
     pub capture: Signal<Out, Bit>,
     /// Clock enable: one step.
     pub advance: Signal<Out, Bit>,
@@ -96,9 +99,20 @@ pub struct Sequencer {
     _own: u64,
     _done: bool,
     _kept: VecDeque<u64>,
+    _committed_delayed: bool,
 }
 
 impl Sequencer {
+    /// Whether the first beat of a frame makes its step in this cycle.
+    fn begins(&self) -> bool {
+        let (width, height) = self._offered;
+        let possible = (64..=1024).contains(&width) && (64..=2048).contains(&height);
+        let settled = self._offered == (self.width.val().to_u64(), self.height.val().to_u64()) && self._settle == 0;
+        let start = self._state == State::Idle && self._beats.front().is_some_and(|(_, start, _)| *start);
+        let steady = self.committed.val() == self._committed_delayed;
+        start && self.enable.val() && possible && settled && steady && !self.stall.val() && !self.reset.val()
+    }
+
     fn clock_edge(&mut self) {
         let taken = self.valid.val() && self._beats.len() != 2;
         let beat = self._beats.front().copied();
@@ -112,16 +126,16 @@ impl Sequencer {
         let mut pixel = self.pixel.val().to_u64();
         let mut real = false;
         match (self._state, beat) {
-            (State::Idle, Some((_, false, _))) => {
+            (State::Idle, Some((_, false, end))) => {
                 (pop, step) = (true, !stall && self._drain != 0);
-                if !self._ignoring {
+                if !self._ignoring && self.enable.val() {
                     errors = error::REFUSED;
-                    self._ignoring = true;
                 }
+                self._ignoring = !end;
             }
             (State::Idle, Some((data, true, end))) if self.enable.val() && possible => {
-                if same && self._settle == 0 {
-                    if !stall {
+                if same && self._settle == 0 && self.committed.val() == self._committed_delayed {
+                    if self.begins() {
                         (pop, step, begin, real, pixel) = (true, true, true, true, data);
                         own = if end { error::SHORT } else { 0 };
                         errors = own;
@@ -133,14 +147,14 @@ impl Sequencer {
                     self.height.next = new_height.into();
                     self._settle = 3;
                 } else if self._drain == 0 {
-                    self._settle -= 1;
+                    self._settle = self._settle.saturating_sub(1);
                 } else {
                     step = !stall;
                 }
             }
-            (State::Idle, Some((_, true, _))) => {
+            (State::Idle, Some((_, true, end))) => {
                 (pop, step) = (true, !stall && self._drain != 0);
-                self._ignoring = true;
+                self._ignoring = !end;
                 errors = if self.enable.val() { error::REFUSED } else { 0 };
             }
             (State::Idle, None) => step = !stall && self._drain != 0,
@@ -203,7 +217,6 @@ impl Sequencer {
             self.start.next = begin;
             self.pixel.next = pixel.into();
         }
-        self.capture.next = begin;
         self.errors.next = errors.into();
     }
 }
@@ -220,13 +233,14 @@ impl Logic for Sequencer {
                 self.height.next = 0u64.into();
                 self.advance.next = false;
                 self.start.next = false;
-                self.capture.next = false;
                 self.errors.next = 0u64.into();
             } else {
                 self.clock_edge();
             }
             self._offered = (self.new_width.val().to_u64(), self.new_height.val().to_u64());
+            self._committed_delayed = self.committed.val();
         }
+        self.capture.next = self.begins();
         self.ready.next = self._beats.len() != 2;
         self.busy.next = self._drain != 0;
         self.frame_errors.next = self._kept.front().copied().unwrap_or_default().into();
@@ -275,6 +289,7 @@ reg [11:0] offered_height;
 reg        possible;
 reg        same;
 reg        drained;
+reg        committed_delayed;
 reg [9:0]  last_x; // of a stable size
 reg [10:0] last_y;
 wire at_last_x = x == last_x;
@@ -286,7 +301,8 @@ wire first   = idle & not_empty & is_start;
 wire accept  = first & enable & possible;
 wire refuse  = first & ~(enable & possible);
 wire stray   = idle & not_empty & ~is_start;
-wire ready_to_begin = same & (settle == 2'd0);
+wire steady  = committed == committed_delayed;
+wire ready_to_begin = same & (settle == 2'd0) & steady;
 wire begins  = accept & ready_to_begin & ~stall;
 // Dropped beats do not stop the drain: the last frame leaves the pipeline while the stream goes on.
 wire drains  = ~stall & ~drained & idle & ~begins;
@@ -332,7 +348,6 @@ always @(posedge clock)
     height   <= 12'd0;
     advance  <= 1'b0;
     start    <= 1'b0;
-    capture  <= 1'b0;
     errors   <= 4'd0;
     x        <= 10'd0;
     y        <= 11'd0;
@@ -343,7 +358,9 @@ always @(posedge clock)
       state <= IDLE;
     else if (breaks | short_frame)
       state <= PAD;
-    if (stray | refuse | long_frame)
+    if (stray | refuse)
+      ignoring <= ~is_end;
+    else if (long_frame)
       ignoring <= 1'b1;
     else if (keep)
       ignoring <= 1'b0;
@@ -366,8 +383,7 @@ always @(posedge clock)
     same    <= resize ? (new_width == offered_width) & (new_height == offered_height)
                       : (new_width == width) & (new_height == height);
     advance <= real_step | drains;
-    capture <= begins;
-    errors  <= {(stray & ~ignoring) | (refuse & enable), breaks, long_frame, short_frame};
+    errors  <= {((stray & ~ignoring) | refuse) & enable, breaks, long_frame, short_frame};
     if (real_step | drains)
       start <= begins;
   end
@@ -375,6 +391,7 @@ always @(posedge clock)
 always @(posedge clock) begin
   offered_width  <= new_width;
   offered_height <= new_height;
+  committed_delayed <= committed;
   possible <= (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
   last_x <= width[9:0] - 10'd1;
   last_y <= height[10:0] - 11'd1;
@@ -406,6 +423,7 @@ always @(posedge clock)
 always @(*) begin
   ready        = ~skid_count[1];
   busy         = ~drained;
+  capture      = begins & ~reset;
   frame_errors = {1'b0, kept[2:0]};
 end
 "

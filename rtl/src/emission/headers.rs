@@ -28,7 +28,7 @@ const HEADERS: &[(&str, &str)] = &[
     (
         "hoverlock_top",
         "The feature extractor: Avalon-ST video in, Avalon-ST feature records out, Avalon-MM registers, an interrupt.
-  registers   control and status registers; a frame captures them as it begins
+  registers   control and status registers; a frame captures a committed set as it begins
   core        everything between the two streams
 One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
 pipeline drains.
@@ -38,7 +38,7 @@ Latency: 81 lines and some 175 steps from a pixel to its record; read data comes
         "hoverlock_core",
         "The extractor between its two streams.
   sequencer   beats to steps, every frame complete
-  frame_bank  the registers as captured by the frame that enters
+  frame_bank  the committed set as captured by the frame that enters
   extractor   pixels to records
   fifo        512 records
 `advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in steps
@@ -297,9 +297,9 @@ Latency: 2 clocks from a beat to its step.",
     (
         "csr",
         "The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by
-hardware and cleared by
-writing 1; if both happen in one clock the bit stays set. A software reset clears the pipeline for one clock and leaves
-the registers.
+hardware and cleared by writing 1; if both happen in one clock the bit stays set. A software reset clears the pipeline for
+one clock and leaves the registers.
+`committed`: the registers are a complete set for the next frame that begins; a write to one of them withdraws it.
 Latency: 1 clock from `read` to `readdata`.",
     ),
     (

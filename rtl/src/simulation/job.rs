@@ -168,6 +168,7 @@ impl Map {
             writes.push(self.word("target", &[target])?);
         }
         writes.push(self.word("control", &[1, u32::from(job.automatic.is_some())])?);
+        writes.push(self.word("commit", &[1])?);
         Ok(writes)
     }
 

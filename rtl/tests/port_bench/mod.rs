@@ -23,10 +23,10 @@ use rand_chacha::ChaCha8Rng;
 mod map;
 
 pub use map::{
-    CONTROL, CONTROL_AUTOMATIC as AUTOMATIC, CONTROL_ENABLE as ENABLE, CONTROL_INTERRUPT_ERROR as INTERRUPT_ERROR,
-    CONTROL_INTERRUPT_FRAME as INTERRUPT_FRAME, CONTROL_RESET as RESET, DROPPED, FEATURES, FRAMES, SIZE, STATUS,
-    STATUS_BEGUN as BEGUN, STATUS_BUSY as BUSY, STATUS_DROPPED as DROPS, STATUS_FRAME as FRAME,
-    STATUS_INTERRUPTED as INTERRUPTED, STATUS_LONG_FRAME as LONG, STATUS_REFUSED as REFUSED,
+    COMMIT, CONTROL, CONTROL_AUTOMATIC as AUTOMATIC, CONTROL_ENABLE as ENABLE,
+    CONTROL_INTERRUPT_ERROR as INTERRUPT_ERROR, CONTROL_INTERRUPT_FRAME as INTERRUPT_FRAME, CONTROL_RESET as RESET,
+    DROPPED, FEATURES, FRAMES, SIZE, STATUS, STATUS_BEGUN as BEGUN, STATUS_BUSY as BUSY, STATUS_DROPPED as DROPS,
+    STATUS_FRAME as FRAME, STATUS_INTERRUPTED as INTERRUPTED, STATUS_LONG_FRAME as LONG, STATUS_REFUSED as REFUSED,
     STATUS_SATURATED as SATURATED, STATUS_SHORT_FRAME as SHORT, TARGET, THRESHOLD, THRESHOLD_NOW,
 };
 
@@ -112,7 +112,7 @@ pub struct Packet {
 
 /// A register access of one cycle.
 #[derive(Clone, Copy)]
-enum Access {
+pub enum Access {
     Read(u32),
     Write(u32, u32),
 }
@@ -254,7 +254,7 @@ impl Bench {
     }
 
     /// One clock cycle.
-    fn cycle(&mut self, access: Option<Access>) -> u32 {
+    pub fn cycle(&mut self, access: Option<Access>) -> u32 {
         set!(self.clock, 0);
         // Address and data are random while neither `read` nor `write` is set.
         let (address, word, read, write) = match access {
@@ -368,13 +368,14 @@ impl Bench {
         fail("hang", format!("{what} not after {limit} cycles"))
     }
 
-    /// Writes what a frame needs.
+    /// Writes what a frame needs, and commits it.
     pub fn configure(&mut self, frame: &Frame) {
         self.write(SIZE, (frame.height() << 16 | frame.width()) as u32);
         self.write(THRESHOLD, frame.thresholds[1] << 16 | frame.thresholds[0]);
         for (i, raw) in frame.coefficients.iter().enumerate() {
             self.write(COEFFICIENTS_AT + 4 * i as u32, *raw);
         }
+        self.write(COMMIT, 1);
     }
 
     /// Sends a frame as a driver does: configures, sends, waits until `begun` is set, and clears it.

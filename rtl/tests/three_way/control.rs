@@ -109,7 +109,19 @@ pub fn sequencer_under_any_stream() {
         Sequencer::default(),
         "sequencer",
         60_000,
-        [reset, enable, new_width, new_height, stall, valid, data, start_of_packet, end_of_packet, frame_done],
+        [
+            reset,
+            enable,
+            new_width,
+            new_height,
+            committed,
+            stall,
+            valid,
+            data,
+            start_of_packet,
+            end_of_packet,
+            frame_done
+        ],
         [ready, width, height, capture, advance, busy, errors, frame_errors],
         |cell: &mut Sequencer, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 30_000);
@@ -117,6 +129,7 @@ pub fn sequencer_under_any_stream() {
             let size = cycle as u64 / 25_000;
             cell.new_width.next = if cycle % 9000 > 8000 { 63u64 } else { 64 + size }.into();
             cell.new_height.next = 64u64.into();
+            cell.committed.next = draw.random_ratio(1, 3);
             cell.stall.next = draw.random_ratio(1, 20);
             cell.valid.next = draw.random_ratio(19, 20);
             cell.start_of_packet.next =
@@ -150,11 +163,11 @@ pub fn registers_read_back_and_clear() {
             threshold_0,
             threshold_1
         ],
-        [readdata, irq, clear, enable, width, height, bank],
+        [readdata, irq, clear, enable, width, height, bank, committed],
         |cell: &mut Csr, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 2000);
             // Control, status and the counts of the last frame as often as all others together.
-            let often = [3, 4, 10, 11][draw.random_range(0..4)];
+            let often = [3, 4, 10, 11, 12][draw.random_range(0..5)];
             cell.address.next = if draw.random() { often } else { draw.random_range(0..40u64) }.into();
             cell.read.next = cycle == 2 || draw.random();
             // Events of the pipeline must not count while it is reset.

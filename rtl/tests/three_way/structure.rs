@@ -261,6 +261,7 @@ pub fn core() {
             new_width,
             new_height,
             bank,
+            committed,
             video_valid,
             video_data,
             video_startofpacket,
@@ -288,6 +289,7 @@ pub fn core() {
             cell.new_width.next = 64u64.into();
             cell.new_height.next = 64u64.into();
             cell.bank.next = bank([60, 45]);
+            cell.committed.next = true;
             cell.feature_ready.next = draw.random_ratio(3, 4);
             valid = cycle > 10 && sent < 4096 && (valid || draw.random_ratio(39, 40));
             cell.video_valid.next = valid;
