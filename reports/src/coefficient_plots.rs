@@ -1,11 +1,13 @@
 //! Impulse and frequency responses of recursive smoothers and of their DoG, against the Gaussian.
 //!
-//! `h[n]` over pixels; `|H|` over cycles per pixel, up to the Nyquist frequency of 0.5. The response of a smoother is in dB,
-//! because an exponential differs from a Gaussian in the tails. The response of a DoG, a band-pass filter, is linear.
+//! `h[n]` over pixels; `|H|` over cycles per pixel, up to the Nyquist frequency of 0.5. The response of a smoother is
+//! in dB, because an exponential differs from a Gaussian in the tails. The response of a DoG, a band-pass filter, is
+//! linear.
 
+use hoverlock_reference::smoothing::design::DesignError;
 use hoverlock_reference::smoothing::gaussian::Gaussian;
 use hoverlock_reference::smoothing::recursive::Recursive;
-use hoverlock_reference::smoothing::smoother::{DesignError, Smoother};
+use hoverlock_reference::smoothing::smoother::Smoother;
 
 use crate::colour::Rgb;
 use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};

@@ -1,8 +1,8 @@
 //! Error maps and feature maps.
 //!
-//! All error maps share one colour scale, `v = sgn(e) log2(1 + |e|) / 12`, `e` in LSB of the DoG: white is an error of 0, the
-//! ends are 4095 LSB. Maps of approximation and of quantisation can therefore be compared. Each point of a map shows the
-//! error of greatest magnitude in a square of samples.
+//! All error maps share one colour scale, `v = sgn(e) log2(1 + |e|) / 12`, `e` in LSB of the DoG: white is an error of
+//! 0, the ends are 4095 LSB. Maps of approximation and of quantisation can therefore be compared. Each point of a map
+//! shows the error of greatest magnitude in a square of samples.
 
 use std::fmt::Write as _;
 
@@ -116,7 +116,8 @@ pub fn colour_bar() -> Result<String, PlotError> {
         ))?;
     }
     write(format_args!(
-        "<text x=\"560\" y=\"58\" text-anchor=\"middle\">signed DoG error, LSB (1 LSB = full scale / 2¹⁷ = 0.5 DN)</text></svg>"
+        "<text x=\"560\" y=\"58\" text-anchor=\"middle\">\
+         signed DoG error, LSB (1 LSB = full scale / 2¹⁷ = 0.5 DN)</text></svg>"
     ))?;
     Ok(svg)
 }
@@ -167,7 +168,8 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
     FeatureMap { condition, svg, counts }
 }
 
-/// The frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand out.
+/// The frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand
+/// out.
 fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let mut sorted: Vec<u16> = frame.as_slice().iter().step_by(7).copied().collect();
     sorted.sort_unstable();

@@ -1,7 +1,7 @@
 //! Results of the level `rtl`: simulation of the emitted Verilog against `bit_true`, and its resource estimate.
 //!
-//! Another crate runs the simulation and the estimate, with tools that may be missing. This module has their results, or
-//! the reason why there are none. No bound is checked for a simulation that was not run.
+//! Another crate runs the simulation and the estimate, with tools that may be missing. This module has their results,
+//! or the reason why there are none. No bound is checked for a simulation that was not run.
 
 use hoverlock_fixed_point::analysis::bounds::{Check, Sense};
 use hoverlock_fixed_point::analysis::levels::Level;

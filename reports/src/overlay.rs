@@ -1,8 +1,8 @@
 //! Draws the matches between two pictures: REF on the left, CUR on the right, a line for each match.
 //!
-//! Inliers are yellow, outliers faint blue. The green outline in CUR is the frame of REF mapped by the homography; the green
-//! arrow is the displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th percentile of
-//! each picture, so that pictures of low contrast stay visible.
+//! Inliers are yellow, outliers faint blue. The green outline in CUR is the frame of REF mapped by the homography; the
+//! green arrow is the displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th
+//! percentile of each picture, so that pictures of low contrast stay visible.
 
 use crate::colour::Rgb;
 use hoverlock_reference::image::plane::Plane;
@@ -165,7 +165,8 @@ impl Canvas {
         }
     }
 
-    /// Blends `colour` into a pixel: `opacity` times the part of the pixel within `radius`, at `distance` from the centre line.
+    /// Blends `colour` into a pixel: `opacity` times the part of the pixel within `radius`, at `distance` from the
+    /// centre line.
     fn cover(&mut self, x: usize, y: usize, distance: f64, radius: f64, colour: Rgb, opacity: f64) {
         let part = opacity * (radius + 0.5 - distance).clamp(0.0, 1.0) * (2.0 * radius).min(1.0);
         let pixel = &mut self.picture[(x, y)];

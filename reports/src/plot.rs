@@ -1,7 +1,7 @@
 //! Plots as SVG: lines, points and bars with explicit axis ticks.
 //!
-//! A logarithmic axis is a linear axis of `log10` with labels in the original unit. All plots share one style: thin grey grid
-//! lines, no frame, text in the size of the page.
+//! A logarithmic axis is a linear axis of `log10` with labels in the original unit. All plots share one style: thin
+//! grey grid lines, no frame, text in the size of the page.
 
 use std::ops::Range;
 

@@ -1,9 +1,10 @@
 //! Compares `bit_true` with `streaming` on one frame and checks the acceptance bounds.
 //!
-//! Errors are those of the signed response `sign_k * DOG_k`, in LSB of the DoG at the design point, `FS / 2^17`. A design with a
-//! coarser DoG is measured in the same LSB. The threshold `T_k` is the response of a given rank in `streaming`, rounded to an
-//! LSB, and is the same for both levels. The integer `T` represents responses from `T - 1/2` on, so `streaming` is
-//! thresholded at `T - 1/2`. Otherwise `bit_true` would have more features because of the threshold alone.
+//! Errors are those of the signed response `sign_k * DOG_k`, in LSB of the DoG at the design point, `FS / 2^17`. A
+//! design with a coarser DoG is measured in the same LSB. The threshold `T_k` is the response of a given rank in
+//! `streaming`, rounded to an LSB, and is the same for both levels. The integer `T` represents responses from `T - 1/2`
+//! on, so `streaming` is thresholded at `T - 1/2`. Otherwise `bit_true` would have more features because of the
+//! threshold alone.
 
 use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::extractor;

@@ -1,8 +1,8 @@
 //! The acceptance bounds of `bounds.toml`, and the check `measured <= limit` or `measured >= limit`.
 //!
-//! Rounding noise is nearly constant in LSB for all pictures. Every measure relative to the signal therefore gets worse as
-//! the contrast of the picture falls. The contrast class of a picture, which selects the limits, is determined by the rms of
-//! its `streaming` DoG, not by the name of the condition.
+//! Rounding noise is nearly constant in LSB for all pictures. Every measure relative to the signal therefore gets worse
+//! as the contrast of the picture falls. The contrast class of a picture, which selects the limits, is determined by
+//! the rms of its `streaming` DoG, not by the name of the condition.
 
 use std::sync::LazyLock;
 
@@ -173,7 +173,8 @@ impl Bounds {
     /// The text of `bounds.toml`.
     pub const FILE: &'static str = include_str!("../../bounds.toml");
 
-    /// The measurements from which the limits of the contrast classes were set, as CSV. The example `calibrate` makes it.
+    /// The measurements from which the limits of the contrast classes were set, as CSV. The example `calibrate` makes
+    /// it.
     pub const CALIBRATION: &'static str = include_str!("../../calibration.csv");
 
     /// The acceptance bounds of the project.

@@ -8,8 +8,8 @@ pub(super) fn plot(chains: &[Chain]) -> Result<String, PlotError> {
     chart(chains).svg()
 }
 
-/// Curves share the horizontal axis by stage name: smoothers of different look-ahead have different stages, and a curve has
-/// no point at a stage that its smoother does not have.
+/// Curves share the horizontal axis by stage name: smoothers of different look-ahead have different stages, and a curve
+/// has no point at a stage that its smoother does not have.
 fn chart(chains: &[Chain]) -> Chart {
     let stages = stages(chains);
     let position = |name: &str| stages.iter().position(|stage| *stage == name).map(|index| index as f64 + 1.0);

@@ -56,8 +56,8 @@ pub(super) fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
     Ok(plots)
 }
 
-/// Error and bit flips against M10K blocks, and error against multipliers. One dot for each word length; the line is the
-/// Pareto front, the ring the design point.
+/// Error and bit flips against M10K blocks, and error against multipliers. One dot for each word length; the line is
+/// the Pareto front, the ring the design point.
 pub(super) fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
     type Measure = fn(&Cost) -> f64;
     let charts: [(&str, &str, Measure, f64, f64, Measure); 3] = [
