@@ -8,8 +8,8 @@
 //! 10 000.
 //!
 //! `G_a = C^T C` along the rows, then the same down the columns, where `C` is the causal recursion
-//! `s += (1 - a)(x - s)`, `s[-1] = x[0]`, and `C^T` its mirror image, which repeats the last sample. The three smoothers
-//! run in parallel:
+//! `s += (1 - a)(x - s)`, `s[-1] = x[0]`, and `C^T` its mirror image, which repeats the last sample. The three
+//! smoothers run in parallel:
 //!
 //! 1. Eight rows at a time: eight columns are transposed, so that the recursion along a row has eight rows as its
 //!    lanes; the causal half fills a buffer of one block of rows. The anticausal half runs back over it, is transposed
