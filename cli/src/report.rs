@@ -119,7 +119,7 @@ fn failure(row: &BoundRow) -> String {
         check.name,
         check.measured,
         check.limit,
-        check.place,
+        check.location,
         unit = check.unit
     )
 }

@@ -72,7 +72,7 @@ fn a_picture_with_too_few_features_fails_with_status_1_and_names_the_bound() {
         .expect("the command runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("bound fails: features at streaming") && said.contains("tiny, nominal"), "{said}");
+    assert!(said.contains("bound fails: features of streaming") && said.contains("tiny, nominal"), "{said}");
     assert!(said.contains("rtl not run: verilator was not found"), "{said}");
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
     assert_eq!(printed["pass"], false);

@@ -1,58 +1,60 @@
-//! Matching of features: `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`, the smaller the more alike.
+//! Matching of features by the distance `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`.
 //!
-//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair; strict: MaxLBP
-//! alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C` (one over squared codes) is
-//! to be small, so that it decides controversial cases only. Taken at its word that is an order rather than a sum: Hamming first,
-//! `|DOG(a) - DOG(b)|` among equals, the smaller index among those. This is the default, and the same for integers: the responses of the
-//! fixed point are multiples of half a code and their differences exact in f64. The sum with a given `C` is a mode of its own.
+//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair;
+//! strict: MaxLBP alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C`
+//! (one over squared DN) is small, so that the second term decides between equal Hamming distances only. The default is
+//! therefore a lexicographic order: Hamming distance, then `|DOG(a) - DOG(b)|`, then the smaller index. It gives the
+//! same result for fixed point, whose responses are multiples of 0.5 DN with exact differences in f64. The sum with a
+//! given `C` is a separate mode.
 //!
-//! Two features can match when scale and polarity agree and, where there is a prediction, when the place in CUR is within the gate's
-//! radius of where the prediction takes the place in REF. A match is best both ways: `b` is the best of all that `a` can have, and `a`
-//! of all that `b` can have. So no feature is in two matches, and exchanging the pictures exchanges the roles and nothing else.
+//! Two features can match when scale and polarity agree and, where there is a prediction, when the position in CUR is
+//! within the gate's radius of where the prediction takes the position in REF. A match is mutual: `b` is the best
+//! candidate of `a`, and `a` the best candidate of `b`. So no feature is in two matches, and the result is symmetric in
+//! the two pictures.
 
 use crate::features::feature::Feature;
 use crate::motion::model::transfer;
 use nalgebra::{Matrix3, Vector2};
 use std::cmp::Ordering;
 
-/// Radius of the gate about a predicted place, px.
+/// Radius of the gate about a predicted position, px.
 pub const GATE_RADIUS: f64 = 192.0;
 
-/// How the two terms of the distance are put together.
+/// How the two terms of the distance are combined.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Distance {
     /// Hamming distance first; the difference of the responses only decides between equals.
     #[default]
     Lexicographic,
-    /// The sum with this `C`, one over squared codes; finite and not negative.
+    /// The sum with this `C`, one over squared DN; finite and not negative.
     Sum(f64),
 }
 
-/// Where a feature of REF is to be looked for in CUR.
+/// The search region in CUR of a feature of REF.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
     /// REF pixel -> CUR pixel.
     pub prediction: Matrix3<f64>,
-    /// Largest distance from the predicted place, px.
+    /// Largest distance from the predicted position, px.
     pub radius: f64,
 }
 
-/// What counts as a match.
+/// Settings of the matching.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Matching {
     /// How descriptors and responses are compared.
     pub distance: Distance,
     /// MaxLBP words alone, without the sign words.
     pub strict: bool,
-    /// Where to look; everywhere without a prediction.
+    /// Search region; the whole picture where there is no prediction.
     pub gate: Option<Gate>,
-    /// A match must have at most this part of the distance of the second best, both ways; below 1 it asks for distinction.
+    /// Ratio test: largest ratio of the distance to that of the second best candidate, both ways; 1 switches it off.
     pub ratio: Option<f64>,
     /// Largest Hamming distance, or largest sum.
     pub limit: Option<f64>,
 }
 
-/// A feature of REF and one of CUR that are each other's best.
+/// A mutual best match.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
     /// Index among the features of REF.
@@ -61,7 +63,7 @@ pub struct Match {
     pub current: usize,
     /// Hamming distance, or the sum in the mode of that name.
     pub distance: f64,
-    /// `|DOG(a) - DOG(b)|`, codes.
+    /// `|DOG(a) - DOG(b)|`, DN.
     pub response_difference: f64,
 }
 
@@ -86,22 +88,23 @@ impl Matching {
         found
     }
 
-    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses together.
+    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses
+    /// together.
     fn mutual(&self, from: &[Candidate], to: &[Candidate], found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
         let mut best_from = vec![Best::NONE; from.len()];
         let mut best_to = vec![Best::NONE; to.len()];
         for (i, a) in from.iter().enumerate() {
-            // A place the prediction puts behind the camera is looked for nowhere.
+            // A position that the prediction maps behind the camera has no search region.
             let expected = match self.gate {
-                Some(gate) => match transfer(&gate.prediction, a.place) {
-                    Some(place) => Some((place, gate.radius * gate.radius)),
+                Some(gate) => match transfer(&gate.prediction, a.position) {
+                    Some(position) => Some((position, gate.radius * gate.radius)),
                     None => continue,
                 },
                 None => None,
             };
             for (j, b) in to.iter().enumerate() {
-                if let Some((place, radius2)) = expected
-                    && (b.place - place).norm_squared() > radius2
+                if let Some((position, radius2)) = expected
+                    && (b.position - position).norm_squared() > radius2
                 {
                     continue;
                 }
@@ -149,7 +152,7 @@ struct Candidate {
     /// The words that count; the others are 0.
     bits: u128,
     response: f64,
-    place: Vector2<f64>,
+    position: Vector2<f64>,
 }
 
 impl Candidate {
@@ -157,7 +160,7 @@ impl Candidate {
         let [lbp0, lbp1, sign0, sign1] = feature.descriptor.words().map(u128::from);
         let signs = if strict { 0 } else { sign0 << 64 | sign1 << 96 };
         let (x, y) = feature.subpixel();
-        Self { index, bits: lbp0 | lbp1 << 32 | signs, response: feature.response, place: Vector2::new(x, y) }
+        Self { index, bits: lbp0 | lbp1 << 32 | signs, response: feature.response, position: Vector2::new(x, y) }
     }
 
     fn hamming(&self, other: &Self) -> u32 {
@@ -194,10 +197,10 @@ mod tests {
     use crate::features::feature::Descriptor;
     use proptest::prelude::*;
 
-    fn feature(place: (u32, u32), group: (u8, bool), response: f64, words: [u32; 4]) -> Feature {
+    fn feature(position: (u32, u32), group: (u8, bool), response: f64, words: [u32; 4]) -> Feature {
         Feature {
-            x: place.0,
-            y: place.1,
+            x: position.0,
+            y: position.1,
             scale: group.0,
             bright: group.1,
             response,
@@ -209,7 +212,7 @@ mod tests {
     /// Few bits and few responses, so that ties abound.
     fn features() -> impl Strategy<Value = Vec<Feature>> {
         let one = ((0..1024u32, 0..768u32), (0..2u8, any::<bool>()), 1..6u32, prop::array::uniform4(0..8u32))
-            .prop_map(|(place, group, halves, words)| feature(place, group, f64::from(halves) / 2.0, words));
+            .prop_map(|(position, group, halves, words)| feature(position, group, f64::from(halves) / 2.0, words));
         prop::collection::vec(one, 0..60)
     }
 
@@ -231,7 +234,7 @@ mod tests {
         Matrix3::new(1.0, 0.0, f64::from(x), 0.0, 1.0, f64::from(y), 0.0, 0.0, 1.0)
     }
 
-    /// The definition, word for word, without any of the shortcuts.
+    /// The definition, without the optimisations.
     fn by_definition(settings: &Matching, reference: &[Feature], current: &[Feature]) -> Vec<(usize, usize)> {
         let key = |a: &Feature, b: &Feature| -> Option<(f64, f64)> {
             let allowed = a.scale == b.scale

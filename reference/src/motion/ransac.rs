@@ -1,33 +1,38 @@
-//! RANSAC with a finer quality functional: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over the pairs with `e^2 < dist`.
+//! RANSAC with a quality functional that includes the residuals: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over
+//! the pairs with `e^2 < dist`.
 //!
-//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair votes (px^2).
-//! The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` must hold for any sum that can come:
-//! with `n` pairs the largest is `n dist`, and `K` is at most `1 / (n dist)`, which is its default. The functionals:
+//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair
+//! votes (px^2). The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` is required for
+//! every possible sum. With `n` pairs the largest sum is `n dist`, so `K` is at most `1 / (n dist)`, its default. The
+//! functionals:
 //!
 //! | name | second term | remark |
 //! |---|---|---|
 //! | count | none | Fischler and Bolles, 1981 |
-//! | added | `+ K sum e^2` | as usually printed; of two hypotheses with equal votes it takes the worse |
-//! | subtracted | `- K sum e^2` | what is meant |
+//! | added | `+ K sum e^2` | as usually published; of two hypotheses with equal votes it selects the worse |
+//! | subtracted | `- K sum e^2` | the intended functional |
 //! | MSAC | `- sum e^2 / dist` | each vote counts `1 - e^2 / dist`, Torr and Zisserman, 2000 |
 //!
-//! The sums must not run over all pairs: an outlier's error says nothing about the hypothesis and is larger by orders.
+//! The sums must not include outliers: their errors are larger by orders of magnitude and independent of the
+//! hypothesis.
 //!
-//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum, Matas and Kittler,
-//! 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC, Chum and Matas, 2005).
-//! Drawing stops when quality suffices: with the part `w` of voters that the best has, the chance that no sample so far
-//! was free of outliers, `(1 - w^m)^draws`, is below one minus the confidence.
+//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum, Matas
+//! and Kittler, 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC,
+//! Chum and Matas, 2005). Drawing stops when the confidence is reached: with the part `w` of voters that the best has,
+//! the chance that no sample so far was free of outliers, `(1 - w^m)^draws`, is below one minus the confidence.
 //!
-//! **No estimate.** Any few pairs make a model, and some others agree with it by chance. When all `n` matches are wrong, so that
-//! each place in CUR is anywhere the features are, one more pair agrees with the model of a sample of `m` with probability `alpha`, and
-//! the expected number of samples with `k` or more voters is (Moisan and Stival, 2004, without their search over `dist`)
+//! **No estimate.** A few pairs always determine a model, and other pairs agree with it by chance. When all `n` matches
+//! are wrong, so that each position in CUR is anywhere the features are, one more pair agrees with the model of a
+//! sample of `m` with probability `alpha`, and the expected number of samples with `k` or more voters is (Moisan and
+//! Stival, 2004, without their search over `dist`)
 //!
 //! `NFA = C(n, m) sum_{j >= k - m} C(n - m, j) alpha^j (1 - alpha)^(n - m - j)`.
 //!
-//! It counts every sample that could be drawn, so it bounds what the search can find whatever its length. An estimate stands when `NFA`
-//! is at most [`CHANCE`], and its quality 0 ..= 255 is `floor(-log10 NFA)`: chance brings such agreement less than once in 10^quality
-//! pictures; 0 is no estimate. `alpha` is taken from the places themselves, as features crowd: it is the part of all
-//! pairs of places in CUR less than [`CROWD_RADIUS`] apart, scaled by area to `dist`; within a gate, at least `dist / radius^2`.
+//! It counts every sample that could be drawn, so it is a bound for a search of any length. There is an estimate if
+//! `NFA` is at most [`CHANCE`]. Its quality 0 ..= 255 is `floor(-log10 NFA)`: such agreement occurs by chance less than
+//! once in 10^quality pictures. 0 means no estimate. `alpha` is measured from the positions, because features are not
+//! uniformly distributed: the part of all pairs of positions in CUR less than [`CROWD_RADIUS`] apart, scaled by area to
+//! `dist`; within a gate, at least `dist / radius^2`.
 
 use crate::motion::model::{Model, Pair, squared_error};
 use nalgebra::Matrix3;
@@ -35,21 +40,22 @@ use rand::SeedableRng;
 use rand::seq::index;
 use rand_chacha::ChaCha8Rng;
 
-/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true match. Wrong matches
-/// of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures the least is 10^-4.4, where
-/// 10^-2.4 is to be expected; those two decades are added.
+/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true
+/// match. Wrong matches of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures
+/// the least is 10^-4.4, where 10^-2.4 is to be expected; those two decades are added.
 pub const CHANCE: f64 = 1e-8;
 
 /// Radius of the neighbourhood in which the crowding of features is measured, px: many times what they keep from each
 /// other (4 px), a small part of a picture.
 pub const CROWD_RADIUS: f64 = 32.0;
 
-/// What makes one hypothesis better than another.
+/// Quality functional.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Functional {
     /// Votes alone.
     Count,
-    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the largest allowed.
+    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the largest
+    /// allowed.
     Added(Option<f64>),
     /// Votes less `K` times that sum.
     Subtracted(Option<f64>),
@@ -58,7 +64,7 @@ pub enum Functional {
     Msac,
 }
 
-/// Which samples come first.
+/// Sampling order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Order {
     /// Pairs are given best first, and samples are drawn from a growing number of the best.
@@ -71,15 +77,15 @@ pub enum Order {
 /// The settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ransac {
-    /// Kind of motion.
+    /// Motion model.
     pub model: Model,
-    /// What makes one hypothesis better than another.
+    /// Quality functional.
     pub functional: Functional,
     /// Squared radius within which a pair votes, px^2.
     pub dist: f64,
     /// Rounds of least squares on the inliers of a new best hypothesis; 0 leaves it as drawn.
     pub local_optimisation: usize,
-    /// Which samples come first.
+    /// Sampling order.
     pub order: Order,
     /// Largest number of samples.
     pub draws: usize,
@@ -105,7 +111,7 @@ impl Default for Ransac {
     }
 }
 
-/// A motion that the pairs agree on.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Consensus {
     /// REF pixel -> CUR pixel.
@@ -124,14 +130,17 @@ pub struct Consensus {
     pub draws: usize,
 }
 
-/// Why there is no motion.
+/// Why there is no result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RansacError {
     /// A setting is out of its range.
     #[error("{0}")]
     Setting(String),
     /// `K` times the largest sum of squared errors exceeds 1, so the second term could outvote a pair.
-    #[error("K = {k} px^-2 times the largest sum of squared errors, {largest} px^2, is more than 1: at most {}", 1.0 / largest)]
+    #[error(
+        "K = {k} px^-2 times the largest sum of squared errors, {largest} px^2, is more than 1: at most {}",
+        1.0 / largest
+    )]
     Constant {
         /// As given.
         k: f64,
@@ -139,7 +148,7 @@ pub enum RansacError {
         largest: f64,
     },
     /// The pairs are too few for the model.
-    #[error("no estimate: {given} matches, and the model takes {needed}")]
+    #[error("no estimate: {given} matches, the model needs {needed}")]
     TooFew {
         /// Pairs the model takes.
         needed: usize,
@@ -150,7 +159,9 @@ pub enum RansacError {
     #[error("no estimate: no sample of the {0} matches determines the model")]
     Degenerate(usize),
     /// The agreement may be chance.
-    #[error("no estimate: {inliers} of {matches} matches agree, which chance brings 10^{log10_nfa:.1} times a picture")]
+    #[error(
+        "no estimate: {inliers} of {matches} matches agree, which happens by chance 10^{log10_nfa:.1} times per picture"
+    )]
     Chance {
         /// Pairs that agree.
         inliers: usize,
@@ -201,7 +212,7 @@ impl Functional {
         let largest = pairs as f64 * dist;
         let checked = |k: Option<f64>| match k {
             None => Ok(1.0 / largest),
-            // Negated, so that NaN is refused too.
+            // The negated comparison refuses NaN.
             Some(k) if !(k >= 0.0 && k * largest <= 1.0) => Err(RansacError::Constant { k, largest }),
             Some(k) => Ok(k),
         };
@@ -215,10 +226,11 @@ impl Functional {
 }
 
 impl Ransac {
-    /// The motion most pairs agree on. `pairs` come best first; `gate_radius` (px) is that of the gate they were matched in, if any.
+    /// Searches the motion with the most votes. `pairs` come best first; `gate_radius` (px) is that of the gate they
+    /// were matched in, if any.
     ///
     /// # Errors
-    /// Where a setting is out of range, and where there is no estimate.
+    /// A setting is out of range, or there is no estimate.
     pub fn run(&self, pairs: &[Pair], gate_radius: Option<f64>) -> Result<Consensus, RansacError> {
         self.check()?;
         let (n, m) = (pairs.len(), self.model.minimal_pairs());
@@ -275,8 +287,9 @@ impl Ransac {
         Ok(())
     }
 
-    /// Least squares on the hypothesis' inliers, as long as it gets no worse. Judged with the sum subtracted whatever the functional:
-    /// least squares makes it smaller, which the added form would take for a loss.
+    /// Least squares on the hypothesis' inliers, as long as the result is not worse. It is compared by the
+    /// subtracted form for every functional, because least squares lowers the sum, which the added form counts as a
+    /// loss.
     fn optimise(&self, drawn: Hypothesis, pairs: &[Pair], factor: f64) -> Hypothesis {
         let value = |score: &Score| score.votes as f64 - factor.abs() * score.squared_errors;
         let mut best = drawn;
@@ -293,7 +306,8 @@ impl Ransac {
         best
     }
 
-    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are inliers.
+    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are
+    /// inliers.
     fn sufficient(&self, votes: usize, n: usize) -> usize {
         let clean = (votes as f64 / n as f64).powi(self.model.minimal_pairs() as i32);
         let needed = (1.0 - self.confidence).ln() / (-clean).ln_1p();
@@ -346,7 +360,7 @@ impl Sampler {
             self.expected *= self.pool as f64 / (self.pool - self.m) as f64;
             self.share_ends += (self.expected - before).ceil() as usize;
         }
-        // Samples of a pool that grew hold its newest member: those without it have had their turn.
+        // Samples of a pool that grew contain its newest member: those without it were drawn before.
         let newest = self.drawn <= self.share_ends && self.pool > self.m;
         let (others, open) = if newest { (self.pool - 1, self.m - 1) } else { (self.pool, self.m) };
         sample.clear();
@@ -370,7 +384,8 @@ fn agreement_by_chance(pairs: &[Pair], dist: f64, gate_radius: Option<f64>) -> f
     anywhere.max(within_gate).min(1.0)
 }
 
-/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves included.
+/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves
+/// included.
 fn log10_nfa(n: usize, k: usize, m: usize, alpha: f64) -> f64 {
     let ln_choose = |n: usize, k: usize| -> f64 { (0..k).map(|i| ((n - i) as f64 / (k - i) as f64).ln()).sum() };
     let (others, agreeing) = (n - m, k.saturating_sub(m));
@@ -396,7 +411,7 @@ mod tests {
 
     const PICTURE: Vector2<f64> = Vector2::new(1024.0, 768.0);
 
-    fn place(rng: &mut ChaCha8Rng) -> Vector2<f64> {
+    fn position(rng: &mut ChaCha8Rng) -> Vector2<f64> {
         Vector2::new(rng.random::<f64>(), rng.random::<f64>()).component_mul(&PICTURE)
     }
 
@@ -405,17 +420,17 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20 px or
-    /// more from where they belong.
+    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20 px
+    /// or more from where they belong.
     fn scene(rng: &mut ChaCha8Rng, h: &Matrix3<f64>, inliers: usize, outliers: usize, sigma: f64) -> Vec<Pair> {
         let mut pairs = Vec::new();
         while pairs.len() < inliers {
-            let reference = place(rng);
+            let reference = position(rng);
             let current = transfer(h, reference).unwrap() + sigma * Vector2::new(normal(rng), normal(rng));
             pairs.push(Pair { reference, current });
         }
         while pairs.len() < inliers + outliers {
-            let wrong = Pair { reference: place(rng), current: place(rng) };
+            let wrong = Pair { reference: position(rng), current: position(rng) };
             if squared_error(h, &wrong) > 400.0 {
                 pairs.push(wrong);
             }
@@ -456,15 +471,20 @@ mod tests {
 
         /// Exact matches, as many wrong ones, in any order: every model, functional and order finds all of them.
         #[test]
-        fn exact_motion_is_recovered(search in any_search(), angle in -0.3..0.3f64, scale in 0.8..1.25f64, t in (-300.0..300.0f64, -300.0..300.0f64)) {
+        fn exact_motion_is_recovered(
+            search in any_search(), angle in -0.3..0.3f64, scale in 0.8..1.25f64,
+            t in (-300.0..300.0f64, -300.0..300.0f64),
+        ) {
             let mut rng = ChaCha8Rng::seed_from_u64(search.seed);
-            let h = if search.model == Model::Shift { similarity(0.0, 1.0, t.0, t.1) } else { similarity(angle, scale, t.0, t.1) };
+            let (angle, scale) = if search.model == Model::Shift { (0.0, 1.0) } else { (angle, scale) };
+            let h = similarity(angle, scale, t.0, t.1);
             let pairs = scene(&mut rng, &h, 60, 60, 0.0);
             let pairs = shuffled(&mut rng, pairs);
             let found = search.run(&pairs, None).unwrap();
             let true_pairs = (0..pairs.len()).filter(|&i| squared_error(&h, &pairs[i]) < 1e-12);
             prop_assert!(true_pairs.into_iter().all(|i| found.inliers.contains(&i)), "{} inliers", found.inliers.len());
-            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as good.
+            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as
+            // good.
             let exact = matches!(search.functional, Functional::Msac | Functional::Subtracted(_));
             let tolerance = if exact { 1e-3 } else { search.dist.sqrt() };
             prop_assert!(centre_miss(&found.homography, &h) < tolerance, "{}", centre_miss(&found.homography, &h));
@@ -477,10 +497,12 @@ mod tests {
             prop_assert_eq!(search.run(&pairs, None), search.run(&pairs, None));
         }
 
-        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a pair.
+        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a
+        /// pair.
         #[test]
         fn the_pool_of_samples_grows_to_all(n in 4..200usize, m in 1..5usize, draws in 1000..20_000usize) {
-            let pairs: Vec<Pair> = (0..n).map(|i| Pair { reference: Vector2::new(i as f64, 0.0), current: Vector2::zeros() }).collect();
+            let pair = |i: usize| Pair { reference: Vector2::new(i as f64, 0.0), current: Vector2::zeros() };
+            let pairs: Vec<Pair> = (0..n).map(pair).collect();
             let mut rng = ChaCha8Rng::seed_from_u64(1);
             let mut sampler = Sampler::new(Order::BestFirst, n, m, draws);
             let mut sample = Vec::new();
@@ -517,7 +539,7 @@ mod tests {
         assert_eq!(value(Functional::Count, 0.1), value(Functional::Count, 2.0));
     }
 
-    /// And it finds the worse, in a whole search.
+    /// In a whole search it also finds the worse one.
     #[test]
     fn the_added_form_is_less_accurate_than_the_subtracted() {
         let truth = similarity(0.05, 1.02, 40.0, -25.0);
@@ -535,8 +557,8 @@ mod tests {
         assert!(added > 1.5 * subtracted, "added {added:.3} px, subtracted {subtracted:.3} px");
     }
 
-    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every time;
-    /// over all pairs the wrong ones decide, and they do not know.
+    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every
+    /// time; over all pairs the wrong ones decide, and they do not know.
     #[test]
     fn over_all_pairs_outliers_swamp_the_sum() {
         let (mut by_voters, mut by_all) = (0, 0);
@@ -582,7 +604,8 @@ mod tests {
     }
 
     /// `NFA` bounds the expected number of samples with so many voters, so a search that finds such a one in
-    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5 sigma more.
+    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5 sigma
+    /// more.
     #[test]
     fn random_matches_agree_no_more_often_than_the_bound_says() {
         for (model, crowded) in [(Model::Shift, false), (Model::Similarity, false), (Model::Similarity, true)] {
@@ -613,7 +636,7 @@ mod tests {
 
     /// How few true matches among 200 wrong ones are still an estimate: 12 with a similarity.
     #[test]
-    fn few_true_matches_suffice() {
+    fn few_true_matches_among_many_wrong_ones_give_an_estimate() {
         let truth = similarity(0.1, 1.05, 80.0, -60.0);
         for seed in 0..10 {
             let pairs = scene(&mut ChaCha8Rng::seed_from_u64(seed), &truth, 12, 200, 0.5);
@@ -624,7 +647,7 @@ mod tests {
 
     /// By definition: C(6, 2) (1/4)^4 for all six of six, and all but the sample's own two out of the tail for two.
     #[test]
-    fn nfa_is_that_of_its_formula() {
+    fn nfa_agrees_with_its_formula() {
         assert!((log10_nfa(6, 6, 2, 0.25) - (15.0 * 0.25f64.powi(4)).log10()).abs() < 1e-12);
         assert!(
             (log10_nfa(6, 5, 2, 0.25) - (15.0 * (4.0 * 0.25f64.powi(3) * 0.75 + 0.25f64.powi(4))).log10()).abs()
@@ -657,7 +680,7 @@ mod tests {
 
     /// Half of the pairs right: 36 samples of two make 99.99 % sure, not 20 000.
     #[test]
-    fn the_search_stops_when_quality_suffices() {
+    fn the_search_stops_at_the_confidence() {
         let pairs = scene(&mut ChaCha8Rng::seed_from_u64(1), &Matrix3::identity(), 100, 100, 0.2);
         let pairs = shuffled(&mut ChaCha8Rng::seed_from_u64(2), pairs);
         // ln(1e-4) / ln(1 - 1/4) = 32.02
