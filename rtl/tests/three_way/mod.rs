@@ -152,7 +152,9 @@ pub fn every_leaf_has_a_check() {
         include_str!("structure.rs"),
     ]
     .concat();
-    for name in FILES.iter().filter(|(_, text)| is_leaf(text)).map(|(name, _)| name) {
+    // The mutation test adds a package of its own, which is no cell.
+    let leaves = FILES.iter().filter(|(name, text)| *name != "mutation" && is_leaf(text));
+    for (name, _) in leaves {
         let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
         let checked = [format!("\"{name}\""), format!("(\"{stem}\")")].iter().any(|call| checks.contains(call));
         assert!(checked, "{name} has no check of its own");
