@@ -4,8 +4,10 @@
 //! and writes the table that is committed; without the variables it is a sample.
 
 mod bench;
+mod corner;
 mod leaf;
 mod mutation;
+mod sequence;
 
 use std::{
     collections::BTreeMap,
@@ -19,6 +21,7 @@ use std::{
 };
 
 use bench::{lattice, noise, scenarios::SCENARIOS};
+use corner::CORNERS;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     emit::committed,
@@ -133,10 +136,13 @@ fn gates(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &st
     if let Some(found) = chain("chain", jobs, 0.0).or_else(|| chain("chain, pauses", jobs, 0.25)) {
         return Some(found);
     }
-    for (name, scenario) in SCENARIOS {
+    for (name, scenario) in SCENARIOS.into_iter().chain(CORNERS) {
         if let Err(failure) = scenario(simulator.library(), simulator.plusargs()) {
             return Some((name.into(), failure.stage.into()));
         }
+    }
+    if let Err(failed) = sequence::campaign(simulator.library(), simulator.plusargs(), 1, 40) {
+        return Some(("sequences".into(), failed.what.stage.into()));
     }
     // What no frame shows, the cell's own gate may: it drives all that its ports can say.
     leaf::drive_only(module, simulator.plusargs());
