@@ -9,7 +9,7 @@ PYTHON := .venv/bin/python
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks bench bench-harness setup build
+.PHONY: demo test checks test-long bench bench-harness setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -29,9 +29,13 @@ checks:
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo test --workspace --locked
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
-	cargo test --workspace --locked -- --ignored
+	cargo test --workspace --locked -- --ignored --skip ten_thousand_frames
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
+
+## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores.
+test-long: setup
+	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
 
 ## Float features against OpenCV's ORB, by turns in one run; then bit_true in pixels a second, with and without AVX2.
 bench: setup

@@ -3,8 +3,10 @@
 //! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture` puts
 //! in as many and writes the table that is committed; without the variables it is a sample.
 
+mod corner;
 mod mutation;
 mod port_bench;
+mod sequence;
 mod three_way;
 
 use std::{
@@ -18,6 +20,7 @@ use std::{
     },
 };
 
+use corner::CORNERS;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     emission::committed,
@@ -134,10 +137,13 @@ fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &s
     if let Some(found) = chain("chain", jobs, 0.0).or_else(|| chain("chain, pauses", jobs, 0.25)) {
         return Some(found);
     }
-    for (name, scenario) in SCENARIOS {
+    for (name, scenario) in SCENARIOS.into_iter().chain(CORNERS) {
         if let Err(failure) = scenario(simulator.library(), simulator.plusargs()) {
             return Some((name.into(), failure.stage.into()));
         }
+    }
+    if let Err(failed) = sequence::campaign(simulator.library(), simulator.plusargs(), 1, 40) {
+        return Some(("sequences".into(), failed.what.stage.into()));
     }
     // The check of the cell itself drives its ports with inputs that no frame produces.
     three_way::drive_only(module, simulator.plusargs());

@@ -165,8 +165,12 @@ impl Step {
             5..9 => random.random_range(64..=320),
             _ => random.random_range(64..=1024),
         };
-        let height =
-            if random.random_ratio(3, 4) { random.random_range(64..=96) } else { random.random_range(64..=256) };
+        // At 64 lines the next frame begins while this one is still in the columns.
+        let height = match random.random_range(0..8) {
+            0 | 1 => random.random_range(64..=66),
+            2..6 => random.random_range(64..=96),
+            _ => random.random_range(64..=256),
+        };
         let (width, height) = before.filter(|_| random.random_ratio(1, 4)).unwrap_or((width, height));
         let size = width * height;
         let content =
@@ -178,6 +182,8 @@ impl Step {
             1 => Fault::Long(random.random_range(0..200), random.random()),
             2 => Fault::Interrupted(random.random_range(1..size)),
             3 => Fault::Short(size - 1),
+            // So short that all of it waits in the skid buffer.
+            4 => Fault::Short(random.random_range(1..4)),
             _ => Fault::None,
         };
         let before = match random.random_range(0..24) {
@@ -286,7 +292,7 @@ impl Step {
 /// Frames in a sequence: enough for sizes to follow each other, few enough to find the cause in.
 pub const LENGTH: usize = 10;
 
-/// As many frames as asked for, in sequences of [`LENGTH`], two at a time. Gives what was run, or the first failure with its sequence.
+/// As many frames as asked for, in sequences of [`LENGTH`], two at a time. Gives what was run, or the first sequence that fails.
 pub fn campaign(library: &Library, plusargs: &[String], seed: u64, frames: usize) -> Result<Tally, Box<Failed>> {
     use std::sync::{
         Mutex,
@@ -294,7 +300,7 @@ pub fn campaign(library: &Library, plusargs: &[String], seed: u64, frames: usize
     };
     let count = frames.div_ceil(LENGTH);
     let next = AtomicUsize::new(0);
-    let total: Mutex<Result<Tally, Box<Failed>>> = Mutex::new(Ok(Tally::default()));
+    let total = Mutex::new((Tally::default(), None::<(usize, Failed)>));
     std::thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {
@@ -306,19 +312,22 @@ pub fn campaign(library: &Library, plusargs: &[String], seed: u64, frames: usize
                     let sequence = Sequence::random(seed + at as u64, LENGTH.min(frames - at * LENGTH));
                     let outcome = sequence.play(library, plusargs);
                     let mut total = total.lock().unwrap();
-                    match (outcome, &mut *total) {
-                        (Ok(tally), Ok(total)) => total.add(&tally),
-                        (Err(failure), Ok(_)) => {
-                            *total = Err(Box::new(Failed { sequence, what: failure }));
+                    match outcome {
+                        Ok(tally) => total.0.add(&tally),
+                        Err(what) => {
+                            // One that began before this one may fail too, and is the first then.
+                            if total.1.as_ref().is_none_or(|(first, _)| at < *first) {
+                                total.1 = Some((at, Failed { sequence, what }));
+                            }
                             next.store(count, Ordering::Relaxed);
                         }
-                        (_, Err(_)) => {}
                     }
                 }
             });
         }
     });
-    total.into_inner().unwrap()
+    let (tally, failed) = total.into_inner().unwrap();
+    failed.map_or(Ok(tally), |(_, failed)| Err(Box::new(failed)))
 }
 
 /// A sequence that fails, and how.

@@ -330,16 +330,18 @@ impl Player {
 
     fn before(&mut self, step: &Step) -> Outcome {
         let packet = |beats: usize, start: bool| (0..beats).map(move |i| (i as u16, start && i == 0, i + 1 == beats));
+        // A disabled core, as it is after a hardware reset, says nothing.
+        let refused = if self.control & ENABLE != 0 { REFUSED } else { 0 };
         match step.before {
             Before::Nothing => return Ok(()),
             Before::Stray(beats) => {
                 self.send(packet(beats, false));
-                self.must |= REFUSED;
+                self.must |= refused;
             }
             Before::Refused(width, height) => {
                 self.write_now(vec![(SIZE, height << 16 | width)], true)?;
                 self.send(packet(6, true));
-                self.must |= REFUSED;
+                self.must |= refused;
             }
             Before::Disabled(beats, start) => {
                 self.until("the frame before is in", |player| player.bench.beats.is_empty())?;
