@@ -210,17 +210,17 @@ fn enough(path: &Path, size: (usize, usize), least: (usize, usize)) -> Result<()
     Err(PictureError::Small { path: path.to_path_buf(), width, height, least_width, least_height })
 }
 
-/// `floor((w - 1024) / 2)`, `floor((h - 768) / 2)`, columns and rows: the part of a picture of `size` that fits the design
-/// point's frame.
-pub fn centre(size: (usize, usize)) -> (usize, usize, usize, usize) {
-    let (width, height) = (size.0.min(FRAME_WIDTH), size.1.min(FRAME_HEIGHT));
+/// `x = floor((w - W) / 2)`, `y = floor((h - H) / 2)`, width and height: the centre of a picture of `size` (w, h) that fits a
+/// `frame` of (W, H).
+pub fn centre(size: (usize, usize), frame: (usize, usize)) -> (usize, usize, usize, usize) {
+    let (width, height) = (size.0.min(frame.0), size.1.min(frame.1));
     ((size.0 - width) / 2, (size.1 - height) / 2, width, height)
 }
 
 /// A picture cut to the frame of the design point.
 #[derive(Debug, Clone)]
 pub struct Frame {
-    /// The cut plane, at most [`FRAME_WIDTH`] x [`FRAME_HEIGHT`].
+    /// The cut plane.
     pub luma: Plane<u16>,
     /// Column of the picture at which the frame begins: `floor((w - 1024) / 2)`, 0 where nothing was cut.
     pub x: usize,
@@ -252,7 +252,12 @@ impl Picture {
 
     /// The centre of the picture that fits the frame of the design point.
     pub fn frame(&self) -> Frame {
-        let (x, y, width, height) = centre((self.luma.width(), self.luma.height()));
+        self.crop(FRAME_WIDTH, FRAME_HEIGHT)
+    }
+
+    /// The centre of the picture that fits a frame of `width` x `height`.
+    pub fn crop(&self, width: usize, height: usize) -> Frame {
+        let (x, y, width, height) = centre((self.luma.width(), self.luma.height()), (width, height));
         let luma = Plane::from_fn(width, height, |column, row| self.luma[(x + column, y + row)]);
         Frame { luma, x, y }
     }
