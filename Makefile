@@ -9,7 +9,7 @@ PYTHON := .venv/bin/python
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks test-long bench bench-harness setup build
+.PHONY: demo test checks test-long fuzz bench bench-harness setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -36,6 +36,11 @@ checks:
 ## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores.
 test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
+
+## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.
+fuzz:
+	HOVERLOCK_FUZZ_SECONDS=$(or $(SECONDS),600) HOVERLOCK_FUZZ_SEED=$(or $(SEED),1) \
+	    cargo test --locked --package hoverlock-cli --test fuzz -- --ignored --nocapture
 
 ## Float features against OpenCV's ORB, by turns in one run; then bit_true in pixels a second, with and without AVX2.
 bench: setup

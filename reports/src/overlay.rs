@@ -2,9 +2,10 @@
 //!
 //! Inliers are yellow, outliers faint blue. The green outline in CUR is the frame of REF mapped by the homography; the
 //! green arrow is the displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th
-//! percentile of each picture, so that pictures of low contrast stay visible.
+//! percentile of each picture, so that pictures of low contrast stay visible. A legend below names the colours.
 
 use crate::colour::Rgb;
+use font8x8::legacy::BASIC_LEGACY;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::{Pair, transfer};
 use image::{ExtendedColorType, ImageEncoder as _, ImageError, codecs::png::PngEncoder};
@@ -14,6 +15,7 @@ const INLIER: Rgb = [255, 205, 40];
 const OUTLIER: Rgb = [90, 150, 255];
 const OUTLINE: Rgb = [40, 235, 90];
 const PAPER: Rgb = [255, 255, 255];
+const INK: Rgb = [30, 30, 30];
 
 /// Gap between the two pictures, px.
 const GAP: usize = 12;
@@ -58,12 +60,17 @@ impl Overlay<'_> {
     pub fn draw(&self) -> Plane<Rgb> {
         let left = Area::of(self.reference, 0);
         let right = Area::of(self.current, self.reference.width() + GAP);
-        let (width, height) = (right.x1, left.y1.max(right.y1));
+        let legend = self.legend();
+        // Letters of 8 x 8 pixels, larger on large pictures, so that they are readable where the whole is scaled down.
+        let letter = 8 * (right.x1 / 900).max(1);
+        let line = letter + letter / 2;
+        let foot = left.y1.max(right.y1);
+        let (width, height) = (right.x1, foot + line * legend.len() + line / 2);
         let mut canvas = Canvas { picture: Plane::filled(width, height, PAPER), clip: left };
         canvas.grey(self.reference, &left);
         canvas.grey(self.current, &right);
 
-        let whole = Area { x0: 0, y0: 0, x1: width, y1: height };
+        let whole = Area { x0: 0, y0: 0, x1: width, y1: foot };
         let pen = (self.reference.width().max(self.current.width()) as f64 / 700.0).max(1.0);
         let to_right = Vector2::new(right.x0 as f64, 0.0);
         let mut agrees = vec![false; self.pairs.len()];
@@ -93,7 +100,23 @@ impl Overlay<'_> {
             canvas.clip = right;
             self.outline(&mut canvas, &h, to_right, pen);
         }
+        for (index, (colour, text)) in legend.iter().enumerate() {
+            canvas.text(text, *colour, (letter, foot + line / 2 + index * line), letter / 8);
+        }
         canvas.picture
+    }
+
+    /// What each colour means.
+    fn legend(&self) -> Vec<(Rgb, String)> {
+        let others = self.pairs.len() - self.inliers.len();
+        let mut lines = vec![
+            (INLIER, format!("{} matches that agree with the motion", self.inliers.len())),
+            (OUTLIER, format!("{others} matches that do not")),
+        ];
+        if self.homography.is_some() {
+            lines.push((OUTLINE, "frame of REF in CUR, and the motion of its centre".to_owned()));
+        }
+        lines
     }
 
     fn outline(&self, canvas: &mut Canvas, h: &Matrix3<f64>, to_right: Vector2<f64>, pen: f64) {
@@ -161,6 +184,27 @@ impl Canvas {
                 // The brightest grey stays below white, so that lines remain visible.
                 let grey = (225.0 * part.clamp(0.0, 1.0)) as u8;
                 self.picture[(area.x0 + x, area.y0 + y)] = [grey; 3];
+            }
+        }
+    }
+
+    /// A square of `colour` and a text after it, its letters 8 x 8 squares of `scale` pixels; what does not fit is cut off.
+    fn text(&mut self, text: &str, colour: Rgb, (x0, y0): (usize, usize), scale: usize) {
+        let mut dot = |column: usize, row: usize, colour: Rgb| {
+            for (x, y) in (0..scale * scale).map(|i| (x0 + column * scale + i % scale, y0 + row * scale + i / scale)) {
+                if x < self.picture.width() && y < self.picture.height() {
+                    self.picture[(x, y)] = colour;
+                }
+            }
+        };
+        for (row, column) in (0..7).flat_map(|row| (0..7).map(move |column| (row, column))) {
+            dot(column, row, colour);
+        }
+        for (place, glyph) in text.bytes().filter_map(|byte| BASIC_LEGACY.get(usize::from(byte))).enumerate() {
+            for (row, bits) in glyph.iter().enumerate() {
+                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
+                    dot(8 * (place + 2) + column, row, INK);
+                }
             }
         }
     }
@@ -243,7 +287,8 @@ mod tests {
     #[test]
     fn pictures_are_drawn_side_by_side() {
         let picture = drawn(&[], &[], None);
-        assert_eq!((picture.width(), picture.height()), (SIDE + GAP + SIDE + 20, SIDE));
+        assert_eq!(picture.width(), SIDE + GAP + SIDE + 20);
+        assert!(picture.height() > SIDE + 20, "a legend below");
         assert!(picture[(10, 50)][0] < picture[(80, 50)][0], "the ramp of REF");
         assert_eq!(picture[(SIDE + GAP / 2, 50)], PAPER);
         assert_eq!(picture[(SIDE + GAP + 50, SIDE - 1)], PAPER, "below the shorter picture");
@@ -270,6 +315,11 @@ mod tests {
         assert!(distance(picture[(middle, 60)], INLIER) < 60, "{:?}", picture[(middle, 60)]);
         assert!(distance(picture[(middle, 30)], PAPER) < distance(picture[(middle, 30)], OUTLIER), "faint");
         assert_ne!(picture[(middle, 30)], PAPER);
+        let below: Vec<_> = picture.rows().skip(SIDE).flatten().collect();
+        for colour in [INLIER, OUTLIER, INK] {
+            assert!(below.contains(&&colour), "{colour:?} is in the legend");
+        }
+        assert!(!below.contains(&&OUTLINE), "no frame is drawn, so none is explained");
         assert_eq!(picture[(20, 60)], INLIER, "the end is marked");
     }
 

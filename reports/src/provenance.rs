@@ -5,6 +5,9 @@ use hoverlock_fixed_point::analysis::levels::Levels;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
+/// `git describe` of the sources when they were built.
+pub const COMMIT: &str = env!("HOVERLOCK_COMMIT");
+
 /// Sources, inputs and settings of a report. It has no date, so that the same inputs give the same bytes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Provenance {
@@ -39,7 +42,7 @@ impl Provenance {
         };
         let coefficients: String = design.sigmas.iter().enumerate().map(line).collect();
         Self {
-            commit: env!("HOVERLOCK_COMMIT"),
+            commit: COMMIT,
             command: command.to_owned(),
             configuration_sha256: sha256(&configuration),
             configuration,

@@ -53,7 +53,13 @@ impl Verilator {
         } else {
             Err(BuildError::ToolMissing {
                 tool: "verilated.h".into(),
-                hint: format!("{} is not the root of a complete Verilator: install it again", root.display()),
+                hint: match root.to_str() {
+                    Some("") => format!(
+                        "{} --getenv VERILATOR_ROOT names no folder, so this installation is broken: install Verilator again",
+                        self.path.display()
+                    ),
+                    _ => format!("{} is not the root of a complete Verilator: install it again", root.display()),
+                },
             })
         }
     }

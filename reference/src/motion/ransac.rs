@@ -160,7 +160,8 @@ pub enum RansacError {
     Degenerate(usize),
     /// The agreement may be chance.
     #[error(
-        "no estimate: {inliers} of {matches} matches agree, which happens by chance 10^{log10_nfa:.1} times per picture"
+        "no estimate: {inliers} of {matches} matches agree, and as many agree by chance {}",
+        by_chance(*log10_nfa)
     )]
     Chance {
         /// Pairs that agree.
@@ -399,6 +400,16 @@ fn log10_nfa(n: usize, k: usize, m: usize, alpha: f64) -> f64 {
     let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let tail = largest + terms.iter().map(|t| (t - largest).exp()).sum::<f64>().ln();
     (ln_choose(n, m) + tail) / std::f64::consts::LN_10
+}
+
+/// An expected number of agreements in words: in one pair of so many, or so many times in each.
+fn by_chance(log10_nfa: f64) -> String {
+    let times = 10f64.powf(log10_nfa);
+    match log10_nfa {
+        x if x > 3.0 => "thousands of times in every pair of pictures".into(),
+        x if x >= 0.0 => format!("about {times:.0} times in every pair of pictures"),
+        _ => format!("in one of {:.0} pairs of unrelated pictures", (1.0 / times).max(2.0)),
+    }
 }
 
 #[cfg(test)]

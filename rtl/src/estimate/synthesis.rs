@@ -48,6 +48,10 @@ pub fn estimate(step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
 pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
     let version = Command::new("yosys").arg("-V").output().map_err(EstimateError::Missing)?;
     let version = String::from_utf8_lossy(&version.stdout).trim().to_owned();
+    if !version.starts_with("Yosys ") || version.lines().count() != 1 {
+        let reason = "`yosys -V` does not name a version, so this is no working Yosys; install Debian's package yosys";
+        return Err(EstimateError::Failed(reason.into()));
+    }
     let script = script(sources, top);
     let mut digest = Sha256::new();
     digest.update(&version);
