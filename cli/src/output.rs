@@ -1,9 +1,9 @@
 //! What a verb says, and the files it writes.
 
 use std::fmt::Write as _;
-use std::fs::{self, Permissions};
+use std::fs::{self, File};
 use std::io::{self, Write};
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -123,21 +123,25 @@ pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path
 pub struct Aside {
     file: TempPath,
     path: PathBuf,
-    _pending: Pending,
+    _pending: Option<Pending>,
 }
 
 impl Aside {
     /// An empty file.
     pub fn new(path: &Path) -> Result<Self> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        // As any program creates its files: the user's mask takes away what it must.
+        let mut pending = None;
         let file = Builder::new()
             .prefix(".hoverlock")
-            .permissions(Permissions::from_mode(0o666))
-            .tempfile_in(folder)
+            .make_in(folder, |temporary| {
+                // Before it is there, so that no signal finds it unknown.
+                pending = Some(Pending::new(temporary));
+                // As any program creates its files: the user's mask takes away what it must.
+                File::options().write(true).create_new(true).mode(0o666).open(temporary)
+            })
             .with_context(|| unwritable(path))?
             .into_temp_path();
-        Ok(Self { _pending: Pending::new(&file), file, path: path.to_owned() })
+        Ok(Self { _pending: pending, file, path: path.to_owned() })
     }
 
     /// Where it is until it is kept.
@@ -197,10 +201,12 @@ impl Folder {
     pub fn new(path: &Path) -> Result<Self> {
         let missing: Vec<&Path> =
             path.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists()).collect();
+        let made = missing.into_iter().map(|folder| (folder.to_owned(), Pending::new(folder))).collect();
+        let made = Self { made };
         fs::create_dir_all(path).with_context(|| {
             format!("{}: cannot be made a folder; check the path and its permissions", path.display())
         })?;
-        Ok(Self { made: missing.into_iter().map(|folder| (folder.to_owned(), Pending::new(folder))).collect() })
+        Ok(made)
     }
 }
 

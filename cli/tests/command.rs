@@ -230,6 +230,8 @@ fn wait_until(what: impl Fn() -> bool) {
 }
 
 fn terminated(mut child: Child, signal: &str) -> Option<i32> {
+    // Waiting closes standard input, and its end would be an answer: it stays open until the command is gone.
+    let _open = child.stdin.take();
     assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
     child.wait().unwrap().signal()
 }
@@ -399,8 +401,9 @@ fn no_estimate_is_told_in_numbers_that_people_use() {
     let folder = tempfile::tempdir().unwrap();
     let noise = |seed: u64| {
         Plane::from_fn(200, 160, |x, y| {
-            let mut bits =
-                (seed ^ x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (y as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
+            let mut bits = (seed.wrapping_mul(0x2545_F491_4F6C_DD1D).wrapping_add(x as u64))
+                .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+                ^ (y as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
             bits = (bits ^ (bits >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
             (bits >> 40) as u16
         })

@@ -1,5 +1,5 @@
-//! Pictures as strangers send them: damaged, cut short, too large, of another kind. What is decoded is right, what is not
-//! right is refused with a reason, and nothing hangs.
+//! Pictures as strangers send them: damaged, cut short, too large, of another kind. What is decoded is right, what is
+//! not right is refused with a reason, and nothing hangs.
 
 use std::fs;
 use std::io::Cursor;

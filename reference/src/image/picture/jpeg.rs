@@ -1,10 +1,10 @@
 //! What a JPEG says of itself, and whether it is whole: its markers, and the blocks that its scans really hold.
 //!
-//! ITU-T T.81: a file is a sequence of segments, each begun by a marker `FF xx`; entropy-coded data follow a start of scan.
-//! The decoder fills what a scan lacks with grey and says nothing, and data may follow the end of the image (motion photos,
-//! previews), so neither the decoder's silence nor the last two bytes tell. Here every Huffman code of every scan is read,
-//! without any transform, and its blocks are counted. Refining passes of a progressive file are not: which bits they hold
-//! depends on the coefficients before them.
+//! ITU-T T.81: a file is a sequence of segments, each begun by a marker `FF xx`; entropy-coded data follow a start of
+//! scan. The decoder fills what a scan lacks with grey and says nothing, and data may follow the end of the image
+//! (motion photos, previews), so neither the decoder's silence nor the last two bytes tell. Here every Huffman code of
+//! every scan is read, without any transform, and its blocks are counted. Refining passes of a progressive file are
+//! not: which bits they hold depends on the coefficients before them.
 
 use std::ops::Range;
 
@@ -83,7 +83,8 @@ struct Segments<'a> {
 }
 
 impl Segments<'_> {
-    /// The next marker and the range of its segment, which is empty for the end of the image; nothing where the file ends.
+    /// The next marker and the range of its segment, which is empty for the end of the image; nothing where the file
+    /// ends.
     fn next(&mut self) -> Result<Option<(u8, Range<usize>)>, String> {
         loop {
             // Whatever stands between segments is skipped, as every decoder does.

@@ -1,12 +1,12 @@
 //! `I = (299 R + 587 G + 114 B + 500) / 1000`: a picture file becomes one plane of 16-bit luma.
 //!
-//! Luma (ITU-R BT.601 weights) is taken in the source's own depth, alpha is ignored, and an 8-bit value `v` fills 16 bits as
-//! `257 v`, so that white stays full scale. The decoded plane, not the file, is what a hash names: the same pixels in
-//! another container are the same picture.
+//! Luma (ITU-R BT.601 weights) is taken in the source's own depth, alpha is ignored, and an 8-bit value `v` fills 16
+//! bits as `257 v`, so that white stays full scale. The decoded plane, not the file, is what a hash names: the same
+//! pixels in another container are the same picture.
 //!
-//! A picture comes from outside, so it is read in two steps. [`PictureFile::open`] reads the header, and refuses what is no
-//! regular file or is larger than the [`Limits`]. [`PictureFile::decode`] then decodes row by row where the format allows it,
-//! and refuses a file that is cut short or damaged: the decoders would fill in grey and say nothing.
+//! A picture comes from outside, so it is read in two steps. [`PictureFile::open`] reads the header, and refuses what
+//! is no regular file or is larger than the [`Limits`]. [`PictureFile::decode`] then decodes row by row where the
+//! format allows it, and refuses a file that is cut short or damaged: the decoders would fill in grey and say nothing.
 
 mod decode;
 mod error;
@@ -210,8 +210,8 @@ fn enough(path: &Path, size: (usize, usize), least: (usize, usize)) -> Result<()
     Err(PictureError::Small { path: path.to_path_buf(), width, height, least_width, least_height })
 }
 
-/// `x = floor((w - W) / 2)`, `y = floor((h - H) / 2)`, width and height: the centre of a picture of `size` (w, h) that fits a
-/// `frame` of (W, H).
+/// `x = floor((w - W) / 2)`, `y = floor((h - H) / 2)`, width and height: the centre of a picture of `size` (w, h) that
+/// fits a `frame` of (W, H).
 pub fn centre(size: (usize, usize), frame: (usize, usize)) -> (usize, usize, usize, usize) {
     let (width, height) = (size.0.min(frame.0), size.1.min(frame.1));
     ((size.0 - width) / 2, (size.1 - height) / 2, width, height)
@@ -262,7 +262,8 @@ impl Picture {
         Frame { luma, x, y }
     }
 
-    /// SHA-256 of the decoded plane: width and height as 32-bit, then the samples in raster order as 16-bit, little-endian.
+    /// SHA-256 of the decoded plane: width and height as 32-bit, then the samples in raster order as 16-bit,
+    /// little-endian.
     pub fn sha256(&self) -> String {
         sha256(&self.luma)
     }
@@ -275,8 +276,8 @@ impl Frame {
     }
 }
 
-/// SHA-256 of a plane of 16-bit samples, in hexadecimal: width and height as 32-bit, then the samples in raster order as
-/// 16-bit, all little-endian.
+/// SHA-256 of a plane of 16-bit samples, in hexadecimal: width and height as 32-bit, then the samples in raster order
+/// as 16-bit, all little-endian.
 pub fn sha256(plane: &Plane<u16>) -> String {
     let mut hash = Sha256::new();
     for side in [plane.width(), plane.height()] {
@@ -289,8 +290,8 @@ pub fn sha256(plane: &Plane<u16>) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The folder of real nadir pictures: `HOVERLOCK_DATA`, or `shared/data` beside the project. They are too large, and some
-/// of them of too particular a licence, to be part of it; tests that need them say so on stderr and skip.
+/// The folder of real nadir pictures: `HOVERLOCK_DATA`, or `shared/data` beside the project. They are too large, and
+/// some of them of too particular a licence, to be part of it; tests that need them say so on stderr and skip.
 pub fn data_dir() -> Option<PathBuf> {
     let named = std::env::var_os("HOVERLOCK_DATA").map(PathBuf::from);
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");

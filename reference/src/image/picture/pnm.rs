@@ -1,5 +1,5 @@
-//! PGM, PPM and PAM, row by row. A sample above the largest value that the header states is refused: the decoder of `image`
-//! scales such a sample as if it were allowed.
+//! PGM, PPM and PAM, row by row. A sample above the largest value that the header states is refused: the decoder of
+//! `image` scales such a sample as if it were allowed.
 
 use std::io::{BufRead, Read};
 
