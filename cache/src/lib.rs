@@ -35,7 +35,8 @@ fn folder_from(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, N
     base.map(|folder| folder.join("hoverlock")).ok_or(NoCacheFolder)
 }
 
-/// Records that a file of the cache is in use, so that [`prune`] keeps it. A cache that cannot be written stays as it is.
+/// Records that a file of the cache is in use, so that [`prune`] keeps it. A cache that cannot be written stays as it
+/// is.
 pub fn touch(file: &Path) {
     if let Ok(file) = File::options().append(true).open(file) {
         // A read-only cache still serves what it holds.
@@ -43,8 +44,8 @@ pub fn touch(file: &Path) {
     }
 }
 
-/// Removes the files directly in `folder` that were last written or touched more than `kept` ago, and returns how many. What cannot be
-/// removed stays.
+/// Removes the files directly in `folder` that were last written or touched more than `kept` ago, and returns how many.
+/// What cannot be removed stays.
 pub fn prune(folder: &Path, kept: Duration) -> usize {
     let Some(oldest) = SystemTime::now().checked_sub(kept) else { return 0 };
     let Ok(entries) = fs::read_dir(folder) else { return 0 };

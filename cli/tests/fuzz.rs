@@ -132,11 +132,11 @@ fn large_header(bytes: &mut Vec<u8>, random: &mut Random) {
         let rest = bytes.get(13..).unwrap_or_default().to_vec();
         let kind = 2 + random.below(5);
         *bytes = [format!("P{kind} {width} {height} 255\n").as_bytes(), &rest].concat();
-    } else if let Some(at) = bytes.windows(2).position(|pair| pair[0] == 0xff && matches!(pair[1], 0xc0 | 0xc2)) {
-        if at + 9 <= bytes.len() {
-            bytes[at + 5..at + 7].copy_from_slice(&(height as u16).to_be_bytes());
-            bytes[at + 7..at + 9].copy_from_slice(&(width as u16).to_be_bytes());
-        }
+    } else if let Some(at) = bytes.windows(2).position(|pair| pair[0] == 0xff && matches!(pair[1], 0xc0 | 0xc2))
+        && at + 9 <= bytes.len()
+    {
+        bytes[at + 5..at + 7].copy_from_slice(&(height as u16).to_be_bytes());
+        bytes[at + 7..at + 9].copy_from_slice(&(width as u16).to_be_bytes());
     }
 }
 

@@ -188,7 +188,8 @@ impl Canvas {
         }
     }
 
-    /// A square of `colour` and a text after it, its letters 8 x 8 squares of `scale` pixels; what does not fit is cut off.
+    /// A square of `colour` and a text after it, its letters 8 x 8 squares of `scale` pixels; what does not fit is cut
+    /// off.
     fn text(&mut self, text: &str, colour: Rgb, (x0, y0): (usize, usize), scale: usize) {
         let mut dot = |column: usize, row: usize, colour: Rgb| {
             for (x, y) in (0..scale * scale).map(|i| (x0 + column * scale + i % scale, y0 + row * scale + i / scale)) {

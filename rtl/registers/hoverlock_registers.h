@@ -72,7 +72,7 @@
 #define HOVERLOCK_DROPPED_COUNT_MASK 0x000fffffu // features of the last finished frame that were dropped
 #define HOVERLOCK_COMMIT 0x30u
 #define HOVERLOCK_COMMIT_PENDING_SHIFT 0
-#define HOVERLOCK_COMMIT_PENDING_MASK 0x00000001u // write 1: the registers are a complete set for the next frame that begins; reads 1 until it has begun or a register of the set is written
+#define HOVERLOCK_COMMIT_PENDING_MASK 0x00000001u // write 1: commits the set for the next frame; reads 1 until captured or until the set is written
 #define HOVERLOCK_NARROW_G 0x40u
 #define HOVERLOCK_NARROW_G_VALUE_SHIFT 0
 #define HOVERLOCK_NARROW_G_VALUE_MASK 0x0000ffffu // `g` of the recursion, u0.16

@@ -83,7 +83,7 @@ pub const DROPPED: u32 = 0x2c;
 pub const DROPPED_COUNT: u32 = 0x000fffff;
 /// Byte address of `commit`.
 pub const COMMIT: u32 = 0x30;
-/// write 1: the registers are a complete set for the next frame that begins; reads 1 until it has begun or a register of the set is written (write 1 to set).
+/// write 1: commits the set for the next frame; reads 1 until captured or until the set is written (write 1 to set).
 pub const COMMIT_PENDING: u32 = 0x00000001;
 /// Byte address of `narrow_g`.
 pub const NARROW_G: u32 = 0x40;

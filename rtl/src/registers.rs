@@ -183,8 +183,7 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             vec![field("count", 0, 20, Read, 0, "features of the last finished frame that were dropped")],
         ),
     ];
-    let what = "write 1: the registers are a complete set for the next frame that begins; reads 1 until it has begun or a \
-                register of the set is written";
+    let what = "write 1: commits the set for the next frame; reads 1 until captured or until the set is written";
     map.push(register("commit", 0x30, vec![field("pending", 0, 1, Request, 1, what)]));
     let names = ["narrow", "middle", "wide"];
     let mut coefficients = default_coefficients()?.into_iter();

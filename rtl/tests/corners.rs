@@ -1,4 +1,5 @@
-//! Rare cases of the control logic from the ports; and each fault that only they find, put into the Verilog, is found by its own case.
+//! Rare cases of the control logic from the ports; and each fault that only they find, put into the Verilog, is found
+//! by its own case.
 
 mod corner;
 mod port_bench;
@@ -29,7 +30,8 @@ fn rare_cases_are_exact() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// File, what stands there with the expression at fault in guillemets, what is put in its place, the case that finds it.
+/// File, what stands there with the expression at fault in guillemets, what is put in its place, the case that finds
+/// it.
 const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("sequencer", "skid_back <= «{end_of_packet, start_of_packet, data}»;", "{1'b0, start_of_packet, data}", "skid"),
     ("sequencer", "skid_front <= skid_count == 2'd2 ? «skid_back»", "{skid_back[17], 1'b0, skid_back[15:0]}", "skid"),
@@ -90,43 +92,50 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ),
     (
         "csr",
-        "status_begun <= «(status_begun & ~(write & (address == 6'd4) & writedata[7])) | (~clear_now & begun)»;",
+        "status_begun <= «(status_begun & ~(write & (address == 6'd4) & writedata[7])) \
+         | (~clear_now & begun)»;",
         "(status_begun | (~clear_now & begun)) & ~(write & (address == 6'd4) & writedata[7])",
         "cleared",
     ),
     (
         "csr",
-        "status_saturated <= «(status_saturated & ~(write & (address == 6'd4) & writedata[6])) | (~clear_now & saturated)»;",
+        "status_saturated <= «(status_saturated & ~(write & (address == 6'd4) & writedata[6])) \
+         | (~clear_now & saturated)»;",
         "(status_saturated | (~clear_now & saturated)) & ~(write & (address == 6'd4) & writedata[6])",
         "cleared",
     ),
     (
         "csr",
-        "status_refused <= «(status_refused & ~(write & (address == 6'd4) & writedata[4])) | (~clear_now & errors[3])»;",
+        "status_refused <= «(status_refused & ~(write & (address == 6'd4) & writedata[4])) \
+         | (~clear_now & errors[3])»;",
         "(status_refused | (~clear_now & errors[3])) & ~(write & (address == 6'd4) & writedata[4])",
         "cleared",
     ),
     (
         "csr",
-        "status_interrupted <= «(status_interrupted & ~(write & (address == 6'd4) & writedata[3])) | (~clear_now & errors[2])»;",
+        "status_interrupted <= «(status_interrupted & ~(write & (address == 6'd4) & writedata[3])) \
+         | (~clear_now & errors[2])»;",
         "(status_interrupted | (~clear_now & errors[2])) & ~(write & (address == 6'd4) & writedata[3])",
         "cleared",
     ),
     (
         "csr",
-        "status_long_frame <= «(status_long_frame & ~(write & (address == 6'd4) & writedata[2])) | (~clear_now & errors[1])»;",
+        "status_long_frame <= «(status_long_frame & ~(write & (address == 6'd4) & writedata[2])) \
+         | (~clear_now & errors[1])»;",
         "(status_long_frame | (~clear_now & errors[1])) & ~(write & (address == 6'd4) & writedata[2])",
         "cleared",
     ),
     (
         "csr",
-        "status_short_frame <= «(status_short_frame & ~(write & (address == 6'd4) & writedata[1])) | (~clear_now & errors[0])»;",
+        "status_short_frame <= «(status_short_frame & ~(write & (address == 6'd4) & writedata[1])) \
+         | (~clear_now & errors[0])»;",
         "(status_short_frame | (~clear_now & errors[0])) & ~(write & (address == 6'd4) & writedata[1])",
         "cleared",
     ),
     (
         "csr",
-        "status_frame <= «(status_frame & ~(write & (address == 6'd4) & writedata[0])) | (~clear_now & done)»;",
+        "status_frame <= «(status_frame & ~(write & (address == 6'd4) & writedata[0])) \
+         | (~clear_now & done)»;",
         "(status_frame | (~clear_now & done)) & ~(write & (address == 6'd4) & writedata[0])",
         "cleared",
     ),

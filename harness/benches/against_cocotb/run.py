@@ -27,7 +27,7 @@ HARNESS = HERE.parents[1]
 SMALL = [HARNESS / "tests" / "designs" / "stream.v"]
 VERILOG = HARNESS.parent / "rtl" / "verilog"
 TOP = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
-# As `hoverlock_harness::cache` decides it.
+# As the crate `hoverlock-cache` decides it.
 CACHE = Path(
     os.environ.get("HOVERLOCK_CACHE") or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hoverlock"
 ).resolve() / "bench"

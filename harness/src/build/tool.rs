@@ -55,7 +55,8 @@ impl Verilator {
                 tool: "verilated.h".into(),
                 hint: match root.to_str() {
                     Some("") => format!(
-                        "{} --getenv VERILATOR_ROOT names no folder, so this installation is broken: install Verilator again",
+                        "{} --getenv VERILATOR_ROOT names no folder, so this installation is broken: install \
+                         Verilator again",
                         self.path.display()
                     ),
                     _ => format!("{} is not the root of a complete Verilator: install it again", root.display()),

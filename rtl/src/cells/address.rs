@@ -12,8 +12,9 @@ pub const ADDRESS_DELAYS: [usize; 7] = [1, 4, 5, 8, 12, 16, 20];
 
 /// The address counter that all line memories share.
 ///
-/// The width changes between frames, while there is no step, and may become smaller than the address. The first step of the next
-/// frame must not use an address that the counter never returns to, so the address returns to 0 before that step.
+/// The width changes between frames, while there is no step, and may become smaller than the address. The first step of
+/// the next frame must not use an address that the counter never returns to, so the address returns to 0 before that
+/// step.
 #[derive(LogicBlock, Default)]
 pub struct AddressCounter {
     /// Clock.

@@ -273,7 +273,8 @@ impl Logic for Csr {
                         declarations += &format!("reg  {range}{name};\n");
                         resets += &format!("    {name} <= {bits}'d{};\n", field.reset);
                         writes += &format!(
-                            "    {name} <= ({name} & ~disturbs & ~begun) | (write & (address == 6'd{word}) & {slice});\n"
+                            "    {name} <= ({name} & ~disturbs & ~begun) \
+                             | (write & (address == 6'd{word}) & {slice});\n"
                         );
                     }
                     Access::Read => match (register.name.as_str(), field.name.as_str()) {

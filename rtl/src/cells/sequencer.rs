@@ -53,8 +53,8 @@ pub struct Sequencer {
     pub new_width: Signal<In, Width>,
     /// `H` of frames that begin now.
     pub new_height: Signal<In, Height>,
-    /// Whether a committed set decides that size. No frame begins in the cycle in which this changes: the sequencer's comparison of
-    /// the size is one cycle old, and a frame captures size and bank from one set.
+    /// Whether a committed set decides that size. No frame begins in the cycle in which this changes: the sequencer's
+    /// comparison of the size is one cycle old, and a frame captures size and bank from one set.
     pub committed: Signal<In, Bit>,
     /// The datapath must stall.
     pub stall: Signal<In, Bit>,

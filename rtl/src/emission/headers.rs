@@ -297,8 +297,8 @@ Latency: 2 clocks from a beat to its step.",
     (
         "csr",
         "The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by
-hardware and cleared by writing 1; if both happen in one clock the bit stays set. A software reset clears the pipeline for
-one clock and leaves the registers.
+hardware and cleared by writing 1; if both happen in one clock the bit stays set. A software reset clears the pipeline
+for one clock and leaves the registers.
 `committed`: the registers are a complete set for the next frame that begins; a write to one of them withdraws it.
 Latency: 1 clock from `read` to `readdata`.",
     ),

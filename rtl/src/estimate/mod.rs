@@ -162,9 +162,12 @@ pub enum EstimateError {
         "yosys cannot be started ({0}): install Debian's package yosys (0.23), or run `make demo` once, which does"
     )]
     Missing(std::io::Error),
+    /// There is no folder for the netlist.
+    #[error(transparent)]
+    Cache(#[from] hoverlock_cache::NoCacheFolder),
     /// A file beside Yosys cannot be written or read.
     #[error(
-        "{path}: {source}; the estimate works in the user's cache folder, see XDG_CACHE_HOME",
+        "{path}: {source}; the estimate works in the user's cache folder, see HOVERLOCK_CACHE",
         path = path.display()
     )]
     File {

@@ -15,10 +15,7 @@ use super::{
     memory::memories,
     netlist::{Flat, Netlist},
 };
-use crate::{
-    emission::{File, committed, files},
-    simulation::cache,
-};
+use crate::emission::{File, committed, files};
 
 const TOP: &str = "hoverlock_top";
 
@@ -58,13 +55,17 @@ pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Est
     digest.update(&script);
     sources.iter().for_each(|file| digest.update(&file.text));
     let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let folder = cache().join("estimate");
+    let folder = hoverlock_cache::folder()?.join("estimate");
     let netlist = folder.join(format!("{name}.json"));
     if !netlist.exists() {
         fs::create_dir_all(&folder).map_err(at(&folder))?;
         let work = tempfile::tempdir_in(&folder).map_err(at(&folder))?;
         synthesise(work.path(), sources, &script, step)?;
         fs::rename(work.path().join("netlist.json"), &netlist).map_err(at(&netlist))?;
+        // A netlist of this design has 13 MB; those of earlier versions of it would pile up.
+        hoverlock_cache::prune(&folder, hoverlock_cache::KEPT);
+    } else {
+        hoverlock_cache::touch(&netlist);
     }
     step("reading the netlist");
     let text = fs::read(&netlist).map_err(at(&netlist))?;

@@ -35,7 +35,6 @@ pub use hoverlock_harness::build::Trace;
 pub use job::{Fault, Job, Streams};
 pub use outcome::{FrameOutcome, Mismatch, Outcome};
 pub use simulator::Simulator;
-pub(crate) use simulator::cache;
 use waves::Recorder;
 pub use waves::{Window, format_of, record, signals, view};
 
@@ -62,6 +61,9 @@ pub enum SimulationError {
     /// The wave file cannot be written, or waves are not built in.
     #[error(transparent)]
     Waves(#[from] Error),
+    /// There is no folder for the emitted Verilog.
+    #[error(transparent)]
+    Cache(#[from] hoverlock_cache::NoCacheFolder),
     /// The Verilog cannot be put where Verilator reads it.
     #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
     Write {

@@ -82,7 +82,7 @@ fn emitted() -> Result<Vec<PathBuf>, SimulationError> {
     let mut digest = Sha256::new();
     verilog.iter().for_each(|file| digest.update(file.text.as_bytes()));
     let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let folder = cache().join("verilog").join(name);
+    let folder = hoverlock_cache::folder()?.join("verilog").join(name);
     let mut sources = Vec::new();
     for file in verilog {
         let path = folder.join(file.path.trim_start_matches("verilog/"));
@@ -90,13 +90,6 @@ fn emitted() -> Result<Vec<PathBuf>, SimulationError> {
         sources.push(path);
     }
     Ok(sources)
-}
-
-/// The user's cache, or where there is none the folder of temporary files.
-pub(crate) fn cache() -> PathBuf {
-    let set = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
-    let home = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
-    set.or_else(home).unwrap_or_else(std::env::temp_dir).join("hoverlock")
 }
 
 /// Writes a file whole, unless it is there already.

@@ -71,7 +71,8 @@ fn a_narrower_frame_behind_a_gap(library: &Library, plusargs: &[String]) -> Outc
     Ok(())
 }
 
-/// Packets of one and two beats behind a change of size: start and end of packet wait in the second beat of the skid buffer.
+/// Packets of one and two beats behind a change of size: start and end of packet wait in the second beat of the skid
+/// buffer.
 fn packets_that_wait_in_the_skid_buffer(library: &Library, plusargs: &[String]) -> Outcome {
     let [good, _] = &*SMALL;
     for (beats, seed) in [(1, 1), (2, 2), (3, 3)] {
@@ -92,7 +93,8 @@ fn packets_that_wait_in_the_skid_buffer(library: &Library, plusargs: &[String]) 
     Ok(())
 }
 
-/// Beats without a start: not reported while disabled, reported once a packet while enabled, also behind a frame that was too long.
+/// Beats without a start: not reported while disabled, reported once a packet while enabled, also behind a frame that
+/// was too long.
 fn beats_outside_a_frame(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = Bench::new(library, 4, plusargs);
     let [good, other] = &*SMALL;
@@ -125,8 +127,8 @@ fn beats_outside_a_frame(library: &Library, plusargs: &[String]) -> Outcome {
     bench.exactly(other, 1, THRESHOLDS, 0)
 }
 
-/// Two sets that differ in size and all else: one is committed, or withdrawn, at any cycle around a frame's start, and the frame takes
-/// one of them whole.
+/// Two sets that differ in size and all else: one is committed, or withdrawn, at any cycle around a frame's start, and
+/// the frame takes one of them whole.
 fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> Outcome {
     let codes = |by: u32| default_coefficients().unwrap().into_iter().map(|code| code - by).collect::<Vec<u32>>();
     let first = Frame::with(noise(64, 64, 5), [50, 40], codes(1000));
@@ -139,7 +141,8 @@ fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> 
         first.coefficients.clone(),
     );
     let (mut taken, mut kept) = (0, 0);
-    // Committed: the write comes so many cycles after the first beat is offered. Withdrawn: the same with a write to a coefficient.
+    // Committed: the write comes so many cycles after the first beat is offered. Withdrawn: the same with a write to a
+    // coefficient.
     for withdraws in [false, true] {
         for after in -3i64..10 {
             let mut bench = enabled(library, plusargs, 20 + after.unsigned_abs());
@@ -193,7 +196,8 @@ fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> 
     if taken < 6 || kept < 6 {
         return fail("registers", format!("{taken} frames with the new set, {kept} with the old one"));
     }
-    // Not committed since reset: there is no set, so the frame is refused; and a mode that changes withdraws a commit as well.
+    // Not committed since reset: there is no set, so the frame is refused; and a mode that changes withdraws a commit
+    // as well.
     let mut bench = Bench::new(library, 3, plusargs);
     equal("registers", "commit after reset", 1, bench.read(COMMIT))?;
     bench.write(CONTROL, ENABLE | AUTOMATIC);
@@ -208,7 +212,8 @@ fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> 
     flags(&mut bench, "after a frame without a set", REFUSED)
 }
 
-/// The first beat of a frame, and then no other for long: the registers are written and committed in between, for the next frame.
+/// The first beat of a frame, and then no other for long: the registers are written and committed in between, for the
+/// next frame.
 fn a_start_that_stands_keeps_its_set(library: &Library, plusargs: &[String]) -> Outcome {
     let codes = |by: u32| default_coefficients().unwrap().into_iter().map(|code| code - by).collect();
     let first = Frame::with(noise(64, 64, 7), [50, 40], codes(500));
@@ -239,8 +244,8 @@ fn followed(thresholds: [u32; 2], target: u32, counts: [u32; 2]) -> [u32; 2] {
     control.thresholds()
 }
 
-/// Frames of the smallest size back to back, so that the next set is there while this frame is still in the columns: mode, target and manual
-/// thresholds change with each.
+/// Frames of the smallest size back to back, so that the next set is there while this frame is still in the columns:
+/// mode, target and manual thresholds change with each.
 fn every_frame_its_own_mode_and_target(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = enabled(library, plusargs, 9);
     let steps = [(false, 0), (true, 0), (true, 2000), (false, 2000), (true, 0), (true, 0), (true, 2000), (false, 0)];
@@ -312,7 +317,8 @@ fn a_target_that_is_met_changes_nothing(library: &Library, plusargs: &[String]) 
     Ok(())
 }
 
-/// More than 4096 features of one scale pair: the threshold rises, as it must not if the count stopped at 1023 or lost its carry.
+/// More than 4096 features of one scale pair: the threshold rises, as it must not if the count stopped at 1023 or lost
+/// its carry.
 fn a_count_beyond_4096(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = enabled(library, plusargs, 11);
     let frame = Frame::new(lattice(300, 300), [9, 9]);
@@ -328,7 +334,8 @@ fn a_count_beyond_4096(library: &Library, plusargs: &[String]) -> Outcome {
 fn thresholds_stop_at_their_limits(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = enabled(library, plusargs, 12);
     let mut number = 0;
-    // White spots, and coefficients that leave the spots in one plane and nothing in the other: responses at the largest code.
+    // White spots, and coefficients that leave the spots in one plane and nothing in the other: responses at the
+    // largest code.
     let spot = |x: usize, y: usize| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { 0xffff } else { 0 };
     let mut coefficients = default_coefficients().unwrap();
     coefficients[..6].fill(0xffff);
@@ -400,7 +407,8 @@ fn one_dropped_feature(library: &Library, plusargs: &[String]) -> Outcome {
     Ok(())
 }
 
-/// Behind a closed sink features fill their part of the FIFO and trailers the rest, down to the last three places; then the video stops.
+/// Behind a closed sink features fill their part of the FIFO and trailers the rest, down to the last three places; then
+/// the video stops.
 fn the_video_stops_behind_thirteen_trailers(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = enabled(library, plusargs, 14);
     bench.sink_pause = 1.0;
@@ -514,8 +522,8 @@ fn an_event_in_the_cycle_of_its_clearing(library: &Library, plusargs: &[String])
     Ok(())
 }
 
-/// Exact numbers of cycles, without a pause: from a frame's last beat to its trailer, and from the start of a frame of a new size to its
-/// third beat.
+/// Exact numbers of cycles, without a pause: from a frame's last beat to its trailer, and from the start of a frame of
+/// a new size to its third beat.
 fn cycles_from_port_to_port(library: &Library, plusargs: &[String]) -> Outcome {
     for (w, h) in [(64, 64), (65, 64), (100, 70), (333, 65)] {
         let mut bench = enabled(library, plusargs, 17);
@@ -524,7 +532,8 @@ fn cycles_from_port_to_port(library: &Library, plusargs: &[String]) -> Outcome {
         bench.run(4);
         bench.beats.extend(frame.beats());
         let begin = bench.cycle;
-        // The size is taken over, and three cycles later the frame begins: the third beat finds room a cycle after that.
+        // The size is taken over, and three cycles later the frame begins: the third beat finds room a cycle after
+        // that.
         let rest = w * h - 3;
         bench.until("the third beat", 100, |bench| bench.beats.len() == rest)?;
         equal("sequencer", "cycles to the third beat of a new size", TO_THE_THIRD, bench.cycle - begin)?;

@@ -1,11 +1,11 @@
 //! Random sequences of frames through the top, from its ports only, compared with `bit_true`.
 //!
-//! Every frame has its own size, content, registers, gap and pauses; some are cut short, too long or interrupted; resets, stray beats,
-//! a disabled core, impossible sizes, closed sinks and register writes at any moment come between. A sequence is a JSON text, so it can
-//! be played again, and [`shrunk`] makes the one that fails shorter.
+//! Every frame has its own size, content, registers, gap and pauses; some are cut short, too long or interrupted;
+//! resets, stray beats, a disabled core, impossible sizes, closed sinks and register writes at any moment come between.
+//! A sequence is a JSON text, so it can be played again, and [`shrunk`] makes the one that fails shorter.
 //!
-//! What is compared: every record and trailer, the status bits, the counts in the registers. Where registers are committed in the very cycles
-//! in which a frame begins, either set may be the frame's, but one of them whole.
+//! What is compared: every record and trailer, the status bits, the counts in the registers. Where registers are
+//! committed in the very cycles in which a frame begins, either set may be the frame's, but one of them whole.
 
 #![allow(dead_code, reason = "each test binary uses its part")]
 
@@ -49,8 +49,8 @@ pub struct Step {
     pub thresholds: [u32; 2],
     pub target: u32,
     pub automatic: bool,
-    /// The registers are written while the frame begins, so many beats of the frame before still to come; otherwise ahead of it.
-    /// Only behind a frame of the same size.
+    /// The registers are written while the frame begins, so many beats of the frame before still to come; otherwise
+    /// ahead of it. Only behind a frame of the same size.
     pub racing: Option<usize>,
     /// Once the frame has begun, registers are written that nobody commits.
     pub scribbles: bool,
@@ -292,7 +292,8 @@ impl Step {
 /// Frames in a sequence: enough for sizes to follow each other, few enough to find the cause in.
 pub const LENGTH: usize = 10;
 
-/// As many frames as asked for, in sequences of [`LENGTH`], two at a time. Gives what was run, or the first sequence that fails.
+/// As many frames as asked for, in sequences of [`LENGTH`], two at a time. Gives what was run, or the first sequence
+/// that fails.
 pub fn campaign(library: &Library, plusargs: &[String], seed: u64, frames: usize) -> Result<Tally, Box<Failed>> {
     use std::sync::{
         Mutex,

@@ -1,8 +1,8 @@
 //! A sequence on the ports, and what is expected of it.
 //!
-//! Three parties share the clock: the source sends what [`Bench`] has queued, the sink takes records, and a driver writes and
-//! reads registers. The driver does what software does: it writes the next frame's registers, commits them, lets the frame in, waits
-//! until `begun` is set, and clears that bit.
+//! Three parties share the clock: the source sends what [`Bench`] has queued, the sink takes records, and a driver
+//! writes and reads registers. The driver does what software does: it writes the next frame's registers, commits them,
+//! lets the frame in, waits until `begun` is set, and clears that bit.
 
 use std::collections::VecDeque;
 
@@ -185,7 +185,8 @@ impl Player {
         let value = self.bench.cycle(access);
         let after = self.taken();
         if let Some(frame) = self.frames.back_mut().filter(|frame| !frame.begun) {
-            // The third beat finds room only where the first has left the skid buffer: the frame began in a cycle before.
+            // The third beat finds room only where the first has left the skid buffer: the frame began in a cycle
+            // before.
             frame.begun = after >= frame.start + 3;
             if before > frame.start && !frame.begun && frame.sets.last() != Some(&visible) {
                 frame.sets.push(visible);

@@ -300,9 +300,7 @@ pub fn data_dir() -> Option<PathBuf> {
 
 /// The folder into which `make demo` puts the aerial photographs of Debian's `opencv-doc`, where it exists.
 pub fn newcomer_dir() -> Option<PathBuf> {
-    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
-    let home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"));
-    Some(cache.or_else(home)?.join("hoverlock/pictures")).filter(|folder| folder.is_dir())
+    Some(hoverlock_cache::folder().ok()?.join("pictures")).filter(|folder| folder.is_dir())
 }
 
 #[cfg(test)]

@@ -58,7 +58,7 @@ fn cut(row: usize, rows: usize) -> Refusal {
 }
 
 /// The next decimal number, or nothing where the file ends. A comment reaches from `#` to the end of its line.
-fn number(reader: &mut impl Read, largest: u32) -> Result<Option<u16>, Refusal> {
+fn number(reader: &mut impl BufRead, largest: u32) -> Result<Option<u16>, Refusal> {
     let mut value: Option<u32> = None;
     let mut comment = false;
     for byte in reader.bytes() {
