@@ -130,8 +130,8 @@ fn markdown(map: &[Register]) -> String {
          the coefficients and `control.automatic` are a *set*. Software may\nwrite them at any time, and then writes 1 \
          to `commit`. The next frame that begins captures the complete set; without a commit\nit keeps the set of the \
          previous frame. Writing one of these registers withdraws a commit that no frame has captured\nyet, so no \
-         frame captures a part of a set. After reset the values of the table are committed. If they are changed and\nnot \
-         committed, the first frame has no set and is refused.\n\n\
+         frame captures a part of a set. After reset the values of the table are committed. If they are changed \
+         and\nnot committed, the first frame has no set and is refused.\n\n\
          | address | register | bits | field | access | after reset | meaning |\n|---|---|---|---|---|---|---|\n"
     );
     for register in map {
