@@ -69,27 +69,36 @@ impl Matching {
     /// All matches, the best first: by distance, then difference of responses, then index in REF.
     pub fn matches(&self, reference: &[Feature], current: &[Feature]) -> Vec<Match> {
         let mut found = Vec::new();
-        for (scale, bright) in groups(reference) {
-            let of_group = |features: &[Feature]| -> Vec<Candidate> {
-                let member = |(_, f): &(usize, &Feature)| f.scale == scale && f.bright == bright;
-                features.iter().enumerate().filter(member).map(|(i, f)| Candidate::of(i, f, self.strict)).collect()
-            };
-            let (from, to) = (of_group(reference), of_group(current));
-            match self.distance {
-                Distance::Lexicographic => self.mutual(&from, &to, &mut found, |hamming, _| f64::from(hamming)),
-                Distance::Sum(c) => self.mutual(&from, &to, &mut found, |hamming, difference| {
-                    f64::from(hamming) + c * difference * difference
-                }),
-            }
-        }
-        found.sort_by(Match::best_first);
+        self.matches_into(reference, current, &mut MatchBuffers::default(), &mut found);
         found
     }
 
+    /// The same into `found`, whose content is replaced, with memory that is used again.
+    pub fn matches_into(
+        &self,
+        reference: &[Feature],
+        current: &[Feature],
+        buffers: &mut MatchBuffers,
+        found: &mut Vec<Match>,
+    ) {
+        found.clear();
+        groups(reference, &mut buffers.groups);
+        for group in 0..buffers.groups.len() {
+            buffers.fill(buffers.groups[group], reference, current, self.strict);
+            match self.distance {
+                Distance::Lexicographic => self.mutual(buffers, found, |hamming, _| f64::from(hamming)),
+                Distance::Sum(c) => {
+                    self.mutual(buffers, found, |hamming, difference| f64::from(hamming) + c * difference * difference);
+                }
+            }
+        }
+        // The index decides last, so no two are equal and the order is that of a stable sort.
+        found.sort_unstable_by(Match::best_first);
+    }
+
     /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses together.
-    fn mutual(&self, from: &[Candidate], to: &[Candidate], found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
-        let mut best_from = vec![Best::NONE; from.len()];
-        let mut best_to = vec![Best::NONE; to.len()];
+    fn mutual(&self, buffers: &mut MatchBuffers, found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
+        let MatchBuffers { from, to, best_from, best_to, .. } = buffers;
         for (i, a) in from.iter().enumerate() {
             // A place the prediction puts behind the camera is looked for nowhere.
             let expected = match self.gate {
@@ -135,12 +144,48 @@ impl Match {
     }
 }
 
+/// Memory of a matching, to be used again for the next: after a first matching of as many features none is allocated.
+#[derive(Default)]
+pub struct MatchBuffers {
+    groups: Vec<(u8, bool)>,
+    from: Vec<Candidate>,
+    to: Vec<Candidate>,
+    best_from: Vec<Best>,
+    best_to: Vec<Best>,
+}
+
+impl MatchBuffers {
+    /// Memory for lists of `features` features each.
+    pub fn with_capacity(features: usize) -> Self {
+        Self {
+            groups: Vec::with_capacity(features),
+            from: Vec::with_capacity(features),
+            to: Vec::with_capacity(features),
+            best_from: Vec::with_capacity(features),
+            best_to: Vec::with_capacity(features),
+        }
+    }
+
+    /// The features of one scale and polarity, without partners yet.
+    fn fill(&mut self, group: (u8, bool), reference: &[Feature], current: &[Feature], strict: bool) {
+        let fill = |candidates: &mut Vec<Candidate>, best: &mut Vec<Best>, features: &[Feature]| {
+            let member = |(_, f): &(usize, &Feature)| (f.scale, f.bright) == group;
+            candidates.clear();
+            candidates.extend(features.iter().enumerate().filter(member).map(|(i, f)| Candidate::of(i, f, strict)));
+            best.clear();
+            best.resize(candidates.len(), Best::NONE);
+        };
+        fill(&mut self.from, &mut self.best_from, reference);
+        fill(&mut self.to, &mut self.best_to, current);
+    }
+}
+
 /// Every scale and polarity that occurs.
-fn groups(features: &[Feature]) -> Vec<(u8, bool)> {
-    let mut groups: Vec<_> = features.iter().map(|f| (f.scale, f.bright)).collect();
+fn groups(features: &[Feature], groups: &mut Vec<(u8, bool)>) {
+    groups.clear();
+    groups.extend(features.iter().map(|f| (f.scale, f.bright)));
     groups.sort_unstable();
     groups.dedup();
-    groups
 }
 
 /// What the inner loop needs of a feature.

@@ -274,7 +274,9 @@ fn has_three_on_a_line(
     weight: impl Fn(usize) -> f64,
     normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
 ) -> bool {
-    let places: Vec<_> = (0..pairs.len()).filter(|&i| weight(i) > 0.0).map(|i| normal(&pairs[i])).collect();
+    let mut places = [(Vector2::zeros(), Vector2::zeros()); 4];
+    let counted = (0..pairs.len()).filter(|&i| weight(i) > 0.0).map(|i| normal(&pairs[i]));
+    places.iter_mut().zip(counted).for_each(|(place, pair)| *place = pair);
     let flat = |a: Vector2<f64>, b: Vector2<f64>, c: Vector2<f64>| (b - a).perp(&(c - a)).powi(2) <= ON_A_LINE;
     (0..places.len()).any(|left_out| {
         let mut three = places.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, place)| place);
