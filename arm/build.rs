@@ -1,4 +1,5 @@
-//! What the hardware's read-only registers say, taken from the committed Verilog, so that program and hardware cannot disagree unnoticed.
+//! What the hardware's read-only registers say, taken from the committed Verilog, so that program and hardware cannot
+//! disagree unnoticed.
 
 use std::path::Path;
 use std::{env, fs};

@@ -111,9 +111,11 @@ mod tests {
     fn the_emitted_hardware_passes_and_any_other_is_named() {
         assert_eq!(&IDENTIFICATION.to_be_bytes(), b"HLCK");
         assert_eq!(block(|_, value| value), Ok(Size { width: 1024, height: 768 }));
-        for (address, name) in
-            [(registers::IDENTIFICATION, "identification"), (registers::VERSION, "version"), (registers::EMISSION, "emission")]
-        {
+        for (address, name) in [
+            (registers::IDENTIFICATION, "identification"),
+            (registers::VERSION, "version"),
+            (registers::EMISSION, "emission"),
+        ] {
             let outcome = block(|a, value| if a == address { value ^ 1 } else { value });
             assert!(matches!(outcome, Err(HardwareError::Different { name: n, .. }) if n == name), "{outcome:?}");
         }

@@ -1,7 +1,9 @@
 //! The result of a frame as a line of JSON.
 //!
-//! `status` is `estimate`; `late` where the work allowed ended the search early and the estimate is the best so far; `reference`
-//! where the frame became the reference; `none` with a `reason` otherwise. Numbers are written with as many digits as they
+//! `status` is `estimate`; `late` where the work allowed ended the search early and the estimate is the best so far;
+//! `reference`
+//! where the frame became the reference; `none` with a `reason` otherwise. Numbers are written with as many digits as
+//! they
 //! need to be read back to the same bits, by the same code on every machine.
 
 use crate::message::{MessageError, Trailer};

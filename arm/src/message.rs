@@ -3,16 +3,20 @@
 //! | kind | message | payload, little-endian |
 //! |---|---|---|
 //! | 1 | registers | pairs of `u32`: byte address, value. The source sends all its registers when it starts |
-//! | 2 | telemetry | `u32` frame, `u32` 0, `u64` time (microseconds), `f64` roll, pitch, yaw (radians), range (m), field of view (radians) |
+//! | 2 | telemetry | `u32` frame, `u32` 0, `u64` time in microseconds, then eight `f64`, see below |
 //! | 3 | frame | the records of one feature packet as the hardware emits them, eight `u32` each, the trailer last |
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop |
 //!
-//! Telemetry is what the sensors read when the frame of that number was exposed: roll, pitch and yaw as in
-//! [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view across the columns. It may come before or
-//! after its frame.
+//! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt, heading
+//! (radians) and range (m). Telemetry is what the sensors read when the frame of that number was exposed: roll, pitch and yaw as in
+//! [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view across the columns. It
+//! may come before or
+//! after its frame. The standard errors are what IMU and laser are good for now: over rough ground the laser's is
+//! that of the relief.
 
 use hoverlock_fixed_point::model::bit_true::{FLAG_TRAILER, FeatureRecord};
 use hoverlock_reference::motion::orthophoto::Attitude;
+use hoverlock_reference::motion::pose::Sensors;
 
 /// Kind of a register block.
 pub const REGISTERS: u32 = 1;
@@ -27,7 +31,7 @@ pub const COMMAND: u32 = 4;
 pub const RECORD: usize = 32;
 
 /// Bytes of telemetry.
-const TELEMETRY_BYTES: usize = 56;
+const TELEMETRY_BYTES: usize = 80;
 
 /// Why a message whose checks passed is refused: its source is wrong, or sends another version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -95,6 +99,8 @@ pub struct Telemetry {
     pub range: f64,
     /// Field of view across the columns, radians.
     pub field_of_view: f64,
+    /// Standard errors of the readings.
+    pub sensors: Sensors,
 }
 
 impl Telemetry {
@@ -111,6 +117,7 @@ impl Telemetry {
             let value = f64::from_bits(long(4 + 2 * i));
             if value.is_finite() && valid(value) { Ok(value) } else { Err(MessageError::Reading(name)) }
         };
+        let error: fn(f64) -> bool = |sigma| sigma > 0.0;
         let tilt: fn(f64) -> bool = |angle| angle.abs() < std::f64::consts::FRAC_PI_2;
         Ok(Self {
             frame: word(bytes, 0),
@@ -122,6 +129,11 @@ impl Telemetry {
             },
             range: reading(3, "range", |range| range > 0.0 && range < 1e5)?,
             field_of_view: reading(4, "field of view", |angle| angle > 1e-3 && angle < std::f64::consts::PI)?,
+            sensors: Sensors {
+                tilt: reading(5, "the standard error of tilt", error)?,
+                heading: reading(6, "the standard error of heading", error)?,
+                range: reading(7, "the standard error of range", error)?,
+            },
         })
     }
 
@@ -131,7 +143,9 @@ impl Telemetry {
         let mut payload = Vec::with_capacity(TELEMETRY_BYTES);
         payload.extend(u64::from(self.frame).to_le_bytes());
         payload.extend(self.time_us.to_le_bytes());
-        payload.extend([roll, pitch, yaw, self.range, self.field_of_view].iter().flat_map(|v| v.to_le_bytes()));
+        let Sensors { tilt, heading, range } = self.sensors;
+        let readings = [roll, pitch, yaw, self.range, self.field_of_view, tilt, heading, range];
+        payload.extend(readings.iter().flat_map(|reading| reading.to_le_bytes()));
         payload
     }
 }
@@ -202,7 +216,13 @@ impl<'a> Frame<'a> {
 }
 
 /// The payload of a frame: its features, then the trailer that counts them.
-pub fn encode_frame(frame: u32, features: &[FeatureRecord], errors: u16, dropped: u32, thresholds: [u32; 2]) -> Vec<u8> {
+pub fn encode_frame(
+    frame: u32,
+    features: &[FeatureRecord],
+    errors: u16,
+    dropped: u32,
+    thresholds: [u32; 2],
+) -> Vec<u8> {
     let count = features.len() as u32;
     let trailer = Trailer { frame, errors, count, dropped, thresholds: thresholds[1] << 16 | thresholds[0] };
     let records = features.iter().map(FeatureRecord::pack).chain([trailer.pack()]);
@@ -273,6 +293,7 @@ mod tests {
         attitude: Attitude { roll: 0.01, pitch: -0.02, yaw: 3.0 },
         range: 100.0,
         field_of_view: 0.87,
+        sensors: Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 },
     };
 
     proptest! {
@@ -322,6 +343,10 @@ mod tests {
         refused(Telemetry { field_of_view: 3.2, ..TELEMETRY }, "field of view");
         refused(Telemetry { attitude: Attitude { roll: 1.6, ..TELEMETRY.attitude }, ..TELEMETRY }, "roll");
         refused(Telemetry { attitude: Attitude { pitch: f64::INFINITY, ..TELEMETRY.attitude }, ..TELEMETRY }, "pitch");
+        refused(
+            Telemetry { sensors: Sensors { range: 0.0, ..TELEMETRY.sensors }, ..TELEMETRY },
+            "the standard error of range",
+        );
         refused(Telemetry { attitude: Attitude { yaw: 7.0, ..TELEMETRY.attitude }, ..TELEMETRY }, "yaw");
     }
 

@@ -3,14 +3,19 @@
 //! For each frame: features and telemetry; the gate from attitude, range and the last displacement; the search of
 //! [`hoverlock_reference::motion::estimate`]; the pose fit of [`hoverlock_reference::motion::pose`].
 //!
-//! **The gate.** `H = G_c^-1 T(-t) G_r`, with `G` the homography from pixels to metres that each view's telemetry gives and `t` the last
-//! displacement, predicts where a feature of the reference is now. It is used while the last displacement is at most [`FRESH_US`] old.
+//! **The gate.** `H = G_c^-1 T(-t) G_r`, with `G` the homography from pixels to metres that each view's telemetry
+//! gives and `t` the last
+//! displacement, predicts where a feature of the reference is now. It is used while the last displacement is at most
+//! [`FRESH_US`] old.
 //! After that, after a clock that jumped, and after a new reference there is no gate.
 //!
-//! **Links that fail.** A message that repeats one of the last [`REMEMBERED`] is left out. Telemetry belongs to the frame of its
-//! number; a frame waits for its telemetry until the next frame comes, then it has none. A register block means a source that
+//! **Links that fail.** A message that repeats one of the last [`REMEMBERED`] is left out. Telemetry belongs to the
+//! frame of its
+//! number; a frame waits for its telemetry, a few messages, until the next frame comes; then it has none. A register
+//! block means a source that
 //! starts: telemetry and messages from before it are forgotten, the reference is kept, as the ground has not moved.
 
+use crate::arinc429::{self, Camera as Addressee, Control, WordError};
 use crate::framing::Raw;
 use crate::hardware::{self, HardwareError, Size, registers};
 use crate::line::{Estimate, Line, Reason, Status};
@@ -22,31 +27,41 @@ use hoverlock_reference::motion::estimate::{Estimator, Workspace};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate};
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose::{self, Sensors};
+use hoverlock_reference::motion::pose;
 use nalgebra::{Matrix3, Vector2};
 
 /// Features of a frame that are used; of more, those with the largest responses.
 pub const MAX_FEATURES: usize = 1024;
 
-/// Work units of a frame. With fewer than [`MAX_FEATURES`] on each side in all four groups, matching takes a quarter of it.
+/// Work units of a frame. Three rounds of matching take 0.8 million where the features are spread evenly over scales
+/// and polarities.
 pub const WORK: u64 = 3_000_000;
 
-/// Standard errors of the sensors: 0.2 degrees of tilt, 1 degree of heading, 0.1 m of range.
-pub const SENSORS: Sensors = Sensors { tilt: 0.003_490_658_503_988_659, heading: 0.017_453_292_519_943_295, range: 0.1 };
-
-/// Age up to which a displacement predicts the next, microseconds. A helicopter that gains 2 m/s in a second moves the ground by less than
+/// Age up to which a displacement predicts the next, microseconds. A helicopter that gains 2 m/s in a second moves
+/// the ground by less than
 /// the gate at 10 m height and more.
 pub const FRESH_US: u64 = 1_000_000;
 
 /// Messages and telemetry that are remembered.
 pub const REMEMBERED: usize = 16;
 
+/// From the message before its frame, telemetry that comes late is among so many further ones.
+const LATE: u32 = 4;
+
 /// Part by which the field of view may differ from the reference's.
 const ZOOM_TOLERANCE: f64 = 0.01;
 
+/// Field of view of the wide view, degrees.
+pub const WIDE: f64 = 50.0;
+
+/// Field of view of the narrow view, degrees.
+pub const NARROW: f64 = 5.4;
+
 /// Error bits of a trailer after which the features are not those of the scene.
-const DAMAGED: u32 =
-    registers::STATUS_SHORT_FRAME | registers::STATUS_INTERRUPTED | registers::STATUS_REFUSED | registers::STATUS_LONG_FRAME;
+const DAMAGED: u32 = registers::STATUS_SHORT_FRAME
+    | registers::STATUS_INTERRUPTED
+    | registers::STATUS_REFUSED
+    | registers::STATUS_LONG_FRAME;
 
 /// What the program counts beside its lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -78,7 +93,9 @@ pub struct Navigator {
     telemetry_next: usize,
     seen: [Option<(u32, u32)>; REMEMBERED],
     seen_next: usize,
-    waiting: Option<Line>,
+    /// A frame without telemetry yet, and the sequence number of its message.
+    waiting: Option<(u32, Line)>,
+    zoom: Option<f64>,
     counts: Counts,
     memory: Memory,
     work: u64,
@@ -124,6 +141,7 @@ impl Navigator {
             seen: [None; REMEMBERED],
             seen_next: 0,
             waiting: None,
+            zoom: None,
             counts: Counts::default(),
             memory: Memory {
                 records: Vec::with_capacity(crate::framing::MAX_PAYLOAD / message::RECORD),
@@ -134,6 +152,14 @@ impl Navigator {
             },
             work,
         }
+    }
+
+    /// The word that has become due for the camera, once.
+    ///
+    /// # Errors
+    /// Where the camera does not take the field of view.
+    pub fn camera_word(&mut self) -> Result<Option<u32>, WordError> {
+        self.zoom.take().map(|degrees| arinc429::encode(Addressee::All, Control::Zoom(degrees))).transpose()
     }
 
     /// What was counted so far.
@@ -159,10 +185,10 @@ impl Navigator {
         let refused = match raw.kind {
             message::REGISTERS => false,
             message::FRAME => {
-                self.frame(raw.payload, out);
+                self.frame(raw, out);
                 false
             }
-            message::TELEMETRY => self.telemetry(raw.payload, out).is_err(),
+            message::TELEMETRY => self.telemetry(raw, out).is_err(),
             message::COMMAND => match Command::parse(raw.payload) {
                 Ok(Command::Stop) => {
                     self.finish(out);
@@ -182,7 +208,7 @@ impl Navigator {
 
     /// The end of the stream: a frame that waits for its telemetry gets none.
     pub fn finish(&mut self, out: &mut impl FnMut(&Line)) {
-        if let Some(line) = self.waiting.take() {
+        if let Some((_, line)) = self.waiting.take() {
             self.emit(Line { reason: Some(Reason::Telemetry), ..line }, out);
         }
     }
@@ -209,26 +235,36 @@ impl Navigator {
     fn command(&mut self, command: Command) {
         match command {
             Command::Capture => self.capture = true,
-            // The zoom moves the picture about the axis; until telemetry tells the new field of view, nothing predicts where.
-            Command::Wide | Command::Narrow => self.last = None,
+            Command::Wide => self.zoom = Some(WIDE),
+            Command::Narrow => self.zoom = Some(NARROW),
             Command::Stop => (),
         }
     }
 
-    fn telemetry(&mut self, payload: &[u8], out: &mut impl FnMut(&Line)) -> Result<(), MessageError> {
-        let telemetry = Telemetry::parse(payload)?;
-        if let Some(line) = self.waiting.take_if(|line| line.frame == Some(telemetry.frame)) {
+    fn telemetry(&mut self, raw: &Raw<'_>, out: &mut impl FnMut(&Line)) -> Result<(), MessageError> {
+        let telemetry = Telemetry::parse(raw.payload)?;
+        // Next to its frame in the source's own count, so that it is not that of a source that starts with the same
+        // numbers.
+        let belongs = |(sequence, line): &mut (u32, Line)| {
+            line.frame == Some(telemetry.frame) && raw.sequence.wrapping_sub(sequence.wrapping_sub(1)) <= LATE
+        };
+        if let Some((_, line)) = self.waiting.take_if(belongs) {
             self.located(line, &telemetry, out);
         } else {
-            self.telemetry[self.telemetry_next] = Some(telemetry);
-            self.telemetry_next = (self.telemetry_next + 1) % REMEMBERED;
+            // The newest of a number replaces one of a source before it.
+            let same = |slot: &Option<Telemetry>| slot.is_some_and(|before| before.frame == telemetry.frame);
+            let slot = self.telemetry.iter().position(same).unwrap_or_else(|| {
+                self.telemetry_next = (self.telemetry_next + 1) % REMEMBERED;
+                self.telemetry_next
+            });
+            self.telemetry[slot] = Some(telemetry);
         }
         Ok(())
     }
 
-    fn frame(&mut self, payload: &[u8], out: &mut impl FnMut(&Line)) {
+    fn frame(&mut self, raw: &Raw<'_>, out: &mut impl FnMut(&Line)) {
         self.finish(out);
-        let frame = match Frame::parse(payload) {
+        let frame = match Frame::parse(raw.payload) {
             Ok(frame) => frame,
             Err(error) => return self.emit(Line { reason: Some(error.into()), ..Line::of(None) }, out),
         };
@@ -239,7 +275,7 @@ impl Navigator {
         let number = frame.trailer.frame;
         match self.telemetry.iter_mut().find_map(|slot| slot.take_if(|telemetry| telemetry.frame == number)) {
             Some(telemetry) => self.located(line, &telemetry, out),
-            None => self.waiting = Some(line),
+            None => self.waiting = Some((raw.sequence, line)),
         }
     }
 
@@ -307,16 +343,16 @@ impl Navigator {
             return Err(Reason::Zoom);
         }
         let fresh = |last: &Last| telemetry.time_us.checked_sub(last.time_us).is_some_and(|age| age <= FRESH_US);
-        let gate = self.last.filter(fresh).map(|last| Gate {
-            prediction: predicted(&reference.view, &view, last.displacement),
-            radius: GATE_RADIUS,
-        });
+        let gate = self
+            .last
+            .filter(fresh)
+            .map(|last| Gate { prediction: predicted(&reference.view, &view, last.displacement), radius: GATE_RADIUS });
         let mut estimator = Estimator::default();
         estimator.matching.gate = gate;
         let motion = estimator.estimate_in(workspace, budget, reference_features, current)?;
         inliers.clear();
         inliers.extend(motion.inliers.iter().map(|&i| motion.pairs[i]));
-        let pose = pose::fit(&reference.view, &view, &SENSORS, inliers, motion.quality)?;
+        let pose = pose::fit(&reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
         self.last = Some(Last { time_us: telemetry.time_us, displacement: pose.displacement });
         Ok(Some(Estimate::of(&pose, inliers.len(), motion.matches.len())))
     }

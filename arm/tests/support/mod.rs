@@ -1,5 +1,9 @@
 //! A stream as the FPGA and the sensors of a flight would make it, out of a folder of real frames.
 
+#![allow(dead_code)] // each test uses a part of it
+
+pub mod scene;
+
 use hoverlock_arm::framing::encode;
 use hoverlock_arm::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
 use hoverlock_arm::message::{self, Command, Telemetry, encode_frame, encode_registers};
@@ -8,8 +12,7 @@ use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::picture::Picture;
 use hoverlock_reference::motion::orthophoto::Attitude;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use hoverlock_reference::motion::pose::Sensors;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -22,8 +25,8 @@ const FIELD_OF_VIEW: f64 = 0.87;
 /// Time between frames, microseconds.
 const FRAME_US: u64 = 66_667;
 
-/// Standard error of the simulated tilt, radians.
-const TILT: f64 = 0.0035;
+/// The pictures come without the readings of an IMU and a laser: what is assumed of them is good for so much.
+const SENSORS: Sensors = Sensors { tilt: 0.06, heading: 0.02, range: 2.0 };
 
 /// Messages of one source, numbered from 0.
 #[derive(Default)]
@@ -60,20 +63,22 @@ impl Source {
     }
 }
 
-/// The stream of a folder `NN.png`: registers, the command to capture, then telemetry and records of each frame, out of the
-/// bit-true model with thresholds that have settled. Range and yaw follow the scale and rotation of `pseudo_gt.csv` where it has them; roll and
-/// pitch are a seeded noise of the IMU, as the pictures do not tell them.
+/// The stream of a folder `NN.png`: registers, the command to capture, then telemetry and records of each frame, out
+/// of the
+/// bit-true model with thresholds that have settled. Range and yaw follow the scale and rotation of `pseudo_gt.csv`
+/// where it has them; roll and
+/// pitch are 0, as the pictures do not tell them.
 ///
 /// # Errors
 /// Where a file cannot be read.
 pub fn sequence(folder: &Path) -> io::Result<Source> {
     let text = std::fs::read_to_string(folder.join("pseudo_gt.csv"))?;
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder)?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
     files.retain(|path| path.extension().is_some_and(|extension| extension == "png"));
     files.sort();
     let mut model = SimdBitTrue::new(&KT27).map_err(io::Error::other)?;
     let mut controller = ThresholdController::new(&KT27);
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut source = Source::default();
     for (number, path) in files.iter().enumerate() {
         let frame = Picture::open(path).map_err(io::Error::other)?.frame().luma;
@@ -87,13 +92,13 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
             }
         }
         let (rotation, scale) = motion(&text, number).unwrap_or((0.0, 1.0));
-        let mut noise = || TILT * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0);
         let telemetry = Telemetry {
             frame: number as u32,
             time_us: FRAME_US * number as u64,
-            attitude: Attitude { roll: noise(), pitch: noise(), yaw: -rotation },
+            attitude: Attitude { yaw: -rotation, ..Attitude::default() },
             range: RANGE / scale,
             field_of_view: FIELD_OF_VIEW,
+            sensors: SENSORS,
         };
         let thresholds = controller.thresholds();
         let features = model.frame(&frame, thresholds);

@@ -1,6 +1,7 @@
 //! Work units: a deadline that is counted, so that it ends a search at the same place on every machine.
 //!
-//! One unit is the comparison of two descriptors, or of one pair with one motion. A clock would end the search elsewhere in each run.
+//! One unit is the comparison of two descriptors; other work counts as many as it costs. A clock would end the search
+//! elsewhere in each run.
 
 /// Work that may still be done, in units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

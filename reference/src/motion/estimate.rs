@@ -1,7 +1,10 @@
-//! Features of two pictures become the motion between them: search wide with few freedoms, then refine near with all of them.
+//! Features of two pictures become the motion between them: search wide with few freedoms, then refine near with all
+//! of them.
 //!
-//! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift where no more is wanted: a sample of
-//!    two is often free of outliers where one of four is not. This alone decides whether there is an estimate, and its quality.
+//! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift where no more is
+//! wanted: a sample of
+//!    two is often free of outliers where one of four is not. This alone decides whether there is an estimate, and
+//! its quality.
 //! 2. Match again within [`GATES`] of where the motion so far takes each feature, which recovers matches whose best was
 //!    elsewhere, and search the wanted model; twice, as the second gate can be narrow. A round that finds no consensus
 //!    of its own leaves the motion as it is.
@@ -16,7 +19,8 @@ use crate::motion::model::{Model, Pair};
 use crate::motion::ransac::{Consensus, Ransac, RansacError, SearchBuffers};
 use nalgebra::{Matrix3, Vector2};
 
-/// Radii of the gates of refinement, px. The first holds what a similarity leaves of an oblique view: a scale that changes by 10 %
+/// Radii of the gates of refinement, px. The first holds what a similarity leaves of an oblique view: a scale that
+/// changes by 10 %
 /// over 1000 px, at 500 px from the centre. The second holds relief.
 pub const GATES: [f64; 2] = [48.0, 16.0];
 
@@ -62,11 +66,13 @@ impl Estimator {
     /// Where a setting makes no sense, and where there is no estimate.
     pub fn estimate(&self, reference: &[Feature], current: &[Feature]) -> Result<Estimate, RansacError> {
         let mut workspace = Workspace::with_capacity(reference.len().min(current.len()));
-        self.estimate_in(&mut workspace, &mut Budget::UNLIMITED.clone(), reference, current)?;
+        let mut budget = Budget::UNLIMITED;
+        self.estimate_in(&mut workspace, &mut budget, reference, current)?;
         Ok(workspace.best)
     }
 
-    /// The same with memory that is used again and with bounded work. Where `budget` is exhausted afterwards, the estimate is the best so
+    /// The same with memory that is used again and with bounded work. Where `budget` is exhausted afterwards, the
+    /// estimate is the best so
     /// far: of a search that ended early, or without a refinement.
     ///
     /// # Errors
@@ -132,8 +138,8 @@ impl Workspace {
         reference: &[Feature],
         current: &[Feature],
     ) -> Result<(), RansacError> {
-        if !budget.spend(reference.len() * current.len()) {
-            return Err(RansacError::Late(0));
+        if !budget.spend(self.matching.comparisons(reference, current)) {
+            return Err(RansacError::Late);
         }
         let next = &mut self.next;
         matching.matches_into(reference, current, &mut self.matching, &mut next.matches);
@@ -208,7 +214,8 @@ mod tests {
         (reference, current)
     }
 
-    /// 5 degrees, 5 % larger, 200 px, and oblique: the scale changes by 5 % over the picture, so a similarity that fits the centre
+    /// 5 degrees, 5 % larger, 200 px, and oblique: the scale changes by 5 % over the picture, so a similarity that
+    /// fits the centre
     /// is off by more than dist at the border.
     fn oblique() -> Matrix3<f64> {
         let (s, c) = (5f64.to_radians().sin(), 5f64.to_radians().cos());

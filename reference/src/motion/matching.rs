@@ -1,14 +1,22 @@
 //! Matching of features: `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`, the smaller the more alike.
 //!
-//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair; strict: MaxLBP
-//! alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C` (one over squared codes) is
-//! to be small, so that it decides controversial cases only. Taken at its word that is an order rather than a sum: Hamming first,
-//! `|DOG(a) - DOG(b)|` among equals, the smaller index among those. This is the default, and the same for integers: the responses of the
-//! fixed point are multiples of half a code and their differences exact in f64. The sum with a given `C` is a mode of its own.
+//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair;
+//! strict: MaxLBP
+//! alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C` (one over
+//! squared codes) is
+//! to be small, so that it decides controversial cases only. Taken at its word that is an order rather than a sum:
+//! Hamming first,
+//! `|DOG(a) - DOG(b)|` among equals, the smaller index among those. This is the default, and the same for integers:
+//! the responses of the
+//! fixed point are multiples of half a code and their differences exact in f64. The sum with a given `C` is a mode of
+//! its own.
 //!
-//! Two features can match when scale and polarity agree and, where there is a prediction, when the place in CUR is within the gate's
-//! radius of where the prediction takes the place in REF. A match is best both ways: `b` is the best of all that `a` can have, and `a`
-//! of all that `b` can have. So no feature is in two matches, and exchanging the pictures exchanges the roles and nothing else.
+//! Two features can match when scale and polarity agree and, where there is a prediction, when the place in CUR is
+//! within the gate's
+//! radius of where the prediction takes the place in REF. A match is best both ways: `b` is the best of all that `a`
+//! can have, and `a`
+//! of all that `b` can have. So no feature is in two matches, and exchanging the pictures exchanges the roles and
+//! nothing else.
 
 use crate::features::feature::Feature;
 use crate::motion::model::transfer;
@@ -46,7 +54,8 @@ pub struct Matching {
     pub strict: bool,
     /// Where to look; everywhere without a prediction.
     pub gate: Option<Gate>,
-    /// A match must have at most this part of the distance of the second best, both ways; below 1 it asks for distinction.
+    /// A match must have at most this part of the distance of the second best, both ways; below 1 it asks for
+    /// distinction.
     pub ratio: Option<f64>,
     /// Largest Hamming distance, or largest sum.
     pub limit: Option<f64>,
@@ -96,9 +105,13 @@ impl Matching {
         found.sort_unstable_by(Match::best_first);
     }
 
-    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses together.
+    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses
+    /// together.
     fn mutual(&self, buffers: &mut MatchBuffers, found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
-        let MatchBuffers { from, to, best_from, best_to, .. } = buffers;
+        let MatchBuffers { from, to, blocks, best_from, best_to, .. } = buffers;
+        let in_row_order = to.is_sorted_by_key(|candidate| candidate.row);
+        // The second best only matters for the ratio.
+        let limit = |best: &Best| if self.ratio.is_some() { best.second } else { best.distance };
         for (i, a) in from.iter().enumerate() {
             // A place the prediction puts behind the camera is looked for nowhere.
             let expected = match self.gate {
@@ -108,16 +121,31 @@ impl Matching {
                 },
                 None => None,
             };
-            for (j, b) in to.iter().enumerate() {
-                if let Some((place, radius2)) = expected
-                    && (b.place - place).norm_squared() > radius2
+            let first = match expected {
+                Some((place, _)) if in_row_order => to.partition_point(|b| f64::from(b.row) < place.y - self.reach()),
+                _ => 0,
+            };
+            for (block, near) in blocks.iter_mut().enumerate().skip(first / BLOCK) {
+                let Some(top) = to.get(block * BLOCK) else { break };
+                if let Some((place, _)) = expected
+                    && in_row_order
+                    && f64::from(top.row) > place.y + self.reach()
                 {
-                    continue;
+                    break;
                 }
-                let difference = (a.response - b.response).abs();
-                let distance = sum(a.hamming(b), difference);
-                best_from[i].offer(distance, difference, j);
-                best_to[j].offer(distance, difference, i);
+                let Some(hamming) = near.closer(&a.bytes, floor(limit(&best_from[i]))) else { continue };
+                for (j, b) in to.iter().enumerate().skip(block * BLOCK).take(BLOCK) {
+                    if let Some((place, radius2)) = expected
+                        && (b.place - place).norm_squared() > radius2
+                    {
+                        continue;
+                    }
+                    let difference = (a.response - b.response).abs();
+                    let distance = sum(u32::from(hamming[j % BLOCK]), difference);
+                    best_from[i].offer(distance, difference, j);
+                    best_to[j].offer(distance, difference, i);
+                    near.limits[j % BLOCK] = floor(limit(&best_to[j]));
+                }
             }
         }
         for (i, best) in best_from.iter().enumerate() {
@@ -132,6 +160,13 @@ impl Matching {
                 });
             }
         }
+    }
+}
+
+impl Matching {
+    /// Rows beyond which nothing is in the gate; a place is within half a row of its pixel.
+    fn reach(&self) -> f64 {
+        self.gate.map_or(f64::INFINITY, |gate| gate.radius + 1.0)
     }
 }
 
@@ -150,6 +185,7 @@ pub struct MatchBuffers {
     groups: Vec<(u8, bool)>,
     from: Vec<Candidate>,
     to: Vec<Candidate>,
+    blocks: Vec<Block>,
     best_from: Vec<Best>,
     best_to: Vec<Best>,
 }
@@ -161,9 +197,17 @@ impl MatchBuffers {
             groups: Vec::with_capacity(features),
             from: Vec::with_capacity(features),
             to: Vec::with_capacity(features),
+            blocks: Vec::with_capacity(features.div_ceil(BLOCK)),
             best_from: Vec::with_capacity(features),
             best_to: Vec::with_capacity(features),
         }
+    }
+
+    /// Comparisons of descriptors that a matching makes at most: only within one scale and polarity.
+    pub fn comparisons(&mut self, reference: &[Feature], current: &[Feature]) -> usize {
+        groups(reference, &mut self.groups);
+        let members = |features: &[Feature], group| features.iter().filter(|f| (f.scale, f.bright) == group).count();
+        self.groups.iter().map(|&group| members(reference, group) * members(current, group)).sum()
     }
 
     /// The features of one scale and polarity, without partners yet.
@@ -177,6 +221,8 @@ impl MatchBuffers {
         };
         fill(&mut self.from, &mut self.best_from, reference);
         fill(&mut self.to, &mut self.best_to, current);
+        self.blocks.clear();
+        self.blocks.extend(self.to.chunks(BLOCK).map(Block::of));
     }
 }
 
@@ -192,21 +238,69 @@ fn groups(features: &[Feature], groups: &mut Vec<(u8, bool)>) {
 struct Candidate {
     index: usize,
     /// The words that count; the others are 0.
-    bits: u128,
+    bytes: [u8; BYTES],
     response: f64,
+    row: u32,
     place: Vector2<f64>,
+}
+
+/// Bytes of a descriptor.
+const BYTES: usize = 16;
+
+/// Candidates that are compared together: as many bytes as a NEON or SSE register has.
+const BLOCK: usize = 16;
+
+/// Descriptors of sixteen candidates, byte `k` of all side by side. So the Hamming distance of sixteen pairs is
+/// sixteen times exclusive or, count
+/// of bits in bytes and sum of bytes, which compilers turn into vector instructions by themselves; the largest, 128,
+/// fits a byte.
+struct Block {
+    bytes: [[u8; BLOCK]; BYTES],
+    /// Hamming distance above which a candidate takes no notice.
+    limits: [u8; BLOCK],
+}
+
+impl Block {
+    fn of(candidates: &[Candidate]) -> Self {
+        // A lane without a candidate takes no notice of anything.
+        let limits = std::array::from_fn(|lane| if lane < candidates.len() { u8::MAX } else { 0 });
+        let mut block = Self { bytes: [[0; BLOCK]; BYTES], limits };
+        for (lane, candidate) in candidates.iter().enumerate() {
+            (0..BYTES).for_each(|k| block.bytes[k][lane] = candidate.bytes[k]);
+        }
+        block
+    }
+
+    /// All Hamming distances, where one is small enough for either side to take notice.
+    fn closer(&self, bytes: &[u8; BYTES], limit: u8) -> Option<[u8; BLOCK]> {
+        let mut hamming = [0u8; BLOCK];
+        for (lanes, byte) in self.bytes.iter().zip(bytes) {
+            for (sum, lane) in hamming.iter_mut().zip(lanes) {
+                *sum += (lane ^ byte).count_ones() as u8;
+            }
+        }
+        let mut any = 0;
+        for (hamming, other) in hamming.iter().zip(&self.limits) {
+            any |= u8::from(*hamming <= limit) | u8::from(hamming <= other);
+        }
+        (any != 0).then_some(hamming)
+    }
+}
+
+/// The largest Hamming distance that is not beyond `limit`; a distance is never below its Hamming part.
+fn floor(limit: f64) -> u8 {
+    // Saturates, and infinity with it.
+    limit as u8
 }
 
 impl Candidate {
     fn of(index: usize, feature: &Feature, strict: bool) -> Self {
-        let [lbp0, lbp1, sign0, sign1] = feature.descriptor.words().map(u128::from);
-        let signs = if strict { 0 } else { sign0 << 64 | sign1 << 96 };
+        let counted = |(i, word): (usize, u32)| if strict && i >= 2 { [0; 4] } else { word.to_le_bytes() };
+        let mut bytes = [0; BYTES];
+        let all = feature.descriptor.words().into_iter().enumerate().flat_map(counted);
+        bytes.iter_mut().zip(all).for_each(|(own, byte)| *own = byte);
         let (x, y) = feature.subpixel();
-        Self { index, bits: lbp0 | lbp1 << 32 | signs, response: feature.response, place: Vector2::new(x, y) }
-    }
-
-    fn hamming(&self, other: &Self) -> u32 {
-        (self.bits ^ other.bits).count_ones()
+        Self { index, bytes, response: feature.response, row: feature.y, place: Vector2::new(x, y) }
     }
 }
 

@@ -1,7 +1,10 @@
-//! RANSAC with a finer quality functional: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over the pairs with `e^2 < dist`.
+//! RANSAC with a finer quality functional: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over the pairs with `e^2
+//! < dist`.
 //!
-//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair votes (px^2).
-//! The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` must hold for any sum that can come:
+//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair
+//! votes (px^2).
+//! The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` must hold for any sum that can
+//! come:
 //! with `n` pairs the largest is `n dist`, and `K` is at most `1 / (n dist)`, which is its default. The functionals:
 //!
 //! | name | second term | remark |
@@ -13,21 +16,29 @@
 //!
 //! The sums must not run over all pairs: an outlier's error says nothing about the hypothesis and is larger by orders.
 //!
-//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum, Matas and Kittler,
-//! 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC, Chum and Matas, 2005).
+//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum,
+//! Matas and Kittler,
+//! 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC, Chum and
+//! Matas, 2005).
 //! Drawing stops when quality suffices: with the part `w` of voters that the best has, the chance that no sample so far
 //! was free of outliers, `(1 - w^m)^draws`, is below one minus the confidence.
 //!
-//! **No estimate.** Any few pairs make a model, and some others agree with it by chance. When all `n` matches are wrong, so that
-//! each place in CUR is anywhere the features are, one more pair agrees with the model of a sample of `m` with probability `alpha`, and
-//! the expected number of samples with `k` or more voters is (Moisan and Stival, 2004, without their search over `dist`)
+//! **No estimate.** Any few pairs make a model, and some others agree with it by chance. When all `n` matches are
+//! wrong, so that
+//! each place in CUR is anywhere the features are, one more pair agrees with the model of a sample of `m` with
+//! probability `alpha`, and
+//! the expected number of samples with `k` or more voters is (Moisan and Stival, 2004, without their search over
+//! `dist`)
 //!
 //! `NFA = C(n, m) sum_{j >= k - m} C(n - m, j) alpha^j (1 - alpha)^(n - m - j)`.
 //!
-//! It counts every sample that could be drawn, so it bounds what the search can find whatever its length. An estimate stands when `NFA`
-//! is at most [`CHANCE`], and its quality 0 ..= 255 is `floor(-log10 NFA)`: chance brings such agreement less than once in 10^quality
+//! It counts every sample that could be drawn, so it bounds what the search can find whatever its length. An estimate
+//! stands when `NFA`
+//! is at most [`CHANCE`], and its quality 0 ..= 255 is `floor(-log10 NFA)`: chance brings such agreement less than
+//! once in 10^quality
 //! pictures; 0 is no estimate. `alpha` is taken from the places themselves, as features crowd: it is the part of all
-//! pairs of places in CUR less than [`CROWD_RADIUS`] apart, scaled by area to `dist`; within a gate, at least `dist / radius^2`.
+//! pairs of places in CUR less than [`CROWD_RADIUS`] apart, scaled by area to `dist`; within a gate, at least `dist /
+//! radius^2`.
 
 use crate::motion::budget::Budget;
 use crate::motion::model::{Model, Pair, squared_error};
@@ -36,8 +47,10 @@ use rand::seq::index;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true match. Wrong matches
-/// of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures the least is 10^-4.4, where
+/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true
+/// match. Wrong matches
+/// of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures the least is
+/// 10^-4.4, where
 /// 10^-2.4 is to be expected; those two decades are added.
 pub const CHANCE: f64 = 1e-8;
 
@@ -50,7 +63,8 @@ pub const CROWD_RADIUS: f64 = 32.0;
 pub enum Functional {
     /// Votes alone.
     Count,
-    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the largest allowed.
+    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the
+    /// largest allowed.
     Added(Option<f64>),
     /// Votes less `K` times that sum.
     Subtracted(Option<f64>),
@@ -157,8 +171,11 @@ impl SearchBuffers {
 /// Pairs of the largest sample, that of a homography.
 const LARGEST_SAMPLE: usize = 4;
 
-/// Work units of fitting a sample: as much as comparing this many pairs, by instructions on the ARM.
-const FIT_WORK: usize = 64;
+/// Work units of comparing a pair with a motion, by instructions on the ARM.
+const PAIR_WORK: usize = 4;
+
+/// Work units of fitting a sample.
+const FIT_WORK: usize = 256;
 
 /// Why there is no motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -186,8 +203,8 @@ pub enum RansacError {
     #[error("no estimate: no sample of the {0} matches determines the model")]
     Degenerate(usize),
     /// The work that was allowed ended before the first hypothesis.
-    #[error("no estimate: the work allowed ended before a first hypothesis of {0} matches")]
-    Late(usize),
+    #[error("no estimate: the work allowed ended before a first hypothesis")]
+    Late,
     /// The agreement may be chance.
     #[error("no estimate: {inliers} of {matches} matches agree, which chance brings 10^{log10_nfa:.1} times a picture")]
     Chance {
@@ -254,17 +271,20 @@ impl Functional {
 }
 
 impl Ransac {
-    /// The motion most pairs agree on. `pairs` come best first; `gate_radius` (px) is that of the gate they were matched in, if any.
+    /// The motion most pairs agree on. `pairs` come best first; `gate_radius` (px) is that of the gate they were
+    /// matched in, if any.
     ///
     /// # Errors
     /// Where a setting is out of range, and where there is no estimate.
     pub fn run(&self, pairs: &[Pair], gate_radius: Option<f64>) -> Result<Consensus, RansacError> {
         let mut found = Consensus::with_capacity(pairs.len());
-        self.run_into(pairs, gate_radius, &mut Budget::UNLIMITED.clone(), &mut SearchBuffers::default(), &mut found)?;
+        let (mut budget, mut buffers) = (Budget::UNLIMITED, SearchBuffers::default());
+        self.run_into(pairs, gate_radius, &mut budget, &mut buffers, &mut found)?;
         Ok(found)
     }
 
-    /// The same into `found`, with memory that is used again and with bounded work: where `budget` ends the search, the best so far is
+    /// The same into `found`, with memory that is used again and with bounded work: where `budget` ends the search,
+    /// the best so far is
     /// what is found. Without an estimate `found` is as it was.
     ///
     /// # Errors
@@ -289,7 +309,7 @@ impl Ransac {
         let SearchBuffers { sample, inliers } = buffers;
         let mut drawn = 0;
         let mut enough = self.draws;
-        while drawn < enough && budget.spend(FIT_WORK + n) {
+        while drawn < enough && budget.spend(FIT_WORK + PAIR_WORK * n) {
             drawn += 1;
             sampler.draw(&mut rng, pairs, sample);
             let Ok(h) = self.model.fit(sample) else { continue };
@@ -301,7 +321,7 @@ impl Ransac {
             }
         }
         let Some(best) = best else {
-            return Err(if budget.is_exhausted() { RansacError::Late(n) } else { RansacError::Degenerate(n) });
+            return Err(if budget.is_exhausted() { RansacError::Late } else { RansacError::Degenerate(n) });
         };
         let alpha = agreement_by_chance(pairs, self.dist, gate_radius);
         let votes = best.score.votes;
@@ -334,7 +354,8 @@ impl Ransac {
         Ok(())
     }
 
-    /// Least squares on the hypothesis' inliers, as long as it gets no worse. Judged with the sum subtracted whatever the functional:
+    /// Least squares on the hypothesis' inliers, as long as it gets no worse. Judged with the sum subtracted whatever
+    /// the functional:
     /// least squares makes it smaller, which the added form would take for a loss.
     fn optimise(
         &self,
@@ -348,7 +369,7 @@ impl Ransac {
         let mut best = drawn;
         for _ in 0..self.local_optimisation {
             // Sort out the inliers, fit all of them, and compare anew; the fit of a pair is a few comparisons' worth.
-            if !budget.spend(FIT_WORK + LARGEST_SAMPLE * pairs.len()) {
+            if !budget.spend(FIT_WORK + 4 * PAIR_WORK * pairs.len()) {
                 break;
             }
             inliers.clear();
@@ -363,7 +384,8 @@ impl Ransac {
         best
     }
 
-    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are inliers.
+    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are
+    /// inliers.
     fn sufficient(&self, votes: usize, n: usize) -> usize {
         let clean: f64 = (0..self.model.minimal_pairs()).map(|_| votes as f64 / n as f64).product();
         let needed = libm::log(1.0 - self.confidence) / libm::log1p(-clean);
@@ -451,13 +473,15 @@ fn agreement_by_chance(pairs: &[Pair], dist: f64, gate_radius: Option<f64>) -> f
     anywhere.max(within_gate).min(1.0)
 }
 
-/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves included.
+/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves
+/// included.
 fn log10_nfa(n: usize, k: usize, m: usize, alpha: f64) -> f64 {
     let ln_ratio = |above: usize, below: usize| libm::log(above as f64 / below as f64);
     let ln_choose = |n: usize, k: usize| -> f64 { (0..k).map(|i| ln_ratio(n - i, k - i)).sum() };
     let (others, agreeing) = (n - m, k.saturating_sub(m));
     let (ln_in, ln_out) = (libm::log(alpha), libm::log1p(-alpha));
-    // The tail as a multiple of its largest term so far. C(n, j + 1) = C(n, j) (n - j) / (j + 1) makes each term of the one before.
+    // The tail as a multiple of its largest term so far. C(n, j + 1) = C(n, j) (n - j) / (j + 1) makes each term of
+    // the one before.
     let (mut ln_ways, mut largest, mut sum) = (ln_choose(others, agreeing), f64::NEG_INFINITY, 0.0);
     for j in agreeing..=others {
         // alpha = 1 leaves only the term where all others agree, 0 * -inf = NaN otherwise.
@@ -493,7 +517,8 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20 px or
+    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20
+    /// px or
     /// more from where they belong.
     fn scene(rng: &mut ChaCha8Rng, h: &Matrix3<f64>, inliers: usize, outliers: usize, sigma: f64) -> Vec<Pair> {
         let mut pairs = Vec::new();
@@ -552,7 +577,8 @@ mod tests {
             let found = search.run(&pairs, None).unwrap();
             let true_pairs = (0..pairs.len()).filter(|&i| squared_error(&h, &pairs[i]) < 1e-12);
             prop_assert!(true_pairs.into_iter().all(|i| found.inliers.contains(&i)), "{} inliers", found.inliers.len());
-            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as good.
+            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as
+            // good.
             let exact = matches!(search.functional, Functional::Msac | Functional::Subtracted(_));
             let tolerance = if exact { 1e-3 } else { search.dist.sqrt() };
             prop_assert!(centre_miss(&found.homography, &h) < tolerance, "{}", centre_miss(&found.homography, &h));
@@ -565,7 +591,8 @@ mod tests {
             prop_assert_eq!(search.run(&pairs, None), search.run(&pairs, None));
         }
 
-        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a pair.
+        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a
+        /// pair.
         #[test]
         fn the_pool_of_samples_grows_to_all(n in 4..200usize, m in 1..5usize, draws in 1000..20_000usize) {
             let pairs: Vec<Pair> = (0..n).map(|i| Pair { reference: Vector2::new(i as f64, 0.0), current: Vector2::zeros() }).collect();
@@ -623,7 +650,8 @@ mod tests {
         assert!(added > 1.5 * subtracted, "added {added:.3} px, subtracted {subtracted:.3} px");
     }
 
-    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every time;
+    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every
+    /// time;
     /// over all pairs the wrong ones decide, and they do not know.
     #[test]
     fn over_all_pairs_outliers_swamp_the_sum() {
@@ -670,7 +698,8 @@ mod tests {
     }
 
     /// `NFA` bounds the expected number of samples with so many voters, so a search that finds such a one in
-    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5 sigma more.
+    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5
+    /// sigma more.
     #[test]
     fn random_matches_agree_no_more_often_than_the_bound_says() {
         for (model, crowded) in [(Model::Shift, false), (Model::Similarity, false), (Model::Similarity, true)] {
