@@ -7,10 +7,11 @@ CACHE := $(if $(HOVERLOCK_CACHE),$(HOVERLOCK_CACHE),$(if $(XDG_CACHE_HOME),$(XDG
 PICTURES := $(CACHE)/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
+ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks test-long fuzz bench bench-harness setup build
+.PHONY: demo test checks test-long fuzz bench bench-harness arm setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -53,6 +54,12 @@ bench-harness:
 	@setup/bootstrap.sh iverilog
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) harness/benches/against_cocotb/run.py --runs 5
+
+## The flight program for the ARM Cortex-A9: one static file. Its own target folder, as it has a compiler of its own.
+arm:
+	@environment=$$(setup/arm.sh) && . "$$environment" && cargo build --release --locked --package hoverlock-arm \
+		-Zbuild-std=std,panic_abort --target armv7-unknown-linux-gnueabihf --target-dir $(ARM_TARGET)
+	@echo "The flight program: $(ARM_TARGET)/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"
 
 setup:
 	@setup/bootstrap.sh

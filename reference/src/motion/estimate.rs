@@ -11,9 +11,10 @@
 //! centre of the picture by up to 4 px where the ground is seen obliquely, the refined homography by at most 1 px.
 
 use crate::features::feature::Feature;
-use crate::motion::matching::{Gate, Match, Matching};
+use crate::motion::budget::Budget;
+use crate::motion::matching::{Gate, Match, MatchBuffers, Matching};
 use crate::motion::model::{Model, Pair};
-use crate::motion::ransac::{Consensus, Ransac, RansacError};
+use crate::motion::ransac::{Consensus, Ransac, RansacError, SearchBuffers};
 use nalgebra::{Matrix3, Vector2};
 
 /// Radii of the gates of refinement, px. The first allows for the error of a similarity in an oblique view:
@@ -61,42 +62,106 @@ impl Estimator {
     /// # Errors
     /// A setting is invalid, or there is no estimate.
     pub fn estimate(&self, reference: &[Feature], current: &[Feature]) -> Result<Estimate, RansacError> {
+        let mut workspace = Workspace::with_capacity(reference.len().min(current.len()));
+        let mut budget = Budget::UNLIMITED;
+        self.estimate_in(&mut workspace, &mut budget, reference, current)?;
+        Ok(workspace.best)
+    }
+
+    /// The same with memory that is used again and with bounded work. Where `budget` is exhausted afterwards, the
+    /// estimate is the best so
+    /// far: of a search that ended early, or without a refinement.
+    ///
+    /// # Errors
+    /// As [`Estimator::estimate`], and where the work ends before there is an estimate.
+    pub fn estimate_in<'workspace>(
+        &self,
+        workspace: &'workspace mut Workspace,
+        budget: &mut Budget,
+        reference: &[Feature],
+        current: &[Feature],
+    ) -> Result<&'workspace Estimate, RansacError> {
         let search = Ransac { model: self.ransac.model.min(Model::Similarity), ..self.ransac };
-        let mut best = round(&self.matching, &search, reference, current)?;
+        workspace.round(&self.matching, &search, budget, reference, current)?;
+        std::mem::swap(&mut workspace.best, &mut workspace.next);
         for radius in GATES {
-            let matching = Matching { gate: Some(Gate { prediction: best.homography, radius }), ..self.matching };
-            if let Ok(refined) = round(&matching, &self.ransac, reference, current) {
-                best = Estimate { quality: best.quality, ..refined };
+            let gate = Gate { prediction: workspace.best.homography, radius };
+            let matching = Matching { gate: Some(gate), ..self.matching };
+            if workspace.round(&matching, &self.ransac, budget, reference, current).is_ok() {
+                workspace.next.quality = workspace.best.quality;
+                std::mem::swap(&mut workspace.best, &mut workspace.next);
             }
         }
-        Ok(best)
+        Ok(&workspace.best)
     }
 }
 
-/// One matching and one search.
-fn round(
-    matching: &Matching,
-    ransac: &Ransac,
-    reference: &[Feature],
-    current: &[Feature],
-) -> Result<Estimate, RansacError> {
-    let matches = matching.matches(reference, current);
-    let pairs = pairs(&matches, reference, current);
-    let Consensus { homography, inliers, rms, quality, .. } =
-        ransac.run(&pairs, matching.gate.map(|gate| gate.radius))?;
-    Ok(Estimate { homography, model: ransac.model, matches, pairs, inliers, rms, quality })
+/// Memory of an estimate, to be used again for the next: after a first estimate of as many features none is allocated.
+pub struct Workspace {
+    matching: MatchBuffers,
+    search: SearchBuffers,
+    consensus: Consensus,
+    best: Estimate,
+    next: Estimate,
+}
+
+impl Workspace {
+    /// Memory for lists of `features` features each.
+    pub fn with_capacity(features: usize) -> Self {
+        let empty = || Estimate {
+            homography: Matrix3::identity(),
+            model: Model::Shift,
+            matches: Vec::with_capacity(features),
+            pairs: Vec::with_capacity(features),
+            inliers: Vec::with_capacity(features),
+            rms: 0.0,
+            quality: 0,
+        };
+        Self {
+            matching: MatchBuffers::with_capacity(features),
+            search: SearchBuffers::with_capacity(features),
+            consensus: Consensus::with_capacity(features),
+            best: empty(),
+            next: empty(),
+        }
+    }
+
+    /// One matching and one search, into `next`.
+    fn round(
+        &mut self,
+        matching: &Matching,
+        ransac: &Ransac,
+        budget: &mut Budget,
+        reference: &[Feature],
+        current: &[Feature],
+    ) -> Result<(), RansacError> {
+        if !budget.spend(self.matching.comparisons(reference, current)) {
+            return Err(RansacError::Late);
+        }
+        let next = &mut self.next;
+        matching.matches_into(reference, current, &mut self.matching, &mut next.matches);
+        next.pairs.clear();
+        next.pairs.extend(located(&next.matches, reference, current));
+        let gate_radius = matching.gate.map(|gate| gate.radius);
+        ransac.run_into(&next.pairs, gate_radius, budget, &mut self.search, &mut self.consensus)?;
+        let Consensus { homography, inliers, rms, quality, .. } = &mut self.consensus;
+        (next.homography, next.model, next.rms, next.quality) = (*homography, ransac.model, *rms, *quality);
+        std::mem::swap(&mut next.inliers, inliers);
+        Ok(())
+    }
 }
 
 /// The positions of matched features, to a fraction of a pixel.
 pub fn pairs(matches: &[Match], reference: &[Feature], current: &[Feature]) -> Vec<Pair> {
+    located(matches, reference, current).collect()
+}
+
+fn located(matches: &[Match], reference: &[Feature], current: &[Feature]) -> impl Iterator<Item = Pair> {
     let position = |feature: &Feature| {
         let (x, y) = feature.subpixel();
         Vector2::new(x, y)
     };
-    matches
-        .iter()
-        .map(|m| Pair { reference: position(&reference[m.reference]), current: position(&current[m.current]) })
-        .collect()
+    matches.iter().map(move |m| Pair { reference: position(&reference[m.reference]), current: position(&current[m.current]) })
 }
 
 #[cfg(test)]

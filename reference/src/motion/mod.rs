@@ -1,5 +1,6 @@
 //! The motion between two lists of features: matching, RANSAC, and the displacement in metres.
 
+pub mod budget;
 pub mod estimate;
 pub mod matching;
 pub mod model;

@@ -276,7 +276,9 @@ fn has_three_on_a_line(
     weight: impl Fn(usize) -> f64,
     normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
 ) -> bool {
-    let positions: Vec<_> = (0..pairs.len()).filter(|&i| weight(i) > 0.0).map(|i| normal(&pairs[i])).collect();
+    let mut positions = [(Vector2::zeros(), Vector2::zeros()); 4];
+    let counted = (0..pairs.len()).filter(|&i| weight(i) > 0.0).map(|i| normal(&pairs[i]));
+    positions.iter_mut().zip(counted).for_each(|(position, pair)| *position = pair);
     let flat = |a: Vector2<f64>, b: Vector2<f64>, c: Vector2<f64>| (b - a).perp(&(c - a)).powi(2) <= ON_A_LINE;
     (0..positions.len()).any(|left_out| {
         let mut three = positions.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, position)| position);

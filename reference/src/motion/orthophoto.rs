@@ -24,7 +24,7 @@
 
 use crate::image::plane::Plane;
 use crate::motion::model::transfer;
-use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Why there is no view of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -67,7 +67,7 @@ impl Camera {
     /// # Errors
     /// The angle is not between 0 and half a turn.
     pub fn with_field_of_view(width: usize, height: usize, field_of_view: f64) -> Result<Self, ViewError> {
-        let focal = width as f64 / 2.0 / (field_of_view / 2.0).tan();
+        let focal = width as f64 / 2.0 / libm::tan(field_of_view / 2.0);
         Self::new(focal, Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0)
     }
 
@@ -103,10 +103,12 @@ pub struct Attitude {
 impl Attitude {
     /// `R_roll`, `R_pitch`, `R_yaw`, each camera to level frame.
     pub fn factors(&self) -> [Matrix3<f64>; 3] {
+        // The platform's own sine may differ in its last bit; that of `libm` is the same on every machine.
+        let [(sr, cr), (sp, cp), (sy, cy)] = [self.roll, self.pitch, self.yaw].map(libm::sincos);
         [
-            Rotation3::from_axis_angle(&Vector3::y_axis(), self.roll).into_inner(),
-            Rotation3::from_axis_angle(&Vector3::x_axis(), -self.pitch).into_inner(),
-            Rotation3::from_axis_angle(&Vector3::z_axis(), self.yaw).into_inner(),
+            Matrix3::new(cr, 0.0, sr, 0.0, 1.0, 0.0, -sr, 0.0, cr),
+            Matrix3::new(1.0, 0.0, 0.0, 0.0, cp, sp, 0.0, -sp, cp),
+            Matrix3::new(cy, -sy, 0.0, sy, cy, 0.0, 0.0, 0.0, 1.0),
         ]
     }
 

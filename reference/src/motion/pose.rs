@@ -262,8 +262,15 @@ fn rotation(attitude: &Attitude, changed: Option<usize>) -> Matrix3<f64> {
     yaw * pitch * roll
 }
 
+/// The larger eigenvalue of a symmetric matrix.
+fn worse_direction(covariance: &Matrix2<f64>) -> f64 {
+    let (a, b, d) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
+    let half = (a - d) / 2.0;
+    (a + d) / 2.0 + (half * half + b * b).sqrt()
+}
+
 fn pose(unknowns: &Unknowns, covariance: Matrix2<f64>, residual: f64, match_quality: u8) -> Result<Pose, PoseError> {
-    let sigma = covariance.symmetric_eigenvalues().max().sqrt();
+    let sigma = worse_direction(&covariance).sqrt();
     let precision = 255.0 * (1.0 - sigma / USELESS);
     if precision.is_nan() || precision < 1.0 {
         return Err(PoseError::Uncertain { sigma });

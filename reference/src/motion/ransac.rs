@@ -34,10 +34,11 @@
 //! uniformly distributed: the part of all pairs of positions in CUR less than [`CROWD_RADIUS`] apart, scaled by area to
 //! `dist`; within a gate, at least `dist / radius^2`.
 
+use crate::motion::budget::Budget;
 use crate::motion::model::{Model, Pair, squared_error};
 use nalgebra::Matrix3;
-use rand::SeedableRng;
 use rand::seq::index;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true
@@ -130,6 +131,44 @@ pub struct Consensus {
     pub draws: usize,
 }
 
+impl Consensus {
+    /// None yet, with memory for `pairs` pairs.
+    pub fn with_capacity(pairs: usize) -> Self {
+        Self {
+            homography: Matrix3::identity(),
+            inliers: Vec::with_capacity(pairs),
+            functional: 0.0,
+            rms: 0.0,
+            log10_nfa: 0.0,
+            quality: 0,
+            draws: 0,
+        }
+    }
+}
+
+/// Memory of a search, to be used again for the next: after a first search among as many pairs none is allocated.
+#[derive(Debug, Clone, Default)]
+pub struct SearchBuffers {
+    sample: Vec<Pair>,
+    inliers: Vec<Pair>,
+}
+
+impl SearchBuffers {
+    /// Memory for a search among `pairs` pairs.
+    pub fn with_capacity(pairs: usize) -> Self {
+        Self { sample: Vec::with_capacity(LARGEST_SAMPLE), inliers: Vec::with_capacity(pairs) }
+    }
+}
+
+/// Pairs of the largest sample, that of a homography.
+const LARGEST_SAMPLE: usize = 4;
+
+/// Work units of comparing a pair with a motion, by instructions on the ARM.
+const PAIR_WORK: usize = 4;
+
+/// Work units of fitting a sample.
+const FIT_WORK: usize = 256;
+
 /// Why there is no result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RansacError {
@@ -158,6 +197,9 @@ pub enum RansacError {
     /// No sample determined a model.
     #[error("no estimate: no sample of the {0} matches determines the model")]
     Degenerate(usize),
+    /// The work that was allowed ended before the first hypothesis.
+    #[error("no estimate: the work allowed ended before a first hypothesis")]
+    Late,
     /// The agreement may be chance.
     #[error(
         "no estimate: {inliers} of {matches} matches agree, and as many agree by chance {}",
@@ -233,6 +275,26 @@ impl Ransac {
     /// # Errors
     /// A setting is out of range, or there is no estimate.
     pub fn run(&self, pairs: &[Pair], gate_radius: Option<f64>) -> Result<Consensus, RansacError> {
+        let mut found = Consensus::with_capacity(pairs.len());
+        let (mut budget, mut buffers) = (Budget::UNLIMITED, SearchBuffers::default());
+        self.run_into(pairs, gate_radius, &mut budget, &mut buffers, &mut found)?;
+        Ok(found)
+    }
+
+    /// The same into `found`, with memory that is used again and with bounded work: where `budget` ends the search,
+    /// the best so far is
+    /// what is found. Without an estimate `found` is as it was.
+    ///
+    /// # Errors
+    /// As [`Ransac::run`], and where the work ends before the first hypothesis.
+    pub fn run_into(
+        &self,
+        pairs: &[Pair],
+        gate_radius: Option<f64>,
+        budget: &mut Budget,
+        buffers: &mut SearchBuffers,
+        found: &mut Consensus,
+    ) -> Result<(), RansacError> {
         self.check()?;
         let (n, m) = (pairs.len(), self.model.minimal_pairs());
         if n < m {
@@ -242,37 +304,39 @@ impl Ransac {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let mut sampler = Sampler::new(self.order, n, m, self.draws);
         let mut best: Option<Hypothesis> = None;
-        let mut sample = Vec::with_capacity(m);
+        let SearchBuffers { sample, inliers } = buffers;
         let mut drawn = 0;
         let mut enough = self.draws;
-        while drawn < enough {
+        while drawn < enough && budget.spend(FIT_WORK + PAIR_WORK * n) {
             drawn += 1;
-            sampler.draw(&mut rng, pairs, &mut sample);
-            let Ok(h) = self.model.fit(&sample) else { continue };
+            sampler.draw(&mut rng, pairs, sample);
+            let Ok(h) = self.model.fit(sample) else { continue };
             let hypothesis = Hypothesis::of(h, pairs, self.dist, factor);
             if best.as_ref().is_none_or(|best| hypothesis.functional > best.functional) {
-                let optimised = self.optimise(hypothesis, pairs, factor);
+                let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers);
                 enough = enough.min(self.sufficient(optimised.score.votes, n));
                 best = Some(optimised);
             }
         }
-        let Some(best) = best else { return Err(RansacError::Degenerate(n)) };
+        let Some(best) = best else {
+            return Err(if budget.is_exhausted() { RansacError::Late } else { RansacError::Degenerate(n) });
+        };
         let alpha = agreement_by_chance(pairs, self.dist, gate_radius);
         let votes = best.score.votes;
         let log10_nfa = log10_nfa(n, votes, m, alpha);
-        if log10_nfa > CHANCE.log10() {
+        if log10_nfa > libm::log10(CHANCE) {
             return Err(RansacError::Chance { inliers: votes, matches: n, log10_nfa });
         }
-        Ok(Consensus {
-            inliers: (0..n).filter(|&i| squared_error(&best.h, &pairs[i]) < self.dist).collect(),
-            homography: best.h,
-            functional: best.functional,
-            rms: (best.score.squared_errors / votes as f64).sqrt(),
-            log10_nfa,
-            // Saturates at 255, and the sign is known from the test above.
-            quality: (-log10_nfa).floor() as u8,
-            draws: drawn,
-        })
+        found.inliers.clear();
+        found.inliers.extend((0..n).filter(|&i| squared_error(&best.h, &pairs[i]) < self.dist));
+        found.homography = best.h;
+        found.functional = best.functional;
+        found.rms = (best.score.squared_errors / votes as f64).sqrt();
+        found.log10_nfa = log10_nfa;
+        // Saturates at 255, and the sign is known from the test above.
+        found.quality = (-log10_nfa).floor() as u8;
+        found.draws = drawn;
+        Ok(())
     }
 
     fn check(&self) -> Result<(), RansacError> {
@@ -291,13 +355,24 @@ impl Ransac {
     /// Least squares on the hypothesis' inliers, as long as the result is not worse. It is compared by the
     /// subtracted form for every functional, because least squares lowers the sum, which the added form counts as a
     /// loss.
-    fn optimise(&self, drawn: Hypothesis, pairs: &[Pair], factor: f64) -> Hypothesis {
+    fn optimise(
+        &self,
+        drawn: Hypothesis,
+        pairs: &[Pair],
+        factor: f64,
+        budget: &mut Budget,
+        inliers: &mut Vec<Pair>,
+    ) -> Hypothesis {
         let value = |score: &Score| score.votes as f64 - factor.abs() * score.squared_errors;
         let mut best = drawn;
         for _ in 0..self.local_optimisation {
-            let inliers: Vec<Pair> =
-                pairs.iter().filter(|pair| squared_error(&best.h, pair) < self.dist).copied().collect();
-            let Ok(h) = self.model.fit(&inliers) else { break };
+            // Sort out the inliers, fit all of them, and compare anew; the fit of a pair is a few comparisons' worth.
+            if !budget.spend(FIT_WORK + 4 * PAIR_WORK * pairs.len()) {
+                break;
+            }
+            inliers.clear();
+            inliers.extend(pairs.iter().filter(|pair| squared_error(&best.h, pair) < self.dist));
+            let Ok(h) = self.model.fit(inliers) else { break };
             let refitted = Hypothesis::of(h, pairs, self.dist, factor);
             if value(&refitted.score) < value(&best.score) {
                 break;
@@ -310,8 +385,8 @@ impl Ransac {
     /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are
     /// inliers.
     fn sufficient(&self, votes: usize, n: usize) -> usize {
-        let clean = (votes as f64 / n as f64).powi(self.model.minimal_pairs() as i32);
-        let needed = (1.0 - self.confidence).ln() / (-clean).ln_1p();
+        let clean: f64 = (0..self.model.minimal_pairs()).map(|_| votes as f64 / n as f64).product();
+        let needed = libm::log(1.0 - self.confidence) / libm::log1p(-clean);
         // A float beyond the range saturates; without voters it is infinite, with voters alone 0.
         (needed.ceil() as usize).max(1)
     }
@@ -366,8 +441,19 @@ impl Sampler {
         let (others, open) = if newest { (self.pool - 1, self.m - 1) } else { (self.pool, self.m) };
         sample.clear();
         sample.extend(newest.then(|| pairs[self.pool - 1]));
-        sample.extend(index::sample(rng, others, open).into_iter().map(|i| pairs[i]));
+        match open {
+            1 => sample.extend(distinct::<1>(rng, others).map(|i| pairs[i])),
+            2 => sample.extend(distinct::<2>(rng, others).map(|i| pairs[i])),
+            3 => sample.extend(distinct::<3>(rng, others).map(|i| pairs[i])),
+            4 => sample.extend(distinct::<4>(rng, others).map(|i| pairs[i])),
+            _ => (),
+        }
     }
+}
+
+/// `N` different indices below `of`, none where there are fewer; the same draws as [`index::sample`], which allocates.
+fn distinct<const N: usize>(rng: &mut impl Rng, of: usize) -> impl Iterator<Item = usize> {
+    index::sample_array::<_, N>(rng, of).into_iter().flatten()
 }
 
 /// Probability that a wrong match agrees with a given motion within `dist`.
@@ -388,18 +474,26 @@ fn agreement_by_chance(pairs: &[Pair], dist: f64, gate_radius: Option<f64>) -> f
 /// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves
 /// included.
 fn log10_nfa(n: usize, k: usize, m: usize, alpha: f64) -> f64 {
-    let ln_choose = |n: usize, k: usize| -> f64 { (0..k).map(|i| ((n - i) as f64 / (k - i) as f64).ln()).sum() };
+    let ln_ratio = |above: usize, below: usize| libm::log(above as f64 / below as f64);
+    let ln_choose = |n: usize, k: usize| -> f64 { (0..k).map(|i| ln_ratio(n - i, k - i)).sum() };
     let (others, agreeing) = (n - m, k.saturating_sub(m));
-    let (ln_in, ln_out) = (alpha.ln(), (-alpha).ln_1p());
-    // alpha = 1 leaves only the term where all others agree, 0 * -inf = NaN otherwise.
-    let term = |j: usize| {
+    let (ln_in, ln_out) = (libm::log(alpha), libm::log1p(-alpha));
+    // The tail as a multiple of its largest term so far. C(n, j + 1) = C(n, j) (n - j) / (j + 1) makes each term of
+    // the one before.
+    let (mut ln_ways, mut largest, mut sum) = (ln_choose(others, agreeing), f64::NEG_INFINITY, 0.0);
+    for j in agreeing..=others {
+        // alpha = 1 leaves only the term where all others agree, 0 * -inf = NaN otherwise.
         let out = if others == j { 0.0 } else { (others - j) as f64 * ln_out };
-        ln_choose(others, j) + j as f64 * ln_in + out
-    };
-    let terms: Vec<f64> = (agreeing..=others).map(term).collect();
-    let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let tail = largest + terms.iter().map(|t| (t - largest).exp()).sum::<f64>().ln();
-    (ln_choose(n, m) + tail) / std::f64::consts::LN_10
+        let term = ln_ways + j as f64 * ln_in + out;
+        if term > largest {
+            sum = sum * libm::exp(largest - term) + 1.0;
+            largest = term;
+        } else if largest > f64::NEG_INFINITY {
+            sum += libm::exp(term - largest);
+        }
+        ln_ways += if others == j { 0.0 } else { ln_ratio(others - j, j + 1) };
+    }
+    (ln_choose(n, m) + largest + libm::log(sum)) / std::f64::consts::LN_10
 }
 
 /// An expected number of agreements in words: in one pair of so many, or so many times in each.
