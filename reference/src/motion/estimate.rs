@@ -1,10 +1,7 @@
-//! Features of two pictures become the motion between them: search wide with few freedoms, then refine near with all
-//! of them.
+//! Features of two pictures become the motion between them: search wide with few freedoms, then refine near with all of them.
 //!
-//! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift where no more is
-//! wanted: a sample of
-//!    two is often free of outliers where one of four is not. This alone decides whether there is an estimate, and
-//! its quality.
+//! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift where no more is wanted: a sample of
+//!    two is often free of outliers where one of four is not. This alone decides whether there is an estimate, and its quality.
 //! 2. Match again within [`GATES`] of where the motion so far takes each feature, which recovers matches whose best was
 //!    elsewhere, and search the wanted model; twice, as the second gate can be narrow. A round that finds no consensus
 //!    of its own leaves the motion as it is.
@@ -19,8 +16,7 @@ use crate::motion::model::{Model, Pair};
 use crate::motion::ransac::{Consensus, Ransac, RansacError, SearchBuffers};
 use nalgebra::{Matrix3, Vector2};
 
-/// Radii of the gates of refinement, px. The first holds what a similarity leaves of an oblique view: a scale that
-/// changes by 10 %
+/// Radii of the gates of refinement, px. The first holds what a similarity leaves of an oblique view: a scale that changes by 10 %
 /// over 1000 px, at 500 px from the centre. The second holds relief.
 pub const GATES: [f64; 2] = [48.0, 16.0];
 
@@ -214,8 +210,7 @@ mod tests {
         (reference, current)
     }
 
-    /// 5 degrees, 5 % larger, 200 px, and oblique: the scale changes by 5 % over the picture, so a similarity that
-    /// fits the centre
+    /// 5 degrees, 5 % larger, 200 px, and oblique: the scale changes by 5 % over the picture, so a similarity that fits the centre
     /// is off by more than dist at the border.
     fn oblique() -> Matrix3<f64> {
         let (s, c) = (5f64.to_radians().sin(), 5f64.to_radians().cos());

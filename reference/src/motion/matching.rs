@@ -1,22 +1,14 @@
 //! Matching of features: `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`, the smaller the more alike.
 //!
-//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair;
-//! strict: MaxLBP
-//! alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C` (one over
-//! squared codes) is
-//! to be small, so that it decides controversial cases only. Taken at its word that is an order rather than a sum:
-//! Hamming first,
-//! `|DOG(a) - DOG(b)|` among equals, the smaller index among those. This is the default, and the same for integers:
-//! the responses of the
-//! fixed point are multiples of half a code and their differences exact in f64. The sum with a given `C` is a mode of
-//! its own.
+//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair; strict: MaxLBP
+//! alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C` (one over squared codes) is
+//! to be small, so that it decides controversial cases only. Taken at its word that is an order rather than a sum: Hamming first,
+//! `|DOG(a) - DOG(b)|` among equals, the smaller index among those. This is the default, and the same for integers: the responses of the
+//! fixed point are multiples of half a code and their differences exact in f64. The sum with a given `C` is a mode of its own.
 //!
-//! Two features can match when scale and polarity agree and, where there is a prediction, when the place in CUR is
-//! within the gate's
-//! radius of where the prediction takes the place in REF. A match is best both ways: `b` is the best of all that `a`
-//! can have, and `a`
-//! of all that `b` can have. So no feature is in two matches, and exchanging the pictures exchanges the roles and
-//! nothing else.
+//! Two features can match when scale and polarity agree and, where there is a prediction, when the place in CUR is within the gate's
+//! radius of where the prediction takes the place in REF. A match is best both ways: `b` is the best of all that `a` can have, and `a`
+//! of all that `b` can have. So no feature is in two matches, and exchanging the pictures exchanges the roles and nothing else.
 
 use crate::features::feature::Feature;
 use crate::motion::model::transfer;
@@ -54,8 +46,7 @@ pub struct Matching {
     pub strict: bool,
     /// Where to look; everywhere without a prediction.
     pub gate: Option<Gate>,
-    /// A match must have at most this part of the distance of the second best, both ways; below 1 it asks for
-    /// distinction.
+    /// A match must have at most this part of the distance of the second best, both ways; below 1 it asks for distinction.
     pub ratio: Option<f64>,
     /// Largest Hamming distance, or largest sum.
     pub limit: Option<f64>,
@@ -105,8 +96,7 @@ impl Matching {
         found.sort_unstable_by(Match::best_first);
     }
 
-    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses
-    /// together.
+    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses together.
     fn mutual(&self, buffers: &mut MatchBuffers, found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
         let MatchBuffers { from, to, blocks, best_from, best_to, .. } = buffers;
         let in_row_order = to.is_sorted_by_key(|candidate| candidate.row);

@@ -1,10 +1,7 @@
-//! RANSAC with a finer quality functional: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over the pairs with `e^2
-//! < dist`.
+//! RANSAC with a finer quality functional: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over the pairs with `e^2 < dist`.
 //!
-//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair
-//! votes (px^2).
-//! The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` must hold for any sum that can
-//! come:
+//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair votes (px^2).
+//! The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` must hold for any sum that can come:
 //! with `n` pairs the largest is `n dist`, and `K` is at most `1 / (n dist)`, which is its default. The functionals:
 //!
 //! | name | second term | remark |
@@ -16,29 +13,21 @@
 //!
 //! The sums must not run over all pairs: an outlier's error says nothing about the hypothesis and is larger by orders.
 //!
-//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum,
-//! Matas and Kittler,
-//! 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC, Chum and
-//! Matas, 2005).
+//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum, Matas and Kittler,
+//! 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC, Chum and Matas, 2005).
 //! Drawing stops when quality suffices: with the part `w` of voters that the best has, the chance that no sample so far
 //! was free of outliers, `(1 - w^m)^draws`, is below one minus the confidence.
 //!
-//! **No estimate.** Any few pairs make a model, and some others agree with it by chance. When all `n` matches are
-//! wrong, so that
-//! each place in CUR is anywhere the features are, one more pair agrees with the model of a sample of `m` with
-//! probability `alpha`, and
-//! the expected number of samples with `k` or more voters is (Moisan and Stival, 2004, without their search over
-//! `dist`)
+//! **No estimate.** Any few pairs make a model, and some others agree with it by chance. When all `n` matches are wrong, so that
+//! each place in CUR is anywhere the features are, one more pair agrees with the model of a sample of `m` with probability `alpha`, and
+//! the expected number of samples with `k` or more voters is (Moisan and Stival, 2004, without their search over `dist`)
 //!
 //! `NFA = C(n, m) sum_{j >= k - m} C(n - m, j) alpha^j (1 - alpha)^(n - m - j)`.
 //!
-//! It counts every sample that could be drawn, so it bounds what the search can find whatever its length. An estimate
-//! stands when `NFA`
-//! is at most [`CHANCE`], and its quality 0 ..= 255 is `floor(-log10 NFA)`: chance brings such agreement less than
-//! once in 10^quality
+//! It counts every sample that could be drawn, so it bounds what the search can find whatever its length. An estimate stands when `NFA`
+//! is at most [`CHANCE`], and its quality 0 ..= 255 is `floor(-log10 NFA)`: chance brings such agreement less than once in 10^quality
 //! pictures; 0 is no estimate. `alpha` is taken from the places themselves, as features crowd: it is the part of all
-//! pairs of places in CUR less than [`CROWD_RADIUS`] apart, scaled by area to `dist`; within a gate, at least `dist /
-//! radius^2`.
+//! pairs of places in CUR less than [`CROWD_RADIUS`] apart, scaled by area to `dist`; within a gate, at least `dist / radius^2`.
 
 use crate::motion::budget::Budget;
 use crate::motion::model::{Model, Pair, squared_error};
@@ -47,10 +36,8 @@ use rand::seq::index;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true
-/// match. Wrong matches
-/// of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures the least is
-/// 10^-4.4, where
+/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true match. Wrong matches
+/// of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures the least is 10^-4.4, where
 /// 10^-2.4 is to be expected; those two decades are added.
 pub const CHANCE: f64 = 1e-8;
 
@@ -63,8 +50,7 @@ pub const CROWD_RADIUS: f64 = 32.0;
 pub enum Functional {
     /// Votes alone.
     Count,
-    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the
-    /// largest allowed.
+    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the largest allowed.
     Added(Option<f64>),
     /// Votes less `K` times that sum.
     Subtracted(Option<f64>),
@@ -271,8 +257,7 @@ impl Functional {
 }
 
 impl Ransac {
-    /// The motion most pairs agree on. `pairs` come best first; `gate_radius` (px) is that of the gate they were
-    /// matched in, if any.
+    /// The motion most pairs agree on. `pairs` come best first; `gate_radius` (px) is that of the gate they were matched in, if any.
     ///
     /// # Errors
     /// Where a setting is out of range, and where there is no estimate.
@@ -354,8 +339,7 @@ impl Ransac {
         Ok(())
     }
 
-    /// Least squares on the hypothesis' inliers, as long as it gets no worse. Judged with the sum subtracted whatever
-    /// the functional:
+    /// Least squares on the hypothesis' inliers, as long as it gets no worse. Judged with the sum subtracted whatever the functional:
     /// least squares makes it smaller, which the added form would take for a loss.
     fn optimise(
         &self,
@@ -384,8 +368,7 @@ impl Ransac {
         best
     }
 
-    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are
-    /// inliers.
+    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are inliers.
     fn sufficient(&self, votes: usize, n: usize) -> usize {
         let clean: f64 = (0..self.model.minimal_pairs()).map(|_| votes as f64 / n as f64).product();
         let needed = libm::log(1.0 - self.confidence) / libm::log1p(-clean);
@@ -473,8 +456,7 @@ fn agreement_by_chance(pairs: &[Pair], dist: f64, gate_radius: Option<f64>) -> f
     anywhere.max(within_gate).min(1.0)
 }
 
-/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves
-/// included.
+/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves included.
 fn log10_nfa(n: usize, k: usize, m: usize, alpha: f64) -> f64 {
     let ln_ratio = |above: usize, below: usize| libm::log(above as f64 / below as f64);
     let ln_choose = |n: usize, k: usize| -> f64 { (0..k).map(|i| ln_ratio(n - i, k - i)).sum() };
@@ -517,8 +499,7 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20
-    /// px or
+    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20 px or
     /// more from where they belong.
     fn scene(rng: &mut ChaCha8Rng, h: &Matrix3<f64>, inliers: usize, outliers: usize, sigma: f64) -> Vec<Pair> {
         let mut pairs = Vec::new();
@@ -577,8 +558,7 @@ mod tests {
             let found = search.run(&pairs, None).unwrap();
             let true_pairs = (0..pairs.len()).filter(|&i| squared_error(&h, &pairs[i]) < 1e-12);
             prop_assert!(true_pairs.into_iter().all(|i| found.inliers.contains(&i)), "{} inliers", found.inliers.len());
-            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as
-            // good.
+            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as good.
             let exact = matches!(search.functional, Functional::Msac | Functional::Subtracted(_));
             let tolerance = if exact { 1e-3 } else { search.dist.sqrt() };
             prop_assert!(centre_miss(&found.homography, &h) < tolerance, "{}", centre_miss(&found.homography, &h));
@@ -591,8 +571,7 @@ mod tests {
             prop_assert_eq!(search.run(&pairs, None), search.run(&pairs, None));
         }
 
-        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a
-        /// pair.
+        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a pair.
         #[test]
         fn the_pool_of_samples_grows_to_all(n in 4..200usize, m in 1..5usize, draws in 1000..20_000usize) {
             let pairs: Vec<Pair> = (0..n).map(|i| Pair { reference: Vector2::new(i as f64, 0.0), current: Vector2::zeros() }).collect();
@@ -650,8 +629,7 @@ mod tests {
         assert!(added > 1.5 * subtracted, "added {added:.3} px, subtracted {subtracted:.3} px");
     }
 
-    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every
-    /// time;
+    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every time;
     /// over all pairs the wrong ones decide, and they do not know.
     #[test]
     fn over_all_pairs_outliers_swamp_the_sum() {
@@ -698,8 +676,7 @@ mod tests {
     }
 
     /// `NFA` bounds the expected number of samples with so many voters, so a search that finds such a one in
-    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5
-    /// sigma more.
+    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5 sigma more.
     #[test]
     fn random_matches_agree_no_more_often_than_the_bound_says() {
         for (model, crowded) in [(Model::Shift, false), (Model::Similarity, false), (Model::Similarity, true)] {
