@@ -15,7 +15,7 @@
 //! | label | word | data |
 //! |---|---|---|
 //! | 0o301 | zoom | BNR: bit 29 the sign, 0; bits 28-11 the field of view, bit 28 worth 32 degrees; 5.4 to 50 degrees |
-//! | 0o302 | exposure | BNR: bit 29 the sign, 0; bits 28-11 the time, bit 28 worth 65536 microseconds; 1 to 66 667 microseconds |
+//! | 0o302 | exposure | BNR: bit 29 the sign, 0; bits 28-11 the time, bit 28 worth 65536 us; 1 to 66 667 us |
 //! | 0o303 | mode | discrete: bits 12-11 the mode, the others 0: 0 standby, 1 free run, 2 triggered |
 //!
 //! The camera maker's interface document is not public: labels and scales are assumptions, and stand in this file
@@ -266,14 +266,18 @@ mod tests {
             prop_assert_eq!(to, camera);
             match (control, received) {
                 (Control::Zoom(sent), Control::Zoom(got)) => prop_assert!((sent - got).abs() <= ZOOM.lsb / 2.0),
-                (Control::Exposure(sent), Control::Exposure(got)) => prop_assert!((sent - got).abs() <= EXPOSURE.lsb / 2.0),
+                (Control::Exposure(sent), Control::Exposure(got)) => {
+                    prop_assert!((sent - got).abs() <= EXPOSURE.lsb / 2.0);
+                }
                 _ => prop_assert_eq!(control, received),
             }
         }
 
         /// Every word is refused, or is the very word that its content is sent as; and one wrong bit is always refused.
         #[test]
-        fn a_malformed_word_is_refused(word in any::<u32>(), camera in camera(), control in control(), bit in 0..32u32) {
+        fn a_malformed_word_is_refused(
+            word in any::<u32>(), camera in camera(), control in control(), bit in 0..32u32,
+        ) {
             if let Ok((camera, control)) = decode(word) {
                 prop_assert_eq!(encode(camera, control), Ok(word));
             }

@@ -7,12 +7,11 @@
 //! | 3 | frame | the records of one feature packet as the hardware emits them, eight `u32` each, the trailer last |
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop |
 //!
-//! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt, heading
-//! (radians) and range (m). Telemetry is what the sensors read when the frame of that number was exposed: roll, pitch and yaw as in
-//! [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view across the columns. It
-//! may come before or
-//! after its frame. The standard errors are what IMU and laser are good for now: over rough ground the laser's is
-//! that of the relief.
+//! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
+//! heading (radians) and range (m). Telemetry is what the sensors read when the frame of that number was exposed: roll,
+//! pitch and yaw as in [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view across
+//! the columns. It may come before or after its frame. The standard errors are what IMU and laser are good for now:
+//! over rough ground the laser's is that of the relief.
 
 use hoverlock_fixed_point::model::bit_true::{FLAG_TRAILER, FeatureRecord};
 use hoverlock_reference::motion::orthophoto::Attitude;

@@ -35,13 +35,13 @@ fn compare(arm: &Path, name: &str, bytes: &[u8]) -> String {
 #[test]
 fn host_and_arm_write_the_same_bytes() {
     let Some(arm) = arm_binary() else {
-        eprintln!("SKIPPED: no ARM binary or no qemu-arm; run `make arm`");
+        eprintln!("SKIPPED: host_and_arm_write_the_same_bytes: no ARM binary or no qemu-arm; run `make arm`");
         return;
     };
     let lines = compare(&arm, "scene", &support::scene::stream(800, 10).messages.concat());
     assert_eq!(lines.matches("\"status\":\"estimate\"").count(), 9, "{lines}");
     let Some(folder) = data_dir() else {
-        eprintln!("SKIPPED: no folder of real pictures, set HOVERLOCK_DATA");
+        eprintln!("SKIPPED: host_and_arm_write_the_same_bytes: no folder of real pictures, set HOVERLOCK_DATA");
         return;
     };
     let mut estimates = 0;

@@ -234,7 +234,8 @@ fn another_fpga_is_refused() {
     let refused = Navigator::default().take(&decoder.message().unwrap(), &mut |_| ());
     assert_eq!(
         refused.unwrap_err().to_string(),
-        "register identification reads 0x484c434c, not 0x484c434b: no Hoverlock core at this address; correct the base address"
+        "register identification reads 0x484c434c, not 0x484c434b: no Hoverlock core at this address; correct the \
+         base address"
     );
 }
 

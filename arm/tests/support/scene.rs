@@ -41,7 +41,7 @@ fn record(point: &Point, x: f64, y: f64, rng: &mut impl Rng) -> Option<FeatureRe
     // Every bit flips with probability 1/16.
     let mut flips = || rng.random::<u32>() & rng.random::<u32>() & rng.random::<u32>() & rng.random::<u32>();
     let [a, b, c, d] = point.words.map(|word| word ^ flips());
-    inside.then(|| FeatureRecord {
+    inside.then_some(FeatureRecord {
         x: column as u16,
         y: row as u16,
         response: point.response,

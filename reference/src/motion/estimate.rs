@@ -161,7 +161,9 @@ fn located(matches: &[Match], reference: &[Feature], current: &[Feature]) -> imp
         let (x, y) = feature.subpixel();
         Vector2::new(x, y)
     };
-    matches.iter().map(move |m| Pair { reference: position(&reference[m.reference]), current: position(&current[m.current]) })
+    matches
+        .iter()
+        .map(move |m| Pair { reference: position(&reference[m.reference]), current: position(&current[m.current]) })
 }
 
 #[cfg(test)]

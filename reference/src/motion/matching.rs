@@ -115,7 +115,9 @@ impl Matching {
                 None => None,
             };
             let first = match expected {
-                Some((position, _)) if in_row_order => to.partition_point(|b| f64::from(b.row) < position.y - self.reach()),
+                Some((position, _)) if in_row_order => {
+                    to.partition_point(|b| f64::from(b.row) < position.y - self.reach())
+                }
                 _ => 0,
             };
             for (block, near) in blocks.iter_mut().enumerate().skip(first / BLOCK) {
