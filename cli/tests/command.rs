@@ -270,7 +270,11 @@ impl Small {
         if mounted.is_ok_and(|status| status.success()) {
             return Some(Self(folder));
         }
-        eprintln!("SKIPPED: no small file system can be mounted; run this as root");
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: a_full_disk_is_one_line: run as root, so that a small file system can be mounted"
+        )
+        .expect("stderr is open");
         None
     }
 }
