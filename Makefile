@@ -61,7 +61,8 @@ bench-harness:
 
 ## The flight program for the ARM Cortex-A9: one static file. Its own target folder, as it has a compiler of its own.
 arm:
-	@environment=$$(setup/arm.sh) && . "$$environment" && cargo build --release --locked --package hoverlock-arm \
+	@environment=$$(setup/arm.sh) && . "$$environment" && export CARGO_PROFILE_RELEASE_DEBUG=0 && \
+		cargo build --release --locked --package hoverlock-arm \
 		-Zbuild-std=std,panic_abort --target armv7-unknown-linux-gnueabihf --target-dir $(ARM_TARGET)
 	@echo "The flight program: $(ARM_TARGET)/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"
 
