@@ -22,8 +22,9 @@ demo: build
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 
 ## Format, lints, and every test; the ignored ones take minutes each: real pictures, all frame sizes, faults put into the RTL.
-## Tests that found no pictures or no tool are named at the end.
-test: setup
+## Tests that found no pictures or no tool are named at the end. The flight program for the ARM is built first: one test compares it
+## with the host's, byte for byte.
+test: setup arm
 	@mkdir -p out && set -o pipefail && $(MAKE) --no-print-directory checks 2>&1 | tee out/test.log; \
 	status=$$?; setup/skipped.sh out/test.log; exit $$status
 
