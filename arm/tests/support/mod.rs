@@ -4,10 +4,9 @@
 
 pub mod scene;
 
-use hoverlock_arm::framing::encode;
-use hoverlock_arm::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
-use hoverlock_arm::message::{self, Command, Telemetry, encode_frame, encode_registers};
-use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
+use hoverlock_arm::message::{self, Command, Telemetry};
+pub use hoverlock_arm::source::Source;
+use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::picture::Picture;
@@ -27,41 +26,6 @@ const FRAME_US: u64 = 66_667;
 
 /// The pictures come without the readings of an IMU and a laser: what is assumed of them is good for so much.
 const SENSORS: Sensors = Sensors { tilt: 0.06, heading: 0.02, range: 2.0 };
-
-/// Messages of one source, numbered from 0.
-#[derive(Default)]
-pub struct Source {
-    sequence: u32,
-    /// One message each.
-    pub messages: Vec<Vec<u8>>,
-}
-
-impl Source {
-    /// Appends a message.
-    pub fn send(&mut self, kind: u32, payload: &[u8]) {
-        let mut message = Vec::new();
-        encode(kind, self.sequence, payload, &mut message);
-        self.sequence += 1;
-        self.messages.push(message);
-    }
-
-    /// The register block of the emitted hardware.
-    pub fn start(&mut self, width: usize, height: usize) {
-        let block = [
-            (registers::IDENTIFICATION, IDENTIFICATION),
-            (registers::VERSION, VERSION),
-            (registers::EMISSION, EMISSION),
-            (registers::SIZE, (height as u32) << 16 | width as u32),
-        ];
-        self.send(message::REGISTERS, &encode_registers(&block));
-    }
-
-    /// Telemetry, then records.
-    pub fn frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: [u32; 2]) {
-        self.send(message::TELEMETRY, &telemetry.encode());
-        self.send(message::FRAME, &encode_frame(telemetry.frame, features, 0, 0, thresholds));
-    }
-}
 
 /// The stream of a folder `NN.png`: registers, the command to capture, then telemetry and records of each frame, out
 /// of the
