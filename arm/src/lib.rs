@@ -8,6 +8,7 @@
 //! | [`navigator`] | messages in, one line per frame out: reference, gate, search, pose |
 //! | [`line`] | the result of a frame as a JSON line |
 //! | [`arinc429`] | the words that control the camera |
+//! | [`source`] | the sending end of the stream |
 //!
 //! Matching, RANSAC and pose fit are those of [`hoverlock_reference`]: shared code, no copy. Three rules hold for all
 //! of it, each
@@ -21,3 +22,4 @@ pub mod hardware;
 pub mod line;
 pub mod message;
 pub mod navigator;
+pub mod source;

@@ -167,6 +167,11 @@ impl Navigator {
         self.counts
     }
 
+    /// The pairs that the last estimate was made of; without a meaning where the last line has no estimate.
+    pub fn inliers(&self) -> &[Pair] {
+        &self.memory.inliers
+    }
+
     /// Takes a message; `out` gets the lines that it completes, at most two.
     ///
     /// # Errors

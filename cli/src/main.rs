@@ -4,7 +4,11 @@
 //! where the verb's checks pass, 1 where one fails, and 2 for bad usage or input, with one line that says what, where
 //! and why.
 
+#[macro_use]
+mod telemetry;
+
 mod coeffs;
+mod cosim;
 mod doctor;
 mod interrupt;
 mod matching;
@@ -39,6 +43,7 @@ struct Cli {
 enum Verb {
     Coeffs(coeffs::Args),
     Completions(shell::CompletionsArgs),
+    Cosim(cosim::Args),
     Doctor(doctor::Args),
     Man(shell::ManArgs),
     Match(matching::Args),
@@ -64,6 +69,7 @@ fn main() -> ExitCode {
     let outcome = Cli::try_parse().map_or_else(usage, |cli| match cli.verb {
         Verb::Coeffs(args) => coeffs::run(&args),
         Verb::Completions(args) => shell::completions(&args),
+        Verb::Cosim(args) => cosim::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::Man(args) => shell::man(&args),
         Verb::Match(args) => matching::run(&args),

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
+use hoverlock_arm::message::Telemetry;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord};
 use hoverlock_fixed_point::model::design::{KT27, SCALES};
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
@@ -14,7 +15,9 @@ use hoverlock_reference::features::maxima::strongest_per_cell;
 use hoverlock_reference::image::picture::{FRAME_HEIGHT, FRAME_WIDTH, Frame, Picture};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::{Estimate, Estimator, pairs};
-use hoverlock_reference::motion::model::{Model, transfer};
+use hoverlock_reference::motion::model::{Model, Pair, transfer};
+use hoverlock_reference::motion::orthophoto::{Camera, View};
+use hoverlock_reference::motion::pose::{self, Pose, PoseError};
 use hoverlock_reference::motion::ransac::{Ransac, RansacError};
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::smoother::Smoother;
@@ -26,6 +29,7 @@ use serde::Serialize;
 use crate::Verdict;
 use crate::output::{check_target, print, print_json, spinning, verdict, write_file};
 use crate::picture::{Limit, open};
+use crate::telemetry;
 
 /// Features kept of each picture, spread over it. Twice the thousand used in flight: between two seasons of one place
 /// only one match in ten is right; 2000 features bring 55 right matches, 1000 bring 29, and 250 none that differ from
@@ -43,8 +47,11 @@ const LEAST_HARDWARE_SIDE: usize = 64;
 /// The homography maps a pixel of REF to CUR, (0, 0) the centre of the top-left pixel. Status 1 where there is no
 /// estimate.
 ///
-/// Example: hoverlock match ref.png cur.png --overlay match.png
+/// Examples:
+///   hoverlock match ref.png cur.png --overlay match.png
+///   hoverlock match ref.png cur.png --telemetry two_rows.csv
 #[derive(clap::Args)]
+#[command(verbatim_doc_comment, after_long_help = telemetry::HELP)]
 pub struct Args {
     /// The reference picture: PNG, JPEG, TIFF, BMP, PNM or WebP; - reads it from standard input
     #[arg(value_name = "REF")]
@@ -65,11 +72,15 @@ pub struct Args {
     level: Option<ClearLevel>,
     #[command(flatten)]
     limit: Limit,
+    /// Where REF and CUR were taken from, two rows: also the displacement of the camera in metres, from attitude, range
+    /// and the matches that agree
+    #[arg(long, value_name = "FILE.csv")]
+    telemetry: Option<PathBuf>,
     /// Draw both pictures, the matches and the displaced frame into this PNG
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
-    /// One JSON object on stdout: ok model homography[9] matches inliers displacement_px[2] quality rms_px features[2]
-    /// reason
+    /// One JSON object on stdout: ok model homography[9] matches inliers displacement_px[2] displacement_m[2]
+    /// covariance_m2[4] quality rms_px features[2] reason
     #[arg(long)]
     json: bool,
 }
@@ -115,6 +126,10 @@ struct Report {
     matches: usize,
     inliers: usize,
     displacement_px: Option<[f64; 2]>,
+    /// Of the camera, along `X_e` and `Y_e`, m; nothing without telemetry.
+    displacement_m: Option<[f64; 2]>,
+    /// xx, xy, yx, yy, m^2.
+    covariance_m2: Option<[f64; 4]>,
     quality: u8,
     rms_px: Option<f64>,
     features: [usize; 2],
@@ -129,6 +144,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if [&args.reference, &args.current].iter().all(|path| *path == Path::new("-")) {
         bail!("- stands for standard input, which can be read once; name the other picture as a file");
     }
+    let telemetry = args.telemetry.as_deref().map(|path| telemetry::read(path, 2)).transpose()?;
     let source = match args.level {
         None => args.features,
         Some(ClearLevel::Recursive) => Source::Float,
@@ -159,18 +175,29 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let png = overlay.png().with_context(|| format!("{}: cannot be encoded", path.display()))?;
         write_file(path, &png)?;
     }
+    let pose = match (&telemetry, &outcome) {
+        (Some(readings), Ok(estimate)) => Some(located(readings, [&reference.luma, &current.luma], estimate)?),
+        _ => None,
+    };
+    let (pose, refused) = match pose {
+        Some(Ok(pose)) => (Some(pose), None),
+        Some(Err(refused)) => (None, Some(refused.to_string())),
+        None => (None, None),
+    };
     let centre = centre(&reference.luma);
     let report = Report {
-        ok: outcome.is_ok(),
+        ok: outcome.is_ok() && refused.is_none(),
         model: name(outcome.as_ref().map_or(wanted, |estimate| estimate.model)),
         homography: homography.map(|h| std::array::from_fn(|i| h[(i / 3, i % 3)])),
         matches: matched.len(),
         inliers: inliers.len(),
         displacement_px: homography.and_then(|h| transfer(&h, centre)).map(|moved| (moved - centre).into()),
+        displacement_m: pose.map(|pose| pose.displacement.into()),
+        covariance_m2: pose.map(|Pose { covariance: c, .. }| [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]]),
         quality: outcome.as_ref().map_or(0, |estimate| estimate.quality),
         rms_px: outcome.as_ref().ok().map(|estimate| estimate.rms),
         features: [from.len(), to.len()],
-        reason: outcome.as_ref().err().map(RansacError::to_string),
+        reason: outcome.as_ref().err().map(RansacError::to_string).or(refused),
     };
     if args.json {
         print_json(&report)?;
@@ -178,6 +205,20 @@ pub fn run(args: &Args) -> Result<Verdict> {
         print(&report.text())?;
     }
     Ok(report.ok.into())
+}
+
+/// The pose of CUR relative to REF, or why there is none.
+///
+/// # Errors
+/// The readings describe no view of the ground.
+fn located(readings: &[Telemetry], pictures: [&Plane<u16>; 2], estimate: &Estimate) -> Result<Result<Pose, PoseError>> {
+    let view = |i: usize| {
+        let (Telemetry { attitude, range, field_of_view, .. }, picture) = (readings[i], pictures[i]);
+        let camera = Camera::with_field_of_view(picture.width(), picture.height(), field_of_view)?;
+        View::new(camera, attitude, range)
+    };
+    let agreeing: Vec<Pair> = estimate.inliers.iter().map(|&i| estimate.pairs[i]).collect();
+    Ok(pose::fit(&view(0)?, &view(1)?, &readings[1].sensors, &agreeing, estimate.quality))
 }
 
 /// A threshold that lets every maximum through: the strongest are taken afterwards.
@@ -265,6 +306,19 @@ fn name(model: Model) -> &'static str {
 }
 
 impl Report {
+    /// The displacement of the camera, or why there is none although telemetry is given.
+    fn metres(&self) -> String {
+        match (self.displacement_m, self.covariance_m2, &self.reason) {
+            (Some([x, y]), Some([xx, _, _, yy]), _) => format!(
+                "camera      {x:+.3} m along X_e, {y:+.3} m along Y_e, standard errors {:.3} m and {:.3} m\n",
+                xx.sqrt(),
+                yy.sqrt()
+            ),
+            (_, _, Some(reason)) => format!("camera      {}\n", verdict(false, reason)),
+            _ => String::new(),
+        }
+    }
+
     fn text(&self) -> String {
         let counts = format!(
             "features    {} and {}\nmatches     {}, of which {} agree\nquality     {} of 255\n",
@@ -275,12 +329,24 @@ impl Report {
             return format!("{counts}{}\n", verdict(false, reason));
         };
         format!(
-            "displaced   {dx:+.2} px right, {dy:+.2} px down, at the centre of the picture\n{counts}\
+            "displaced   {dx:+.2} px right, {dy:+.2} px down, at the centre of the picture\n{}{counts}\
              residual    {rms:.2} px rms\n\
              {:<10}  {:12.6} {:12.6} {:12.4}\n\
              {:12}{:12.6} {:12.6} {:12.4}\n\
              {:12}{:12.3e} {:12.3e} {:12.4}\n",
-            self.model, h[0], h[1], h[2], "", h[3], h[4], h[5], "", h[6], h[7], h[8]
+            self.metres(),
+            self.model,
+            h[0],
+            h[1],
+            h[2],
+            "",
+            h[3],
+            h[4],
+            h[5],
+            "",
+            h[6],
+            h[7],
+            h[8]
         )
     }
 }

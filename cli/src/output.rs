@@ -77,6 +77,12 @@ pub fn quote(word: &str) -> String {
     }
 }
 
+/// The command as typed, without the folder of the program.
+pub fn command() -> String {
+    let quoted = std::env::args_os().skip(1).map(|word| quote(&word.to_string_lossy()));
+    std::iter::once("hoverlock".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+}
+
 /// A path in JSON. What is not UTF-8 is replaced: JSON has no other text.
 pub fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())

@@ -13,7 +13,7 @@ use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
-use crate::output::{Folder, print, quote, say, shown, verdict};
+use crate::output::{Folder, command, print, say, shown, verdict};
 use crate::picture::{Limit, listed, open};
 use crate::rtl_level;
 
@@ -133,12 +133,6 @@ fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Ve
         subjects.push(Subject { name, frame: frame.luma, picture: picture.luma });
     }
     Ok(subjects)
-}
-
-/// The command as typed, without the folder of the program.
-fn command() -> String {
-    let quoted = std::env::args_os().skip(1).map(|word| quote(&word.to_string_lossy()));
-    std::iter::once("hoverlock".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
 }
 
 fn failure(row: &BoundRow) -> String {

@@ -248,7 +248,7 @@ fn frame(path: &Path, limit: &Limit) -> Result<Plane<u16>> {
 }
 
 /// The thresholds at which the automatic control would rest on this picture.
-fn settled(plane: &Plane<u16>) -> Result<[u32; 2]> {
+pub fn settled(plane: &Plane<u16>) -> Result<[u32; 2]> {
     let mut simd = SimdBitTrue::new(&KT27)?;
     let mut control = ThresholdController::new(&KT27);
     simd.frame(plane, control.thresholds());

@@ -1,5 +1,7 @@
 //! `hoverlock match` as its users run it: known motions, real neighbours, no estimate, bad input.
 
+mod ground;
+
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -9,6 +11,8 @@ use hoverlock_reference::image::picture::data_dir;
 use hoverlock_reference::image::plane::Plane;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
+
+use ground::{ground, save};
 
 fn hoverlock(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hoverlock")).arg("match").args(arguments).output().unwrap()
@@ -20,33 +24,6 @@ fn json(arguments: &[&str]) -> Value {
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["ok"], output.status.code() == Some(0));
     report
-}
-
-fn save(folder: &Path, name: &str, picture: &Plane<u16>) -> String {
-    let path = folder.join(name);
-    let (width, height) = (picture.width() as u32, picture.height() as u32);
-    image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, picture.as_slice().to_vec())
-        .unwrap()
-        .save(&path)
-        .unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
-/// Ground without an end, the same wherever it is looked at: noise of 3 px, smooth between its nodes.
-fn ground(x: f64, y: f64) -> u16 {
-    let node = |x: i64, y: i64| {
-        let mut bits = (x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (y as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
-        bits = (bits ^ (bits >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        ((bits >> 40) & 0xffff) as f64
-    };
-    let (u, v) = (x / 3.0, y / 3.0);
-    let (i, j) = (u.floor(), v.floor());
-    let ease = |t: f64| t * t * (3.0 - 2.0 * t);
-    let (s, t) = (ease(u - i), ease(v - j));
-    let (i, j) = (i as i64, j as i64);
-    let upper = (1.0 - s) * node(i, j) + s * node(i + 1, j);
-    let lower = (1.0 - s) * node(i, j + 1) + s * node(i + 1, j + 1);
-    ((1.0 - t) * upper + t * lower) as u16
 }
 
 /// A view of the ground: picture pixel -> ground by `to_ground`.

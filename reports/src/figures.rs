@@ -170,7 +170,7 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
 
 /// The frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand
 /// out.
-fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
+pub(crate) fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let mut sorted: Vec<u16> = frame.as_slice().iter().step_by(7).copied().collect();
     sorted.sort_unstable();
     let at = |part: f64| f64::from(sorted[((sorted.len() - 1) as f64 * part) as usize]);

@@ -6,6 +6,7 @@ pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
 pub mod figures;
+pub mod flight;
 pub mod hardware;
 pub mod output;
 pub mod overlay;

@@ -4,10 +4,9 @@
 
 pub mod scene;
 
-use hoverlock_arm::framing::encode;
-use hoverlock_arm::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
-use hoverlock_arm::message::{self, Command, Telemetry, encode_frame, encode_registers};
-use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
+use hoverlock_arm::message::{self, Command, Telemetry};
+pub use hoverlock_arm::source::Source;
+use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::picture::Picture;
@@ -33,41 +32,6 @@ const REFERENCE: usize = 2;
 /// The pictures come without the readings of an IMU and a laser. Roll and pitch are not known at all: a drone leans by
 /// some degrees. Range and yaw are followed by `pseudo_gt.csv`.
 const SENSORS: Sensors = Sensors { tilt: 0.1, heading: 0.05, range: 2.0 };
-
-/// Messages of one source, numbered from 0.
-#[derive(Default)]
-pub struct Source {
-    sequence: u32,
-    /// One message each.
-    pub messages: Vec<Vec<u8>>,
-}
-
-impl Source {
-    /// Appends a message.
-    pub fn send(&mut self, kind: u32, payload: &[u8]) {
-        let mut message = Vec::new();
-        encode(kind, self.sequence, payload, &mut message);
-        self.sequence += 1;
-        self.messages.push(message);
-    }
-
-    /// The register block of the emitted hardware.
-    pub fn start(&mut self, width: usize, height: usize) {
-        let block = [
-            (registers::IDENTIFICATION, IDENTIFICATION),
-            (registers::VERSION, VERSION),
-            (registers::EMISSION, EMISSION),
-            (registers::SIZE, (height as u32) << 16 | width as u32),
-        ];
-        self.send(message::REGISTERS, &encode_registers(&block));
-    }
-
-    /// Telemetry, then records.
-    pub fn frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: [u32; 2]) {
-        self.send(message::TELEMETRY, &telemetry.encode());
-        self.send(message::FRAME, &encode_frame(telemetry.frame, features, 0, 0, thresholds));
-    }
-}
 
 /// The stream of a folder `NN.png`: registers, then telemetry and records of each frame, out of the bit-true model with
 /// thresholds that have settled, and the command to capture before every second frame. Range and yaw follow scale and

@@ -29,10 +29,11 @@ use crate::figures;
 use crate::hardware::Hardware;
 use crate::plot::{BLUE, ORANGE, PlotError, VIOLET};
 use crate::study::{Kind, Study};
-use numbers::{grouped, significant, typeset};
+pub(crate) use numbers::typeset;
+use numbers::{grouped, significant};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html");
-const STYLE: &str = include_str!("../../templates/style.css");
+pub(crate) const STYLE: &str = include_str!("../../templates/style.css");
 
 /// Why the page could not be rendered.
 #[derive(Debug, thiserror::Error)]

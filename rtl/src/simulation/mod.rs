@@ -13,9 +13,11 @@
 //! | `bench` | the loop over clock cycles |
 //! | `planes`, `records` | the comparisons |
 //! | `outcome` | the result |
+//! | [`board`] | the top between camera, DMA and CPU, without a comparison: what a whole system sees |
 //! | `waves` | a window of a run as a wave file, and GTKWave's view of it |
 
 mod bench;
+pub mod board;
 mod expect;
 mod job;
 mod outcome;
@@ -61,6 +63,14 @@ pub enum SimulationError {
     /// The wave file cannot be written, or waves are not built in.
     #[error(transparent)]
     Waves(#[from] Error),
+    /// The board waits for an interrupt or for the DMA.
+    #[error("frame {frame}: the hardware hangs: nothing came within {cycles} clock cycles")]
+    Hangs {
+        /// Frame, from 0.
+        frame: usize,
+        /// Cycles waited.
+        cycles: u64,
+    },
     /// There is no folder for the emitted Verilog.
     #[error(transparent)]
     Cache(#[from] hoverlock_cache::NoCacheFolder),

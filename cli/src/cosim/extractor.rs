@@ -1,0 +1,130 @@
+//! Where the feature packets of the frames come from: floating point, integers, or the hardware.
+
+use std::iter::Enumerate;
+use std::slice::Iter;
+
+use anyhow::{Result, anyhow};
+use clap::ValueEnum;
+use hoverlock_arm::message::encode_frame;
+use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_reference::features::extractor::Selection;
+use hoverlock_reference::features::fast::FastExtractor;
+use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_rtl::simulation::Simulator;
+use hoverlock_rtl::simulation::board::{Driver, Settings};
+
+use crate::output::spinning;
+use crate::sim::settled;
+
+/// Clock cycles from an interrupt to the CPU's first access: 20 us at 100 MHz.
+const LATENCY: u64 = 2_000;
+
+/// The least response of the float extractor, DN: one LSB of the DoG.
+const LEAST: f64 = 0.5;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Source {
+    /// The reference in f32, its responses rounded to the records' 0.5 DN
+    Float,
+    /// The bit-true integer model
+    Fixed,
+    /// The emitted Verilog under Verilator, its records through a DMA and a ring of buffers
+    Rtl,
+}
+
+/// The features of a frame at its thresholds.
+type Features = Box<dyn FnMut(&Plane<u16>, [u32; 2]) -> Vec<FeatureRecord>>;
+
+/// The packets of the frames in order, each with the thresholds that follow the count of the frame before.
+pub enum Extractor<'a> {
+    /// A model, and the control of its thresholds.
+    Model { features: Features, control: ThresholdController, frames: Enumerate<Iter<'a, Plane<u16>>> },
+    /// The hardware, which has its own control.
+    Rtl(Box<Driver<'a>>),
+}
+
+impl<'a> Extractor<'a> {
+    /// An extractor whose thresholds have settled on the first frame, as of a camera that has looked at it for a while.
+    pub fn new(source: Source, frames: &'a [Plane<u16>]) -> Result<Self> {
+        let first = frames.first().ok_or_else(|| anyhow!("a sequence without frames"))?;
+        let model = |features, thresholds| {
+            let control = ThresholdController::resumed(&KT27, thresholds);
+            Self::Model { features, control, frames: frames.iter().enumerate() }
+        };
+        Ok(match source {
+            Source::Float => {
+                let mut extractor = FastExtractor::new(Selection { thresholds: [LEAST; 2], count: usize::MAX })?;
+                let all = records(&extractor.extract(first));
+                let mut control = ThresholdController::new(&KT27);
+                for _ in 0..64 {
+                    control.finish_frame(counts(&above(&all, control.thresholds())));
+                }
+                let features =
+                    move |frame: &Plane<u16>, thresholds| above(&records(&extractor.extract(frame)), thresholds);
+                model(Box::new(features), control.thresholds())
+            }
+            Source::Fixed => {
+                let mut simd = SimdBitTrue::new(&KT27)?;
+                model(Box::new(move |frame, thresholds| simd.frame(frame, thresholds).to_vec()), settled(first)?)
+            }
+            Source::Rtl => {
+                let settings = Settings { thresholds: settled(first)?, latency: LATENCY };
+                let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
+                Self::Rtl(Box::new(Driver::start(&simulator, frames, settings)?))
+            }
+        })
+    }
+
+    /// The registers that were read: those of the hardware where there is one.
+    pub fn registers(&self) -> Option<&[(u32, u32)]> {
+        match self {
+            Self::Rtl(driver) => Some(driver.registers()),
+            Self::Model { .. } => None,
+        }
+    }
+
+    /// Clock cycles simulated so far, where hardware is.
+    pub fn cycles(&self) -> Option<u64> {
+        match self {
+            Self::Rtl(driver) => Some(driver.cycles()),
+            Self::Model { .. } => None,
+        }
+    }
+
+    /// The next packet: the records, the trailer last; nothing after the last frame.
+    pub fn packet(&mut self) -> Result<Option<Vec<u8>>> {
+        match self {
+            Self::Rtl(driver) => Ok(driver.packet()?.map(|packet| packet.bytes)),
+            Self::Model { features, control, frames } => Ok(frames.next().map(|(number, frame)| {
+                let thresholds = control.thresholds();
+                let found = features(frame, thresholds);
+                control.finish_frame(counts(&found));
+                encode_frame(number as u32, &found, 0, 0, thresholds)
+            })),
+        }
+    }
+}
+
+/// Features as the hardware would send them: responses in LSB of the DoG, 0.5 DN.
+fn records(features: &[Feature]) -> Vec<FeatureRecord> {
+    let lsb = |dn: f64| (2.0 * dn).round().clamp(0.0, f64::from(KT27.max_dog())) as u16;
+    let record = |feature: &Feature| FeatureRecord {
+        x: feature.x as u16,
+        y: feature.y as u16,
+        response: lsb(feature.response),
+        scale: feature.scale,
+        bright: feature.bright,
+        neighbours: feature.neighbours.map(lsb),
+        descriptor: feature.descriptor,
+    };
+    features.iter().map(record).collect()
+}
+
+/// Those whose response reaches the threshold of their scale.
+fn above(records: &[FeatureRecord], thresholds: [u32; 2]) -> Vec<FeatureRecord> {
+    let reaches = |record: &&FeatureRecord| u32::from(record.response) >= thresholds[usize::from(record.scale)];
+    records.iter().filter(reaches).copied().collect()
+}

@@ -1,0 +1,359 @@
+//! Metres: `hoverlock match --telemetry` and `hoverlock cosim` on ground that is rendered from known positions, and on
+//! real sequences.
+
+mod ground;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use hoverlock_reference::image::picture::data_dir;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
+use nalgebra::Vector3;
+use serde_json::Value;
+
+use ground::{ground, save};
+
+const WIDTH: usize = 320;
+const HEIGHT: usize = 240;
+const FIELD_OF_VIEW: f64 = 50.0;
+
+/// Metres of a sample of the ground: that of a pixel at 50 m.
+const SAMPLE: f64 = 0.145;
+
+/// Where a camera is and how it looks: X_e, Y_e and height, m; roll, pitch and yaw, degrees.
+type Place = ([f64; 3], [f64; 3]);
+
+/// A flight with known positions: it climbs, tilts and turns.
+const FLIGHT: [Place; 4] = [
+    ([0.0, 0.0, 50.0], [0.0, 0.0, 0.0]),
+    ([0.8, -0.5, 50.4], [1.5, -1.0, 2.0]),
+    ([1.9, -1.4, 51.0], [-2.0, 1.8, 4.0]),
+    ([2.4, -2.6, 49.2], [0.7, 2.5, -3.0]),
+];
+
+fn view((position, attitude): &Place) -> View {
+    let [roll, pitch, yaw] = attitude.map(f64::to_radians);
+    let attitude = Attitude { roll, pitch, yaw };
+    let camera = Camera::with_field_of_view(WIDTH, HEIGHT, FIELD_OF_VIEW.to_radians()).unwrap();
+    // The laser looks along the optical axis.
+    View::new(camera, attitude, position[2] / attitude.rotation()[(2, 2)]).unwrap()
+}
+
+/// What the camera sees.
+fn seen(place: &Place) -> Plane<u16> {
+    let (to_ground, [x_e, y_e, _]) = (view(place).to_ground(), place.0);
+    Plane::from_fn(WIDTH, HEIGHT, |x, y| {
+        let p = to_ground * Vector3::new(x as f64, y as f64, 1.0);
+        ground((p.x / p.z + x_e) / SAMPLE, (p.y / p.z + y_e) / SAMPLE)
+    })
+}
+
+/// What the sensors read there, without an error.
+fn telemetry(places: &[Place]) -> String {
+    let mut text = "# made\nroll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg\n".to_owned();
+    for place in places {
+        let [roll, pitch, yaw] = place.1;
+        let range = place.0[2] / view(place).attitude().rotation()[(2, 2)];
+        writeln!(text, "{roll}, {pitch}, {yaw}, {range}, {FIELD_OF_VIEW}, 0.2").unwrap();
+    }
+    text
+}
+
+/// A folder of the flight.
+fn flight() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (i, place) in FLIGHT.iter().enumerate() {
+        save(folder.path(), &format!("{i:02}.png"), &seen(place));
+    }
+    fs::write(folder.path().join("telemetry.csv"), telemetry(&FLIGHT)).unwrap();
+    folder
+}
+
+fn hoverlock(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(arguments).output().unwrap()
+}
+
+/// Runs with `--json`: the object and the object as text.
+#[track_caller]
+fn json(arguments: &[&str]) -> (Value, String) {
+    let output = hoverlock(&[arguments, &["--json"]].concat());
+    let (text, said) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8_lossy(&output.stderr));
+    assert_ne!(output.status.code(), Some(2), "{arguments:?}: {said}");
+    let report: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["ok"], output.status.code() == Some(0), "{text}");
+    (report, text)
+}
+
+/// The lines of the flight program as they stand in the object, byte for byte.
+fn lines(text: &str) -> Vec<&str> {
+    text.lines().map(|line| line.trim().trim_end_matches(',')).filter(|line| line.starts_with("{\"frame\"")).collect()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}
+
+/// Within three standard errors along each axis, and within 10 cm.
+#[track_caller]
+fn close(found: [f64; 2], covariance: &[f64], place: &Place) {
+    for axis in 0..2 {
+        let (error, sigma) = (found[axis] - place.0[axis], covariance[3 * axis].sqrt());
+        assert!(error.abs() < 3.0 * sigma && error.abs() < 0.1, "axis {axis}: {error} m, sigma {sigma} m");
+    }
+}
+
+#[test]
+fn match_tells_metres_where_telemetry_is_given() {
+    let folder = flight();
+    let picture = |i: usize| folder.path().join(format!("{i:02}.png")).display().to_string();
+    let table = folder.path().join("two.csv");
+    for (frame, place) in FLIGHT.iter().enumerate().skip(1) {
+        fs::write(&table, telemetry(&[FLIGHT[0], *place])).unwrap();
+        let (reference, current) = (picture(0), picture(frame));
+        let (report, _) = json(&["match", &reference, &current, "--telemetry", table.to_str().unwrap()]);
+        let found = numbers(&report["displacement_m"]);
+        let covariance = numbers(&report["covariance_m2"]);
+        close([found[0], found[1]], &covariance, place);
+        assert!((covariance[1] - covariance[2]).abs() < 1e-9, "{covariance:?}");
+        let (report, _) = json(&["match", &reference, &current]);
+        assert_eq!((&report["displacement_m"], &report["covariance_m2"]), (&Value::Null, &Value::Null));
+    }
+    // Telemetry that the pictures contradict: the motion stays, the metres go, and the status says so.
+    let mut turned = FLIGHT[1];
+    turned.1[2] += 30.0;
+    fs::write(&table, telemetry(&[FLIGHT[0], turned])).unwrap();
+    let (report, _) = json(&["match", &picture(0), &picture(1), "--telemetry", table.to_str().unwrap()]);
+    assert_eq!((&report["ok"], &report["displacement_m"]), (&false.into(), &Value::Null));
+    assert!(report["homography"].is_array() && report["reason"].as_str().unwrap().contains("disagree"), "{report}");
+}
+
+#[test]
+fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
+    let folder = flight();
+    let sequence = folder.path().to_str().unwrap();
+    let out = folder.path().join("page");
+    let (fixed, text) = json(&["cosim", sequence, "--out", out.to_str().unwrap()]);
+    let estimates = fixed["estimates"].as_array().unwrap();
+    assert_eq!((estimates.len(), lines(&text).len()), (4, 4), "{text}");
+    assert_eq!((&estimates[0]["status"], &fixed["telemetry"]), (&"reference".into(), &"telemetry.csv".into()));
+    for (estimate, place) in estimates.iter().zip(&FLIGHT).skip(1) {
+        assert_eq!(estimate["status"], "estimate", "{text}");
+        let found = [estimate["x_e_m"].as_f64().unwrap(), estimate["y_e_m"].as_f64().unwrap()];
+        close(found, &numbers(&estimate["covariance_m2"]), place);
+    }
+    let page = fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(page.contains("03.png") && page.contains("4 frames"));
+
+    let (rtl, hardware) = json(&["cosim", sequence, "--features", "rtl"]);
+    assert_eq!(lines(&text), lines(&hardware));
+    // Four frames of one pixel a clock, at least.
+    assert!(rtl["cycles"].as_u64() > Some((4 * WIDTH * HEIGHT) as u64) && fixed["cycles"].is_null());
+
+    let (float, _) = json(&["cosim", sequence, "--features", "float"]);
+    for (float, fixed) in float["estimates"].as_array().unwrap().iter().zip(estimates).skip(1) {
+        for axis in ["x_e_m", "y_e_m"] {
+            let difference = float[axis].as_f64().unwrap() - fixed[axis].as_f64().unwrap();
+            assert!(difference.abs() < 0.05, "{axis}: {difference} m");
+        }
+    }
+}
+
+#[test]
+fn homographies_beside_the_frames_tell_the_error() {
+    let folder = flight();
+    let mut table = "ref,frame,ok,h00,h01,h02,h10,h11,h12,h20,h21,h22,matches\n".to_owned();
+    // From frame 0 to 1 and from 1 to 2; none leads from 0 to 2, and that to 3 has failed.
+    for (from, to) in [(0, 1), (1, 2)] {
+        let (a, b) = (FLIGHT[from].0, FLIGHT[to].0);
+        let moved = nalgebra::Matrix3::new_translation(&nalgebra::Vector2::new(a[0] - b[0], a[1] - b[1]));
+        let h = view(&FLIGHT[to]).from_ground() * moved * view(&FLIGHT[from]).to_ground();
+        let h = h / h[(2, 2)];
+        let cells: Vec<String> = (0..9).map(|i| h[(i / 3, i % 3)].to_string()).collect();
+        writeln!(table, "{from},{to},1,{},100", cells.join(",")).unwrap();
+    }
+    table += "0,3,0,,,,,,,,,,\n";
+    fs::write(folder.path().join("pseudo_gt.csv"), table).unwrap();
+    let (report, text) = json(&["cosim", folder.path().to_str().unwrap()]);
+    let truths = report["pseudo_truth"].as_array().unwrap();
+    let chained: Vec<&Value> = truths.iter().map(|truth| &truth["chained"]).collect();
+    assert_eq!(chained, [&Value::Bool(false), &Value::Bool(false), &Value::Bool(true), &Value::Null], "{text}");
+    for (truth, place) in truths.iter().zip(&FLIGHT).take(3) {
+        for (axis, name) in ["x_e_m", "y_e_m"].iter().enumerate() {
+            assert!((truth[*name].as_f64().unwrap() - place.0[axis]).abs() < 1e-6, "{text}");
+        }
+    }
+    let accuracy = &report["against_truth"];
+    assert_eq!(accuracy["frames"], 2, "{text}");
+    assert!(accuracy["rms_m"].as_f64().unwrap() > 0.0 && accuracy["max_m"].as_f64().unwrap() < 0.1, "{text}");
+}
+
+/// Status 2 and one line that names what is wrong; nothing on stdout.
+#[track_caller]
+fn refused(arguments: &[&str], named: &str) {
+    let output = hoverlock(arguments);
+    let line = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {line}");
+    assert!(line.contains(named) && line.trim_end().lines().count() == 1, "{arguments:?}: {line}");
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn bad_telemetry_is_one_line_and_status_2() {
+    let folder = flight();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (reference, current, table) = (path("00.png"), path("01.png"), path("bad.csv"));
+    let good = telemetry(&FLIGHT[..2]);
+    let cases = [
+        (good.replace("range_m", "range"), "`range`"),
+        (good.replace("range_m", "time_s"), "missing field `range_m`"),
+        (good.replace(", 0.2", ", nine"), "row 1 of the telemetry: tilt_se_deg is no number"),
+        (good.replace(", 0.2", ", -0.2"), "tilt_se_deg is -0.2"),
+        (good.replace(", 0.2", ", NaN"), "tilt_se_deg is NaN"),
+        (good.replace(", 50, ", ", 190, "), "fov_deg is 190"),
+        (good.replace(", 50, ", ", "), "5 fields, and the header has 6"),
+        (good.lines().take(3).collect::<Vec<_>>().join("\n"), "1 rows of telemetry for 2 pictures"),
+        (good.clone() + "0,0,0,50,50,1\n", "3 rows of telemetry for 2 pictures"),
+        (String::new(), "0 rows"),
+        ("\u{0}\u{1}\n".into(), "bad.csv"),
+        ("time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n1,0,0,0,9,50\n1,0,0,0,9,50\n".into(), "does not grow"),
+    ];
+    for (text, named) in cases {
+        fs::write(&table, text).unwrap();
+        refused(&["match", &reference, &current, "--telemetry", &table], named);
+    }
+    fs::write(&table, [b'r', 0xff, 0xfe]).unwrap();
+    refused(&["match", &reference, &current, "--telemetry", &table], "bad.csv");
+    refused(&["match", &reference, &current, "--telemetry", &path("missing.csv")], "missing.csv");
+    refused(&["match", &reference, &current, "--telemetry", folder.path().to_str().unwrap()], "not a regular file");
+}
+
+#[test]
+fn a_bad_sequence_is_one_line_and_status_2() {
+    let good = flight();
+    let sequence = good.path().to_str().unwrap();
+    let other = tempfile::tempdir().unwrap();
+    let folder = other.path().to_str().unwrap();
+    let put = |name: &str, bytes: &[u8]| fs::write(other.path().join(name), bytes).unwrap();
+    refused(&["cosim", "/missing/folder"], "/missing/folder");
+    refused(&["cosim", &format!("{sequence}/00.png")], "is no folder");
+    refused(&["cosim", folder], "holds no picture");
+    save(other.path(), "00.png", &seen(&FLIGHT[0]));
+    refused(&["cosim", folder], "holds one picture");
+    save(other.path(), "01.png", &Plane::from_fn(100, 90, |x, y| ground(x as f64, y as f64)));
+    refused(&["cosim", folder], "01.png: is 100x90, and the frames before are 320x240");
+    save(other.path(), "01.png", &Plane::filled(WIDTH, HEIGHT, 7));
+    refused(&["cosim", folder], "01.png");
+    put("01.png", b"no picture");
+    refused(&["cosim", folder], "01.png");
+    save(other.path(), "01.png", &seen(&FLIGHT[1]));
+    put("telemetry.csv", telemetry(&FLIGHT).as_bytes());
+    refused(&["cosim", folder], "4 rows of telemetry for 2 pictures");
+    put("telemetry.csv", telemetry(&FLIGHT[..2]).as_bytes());
+    put("pseudo_gt.csv", b"ref,frame\n0,1\n");
+    refused(&["cosim", folder], "pseudo_gt.csv");
+    refused(&["cosim", sequence, "--features", "sift"], "sift");
+    let missing = Command::new(env!("CARGO_BIN_EXE_hoverlock"))
+        .args(["cosim", sequence, "--estimator", "arm"])
+        .env("HOVERLOCK_NAV", "/missing/hoverlock-nav")
+        .output()
+        .unwrap();
+    let line = String::from_utf8_lossy(&missing.stderr);
+    assert_eq!((missing.status.code(), line.lines().count()), (Some(2), 1), "{line}");
+    assert!(line.contains("/missing/hoverlock-nav") && line.contains("make arm"), "{line}");
+    // A page that cannot be written leaves nothing behind.
+    refused(&["cosim", sequence, "--out", &format!("{sequence}/00.png")], "00.png");
+}
+
+#[test]
+fn a_flight_over_nothing_known_has_status_1_and_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    save(folder.path(), "00.png", &seen(&FLIGHT[0]));
+    save(folder.path(), "01.png", &seen(&([9000.0, 5000.0, 50.0], [0.0; 3])));
+    let (report, text) = json(&["cosim", folder.path().to_str().unwrap()]);
+    assert_eq!((&report["ok"], lines(&text).len()), (&false.into(), 2));
+    assert!(report["reason"].as_str().unwrap().contains("no frame has an estimate"), "{text}");
+    assert!(report["telemetry"].as_str().unwrap().starts_with("assumed"), "{text}");
+}
+
+/// A line that the test's own capture does not hold back.
+fn skipped(why: &str) {
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
+}
+
+/// The ARM binary: what the variable names, or that of `make arm` beside the command under test.
+fn arm_binary() -> Option<PathBuf> {
+    let named = std::env::var_os("HOVERLOCK_NAV").map(PathBuf::from);
+    let target = Path::new(env!("CARGO_BIN_EXE_hoverlock")).ancestors().nth(2)?;
+    let binary = named.unwrap_or_else(|| target.join("arm/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"));
+    let qemu = Command::new("qemu-arm").arg("--version").output().is_ok();
+    (qemu && binary.is_file()).then_some(binary)
+}
+
+#[test]
+fn the_arm_binary_writes_the_lines_of_the_host() {
+    if arm_binary().is_none() {
+        return skipped("the_arm_binary_writes_the_lines_of_the_host: no ARM binary or no qemu-arm; run `make arm`");
+    }
+    let folder = flight();
+    let sequence = folder.path().to_str().unwrap();
+    let (_, host) = json(&["cosim", sequence]);
+    let (report, arm) = json(&["cosim", sequence, "--estimator", "arm"]);
+    assert_eq!((lines(&host), &report["ok"]), (lines(&arm), &true.into()));
+}
+
+#[test]
+#[ignore = "real pictures: 27 frames through the simulated hardware"]
+fn real_sequences_give_the_same_lines_from_hardware_and_model() {
+    let Some(data) = data_dir() else {
+        return skipped(
+            "real_sequences_give_the_same_lines_from_hardware_and_model: no folder of real pictures, set HOVERLOCK_DATA",
+        );
+    };
+    let estimator = if arm_binary().is_some() { "arm" } else { "host" };
+    if estimator == "host" {
+        skipped("real_sequences: the ARM binary's half: no ARM binary or no qemu-arm; run `make arm`");
+    }
+    // Sequences and the estimates in them; the others' displacement is known to more than a metre, or nothing agrees.
+    for (name, least) in [("drone_park", 2), ("caliterra", 3), ("copr_dunes", 2), ("forest_flight", 1)] {
+        let folder = data.join("sequences").join(name);
+        let sequence = folder.to_str().unwrap();
+        let (fixed, text) = json(&["cosim", sequence]);
+        let (_, hardware) = json(&["cosim", sequence, "--features", "rtl", "--estimator", estimator]);
+        assert_eq!(lines(&text), lines(&hardware), "{name}");
+        let estimates = fixed["estimates"].as_array().unwrap();
+        assert_eq!(lines(&text).len(), estimates.len());
+        let found = estimates.iter().filter(|estimate| estimate["status"] == "estimate").count();
+        assert!(found >= least, "{name}: {found} estimates\n{text}");
+        let error = fixed["against_truth"]["max_m"].as_f64().unwrap();
+        assert!(error < 0.5, "{name}: {error} m from the homographies");
+    }
+}
+
+#[test]
+#[ignore = "real pictures: three pairs"]
+fn real_neighbours_are_told_in_metres() {
+    let Some(data) = data_dir() else {
+        return skipped("real_neighbours_are_told_in_metres: no folder of real pictures, set HOVERLOCK_DATA");
+    };
+    // What `cosim` assumes, so that both tell the same metres.
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("assumed.csv");
+    let header = "roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg,heading_se_deg,range_se_m";
+    fs::write(&table, format!("{header}\n0,0,0,20,50,5,10,1\n0,0,0,20,50,5,10,1\n")).unwrap();
+    for name in ["drone_park", "caliterra", "copr_dunes"] {
+        let sequence = data.join("sequences").join(name);
+        let (reference, current) = (sequence.join("00.png"), sequence.join("01.png"));
+        let pictures = [reference.to_str().unwrap(), current.to_str().unwrap()];
+        let (report, _) = json(&["match", pictures[0], pictures[1], "--telemetry", table.to_str().unwrap()]);
+        let (cosim, _) = json(&["cosim", sequence.to_str().unwrap()]);
+        let found = numbers(&report["displacement_m"]);
+        for (axis, key) in ["x_e_m", "y_e_m"].iter().enumerate() {
+            let error = found[axis] - cosim["pseudo_truth"][1][*key].as_f64().unwrap();
+            assert!(error.abs() < 0.15, "{name}, {key}: {error} m from the homography");
+        }
+    }
+}

@@ -1,0 +1,334 @@
+//! The page of a co-simulation: where the camera was over the ground, how far from what else is known, and frames with
+//! the matches that agree.
+
+use std::fmt::Write as _;
+
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::model::Pair;
+use minijinja::value::{Serde, Value};
+use minijinja::{Environment, context};
+use serde::Serialize;
+
+use crate::figures::background;
+use crate::page::{PageError, STYLE, typeset};
+use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series};
+use crate::provenance::COMMIT;
+
+const TEMPLATE: &str = include_str!("../templates/flight.html");
+
+/// Frames that are shown with their matches; of more, every n-th.
+const SHOWN: usize = 24;
+
+/// Columns of a shown frame, at most.
+const COLUMNS: usize = 480;
+
+/// A run of the flight program.
+#[derive(Debug, Clone, Serialize)]
+pub struct Flight<'a> {
+    /// Name of the sequence.
+    pub name: String,
+    /// The command as typed.
+    pub command: String,
+    /// Where features come from.
+    pub features: String,
+    /// Where the flight program ran.
+    pub estimator: String,
+    /// Where the telemetry comes from.
+    pub telemetry: String,
+    /// Why the run fails; nothing where it passes.
+    pub failure: Option<String>,
+    /// Simulated clock cycles.
+    pub cycles: Option<u64>,
+    /// The frames in order.
+    pub frames: Vec<Frame<'a>>,
+}
+
+/// A frame of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct Frame<'a> {
+    /// File name.
+    pub name: String,
+    /// As the flight program writes it.
+    pub status: String,
+    /// Why there is no estimate.
+    pub reason: Option<String>,
+    /// Features taken.
+    pub features: usize,
+    /// The estimate.
+    pub estimate: Option<Estimate>,
+    /// Displacement by other means along `X_e` and `Y_e`, m.
+    pub truth: Option<[f64; 2]>,
+    /// The truth leads through the frames between.
+    pub chained: bool,
+    /// The picture.
+    #[serde(skip)]
+    pub picture: &'a Plane<u16>,
+    /// Pairs that agree, REF and this frame.
+    #[serde(skip)]
+    pub inliers: Vec<Pair>,
+}
+
+/// An estimate of the flight program.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Estimate {
+    /// Along `X_e` and `Y_e`, m.
+    pub displacement: [f64; 2],
+    /// Standard errors along them, m.
+    pub sigma: [f64; 2],
+    /// 0 ..= 255.
+    pub quality: u8,
+    /// Matches that agree.
+    pub inliers: usize,
+    /// Matches.
+    pub matches: usize,
+}
+
+impl Frame<'_> {
+    /// Estimate less truth, m.
+    fn error(&self) -> Option<[f64; 2]> {
+        let (estimate, truth) = (self.estimate?, self.truth?);
+        Some([0, 1].map(|axis| estimate.displacement[axis] - truth[axis]))
+    }
+}
+
+/// A frame with its matches, for the page.
+#[derive(Debug, Serialize)]
+struct Still {
+    caption: String,
+    svg: String,
+}
+
+/// The page as HTML, with style, plots and pictures inside it.
+///
+/// # Errors
+/// A plot or the template fails. Either is a defect of this program, not of the input.
+pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
+    let mut environment = Environment::new();
+    environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
+    environment.add_template("flight.html", TEMPLATE)?;
+    let errors: Vec<f64> = flight.frames.iter().filter_map(Frame::error).map(|[x, y]| x.hypot(y)).collect();
+    let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    let step = flight.frames.len().div_ceil(SHOWN).max(1);
+    let stills = flight.frames.iter().step_by(step).map(still).collect::<Result<Vec<_>, PlotError>>()?;
+    Ok(environment.get_template("flight.html")?.render(context! {
+        style => STYLE,
+        commit => COMMIT,
+        flight => Value::from(Serde(flight)),
+        estimates => flight.frames.iter().filter(|frame| frame.estimate.is_some()).count(),
+        truths => flight.frames.iter().any(|frame| frame.truth.is_some()),
+        chained => flight.frames.iter().any(|frame| frame.chained),
+        compared => errors.len(),
+        rms => rms,
+        largest => errors.iter().copied().fold(0.0, f64::max),
+        track => track(flight)?,
+        errors => [error(flight, 0)?, error(flight, 1)?],
+        quality => quality(flight)?,
+        inliers => inliers(flight)?,
+        step => step,
+        stills => Value::from(Serde(stills)),
+    })?)
+}
+
+/// Seen from above, the top of the reference picture up.
+fn track(flight: &Flight<'_>) -> Result<String, PlotError> {
+    let above = |[x, y]: [f64; 2]| (x, -y);
+    let estimates: Vec<_> = flight
+        .frames
+        .iter()
+        .filter_map(|frame| match frame.status.as_str() {
+            "reference" => Some((0.0, 0.0)),
+            _ => frame.estimate.map(|estimate| above(estimate.displacement)),
+        })
+        .collect();
+    let truths: Vec<_> = flight.frames.iter().filter_map(|frame| frame.truth.map(above)).collect();
+    let all = || estimates.iter().chain(&truths).copied();
+    let middle = |of: fn((f64, f64)) -> f64| {
+        let (low, high) = all().map(of).fold((0.0, 0.0), |(low, high): (f64, f64), v| (low.min(v), high.max(v)));
+        ((low + high) / 2.0, high - low)
+    };
+    let ((x, width), (y, height)) = (middle(|p| p.0), middle(|p| p.1));
+    // One scale for both axes.
+    let half = 0.6 * width.max(height).max(0.1);
+    let mut series = vec![Series { name: "estimate".into(), colour: BLUE, mark: Mark::LineDots, points: estimates }];
+    if !truths.is_empty() {
+        let colour = ORANGE;
+        series.push(Series { name: "homographies of the folder".into(), colour, mark: Mark::Ring(6), points: truths });
+    }
+    Chart {
+        title: "Track over the ground".into(),
+        size: (540, 560),
+        x: Axis::linear("X_e, m", x - half, x + half),
+        y: Axis::linear("\u{2212}Y_e, m", y - half, y + half),
+        series,
+        rules: Vec::new(),
+    }
+    .svg()
+}
+
+/// The horizontal axis of what is shown over the frames.
+fn over_frames(flight: &Flight<'_>) -> Axis {
+    let last = flight.frames.len().saturating_sub(1).max(1);
+    let step = last.div_ceil(12);
+    let ticks = (0..=last).step_by(step).map(|frame| (frame as f64, frame.to_string())).collect();
+    Axis::ticked("frame", -0.3, last as f64 + 0.3, ticks)
+}
+
+/// One value of each frame that has it.
+fn points(flight: &Flight<'_>, value: impl Fn(&Frame<'_>) -> Option<f64>) -> Vec<(f64, f64)> {
+    let of_frame = |(i, frame)| Some((i as f64, value(frame)?));
+    flight.frames.iter().enumerate().filter_map(of_frame).collect()
+}
+
+/// Estimate less truth along an axis, between three standard errors.
+fn error(flight: &Flight<'_>, axis: usize) -> Result<String, PlotError> {
+    let sigma = |sign: f64| points(flight, |frame| Some(3.0 * sign * frame.estimate?.sigma[axis]));
+    let errors = points(flight, |frame| Some(frame.error()?[axis]));
+    let most = sigma(1.0).iter().chain(&errors).map(|(_, v)| v.abs()).fold(0.01, f64::max);
+    let name = ["X_e", "Y_e"][axis];
+    let line = |name: &str, colour, mark, points| Series { name: name.into(), colour, mark, points };
+    Chart {
+        title: format!("Error along {name}, m"),
+        size: (540, 270),
+        x: over_frames(flight),
+        y: Axis::linear("", -1.1 * most, 1.1 * most),
+        series: vec![
+            line("\u{b1}3 standard errors", GREY, Mark::LineDots, sigma(1.0)),
+            line("", GREY, Mark::LineDots, sigma(-1.0)),
+            line("error", BLUE, Mark::LineDots, errors),
+        ],
+        rules: Vec::new(),
+    }
+    .svg()
+}
+
+/// Quality of each frame; 0 where there is no estimate.
+fn quality(flight: &Flight<'_>) -> Result<String, PlotError> {
+    let estimated = points(flight, |frame| Some(f64::from(frame.estimate?.quality)));
+    let none = points(flight, |frame| (frame.status == "none").then_some(0.0));
+    Chart {
+        title: "Quality, 0 to 255".into(),
+        size: (540, 270),
+        x: over_frames(flight),
+        y: Axis::ticked("", 0.0, 262.0, [0, 64, 128, 192, 255].map(|v| (f64::from(v), v.to_string())).to_vec()),
+        series: vec![
+            Series { name: "estimate".into(), colour: BLUE, mark: Mark::LineDots, points: estimated },
+            Series { name: "no estimate".into(), colour: RED, mark: Mark::Dots(4), points: none },
+        ],
+        rules: Vec::new(),
+    }
+    .svg()
+}
+
+/// Features, matches and inliers.
+fn inliers(flight: &Flight<'_>) -> Result<String, PlotError> {
+    let count = |of: fn(&Estimate) -> usize| points(flight, move |frame| Some(of(frame.estimate.as_ref()?) as f64));
+    let features = points(flight, |frame| Some(frame.features as f64));
+    let most = features.iter().map(|(_, count)| *count).fold(1.0, f64::max);
+    Chart {
+        title: "Features, matches, and those that agree".into(),
+        size: (540, 270),
+        x: over_frames(flight),
+        y: Axis::linear("", 0.0, 1.1 * most),
+        series: vec![
+            Series { name: "features".into(), colour: GREY, mark: Mark::LineDots, points: features },
+            Series { name: "matches".into(), colour: ORANGE, mark: Mark::LineDots, points: count(|e| e.matches) },
+            Series { name: "inliers".into(), colour: GREEN, mark: Mark::LineDots, points: count(|e| e.inliers) },
+        ],
+        rules: Vec::<Rule>::new(),
+    }
+    .svg()
+}
+
+/// A frame, with a line from where each inlier was in the reference to where it is.
+fn still(frame: &Frame<'_>) -> Result<Still, PlotError> {
+    let (width, height) = (frame.picture.width(), frame.picture.height());
+    let step = width.div_ceil(COLUMNS);
+    let small = Plane::from_fn(width / step, height / step, |x, y| mean(frame.picture, x * step, y * step, step));
+    let image = background(&small).map_err(|error| crate::plot::failed(&frame.name, error))?;
+    let mut path = String::new();
+    let mut ends = String::new();
+    if frame.estimate.is_some() {
+        for Pair { reference, current } in &frame.inliers {
+            // Writing to a String cannot fail.
+            let _ = write!(path, "M{:.1} {:.1}L{:.1} {:.1}", reference.x, reference.y, current.x, current.y);
+            let _ = write!(ends, "M{:.1} {:.1}h.01", current.x, current.y);
+        }
+    }
+    let pen = width as f64 / 400.0;
+    let svg = format!(
+        "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{name}\">\
+         <image width=\"{width}\" height=\"{height}\" href=\"{image}\"/>\
+         <path d=\"{path}\" fill=\"none\" stroke=\"#ffcd28\" stroke-width=\"{pen:.2}\" stroke-opacity=\"0.55\"/>\
+         <path d=\"{ends}\" fill=\"none\" stroke=\"#28eb5a\" stroke-width=\"{dot:.2}\" stroke-linecap=\"round\"/></svg>",
+        name = minijinja::HtmlEscape(&frame.name),
+        dot = 2.5 * pen,
+    );
+    let told = match (&frame.estimate, &frame.reason) {
+        (Some(estimate), _) => format!("{} of {} matches agree", estimate.inliers, estimate.matches),
+        (None, Some(reason)) => reason.clone(),
+        (None, None) => frame.status.clone(),
+    };
+    Ok(Still { caption: format!("{}: {told}", frame.name), svg })
+}
+
+/// The mean of a square of pixels.
+fn mean(picture: &Plane<u16>, x: usize, y: usize, side: usize) -> u16 {
+    let sum: u32 = (0..side * side).map(|i| u32::from(picture[(x + i % side, y + i / side)])).sum();
+    (sum / (side * side) as u32) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector2;
+
+    fn frame<'a>(picture: &'a Plane<u16>, status: &str, displacement: Option<[f64; 2]>) -> Frame<'a> {
+        let estimate = displacement.map(|displacement| Estimate {
+            displacement,
+            sigma: [0.02, 0.03],
+            quality: 200,
+            inliers: 1,
+            matches: 5,
+        });
+        Frame {
+            name: "00 <a>.png".into(),
+            status: status.into(),
+            reason: (status == "none").then(|| "no texture".into()),
+            features: 50,
+            estimate,
+            truth: Some([1.0, 2.0]),
+            chained: false,
+            picture,
+            inliers: vec![Pair { reference: Vector2::new(10.0, 11.0), current: Vector2::new(20.5, 21.25) }],
+        }
+    }
+
+    #[test]
+    fn the_page_is_one_file_and_tells_every_frame() {
+        let picture = Plane::from_fn(64, 48, |x, y| (x * y) as u16);
+        let flight = Flight {
+            name: "hill & dale".into(),
+            command: "hoverlock cosim hill".into(),
+            features: "fixed".into(),
+            estimator: "host".into(),
+            telemetry: "telemetry.csv".into(),
+            failure: None,
+            cycles: Some(12),
+            frames: vec![
+                frame(&picture, "reference", None),
+                frame(&picture, "estimate", Some([1.3, 2.4])),
+                frame(&picture, "none", None),
+            ],
+        };
+        let page = html(&flight).unwrap();
+        assert!(page.contains("hill &amp; dale") && page.contains("no texture") && page.contains("00 &lt;a&gt;.png"));
+        assert!(!page.contains("00 <a>.png"));
+        // |(0.3, 0.4)|
+        assert!(page.contains("0.500"), "the rms of the one error");
+        // The inlier is drawn in the frame that has an estimate, and in no other.
+        assert_eq!(page.matches("M10.0 11.0L20.5 21.2").count(), 1);
+        let outside = page.split("href=\"").skip(1).filter(|rest| !rest.starts_with("data:") && !rest.starts_with('#'));
+        assert_eq!(outside.count(), 0);
+        assert!(!page.contains("src=\"http") && !page.contains("@import"));
+    }
+}
