@@ -1,8 +1,7 @@
 //! Instructions a frame on the Cortex-A9, counted under qemu by the plugin `hoverlock-icount`: `make bench-arm`.
 //!
-//! The program that is counted is `hoverlock-nav` as it flies, from a line written to the next. Beside
-//! it the same with the FPGA's part done in software, `hoverlock-extract`, on a picture. Every count is the same in every
-//! run.
+//! The program that is counted is `hoverlock-nav` as it flies, from a line written to the next. Beside it the same
+//! with the FPGA's part done in software, `hoverlock-extract`, on a picture. Every count is the same in every run.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -1,20 +1,22 @@
 //! Estimates as MAVLink messages for an autopilot.
 //!
 //! The message is `ODOMETRY`. `LANDING_TARGET` says where to land and not where the helicopter is.
-//! `VISION_POSITION_DELTA` is a motion since the last message: each delta has the error of two estimates, and one that is
-//! lost is missing from the sum for good. `VISION_POSITION_ESTIMATE` has no quality. `ODOMETRY` has position, attitude,
-//! covariance, quality and a count of references, PX4 and ArduPilot take it, and a lost one costs nothing.
+//! `VISION_POSITION_DELTA` is a motion since the last message: each delta has the error of two estimates, and one
+//! that is lost is missing from the sum for good. `VISION_POSITION_ESTIMATE` has no quality. `ODOMETRY` has
+//! position, attitude, covariance, quality and a count of references, PX4 and ArduPilot take it, and a lost one
+//! costs nothing.
 //!
-//! Frames are `MAV_FRAME_LOCAL_FRD`, whose origin is the camera at the reference, and `MAV_FRAME_BODY_FRD`, the only pair
-//! that both autopilots take. With the top of the picture forward, `x = -Y_e`, `y = X_e`, `z = Z_e`, and roll and pitch
-//! change their sign ([`hoverlock_reference::motion::orthophoto`]). Forward is where the telemetry's yaw is 0.
+//! Frames are `MAV_FRAME_LOCAL_FRD`, whose origin is the camera at the reference, and `MAV_FRAME_BODY_FRD`, the only
+//! pair that both autopilots take. With the top of the picture forward, `x = -Y_e`, `y = X_e`, `z = Z_e`, and roll
+//! and pitch change their sign ([`hoverlock_reference::motion::orthophoto`]). Forward is where the telemetry's yaw
+//! is 0.
 //!
-//! The pose fit gives the covariance of `x` and `y`. Those of `z` and the attitude are the sensors', which the fit can only
-//! improve. Velocities are not measured: not a number, as is their covariance; take position and yaw from this source,
-//! velocity from another.
+//! The pose fit gives the covariance of `x` and `y`. Those of `z` and the attitude are the sensors', which the fit
+//! can only improve. Velocities are not measured: not a number, as is their covariance; take position and yaw from
+//! this source, velocity from another.
 //!
-//! Framing, sequence and check come from `mavlink-core`. The body is written here: the dialect crate would make this one
-//! message out of 1.7 MB of source, which takes longer to compile than all the rest of the program.
+//! Framing, sequence and check come from `mavlink-core`. The body is written here: the dialect crate would make this
+//! one message out of 1.7 MB of source, which takes longer to compile than all the rest of the program.
 
 use crate::line::{Estimate, Line, Status};
 use mavlink_core::bytes_mut::BytesMut;
@@ -40,8 +42,8 @@ impl Default for Stream {
 }
 
 impl Stream {
-    /// The message of a line with an estimate; none for the others. A new reference moves the origin: it is counted, and
-    /// the next message says so.
+    /// The message of a line with an estimate; none for the others. A new reference moves the origin: it is counted,
+    /// and the next message says so.
     pub fn message(&mut self, line: &Line) -> Option<&[u8]> {
         if line.status == Status::Reference {
             self.references = self.references.wrapping_add(1);
