@@ -13,7 +13,7 @@ LONG := ten_thousand_frames an_installed_command no_input_brings_the_command_dow
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks test-long fuzz bench bench-harness arm setup build
+.PHONY: demo test checks test-long fuzz bench bench-harness bench-arm arm setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -64,9 +64,15 @@ bench-harness:
 ## The flight program for the ARM Cortex-A9: one static file. Its own target folder, as it has a compiler of its own.
 arm:
 	@environment=$$(setup/arm.sh) && . "$$environment" && export CARGO_PROFILE_RELEASE_DEBUG=0 && \
-		cargo build --release --locked --package hoverlock-arm \
+		cargo build --release --locked --package hoverlock-arm $(ARM_FEATURES) \
 		-Zbuild-std=std,panic_abort --target armv7-unknown-linux-gnueabihf --target-dir $(ARM_TARGET)
 	@echo "The flight program: $(ARM_TARGET)/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"
+
+## Instructions a frame on the ARM, counted under qemu: the flight program part by part, and the FPGA's part done in software.
+bench-arm: setup
+	@$(MAKE) --no-print-directory arm ARM_FEATURES="--features extract"
+	cargo build --quiet --release --locked --package hoverlock-icount
+	cargo bench --quiet --locked --package hoverlock-arm --bench instructions
 
 setup:
 	@setup/bootstrap.sh

@@ -7,6 +7,7 @@
 //! | [`hardware`] | registers of the FPGA, and whether it is the one this program was built for |
 //! | [`navigator`] | messages in, one line per frame out: reference, gate, search, pose |
 //! | [`line`] | the result of a frame as a JSON line |
+//! | [`mavlink`] | the result of a frame as a message to an autopilot |
 //! | [`arinc429`] | the words that control the camera |
 //! | [`source`] | the sending end of the stream |
 //!
@@ -20,6 +21,7 @@ pub mod arinc429;
 pub mod framing;
 pub mod hardware;
 pub mod line;
+pub mod mavlink;
 pub mod message;
 pub mod navigator;
 pub mod source;

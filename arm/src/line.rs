@@ -7,8 +7,8 @@
 //! need to be read back to the same bits, by the same code on every machine.
 
 use crate::message::{MessageError, Trailer};
-use hoverlock_reference::motion::orthophoto::ViewError;
-use hoverlock_reference::motion::pose::{Pose, PoseError};
+use hoverlock_reference::motion::orthophoto::{Attitude, ViewError};
+use hoverlock_reference::motion::pose::{Pose, PoseError, Sensors};
 use hoverlock_reference::motion::ransac::RansacError;
 use serde::{Serialize, Serializer};
 use std::fmt::Display;
@@ -104,11 +104,17 @@ pub struct Estimate {
     pub inliers: usize,
     /// Matches.
     pub matches: usize,
+    /// Attitude of the camera.
+    #[serde(skip)]
+    pub attitude: Attitude,
+    /// What the frame's sensors are good for.
+    #[serde(skip)]
+    pub sensors: Sensors,
 }
 
 impl Estimate {
     /// The pose of `inliers` out of `matches`.
-    pub fn of(pose: &Pose, inliers: usize, matches: usize) -> Self {
+    pub fn of(pose: &Pose, inliers: usize, matches: usize, sensors: Sensors) -> Self {
         let c = pose.covariance;
         Self {
             x_e_m: pose.displacement.x,
@@ -119,6 +125,8 @@ impl Estimate {
             quality: pose.quality,
             inliers,
             matches,
+            attitude: pose.attitude,
+            sensors,
         }
     }
 }

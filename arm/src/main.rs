@@ -1,7 +1,10 @@
 //! `hoverlock-nav`: messages from a file or the standard input, JSON lines on the standard output.
 
 use hoverlock_arm::framing::Decoder;
+use hoverlock_arm::line::Line;
+use hoverlock_arm::mavlink;
 use hoverlock_arm::navigator::{Navigator, Next};
+use hoverlock_reference::motion::mark::{Part, mark};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -9,10 +12,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const HELP: &str = "\
-hoverlock-nav [--camera FILE] [STREAM]
+hoverlock-nav [--mavlink FILE] [--camera FILE] [STREAM]
 
 Displacement from a reference, in metres, out of feature records and telemetry.
 Reads messages from the file STREAM, or from the standard input; writes one JSON line per frame.
+With --mavlink every estimate goes to FILE as a MAVLink 2 message ODOMETRY; FILE may be the autopilot's serial port.
 With --camera the ARINC 429 words of the commands wide and narrow go to FILE, four bytes each, least significant first.
 Ends with status 0 at the end of the stream or the command to stop, with status 2 where the input cannot be
 read or the FPGA is not the one this program was built for.
@@ -28,6 +32,7 @@ const LINE: usize = 4096;
 struct Arguments {
     stream: Option<PathBuf>,
     camera: Option<PathBuf>,
+    mavlink: Option<PathBuf>,
     help: bool,
 }
 
@@ -50,6 +55,9 @@ fn arguments(mut given: impl Iterator<Item = OsString>) -> Result<Arguments, Str
         } else if argument == "--camera" {
             let file = given.next().ok_or("--camera takes a file; see hoverlock-nav --help")?;
             arguments.camera = Some(file.into());
+        } else if argument == "--mavlink" {
+            let file = given.next().ok_or("--mavlink takes a file; see hoverlock-nav --help")?;
+            arguments.mavlink = Some(file.into());
         } else if argument.as_encoded_bytes().starts_with(b"-") {
             return Err(format!("unknown option {}; see hoverlock-nav --help", argument.display()));
         } else if arguments.stream.replace(argument.into()).is_some() {
@@ -65,37 +73,66 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         return Ok(());
     }
     let named = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
-    // The stream first: a camera's file is not emptied for a stream that is not there.
+    // The stream first: no other file is emptied for a stream that is not there.
     let stream =
         arguments.stream.as_ref().map(|path| File::open(path).map_err(|error| named(path, error))).transpose()?;
-    let camera = arguments.camera.as_ref().map(|path| File::create(path).map_err(|error| named(path, error)));
-    let mut camera = camera.transpose()?;
+    let created = |path: &Option<PathBuf>| {
+        path.as_ref().map(|path| File::create(path).map_err(|error| named(path, error))).transpose()
+    };
+    let camera = created(&arguments.camera)?;
+    let autopilot = created(&arguments.mavlink)?.map(|file| (file, mavlink::Stream::default()));
+    let output = Output { text: Vec::with_capacity(LINE), lines: io::stdout().lock(), autopilot, written: Ok(()) };
     match stream {
-        Some(mut stream) => navigate(&mut stream, camera.as_mut()),
-        None => navigate(&mut io::stdin().lock(), camera.as_mut()),
+        Some(mut stream) => navigate(&mut stream, camera, output),
+        None => navigate(&mut io::stdin().lock(), camera, output),
     }
 }
 
-fn navigate(source: &mut impl Read, mut camera: Option<&mut File>) -> Result<(), String> {
+/// Where the results go.
+struct Output {
+    text: Vec<u8>,
+    lines: io::StdoutLock<'static>,
+    autopilot: Option<(File, mavlink::Stream)>,
+    /// The first error; nothing is written after it.
+    written: Result<(), String>,
+}
+
+impl Output {
+    fn write(&mut self, line: &Line) {
+        if self.written.is_ok() {
+            self.written = self.try_write(line);
+        }
+    }
+
+    fn try_write(&mut self, line: &Line) -> Result<(), String> {
+        line.write(&mut self.text);
+        self.lines.write_all(&self.text).map_err(|error| format!("writing lines: {error}"))?;
+        if let Some((file, stream)) = &mut self.autopilot
+            && let Some(message) = stream.message(line)
+        {
+            file.write_all(message).map_err(|error| format!("writing to the autopilot: {error}"))?;
+        }
+        Ok(())
+    }
+}
+
+fn navigate(source: &mut impl Read, mut camera: Option<File>, mut output: Output) -> Result<(), String> {
     let mut decoder = Decoder::default();
     let mut navigator = Navigator::default();
-    let mut text = Vec::with_capacity(LINE);
-    let mut output = io::stdout().lock();
-    let mut written = Ok(());
+    mark(Part::Frame);
     'stream: loop {
         let more = decoder.read(source).map_err(|error| format!("reading the stream: {error}"))?;
         while let Some(raw) = decoder.message() {
             let next = navigator.take(&raw, &mut |line| {
-                line.write(&mut text);
-                if written.is_ok() {
-                    written = output.write_all(&text);
-                }
+                output.write(line);
+                mark(Part::End);
+                mark(Part::Frame);
             });
             let next = next.map_err(|error| error.to_string())?;
             if let (Some(word), Some(camera)) = (navigator.camera_word().map_err(|e| e.to_string())?, &mut camera) {
                 camera.write_all(&word.to_le_bytes()).map_err(|error| format!("writing to the camera: {error}"))?;
             }
-            if next == Next::Stop || written.is_err() {
+            if next == Next::Stop || output.written.is_err() {
                 break 'stream;
             }
         }
@@ -103,13 +140,9 @@ fn navigate(source: &mut impl Read, mut camera: Option<&mut File>) -> Result<(),
             break;
         }
     }
-    navigator.finish(&mut |line| {
-        line.write(&mut text);
-        if written.is_ok() {
-            written = output.write_all(&text);
-        }
-    });
-    written.and_then(|()| output.flush()).map_err(|error| format!("writing lines: {error}"))?;
+    navigator.finish(&mut |line| output.write(line));
+    output.written?;
+    output.lines.flush().map_err(|error| format!("writing lines: {error}"))?;
     let counts = navigator.counts();
     eprintln!(
         "hoverlock-nav: {} frames; {} messages repeated, {} refused, {} bytes skipped",

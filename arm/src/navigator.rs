@@ -24,6 +24,7 @@ use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::estimate::{Estimator, Workspace};
+use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate};
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::{Camera, View};
@@ -34,8 +35,9 @@ use nalgebra::{Matrix3, Vector2};
 pub const MAX_FEATURES: usize = 1024;
 
 /// Work units of a frame. Three rounds of matching take 0.8 million where the features are spread evenly over scales
-/// and polarities.
-pub const WORK: u64 = 3_000_000;
+/// and polarities. A unit of a search that goes on to the end is ten instructions of the Cortex-A9, counted by
+/// `make bench-arm`, so that these are 20 million.
+pub const WORK: u64 = 2_000_000;
 
 /// Age up to which a displacement predicts the next, microseconds. A helicopter that gains 2 m/s in a second moves
 /// the ground by less than
@@ -317,7 +319,9 @@ impl Navigator {
     fn located(&mut self, line: Line, telemetry: &Telemetry, out: &mut impl FnMut(&Line)) {
         let mut line = Line { time_us: Some(telemetry.time_us), ..line };
         let mut budget = Budget::new(self.work);
-        match self.estimate(telemetry, &mut budget) {
+        let outcome = self.estimate(telemetry, &mut budget);
+        mark(Part::Frame);
+        match outcome {
             Ok(Some(estimate)) => {
                 line.estimate = Some(estimate);
                 line.status = if budget.is_exhausted() { Status::Late } else { Status::Estimate };
@@ -354,12 +358,15 @@ impl Navigator {
             .map(|last| Gate { prediction: predicted(&reference.view, &view, last.displacement), radius: GATE_RADIUS });
         let mut estimator = Estimator::default();
         estimator.matching.gate = gate;
-        let motion = estimator.estimate_in(workspace, budget, reference_features, current)?;
+        mark(Part::Search);
+        let motion = estimator.estimate_in(workspace, budget, reference_features, current);
+        mark(Part::Pose);
+        let motion = motion?;
         inliers.clear();
         inliers.extend(motion.inliers.iter().map(|&i| motion.pairs[i]));
         let pose = pose::fit(&reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
         self.last = Some(Last { time_us: telemetry.time_us, displacement: pose.displacement });
-        Ok(Some(Estimate::of(&pose, inliers.len(), motion.matches.len())))
+        Ok(Some(Estimate::of(&pose, inliers.len(), motion.matches.len(), telemetry.sensors)))
     }
 }
 

@@ -13,6 +13,7 @@
 //! the two pictures.
 
 use crate::features::feature::Feature;
+use crate::motion::mark::{Part, mark};
 use crate::motion::model::transfer;
 use nalgebra::{Matrix3, Vector2};
 use std::cmp::Ordering;
@@ -83,6 +84,7 @@ impl Matching {
         buffers: &mut MatchBuffers,
         found: &mut Vec<Match>,
     ) {
+        mark(Part::Matching);
         found.clear();
         groups(reference, &mut buffers.groups);
         for group in 0..buffers.groups.len() {
@@ -96,6 +98,7 @@ impl Matching {
         }
         // The index decides last, so no two are equal and the order is that of a stable sort.
         found.sort_unstable_by(Match::best_first);
+        mark(Part::Search);
     }
 
     /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses
@@ -128,18 +131,22 @@ impl Matching {
                 {
                     break;
                 }
-                let Some(hamming) = near.closer(&a.bytes, floor(limit(&best_from[i]))) else { continue };
-                for (j, b) in to.iter().enumerate().skip(block * BLOCK).take(BLOCK) {
+                let (mut closer, hamming) = near.closer(&a.bytes, floor(limit(&best_from[i])));
+                while closer != 0 {
+                    let lane = closer.trailing_zeros() as usize;
+                    closer &= closer - 1;
+                    let j = block * BLOCK + lane;
+                    let b = &to[j];
                     if let Some((position, radius2)) = expected
                         && (b.position - position).norm_squared() > radius2
                     {
                         continue;
                     }
                     let difference = (a.response - b.response).abs();
-                    let distance = sum(u32::from(hamming[j % BLOCK]), difference);
+                    let distance = sum(u32::from(hamming[lane]), difference);
                     best_from[i].offer(distance, difference, j);
                     best_to[j].offer(distance, difference, i);
-                    near.limits[j % BLOCK] = floor(limit(&best_to[j]));
+                    near.limits[lane] = floor(limit(&best_to[j]));
                 }
             }
         }
@@ -246,39 +253,129 @@ const BYTES: usize = 16;
 const BLOCK: usize = 16;
 
 /// Descriptors of sixteen candidates, byte `k` of all side by side. So the Hamming distance of sixteen pairs is
-/// sixteen times exclusive or, count
-/// of bits in bytes and sum of bytes, which compilers turn into vector instructions by themselves; the largest, 128,
-/// fits a byte.
+/// sixteen times exclusive or, count of bits in bytes and sum of bytes; the largest, 128, fits a byte. For x86-64
+/// compilers make vector instructions of that by themselves. For NEON they sum along the wrong axis, a thousand
+/// instructions a block where the hundred of [`neon`] suffice.
 struct Block {
     bytes: [[u8; BLOCK]; BYTES],
     /// Hamming distance above which a candidate takes no notice.
     limits: [u8; BLOCK],
+    /// A bit for each lane that has a candidate.
+    lanes: u16,
 }
 
 impl Block {
     fn of(candidates: &[Candidate]) -> Self {
-        // A lane without a candidate takes no notice of anything.
-        let limits = std::array::from_fn(|lane| if lane < candidates.len() { u8::MAX } else { 0 });
-        let mut block = Self { bytes: [[0; BLOCK]; BYTES], limits };
+        let lanes = (((1u32 << candidates.len()) - 1) & 0xffff) as u16;
+        let mut block = Self { bytes: [[0; BLOCK]; BYTES], limits: [u8::MAX; BLOCK], lanes };
         for (lane, candidate) in candidates.iter().enumerate() {
             (0..BYTES).for_each(|k| block.bytes[k][lane] = candidate.bytes[k]);
         }
         block
     }
 
-    /// All Hamming distances, where one is small enough for either side to take notice.
-    fn closer(&self, bytes: &[u8; BYTES], limit: u8) -> Option<[u8; BLOCK]> {
+    /// All Hamming distances, and a bit for each lane where it is small enough for either side to take notice.
+    #[inline(always)]
+    fn closer(&self, bytes: &[u8; BYTES], limit: u8) -> (u16, [u8; BLOCK]) {
+        #[cfg(all(target_arch = "arm", target_feature = "neon"))]
+        let (closer, hamming) = neon::closer(&self.bytes, &self.limits, bytes, limit);
+        #[cfg(not(all(target_arch = "arm", target_feature = "neon")))]
+        let (closer, hamming) = self.portable(bytes, limit);
+        (closer & self.lanes, hamming)
+    }
+
+    #[cfg_attr(all(target_arch = "arm", target_feature = "neon"), expect(dead_code, reason = "for other processors"))]
+    fn portable(&self, bytes: &[u8; BYTES], limit: u8) -> (u16, [u8; BLOCK]) {
         let mut hamming = [0u8; BLOCK];
         for (lanes, byte) in self.bytes.iter().zip(bytes) {
             for (sum, lane) in hamming.iter_mut().zip(lanes) {
                 *sum += (lane ^ byte).count_ones() as u8;
             }
         }
-        let mut any = 0;
-        for (hamming, other) in hamming.iter().zip(&self.limits) {
-            any |= u8::from(*hamming <= limit) | u8::from(hamming <= other);
+        let mut small = [0u8; BLOCK];
+        for ((small, hamming), other) in small.iter_mut().zip(&hamming).zip(&self.limits) {
+            *small = u8::from(*hamming <= limit) | u8::from(hamming <= other);
         }
-        (any != 0).then_some(hamming)
+        // Most blocks have none: their bits are not gathered.
+        if small == [0; BLOCK] {
+            return (0, hamming);
+        }
+        (small.iter().enumerate().fold(0, |bits, (lane, small)| bits | u16::from(*small) << lane), hamming)
+    }
+}
+
+/// The inner loop for NEON.
+#[cfg(all(target_arch = "arm", target_feature = "neon"))]
+mod neon {
+    use super::{BLOCK, BYTES};
+    use std::arch::asm;
+
+    /// The distances in one byte.
+    macro_rules! byte {
+        () => {
+            "vld1.8 {{d18[], d19[]}}, [{bytes}]!
+            vld1.8 {{d20, d21}}, [{lanes}]!
+            veor q9, q9, q10
+            vcnt.8 q9, q9
+            vadd.i8 q8, q8, q9
+            "
+        };
+    }
+
+    // Written out and not `.rept`, whose length the compiler does not know when it places constants.
+    macro_rules! four_bytes {
+        () => {
+            concat!(byte!(), byte!(), byte!(), byte!())
+        };
+    }
+
+    /// As the portable one: for every byte of a descriptor `vld1` of that byte into all lanes, `vld1` of sixteen
+    /// candidates' bytes, `veor`, `vcnt`, `vadd`; then the comparisons, and a bit for each lane.
+    #[inline(always)]
+    pub fn closer(
+        lanes: &[[u8; BLOCK]; BYTES],
+        limits: &[u8; BLOCK],
+        bytes: &[u8; BYTES],
+        limit: u8,
+    ) -> (u16, [u8; BLOCK]) {
+        const WEIGHTS: [u8; BLOCK] = [1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128];
+        let mut hamming = [0u8; BLOCK];
+        let mut closer: u32;
+        // SAFETY: reads `lanes`, `limits`, `bytes` and the weights, writes `hamming`, each over its whole length and
+        // not beyond; `vld1.8` and `vst1.8` need no alignment. All registers that change are named, the stack is not
+        // used.
+        unsafe {
+            asm!(
+                "vmov.i8 q8, #0",
+                four_bytes!(),
+                four_bytes!(),
+                four_bytes!(),
+                four_bytes!(),
+                "vdup.8 q9, {closer}",
+                "vld1.8 {{d20, d21}}, [{limits}]",
+                "vld1.8 {{d22, d23}}, [{weights}]",
+                "vmax.u8 q9, q9, q10",
+                "vcge.u8 q9, q9, q8",
+                "vand q9, q9, q11",
+                "vpadd.i8 d18, d18, d19",
+                "vpadd.i8 d18, d18, d18",
+                "vpadd.i8 d18, d18, d18",
+                "vmov.u16 {closer}, d18[0]",
+                "vst1.8 {{d16, d17}}, [{hamming}]",
+                bytes = inout(reg) bytes.as_ptr() => _,
+                lanes = inout(reg) lanes.as_ptr() => _,
+                limits = in(reg) limits.as_ptr(),
+                weights = in(reg) WEIGHTS.as_ptr(),
+                hamming = in(reg) hamming.as_mut_ptr(),
+                closer = inout(reg) u32::from(limit) => closer,
+                out("q8") _,
+                out("q9") _,
+                out("q10") _,
+                out("q11") _,
+                options(nostack, preserves_flags),
+            );
+        }
+        (closer as u16, hamming)
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod budget;
 pub mod estimate;
+pub mod mark;
 pub mod matching;
 pub mod model;
 pub mod orthophoto;

@@ -239,17 +239,13 @@ fn homography(
     let mut bottom = (0.0, 0.0);
     let mut h = Matrix3::identity();
     for _ in 0..if exact { 1 } else { HOMOGRAPHY_ROUNDS } {
-        let mut normal_matrix = SMatrix::<f64, 8, 8>::zeros();
-        let mut right = SVector::<f64, 8>::zeros();
+        let mut moments = Moments::default();
         for (i, pair) in pairs.iter().enumerate() {
             let (p, q) = normal(pair);
-            let denominator: f64 = bottom.0 * p.x + bottom.1 * p.y + 1.0;
-            let w = weight(i) / denominator.powi(2);
-            let row_x = SVector::from([p.x, p.y, 1.0, 0.0, 0.0, 0.0, -q.x * p.x, -q.x * p.y]);
-            let row_y = SVector::from([0.0, 0.0, 0.0, p.x, p.y, 1.0, -q.y * p.x, -q.y * p.y]);
-            normal_matrix += w * (row_x * row_x.transpose() + row_y * row_y.transpose());
-            right += w * (q.x * row_x + q.y * row_y);
+            let denominator = bottom.0 * p.x + bottom.1 * p.y + 1.0;
+            moments.add(weight(i) / (denominator * denominator), p, q);
         }
+        let (normal_matrix, right) = moments.normal_equations();
         let scale = normal_matrix.trace();
         let factor = normal_matrix.cholesky().ok_or(MotionError::Degenerate)?;
         // The squared pivots are what each parameter has left when the others are taken out of it.
@@ -268,6 +264,42 @@ fn homography(
         }
     }
     Ok(h)
+}
+
+/// Sums over the pairs of `w`, `w qx`, `w qy`, `w |q|^2` (rows) times `1, x, y, x^2, x y, y^2` (columns), `(x, y)` the
+/// position `p` in REF.
+///
+/// Each pair gives two equations, `[P 0 -qx (x, y)]` and `[0 P -qy (x, y)]` with `P = (x, y, 1)`. Their normal matrix
+/// has no other sums than these 24, where its outer products would be 128 products a pair.
+#[derive(Default)]
+struct Moments([[f64; 6]; 4]);
+
+impl Moments {
+    fn add(&mut self, w: f64, p: Vector2<f64>, q: Vector2<f64>) {
+        let monomials = [1.0, p.x, p.y, p.x * p.x, p.x * p.y, p.y * p.y];
+        let factors = [w, w * q.x, w * q.y, w * (q.x * q.x + q.y * q.y)];
+        for (sums, factor) in self.0.iter_mut().zip(factors) {
+            for (sum, monomial) in sums.iter_mut().zip(monomials) {
+                *sum += factor * monomial;
+            }
+        }
+    }
+
+    fn normal_equations(&self) -> (SMatrix<f64, 8, 8>, SVector<f64, 8>) {
+        // Sums of P P^T; the first two columns are those of P (x, y)^T.
+        let [ground, qx, qy, q2] = self.0.map(|[one, x, y, xx, xy, yy]| Matrix3::new(xx, xy, x, xy, yy, y, x, y, one));
+        let mut matrix = SMatrix::<f64, 8, 8>::zeros();
+        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&ground);
+        matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&ground);
+        for (row, sums) in [(0, &qx), (3, &qy)] {
+            let beside = -sums.fixed_columns::<2>(0);
+            matrix.fixed_view_mut::<3, 2>(row, 6).copy_from(&beside);
+            matrix.fixed_view_mut::<2, 3>(6, row).copy_from(&beside.transpose());
+        }
+        matrix.fixed_view_mut::<2, 2>(6, 6).copy_from(&q2.fixed_view::<2, 2>(0, 0));
+        let right = [qx[(0, 2)], qx[(1, 2)], qx[(2, 2)], qy[(0, 2)], qy[(1, 2)], qy[(2, 2)], -q2[(0, 2)], -q2[(1, 2)]];
+        (matrix, SVector::from(right))
+    }
 }
 
 /// Of four positions three on one line leave the homography open, in either picture.

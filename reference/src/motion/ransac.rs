@@ -459,16 +459,47 @@ fn distinct<const N: usize>(rng: &mut impl Rng, of: usize) -> impl Iterator<Item
 /// Probability that a wrong match agrees with a given motion within `dist`.
 fn agreement_by_chance(pairs: &[Pair], dist: f64, gate_radius: Option<f64>) -> f64 {
     let crowd2 = CROWD_RADIUS * CROWD_RADIUS;
-    let mut close = 0usize;
-    for (i, a) in pairs.iter().enumerate() {
-        close += pairs[..i].iter().filter(|b| (a.current - b.current).norm_squared() < crowd2).count();
-    }
+    let close = close_pairs(pairs);
     let all = pairs.len() * pairs.len().saturating_sub(1) / 2;
     // One more than counted: few pairs cannot show that nothing crowds.
     let crowding = (close + 1) as f64 / (all + 1) as f64;
     let anywhere = crowding * dist / crowd2;
     let within_gate = gate_radius.map_or(0.0, |radius| dist / (radius * radius));
     anywhere.max(within_gate).min(1.0)
+}
+
+/// Pairs of positions in CUR less than [`CROWD_RADIUS`] apart, in steps of 1/4 px: 16-bit integers, of which a vector
+/// unit compares eight and more at a time.
+fn close_pairs(pairs: &[Pair]) -> usize {
+    const STEPS: f64 = 4.0;
+    const REACH: u16 = (CROWD_RADIUS * STEPS) as u16;
+    const BLOCK: usize = 64;
+    // Positions may lie outside the picture a little; beyond -4096 and 12 287 px they go to the ends.
+    let fixed = |pair: &Pair| (pair.current * STEPS).map(|v| (v + 4096.0 * STEPS) as u16);
+    let mut close = 0;
+    for (block, others) in pairs.chunks(BLOCK).enumerate() {
+        let (mut x, mut y) = ([0; BLOCK], [0; BLOCK]);
+        for ((x, y), other) in x.iter_mut().zip(&mut y).zip(others) {
+            [*x, *y] = fixed(other).into();
+        }
+        let mut near = |a: &Pair, x: &[u16], y: &[u16]| {
+            let [ax, ay]: [u16; 2] = fixed(a).into();
+            let mut count = 0u16;
+            for (x, y) in x.iter().zip(y) {
+                // Beyond the reach along one axis is beyond it: the squares fit 16 bits.
+                let (dx, dy) = (ax.abs_diff(*x).min(REACH), ay.abs_diff(*y).min(REACH));
+                count += u16::from(dx * dx + dy * dy < REACH * REACH);
+            }
+            close += usize::from(count);
+        };
+        for (i, a) in others.iter().enumerate() {
+            near(a, &x[..i], &y[..i]);
+        }
+        for a in &pairs[block * BLOCK + others.len()..] {
+            near(a, &x, &y);
+        }
+    }
+    close
 }
 
 /// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves

@@ -1,0 +1,41 @@
+//! `hoverlock-extract WIDTH HEIGHT PIXELS T0 T1`: the FPGA's part of the work done in software, to count its
+//! instructions. PIXELS is a file of 16-bit samples, least significant byte first, row by row; T0 and T1 are the
+//! thresholds.
+//!
+//! The integer SIMD model of the hardware, bit for bit its features, compiled for NEON: the best that the CPU does
+//! without the FPGA. The frame is processed twice, and only the second is marked, when all memory is there. The records
+//! go to the standard output as the hardware emits them.
+
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::mark::{Part, mark};
+use std::error::Error;
+use std::io::Write;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [width, height, pixels, thresholds @ ..] = &arguments[..] else {
+        return Err("usage: hoverlock-extract WIDTH HEIGHT PIXELS T0 T1".into());
+    };
+    let (width, height) = (width.parse::<usize>()?, height.parse::<usize>()?);
+    let thresholds: Vec<u32> = thresholds.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let thresholds: [u32; 2] = thresholds.try_into().map_err(|_| "two thresholds")?;
+    let bytes = std::fs::read(pixels)?;
+    if width == 0 || height == 0 || bytes.len() != 2 * width * height {
+        return Err(format!("{pixels} has {} bytes, not 2 x {width} x {height}", bytes.len()).into());
+    }
+    let frame = Plane::from_fn(width, height, |x, y| {
+        let at = 2 * (y * width + x);
+        u16::from_le_bytes([bytes[at], bytes[at + 1]])
+    });
+    let mut model = SimdBitTrue::new(&KT27)?;
+    model.portable_frame(&frame, thresholds);
+    mark(Part::Extraction);
+    model.portable_frame(&frame, thresholds);
+    mark(Part::End);
+    let records: Vec<u8> =
+        model.features().iter().flat_map(|feature| feature.pack()).flat_map(u32::to_le_bytes).collect();
+    std::io::stdout().write_all(&records)?;
+    Ok(())
+}

@@ -1,0 +1,244 @@
+//! Instructions a frame on the Cortex-A9, counted under qemu by the plugin `hoverlock-icount`: `make bench-arm`.
+//!
+//! The program that is counted is `hoverlock-nav` as it flies, from a line written to the next. Beside it the same
+//! with the FPGA's part done in software, `hoverlock-extract`, on a picture. Every count is the same in every run.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use hoverlock_arm::message::{self, Command as Order, Telemetry};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_reference::image::picture::{Picture, data_dir, newcomer_dir};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+use support::Source;
+use support::scene::{self, records, telemetry};
+
+/// Instructions that a frame should take at most: 15 frames a second then leave a core of 800 MHz mostly idle.
+const TARGET: u64 = 25_000_000;
+
+/// Ground points of which somewhat more than the 1024 features that are used are in view.
+const POINTS: usize = 1400;
+
+/// Instructions of the parts of a frame, in the order of `hoverlock_reference::motion::mark::Part`.
+#[derive(Clone, Copy, Default)]
+struct Parts {
+    rest: u64,
+    matching: u64,
+    search: u64,
+    pose: u64,
+    extraction: u64,
+}
+
+impl Parts {
+    fn total(&self) -> u64 {
+        self.rest + self.matching + self.search + self.pose + self.extraction
+    }
+}
+
+/// The programs.
+struct Tools {
+    plugin: PathBuf,
+    programs: PathBuf,
+    work: PathBuf,
+}
+
+impl Tools {
+    /// Beside this one: `target/release/deps/instructions-...`.
+    fn find() -> Result<Self, Box<dyn Error>> {
+        let this = std::env::current_exe()?;
+        let target = this.ancestors().nth(3).ok_or("not in a target folder")?;
+        let tools = Self {
+            plugin: target.join("release/libhoverlock_icount.so"),
+            programs: target.join("arm/armv7-unknown-linux-gnueabihf/release"),
+            work: PathBuf::from(env!("CARGO_TARGET_TMPDIR")),
+        };
+        for file in
+            [tools.plugin.clone(), tools.programs.join("hoverlock-nav"), tools.programs.join("hoverlock-extract")]
+        {
+            if !file.is_file() {
+                return Err(format!("{} is missing; run `make bench-arm`", file.display()).into());
+            }
+        }
+        Ok(tools)
+    }
+
+    /// Runs a program and gives its output and the counts of its frames.
+    fn counted(&self, program: &str, arguments: &[&str]) -> Result<(Vec<u8>, Vec<Parts>), Box<dyn Error>> {
+        let mut command = Command::new("qemu-arm");
+        command
+            .args(["-cpu", "cortex-a9", "-plugin"])
+            .arg(&self.plugin)
+            .arg(self.programs.join(program))
+            .args(arguments);
+        let output = command.output().map_err(|error| format!("qemu-arm: {error}; run `make bench-arm`"))?;
+        let text = String::from_utf8(output.stderr)?;
+        if !output.status.success() {
+            return Err(format!("{program}: {}", text.trim_end()).into());
+        }
+        let mut frames = Vec::new();
+        for line in text.lines().filter_map(|line| line.strip_prefix("icount ")) {
+            let counts: Vec<u64> = line.split(' ').map(str::parse).collect::<Result<_, _>>()?;
+            let [rest, matching, search, pose, extraction, ..] = counts[..] else { return Err(line.into()) };
+            frames.push(Parts { rest, matching, search, pose, extraction });
+        }
+        Ok((output.stdout, frames))
+    }
+
+    /// The frame of a stream that takes most, and how many frames have an estimate.
+    fn worst(&self, name: &str, source: &Source) -> Result<(Parts, usize), Box<dyn Error>> {
+        let stream = self.work.join(name).with_extension("hln");
+        std::fs::write(&stream, source.messages.concat())?;
+        let (lines, frames) = self.counted("hoverlock-nav", &[&stream.to_string_lossy()])?;
+        let estimates = String::from_utf8(lines)?.matches("x_e_m").count();
+        let worst = frames.into_iter().max_by_key(Parts::total).ok_or_else(|| format!("{name}: no frame"))?;
+        Ok((worst, estimates))
+    }
+}
+
+/// A reference and `frames` frames after it, `apart` frame times from each other, made by `records`.
+fn flight(frames: u32, apart: u64, records: impl Fn(u32) -> Vec<FeatureRecord>) -> Source {
+    let mut source = Source::default();
+    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send(message::COMMAND, &Order::Capture.encode());
+    for frame in 0..=frames {
+        let telemetry = telemetry(frame);
+        source.frame(&Telemetry { time_us: apart * telemetry.time_us, ..telemetry }, &records(frame), [2000; 2]);
+    }
+    source
+}
+
+/// Features of which only `part` are those of the ground; the others are anywhere and look like nothing else.
+fn diluted(frame: u32, part: f64) -> Vec<FeatureRecord> {
+    let mut rng = ChaCha8Rng::seed_from_u64(u64::from(frame));
+    let mut all = records(POINTS, frame);
+    for record in &mut all {
+        if rng.random::<f64>() >= part {
+            record.x = rng.random_range(20..1004);
+            record.y = rng.random_range(20..748);
+            let words = &mut record.descriptor;
+            words.maxlbp.iter_mut().chain(&mut words.sign).for_each(|word| *word = rng.random());
+        }
+    }
+    all.sort_by_key(|record| (record.y, record.x, record.scale));
+    all
+}
+
+/// All of one scale and polarity: every pair is compared.
+fn one_kind(frame: u32) -> Vec<FeatureRecord> {
+    let mut all = records(POINTS, frame);
+    all.iter_mut().for_each(|record| (record.scale, record.bright) = (0, true));
+    all
+}
+
+const LATER: u64 = 30;
+
+fn flights() -> Vec<(&'static str, Source)> {
+    vec![
+        ("all features found again", flight(4, 1, |frame| records(POINTS, frame))),
+        ("the same without a gate", flight(4, LATER, |frame| records(POINTS, frame))),
+        ("one in three found again", flight(4, LATER, |frame| diluted(frame, 0.577))),
+        ("one in ten found again", flight(4, LATER, |frame| diluted(frame, 0.316))),
+        ("none found again", flight(4, LATER, |frame| diluted(frame, 0.0))),
+        ("one scale and polarity", flight(4, LATER, one_kind)),
+    ]
+}
+
+/// A real picture with what the FPGA makes of it.
+struct Sample {
+    path: PathBuf,
+    pixels: Vec<u8>,
+    /// As the automatic threshold leaves them.
+    thresholds: [u32; 2],
+    features: Vec<FeatureRecord>,
+}
+
+fn picture() -> Result<Sample, Box<dyn Error>> {
+    let folder = newcomer_dir().ok_or("no photographs; run `make demo` once, which fetches them")?;
+    // The only one of them that is large enough.
+    let path = folder.join("aloeL.jpg");
+    let frame = Picture::open(&path)?.frame().luma;
+    if (frame.width(), frame.height()) != scene::SIZE {
+        return Err(format!("{} has {} x {} pixels", path.display(), frame.width(), frame.height()).into());
+    }
+    let planes = BitTrue::new(&KT27)?.planes(&frame);
+    let mut controller = ThresholdController::new(&KT27);
+    for _ in 0..100 {
+        controller.finish_frame(counts(&planes.features(controller.thresholds())));
+    }
+    let thresholds = controller.thresholds();
+    let pixels = frame.as_slice().iter().flat_map(|sample| sample.to_le_bytes()).collect();
+    Ok(Sample { path, pixels, thresholds, features: planes.features(thresholds) })
+}
+
+fn row(name: &str, parts: &Parts) {
+    let million = |count: u64| format!("{:.1}", count as f64 / 1e6);
+    let Parts { rest, matching, search, pose, .. } = *parts;
+    let [rest, matching, search, pose, total] = [rest, matching, search, pose, parts.total()].map(million);
+    println!("| {name} | {matching} | {search} | {pose} | {rest} | {total} |");
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let tools = Tools::find()?;
+    println!("Million instructions of the worst frame of each flight, 1024 features a side:\n");
+    println!("| flight | matching | search | pose | rest | all |\n|---|---|---|---|---|---|");
+    let mut worst: Option<Parts> = None;
+    let mut typical = None;
+    let mut add = |name: &str, source: &Source| -> Result<(), Box<dyn Error>> {
+        let (parts, estimates) = tools.worst(name, source)?;
+        row(&format!("{name} ({estimates} estimates)"), &parts);
+        worst = Some(worst.filter(|worst| worst.total() >= parts.total()).unwrap_or(parts));
+        typical.get_or_insert(parts);
+        Ok(())
+    };
+    for (name, source) in flights() {
+        add(name, &source)?;
+    }
+    match data_dir() {
+        Some(folder) => {
+            for name in ["caliterra", "copr_dunes", "drone_park", "forest_flight"] {
+                add(name, &support::sequence(&folder.join("sequences").join(name))?)?;
+            }
+        }
+        None => println!("\nWithout the real sequences: set HOVERLOCK_DATA."),
+    }
+    let (typical, worst) = typical.zip(worst).ok_or("no flight")?;
+
+    let Sample { path, pixels, thresholds, features } = picture()?;
+    let file = tools.work.join("frame.raw");
+    std::fs::write(&file, pixels)?;
+    let [t0, t1] = thresholds.map(|threshold| threshold.to_string());
+    let (records, frames) = tools.counted("hoverlock-extract", &["1024", "768", &file.to_string_lossy(), &t0, &t1])?;
+    let expected: Vec<u8> = features.iter().flat_map(FeatureRecord::pack).flat_map(u32::to_le_bytes).collect();
+    if records != expected {
+        return Err("the features of hoverlock-extract are not those of the bit-true model".into());
+    }
+    let extraction = frames.first().ok_or("hoverlock-extract: no frame")?.extraction;
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    println!("\nMillion instructions a frame, 1024 x 768 pixels ({name}, {} features):\n", features.len());
+    println!("| | pixels to features | features to estimate | all | ratio |\n|---|---|---|---|---|");
+    for (name, parts) in [("all found again", typical), ("worst case", worst)] {
+        let after = parts.total();
+        let [software, rest, whole] = [extraction, after, extraction + after].map(|n| n as f64 / 1e6);
+        println!("| {name}: all on the ARM | {software:.1} | {rest:.1} | {whole:.1} | |");
+        println!("| {name}: with the FPGA | 0 | {rest:.1} | {rest:.1} | {:.1} |", whole / rest);
+    }
+    let [most, target] = [worst.total(), TARGET].map(|count| count as f64 / 1e6);
+    let outcome = if most <= target { "within" } else { "above" };
+    println!("\nThe worst frame takes {most:.1} million instructions, {outcome} the target of {target:.0}.");
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("bench-arm: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
