@@ -14,16 +14,23 @@ macro_rules! telemetry_help {
     () => {
         "\
 Telemetry is a CSV file: a header, then one row a frame, in order. Lines that begin with # are comments.
-  roll_deg, pitch_deg  tilt of the optical axis to the right and to the bottom of the picture
-  yaw_deg              turn of the camera, clockwise seen from above
-  range_m              laser rangefinder, along the optical axis
-  fov_deg              field of view across the columns of the picture as it is in the file
+
+  roll_deg, pitch_deg
+      tilt of the optical axis to the right and to the bottom of the picture
+  yaw_deg
+      turn of the camera, clockwise seen from above
+  range_m
+      laser rangefinder, along the optical axis
+  fov_deg
+      field of view across the columns of the picture as it is in the file
   tilt_se_deg, heading_se_deg, range_se_m
-                       standard errors of roll and pitch, of yaw, and of range; 0.2, 1 and 0.1
-                       where left out. Over rough ground that of the range is the relief
-  time_s               15 frames a second where left out
-Displacement is that of the camera from the reference, in the level frame: X_e and Y_e point to the
-right and to the bottom of the picture where yaw is 0, Z_e points down."
+      standard errors of roll and pitch, of yaw, and of range; 0.2, 1 and 0.1 where left out
+      (over rough ground that of the range is the relief)
+  time_s
+      15 frames a second where left out
+
+Displacement is that of the camera from the reference, in the level frame: X_e and Y_e point to the right and to the \
+         bottom of the picture where yaw is 0, Z_e points down."
     };
 }
 

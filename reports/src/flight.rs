@@ -259,7 +259,8 @@ fn still(frame: &Frame<'_>) -> Result<Still, PlotError> {
         "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{name}\">\
          <image width=\"{width}\" height=\"{height}\" href=\"{image}\"/>\
          <path d=\"{path}\" fill=\"none\" stroke=\"#ffcd28\" stroke-width=\"{pen:.2}\" stroke-opacity=\"0.55\"/>\
-         <path d=\"{ends}\" fill=\"none\" stroke=\"#28eb5a\" stroke-width=\"{dot:.2}\" stroke-linecap=\"round\"/></svg>",
+         <path d=\"{ends}\" fill=\"none\" stroke=\"#28eb5a\" stroke-width=\"{dot:.2}\" stroke-linecap=\"round\"/>\
+         </svg>",
         name = minijinja::HtmlEscape(&frame.name),
         dot = 2.5 * pen,
     );

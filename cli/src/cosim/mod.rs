@@ -61,12 +61,12 @@ pub struct Args {
 }
 
 const HELP: &str = concat!(
-    "Without telemetry.csv the telemetry is assumed: roll, pitch and yaw 0, range 20 m, field of view 50\n",
-    "degrees, frames 2 s apart so that none predicts the next; standard errors 5 degrees of tilt, 10 of heading,\n",
-    "1 m of range. Metres are then only as true as that.\n",
-    "pseudo_gt.csv has homographies fitted to the pictures, ref to frame: columns ref, frame, ok, h00 .. h22.\n",
-    "They are no ground truth. The displacement told from one is that of the pose fit of a grid that it moves,\n",
-    "with the same telemetry: the error told against it is that of features and matches alone.\n",
+    "Without telemetry.csv the telemetry is assumed: roll, pitch and yaw 0, range 20 m, field of view 50 degrees, \
+     frames 2 s apart so that none predicts the next; standard errors 5 degrees of tilt, 10 of heading, 1 m of range. \
+     Metres are then only as true as that.\n\n",
+    "pseudo_gt.csv has homographies fitted to the pictures, ref to frame: columns ref, frame, ok, h00 .. h22. They are \
+     no ground truth. The displacement told from one is that of the pose fit of a grid that it moves, with the same \
+     telemetry: the error told against it is that of features and matches alone.\n\n",
     "The ARM binary is that of `make arm`; HOVERLOCK_NAV names another.\n\n",
     telemetry_help!()
 );

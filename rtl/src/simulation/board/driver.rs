@@ -1,12 +1,12 @@
 //! What the CPU does, in its order. This module alone knows it.
 //!
-//! **At start.** Read every register. Give the DMA the buffers of the ring. Write the set: `size`, `threshold`,
-//! `target`, `control.automatic`; then 1 to `commit`; then switch on `control.enable` and the interrupt. Then the camera
-//! may send.
+//! **At start.** Give the DMA the buffers of the ring. Write the set: `size`, `threshold`, `control.automatic`; then 1
+//! to `commit`; then switch on `control.enable` and the interrupt. Read every register, for the program to check. Then
+//! the camera may send.
 //!
 //! **For each frame.** The interrupt. Read `status` and write the same bits back, so that a frame that ends from now on
-//! raises the interrupt again. Read `frames`: so many packets are due since the start; the interrupt comes when
-//! the trailer enters the FIFO, so the DMA may still be writing, and several frames may share one interrupt. For each
+//! raises the interrupt again. Read `frames`: so many packets are due since the start; the interrupt comes when the
+//! trailer enters the FIFO, so the DMA may still be writing, and several frames may share one interrupt. For each
 //! packet that is due, wait for the DMA's response; only then read the buffer, copy it, and give the descriptor back.
 
 use std::collections::VecDeque;
