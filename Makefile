@@ -6,10 +6,14 @@ export PATH := $(HOME)/.cargo/bin:$(PATH)
 PICTURES := $(if $(XDG_CACHE_HOME),$(XDG_CACHE_HOME),$(HOME)/.cache)/hoverlock/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
+# Real ground for the accuracy benchmark; its textures are in the folder of that name.
+HOVERLOCK_DATA ?= ../shared/data
+# One flight in so many: 1 takes all 208.
+EVERY ?= 1
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test bench bench-harness setup build
+.PHONY: demo test bench bench-accuracy bench-harness setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -31,6 +35,10 @@ test: setup
 bench: setup
 	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
 	cargo bench --locked --package hoverlock-fixed-point --bench bit_true
+
+## Accuracy over simulated flights above real ground, beside OpenCV's ORB, AKAZE, BRISK, SIFT and phase correlation.
+bench-accuracy: setup
+	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) $(HOVERLOCK_DATA)/textures target/accuracy
 
 ## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and the plain C++ loop, equal outputs checked.
 bench-harness:
