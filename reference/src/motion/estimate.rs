@@ -3,7 +3,7 @@
 //! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift where no more is wanted: a sample of
 //!    two is often free of outliers where one of four is not. This alone decides whether there is an estimate, and its quality.
 //! 2. Match again within [`GATES`] of where the motion so far takes each feature, which recovers matches whose best was
-//!    elsewhere, and search the wanted model; twice, as the second gate can be narrow. A round that finds no consensus
+//!    elsewhere, and search the wanted model; three times, each gate narrower. A round that finds no consensus
 //!    of its own leaves the motion as it is.
 //!
 //! Real neighbours of a flight (turned up to 7 degrees, scale to 1.13, 300 px apart): a similarity alone misses the
@@ -16,8 +16,12 @@ use crate::motion::ransac::{Consensus, Ransac, RansacError};
 use nalgebra::{Matrix3, Vector2};
 
 /// Radii of the gates of refinement, px. The first holds what a similarity leaves of an oblique view: a scale that changes by 10 %
-/// over 1000 px, at 500 px from the centre. The second holds relief.
-pub const GATES: [f64; 2] = [48.0, 16.0];
+/// over 1000 px, at 500 px from the centre. The second holds relief; the third keeps what is as near as a vote, and nothing that a
+/// better descriptor further off can take.
+pub const GATES: [f64; 3] = [48.0, 16.0, 3.0];
+
+/// A match has at most this part of the distance of the second best: few right matches are lost by it, and every other wrong one.
+pub const DISTINCT: f64 = 0.9;
 
 /// How the motion is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +35,8 @@ pub struct Estimator {
 impl Default for Estimator {
     /// A homography in the end.
     fn default() -> Self {
-        Self { matching: Matching::default(), ransac: Ransac { model: Model::Homography, ..Ransac::default() } }
+        let matching = Matching { ratio: Some(DISTINCT), ..Matching::default() };
+        Self { matching, ransac: Ransac { model: Model::Homography, ..Ransac::default() } }
     }
 }
 

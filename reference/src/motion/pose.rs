@@ -1,25 +1,27 @@
 //! Displacement in metres: `min sum |p' - H p|^2 / s^2 + sum (reading - unknown)^2 / sigma^2`, `H = K R_c^T B R_r K^-1`.
 //!
-//! The plane between the two views: `R_r K^-1` takes a pixel `p` of REF to a direction in the level frame, `B = [h 0 -tx; 0 h -ty;
-//! 0 0 h - tz]` from the plane below REF, at height `h` (m), to the camera's new place, `t` from REF to CUR (m) along `X_e`, `Y_e` and
-//! down, and `K R_c^T` to a pixel of CUR. Frames, signs and angles are those of [`crate::motion::orthophoto`].
+//! The plane between the two views: `R_r K^-1` takes a pixel `p` of REF to a direction in the level frame, `B = h I - t n^T`
+//! from the plane below REF, at height `h` (m) with the normal `n = (slope_x, slope_y, 1)`, to the camera's new place, `t` from REF to
+//! CUR (m) along `X_e`, `Y_e` and down, and `K R_c^T` to a pixel of CUR. Frames, signs and angles are those of [`crate::motion::orthophoto`].
 //!
 //! The six unknowns of CUR, `t` and `R_c`, are wanted; those of REF that matter, `h` and `R_r`, are known from one reading of IMU and
 //! laser like any other and are estimated with them. Each reading is a prior: roll, pitch and yaw of both frames, `h` and `h - tz`. So each
 //! error enters once, and the covariance of `tx`, `ty` knows of them all. Gauss-Newton with the exact derivatives.
 //!
 //! IMU and laser alone leave `h` times the error of the relative tilt in the displacement: 0.2 degrees at 100 m are 0.35 m an axis
-//! and a frame. The pairs know better: tilt bends the picture's perspective, displacement does not. `s` (px an axis) is not
-//! given but taken from the pairs' own residual, `s^2 = sum |e|^2 / (2 n - 8)`, 8 being the freedoms of `H`. It knows relief only as
-//! noise, and parallax is alike for neighbouring points. In simulation at 100 m, with 0.2 degrees of tilt error and 300 pairs of 0.3 px,
-//! the mean error falls from 0.64 m to 0.05 m with 50 degrees of view over flat ground, to 0.16 m with 10 degrees, both as the covariance
-//! says, and to 0.24 m over hills of 3 m, where the standard error told is a quarter of the true one.
+//! and a frame. The pairs know better: tilt bends the picture's perspective, displacement does not. The noise of the pairs is not
+//! given but taken from their own residual, and each weighs as in Huber's fit ([`crate::motion::robust`]).
+//!
+//! **Relief.** The ground is first taken for a level plane where the laser says. Where the pairs tell of relief
+//! ([`crate::motion::relief`]), or readings and pairs disagree, the fit is made again with heights of their own for parts of the
+//! ground, a slope, and a laser that hits hills and hollows: its prior is then 3 m, that of the slope 3 degrees.
 //!
 //! Quality 0 ..= 255 is the smaller of that of the match and `255 (1 - sigma / 1 m)`, `sigma` the standard error along the worse
 //! direction; 0 is no estimate. The plane-induced homography: Hartley and Zisserman, 2004, section 13.1.
 
 use crate::motion::model::{Pair, transfer};
 use crate::motion::orthophoto::{Attitude, View};
+use crate::motion::relief::{Cells, EVIDENCE, Linear, Noise, normal_equations};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 /// Standard errors of one reading.
@@ -46,6 +48,8 @@ pub struct Pose {
     pub covariance: Matrix2<f64>,
     /// Residual of the pairs, px an axis.
     pub residual: f64,
+    /// Standard deviation of the ground's height over the plane, m; 0 where the ground is taken for a plane.
+    pub relief: f64,
     /// 0 ..= 255.
     pub quality: u8,
 }
@@ -83,8 +87,23 @@ pub const USELESS: f64 = 1.0;
 /// this once in a million: `exp(-x/2) (1 + x/2 + x^2/8) = 1e-6`.
 pub const CHI2_LIMIT: f64 = 38.3;
 
-/// The residual is not believed to be below this, px an axis: places are quantised by the parabola and the response's LSB.
-const LEAST_RESIDUAL: f64 = 0.05;
+/// Chi squared above which the ground is not taken for a level plane: chance brings it once in 1000 flights.
+const CHI2_SUSPECT: f64 = 22.5;
+
+/// Standard deviation of what the laser hits over relief, m.
+const HILLS: f64 = 3.0;
+
+/// Standard deviation of the slope of a ground with relief, radians: 3 degrees.
+const SLOPE: f64 = 0.052;
+
+/// The same of a level plane: none, within rounding.
+const PLANE_SLOPE: f64 = 1e-5;
+
+/// Index of `h` among the unknowns.
+const HEIGHT: usize = 6;
+
+/// The residual is not believed to be below this, px an axis: no comparison of frames with noise knows better.
+const LEAST_RESIDUAL: f64 = 0.02;
 
 const ITERATIONS: usize = 50;
 
@@ -121,47 +140,109 @@ pub fn fit(
     let start = rectified_displacement(reference, current, pairs).ok_or(PoseError::NotConverged)?;
     let (from, to) = (reference.attitude(), current.attitude());
     let (h, descent) = (reference.height(), reference.height() - current.height());
-    let readings =
-        Unknowns::from([start.x, start.y, descent, to.roll, to.pitch, to.yaw, h, from.roll, from.pitch, from.yaw]);
-    let prior = information(sensors);
+    let readings = Unknowns::from([
+        start.x, start.y, descent, to.roll, to.pitch, to.yaw, h, from.roll, from.pitch, from.yaw, 0.0, 0.0,
+    ]);
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
-    let freedom = (2 * pairs.len() - 8) as f64;
-    let mut unknowns = readings;
-    let mut residual = f64::INFINITY;
-    for iteration in 0..ITERATIONS {
-        let (normal, gradient, squared) = scene.linearised(&unknowns, pairs).ok_or(PoseError::NotConverged)?;
-        if iteration < RESIDUAL_ITERATIONS {
-            residual = (squared / freedom).sqrt().max(LEAST_RESIDUAL);
-        }
-        let weight = 1.0 / (residual * residual);
-        let factor = (weight * normal + prior).cholesky().ok_or(PoseError::NotConverged)?;
-        let step = factor.solve(&(weight * gradient + prior * (readings - unknowns)));
-        unknowns += step;
-        // A micrometre, and what tilts move the ground by as little at 100 m.
-        if step.iter().zip(SETTLED).all(|(step, settled)| step.abs() < settled) {
-            let deviation = unknowns - readings;
-            let chi2 = deviation.dot(&(prior * deviation));
-            if chi2 > CHI2_LIMIT {
-                return Err(PoseError::Disagreement { chi2 });
-            }
-            let covariance = factor.inverse().fixed_view::<2, 2>(0, 0).into_owned();
-            return pose(&unknowns, covariance, residual, match_quality);
-        }
+    let mut problem = Problem { scene, readings, pairs, linear: Vec::with_capacity(pairs.len()), cells: Cells::new() };
+    let plane = problem.solve(Ground::Plane, sensors);
+    if let Ok(solution) = &plane
+        && solution.evidence < EVIDENCE
+        && solution.chi2 < CHI2_SUSPECT
+    {
+        return solution.pose(match_quality);
     }
-    Err(PoseError::NotConverged)
+    match problem.solve(Ground::Relief, sensors) {
+        Ok(solution) if solution.chi2 > CHI2_LIMIT => Err(PoseError::Disagreement { chi2: solution.chi2 }),
+        Ok(solution) => solution.pose(match_quality),
+        Err(error) => Err(error),
+    }
 }
 
-/// `tx, ty, tz` and roll, pitch, yaw of CUR; `h` and roll, pitch, yaw of REF.
-type Unknowns = SVector<f64, 10>;
+/// What the ground is taken for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Ground {
+    /// Level, and where the laser says.
+    Plane,
+    /// Hills on a slope; the laser may hit any of them.
+    Relief,
+}
 
-type Information = SMatrix<f64, 10, 10>;
+/// The fit, with what it uses again and again.
+struct Problem<'pairs> {
+    scene: Scene,
+    readings: Unknowns,
+    pairs: &'pairs [Pair],
+    linear: Vec<Linear<UNKNOWNS>>,
+    cells: Cells<UNKNOWNS>,
+}
 
-const SETTLED: [f64; 10] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8, 1e-6, 1e-8, 1e-8, 1e-8];
+/// A minimum.
+struct Solution {
+    unknowns: Unknowns,
+    covariance: Matrix2<f64>,
+    noise: Noise,
+    /// Sum of squared deviations from the readings over their variances.
+    chi2: f64,
+    /// For relief.
+    evidence: f64,
+}
 
-/// What the readings tell: one of each angle, one of `h`, one of `h - tz`; nothing of `tx` and `ty`.
-fn information(sensors: &Sensors) -> Information {
+impl Problem<'_> {
+    fn solve(&mut self, ground: Ground, sensors: &Sensors) -> Result<Solution, PoseError> {
+        let prior = information(sensors, ground);
+        let mut unknowns = self.readings;
+        let mut noise = Noise { places: LEAST_RESIDUAL, relief: 0.0 };
+        for iteration in 0..ITERATIONS {
+            self.scene.linearised(&unknowns, self.pairs, &mut self.linear).ok_or(PoseError::NotConverged)?;
+            if iteration < RESIDUAL_ITERATIONS {
+                noise = match ground {
+                    Ground::Plane => Noise::of_plane(&self.linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS),
+                    Ground::Relief => Noise::of_relief(&self.linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS),
+                };
+            }
+            let (normal, gradient) = normal_equations(&self.linear, &noise, &mut self.cells);
+            let factor = (normal + prior).cholesky().ok_or(PoseError::NotConverged)?;
+            let step = factor.solve(&(gradient + prior * (self.readings - unknowns)));
+            unknowns += step;
+            // A micrometre, and what tilts move the ground by as little at 100 m.
+            if step.iter().zip(SETTLED).all(|(step, settled)| step.abs() < settled) {
+                let deviation = unknowns - self.readings;
+                return Ok(Solution {
+                    unknowns,
+                    covariance: factor.inverse().fixed_view::<2, 2>(0, 0).into_owned(),
+                    noise,
+                    chi2: deviation.dot(&(prior * deviation)),
+                    evidence: Noise::of_relief(&self.linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS)
+                        .evidence(&self.linear),
+                });
+            }
+        }
+        Err(PoseError::NotConverged)
+    }
+}
+
+/// Of the plane-induced homography.
+const HOMOGRAPHY_FREEDOMS: usize = 8;
+
+const UNKNOWNS: usize = 12;
+
+/// `tx, ty, tz` and roll, pitch, yaw of CUR; `h` and roll, pitch, yaw of REF; slope of the ground along `X_e` and `Y_e`.
+type Unknowns = SVector<f64, UNKNOWNS>;
+
+type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+
+const SETTLED: [f64; UNKNOWNS] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8, 1e-6, 1e-8, 1e-8, 1e-8, 1e-8, 1e-8];
+
+/// What the readings tell: one of each angle, one of `h`, one of `h - tz`; nothing of `tx` and `ty`. And what is known of the ground.
+fn information(sensors: &Sensors, ground: Ground) -> Information {
     let of = |sigma: f64| 1.0 / (sigma * sigma);
-    let (tilt, heading, range) = (of(sensors.tilt), of(sensors.heading), of(sensors.range));
+    let (hills, slope) = match ground {
+        Ground::Plane => (0.0, PLANE_SLOPE),
+        Ground::Relief => (HILLS, SLOPE),
+    };
+    let (tilt, heading, range) = (of(sensors.tilt), of(sensors.heading), 1.0 / (sensors.range.powi(2) + hills * hills));
+    let slope = of(slope);
     let mut information = Information::from_diagonal(&Unknowns::from([
         0.0,
         0.0,
@@ -173,6 +254,8 @@ fn information(sensors: &Sensors) -> Information {
         tilt,
         tilt,
         heading,
+        slope,
+        slope,
     ]));
     information[(2, 6)] = -range;
     information[(6, 2)] = -range;
@@ -189,16 +272,22 @@ struct Scene {
 
 impl Scene {
     /// `H` and its derivatives by the unknowns.
-    fn homography(&self, unknowns: &Unknowns) -> (Matrix3<f64>, [Matrix3<f64>; 10]) {
-        let [tx, ty, tz, roll_c, pitch_c, yaw_c, h, roll_r, pitch_r, yaw_r] = (*unknowns).into();
+    fn homography(&self, unknowns: &Unknowns) -> (Matrix3<f64>, [Matrix3<f64>; UNKNOWNS]) {
+        let [tx, ty, tz, roll_c, pitch_c, yaw_c, h, roll_r, pitch_r, yaw_r, slope_x, slope_y] = (*unknowns).into();
         let into_current = Attitude { roll: roll_c, pitch: pitch_c, yaw: yaw_c };
         let from_reference = Attitude { roll: roll_r, pitch: pitch_r, yaw: yaw_r };
         let left = |changed: Option<usize>| self.to * rotation(&into_current, changed).transpose();
         let right = |changed: Option<usize>| rotation(&from_reference, changed) * self.from;
-        let b = Matrix3::new(h, 0.0, -tx, 0.0, h, -ty, 0.0, 0.0, h - tz);
+        let (t, normal) = (Vector3::new(tx, ty, tz), Vector3::new(slope_x, slope_y, 1.0));
+        let b = Matrix3::identity() * h - t * normal.transpose();
         let by_place = |row: usize| {
             let mut change = Matrix3::zeros();
-            change[(row, 2)] = -1.0;
+            change.set_row(row, &-normal.transpose());
+            left(None) * change * right(None)
+        };
+        let by_slope = |column: usize| {
+            let mut change = Matrix3::zeros();
+            change.set_column(column, &-t);
             left(None) * change * right(None)
         };
         let by_current = |k: usize| left(Some(k)) * b * right(None);
@@ -214,31 +303,32 @@ impl Scene {
             by_reference(0),
             by_reference(1),
             by_reference(2),
+            by_slope(0),
+            by_slope(1),
         ];
         (left(None) * b * right(None), derivatives)
     }
 
-    /// `J^T J`, `J^T e` and `|e|^2` (px^2), `e = p' - H p`; nothing where a place is not seen.
-    fn linearised(&self, unknowns: &Unknowns, pairs: &[Pair]) -> Option<(Information, Unknowns, f64)> {
+    /// The pairs' errors `p' - H p` and their derivatives into `linear`; nothing where a place is not seen.
+    fn linearised(&self, unknowns: &Unknowns, pairs: &[Pair], linear: &mut Vec<Linear<UNKNOWNS>>) -> Option<()> {
         let (h, derivatives) = self.homography(unknowns);
-        let (mut normal, mut gradient, mut squared) = (Information::zeros(), Unknowns::zeros(), 0.0);
+        linear.clear();
         for pair in pairs {
             let p = pair.reference.push(1.0);
             let place = transfer(&h, pair.reference)?;
             let depth = (h * p).z;
             let error = pair.current - place;
+            if !(error.x.is_finite() && error.y.is_finite()) {
+                return None;
+            }
             let slopes = derivatives.map(|derivative| {
                 let change = derivative * p;
                 (change.xy() - place * change.z) / depth
             });
-            for axis in 0..2 {
-                let row = Unknowns::from_fn(|k, _| slopes[k][axis]);
-                normal += row * row.transpose();
-                gradient += row * error[axis];
-            }
-            squared += error.norm_squared();
+            // Ground that is a metre higher moves as if the camera were a metre lower.
+            linear.push(Linear { place: pair.reference, slopes, parallax: -slopes[HEIGHT], error });
         }
-        squared.is_finite().then_some((normal, gradient, squared))
+        Some(())
     }
 }
 
@@ -254,21 +344,24 @@ fn rotation(attitude: &Attitude, changed: Option<usize>) -> Matrix3<f64> {
     yaw * pitch * roll
 }
 
-fn pose(unknowns: &Unknowns, covariance: Matrix2<f64>, residual: f64, match_quality: u8) -> Result<Pose, PoseError> {
-    let sigma = covariance.symmetric_eigenvalues().max().sqrt();
-    let precision = 255.0 * (1.0 - sigma / USELESS);
-    if precision.is_nan() || precision < 1.0 {
-        return Err(PoseError::Uncertain { sigma });
+impl Solution {
+    fn pose(&self, match_quality: u8) -> Result<Pose, PoseError> {
+        let sigma = self.covariance.symmetric_eigenvalues().max().sqrt();
+        let precision = 255.0 * (1.0 - sigma / USELESS);
+        if precision.is_nan() || precision < 1.0 {
+            return Err(PoseError::Uncertain { sigma });
+        }
+        let [tx, ty, descent, roll, pitch, yaw, ..]: [f64; UNKNOWNS] = self.unknowns.into();
+        Ok(Pose {
+            displacement: Vector2::new(tx, ty),
+            descent,
+            attitude: Attitude { roll, pitch, yaw },
+            covariance: self.covariance,
+            residual: self.noise.places,
+            relief: self.noise.relief,
+            quality: (precision as u8).min(match_quality),
+        })
     }
-    let [tx, ty, descent, roll, pitch, yaw, ..]: [f64; 10] = (*unknowns).into();
-    Ok(Pose {
-        displacement: Vector2::new(tx, ty),
-        descent,
-        attitude: Attitude { roll, pitch, yaw },
-        covariance,
-        residual,
-        quality: (precision as u8).min(match_quality),
-    })
 }
 
 #[cfg(test)]
@@ -419,9 +512,9 @@ mod tests {
             let flight = flight(seed, &WIDE);
             let [reference, current] = flight.views;
             let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
-            let at = Unknowns::from([1.0, -2.0, 0.5, 0.03, -0.05, 0.1, 100.0, 0.07, 0.02, -0.2]);
+            let at = Unknowns::from([1.0, -2.0, 0.5, 0.03, -0.05, 0.1, 100.0, 0.07, 0.02, -0.2, 0.04, -0.03]);
             let (_, derivatives) = scene.homography(&at);
-            for k in 0..10 {
+            for k in 0..UNKNOWNS {
                 let mut step = Unknowns::zeros();
                 step[k] = 1e-5;
                 let difference = (scene.homography(&(at + step)).0 - scene.homography(&(at - step)).0) / 2e-5;
