@@ -1,0 +1,179 @@
+//! Honest refusals: matches that agree and are wrong all the same.
+//!
+//! The search refuses agreement that chance can bring. Three kinds of agreement are not chance and not the ground's motion either:
+//!
+//! - **Ground that repeats.** With a lattice vector `v` the motions `H p` and `H p + v` explain the matches equally well. Every inlier looks at
+//!   all features of CUR that are as like it as its partner, within [`MARGIN`] bits, wherever they are; where the differences `q - H p` of
+//!   [`SECOND`] of the inliers crowd away from 0, there is a second mode. No gate narrows this look.
+//! - **Pattern of the sensor.** It stays on its pixels. Where half of the inliers do, and IMU and laser say that the picture has moved by more
+//!   than [`SIGMAS`] of their errors, what is seen is not the ground. A drift that undoes the turn exactly would be refused too; of the
+//!   drifts that can be, it is one in thousands.
+//! - **Waves.** Three frames make three motions, and on ground that keeps its shape the first two in turn are the third. Where they miss
+//!   it by more than [`CLOSURE`] px at a corner or the centre, the ground moves.
+
+use crate::features::feature::Feature;
+use crate::motion::estimate::Estimate;
+use crate::motion::model::transfer;
+use crate::motion::orthophoto::View;
+use crate::motion::pose::Sensors;
+use nalgebra::{Matrix3, Vector2};
+
+/// Bits by which another partner may be worse than the chosen one and still be as like.
+pub const MARGIN: u32 = 8;
+
+/// Part of the inliers that make a second mode.
+pub const SECOND: f64 = 0.5;
+
+/// Fewer than this are never a mode.
+const FEWEST: usize = 8;
+
+/// Inliers that look for other partners, the best first.
+const MOST: usize = 200;
+
+/// Differences within this are the first mode, px.
+const NEAR: f64 = 8.0;
+
+/// Side of a bin of the differences, px; a mode may lie across four of them.
+const BIN: f64 = 4.0;
+
+/// Differences reach this far, px.
+const REACH: f64 = 1024.0;
+
+/// Bins along an axis.
+const BINS: usize = (2.0 * REACH / BIN) as usize + 2;
+
+/// A match that moves less stays on its pixel, px.
+pub const STILL: f64 = 0.75;
+
+/// Standard errors beyond which IMU and laser exclude that the picture stood still.
+pub const SIGMAS: f64 = 4.0;
+
+/// Largest miss of two motions in turn from the third, px.
+pub const CLOSURE: f64 = 2.0;
+
+/// Why an estimate is not believed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// A second motion explains the matches.
+    #[error("no estimate: the ground repeats, {second} of {inliers} matches fit as well ({x:+.0}, {y:+.0}) px away")]
+    Repeats {
+        /// Inliers with a partner there.
+        second: usize,
+        /// Inliers that looked.
+        inliers: usize,
+        /// Where it is from the first, px.
+        x: f64,
+        /// Where it is from the first, px.
+        y: f64,
+    },
+    /// What is seen stays on the sensor.
+    #[error(
+        "no estimate: {still} of {inliers} matches stay on their pixel, and IMU and laser say that the picture moved"
+    )]
+    Sensor {
+        /// Inliers that stay.
+        still: usize,
+        /// All inliers.
+        inliers: usize,
+    },
+    /// The motions among three frames contradict each other.
+    #[error("no estimate: the ground moves, the motions among three frames miss each other by {miss:.1} px")]
+    Moves {
+        /// Largest miss, px.
+        miss: f64,
+    },
+}
+
+/// Refuses an estimate over ground that repeats.
+///
+/// # Errors
+/// [`Refusal::Repeats`].
+pub fn repeats(estimate: &Estimate, reference: &[Feature], current: &[Feature]) -> Result<(), Refusal> {
+    let mut votes = vec![0u16; BINS * BINS];
+    let inliers = estimate.inliers.len().min(MOST);
+    for &i in &estimate.inliers[..inliers] {
+        let (pairing, expected) = (estimate.matches[i], estimate.pairs[i].current);
+        let a = &reference[pairing.reference];
+        let limit = a.descriptor.hamming(&current[pairing.current].descriptor, false) + MARGIN;
+        for b in current.iter().filter(|b| (b.scale, b.bright) == (a.scale, a.bright)) {
+            let (x, y) = b.subpixel();
+            let away = Vector2::new(x, y) - expected;
+            let seen = away.norm_squared() > NEAR * NEAR && away.amax() < REACH;
+            if seen && a.descriptor.hamming(&b.descriptor, false) <= limit {
+                let bin = away.map(|v| ((v + REACH) / BIN) as usize);
+                votes[bin.y * BINS + bin.x] += 1;
+            }
+        }
+    }
+    let (mut second, mut at) = (0, Vector2::zeros());
+    for y in 0..BINS - 1 {
+        for x in 0..BINS - 1 {
+            let bin = y * BINS + x;
+            let sum = [bin, bin + 1, bin + BINS, bin + BINS + 1].map(|bin| usize::from(votes[bin])).iter().sum();
+            if sum > second {
+                (second, at) = (sum, Vector2::new(x as f64 + 1.0, y as f64 + 1.0) * BIN);
+            }
+        }
+    }
+    if second < FEWEST || (second as f64) < SECOND * inliers as f64 {
+        return Ok(());
+    }
+    Err(Refusal::Repeats { second, inliers, x: at.x - REACH, y: at.y - REACH })
+}
+
+/// Refuses an estimate that rests on the sensor's own pattern; `size` is that of the frames, px.
+///
+/// # Errors
+/// [`Refusal::Sensor`].
+pub fn sensor(
+    estimate: &Estimate,
+    reference: &View,
+    current: &View,
+    sensors: &Sensors,
+    size: Vector2<f64>,
+) -> Result<(), Refusal> {
+    let inliers = estimate.inliers.len();
+    let stays = |i: &&usize| {
+        let pair = &estimate.pairs[**i];
+        (pair.current - pair.reference).norm_squared() < STILL * STILL
+    };
+    let still = estimate.inliers.iter().filter(stays).count();
+    if 2 * still < inliers || !has_moved(reference, current, sensors, size) {
+        return Ok(());
+    }
+    Err(Refusal::Sensor { still, inliers })
+}
+
+/// Whether IMU and laser exclude that the picture stood still, had there been no drift.
+fn has_moved(reference: &View, current: &View, sensors: &Sensors, size: Vector2<f64>) -> bool {
+    let undrifted = current.from_ground() * reference.to_ground();
+    let moved = |p: Vector2<f64>| transfer(&undrifted, p).map(|q| q - p);
+    let (centre, corner) = (size / 2.0, Vector2::zeros());
+    let (Some(shift), Some(turn)) = (moved(centre), moved(corner)) else { return true };
+    let both = std::f64::consts::SQRT_2;
+    let half = centre.norm();
+    // Tilt shifts the whole picture; yaw turns it and height scales it about the centre.
+    let by_tilt = SIGMAS * both * sensors.tilt * current.camera().focal();
+    let by_turn = SIGMAS * both * half * (sensors.heading + sensors.range / current.height());
+    shift.norm() > by_tilt || (turn - shift).norm() > by_turn + half * by_tilt / current.camera().focal()
+}
+
+/// Refuses ground that moves: `first` takes frame 0 to 1, `second` 1 to 2, `direct` 0 to 2; `size` is that of the frames, px.
+///
+/// # Errors
+/// [`Refusal::Moves`].
+pub fn moves(
+    first: &Matrix3<f64>,
+    second: &Matrix3<f64>,
+    direct: &Matrix3<f64>,
+    size: Vector2<f64>,
+) -> Result<(), Refusal> {
+    let places = [(0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+    let miss = |(u, v): (f64, f64)| {
+        let p = Vector2::new(u * size.x, v * size.y);
+        let in_turn = transfer(first, p).and_then(|q| transfer(second, q));
+        in_turn.zip(transfer(direct, p)).map_or(f64::INFINITY, |(a, b)| (a - b).norm())
+    };
+    let miss = places.into_iter().map(miss).fold(0.0, f64::max);
+    if miss > CLOSURE { Err(Refusal::Moves { miss }) } else { Ok(()) }
+}
