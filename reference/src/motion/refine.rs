@@ -295,7 +295,7 @@ mod tests {
         let miss = |h: &Matrix3<f64>| (transfer(h, centre).unwrap() - transfer(&motion(), centre).unwrap()).norm();
         let (was, is) = (miss(&before.homography), miss(&after.homography));
         assert!(was > 0.4 && is < 0.02, "{was} px before, {is} px after");
-        assert!(after.inliers.len() >= 40 && after.rms < 0.05 && after.matches.len() == after.pairs.len());
+        assert!(after.inliers.len() >= 30 && after.rms < 0.05 && after.matches.len() == after.pairs.len());
         assert_eq!((after.quality, after.model), (200, Model::Homography));
         // Too few that stand the comparison leave it as it was.
         let flat = Plane::filled(200, 150, 9u16);

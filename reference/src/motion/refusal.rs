@@ -109,7 +109,8 @@ pub fn repeats(estimate: &Estimate, reference: &[Feature], current: &[Feature]) 
     for y in 0..BINS - 1 {
         for x in 0..BINS - 1 {
             let bin = y * BINS + x;
-            let sum = [bin, bin + 1, bin + BINS, bin + BINS + 1].map(|bin| usize::from(votes[bin])).iter().sum();
+            let block = [bin, bin + 1, bin + BINS, bin + BINS + 1];
+            let sum: usize = block.into_iter().map(|bin| usize::from(votes[bin])).sum();
             if sum > second {
                 (second, at) = (sum, Vector2::new(x as f64 + 1.0, y as f64 + 1.0) * BIN);
             }
