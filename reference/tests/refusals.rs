@@ -90,14 +90,15 @@ fn ground_that_repeats_is_refused_with_a_gate_and_without() {
     assert!(centre_error(&found.homography, &flight) < 0.1);
 }
 
-/// Thick mist, and a sensor whose pixels differ by 1 %, alike in both frames; between them the camera turned.
+/// Thick mist, and a sensor of little noise whose pixels differ by 1 %, alike in both frames; between them the camera turned. The pattern
+/// agrees with itself better than chance, so it is IMU and laser that refuse it.
 #[test]
 fn the_pattern_of_the_sensor_is_no_ground() {
     for seed in 0..6 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let pattern = Plane::from_fn(WIDTH, HEIGHT, |_, _| 1.0 + 0.01 * normal(&mut rng));
         let flight = Flight::draw(&WIDE, 100 + seed);
-        let mist = Condition { contrast: 0.01, ..CLEAR };
+        let mist = Condition { contrast: 0.01, full_well: 200_000.0, ..CLEAR };
         let frames = [0, 1].map(|i| {
             let frame = render_with(&flight.places[i], &flight.relief, |p| ground(p, 0.3, 5000, seed));
             let frame = mist.apply(&frame, 2 * seed + i as u64);
@@ -106,7 +107,11 @@ fn the_pattern_of_the_sensor_is_no_ground() {
         for gated in [false, true] {
             let outcome = estimate(&flight, &frames, gated);
             eprintln!("{seed} {gated}: {:?}", outcome.as_ref().map(|e| centre_error(&e.homography, &flight)));
-            assert!(outcome.is_err(), "seed {seed}, gated {gated}");
+            let reason = outcome.err().unwrap_or_default();
+            assert!(
+                reason.contains("stay on their pixel") || gated && !reason.is_empty(),
+                "seed {seed}, gated {gated}"
+            );
         }
     }
 }
@@ -121,7 +126,7 @@ impl Sea {
     fn new(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let wind = std::f64::consts::TAU * rng.random::<f64>();
-        let waves = (0..60).map(|_| {
+        let waves = (0..24).map(|_| {
             let length = 0.7 * (12.0f64 / 0.7).powf(rng.random::<f64>());
             let (s, c) = (wind + 0.5 * normal(&mut rng)).sin_cos();
             (Vector2::new(c, s) * (std::f64::consts::TAU / length), std::f64::consts::TAU * rng.random::<f64>(), 1.0)
@@ -138,7 +143,7 @@ impl Sea {
                 steepness * (k.dot(&p) - omega * seconds + phase).cos()
             })
             .sum();
-        20_000.0 + 2000.0 * slope
+        20_000.0 + 3000.0 * slope
     }
 }
 

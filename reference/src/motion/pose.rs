@@ -539,7 +539,7 @@ mod tests {
         let corner: Vec<Pair> = good
             .pairs
             .iter()
-            .filter(|pair| pair.reference.x < 300.0 && pair.reference.y < 300.0)
+            .filter(|pair| pair.reference.x < 150.0 && pair.reference.y < 150.0)
             .take(5)
             .copied()
             .collect();

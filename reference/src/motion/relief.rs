@@ -21,8 +21,8 @@ pub const CELL: f64 = 128.0;
 /// Cells along an edge; what lies beyond belongs to the last.
 const CELLS: usize = 16;
 
-/// Twice the gain in log likelihood above which relief is believed: chi squared of one freedom exceeds it once in 10^5.
-pub const EVIDENCE: f64 = 20.0;
+/// Twice the gain in log likelihood above which relief is believed: chi squared of one freedom exceeds it once in 600.
+pub const EVIDENCE: f64 = 10.0;
 
 /// Median of the length of a normal deviate.
 const MEDIAN_NORMAL: f64 = 0.674_489_750_196_081_7;
