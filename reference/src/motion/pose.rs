@@ -535,13 +535,14 @@ mod tests {
         let wrong = View::new(*current.camera(), tilted, current.height()).unwrap();
         let outcome = fit(&reference, &wrong, &SENSORS, &good.pairs, 255);
         assert!(matches!(outcome, Err(PoseError::Disagreement { .. })), "{outcome:?}");
-        // Five pairs in a corner and an IMU of 3 degrees: 100 m tan 3 degrees is 5 m.
+        // Five pairs in a corner, 0.7 px off to either side, and an IMU of 3 degrees: 100 m tan 3 degrees is 5 m.
+        let aside = [0.7, -0.7, 0.7, -0.7, 0.7].map(|x| Vector2::new(x, 0.0));
         let corner: Vec<Pair> = good
             .pairs
             .iter()
-            .filter(|pair| pair.reference.x < 150.0 && pair.reference.y < 150.0)
-            .take(5)
-            .copied()
+            .filter(|pair| pair.reference.x < 300.0 && pair.reference.y < 300.0)
+            .zip(aside)
+            .map(|(pair, aside)| Pair { current: pair.current + aside, ..*pair })
             .collect();
         let outcome = with(&corner, &Sensors { tilt: 3.0 * DEGREE, ..SENSORS });
         assert!(matches!(outcome, Err(PoseError::Uncertain { sigma }) if sigma > 1.0), "{outcome:?}");
