@@ -3,17 +3,21 @@
 SHELL := /bin/bash
 export PATH := $(HOME)/.cargo/bin:$(PATH)
 
-PICTURES := $(if $(XDG_CACHE_HOME),$(XDG_CACHE_HOME),$(HOME)/.cache)/hoverlock/pictures
+CACHE := $(if $(HOVERLOCK_CACHE),$(HOVERLOCK_CACHE),$(if $(XDG_CACHE_HOME),$(XDG_CACHE_HOME),$(HOME)/.cache)/hoverlock)
+PICTURES := $(CACHE)/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
 # Real ground for the accuracy benchmark; its textures are in the folder of that name.
 HOVERLOCK_DATA ?= ../shared/data
 # One flight in so many: 1 takes all 208.
 EVERY ?= 1
+ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
+# Ignored tests that `make test-long` and `make fuzz` run.
+LONG := ten_thousand_frames an_installed_command no_input_brings_the_command_down
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test bench bench-accuracy bench-harness setup build
+.PHONY: demo test checks test-long fuzz bench bench-accuracy bench-harness arm setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -22,14 +26,31 @@ demo: build
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 
 ## Format, lints, and every test; the ignored ones take minutes each: real pictures, all frame sizes, faults put into the RTL.
+## Tests that found no pictures or no tool are named at the end.
 test: setup
+	@mkdir -p out && set -o pipefail && $(MAKE) --no-print-directory checks 2>&1 | tee out/test.log; \
+	status=$$?; setup/skipped.sh out/test.log; exit $$status
+
+checks:
 	cargo fmt --all -- --check
+	setup/line_length.sh
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo test --workspace --locked
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
-	cargo test --workspace --locked -- --ignored
+	cargo test --workspace --locked -- --ignored $(LONG:%=--skip %)
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
-	$(PYTHON) -m pytest --quiet -n 2 harness/python/tests
+	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
+
+## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; the command
+## installed from a copy of the sources, ten minutes.
+test-long: setup
+	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
+	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
+
+## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.
+fuzz:
+	HOVERLOCK_FUZZ_SECONDS=$(or $(SECONDS),600) HOVERLOCK_FUZZ_SEED=$(or $(SEED),1) \
+	    cargo test --locked --package hoverlock-cli --test fuzz -- --ignored --nocapture
 
 ## Float features against OpenCV's ORB, by turns in one run; then bit_true in pixels a second, with and without AVX2.
 bench: setup
@@ -44,7 +65,13 @@ bench-accuracy: setup
 bench-harness:
 	@setup/bootstrap.sh iverilog
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml
-	$(PYTHON) harness/bench/run.py --runs 5
+	$(PYTHON) harness/benches/against_cocotb/run.py --runs 5
+
+## The flight program for the ARM Cortex-A9: one static file. Its own target folder, as it has a compiler of its own.
+arm:
+	@environment=$$(setup/arm.sh) && . "$$environment" && cargo build --release --locked --package hoverlock-arm \
+		-Zbuild-std=std,panic_abort --target armv7-unknown-linux-gnueabihf --target-dir $(ARM_TARGET)
+	@echo "The flight program: $(ARM_TARGET)/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"
 
 setup:
 	@setup/bootstrap.sh

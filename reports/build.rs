@@ -1,4 +1,4 @@
-//! Names the sources in reports: `git describe`, where there is a repository and a git to ask.
+//! Sets `HOVERLOCK_COMMIT` to `git describe` of the sources, or to `no repository`.
 
 use std::process::Command;
 
@@ -8,7 +8,7 @@ fn git(arguments: &[&str]) -> Option<String> {
 }
 
 fn main() {
-    // Without its optional lock, describe leaves the index as it is, and the next build has nothing to do.
+    // With optional locks `git describe` would rewrite the index, and every build would start another one.
     let commit = git(&["--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"]);
     println!("cargo::rustc-env=HOVERLOCK_COMMIT={}", commit.as_deref().unwrap_or("no repository"));
     for file in ["HEAD", "logs/HEAD", "index"] {

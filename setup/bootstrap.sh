@@ -53,7 +53,7 @@ if [ "$(cat .venv/made-from 2>/dev/null)" != "$want" ]; then
 fi
 
 # The newcomer's pictures.
-pictures="${XDG_CACHE_HOME:-$HOME/.cache}/hoverlock/pictures"
+pictures="${HOVERLOCK_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/hoverlock}/pictures"
 names="aero1.jpg aero3.jpg aloeL.jpg graf1.png graf3.png H1to3p.xml"
 complete=yes
 for name in $names; do [ -s "$pictures/$name" ] || complete=no; done

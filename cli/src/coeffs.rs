@@ -11,7 +11,7 @@ use hoverlock_reports::coefficient_plots::figures;
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::output::{print, print_json, write_file};
+use crate::output::{Batch, Folder, lossy_list, print, print_json, say, shown};
 
 /// Regenerate filter coefficients
 ///
@@ -32,7 +32,7 @@ use crate::output::{print, print_json, write_file};
 #[command(verbatim_doc_comment)]
 pub struct Args {
     /// Sigma of each smoother, pixels
-    #[arg(long, required = true, num_args = 1.., value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, required = true, num_args = 1.., value_name = "S", allow_negative_numbers = true, value_parser = sigma)]
     sigma: Vec<f64>,
     /// Which approximation of the Gaussian
     #[arg(long, value_enum, default_value = "first-order")]
@@ -40,13 +40,15 @@ pub struct Args {
     /// Poles of each side: alvarez-mazorra 1-4 (passes), deriche 2-4, vyv 3-5 [default: 1, 4 and 3]
     #[arg(long, value_name = "N")]
     order: Option<usize>,
-    /// How the free parameter is chosen [default: least-squares for first-order, published for deriche and yvv95, else variance]
+    /// How the free parameter is chosen [default: least-squares for first-order, published for deriche and yvv95, else
+    /// variance]
     #[arg(long, value_enum)]
     fit: Option<FitChoice>,
     /// Fraction bits of the integer coefficients, 1 to 31
     #[arg(long, default_value_t = 16, value_name = "F", allow_negative_numbers = true)]
     frac_bits: u32,
-    /// Look-ahead stages of the lerp form; m stages reach 2^m - 1 samples [default: as many as --look-ahead-error asks for]
+    /// Look-ahead stages of the lerp form; m stages reach 2^m - 1 samples [default: as many as --look-ahead-error asks
+    /// for]
     #[arg(long, value_name = "M", conflicts_with = "look_ahead_error")]
     look_ahead: Option<u32>,
     /// Part of the filter's sum that the look-ahead may leave out
@@ -55,8 +57,8 @@ pub struct Args {
     /// Write coefficients.json, .vh, .mif, .h, .rs, .md and the plots into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// One JSON object on stdout: sets[] of method order sigma a[] b[] sigma_eff linf l2 dc_gain (against the sampled Gaussian,
-    /// relative) and quantised (against the unquantised filter, with lerp g and g_j); files[]
+    /// One JSON object on stdout: sets[] of method order sigma a[] b[] sigma_eff linf l2 dc_gain (against the sampled
+    /// Gaussian, relative) and quantised (against the unquantised filter, with lerp g and g_j); files[]
     #[arg(long)]
     json: bool,
 }
@@ -117,7 +119,17 @@ impl Method {
 struct Report {
     sets: Vec<CoefficientSet>,
     /// What was written.
+    #[serde(serialize_with = "lossy_list")]
     files: Vec<PathBuf>,
+}
+
+/// A number of pixels. One that no filter has is told as it was typed: 1e308 has 309 digits.
+fn sigma(text: &str) -> Result<f64, String> {
+    let sigma: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if sigma.abs() > 1e9 && sigma.is_finite() {
+        return Err(format!("sigma {text} px is outside 0.5 to 256 px"));
+    }
+    Ok(sigma)
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
@@ -157,17 +169,40 @@ fn write(
     for figure in figures(&filters)? {
         texts.push((format!("{}.svg", figure.name), figure.file()?));
     }
-    std::fs::create_dir_all(folder).with_context(|| {
-        format!("{}: cannot be made a folder; check the path and its permissions", folder.display())
-    })?;
-    texts
-        .into_iter()
-        .map(|(name, text)| {
-            let path = folder.join(name);
-            write_file(&path, text.as_bytes())?;
-            Ok(path)
-        })
-        .collect()
+    let made = Folder::new(folder)?;
+    let mut batch = Batch::default();
+    let mut paths = Vec::new();
+    for (name, text) in &texts {
+        let path = folder.join(name);
+        batch.add(&path, text.as_bytes())?;
+        paths.push(path);
+    }
+    batch.keep()?;
+    drop(made);
+    let earlier = earlier(folder, &texts)?;
+    if let Some(first) = earlier.first() {
+        say(&format!(
+            "{}: {} files are of an earlier, larger set, {first} first; remove them",
+            folder.display(),
+            earlier.len()
+        ));
+    }
+    Ok(paths)
+}
+
+/// Plots of smoothers that an earlier run had and this one has not.
+fn earlier(folder: &Path, texts: &[(String, String)]) -> Result<Vec<String>> {
+    let unreadable = || format!("{}: cannot be read", folder.display());
+    let ours = |name: &str| name.ends_with(".svg") && (name.starts_with("smoother") || name.starts_with("dog"));
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).with_context(unreadable)? {
+        let name = entry.with_context(unreadable)?.file_name().to_string_lossy().into_owned();
+        if ours(&name) && texts.iter().all(|(written, _)| *written != name) {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
 }
 
 /// The command that gives these sets again, whatever defaults may become.
@@ -189,7 +224,7 @@ fn table(report: &Report) -> String {
     let mut text = String::new();
     for set in &report.sets {
         let list = |values: &[f64]| values.iter().map(|v| format!("{v:.8}")).collect::<Vec<_>>().join("  ");
-        let codes = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join("  ");
+        let integers = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join("  ");
         let q = &set.quantised;
         text += &format!(
             "sigma {} px: {}, order {}, {}, {} fit, {} = {:.6}\n",
@@ -206,9 +241,9 @@ fn table(report: &Report) -> String {
             100.0 * set.linf,
             set.dc_gain
         );
-        text += &format!("  integers / 2^{:<4} a: {}   b: {}", q.frac_bits, codes(&q.a), codes(&q.b));
+        text += &format!("  integers / 2^{:<4} a: {}   b: {}", q.frac_bits, integers(&q.a), integers(&q.b));
         if !q.b_ahead.is_empty() {
-            text += &format!("   b_ahead: {}", codes(&q.b_ahead));
+            text += &format!("   b_ahead: {}", integers(&q.b_ahead));
         }
         text += &format!(
             "\n    quantisation    sigma_eff {:.5} px, l2 {:.5} %, linf {:.5} %, DC gain exactly {}\n",
@@ -242,7 +277,7 @@ fn table(report: &Report) -> String {
         }
     }
     for path in &report.files {
-        text += &format!("wrote {}\n", path.display());
+        text += &format!("wrote {}\n", shown(path));
     }
     text
 }

@@ -79,8 +79,8 @@ fn inspect(line: &str) -> Result<Tool> {
     })
 }
 
-/// The first line of `command --version`, or nothing where there is no such command; a package that brings no command is
-/// known by one of its files, which then stands for its version.
+/// The first line of `command --version`, or nothing where there is no such command; a package that brings no command
+/// is known by one of its files, which then stands for its version.
 fn version_of(command: &str) -> Result<Option<String>> {
     if command.starts_with('/') {
         return Ok(Path::new(command).exists().then(|| command.to_owned()));

@@ -1,26 +1,35 @@
 //! `hoverlock <verb>`: the workspace from the command line.
 //!
-//! Results go to stdout, one JSON object with `--json`; progress and diagnostics go to stderr. The exit status is 0 where
-//! the verb's gates hold, 1 where they do not, and 2 for bad usage or input, with one line that says what, where and why.
+//! Results go to stdout, one JSON object with `--json`; progress and diagnostics go to stderr. The exit status is 0
+//! where the verb's checks pass, 1 where one fails, and 2 for bad usage or input, with one line that says what, where
+//! and why.
 
 mod coeffs;
 mod doctor;
+mod interrupt;
 mod matching;
 mod output;
 mod picture;
 mod report;
 mod rtl;
 mod rtl_level;
+mod shell;
 mod sim;
 
 use std::process::ExitCode;
+use std::sync::LazyLock;
 
 use anyhow::{Result, bail};
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
+use hoverlock_reports::provenance::COMMIT;
+
+/// Version and commit of the sources.
+static VERSION: LazyLock<String> = LazyLock::new(|| format!("{} ({COMMIT})", env!("CARGO_PKG_VERSION")));
 
 /// Co-design of a hover drift sensor: floating point, fixed point and RTL, and what each step costs.
 #[derive(Parser)]
-#[command(name = "hoverlock", version, max_term_width = 110, arg_required_else_help = false)]
+#[command(name = "hoverlock", version = VERSION.as_str(), max_term_width = 110, arg_required_else_help = false)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -29,14 +38,16 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Coeffs(coeffs::Args),
+    Completions(shell::CompletionsArgs),
     Doctor(doctor::Args),
+    Man(shell::ManArgs),
     Match(matching::Args),
     Report(report::Args),
     Rtl(rtl::Args),
     Sim(sim::Args),
 }
 
-/// Whether a verb's gates hold.
+/// Whether a verb's checks pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Verdict {
     Pass,
@@ -52,7 +63,9 @@ impl From<bool> for Verdict {
 fn main() -> ExitCode {
     let outcome = Cli::try_parse().map_or_else(usage, |cli| match cli.verb {
         Verb::Coeffs(args) => coeffs::run(&args),
+        Verb::Completions(args) => shell::completions(&args),
         Verb::Doctor(args) => doctor::run(&args),
+        Verb::Man(args) => shell::man(&args),
         Verb::Match(args) => matching::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Rtl(args) => rtl::run(&args),
@@ -62,19 +75,55 @@ fn main() -> ExitCode {
         Ok(Verdict::Pass) => ExitCode::SUCCESS,
         Ok(Verdict::Fail) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("hoverlock: {error:#}");
+            output::say(&message(&error));
             ExitCode::from(2)
         }
     }
 }
 
-/// Help and version as they are; an error of usage as one line, like every other.
+/// What failed and why: each cause once, though some errors name their cause themselves.
+fn message(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |text, cause| {
+        let cause = cause.to_string();
+        match text.as_str() {
+            "" => cause,
+            text if text.contains(&cause) => text.to_owned(),
+            text => format!("{text}: {cause}"),
+        }
+    })
+}
+
+/// Help and version as they are; an error of usage as one line, like every other, with what clap guesses was meant.
 fn usage(error: clap::Error) -> Result<Verdict> {
     if !error.use_stderr() {
-        output::print(&error.render().to_string())?;
+        output::print(&error.render().ansi().to_string())?;
         return Ok(Verdict::Pass);
     }
     let text = error.render().to_string();
+    let alone = [ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand, ErrorKind::MissingSubcommand];
+    if alone.contains(&error.kind()) {
+        let usage = text.lines().find_map(|line| line.trim().strip_prefix("Usage: ")).unwrap_or("hoverlock <COMMAND>");
+        bail!("a verb is missing: {usage}; see --help");
+    }
     let reason: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
-    bail!("{}; see --help", reason.join(" ").trim_start_matches("error: "));
+    let tip: String =
+        text.lines().filter_map(|line| line.trim().strip_prefix("tip: ")).map(|tip| format!("; {tip}")).collect();
+    bail!("{}{tip}; see --help", reason.join(" ").trim_start_matches("error: "));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context as _;
+    use std::io;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let full = || io::Error::other("the disk is full");
+        let once = anyhow::Error::new(full()).context("a.png: cannot be written");
+        assert_eq!(message(&once), "a.png: cannot be written: the disk is full");
+        let twice =
+            Err::<(), _>(full()).context("a.png: cannot be written: the disk is full; name another").unwrap_err();
+        assert_eq!(message(&twice), "a.png: cannot be written: the disk is full; name another");
+    }
 }

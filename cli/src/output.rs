@@ -1,16 +1,25 @@
-//! What a verb says on stdout, and the files it writes.
+//! What a verb says, and the files it writes.
 
-use std::fs::Permissions;
+use std::fmt::Write as _;
+use std::fs::{self, File};
 use std::io::{self, Write};
-use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
 
-use anyhow::{Context, Result};
-use serde::Serialize;
+use anstyle::{AnsiColor, Style};
+use anyhow::{Context, Result, bail};
+use indicatif::ProgressBar;
+use serde::{Serialize, Serializer};
+use tempfile::{Builder, TempPath};
 
-/// Writes `text` to stdout. A reader that has gone away (`| head`) is no error.
+use crate::interrupt::Pending;
+
+/// Writes `text` to stdout, its colours only where a terminal shows them. A reader that has gone away (`| head`) is no
+/// error.
 pub fn print(text: &str) -> Result<()> {
-    let mut stdout = io::stdout().lock();
+    let mut stdout = anstream::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other.context("stdout cannot be written"),
@@ -24,15 +33,224 @@ pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&text)
 }
 
+/// One line on stderr, whatever names are in it.
+pub fn say(text: &str) {
+    eprintln!("hoverlock: {}", visible(text));
+}
+
+/// A verdict, green or red on a terminal.
+pub fn verdict(pass: bool, text: &str) -> String {
+    let style = Style::new().bold().fg_color(Some(if pass { AnsiColor::Green } else { AnsiColor::Red }.into()));
+    format!("{style}{text}{style:#}")
+}
+
+/// A text with its control characters escaped: a newline in a file's name does not make a second line.
+pub fn visible(text: &str) -> String {
+    text.chars().fold(String::new(), |mut shown, char| {
+        if char.is_control() {
+            // Writing to a String cannot fail.
+            let _ = write!(shown, "{}", char.escape_default());
+        } else {
+            shown.push(char);
+        }
+        shown
+    })
+}
+
+/// A path as it is printed in a table or a message.
+pub fn shown(path: &Path) -> String {
+    visible(&path.display().to_string())
+}
+
+/// A path as a shell takes it.
+pub fn quoted(path: &Path) -> String {
+    quote(&path.to_string_lossy())
+}
+
+/// A word as a shell takes it.
+pub fn quote(word: &str) -> String {
+    let plain = |char: char| char.is_ascii_alphanumeric() || "_-./+=:,@%".contains(char);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+/// A path in JSON. What is not UTF-8 is replaced: JSON has no other text.
+pub fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}
+
+/// The same for a path that may be missing.
+pub fn lossy_option<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+    match path {
+        Some(path) => serializer.serialize_some(&path.to_string_lossy()),
+        None => serializer.serialize_none(),
+    }
+}
+
+/// The same for a list.
+pub fn lossy_list<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
+}
+
+/// Refuses a file to be written whose name does not end as its format asks, that is no regular file, or that is an
+/// input.
+pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path]) -> Result<()> {
+    let name = path.display();
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if !endings.contains(&ending) {
+        bail!("{option} {name}: the name must end in .{}", endings.join(" or ."));
+    }
+    let Ok(there) = fs::metadata(path) else { return Ok(()) };
+    if there.is_dir() {
+        bail!("{option} {name}: is a folder; name a file");
+    }
+    if !there.is_file() {
+        bail!("{option} {name}: is there and is not a regular file; name another file");
+    }
+    let same =
+        |input: &&Path| fs::metadata(input).is_ok_and(|input| (input.dev(), input.ino()) == (there.dev(), there.ino()));
+    if inputs.iter().any(same) {
+        bail!("{option} {name}: is one of the pictures; name another file");
+    }
+    Ok(())
+}
+
+/// A file on its way, under a temporary name in the folder where it will be; removed where it is not kept, and by a
+/// signal.
+pub struct Aside {
+    file: TempPath,
+    path: PathBuf,
+    _pending: Option<Pending>,
+}
+
+impl Aside {
+    /// An empty file.
+    pub fn new(path: &Path) -> Result<Self> {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut pending = None;
+        let file = Builder::new()
+            .prefix(".hoverlock")
+            .make_in(folder, |temporary| {
+                // Before it is there, so that no signal finds it unknown.
+                pending = Some(Pending::new(temporary));
+                // As any program creates its files: the user's mask takes away what it must.
+                File::options().write(true).create_new(true).mode(0o666).open(temporary)
+            })
+            .with_context(|| unwritable(path))?
+            .into_temp_path();
+        Ok(Self { _pending: pending, file, path: path.to_owned() })
+    }
+
+    /// Where it is until it is kept.
+    pub fn temporary(&self) -> &Path {
+        &self.file
+    }
+
+    fn write(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let aside = Self::new(path)?;
+        fs::write(&aside.file, bytes).with_context(|| unwritable(path))?;
+        Ok(aside)
+    }
+
+    /// Gives it its name.
+    pub fn keep(self) -> Result<()> {
+        self.file.persist(&self.path).map_err(|refused| refused.error).with_context(|| unwritable(&self.path))
+    }
+}
+
+fn unwritable(path: &Path) -> String {
+    format!("{}: cannot be written; check the folder, its permissions and the space left", path.display())
+}
+
+/// Files that belong together: all of them are written aside before the first gets its name.
+#[derive(Default)]
+pub struct Batch(Vec<Aside>);
+
+impl Batch {
+    /// Writes one of them aside.
+    pub fn add(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
+        if path.is_dir() {
+            bail!("{}: is a folder, and a file of this name is to be written", path.display());
+        }
+        self.0.push(Aside::write(path, bytes)?);
+        Ok(())
+    }
+
+    /// Gives all of them their names.
+    pub fn keep(self) -> Result<()> {
+        self.0.into_iter().try_for_each(Aside::keep)
+    }
+}
+
 /// Writes a file under a temporary name beside it, then renames: it is there whole or not at all.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let write = || -> io::Result<()> {
-        // As any program creates its files: the user's mask takes away what it must.
-        let mut file = tempfile::Builder::new().permissions(Permissions::from_mode(0o666)).tempfile_in(folder)?;
-        file.write_all(bytes)?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().with_context(|| format!("{}: cannot be written; check the folder and its permissions", path.display()))
+    Aside::write(path, bytes)?.keep()
+}
+
+/// A folder to write into. What had to be made of it is removed again, by a signal too, unless something was kept in
+/// it.
+pub struct Folder {
+    made: Vec<(PathBuf, Pending)>,
+}
+
+impl Folder {
+    /// Makes the folder and those above it.
+    pub fn new(path: &Path) -> Result<Self> {
+        let missing: Vec<&Path> =
+            path.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists()).collect();
+        let made = missing.into_iter().map(|folder| (folder.to_owned(), Pending::new(folder))).collect();
+        let made = Self { made };
+        fs::create_dir_all(path).with_context(|| {
+            format!("{}: cannot be made a folder; check the path and its permissions", path.display())
+        })?;
+        Ok(made)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // The deepest first; one that holds a file stays.
+        for (folder, _pending) in self.made.drain(..) {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// Does something, and says what on stderr once it has taken a second.
+pub fn spinning<T>(what: &'static str, work: impl FnOnce() -> T) -> T {
+    std::thread::scope(|scope| {
+        let (done, ended) = channel::<()>();
+        scope.spawn(move || {
+            if ended.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+                let bar = ProgressBar::new_spinner().with_message(what);
+                bar.enable_steady_tick(Duration::from_millis(200));
+                if bar.is_hidden() {
+                    // No terminal: one line, for whoever reads a log.
+                    say(what);
+                }
+                // Ends when the sender is gone.
+                let _ = ended.recv();
+                bar.finish_and_clear();
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_on_one_line_and_survive_a_shell() {
+        assert_eq!(visible("a\nb\tc\u{1b}[31m ü"), "a\\nb\\tc\\u{1b}[31m ü");
+        assert_eq!(quote("sub/run.gtkw"), "sub/run.gtkw");
+        assert_eq!(quote("my run.gtkw"), "'my run.gtkw'");
+        assert_eq!(quote("it's"), r"'it'\''s'");
+    }
 }

@@ -1,31 +1,33 @@
-//! `hoverlock report`: what quantisation costs on given pictures, and whether every bound holds.
+//! `hoverlock report`: what quantisation costs on given pictures, and whether every check passes.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_reference::image::picture::Picture;
 use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;
 use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
-use crate::output::print;
-use crate::picture::cropped;
+use crate::output::{Folder, print, quote, say, shown, verdict};
+use crate::picture::{Limit, listed, open};
 use crate::rtl_level;
 
 /// Measure what quantisation costs, stage by stage, and check it.
 ///
-/// Writes index.html, report.json and junit.xml. Status 0 only where every bound holds on every picture under every condition. With
-/// Verilator and Yosys at hand, `rtl` is the simulated hardware and what it takes of a device; else it is said to be not run.
+/// Writes index.html, report.json and junit.xml. Status 0 only where every check passes on every picture under every
+/// condition. Where Verilator and Yosys are installed, `rtl` is the simulated hardware and what it takes of a device;
+/// else the report says that it was not run.
 ///
 /// Example: hoverlock report aerial.png --out out/report
 #[derive(clap::Args)]
 pub struct Args {
-    /// Pictures of the ground: PNG, JPEG, TIFF, BMP, PNM or WebP, at least 79x79; the centre 1024x768 of larger ones
+    /// Pictures of the ground: PNG, JPEG, TIFF, BMP, PNM or WebP, at least 79x79, or folders of them; - reads one from
+    /// standard input. Of larger ones the centre is taken: 1024x768, or the width and height of --config
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
     /// The folder to write into
@@ -33,7 +35,9 @@ pub struct Args {
     out: PathBuf,
     /// Change the design point: a TOML file, or one key like dog_bits=12 or state=u16.4
     #[arg(long, value_name = "FILE|KEY=VALUE")]
-    config: Vec<String>,
+    config: Vec<OsString>,
+    #[command(flatten)]
+    limit: Limit,
     /// One JSON object on stdout, the same as report.json: pass provenance bounds[] levels[] pictures[] and more
     #[arg(long)]
     json: bool,
@@ -43,7 +47,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let design = configured(&args.config)?;
     // A design point without coefficients is refused before anything is written.
     Levels::new(&design)?;
-    let subjects = subjects(&args.images)?;
+    let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
+    let folder = Folder::new(&args.out)?;
     output::prepare(&args.out)?;
     let hardware = rtl_level::prepare(&design);
     // `rtl` adds a step for each picture, and one to wait for its tools.
@@ -59,11 +64,23 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let study = hardware.finish(study, &subjects, &step)?;
     bar.finish_and_clear();
     output::write(&study, &args.out)?;
-    if let Some(Made::NotRun { reason }) = study.hardware().map(|hardware| &hardware.simulation) {
-        eprintln!("hoverlock: rtl not run: {reason}");
+    drop(folder);
+    if let Some(hardware) = study.hardware() {
+        let simulation = match &hardware.simulation {
+            Made::NotRun { reason } => Some(reason),
+            Made::Run { .. } => None,
+        };
+        if let Some(reason) = simulation {
+            say(&format!("rtl not run: {reason}"));
+        }
+        // One reason for both is told once.
+        match &hardware.estimate {
+            Made::NotRun { reason } if simulation != Some(reason) => say(&format!("rtl not sized: {reason}")),
+            _ => {}
+        }
     }
     for row in study.bounds.iter().filter(|row| !row.check.pass) {
-        eprintln!("hoverlock: bound fails: {}", failure(row));
+        say(&format!("bound fails: {}", failure(row)));
     }
     if args.json {
         print(&output::json(&study)?)?;
@@ -74,27 +91,41 @@ pub fn run(args: &Args) -> Result<Verdict> {
 }
 
 /// The default design point, changed by files and by single keys in the order given.
-fn configured(changes: &[String]) -> Result<DesignPoint> {
+fn configured(changes: &[OsString]) -> Result<DesignPoint> {
     let mut design = KT27;
     for change in changes {
-        design = if change.contains('=') && !Path::new(change).exists() {
-            design.with_override(change)?
-        } else {
-            let text = std::fs::read_to_string(change)
-                .with_context(|| format!("{change}: the configuration cannot be read"))?;
-            design.with_toml(&text).with_context(|| change.clone())?
+        let path = Path::new(change);
+        design = match change.to_str() {
+            Some(change) if change.contains('=') && !path.exists() => design.with_override(change)?,
+            _ => {
+                let name = path.display();
+                // A device or a FIFO may never end.
+                if path.exists() && !path.is_file() {
+                    bail!("{name}: the configuration is not a regular file");
+                }
+                let text = std::fs::read_to_string(path)
+                    .with_context(|| format!("{name}: the configuration cannot be read"))?;
+                design.with_toml(&text).with_context(|| name.to_string())?
+            }
         };
     }
     Ok(design)
 }
 
-/// Opens all pictures before any work begins, and gives each a name of its own.
-fn subjects(paths: &[PathBuf]) -> Result<Vec<Subject>> {
+/// Opens all pictures before any work begins, cuts each to the frame of the design, and gives it a name of its own.
+fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Vec<Subject>> {
+    let (width, height) = (design.width as usize, design.height as usize);
+    if width < LEAST_SIDE || height < LEAST_SIDE {
+        bail!(
+            "width and height of the configuration: the report needs at least {LEAST_SIDE} x {LEAST_SIDE}, \
+             not {width} x {height}"
+        );
+    }
     let mut names: BTreeMap<String, usize> = BTreeMap::new();
     let mut subjects = Vec::new();
     for path in paths {
-        let picture = Picture::open(path)?.require(LEAST_SIDE, LEAST_SIDE)?;
-        let frame = cropped(&picture);
+        let picture = open(path, limit, LEAST_SIDE, Some((width, height)))?;
+        let frame = picture.crop(width, height);
         let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let seen = names.entry(stem.clone()).or_default();
         *seen += 1;
@@ -106,7 +137,7 @@ fn subjects(paths: &[PathBuf]) -> Result<Vec<Subject>> {
 
 /// The command as typed, without the folder of the program.
 fn command() -> String {
-    let quoted = std::env::args().skip(1).map(|word| if word.contains(' ') { format!("'{word}'") } else { word });
+    let quoted = std::env::args_os().skip(1).map(|word| quote(&word.to_string_lossy()));
     std::iter::once("hoverlock".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
 }
 
@@ -119,19 +150,19 @@ fn failure(row: &BoundRow) -> String {
         check.name,
         check.measured,
         check.limit,
-        check.place,
+        check.location,
         unit = check.unit
     )
 }
 
 fn summary(study: &Study, folder: &Path) -> String {
     let failed = study.bounds.iter().filter(|row| !row.check.pass).count();
-    let verdict = if study.pass { "PASS" } else { "FAIL" };
-    let held = study.bounds.len() - failed;
+    let verdict = verdict(study.pass, if study.pass { "PASS" } else { "FAIL" });
+    let passed = study.bounds.len() - failed;
     format!(
-        "{verdict}: {held} of {} checks hold on {} picture(s)\n{}\n",
+        "{verdict}: {passed} of {} checks pass on {} picture(s)\n{}\n",
         study.bounds.len(),
         study.pictures.len(),
-        folder.join(output::PAGE).display()
+        shown(&folder.join(output::PAGE))
     )
 }

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use hoverlock_rtl::{
-    emit::{File, MEND, files},
+    emission::{File, MEND, files},
     estimate::{Estimate, ModuleEstimate, estimate},
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::output::{print, print_json, write_file};
+use crate::output::{Batch, Folder, print, print_json, quoted, say, shown};
 
 /// Write the Verilog, prove it fresh, or estimate what it takes of an Arria V.
 ///
@@ -32,9 +32,11 @@ enum Action {
     ///
     /// Example: hoverlock rtl check
     Check(Common),
-    /// Yosys estimate for the Arria V family: ALM, M10K, DSP blocks, registers and logic depth, in all and of each module
+    /// Yosys estimate for the Arria V family: ALM, M10K, DSP blocks, registers and logic depth, in all and of each
+    /// module
     ///
-    /// A minute or two the first time; the netlist is kept in the user's cache folder for as long as the Verilog stays the same.
+    /// A minute or two the first time; the netlist is kept in the user's cache folder for as long as the Verilog stays
+    /// the same.
     /// Status 0 only where the smallest device keeps a third of everything free.
     ///
     /// Example: hoverlock rtl estimate --json
@@ -46,8 +48,8 @@ struct Common {
     /// The folder with verilog/ and registers/
     #[arg(long, value_name = "DIR", default_value = "rtl")]
     out: PathBuf,
-    /// One JSON object on stdout: emit: files[]; check: fresh stale[] strays[]; estimate: alm m10k dsp mul18 registers logic_levels
-    /// device fits modules[] devices[]
+    /// One JSON object on stdout: emit: files[]; check: fresh stale[] strays[]; estimate: alm m10k dsp mul18 registers
+    /// logic_levels device fits modules[] devices[]
     #[arg(long)]
     json: bool,
 }
@@ -74,20 +76,24 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 fn emit(common: &Common) -> Result<Verdict> {
     let files = files()?;
+    let mut folders = Vec::new();
+    let mut batch = Batch::default();
     for file in &files {
         let path = common.out.join(&file.path);
-        let folder = path.parent().unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
+        folders.push(Folder::new(path.parent().unwrap_or(Path::new(".")))?);
         // A file that has not changed keeps its time: no tool works again for nothing.
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&file.text) {
-            write_file(&path, file.text.as_bytes())?;
+            batch.add(&path, file.text.as_bytes())?;
         }
     }
+    batch.keep()?;
+    drop(folders);
+    say_strays(&strays(&common.out.join("verilog"), &files)?);
     let emitted = Emitted { files: files.into_iter().map(|file| file.path).collect() };
     if common.json {
         print_json(&emitted)?;
     } else {
-        print(&format!("{} files in {}\n", emitted.files.len(), common.out.display()))?;
+        print(&format!("{} files in {}\n", emitted.files.len(), shown(&common.out)))?;
     }
     Ok(Verdict::Pass)
 }
@@ -103,17 +109,26 @@ fn check(common: &Common) -> Result<Verdict> {
     let strays = strays(&common.out.join("verilog"), &files)?;
     let checked = Checked { fresh: stale.is_empty() && strays.is_empty(), stale, strays };
     if let Some(first) = checked.stale.first() {
-        eprintln!("hoverlock: {} files are stale, {first} first; run `{MEND}`", checked.stale.len());
+        let mend = if common.out == Path::new("rtl") {
+            MEND.to_owned()
+        } else {
+            format!("{MEND} --out {}", quoted(&common.out))
+        };
+        say(&format!("{} files are stale, {first} first; run `{mend}`", checked.stale.len()));
     }
-    if let Some(first) = checked.strays.first() {
-        eprintln!("hoverlock: {} files are of no module, {first} first; remove them", checked.strays.len());
-    }
+    say_strays(&checked.strays);
     if common.json {
         print_json(&checked)?;
     } else if checked.fresh {
         print("every file is fresh\n")?;
     }
     Ok(checked.fresh.into())
+}
+
+fn say_strays(strays: &[String]) {
+    if let Some(first) = strays.first() {
+        say(&format!("{} files are of no module, {first} first; remove them", strays.len()));
+    }
 }
 
 /// Verilog that the sources do not emit: simulator and Yosys would read it all the same.
@@ -135,7 +150,7 @@ fn sized(common: &Common) -> Result<Verdict> {
     let estimate = estimate(&mut |pass| bar.set_message(pass.to_owned()))?;
     bar.finish_and_clear();
     if !estimate.fits {
-        eprintln!("hoverlock: {} is too small: {}", estimate.device, estimate.fits_rule);
+        say(&format!("{} is too small: {}", estimate.device, estimate.fits_rule));
     }
     if common.json {
         print_json(&estimate)?;
@@ -147,7 +162,9 @@ fn sized(common: &Common) -> Result<Verdict> {
 
 fn table(estimate: &Estimate) -> String {
     let mut text = format!(
-        "Yosys estimate of hoverlock_top for Arria V ({})\n\n  ALM {}   M10K {}   multipliers 18x18 {}, in {} DSP blocks   registers {}   logic levels {}\n\n",
+        "Yosys estimate of hoverlock_top for Arria V ({})\n\n  ALM {}   M10K {}   multipliers 18x18 {}, in {} DSP \
+         blocks   \
+         registers {}   logic levels {}\n\n",
         estimate.yosys,
         estimate.alm,
         estimate.m10k,
@@ -217,7 +234,8 @@ fn table(estimate: &Estimate) -> String {
         );
     }
     text + &format!(
-        "ALM: {}.\nlevels: {}.\nns: the slowest such path in cell delays of Yosys's Arria V model, wires not counted.\n",
+        "ALM: {}.\nlevels: {}.\nns: the slowest such path in cell delays of Yosys's Arria V model, wires not \
+         counted.\n",
         estimate.alm_rule, estimate.levels_rule
     )
 }

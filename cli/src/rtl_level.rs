@@ -1,22 +1,25 @@
 //! `rtl` of the report: the pictures of a study through the simulated hardware, and its Yosys estimate.
 //!
-//! Building the model and running Yosys take a minute or two where the cache is empty, so both begin beside the rest of the study.
+//! Building the model and running Yosys take a minute or two where the cache is empty, so both begin beside the rest of
+//! the study. Where one of them is missing, broken or has no cache to work in, the report says so and keeps everything
+//! else.
 
 use std::thread::{JoinHandle, spawn};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_harness::BuildError;
 use hoverlock_reports::hardware::{DeviceShare, Hardware, Made, ModuleShare, Simulated, Sizing};
 use hoverlock_reports::study::{self, Study, Subject};
-use hoverlock_rtl::estimate::{Estimate, EstimateError, estimate};
-use hoverlock_rtl::simulation::{Job, Outcome, SimulationError, Simulator, Streams, run};
+use hoverlock_rtl::estimate::{Estimate, estimate};
+use hoverlock_rtl::simulation::{Job, Outcome, Simulator, Streams, run};
+
+use crate::message;
 
 /// Modules that the page lists.
 const LISTED: usize = 12;
 
 /// What is on its way.
-pub struct Preparation(JoinHandle<Result<Tools>>);
+pub struct Preparation(JoinHandle<Tools>);
 
 /// The model and the estimate, or why there are none.
 struct Tools {
@@ -30,21 +33,17 @@ pub fn prepare(design: &DesignPoint) -> Preparation {
     Preparation(spawn(move || {
         if !emitted {
             let reason = "the Verilog is emitted for the design point alone, and this configuration is another";
-            return Ok(Tools { simulator: Made::not_run(reason), estimate: Made::not_run(reason) });
+            return Tools { simulator: Made::not_run(reason), estimate: Made::not_run(reason) };
         }
         let simulator = match Simulator::new() {
             Ok(simulator) => Made::Run { result: simulator },
-            Err(SimulationError::Build(
-                missing @ (BuildError::ToolMissing { .. } | BuildError::VersionUnsupported { .. }),
-            )) => Made::not_run(missing.to_string()),
-            Err(error) => return Err(error).context("the Verilated model"),
+            Err(error) => Made::not_run(message(&error.into())),
         };
         let estimate = match estimate(&mut |_| ()) {
             Ok(estimate) => Made::Run { result: sizing(estimate) },
-            Err(missing @ EstimateError::Missing(_)) => Made::not_run(missing.to_string()),
-            Err(error) => return Err(error).context("the Yosys estimate"),
+            Err(error) => Made::not_run(message(&error.into())),
         };
-        Ok(Tools { simulator, estimate })
+        Tools { simulator, estimate }
     }))
 }
 
@@ -52,7 +51,7 @@ impl Preparation {
     /// Runs every picture through the hardware and adds what came of it to the study.
     pub fn finish(self, study: Study, subjects: &[Subject], step: &dyn Fn(&str)) -> Result<Study> {
         step("waiting for Verilator and Yosys");
-        let tools = self.0.join().map_err(|_| anyhow!("the model's builder has panicked"))??;
+        let tools = self.0.join().map_err(|_| anyhow!("the model's builder has panicked"))?;
         let simulation = match &tools.simulator {
             Made::NotRun { reason } => Made::not_run(reason.clone()),
             Made::Run { result: simulator } => {
@@ -76,8 +75,8 @@ fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<S
         .into_iter()
         .zip(conditions)
         .map(|(frame, condition)| {
-            let codes = |k: usize| condition.comparison.scales[k].threshold_lsb as u32;
-            Ok(Job::new(frame, [0, 1].map(|k| codes(k).clamp(1, KT27.max_dog())))?)
+            let threshold = |k: usize| condition.comparison.scales[k].threshold_lsb as u32;
+            Ok(Job::new(frame, [0, 1].map(|k| threshold(k).clamp(1, KT27.max_dog())))?)
         })
         .collect::<Result<Vec<_>>>()?;
     let outcome = run(simulator, &jobs, Streams::default())?;

@@ -1,38 +1,37 @@
 //! `hoverlock sim`: the hardware on pictures, under Verilator, against the bit-true model.
 
 use std::fmt::Write as _;
-use std::fs::Permissions;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use hoverlock_fixed_point::model::bit_true::ThresholdController;
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
-use hoverlock_reference::image::picture::Picture;
+use hoverlock_reference::image::picture::{FRAME_HEIGHT, FRAME_WIDTH};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::{
     FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Window, format_of, record, run_telling, view,
 };
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
-use tempfile::{Builder, TempPath};
 
 use crate::Verdict;
-use crate::output::{print, print_json, write_file};
-use crate::picture::cropped;
+use crate::output::{
+    Aside, Batch, check_target, lossy, lossy_option, print, print_json, quoted, shown, spinning, verdict,
+};
+use crate::picture::{Limit, listed, open};
 
 /// Run the RTL on pictures under Verilator and compare every plane and every feature with the bit-true model.
 ///
-/// All pictures go through back to back, each as often as --frames says. Status 0 only where nothing differs and features of every
-/// picture were compared.
+/// All pictures go through back to back, each as often as --frames says. Status 0 only where nothing differs and
+/// features of every picture were compared.
 ///
 /// Example: hoverlock sim aerial.png --stall 0.4 --seed 2 --wave aerial.fst
 #[derive(clap::Args)]
 pub struct Args {
-    /// Pictures of the ground, at least 64x64; the centre 1024x768 of larger ones
+    /// Pictures of the ground, at least 64x64, or folders of them; - reads one from standard input; the centre 1024x768
+    /// of larger ones
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
     /// Frames of each picture; three or more of one size measure the cycles a pixel takes
@@ -41,24 +40,39 @@ pub struct Args {
     /// Chance, in each cycle and on each side, that no pixel is offered and no feature is taken: 0 to 0.95
     #[arg(long, value_name = "P", default_value_t = 0.0)]
     stall: f64,
-    /// Take no feature before this clock cycle: the FIFO of 496 fills, and what then finds no room must be counted as dropped
-    #[arg(long, value_name = "CYCLE", default_value_t = 0)]
+    /// Take no feature before this clock cycle: the FIFO of 496 fills, and what then finds no room must be counted as
+    /// dropped
+    #[arg(
+        long,
+        value_name = "CYCLE",
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u64).range(..=1_000_000_000)
+    )]
     sink_opens: u64,
     /// Seed of the stalls and of what memories hold at first
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Waves of a second, equal run into FILE.fst or FILE.vcd, and beside it FILE.gtkw, the pipeline in groups for `gtkwave FILE.gtkw`:
-    /// a window of --wave-cycles, most of it before the first mismatch, or before the first feature where nothing differs
+    /// Waves of a second, equal run into FILE.fst or FILE.vcd, and beside it FILE.gtkw, the pipeline in groups for
+    /// GTKWave: a window of --wave-cycles, most of it before the first mismatch, or before the first feature where
+    /// nothing differs
     #[arg(long, value_name = "FILE")]
     wave: Option<PathBuf>,
     /// Clock cycles the waves hold, of all signals: 3.5 MB of FST for a thousand of a full frame
-    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u64).range(1..), requires = "wave")]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 4096,
+        value_parser = clap::value_parser!(u64).range(1..),
+        requires = "wave"
+    )]
     wave_cycles: u64,
     /// First clock cycle of the waves, in place of the window's own choice; 0 shows the reset and the register writes
     #[arg(long, value_name = "CYCLE", requires = "wave")]
     wave_from: Option<u64>,
-    /// One JSON object on stdout: pixels cycles cycles_per_pixel features dropped model_features mismatches first_mismatch
-    /// cycles_per_second latency_lines pictures[] pass
+    #[command(flatten)]
+    limit: Limit,
+    /// One JSON object on stdout: pixels cycles cycles_per_pixel features dropped model_features mismatches
+    /// first_mismatch cycles_per_second latency_lines pictures[] pass
     #[arg(long)]
     json: bool,
 }
@@ -83,6 +97,7 @@ struct Report {
     /// From a feature's pixel to its record.
     feature_latency_lines: Option<f64>,
     pictures: Vec<PerPicture>,
+    #[serde(serialize_with = "lossy_option")]
     wave: Option<PathBuf>,
     pass: bool,
 }
@@ -90,6 +105,7 @@ struct Report {
 /// The first mismatch and the picture it is in.
 #[derive(Serialize)]
 struct First {
+    #[serde(serialize_with = "lossy")]
     image: PathBuf,
     #[serde(flatten)]
     mismatch: Mismatch,
@@ -98,6 +114,7 @@ struct First {
 /// The frames of one picture.
 #[derive(Serialize)]
 struct PerPicture {
+    #[serde(serialize_with = "lossy")]
     image: PathBuf,
     frames: usize,
     model_features: u64,
@@ -110,8 +127,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if !(0.0..=0.95).contains(&args.stall) {
         bail!("--stall {} is not a chance from 0 to 0.95; see --help", args.stall);
     }
-    let wave = args.wave.as_deref().map(WaveFile::new).transpose()?;
-    let pictures = args.images.iter().map(frame).collect::<Result<Vec<_>>>()?;
+    let images = listed(&args.images)?;
+    let wave = args.wave.as_deref().map(|path| WaveFile::new(path, &images)).transpose()?;
+    let pictures = images.iter().map(|path| frame(path, &args.limit)).collect::<Result<Vec<_>>>()?;
+    if let Some(wave) = &wave {
+        wave.room(args.wave_cycles)?;
+    }
     let mut jobs = Vec::new();
     for plane in &pictures {
         let job = Job::new(plane.clone(), settled(plane)?)?;
@@ -129,10 +150,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
         if let Some(from) = args.wave_from {
             window = Window { from, focus: window.focus.clamp(from, from.saturating_add(args.wave_cycles)), ..window };
         }
-        spinning("writing waves", || record(&simulator, &jobs, streams, window, &wave.aside))?;
+        wave.room(args.wave_cycles)?;
+        spinning("writing waves", || record(&simulator, &jobs, streams, window, wave.aside.temporary()))?;
         wave.keep(window)?;
     }
-    let report = report(args, outcome);
+    let report = report(args, &images, outcome);
     if args.json {
         print_json(&report)?;
     } else {
@@ -162,61 +184,67 @@ fn simulate(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Out
     Ok(outcome)
 }
 
-/// Does something, and says what on stderr once it has taken a second.
-fn spinning<T>(what: &'static str, work: impl FnOnce() -> T) -> T {
-    std::thread::scope(|scope| {
-        let (done, ended) = channel::<()>();
-        scope.spawn(move || {
-            if ended.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
-                let bar = ProgressBar::new_spinner().with_message(what);
-                bar.enable_steady_tick(Duration::from_millis(200));
-                // Ends when the sender is gone.
-                let _ = ended.recv();
-                bar.finish_and_clear();
-            }
-        });
-        let result = work();
-        drop(done);
-        result
-    })
-}
-
 /// A wave file on its way: written aside, in the folder where it will be.
 struct WaveFile {
     path: PathBuf,
     format: hoverlock_rtl::simulation::Trace,
-    aside: TempPath,
+    aside: Aside,
 }
+
+/// What a clock cycle of all signals takes at most, bytes: measured 3.5 kB as FST, 19 kB as VCD.
+const BYTES_OF_A_CYCLE: [u64; 2] = [4_000, 24_000];
 
 impl WaveFile {
     /// Asks for the file before anything is simulated.
-    fn new(path: &Path) -> Result<Self> {
+    fn new(path: &Path, images: &[PathBuf]) -> Result<Self> {
+        let inputs: Vec<&Path> = images.iter().map(PathBuf::as_path).collect();
+        check_target("--wave", path, &["fst", "vcd"], &inputs)?;
         let Some(format) = format_of(path) else {
-            bail!("--wave {}: the name must end in .fst or .vcd", path.display());
+            bail!("--wave {}: the name must end in .fst or .vcd", path.display())
         };
-        if path.is_dir() {
-            bail!("--wave {}: is a folder", path.display());
-        }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let aside = Builder::new()
-            .prefix(".wave")
-            .permissions(Permissions::from_mode(0o666))
-            .tempfile_in(folder)
-            .with_context(|| {
-                format!("--wave {}: cannot be written; check the folder and its permissions", path.display())
-            })?;
-        Ok(Self { path: path.into(), format, aside: aside.into_temp_path() })
+        Ok(Self { path: path.into(), format, aside: Aside::new(path)? })
     }
 
-    /// Gives it its name and puts the view beside it.
+    /// Refuses a disk that is too full: the writers do not tell when a write fails.
+    fn room(&self, cycles: u64) -> Result<()> {
+        let of_a_cycle = BYTES_OF_A_CYCLE[usize::from(self.path.extension().is_some_and(|ending| ending == "vcd"))];
+        let needed = cycles.saturating_mul(of_a_cycle) + 1_000_000;
+        let free = self.free()?;
+        if free < needed {
+            let [needed, free] = [needed, free].map(|bytes| bytes as f64 / 1e6);
+            bail!(
+                "--wave {}: no space left on the disk: {cycles} cycles take up to {needed:.1} MB, and {free:.1} MB are \
+                 free; \
+                 free some, or lower --wave-cycles",
+                self.path.display()
+            );
+        }
+        Ok(())
+    }
+
+    /// Bytes free where the waves will be.
+    fn free(&self) -> Result<u64> {
+        let about = rustix::fs::statvfs(self.aside.temporary())?;
+        Ok(about.f_bavail.saturating_mul(about.f_frsize))
+    }
+
+    /// Gives the waves and the view beside them their names.
     fn keep(self, window: Window) -> Result<()> {
-        write_file(&self.path.with_extension("gtkw"), view(&self.path, window).as_bytes())?;
-        self.aside.persist(&self.path).with_context(|| format!("{}: cannot be written", self.path.display()))
+        if self.free()? == 0 {
+            bail!(
+                "--wave {}: no space left on the disk, so the waves may be cut short; free some",
+                self.path.display()
+            );
+        }
+        let mut view_beside = Batch::default();
+        view_beside.add(&self.path.with_extension("gtkw"), view(&self.path, window).as_bytes())?;
+        self.aside.keep()?;
+        view_beside.keep()
     }
 }
 
-fn frame(path: &PathBuf) -> Result<Plane<u16>> {
-    Ok(cropped(&Picture::open(path)?.require(64, 64)?).luma)
+fn frame(path: &Path, limit: &Limit) -> Result<Plane<u16>> {
+    Ok(open(path, limit, 64, Some((FRAME_WIDTH, FRAME_HEIGHT)))?.frame().luma)
 }
 
 /// The thresholds at which the automatic control would rest on this picture.
@@ -235,10 +263,9 @@ fn settled(plane: &Plane<u16>) -> Result<[u32; 2]> {
     Ok(control.thresholds())
 }
 
-fn report(args: &Args, outcome: Outcome) -> Report {
+fn report(args: &Args, images: &[PathBuf], outcome: Outcome) -> Report {
     let frames = args.frames as usize;
-    let pictures: Vec<_> = args
-        .images
+    let pictures: Vec<_> = images
         .iter()
         .zip(outcome.frames.chunks(frames))
         .map(|(image, frames)| {
@@ -269,7 +296,7 @@ fn report(args: &Args, outcome: Outcome) -> Report {
         feature_latency_lines: outcome.feature_latency_lines,
         first_mismatch: outcome
             .first_mismatch
-            .map(|mismatch| First { image: args.images[mismatch.frame / frames].clone(), mismatch }),
+            .map(|mismatch| First { image: images[mismatch.frame / frames].clone(), mismatch }),
         pictures,
         wave: args.wave.clone(),
     }
@@ -280,7 +307,7 @@ fn summary(report: &Report) -> String {
     let mut rows = vec![["picture", "frames", "model", "out", "dropped", "mismatches"].map(str::to_owned)];
     rows.extend(report.pictures.iter().map(|picture| {
         [
-            picture.image.display().to_string(),
+            shown(&picture.image),
             picture.frames.to_string(),
             picture.model_features.to_string(),
             picture.features.to_string(),
@@ -298,7 +325,8 @@ fn summary(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{} pixels in {} cycles, {:.2} million cycles a second\n{} samples and {} features compared; {} out + {} dropped, {} of the model",
+        "\n{} pixels in {} cycles, {:.2} million cycles a second\n{} samples and {} features compared; \
+         {} out + {} dropped, {} of the model",
         report.pixels,
         report.cycles,
         report.cycles_per_second / 1e6,
@@ -316,15 +344,17 @@ fn summary(report: &Report) -> String {
             writeln!(text, "latency {smoothed:.2} lines to the smoothed sample, {feature:.2} to the feature's record");
     }
     if let Some(wave) = &report.wave {
-        let _ = writeln!(text, "waves: gtkwave {}", wave.with_extension("gtkw").display());
+        // Both names: the view names the waves without their folder, so that the two can be moved together.
+        let _ = writeln!(text, "waves: gtkwave {} {}", quoted(wave), quoted(&wave.with_extension("gtkw")));
     }
     text += &match (&report.first_mismatch, report.mismatches) {
         (Some(First { image, mismatch }), _) => format!(
-            "{} mismatches, the first in {} of frame {} of {}, x {}, y {}, cycle {}: {}\n  expected {}\n  actual   {}\n",
+            "{} mismatches, the first in {} of frame {} of {}, x {}, y {}, cycle {}: {}\n  expected {}\n  \
+             actual   {}\n",
             count(report.mismatches),
             mismatch.stage,
             mismatch.frame,
-            image.display(),
+            shown(image),
             mismatch.x,
             mismatch.y,
             mismatch.cycle,
@@ -335,5 +365,5 @@ fn summary(report: &Report) -> String {
         (None, None) => "no feature was compared: take a picture with more texture\n".into(),
         (None, Some(mismatches)) => format!("{mismatches} mismatches\n"),
     };
-    text + if report.pass { "pass\n" } else { "FAIL\n" }
+    text + &verdict(report.pass, if report.pass { "pass" } else { "FAIL" }) + "\n"
 }

@@ -1,5 +1,5 @@
-//! Every verb, given something broken: one clear line that names it, exit status 2, no panic, nothing half-written. Given
-//! something merely unusual (16-bit, RGBA, CMYK, another size): a right answer.
+//! Every verb, given something broken: one clear line that names it, exit status 2, no panic, nothing half-written.
+//! Given something merely unusual (16-bit, RGBA, CMYK, another size): a right answer.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -115,7 +115,7 @@ fn match_answers_unusual_pictures() {
     for name in ["sixteen.png", "rgb.png", "rgba.png"] {
         let answer = assert_answered(&["match", &good, &pictures.path(name), "--json"]);
         assert_eq!(answer["ok"], true, "{name}: {answer}");
-        // The codes are the same (257 v in 16 bits, luma of equal channels), so the motion is none.
+        // The samples are the same (257 v in 16 bits, luma of equal channels), so the motion is none.
         for axis in 0..2 {
             let moved = answer["displacement_px"][axis].as_f64().unwrap();
             assert!(moved.abs() < 1e-6, "{name}: {answer}");
@@ -203,7 +203,7 @@ fn sim_refuses_bad_pictures_and_options_before_it_simulates() {
     // Nothing is left beside the pictures: neither waves nor what was begun of them.
     let folder = Path::new(&good).parent().unwrap();
     let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let left: Vec<_> = names.filter(|name| name.starts_with(".wave") || name.starts_with("run.")).collect();
+    let left: Vec<_> = names.filter(|name| name.starts_with(".hoverlock") || name.starts_with("run.")).collect();
     assert!(left.is_empty(), "{left:?}");
 }
 

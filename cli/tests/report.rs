@@ -29,6 +29,7 @@ fn bad_input_is_one_line_and_status_2() {
     fs::write(at("text.png"), "no picture").unwrap();
     fs::write(at("empty.png"), "").unwrap();
     fs::write(at("file"), "").unwrap();
+    fs::create_dir(at("none")).unwrap();
     let good = saved(folder.path(), "good.png", &texture(90, 80));
     let small = saved(folder.path(), "small.png", &texture(90, 78));
     let flat = saved(folder.path(), "flat.png", &GrayImage::from_pixel(90, 90, Luma([7])));
@@ -36,7 +37,7 @@ fn bad_input_is_one_line_and_status_2() {
     let under_file = at("file/out");
     let cases: [(&[&str], &str); 12] = [
         (&[&at("none.png"), "--out", &out], "none.png"),
-        (&[folder.path().to_str().unwrap(), "--out", &out], "is a folder"),
+        (&[&at("none"), "--out", &out], "holds no picture"),
         (&[&at("text.png"), "--out", &out], "not a picture"),
         (&[&at("empty.png"), "--out", &out], "is empty"),
         (&[&small, "--out", &out], "79 x 79"),
@@ -72,7 +73,7 @@ fn a_picture_with_too_few_features_fails_with_status_1_and_names_the_bound() {
         .expect("the command runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("bound fails: features at streaming") && said.contains("tiny, nominal"), "{said}");
+    assert!(said.contains("bound fails: features of streaming") && said.contains("tiny, nominal"), "{said}");
     assert!(said.contains("rtl not run: verilator was not found"), "{said}");
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
     assert_eq!(printed["pass"], false);

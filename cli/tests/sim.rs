@@ -1,4 +1,5 @@
-//! `hoverlock sim` as a user runs it: what the JSON object says, what pauses and a closed sink do to it, what waves leave behind.
+//! `hoverlock sim` as a user runs it: what the JSON object says, what pauses and a closed sink do to it, what waves
+//! leave behind.
 
 use std::path::Path;
 use std::process::Command;

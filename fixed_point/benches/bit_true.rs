@@ -1,7 +1,9 @@
-//! `bit_true` in pixels a second: three smoothers, two DoG, maxima, descriptors, all planes kept, on one core.
+//! Throughput of the SIMD bit-true model on one core: three smoothers, two DoG, maxima and descriptors, all planes
+//! stored.
 //!
-//! The picture is 1024 x 768 of noise at several scales, the thresholds such that each scale gives 512 features, as the
-//! automatic threshold does. `cargo bench -p hoverlock-fixed-point` prints `thrpt` in elements, that is pixels, a second.
+//! The picture is 1024 x 768 of noise at several scales, with thresholds that give 512 features per
+//! scale, the target of the automatic threshold. `cargo bench -p hoverlock-fixed-point` prints `thrpt` in elements
+//! (pixels) per second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hoverlock_fixed_point::model::design::KT27;
@@ -10,7 +12,7 @@ use hoverlock_reference::features::maxima::nth_strongest;
 use hoverlock_reference::features::maxlbp::Layer;
 use hoverlock_reference::image::plane::Plane;
 
-/// Noise at several scales, as the ground has it: the sum of octaves of smoothed random lattices.
+/// Noise at several scales: the sum of octaves of smoothed random lattices.
 fn textured() -> Plane<u16> {
     let lattice = |x: i64, y: i64, octave: i64| {
         let mixed = (x + 4096 * y + 16_777_216 * octave).wrapping_mul(0x9E37_79B9_7F4A_7C15u64 as i64);
@@ -33,12 +35,12 @@ fn textured() -> Plane<u16> {
 
 fn bit_true(criterion: &mut Criterion) {
     let picture = textured();
-    let mut simd = SimdBitTrue::new(&KT27).expect("the design point is the simd model's own");
+    let mut simd = SimdBitTrue::new(&KT27).expect("the simd model supports the design point");
     simd.frame(&picture, [1; 2]);
     let strongest = |layer: &Layer<u16>| nth_strongest(&layer.dog.magnitude, 1, 512).expect("noise has many maxima");
     let thresholds = simd.planes().layers.each_ref().map(|layer| u32::from(strongest(layer)));
     let features = simd.frame(&picture, thresholds).len();
-    assert!(features >= 800, "only {features} features: not a picture with texture");
+    assert!(features >= 800, "only {features} features: the picture has too little texture");
     println!("{features} features in 1024 x 768 pixels");
 
     let mut group = criterion.benchmark_group("bit_true");

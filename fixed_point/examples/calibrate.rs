@@ -1,7 +1,8 @@
-//! Prints, as CSV, what the acceptance bounds measure on every picture of the given folders under every condition and with several seeds:
-//! `cargo run --release -p hoverlock-fixed-point --example calibrate -- FOLDER.. > fixed_point/calibration.csv`
+//! Prints the measurements of the acceptance bounds as CSV, for every picture of the folders, every condition and
+//! several seeds: `cargo run --release -p hoverlock-fixed-point --example calibrate -- FOLDER.. >
+//! fixed_point/calibration.csv`
 //!
-//! The limits at which one column of the bounds gives way to the next are read off this table.
+//! The limits of the contrast classes were set from this table.
 
 use std::path::{Path, PathBuf};
 
@@ -34,8 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         pictures(Path::new(&folder), &mut found)?;
     }
     println!(
-        "picture,condition,seed,scale,threshold_lsb,rms_lsb,error_max,error_rms,whole_frame_max,sqnr_db,maxlbp_flips_percent,\
-         sign_flips_percent,features,same_pixel_percent,within_one_px_percent"
+        "picture,condition,seed,scale,threshold_lsb,rms_lsb,error_max,error_rms,whole_frame_max,sqnr_db,\
+         maxlbp_flips_percent,sign_flips_percent,features,same_pixel_percent,within_one_px_percent"
     );
     for path in found {
         let frame = Picture::open(&path)?.frame().luma;
@@ -44,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for condition in CONDITIONS {
             for seed in [bounds.seeds.of(&condition), 1001, 1002] {
                 let Some(comparison) = Comparison::of_frame(&levels, &condition.apply(&frame, seed), bounds) else {
-                    eprintln!("{name}: too small, passed over");
+                    eprintln!("{name}: too small, skipped");
                     continue;
                 };
                 for (k, scale) in comparison.scales.iter().enumerate() {

@@ -1,6 +1,6 @@
-//! The algorithm of [`hoverlock_reference`] in integers: what the hardware computes, and what is measured about it.
+//! The algorithm of [`hoverlock_reference`] in fixed point: the model of the hardware, and its analysis.
 //!
-//! Word lengths are data, chosen at run time for sweeps; the design point that the hardware is built for is one constant.
+//! Word lengths are data, so that sweeps can vary them at run time. The design point of the hardware is one constant.
 
 pub mod analysis;
 pub mod model;

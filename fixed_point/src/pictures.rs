@@ -1,12 +1,12 @@
-//! Pictures for property tests: described by a few numbers, so that a failure prints and shrinks to something readable.
+//! Pictures for property tests. A few numbers describe a picture, so that a failure prints and shrinks to a short text.
 
 use hoverlock_reference::image::plane::Plane;
 use proptest::prelude::*;
 
-/// What is drawn.
+/// The content of a picture.
 #[derive(Debug, Clone, Copy)]
 pub enum Content {
-    /// Every pixel for itself, within `low ..= high`.
+    /// Independent random pixels within `low ..= high`.
     Noise { low: u16, high: u16 },
     /// Two values either side of a straight line `x dx + y dy = at`.
     Edge { dx: i32, dy: i32, at: i32, values: [u16; 2] },
@@ -18,7 +18,7 @@ pub enum Content {
     Constant(u16),
 }
 
-/// A picture described.
+/// Size, seed and content of a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Picture {
     pub width: usize,
@@ -41,10 +41,10 @@ impl Picture {
         })
     }
 
-    /// 64 well-mixed bits of the place and the seed (the finaliser of SplitMix64).
+    /// 64 well-mixed bits of the position and the seed (the finaliser of SplitMix64).
     fn hash(&self, x: usize, y: usize) -> u64 {
-        let place = (x as u64) << 32 | y as u64;
-        let mut z = self.seed ^ place.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let position = (x as u64) << 32 | y as u64;
+        let mut z = self.seed ^ position.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         z ^ (z >> 31)
@@ -67,8 +67,8 @@ fn content() -> impl Strategy<Value = Content> {
     ]
 }
 
-/// Any content in sizes `1 x 1`, `1 x N`, `N x 1`, narrower than the look-ahead, odd, just too small for features, and up to
-/// `most` columns and rows.
+/// Any content in sizes `1 x 1`, `1 x N`, `N x 1`, narrower than the look-ahead, odd, just too small for features, and
+/// up to `most` columns and rows.
 pub fn pictures(most: usize) -> impl Strategy<Value = Picture> {
     let side = || prop_oneof![1 => Just(1), 2 => 2..40usize.min(most), 4 => 30.min(most - 1)..=most];
     (side(), side(), any::<u64>(), content()).prop_map(|(width, height, seed, content)| Picture {

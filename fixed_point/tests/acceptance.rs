@@ -14,12 +14,15 @@ use hoverlock_reference::image::plane::Plane;
 fn failures(what: &str, checks: Vec<Check>) -> Vec<String> {
     let failed = checks.into_iter().filter(|check| !check.pass);
     failed
-        .map(|j| format!("{what}: {} is {} {}, limit {} ({})", j.name, j.measured, j.unit, j.limit, j.place))
+        .map(|check| {
+            let Check { name, measured, unit, limit, location, .. } = check;
+            format!("{what}: {name} is {measured} {unit}, limit {limit} ({location})")
+        })
         .collect()
 }
 
-/// All textures, and the newcomer's aerial photographs.
-fn pictures() -> Vec<PathBuf> {
+/// The nadir pictures of the picture folder, and the aerial photographs that `make demo` installs.
+fn pictures(test: &str) -> Vec<PathBuf> {
     let in_folder = |folder: Option<PathBuf>, start: &str| -> Vec<PathBuf> {
         let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok()).into_iter().flatten().flatten();
         let named = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(start));
@@ -32,25 +35,25 @@ fn pictures() -> Vec<PathBuf> {
     found.extend(in_folder(newcomer_dir(), "aero"));
     found.sort();
     if found.is_empty() {
-        eprintln!("SKIPPED: no real pictures; `make demo` fetches some, or name a folder in HOVERLOCK_DATA");
+        eprintln!("SKIPPED: {test}: run `make demo` for the photographs, or set HOVERLOCK_DATA to the picture folder");
     }
     found
 }
 
 #[test]
-fn coefficients_hold_their_bounds() {
+fn the_coefficients_of_the_design_point_pass() {
     let levels = Levels::new(&KT27).unwrap();
     assert_eq!(failures("kt27", check_coefficients(&levels, Bounds::acceptance())), [""; 0]);
 }
 
 #[test]
-fn coefficients_of_eight_bits_do_not() {
+fn coefficients_of_eight_bits_fail() {
     let levels = Levels::new(&KT27.with_override("coefficient=u0.8").unwrap()).unwrap();
     let failed = failures("8 bits", check_coefficients(&levels, Bounds::acceptance()));
     assert!(failed.iter().any(|line| line.contains("sigma_eff")), "{failed:?}");
 }
 
-/// Blobs of three sizes, so that there is a feature wherever one looks.
+/// A picture of blocks of three sizes, with features in every part of it.
 fn blobs() -> Plane<u16> {
     let hash = |x: usize, y: usize| {
         let mixed = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
@@ -62,7 +65,7 @@ fn blobs() -> Plane<u16> {
 }
 
 #[test]
-fn a_narrowed_format_fails_and_the_full_one_does_not() {
+fn a_format_with_too_few_bits_fails_and_the_design_point_passes() {
     let bounds = Bounds::acceptance();
     let check = |change: &str| {
         let levels = Levels::new(&KT27.with_override(change).unwrap()).unwrap();
@@ -78,18 +81,19 @@ fn a_narrowed_format_fails_and_the_full_one_does_not() {
 }
 
 #[test]
-fn the_threshold_favours_neither_level() {
-    // A test that is `streaming` rounded to an LSB and nothing else shows the features of `streaming`, but for ties that rounding makes.
+fn the_threshold_gives_both_levels_the_same_number_of_features() {
+    // The level under test is `streaming` rounded to an LSB. It has the features of `streaming`, except for ties by
+    // rounding.
     let (bounds, levels) = (Bounds::acceptance(), Levels::new(&KT27).unwrap());
-    let faint = blobs().map(|&code| 30_000 + code / 40);
+    let faint = blobs().map(|&dn| 30_000 + dn / 40);
     let reference = levels.planes(Level::Streaming, &faint);
     let mut test = reference.clone();
     for plane in test.dog.iter_mut().chain(&mut test.max_dog) {
-        *plane = plane.map(|code| (code / dog_lsb()).round() * dog_lsb());
+        *plane = plane.map(|dn| (dn / dog_lsb()).round() * dog_lsb());
     }
     let (comparison, _) = Comparison::between(&reference, &test, bounds).unwrap();
     for scale in &comparison.scales {
-        assert!(scale.interior.reference_rms < 200.0, "faint enough to tell: {}", scale.interior.reference_rms);
+        assert!(scale.interior.reference_rms < 200.0, "the contrast must be low: {}", scale.interior.reference_rms);
         assert!(scale.interior.max.abs() <= 0.5 + 1e-9);
         assert!(scale.kept.reference.abs_diff(scale.kept.test) <= 1, "{} {}", scale.kept.reference, scale.kept.test);
     }
@@ -97,10 +101,10 @@ fn the_threshold_favours_neither_level() {
 
 #[test]
 #[ignore = "a minute over all real pictures"]
-fn real_pictures_hold_the_bounds_under_three_conditions() {
+fn real_pictures_pass_the_bounds_under_three_conditions() {
     let (bounds, levels) = (Bounds::acceptance(), Levels::new(&KT27).unwrap());
     let mut failed = Vec::new();
-    for path in pictures() {
+    for path in pictures("real_pictures_pass_the_bounds_under_three_conditions") {
         let frame = Picture::open(&path).unwrap().frame().luma;
         for condition in CONDITIONS {
             let degraded = condition.apply(&frame, bounds.seeds.of(&condition));

@@ -1,4 +1,4 @@
-//! The written coefficient files, read by the tools they are for, say the numbers of the set.
+//! The exported coefficient files, read by the tools that use them, have the coefficients of the set.
 
 use hoverlock_fixed_point::model::coefficients::export;
 use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, Wish};
@@ -14,7 +14,7 @@ fn sets(family: Family, fit: Fit) -> Vec<CoefficientSet> {
     [2.0, 3.2, 5.12].map(design).to_vec()
 }
 
-/// The lerp cells, signed direct forms of a cascade, and those in parallel.
+/// Lerp coefficients, signed direct forms in cascade, and signed direct forms in parallel.
 fn all_kinds() -> [Vec<CoefficientSet>; 3] {
     [
         sets(Family::FirstOrder, Fit::LeastSquares),
@@ -23,27 +23,27 @@ fn all_kinds() -> [Vec<CoefficientSet>; 3] {
     ]
 }
 
-/// `(SMOOTHER<i>_<word>, code)` of every word.
+/// `(SMOOTHER<i>_<name>, raw)` of every coefficient.
 fn named_words(sets: &[CoefficientSet]) -> Vec<(String, i64)> {
     let of = |(i, set): (usize, &CoefficientSet)| {
-        set.words().into_iter().map(move |word| (format!("SMOOTHER{i}_{}", word.name), word.code)).collect::<Vec<_>>()
+        set.words().into_iter().map(move |word| (format!("SMOOTHER{i}_{}", word.name), word.raw)).collect::<Vec<_>>()
     };
     sets.iter().enumerate().flat_map(of).collect()
 }
 
-/// Runs a tool in `folder`, where there is such a tool.
-fn run(folder: &Path, program: &str, arguments: &[&str]) {
+/// Runs a tool in `folder`; skips where the tool is not installed.
+fn run(test: &str, folder: &Path, program: &str, arguments: &[&str]) {
     match Command::new(program).args(arguments).current_dir(folder).output() {
         Ok(output) => assert!(output.status.success(), "{program}: {}", String::from_utf8_lossy(&output.stderr)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            eprintln!("SKIPPED: no {program} on this machine");
+            eprintln!("SKIPPED: {test}: install {program}");
         }
         Err(error) => panic!("{program}: {error}"),
     }
 }
 
 #[test]
-fn the_memory_file_holds_every_code_in_its_width() {
+fn the_memory_file_has_every_coefficient_in_its_width() {
     for sets in all_kinds() {
         let text = export::mif(&sets, "test");
         let field = |name: &str| -> u32 {
@@ -61,7 +61,7 @@ fn the_memory_file_holds_every_code_in_its_width() {
                 if signed && bits >> (width - 1) == 1 { bits - (1 << width) } else { bits }
             })
             .collect();
-        let want: Vec<i64> = named_words(&sets).into_iter().map(|(_, code)| code).collect();
+        let want: Vec<i64> = named_words(&sets).into_iter().map(|(_, raw)| raw).collect();
         assert_eq!(read, want);
         assert_eq!(depth as usize, want.len());
         assert!(text.trim_end().ends_with("END;"));
@@ -69,56 +69,64 @@ fn the_memory_file_holds_every_code_in_its_width() {
 }
 
 #[test]
-fn verilog_reads_the_codes() {
+fn verilog_reads_the_coefficients() {
     for sets in all_kinds() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("coefficients.vh"), export::verilog(&sets, "test")).unwrap();
-        // Where a word differs, its block exists, and names a module that does not.
+        // Where a coefficient differs, the generate block instantiates a module that does not exist.
         let checks: String = named_words(&sets)
             .iter()
-            .map(|(name, code)| format!("if ({name} != {code}) missing wrong_{name}();\n"))
+            .map(|(name, raw)| format!("if ({name} != {raw}) missing wrong_{name}();\n"))
             .collect();
         let top =
             format!("module top;\n`include \"coefficients.vh\"\n`include \"coefficients.vh\"\n{checks}endmodule\n");
         std::fs::write(folder.path().join("top.v"), top).unwrap();
-        run(folder.path(), "verilator", &["--lint-only", "-Wno-WIDTH", "top.v"]);
+        run("verilog_reads_the_coefficients", folder.path(), "verilator", &["--lint-only", "-Wno-WIDTH", "top.v"]);
     }
 }
 
 #[test]
-fn c_reads_the_codes() {
+fn c_reads_the_coefficients() {
     for sets in all_kinds() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("coefficients.h"), export::c(&sets, "test")).unwrap();
         let checks: String = named_words(&sets)
             .iter()
-            .map(|(name, code)| format!("_Static_assert(HOVERLOCK_{name} == {code}, \"{name}\");\n"))
+            .map(|(name, raw)| format!("_Static_assert(HOVERLOCK_{name} == {raw}, \"{name}\");\n"))
             .collect();
         std::fs::write(folder.path().join("check.c"), format!("#include \"coefficients.h\"\n{checks}")).unwrap();
-        run(folder.path(), "cc", &["-std=c11", "-Wall", "-Werror", "-fsyntax-only", "check.c"]);
+        run(
+            "c_reads_the_coefficients",
+            folder.path(),
+            "cc",
+            &["-std=c11", "-Wall", "-Werror", "-fsyntax-only", "check.c"],
+        );
     }
 }
 
 #[test]
-fn rust_reads_the_codes() {
+fn rust_reads_the_coefficients() {
     for sets in all_kinds() {
         let folder = tempfile::tempdir().unwrap();
-        let checks: String = named_words(&sets)
-            .iter()
-            .map(|(name, code)| format!("const _: () = assert!({name} == {code});\n"))
-            .collect();
+        let checks: String =
+            named_words(&sets).iter().map(|(name, raw)| format!("const _: () = assert!({name} == {raw});\n")).collect();
         let text = format!("#![deny(missing_docs)]\n//! Check.\n{}{checks}", export::rust(&sets, "test"));
         std::fs::write(folder.path().join("check.rs"), text).unwrap();
-        run(folder.path(), "rustc", &["--edition=2024", "--crate-type=lib", "--emit=metadata", "check.rs"]);
+        run(
+            "rust_reads_the_coefficients",
+            folder.path(),
+            "rustc",
+            &["--edition=2024", "--crate-type=lib", "--emit=metadata", "check.rs"],
+        );
     }
 }
 
 #[test]
-fn markdown_has_a_row_for_every_word() {
+fn markdown_has_a_row_for_every_coefficient() {
     for sets in all_kinds() {
         let text = export::markdown(&sets, "test");
         for word in sets.iter().flat_map(CoefficientSet::words) {
-            assert!(text.contains(&format!("| `{}` | {} |", word.name, word.code)), "{}", word.name);
+            assert!(text.contains(&format!("| `{}` | {} |", word.name, word.raw)), "{}", word.name);
         }
         // Every row of a table has as many cells as its head.
         let mut columns = 0;

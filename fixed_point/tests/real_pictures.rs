@@ -1,4 +1,4 @@
-//! Real nadir pictures, cut to the frame of the design point, through both models of `bit_true`.
+//! Real nadir pictures, cropped to the frame of the design point, through the bit-true model and the SIMD model.
 
 use hoverlock_fixed_point::model::bit_true::{BitTrue, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
@@ -6,10 +6,13 @@ use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::picture::{Picture, data_dir};
 
 #[test]
-#[ignore = "sixteen real pictures through the slow model take some seconds"]
+#[ignore = "some seconds: sixteen real pictures through the generic model"]
 fn simd_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
     let Some(folder) = data_dir() else {
-        eprintln!("skipped: no folder of real pictures, set HOVERLOCK_DATA");
+        eprintln!(
+            "SKIPPED: simd_and_bit_true_agree_on_every_texture_and_thresholds_settle: \
+             set HOVERLOCK_DATA to the picture folder"
+        );
         return;
     };
     let files = std::fs::read_dir(folder.join("textures")).unwrap().map(|entry| entry.unwrap().path());

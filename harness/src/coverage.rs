@@ -1,9 +1,9 @@
-//! Coverage: what Verilator counted, merged over runs, and as LCOV.
+//! Coverage counted by Verilator: read, merged over runs, written as LCOV.
 //!
-//! A point is a place in the Verilog with what is counted there: a line or branch, a bit that went up or down, a `cover`
-//! statement. [`Coverage::read`] takes the files of
-//! [`Dut::write_coverage`](crate::sim::Dut::write_coverage), [`Coverage::merge`] adds runs up, [`Coverage::to_lcov`]
-//! gives what `genhtml` and editors read: a line counts as often as its least counted point.
+//! A point is a position in the Verilog with what is counted there: a line or branch, a bit that went up or down, a
+//! `cover` statement. [`Coverage::read`] reads the files of [`Dut::write_coverage`](crate::sim::Dut::write_coverage),
+//! [`Coverage::merge`] adds runs, [`Coverage::to_lcov`] writes what `genhtml` and editors read. A line's count is that
+//! of its least counted point.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ use std::path::Path;
 
 use crate::error::Error;
 
-/// A place where something is counted.
+/// A position in the Verilog where something is counted.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Point {
     /// The Verilog file.
@@ -21,7 +21,7 @@ pub struct Point {
     pub line: u32,
     /// `line`, `branch`, `toggle` or `user`.
     pub kind: String,
-    /// Which one of that line: a signal and bit, a branch.
+    /// What is counted there: a signal and bit, a branch.
     pub what: String,
     /// The instance.
     pub scope: String,
@@ -30,19 +30,22 @@ pub struct Point {
 /// Counts by point.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Coverage {
-    /// How often each point was met.
+    /// How often each point was hit.
     pub counts: BTreeMap<Point, u64>,
 }
 
 impl Coverage {
-    /// Reads a file of Verilator's form.
+    /// Reads a file in Verilator's format.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not one that Verilator wrote.
     pub fn read(path: &Path) -> Result<Coverage, Error> {
         let failed = |source| Error::File { path: path.to_owned(), source };
         Coverage::parse(&std::fs::read(path).map_err(failed)?)
             .ok_or_else(|| failed(io::Error::new(io::ErrorKind::InvalidData, "not a coverage file of Verilator")))
     }
 
-    /// `C '\x01f\x02file\x01l\x02line...' count`, one a line, after a first line that names the form.
+    /// `C '\x01f\x02file\x01l\x02line...' count`, one a line, after a first line that names the format.
     fn parse(bytes: &[u8]) -> Option<Coverage> {
         let text = String::from_utf8_lossy(bytes);
         let mut lines = text.lines();
@@ -78,13 +81,13 @@ impl Coverage {
         }
     }
 
-    /// Points met and points there are, of one kind or (empty) of all.
+    /// The number of points that were hit, and of all points; of one kind, or of all kinds if `kind` is empty.
     pub fn ratio(&self, kind: &str) -> (usize, usize) {
         let of_kind = || self.counts.iter().filter(|(p, _)| kind.is_empty() || p.kind == kind);
         (of_kind().filter(|(_, count)| **count > 0).count(), of_kind().count())
     }
 
-    /// The points never met.
+    /// The points that were never hit.
     pub fn missed(&self) -> impl Iterator<Item = &Point> {
         self.counts.iter().filter(|(_, count)| **count == 0).map(|(point, _)| point)
     }

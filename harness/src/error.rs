@@ -1,4 +1,4 @@
-//! Everything that can go wrong, said once: what, where, why, and what to do.
+//! All errors of the harness. Each message says what is wrong, where, why, and what to do.
 
 use std::path::PathBuf;
 
@@ -19,10 +19,10 @@ pub enum Error {
     /// The simulation stopped before the bench had finished.
     #[error(transparent)]
     Sim(#[from] SimError),
-    /// A bus did not keep its rules.
+    /// A bus rule was broken.
     #[error(transparent)]
     Protocol(#[from] crate::bus::Violation),
-    /// The bench itself says that something is wrong.
+    /// The bench reports an error.
     #[error("{0}")]
     Bench(String),
     /// A file of waves, coverage or reports cannot be written or read.
@@ -30,7 +30,7 @@ pub enum Error {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
 }
@@ -42,7 +42,7 @@ impl Error {
     }
 }
 
-/// What can be wrong on the way from Verilog to a loaded model.
+/// Why Verilog did not become a loaded model.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
@@ -54,38 +54,38 @@ pub enum BuildError {
         /// How to get it.
         hint: String,
     },
-    /// The Verilator found is not one this harness knows.
+    /// The version of Verilator is not supported.
     #[error("verilator {found} at {path} is not supported, {supported} is needed", path = path.display())]
     VersionUnsupported {
         /// The version found.
         found: String,
         /// Where it was found.
         path: PathBuf,
-        /// The versions that will do.
+        /// The supported versions.
         supported: &'static str,
     },
-    /// A source or an include folder is not there.
+    /// A source or an include folder does not exist or cannot be read.
     #[error("{path}: {source}", path = path.display())]
     Source {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// No Verilog was given at all.
+    /// No Verilog source was given.
     #[error("no Verilog source was given for top module '{top}'")]
     NoSources {
         /// The top module asked for.
         top: String,
     },
-    /// A name or a value that would not survive the command line.
+    /// A name or a value that cannot be put on Verilator's command line.
     #[error("{what} '{value}' is not valid: {reason}")]
     BadOption {
         /// Which option.
         what: &'static str,
         /// What was given.
         value: String,
-        /// Why it will not do.
+        /// Why it is not valid.
         reason: &'static str,
     },
     /// The sources have no such module.
@@ -115,44 +115,48 @@ pub enum BuildError {
     /// The C++ compiler failed on what Verilator wrote.
     #[error("the C++ compiler failed on the generated model:\n{output}")]
     Compiler {
-        /// The last lines of what it said.
+        /// The error lines of its output.
         output: String,
     },
-    /// A program could not be run at all.
+    /// A program could not be started.
     #[error("{program} could not be run: {source}")]
     Spawn {
         /// The program.
         program: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The folder of built models cannot be used.
-    #[error("the cache folder {path} cannot be used: {source}; set HOVERLOCK_CACHE to a writable folder", path = path.display())]
+    #[error("the cache folder {path} cannot be used: {source}; set HOVERLOCK_CACHE to a writable folder",
+        path = path.display())]
     Cache {
         /// The folder or a file in it.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
+    /// No variable says where the cache folder is.
+    #[error(transparent)]
+    NoCacheFolder(#[from] hoverlock_cache::NoCacheFolder),
     /// A built model cannot be loaded, even after a fresh build.
     #[error("the built model {path} cannot be loaded: {reason}", path = path.display())]
     Load {
         /// The shared library.
         path: PathBuf,
-        /// What the loader says.
+        /// The error of the loader.
         reason: String,
     },
-    /// What Verilator wrote is not of the form expected.
-    #[error("cannot make sense of verilator's {what}: {reason}")]
+    /// An output of Verilator does not have the expected format.
+    #[error("verilator's {what} cannot be read: {reason}")]
     Unexpected {
         /// Which of its outputs.
         what: &'static str,
-        /// What was not understood.
+        /// What is unexpected.
         reason: String,
     },
 }
 
-/// What can be wrong in the use of a model.
+/// A wrong use of a model.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
@@ -166,10 +170,10 @@ pub enum ModelError {
         /// The names that are nearest.
         nearest: Vec<String>,
     },
-    /// There is such a signal, and it cannot be reached.
+    /// The signal exists, but is of a type that cannot be accessed.
     #[error(
-        "'{name}' of '{top}' cannot be reached: only vectors and arrays of vectors can, not `real`, `string` or an internal array of \
-         several dimensions (a port `$realtobits(x)` of 64 bits carries a `real`)"
+        "'{name}' of '{top}' cannot be accessed: only vectors and arrays of vectors can, not `real`, `string` or an \
+         internal array of several dimensions (a port `$realtobits(x)` of 64 bits carries a `real`)"
     )]
     NotReachable {
         /// The name.
@@ -191,7 +195,7 @@ pub enum ModelError {
         /// The greatest value it takes.
         high: String,
     },
-    /// A signal wider than 64 bits asked for as a number, or the other way round.
+    /// A signal wider than 64 bits, asked for as a number.
     #[error("'{signal}' is {width} bits wide: use `wide` in place of `signal`")]
     TooWide {
         /// The signal.
@@ -229,7 +233,7 @@ pub enum ModelError {
         /// The top module.
         top: String,
     },
-    /// A write in the region where values only are read.
+    /// A write in the region `ReadOnly`.
     #[error("'{signal}' was written in ReadOnly at {time}: write after NextTimeStep, or in ReadWrite")]
     WriteInReadOnly {
         /// The signal.
@@ -237,7 +241,7 @@ pub enum ModelError {
         /// Simulation time.
         time: Time,
     },
-    /// A name that is not one of an enumeration.
+    /// A name that the enumeration does not have.
     #[error("'{signal}' has no value named '{name}'{}", nearest_text(nearest))]
     NoSuchEnumItem {
         /// The signal.
@@ -247,7 +251,7 @@ pub enum ModelError {
         /// The items it has.
         nearest: Vec<String>,
     },
-    /// The model was built without what is asked for.
+    /// The model was built without the option.
     #[error("{what} needs a model built with {with}")]
     NotBuiltIn {
         /// What was asked for.
@@ -255,19 +259,19 @@ pub enum ModelError {
         /// The build option.
         with: &'static str,
     },
-    /// The model stopped inside an evaluation and cannot go on.
+    /// The model failed in an evaluation and cannot be evaluated any more.
     #[error("the model '{top}' stopped: {message}{}", place_text(file, *line))]
     Dead {
         /// The top module.
         top: String,
-        /// What it said.
+        /// Its message.
         message: String,
         /// The Verilog file, if known.
         file: String,
         /// The line in it.
         line: u32,
     },
-    /// The model cannot be made.
+    /// No instance can be made.
     #[error("an instance of '{top}' cannot be made: {reason}")]
     Instance {
         /// The top module.
@@ -281,7 +285,7 @@ pub enum ModelError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
-    /// A task failed and nobody was waiting for it.
+    /// A task failed, and no task waited for it.
     #[error("task '{task}' failed at {time}: {failure}")]
     TaskFailed {
         /// The task's name.
@@ -291,19 +295,19 @@ pub enum SimError {
         /// What it failed with.
         failure: Failure,
     },
-    /// A task that was waited for had been cancelled.
+    /// A task that was waited for was cancelled.
     #[error("task '{task}' was cancelled")]
     Cancelled {
         /// The task's name.
         task: String,
     },
-    /// Nothing can happen any more, and the bench still waits.
-    #[error("nothing can happen any more at {}, and the bench still waits:\n{report}", report.time)]
+    /// No event can come any more, and the bench still waits.
+    #[error("no event can come any more at {}, and the bench still waits:\n{report}", report.time)]
     Deadlock {
         /// What every task waits for.
         report: StuckReport,
     },
-    /// Simulation time ran out.
+    /// The limit of simulation time was reached.
     #[error("simulation time limit of {limit} reached; the tasks wait:\n{report}")]
     TimeLimit {
         /// The limit.
@@ -311,7 +315,7 @@ pub enum SimError {
         /// What every task waits for.
         report: StuckReport,
     },
-    /// Wall-clock time ran out.
+    /// The wall-clock limit was reached.
     #[error("wall-clock limit of {seconds} s reached at {}; the tasks wait:\n{report}", report.time)]
     WallClock {
         /// The limit.
@@ -319,8 +323,8 @@ pub enum SimError {
         /// What every task waits for.
         report: StuckReport,
     },
-    /// Tasks and model answer each other for ever without time going on.
-    #[error("no end of changes at {}: {rounds} rounds without time going on; the tasks wait:\n{report}", report.time)]
+    /// Tasks and model react to each other without end while time stands still.
+    #[error("no end of changes at {}: {rounds} rounds in one time step; the tasks wait:\n{report}", report.time)]
     NoProgress {
         /// How many rounds were taken.
         rounds: u32,
@@ -340,7 +344,7 @@ pub enum SimError {
     /// `$stop`, `$error` or `$fatal` in the Verilog.
     #[error("{time}: {message}{}", place_text(file, *line))]
     Verilog {
-        /// What it said.
+        /// Its message.
         message: String,
         /// The Verilog file.
         file: String,
@@ -349,7 +353,7 @@ pub enum SimError {
         /// Simulation time.
         time: Time,
     },
-    /// `with_timeout` ran out.
+    /// The span of `with_timeout` was over.
     #[error("timeout of {limit} at {time}")]
     Timeout {
         /// How long was waited.
@@ -357,7 +361,7 @@ pub enum SimError {
         /// Simulation time.
         time: Time,
     },
-    /// A trigger awaited where it can never come.
+    /// A trigger was awaited in a region where it cannot come.
     #[error("{trigger} awaited in {region} at {time}: {reason}")]
     WrongRegion {
         /// The trigger.
@@ -369,7 +373,7 @@ pub enum SimError {
         /// Why, and what to do.
         reason: &'static str,
     },
-    /// The caller asked for an end (Ctrl-C).
+    /// The run was interrupted (Ctrl-C).
     #[error("interrupted at {time}")]
     Interrupted {
         /// Simulation time.
@@ -378,12 +382,13 @@ pub enum SimError {
     /// A signal of another simulation was awaited.
     #[error("the signal awaited belongs to another simulation: handles and triggers live as long as their `dut`")]
     OtherSimulation,
-    /// A time span that cannot be simulated.
+    /// A time or a count that is not possible.
     #[error("{0}")]
     BadTime(String),
 }
 
-/// The (at most five) candidates nearest to a name, by edit distance without case; nothing far-fetched.
+/// The (at most five) candidates nearest to a name, by edit distance, ignoring case; none that differs in more than a
+/// third of its letters, unless it contains the name.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let wanted = name.to_lowercase();
     let limit = wanted.chars().count().div_ceil(3);

@@ -1,9 +1,15 @@
-//! A test-bench engine for Verilog: cocotb's habits on Verilator, near the simulator's own speed.
+//! A test-bench engine for Verilog: coroutines and triggers as in cocotb, on Verilator, without a process or VPI
+//! between.
 //!
-//! [`build`] turns Verilog into a loaded [`model::Library`], found again by content; [`model::Model`] is one instance of
-//! it; [`sim::Sim`] puts time, clocks and tasks around it, in regions whose order is written down there; [`bus`] drives
-//! and checks Avalon and AXI buses; [`wave`] and [`coverage`] keep what happened. It knows nothing of what the Verilog
-//! is for, and drives any that Verilator takes (no delays in the Verilog, no DPI).
+//! | module | what it does |
+//! |---|---|
+//! | [`build`] | Verilog to a loaded [`model::Library`], built once for the same content |
+//! | [`model`] | one instance of a model: signals by name, evaluation, messages |
+//! | [`sim`] | time, clocks and tasks around a model; the order of a time step |
+//! | [`bus`] | drivers, monitors and checkers for Avalon and AXI |
+//! | [`wave`], [`coverage`] | recorded signals, counted coverage |
+//!
+//! The engine drives any Verilog that Verilator takes without delays and DPI.
 //!
 //! ```
 //! use hoverlock_harness::build::Build;
@@ -25,11 +31,15 @@
 //! # Ok::<(), Error>(())
 //! ```
 //!
-//! Threads: a `Library` is for all of them, a `Model` may move from one to another, a `Sim` stays where it was made.
+//! A `Library` may be used by all threads. A `Model` may move from one thread to another. A `Sim` stays on the thread
+//! that made it.
 //!
-//! What Verilator needs to be treated well, and is here: a context for each instance, set before every call; own
-//! `vl_finish`, `vl_stop` and `vl_fatal`, which record and let the evaluation finish; printed text caught on its way;
-//! symbols of each library hidden from the others; one unity file and a runtime compiled once.
+//! How Verilator is used: each instance has a context of its own, set before every call. `vl_finish`, `vl_stop` and
+//! `vl_fatal` are replaced by functions that record the event and let the evaluation finish. Printed text is caught.
+//! The symbols of each library are hidden from the others. A model is compiled as one file, Verilator's runtime only
+//! once.
+
+#![warn(clippy::missing_errors_doc)]
 
 pub mod build;
 pub mod bus;

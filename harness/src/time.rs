@@ -1,4 +1,4 @@
-//! Simulation time: whole femtoseconds in 64 bits, so five hours at the finest step.
+//! Simulation time: whole femtoseconds in 64 bits, which is 5.1 hours.
 
 use std::fmt;
 use std::ops::{Add, AddAssign, Mul, Sub};
@@ -10,7 +10,7 @@ use crate::error::SimError;
 pub struct Time(u64);
 
 impl Time {
-    /// The beginning.
+    /// Time 0.
     pub const ZERO: Time = Time(0);
 
     /// `n` femtoseconds.
@@ -18,32 +18,35 @@ impl Time {
         Time(n)
     }
 
-    /// `n` picoseconds; stops at the end of time (5.1 hours).
+    /// `n` picoseconds; saturates at the greatest time (5.1 hours).
     pub const fn ps(n: u64) -> Time {
         Time(n.saturating_mul(1_000))
     }
 
-    /// `n` nanoseconds; stops at the end of time.
+    /// `n` nanoseconds; saturates at the greatest time.
     pub const fn ns(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000))
     }
 
-    /// `n` microseconds; stops at the end of time.
+    /// `n` microseconds; saturates at the greatest time.
     pub const fn us(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000_000))
     }
 
-    /// `n` milliseconds; stops at the end of time.
+    /// `n` milliseconds; saturates at the greatest time.
     pub const fn ms(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000_000_000))
     }
 
-    /// `n` seconds; stops at the end of time.
+    /// `n` seconds; saturates at the greatest time.
     pub const fn s(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000_000_000_000))
     }
 
-    /// A number with a unit by name (`fs ps ns us ms s`), exact or an error.
+    /// A number with a unit (`fs`, `ps`, `ns`, `us`, `ms`, `s` or `sec`), exactly.
+    ///
+    /// # Errors
+    /// If the unit is unknown, or the value is negative, above 18 000 s or not a whole number of femtoseconds.
     pub fn from_unit(value: f64, unit: &str) -> Result<Time, SimError> {
         let scale = match unit {
             "fs" => 1.0,
@@ -59,7 +62,8 @@ impl Time {
             return Err(SimError::BadTime(format!("{value} {unit} is not a time from 0 to 18000 s")));
         }
         let whole = femtoseconds.round();
-        // A double has 53 bits: what 0.1 ns lacks of 100000 fs is rounding, not a fraction of a femtosecond.
+        // A double has 53 bits: the difference between 0.1 ns and 100000 fs is rounding, not a fraction of a
+        // femtosecond.
         if (femtoseconds - whole).abs() > 1e-3 + femtoseconds * 1e-15 {
             return Err(SimError::BadTime(format!("{value} {unit} is not a whole number of femtoseconds")));
         }
@@ -81,7 +85,7 @@ impl Time {
         self.0 as f64 * 1e-15
     }
 
-    /// The sum, or the end of time.
+    /// The sum, or the greatest time.
     pub const fn saturating_add(self, other: Time) -> Time {
         Time(self.0.saturating_add(other.0))
     }

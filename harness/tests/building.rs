@@ -156,7 +156,8 @@ fn folders_and_files_may_have_any_name() {
 fn parameters_of_every_kind_reach_the_verilog() {
     let place = Place::new();
     let text = "module kinds #(parameter [63:0] BIG = 0, parameter signed [31:0] NEGATIVE = 0, parameter NAME = \"no\",
-        parameter [7:0] RAW = 0) (output wire [63:0] out, output wire [31:0] negative, output wire named, output wire [7:0] raw);
+        parameter [7:0] RAW = 0)
+        (output wire [63:0] out, output wire [31:0] negative, output wire named, output wire [7:0] raw);
         assign out = BIG; assign negative = NEGATIVE; assign named = NAME == \"yes\"; assign raw = RAW; endmodule\n";
     let build = place
         .build("kinds", text)
@@ -287,7 +288,37 @@ fn the_cache_stays_below_its_limit_and_keeps_what_was_used_last() {
 }
 
 #[test]
-fn what_a_killed_build_left_is_swept_away_and_what_lives_stays() {
+fn models_not_used_for_thirty_days_are_removed_unless_they_are_in_use() {
+    let place = Place::new();
+    let build = place.build("constant", CONSTANT);
+    let models = || variants(&place.path("cache/models"));
+    // Builds a model and says that it was used so many days ago.
+    let made_and_used = |value_of_v: u64, days: u64| -> PathBuf {
+        let before = models();
+        assert_eq!(value(&build.clone().parameter("V", value_of_v)), value_of_v);
+        let made = models().into_iter().find(|variant| !before.contains(variant)).unwrap();
+        let used = std::fs::File::options().append(true).open(made.join("used")).unwrap();
+        used.set_modified(std::time::SystemTime::now() - std::time::Duration::from_secs(days * 24 * 3600)).unwrap();
+        made
+    };
+    let recent = made_and_used(2, 29);
+    let in_use = made_and_used(3, 31);
+    let key = in_use.parent().unwrap().file_name().unwrap();
+    let lock = std::fs::File::open(place.path("cache/locks").join(key)).unwrap();
+    lock.lock_shared().unwrap();
+    let old = made_and_used(4, 31);
+    let last = made_and_used(5, 31);
+    assert!(recent.exists() && in_use.exists() && last.exists() && !old.exists());
+    assert!(!old.parent().unwrap().exists(), "an empty folder is left");
+    drop(lock);
+    // Found again, a model counts as used now.
+    assert_eq!(value(&build.clone().parameter("V", 5)), 5);
+    made_and_used(6, 0);
+    assert!(recent.exists() && last.exists() && !in_use.exists());
+}
+
+#[test]
+fn the_folder_of_a_killed_build_is_removed_and_that_of_a_living_one_stays() {
     let place = Place::new();
     let aside = place.path("cache/aside");
     for name in ["build-dead", "build-alive"] {

@@ -158,7 +158,7 @@ fn a_frame_that_cannot_be_sent_is_refused() {
     let (_sim, dut, clk, _) = start(build("avalon_fifo"), "rst");
     let ports = Ports::find(&dut, "in_", AVALON).unwrap();
     let source = Source::new(&dut, &clk, ports.clone(), None).unwrap();
-    assert!(source.send(&Frame::default()).unwrap_err().to_string().contains("no symbols"));
+    assert!(source.send(&Frame::default()).unwrap_err().to_string().contains("without symbols"));
     assert!(source.send(&Frame::new(&[256u16])).unwrap_err().to_string().contains("symbol 256 does not fit 8 bits"));
     assert!(source.send(&Frame::new(&[1u8]).on_channel(16)).unwrap_err().to_string().contains("channel 16"));
     assert!(ports.clone().symbols_of(7).is_err());
@@ -377,8 +377,8 @@ fn wide_words_that_do_not_fit_are_refused_in_bulk() {
         bulk.transfer(&mut sim, words, &mut received, &options).map(|_| received).map_err(|e| e.to_string())
     };
     assert_eq!(send(&[1, 2, 0xff]), Ok(vec![1, 2, 0xff]));
-    assert!(send(&[1, 2, 0x100]).unwrap_err().contains("the word 256 does not fit `data`"));
-    assert!(send(&[1, 2]).unwrap_err().contains("2 elements make no whole words of 3"));
+    assert!(send(&[1, 2, 0x100]).unwrap_err().contains("the element 256 does not fit `data`"));
+    assert!(send(&[1, 2]).unwrap_err().contains("2 elements make no whole beats of 3 elements"));
     let far = Dialect::Avalon { ready_latency: 65 };
     let error = Bulk::<u32, u32>::new(&dut, &clock, "in_", "out_", far).err().unwrap().to_string();
     assert!(error.contains("at most 64 cycles"), "{error}");
@@ -393,9 +393,9 @@ fn bulk_that_cannot_end_says_so_and_wrong_types_are_refused() {
     let mut bulk = Bulk::<u8, u16>::new(&dut, &clock, "in_", "out_", AVALON).unwrap();
     let options = Options { expect: 11, most_cycles: 500, ..Options::default() };
     let error = bulk.transfer(&mut sim, &[1; 10], &mut Vec::new(), &options).unwrap_err().to_string();
-    assert!(error.contains("did not end within 500 cycles: 10 of 10 words taken, 10 of 11 given"), "{error}");
+    assert!(error.contains("did not end within 500 cycles: 10 of 10 beats taken, 10 of 11 given"), "{error}");
     let error = Bulk::<u16, u16>::new(&dut, &clock, "in_", "out_", AVALON).err().unwrap().to_string();
-    assert!(error.contains("its slice is of 8-bit words, not of 16-bit ones"), "{error}");
+    assert!(error.contains("its elements are of 8 bits, not of 16 bits"), "{error}");
     let before = dut.now();
     run_cycles(&mut sim, &clock, 1000).unwrap();
     assert_eq!(dut.now() - before, PERIOD * 1000);

@@ -23,7 +23,7 @@ fn ports_tell_width_direction_and_sign() {
 }
 
 #[test]
-fn wide_values_go_through_unharmed() {
+fn wide_values_are_read_and_written_whole() {
     let mut sim = sim(build("wide"));
     let dut = sim.dut();
     dut.clock("clk", Time::ns(10)).unwrap();
@@ -47,7 +47,7 @@ fn wide_values_go_through_unharmed() {
 }
 
 #[test]
-fn out_of_range_and_signed_writes() {
+fn signed_writes_are_encoded_and_out_of_range_ones_refused() {
     let mut sim = sim(build("wide"));
     let dut = sim.dut();
     let (s, extended, c) = (dut.signal("s").unwrap(), dut.signal("s_extended").unwrap(), dut.signal("c").unwrap());
@@ -64,7 +64,7 @@ fn out_of_range_and_signed_writes() {
 }
 
 #[test]
-fn internals_memories_and_enumerations_by_name() {
+fn internals_memories_and_enumerations_are_found_by_name() {
     let mut sim = sim(build("wide").internal("memory"));
     let dut = sim.dut();
     let memory = dut.memory("memory").unwrap();
@@ -201,7 +201,7 @@ fn random_and_plusargs_reach_the_verilog() {
 }
 
 #[test]
-fn raw_signals_are_of_the_stored_word() {
+fn raw_signals_have_the_stored_type() {
     let model = build("wide").compile().unwrap().instance().unwrap();
     assert!(model.raw::<u8>("s").is_ok() && model.raw::<u64>("c").is_ok());
     assert!(matches!(model.raw::<u16>("s"), Err(ModelError::WrongShape { instead: "raw::<u8>", .. })));
@@ -244,7 +244,7 @@ fn names_go_through_generate_loops_and_a_grid_is_said_to_be_none() {
         Ok(())
     });
     let text = dut.memory("lane[0].u_leaf.grid").err().unwrap().to_string();
-    assert!(text.starts_with("'lane[0].u_leaf.grid' of 'tree' cannot be reached"), "{text}");
+    assert!(text.starts_with("'lane[0].u_leaf.grid' of 'tree' cannot be accessed"), "{text}");
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn what_is_no_vector_is_refused_by_name() {
     for name in ["gain", "scaled", "state", "text", "rows"] {
         for error in [dut.signal(name).err(), dut.wide(name).err(), dut.memory(name).err()] {
             let said = error.map(|e| e.to_string()).unwrap_or_default();
-            assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be reached: only vectors")), "{name}: {said}");
+            assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be accessed: only vectors")), "{name}: {said}");
         }
     }
     // A port of several dimensions is flat, row by row.

@@ -279,7 +279,7 @@ fn a_task_gives_its_value_and_start_runs_it_at_once() {
 }
 
 #[test]
-fn a_failing_task_fails_whoever_waits_for_it_or_else_the_run() {
+fn a_failing_task_fails_the_tasks_that_wait_for_it_or_else_the_run() {
     let mut sim = clocked("dff");
     let dut = sim.dut();
     run(&mut sim, async {
@@ -340,23 +340,23 @@ fn a_cancelled_task_stops_and_says_so_and_may_cancel_itself() {
 }
 
 #[test]
-fn the_places_of_ended_tasks_are_used_again() {
+fn the_slots_of_ended_tasks_are_reused() {
     let mut sim = clocked("dff");
     let dut = sim.dut();
     run(&mut sim, async {
         let kept = dut.spawn("kept", async { Ok::<_, Error>(7) });
-        let mut places = std::collections::HashSet::new();
+        let mut slots = std::collections::HashSet::new();
         for _ in 0..1000 {
             let timed = dut.clone();
             let short = dut.spawn("short", async move {
                 timed.timer(Time::ps(1)).await;
                 Ok::<(), Error>(())
             });
-            places.insert(format!("{:?}", short.id()).split(',').next().map(str::to_owned));
+            slots.insert(format!("{:?}", short.id()).split(',').next().map(str::to_owned));
             drop(short);
             dut.timer(Time::ps(2)).await;
         }
-        assert!(places.len() <= 2, "{places:?}");
+        assert!(slots.len() <= 2, "{slots:?}");
         assert_eq!(kept.await?, 7, "a task that is held on to keeps its value");
         Ok(())
     });
@@ -444,7 +444,7 @@ fn a_forgotten_clock_is_explained_with_what_each_task_waits_for() {
         .unwrap_err()
         .to_string();
     for part in [
-        "nothing can happen any more at 0 ns",
+        "no event can come any more at 0 ns",
         "'bench' waits for First(RisingEdge(clk), which is 0x0, ValueChange(q), which is 0x0)",
         "'holder' waits for Event(done)",
         "'asker' waits for Lock(bus)",

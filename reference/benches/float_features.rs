@@ -1,6 +1,7 @@
-//! Float features of one 1024x768 frame on one thread: the quick f32 path, and the clear f64 path it is checked against.
+//! Float features of one 1024x768 frame on one thread: the fast f32 path and the f64 reference.
 //!
-//! `HOVERLOCK_PICTURE` names a picture; without it the frame is a synthetic texture, so that the benchmark runs anywhere.
+//! `HOVERLOCK_PICTURE` names a picture; without it the frame is a synthetic texture, so that the benchmark runs
+//! anywhere.
 
 use std::hint::black_box;
 

@@ -1,8 +1,8 @@
-//! The Hoverlock algorithm in floating point: clear before fast, one module per step.
+//! The Hoverlock algorithm in floating point, one module per step.
 //!
-//! A down-looking camera sees the ground; features of the current frame are matched with those of a reference frame, and
-//! the displacement along `X_e` and `Y_e` follows. Each module opens with the equation it implements. Samples are in DN
-//! (digital numbers) of the 16-bit camera, `0 ..= 65535`, whatever their type.
+//! A down-looking camera sees the ground; features of the current frame are matched with those of a reference frame,
+//! and the displacement along `X_e` and `Y_e` follows. Each module opens with the equation it implements. Samples are
+//! in DN (digital numbers) of the 16-bit camera, `0 ..= 65535`, whatever their type.
 //!
 //! | folder | step |
 //! |---|---|

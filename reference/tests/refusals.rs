@@ -1,4 +1,5 @@
-//! What agrees and is wrong all the same is refused: ground that repeats, the sensor's own pattern, waves. Simulated, seeded.
+//! What agrees and is wrong all the same is refused: ground that repeats, the sensor's own pattern, waves. Simulated,
+//! seeded.
 
 #[path = "../examples/accuracy/scene.rs"]
 #[allow(dead_code, reason = "the benchmark uses all of it")]
@@ -12,7 +13,7 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::{Estimate, Estimator};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate, Matching};
 use hoverlock_reference::motion::model::transfer;
-use hoverlock_reference::motion::{refine, refusal};
+use hoverlock_reference::motion::{pose, refine, refusal};
 use nalgebra::{Matrix3, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -57,9 +58,10 @@ fn estimate(flight: &Flight, frames: &[Plane<u16>; 2], gated: bool) -> Result<Es
     let estimator = Estimator::default();
     let estimator = Estimator { matching: Matching { gate, ..estimator.matching }, ..estimator };
     let found = estimator.estimate(&from, &to).map_err(|error| error.to_string())?;
-    refusal::repeats(&found, &from, &to).map_err(|error| error.to_string())?;
-    refusal::sensor(&found, reference, current, &SENSORS, size()).map_err(|error| error.to_string())?;
-    Ok(refine::refined(found, &frames[0], &frames[1], estimator.ransac.dist))
+    let found = refine::refined(found, &frames[0], &frames[1], estimator.ransac.dist);
+    let pairs: Vec<_> = found.inliers.iter().map(|&i| found.pairs[i]).collect();
+    pose::fit(reference, current, &SENSORS, &pairs, found.quality).map_err(|error| error.to_string())?;
+    Ok(found)
 }
 
 fn centre_error(h: &Matrix3<f64>, flight: &Flight) -> f64 {
@@ -90,8 +92,8 @@ fn ground_that_repeats_is_refused_with_a_gate_and_without() {
     assert!(centre_error(&found.homography, &flight) < 0.1);
 }
 
-/// Thick mist, and a sensor of little noise whose pixels differ by 1 %, alike in both frames; between them the camera turned. The pattern
-/// agrees with itself better than chance, so it is IMU and laser that refuse it.
+/// Thick mist, and a sensor of little noise whose pixels differ by 1 %, alike in both frames; between them the camera
+/// turned. The pattern agrees with itself better than chance, so it is IMU and laser that refuse it.
 #[test]
 fn the_pattern_of_the_sensor_is_no_ground() {
     for seed in 0..6 {

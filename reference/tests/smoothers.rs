@@ -1,4 +1,4 @@
-//! Every smoother against what all of them promise: constants pass unchanged, the impulse response is symmetric and sums to
+//! Properties of every smoother: constants pass unchanged, the impulse response is symmetric and sums to
 //! 1, smoothing is linear, and constant extension is what a long padding with the border sample gives.
 
 use hoverlock_reference::image::plane::Plane;
@@ -49,14 +49,17 @@ proptest! {
 
     #[test]
     fn constants_pass_to_the_last_bit(
-        smoother in any_smoother(), border in any_border(), (w, h) in (1..40usize, 1..40usize), value in 0.0..65535.0f64,
+        smoother in any_smoother(), border in any_border(), (w, h) in (1..40usize, 1..40usize),
+        value in 0.0..65535.0f64,
     ) {
         let constant = Plane::filled(w, h, value);
         prop_assert_eq!(smoother.smooth(&constant, border), constant);
     }
 
     #[test]
-    fn smoothing_is_linear(smoother in any_smoother(), border in any_border(), plane in any_plane(), k in -3.0..3.0f64) {
+    fn smoothing_is_linear(
+        smoother in any_smoother(), border in any_border(), plane in any_plane(), k in -3.0..3.0f64,
+    ) {
         let mirrored = Plane::from_fn(plane.width(), plane.height(), |x, y| {
             plane[(plane.width() - 1 - x, plane.height() - 1 - y)]
         });
@@ -73,7 +76,7 @@ proptest! {
         let wanted = smoother.smooth(&padded(&plane, margin), Border::Held)
             .crop(margin, margin, plane.width(), plane.height()).unwrap();
         let got = smoother.smooth(&plane, Border::ConstantExtension);
-        prop_assert!(distance(&got, &wanted) <= 1e-12 * 65535.0, "{} codes", distance(&got, &wanted));
+        prop_assert!(distance(&got, &wanted) <= 1e-12 * 65535.0, "{} DN", distance(&got, &wanted));
     }
 
     #[test]
@@ -91,7 +94,9 @@ proptest! {
     }
 
     #[test]
-    fn frequency_response_is_that_of_the_impulse_response(smoother in any_smoother(), omega in 0.0..std::f64::consts::PI) {
+    fn frequency_response_is_that_of_the_impulse_response(
+        smoother in any_smoother(), omega in 0.0..std::f64::consts::PI,
+    ) {
         let half = smoother.impulse_response();
         let sum: f64 = half.iter().enumerate().skip(1).map(|(n, h)| 2.0 * h * (omega * n as f64).cos()).sum();
         prop_assert!((half[0] + sum - smoother.frequency_response(omega)).abs() < 1e-12);
@@ -107,7 +112,8 @@ proptest! {
 
 #[test]
 fn held_borders_hold_each_pass_s_own_input() {
-    // By hand for a = first-order pole: s = lerp towards x, started on x[0]; y the same from the right, started on s[N-1].
+    // By hand for a = first-order pole: s = lerp towards x, started on x[0]; y the same from the right, started on
+    // s[N-1].
     let smoother = Smoother::first_order(2.0).unwrap();
     let g = 1.0 - hoverlock_reference::smoothing::recursive::first_order::pole(2.0).unwrap();
     let x = [3.0, 100.0, 7.0, 50.0];

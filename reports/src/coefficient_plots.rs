@@ -1,40 +1,42 @@
-//! A recursive smoother beside the Gaussian it stands for, and the difference of two of each: impulse and frequency response.
+//! Impulse and frequency responses of recursive smoothers and of their DoG, against the Gaussian.
 //!
-//! `h[n]` over pixels, `|H|` over cycles per pixel, up to the half cycle that samples can carry. The level of a smoother is in dB,
-//! for it is in the tails that an exponential differs; that of a DoG, a band pass, is linear.
+//! `h[n]` over pixels; `|H|` over cycles per pixel, up to the Nyquist frequency of 0.5. The response of a smoother is
+//! in dB, because an exponential differs from a Gaussian in the tails. The response of a DoG, a band-pass filter, is
+//! linear.
 
+use hoverlock_reference::smoothing::design::DesignError;
 use hoverlock_reference::smoothing::gaussian::Gaussian;
 use hoverlock_reference::smoothing::recursive::Recursive;
-use hoverlock_reference::smoothing::smoother::{DesignError, Smoother};
+use hoverlock_reference::smoothing::smoother::Smoother;
 
 use crate::colour::Rgb;
 use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
 
-/// Why there are no plots.
+/// Why the plots could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum FigureError {
-    /// There is no Gaussian of this sigma.
+    /// A Gaussian of this sigma cannot be designed.
     #[error(transparent)]
     Design(#[from] DesignError),
-    /// The plotting crate refuses.
+    /// The plotting crate failed.
     #[error(transparent)]
     Plot(#[from] PlotError),
 }
 
-/// A plot with the name of the file it belongs in.
+/// A plot and the stem of its file name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// `smoother0_impulse`, `dog0_frequency`, ..
+    /// Stem of the file name: `smoother0_impulse`, `dog0_frequency`, ..
     pub name: String,
-    /// What it shows.
+    /// The plot.
     pub chart: Chart,
 }
 
 impl Figure {
-    /// A file of its own, on white.
+    /// The plot as a complete SVG file with white background.
     ///
     /// # Errors
-    /// Where the plotting crate refuses.
+    /// The plotting crate fails.
     pub fn file(&self) -> Result<String, PlotError> {
         let svg = self.chart.svg()?;
         let (width, height) = self.chart.size;
@@ -50,16 +52,16 @@ impl Figure {
 
 const SIZE: (u32, u32) = (640, 380);
 
-/// Least level shown, dB.
+/// Lowest magnitude shown, dB.
 const FLOOR_DB: f64 = -60.0;
 
-/// Lowest frequency a picture cannot carry any more, cycles per pixel.
+/// Nyquist frequency, cycles per pixel.
 const NYQUIST: f64 = 0.5;
 
-/// Impulse and frequency response of each smoother, then of the DoG of each two neighbours, sigma rising.
+/// Impulse and frequency response of each smoother, then of the DoG of each pair of neighbours in rising sigma.
 ///
 /// # Errors
-/// Where there is no Gaussian to compare with, or the plotting crate refuses.
+/// A Gaussian of one of the sigmas cannot be designed.
 pub fn figures(smoothers: &[Recursive]) -> Result<Vec<Figure>, FigureError> {
     let mut pairs = Vec::new();
     for recursive in smoothers {
@@ -74,7 +76,7 @@ pub fn figures(smoothers: &[Recursive]) -> Result<Vec<Figure>, FigureError> {
         ];
         let title = format!("{} and the Gaussian, sigma {sigma} px", capital(&recursive.family().name()));
         figures.push(Figure { name: format!("smoother{i}_impulse"), chart: impulse(&title, &curves, sigma) });
-        figures.push(Figure { name: format!("smoother{i}_frequency"), chart: level(&title, &curves, sigma) });
+        figures.push(Figure { name: format!("smoother{i}_frequency"), chart: frequency_db(&title, &curves, sigma) });
     }
     pairs.sort_by(|a, b| a.1.sigma().total_cmp(&b.1.sigma()));
     for (k, two) in pairs.windows(2).enumerate() {
@@ -94,7 +96,7 @@ pub fn figures(smoothers: &[Recursive]) -> Result<Vec<Figure>, FigureError> {
         ];
         let title = format!("DoG of sigma {} and {} px, {}", sigmas.0, sigmas.1, narrow.1.family().name());
         figures.push(Figure { name: format!("dog{k}_impulse"), chart: impulse(&title, &curves, sigmas.1) });
-        figures.push(Figure { name: format!("dog{k}_frequency"), chart: band(&title, &curves, sigmas.0) });
+        figures.push(Figure { name: format!("dog{k}_frequency"), chart: frequency_linear(&title, &curves, sigmas.0) });
     }
     Ok(figures)
 }
@@ -137,7 +139,7 @@ impl Curve {
     }
 }
 
-/// The Gaussian stays behind, the filter lies over it.
+/// The Gaussian first, so that the filter is drawn over it.
 fn series(curves: &[Curve; 2], mark: Mark, points: impl Fn(&Curve) -> Vec<(f64, f64)>) -> Vec<Series> {
     let colours: [Rgb; 2] = [ORANGE, BLUE];
     let one =
@@ -145,7 +147,7 @@ fn series(curves: &[Curve; 2], mark: Mark, points: impl Fn(&Curve) -> Vec<(f64, 
     curves.iter().zip(colours).map(one).collect()
 }
 
-/// Lowest and highest value of all series, with room above.
+/// Lowest and highest value of all series, with a margin.
 fn extent(series: &[Series]) -> (f64, f64) {
     let values = || series.iter().flat_map(|series| &series.points).map(|point| point.1);
     let (low, high) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
@@ -155,7 +157,7 @@ fn extent(series: &[Series]) -> (f64, f64) {
 
 fn impulse(title: &str, curves: &[Curve; 2], sigma: f64) -> Chart {
     let reach = (4.0 * sigma).ceil();
-    // Samples are told apart where there are few.
+    // Dots mark the samples where there are few.
     let mark = if reach <= 30.0 { Mark::LineDots } else { Mark::Line };
     let series = series(curves, mark, |curve| curve.impulse(reach as usize));
     let (low, high) = extent(&series);
@@ -169,8 +171,8 @@ fn impulse(title: &str, curves: &[Curve; 2], sigma: f64) -> Chart {
     }
 }
 
-fn level(title: &str, curves: &[Curve; 2], sigma: f64) -> Chart {
-    // Where the Gaussian exp(-(2 pi f sigma)^2 / 2) has fallen to the floor, and as far again.
+fn frequency_db(title: &str, curves: &[Curve; 2], sigma: f64) -> Chart {
+    // Twice the frequency at which the Gaussian exp(-(2 pi f sigma)^2 / 2) falls to the floor.
     let end = NYQUIST
         .min(2.0 * (-FLOOR_DB / 20.0 * 2.0 * std::f64::consts::LN_10).sqrt() / (2.0 * std::f64::consts::PI * sigma));
     let decibel = |value: f64| 20.0 * value.abs().log10();
@@ -187,7 +189,7 @@ fn level(title: &str, curves: &[Curve; 2], sigma: f64) -> Chart {
     }
 }
 
-fn band(title: &str, curves: &[Curve; 2], narrow_sigma: f64) -> Chart {
+fn frequency_linear(title: &str, curves: &[Curve; 2], narrow_sigma: f64) -> Chart {
     let end = NYQUIST.min(4.0 / (2.0 * std::f64::consts::PI * narrow_sigma));
     let series = series(curves, Mark::Line, |curve| curve.over_frequency(end, |value| value));
     let (low, high) = extent(&series);
@@ -201,7 +203,7 @@ fn band(title: &str, curves: &[Curve; 2], narrow_sigma: f64) -> Chart {
     }
 }
 
-/// With its first letter in capital.
+/// `text` with its first letter in upper case.
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
@@ -217,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn three_smoothers_make_three_pairs_of_plots_and_two_of_dogs() {
+    fn three_smoothers_give_six_smoother_plots_and_four_dog_plots() {
         let names: Vec<String> = figures(&chain()).unwrap().into_iter().map(|figure| figure.name).collect();
         let smoothers = (0..3).flat_map(|i| [format!("smoother{i}_impulse"), format!("smoother{i}_frequency")]);
         let dogs = (0..2).flat_map(|k| [format!("dog{k}_impulse"), format!("dog{k}_frequency")]);
@@ -225,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_are_the_responses_themselves() {
+    fn curves_show_the_known_responses() {
         let figures = figures(&chain()).unwrap();
         let points = |name: &str, series: usize| {
             figures.iter().find(|figure| figure.name == name).unwrap().chart.series[series].points.clone()
@@ -234,13 +236,13 @@ mod tests {
         let peak = |series| points("smoother0_impulse", series).into_iter().find(|point| point.0 == 0.0).unwrap().1;
         assert!((peak(1) - 0.374385 / 1.625615).abs() < 1e-6, "{}", peak(1));
         assert!((peak(0) - 0.1994711).abs() < 1e-6, "{}", peak(0));
-        // A smoother passes 0 Hz whole, a DoG nothing.
+        // At 0 Hz a smoother has gain 1 and a DoG gain 0.
         assert!(points("smoother1_frequency", 1)[0].1.abs() < 1e-9);
         assert!(points("dog1_frequency", 1)[0].1.abs() < 1e-12);
     }
 
     #[test]
-    fn files_stand_alone() {
+    fn files_are_complete_svg_documents() {
         for figure in figures(&chain()).unwrap() {
             let file = figure.file().unwrap();
             assert!(file.starts_with("<svg ") && file.contains("xmlns=\"http://www.w3.org/2000/svg\""));

@@ -1,7 +1,6 @@
-//! Colour maps: a number in `[-1, 1]` or `[0, 1]` becomes a colour whose lightness tells its size.
+//! The diverging colour map of signed errors: blue below zero, white at zero, red above.
 //!
-//! Signed errors use a diverging map, blue below zero, white at zero, red above, symmetric in lightness, so that bias shows as
-//! a tint and grey-scale print still tells large from small.
+//! Lightness is symmetric about zero, so that magnitude stays readable in grey-scale print.
 
 /// Red, green and blue, `0 ..= 255`.
 pub type Rgb = [u8; 3];
@@ -19,15 +18,15 @@ const DIVERGING: [Rgb; 9] = [
     [110, 10, 28],
 ];
 
-/// The diverging colour of `value`; what lies outside `[-1, 1]` takes the end's colour, and what is no number is grey.
+/// The colour of `value`. A value outside `[-1, 1]` takes the colour of the end; NaN and infinities are grey.
 pub fn diverging(value: f64) -> Rgb {
     if !value.is_finite() {
         return [128, 128, 128];
     }
     let last = DIVERGING.len() - 1;
-    let place = (value.clamp(-1.0, 1.0) + 1.0) / 2.0 * last as f64;
-    let below = (place.floor() as usize).min(last - 1);
-    let part = place - below as f64;
+    let position = (value.clamp(-1.0, 1.0) + 1.0) / 2.0 * last as f64;
+    let below = (position.floor() as usize).min(last - 1);
+    let part = position - below as f64;
     let mix = |channel: usize| {
         let (a, b) = (f64::from(DIVERGING[below][channel]), f64::from(DIVERGING[below + 1][channel]));
         (a + part * (b - a)).round() as u8

@@ -1,4 +1,4 @@
-//! Pictures inside the page: pixels become a PNG in memory, the PNG a `data:` address.
+//! Encodes pictures as PNG `data:` URLs, so that a page needs no other files.
 
 use crate::colour::Rgb;
 use base64::Engine as _;
@@ -11,7 +11,7 @@ use image::{
 /// `data:image/png;base64,...` of a colour picture.
 ///
 /// # Errors
-/// Where the PNG encoder refuses the picture.
+/// The PNG encoder fails.
 pub fn colour_png(picture: &Plane<Rgb>) -> Result<String, ImageError> {
     let bytes: Vec<u8> = picture.as_slice().iter().flatten().copied().collect();
     encode(&bytes, picture.width(), picture.height(), ExtendedColorType::Rgb8)
@@ -20,20 +20,20 @@ pub fn colour_png(picture: &Plane<Rgb>) -> Result<String, ImageError> {
 /// `data:image/png;base64,...` of a grey picture.
 ///
 /// # Errors
-/// Where the PNG encoder refuses the picture.
+/// The PNG encoder fails.
 pub fn grey_png(picture: &Plane<u8>) -> Result<String, ImageError> {
     encode(picture.as_slice(), picture.width(), picture.height(), ExtendedColorType::L8)
 }
 
 fn encode(bytes: &[u8], width: usize, height: usize, colour: ExtendedColorType) -> Result<String, ImageError> {
     let mut png = Vec::new();
-    // Few colours and much noise: the same bytes recur, and a filter between neighbours would only hide that.
+    // These pictures have few colours and much noise. PNG filters would hide the repeated bytes from the compressor.
     let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Best, FilterType::NoFilter);
     encoder.write_image(bytes, width as u32, height as u32, colour)?;
     Ok(address("image/png", &png))
 }
 
-/// The `data:` address of bytes of a media type.
+/// The `data:` URL of `bytes` with this media type.
 pub fn address(media_type: &str, bytes: &[u8]) -> String {
     format!("data:{media_type};base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes))
 }
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_embedded_decodes_to_the_same_pixels() {
+    fn an_embedded_picture_decodes_to_the_same_pixels() {
         let picture = Plane::from_fn(5, 3, |x, y| [x as u8, y as u8, 200]);
         let address = colour_png(&picture).unwrap();
         let encoded = address.strip_prefix("data:image/png;base64,").unwrap();

@@ -1,8 +1,8 @@
-//! Pictures of errors and of features.
+//! Error maps and feature maps.
 //!
-//! Signed errors of all kinds share one colour scale, `v = sgn(e) log2(1 + |e|) / 12`, `e` in LSB of the DoG: what is white
-//! is right to a fraction of an LSB, and the ends are 4095 LSB. So a map of approximation and one of quantisation can be
-//! laid side by side. A map shows of every square of samples the one with the greatest error.
+//! All error maps share one colour scale, `v = sgn(e) log2(1 + |e|) / 12`, `e` in LSB of the DoG: white is an error of
+//! 0, the ends are 4095 LSB. Maps of approximation and of quantisation can therefore be compared. Each point of a map
+//! shows the error of greatest magnitude in a square of samples.
 
 use std::fmt::Write as _;
 
@@ -18,19 +18,19 @@ use crate::colour::{Rgb, diverging};
 use crate::embed;
 use crate::plot::{self, PlotError};
 
-/// Octaves of error from the middle of the scale to its end.
+/// Octaves of error from the middle of the colour scale to its end.
 const OCTAVES: f64 = 12.0;
-/// Colours on each side of white: few enough that a picture of noise stays small.
+/// Colours on each side of white. Few colours keep the PNG of a noise picture small.
 const SHADES: f64 = 36.0;
-/// Samples of a square along one side.
+/// Side of a square, samples.
 const SQUARE: usize = 2;
 
-/// What is drawn of one picture.
+/// Error maps and feature map of one picture.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figures {
     /// Error maps.
     pub maps: Vec<HeatMap>,
-    /// Features of the condition that changes most of them.
+    /// Features under the condition with the most changes.
     pub features: FeatureMap,
 }
 
@@ -39,9 +39,9 @@ pub struct Figures {
 pub struct HeatMap {
     /// Scale pair.
     pub scale: usize,
-    /// Approximation, else quantisation.
+    /// True for approximation, false for quantisation.
     pub approximation: bool,
-    /// `data:` address of the picture.
+    /// The map as a `data:` URL.
     pub address: String,
 }
 
@@ -69,7 +69,7 @@ impl Figures {
     }
 }
 
-/// The sample of greatest magnitude of every square.
+/// The sample of greatest magnitude in every square.
 fn pooled(error: &Plane<f64>) -> Plane<f64> {
     Plane::from_fn(error.width().div_ceil(SQUARE), error.height().div_ceil(SQUARE), |x, y| {
         let columns = SQUARE * x..(SQUARE * (x + 1)).min(error.width());
@@ -79,7 +79,7 @@ fn pooled(error: &Plane<f64>) -> Plane<f64> {
     })
 }
 
-/// Where an error of so many LSB stands on the scale, `-1 ..= 1`.
+/// Position of an error, LSB, on the colour scale, `-1 ..= 1`.
 fn on_scale(error: f64) -> f64 {
     (error.abs().ln_1p() / std::f64::consts::LN_2 / OCTAVES).copysign(error)
 }
@@ -88,10 +88,10 @@ fn colour(error: f64) -> Rgb {
     diverging((on_scale(error) * SHADES).round() / SHADES)
 }
 
-/// The one colour bar of all maps.
+/// The colour bar of the maps.
 ///
 /// # Errors
-/// Where the number of shades cannot be drawn, which does not happen.
+/// Formatting fails, which does not happen for a string.
 pub fn colour_bar() -> Result<String, PlotError> {
     let (width, height, left) = (1040.0, 18.0, 40.0);
     let mut svg =
@@ -111,20 +111,22 @@ pub fn colour_bar() -> Result<String, PlotError> {
         let x = left + width * (on_scale(e) + 1.0) / 2.0;
         let label = if e < 0.0 { format!("\u{2212}{}", -e) } else { format!("{e}") };
         write(format_args!(
-            "<path d=\"M{x:.1} 20v5\" stroke=\"#8b96a1\"/><text x=\"{x:.1}\" y=\"38\" text-anchor=\"middle\">{label}</text>"
+            "<path d=\"M{x:.1} 20v5\" stroke=\"#8b96a1\"/>\
+             <text x=\"{x:.1}\" y=\"38\" text-anchor=\"middle\">{label}</text>"
         ))?;
     }
     write(format_args!(
-        "<text x=\"560\" y=\"58\" text-anchor=\"middle\">signed DoG error, LSB (full scale / 2¹⁷)</text></svg>"
+        "<text x=\"560\" y=\"58\" text-anchor=\"middle\">\
+         signed DoG error, LSB (1 LSB = full scale / 2¹⁷ = 0.5 DN)</text></svg>"
     ))?;
     Ok(svg)
 }
 
-/// Features by their fate on the frame, each scale with its own size of mark.
+/// Draws kept, moved, lost and new features on the frame; the size of a mark is the scale.
 pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'static str) -> FeatureMap {
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"features of streaming and bit_true\"><image width=\"{w}\" height=\"{h}\" \
-         href=\"{}\"/>",
+        "<svg viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"features of streaming and bit_true\">\
+         <image width=\"{w}\" height=\"{h}\" href=\"{}\"/>",
         background(frame).expect("a JPEG in memory, no larger than the frame"),
         w = frame.width(),
         h = frame.height()
@@ -166,13 +168,14 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
     FeatureMap { condition, svg, counts }
 }
 
-/// The frame as a JPEG, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand out.
+/// The frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand
+/// out.
 fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let mut sorted: Vec<u16> = frame.as_slice().iter().step_by(7).copied().collect();
     sorted.sort_unstable();
     let at = |part: f64| f64::from(sorted[((sorted.len() - 1) as f64 * part) as usize]);
     let (low, high) = (at(0.005), at(0.995).max(at(0.005) + 1.0));
-    let grey = frame.map(|&code| (40.0 + 190.0 * ((f64::from(code) - low) / (high - low)).clamp(0.0, 1.0)) as u8);
+    let grey = frame.map(|&dn| (40.0 + 190.0 * ((f64::from(dn) - low) / (high - low)).clamp(0.0, 1.0)) as u8);
     let mut jpeg = Vec::new();
     JpegEncoder::new_with_quality(&mut jpeg, 72).encode(
         grey.as_slice(),
@@ -188,14 +191,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scale_is_symmetric_and_ends_at_its_octaves() {
+    fn the_colour_scale_is_symmetric_and_ends_at_4095_lsb() {
         assert_eq!(on_scale(0.0), 0.0);
         assert!((on_scale(4095.0) - 1.0).abs() < 1e-12 && (on_scale(-4095.0) + 1.0).abs() < 1e-12);
         assert!((on_scale(1.0) - 1.0 / 12.0).abs() < 1e-12);
     }
 
     #[test]
-    fn no_error_is_lost_by_pooling() {
+    fn pooling_keeps_the_error_of_greatest_magnitude() {
         let mut error = Plane::filled(5, 3, 0.1);
         error[(4, 2)] = -7.0;
         error[(1, 0)] = 3.0;

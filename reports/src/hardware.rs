@@ -1,42 +1,41 @@
-//! `rtl`: the same bits from the emitted Verilog, and what it takes of a device.
+//! Results of the level `rtl`: simulation of the emitted Verilog against `bit_true`, and its resource estimate.
 //!
-//! The simulation and the estimate are made elsewhere, with tools that may be missing. Here they are plain numbers, or the reason why there
-//! are none; a level that was not run holds no bound and breaks none.
+//! Another crate runs the simulation and the estimate, with tools that may be missing. This module has their results,
+//! or the reason why there are none. No bound is checked for a simulation that was not run.
 
 use hoverlock_fixed_point::analysis::bounds::{Check, Sense};
-use serde::Serialize;
-
 use hoverlock_fixed_point::analysis::levels::Level;
+use serde::Serialize;
 
 use crate::study::{self, BoundRow, LevelStudy, Study};
 
-/// The name of its bound.
+/// Name of the bound on the simulation.
 pub const MISMATCHES: &str = "RTL mismatches";
 
-/// Something that needs a tool: made, or not, and why.
+/// The result of a step that needs an external tool, or the reason why the step was not run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "status", rename_all = "lowercase")]
 pub enum Made<T> {
-    /// It was made.
+    /// The step was run.
     Run {
-        /// What came of it.
+        /// Its result.
         result: T,
     },
-    /// It was not.
+    /// The step was not run.
     #[serde(rename = "not run")]
     NotRun {
-        /// One line.
+        /// The reason, one line.
         reason: String,
     },
 }
 
 impl<T> Made<T> {
-    /// Not made.
+    /// A step that was not run.
     pub fn not_run(reason: impl Into<String>) -> Self {
         Self::NotRun { reason: reason.into() }
     }
 
-    /// What came of it.
+    /// Its result.
     pub fn result(&self) -> Option<&T> {
         match self {
             Self::Run { result } => Some(result),
@@ -45,60 +44,60 @@ impl<T> Made<T> {
     }
 }
 
-/// The frames of one picture through the Verilated top, one condition after the other, back to back.
+/// The simulation of one picture: one frame for each condition, back to back.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Simulated {
-    /// Name of the picture.
+    /// File name of the picture.
     pub picture: String,
-    /// Frames.
+    /// Frames simulated.
     pub frames: u64,
     /// Pixels of all frames.
     pub pixels: u64,
     /// Clock cycles.
     pub cycles: u64,
-    /// Samples of all planes compared.
+    /// Samples compared, all planes.
     pub samples: u64,
     /// Features compared.
     pub features: u64,
-    /// Features that the hardware dropped.
+    /// Features dropped by the output FIFO.
     pub dropped: u64,
-    /// Samples and features that differ.
+    /// Samples and features that differ from `bit_true`.
     pub mismatches: u64,
-    /// The first of them, in words.
+    /// Description of the first mismatch.
     pub first_mismatch: Option<String>,
-    /// All that should have been compared was.
+    /// Every expected sample and feature was compared.
     pub complete: bool,
-    /// Cycles between the starts of frames over their pixels, the worst.
+    /// Clock cycles from one start of frame to the next, per pixel; the largest.
     pub cycles_per_pixel: Option<f64>,
-    /// Lines from a frame's first pixel to its first smoothed sample.
+    /// Latency from the first pixel of a frame to its first smoothed sample, lines.
     pub latency_lines: Option<f64>,
-    /// Lines from a feature's pixel to its record.
+    /// Latency from the pixel of a feature to its record, lines.
     pub feature_latency_lines: Option<f64>,
 }
 
-/// A device and what is used of it, each in the order ALM, M10K, DSP blocks.
+/// Utilisation of one device. Arrays are in the order ALM, M10K, DSP blocks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DeviceShare {
     /// Name.
     pub name: String,
-    /// Where its figures come from.
+    /// Source of the device data.
     pub source: String,
-    /// What it has.
+    /// Resources of the device.
     pub has: [u64; 3],
-    /// What may be used.
+    /// Limits on the use.
     pub limits: [u64; 3],
-    /// What is used, percent.
+    /// Use, percent of the device.
     pub used_percent: [f64; 3],
-    /// The limits are kept.
+    /// The design is within the limits.
     pub fits: bool,
 }
 
-/// What the instances of one module take.
+/// Resources of all instances of one module.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModuleShare {
     /// Name.
     pub name: String,
-    /// How often it is there.
+    /// Number of instances.
     pub instances: u64,
     /// Adaptive logic modules.
     pub alm: u64,
@@ -108,14 +107,14 @@ pub struct ModuleShare {
     pub mul18: u64,
     /// Registers.
     pub registers: u64,
-    /// Levels of the longest path through its logic.
+    /// Logic levels of its longest path.
     pub logic_levels: u32,
 }
 
-/// What the hardware takes.
+/// The resource estimate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sizing {
-    /// Who says so.
+    /// Name of the estimating tool.
     pub label: String,
     /// Adaptive logic modules.
     pub alm: u64,
@@ -127,57 +126,57 @@ pub struct Sizing {
     pub mul18: u64,
     /// Registers.
     pub registers: u64,
-    /// Levels of the longest path.
+    /// Logic levels of the longest path.
     pub logic_levels: u32,
-    /// The clock it is meant for, MHz.
+    /// Target clock frequency, MHz.
     pub target_mhz: u32,
-    /// How ALMs are derived.
+    /// How ALMs are counted, one sentence.
     pub alm_rule: String,
-    /// What a level is.
+    /// How logic levels are counted, one sentence.
     pub levels_rule: String,
-    /// What fits.
+    /// The rule of the limits, one sentence.
     pub fits_rule: String,
-    /// The device it is for first.
+    /// Devices, the target device first.
     pub devices: Vec<DeviceShare>,
-    /// Each module, the largest first.
+    /// Modules, largest first.
     pub modules: Vec<ModuleShare>,
 }
 
-/// `rtl`.
+/// The results of the level `rtl`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Hardware {
-    /// Each picture.
+    /// Simulation of each picture.
     pub simulation: Made<Vec<Simulated>>,
-    /// The estimate.
+    /// Resource estimate.
     pub estimate: Made<Sizing>,
 }
 
-/// All pictures together.
+/// Totals over all pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Totals {
-    /// Frames.
+    /// Frames simulated.
     pub frames: u64,
     /// Samples compared.
     pub samples: u64,
     /// Features compared.
     pub features: u64,
-    /// What differs.
+    /// Mismatches.
     pub mismatches: u64,
-    /// The worst.
+    /// Clock cycles per pixel, the largest.
     pub cycles_per_pixel: Option<f64>,
-    /// The worst.
+    /// Latency to the smoothed sample, lines, the largest.
     pub latency_lines: Option<f64>,
-    /// The worst.
+    /// Latency to the feature record, lines, the largest.
     pub feature_latency_lines: Option<f64>,
 }
 
 impl Hardware {
-    /// Nobody ran anything.
+    /// Neither simulation nor estimate was run.
     pub fn not_run(reason: &str) -> Self {
         Self { simulation: Made::not_run(reason), estimate: Made::not_run(reason) }
     }
 
-    /// All pictures together.
+    /// Totals over all pictures; `None` where the simulation was not run.
     pub fn totals(&self) -> Option<Totals> {
         let runs = self.simulation.result()?;
         let sum = |of: fn(&Simulated) -> u64| runs.iter().map(of).sum();
@@ -195,17 +194,17 @@ impl Hardware {
 }
 
 impl Study {
-    /// The study with its last level: 0 mismatches are allowed on each picture, and none are said of one where nothing was compared.
+    /// Adds the level `rtl`. The bound is 0 mismatches for each picture; a comparison that is not complete fails.
     #[must_use]
     pub fn with_hardware(mut self, hardware: Hardware) -> Self {
         for run in hardware.simulation.result().into_iter().flatten() {
             let measured = if run.complete || run.mismatches > 0 { run.mismatches as f64 } else { f64::NAN };
-            let place = match &run.first_mismatch {
+            let location = match &run.first_mismatch {
                 Some(first) => first.clone(),
                 None if run.complete => format!("{} samples, {} features compared", run.samples, run.features),
-                None => "not everything was compared".into(),
+                None => "comparison not complete".into(),
             };
-            let check = Check::new(MISMATCHES, "", Sense::AtMost, 0.0, measured, place);
+            let check = Check::new(MISMATCHES, "", Sense::AtMost, 0.0, measured, location);
             self.pass &= check.pass;
             self.bounds.push(BoundRow {
                 margin: check.limit - check.measured,
@@ -224,7 +223,7 @@ impl Study {
         self
     }
 
-    /// `rtl`.
+    /// The results of the level `rtl`.
     pub fn hardware(&self) -> Option<&Hardware> {
         self.levels.iter().find_map(|level| level.hardware.as_ref())
     }

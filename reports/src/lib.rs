@@ -1,6 +1,6 @@
-//! What people look at: the quantisation report, its plots and pictures.
+//! The quantisation report: measurements, HTML page, JSON and JUnit files, plots, and the overlay of a match.
 //!
-//! Every page is one file that needs no network: pictures travel as `data:` addresses, plots as inline SVG.
+//! The HTML page is one file without network access: pictures are `data:` URLs, plots are inline SVG.
 
 pub mod coefficient_plots;
 pub mod colour;

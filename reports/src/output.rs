@@ -1,6 +1,6 @@
-//! The three files of a report: the page for people, the same numbers for programs, the bounds as test cases.
+//! The three files of a report: HTML page, JSON, and JUnit XML with one test case for each check.
 //!
-//! All three are complete before any of them appears: each is written under a temporary name in the folder, then renamed.
+//! Each file is written under a temporary name in the folder. All three are renamed after the last one is complete.
 
 use std::fs;
 use std::io::{self, Write};
@@ -13,39 +13,39 @@ use crate::hardware::{MISMATCHES, Made};
 use crate::page::{self, PageError};
 use crate::study::{BoundRow, Study};
 
-/// The page.
+/// File name of the HTML page.
 pub const PAGE: &str = "index.html";
-/// The numbers.
+/// File name of the JSON file.
 pub const NUMBERS: &str = "report.json";
-/// The test cases.
+/// File name of the JUnit XML file.
 pub const TESTS: &str = "junit.xml";
 
 /// Why a report was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
-    /// The page.
+    /// The page could not be rendered.
     #[error(transparent)]
     Page(#[from] PageError),
-    /// JSON.
-    #[error("the numbers cannot be written as JSON: {0}")]
+    /// The study could not be written as JSON.
+    #[error("the report cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// JUnit.
-    #[error("the bounds cannot be written as JUnit: {0}")]
+    /// The checks could not be written as JUnit XML.
+    #[error("the checks cannot be written as JUnit XML: {0}")]
     Junit(#[from] quick_junit::SerializeError),
-    /// The folder.
+    /// A file or the folder could not be written.
     #[error("{path}: cannot be written: {source}; name another folder with --out")]
     Write {
         /// The folder or file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
 
-/// Makes sure that `folder` exists and can be written into, before hours of work are lost.
+/// Creates `folder` if needed and checks that files can be written there. Call it before the measurement.
 ///
 /// # Errors
-/// Where it cannot.
+/// The folder cannot be created or written.
 pub fn prepare(folder: &Path) -> Result<(), OutputError> {
     let refused = |source| OutputError::Write { path: folder.to_path_buf(), source };
     fs::create_dir_all(folder).map_err(refused)?;
@@ -56,7 +56,7 @@ pub fn prepare(folder: &Path) -> Result<(), OutputError> {
 /// Writes all three files into `folder`.
 ///
 /// # Errors
-/// Where one of them cannot be made or written; then none of them has changed, unless renaming itself failed.
+/// A file cannot be made or written. Then no file has changed, unless a rename failed.
 pub fn write(study: &Study, folder: &Path) -> Result<(), OutputError> {
     let contents = [(PAGE, page::html(study)?), (NUMBERS, json(study)?), (TESTS, junit(study)?)];
     let mut written = Vec::new();
@@ -74,7 +74,7 @@ pub fn write(study: &Study, folder: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// A temporary file is for its owner alone; a report is for all.
+/// Makes the file readable for all: a temporary file is readable for its owner only.
 #[cfg(unix)]
 fn readable(path: &Path) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt as _;
@@ -86,18 +86,18 @@ fn readable(_path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The numbers.
+/// The study as JSON.
 ///
 /// # Errors
-/// Where they cannot be written as JSON.
+/// The study cannot be written as JSON.
 pub fn json(study: &Study) -> Result<String, OutputError> {
     Ok(serde_json::to_string_pretty(study)? + "\n")
 }
 
-/// One suite for each picture and condition, one case for each bound.
+/// The checks as JUnit XML: one suite for each picture and condition, one case for each check.
 ///
 /// # Errors
-/// Where XML cannot hold a name.
+/// XML cannot represent a name.
 pub fn junit(study: &Study) -> Result<String, OutputError> {
     let mut suites: Vec<(String, TestSuite)> = Vec::new();
     for row in &study.bounds {
@@ -140,14 +140,19 @@ fn suite_name(row: &BoundRow) -> String {
 
 fn test_case(row: &BoundRow, suite: &str) -> TestCase {
     let check = &row.check;
-    let says =
-        format!("measured {} {unit}, limit {} {unit}, {}", check.measured, check.limit, check.place, unit = check.unit);
+    let message = format!(
+        "measured {} {unit}, limit {} {unit}, {}",
+        check.measured,
+        check.limit,
+        check.location,
+        unit = check.unit
+    );
     let mut status =
         if check.pass { TestCaseStatus::success() } else { TestCaseStatus::non_success(NonSuccessKind::Failure) };
     if !check.pass {
-        status.set_message(says.clone()).set_type("bound");
+        status.set_message(message.clone()).set_type("bound");
     }
     let mut case = TestCase::new(check.name, status);
-    case.set_classname(suite).set_system_out(says);
+    case.set_classname(suite).set_system_out(message);
     case
 }

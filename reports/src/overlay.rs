@@ -1,10 +1,11 @@
-//! A match, drawn as papers draw it: REF on the left, CUR on the right, a line from each place to where it was found again.
+//! Draws the matches between two pictures: REF on the left, CUR on the right, a line for each match.
 //!
-//! Matches that agree with the motion are yellow, those that do not are faint and blue. The green outline in CUR is the frame of
-//! REF where the motion puts it, the green arrow the motion of the picture's centre. Grey values are stretched between
-//! the 0.5th and the 99.5th percentile of each picture, since ground in mist is otherwise a grey page.
+//! Inliers are yellow, outliers faint blue. The green outline in CUR is the frame of REF mapped by the homography; the
+//! green arrow is the displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th
+//! percentile of each picture, so that pictures of low contrast stay visible. A legend below names the colours.
 
 use crate::colour::Rgb;
+use font8x8::legacy::BASIC_LEGACY;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::{Pair, transfer};
 use image::{ExtendedColorType, ImageEncoder as _, ImageError, codecs::png::PngEncoder};
@@ -14,33 +15,34 @@ const INLIER: Rgb = [255, 205, 40];
 const OUTLIER: Rgb = [90, 150, 255];
 const OUTLINE: Rgb = [40, 235, 90];
 const PAPER: Rgb = [255, 255, 255];
+const INK: Rgb = [30, 30, 30];
 
-/// Columns between the two pictures.
+/// Gap between the two pictures, px.
 const GAP: usize = 12;
 
-/// So many lines may lie over each other at full opacity; more become thinner in proportion.
+/// Number of lines drawn at full opacity. With more lines the opacity falls in proportion.
 const CLEAR_LINES: f64 = 60.0;
 
-/// What is drawn.
+/// The two pictures, their matches and the estimated homography.
 #[derive(Debug, Clone, Copy)]
 pub struct Overlay<'a> {
-    /// REF, 16-bit codes.
+    /// REF, DN.
     pub reference: &'a Plane<u16>,
-    /// CUR, 16-bit codes.
+    /// CUR, DN.
     pub current: &'a Plane<u16>,
-    /// Matched places.
+    /// Matched positions.
     pub pairs: &'a [Pair],
-    /// Indices of the pairs that agree with the motion.
+    /// Indices of the inliers in `pairs`.
     pub inliers: &'a [usize],
-    /// REF pixel -> CUR pixel; nothing where there is no estimate.
+    /// Maps a REF pixel to a CUR pixel; `None` where there is no estimate.
     pub homography: Option<Matrix3<f64>>,
 }
 
 impl Overlay<'_> {
-    /// The picture as a PNG.
+    /// The drawing as a PNG file.
     ///
     /// # Errors
-    /// Where the PNG encoder refuses it.
+    /// The PNG encoder fails.
     pub fn png(&self) -> Result<Vec<u8>, ImageError> {
         let picture = self.draw();
         let bytes: Vec<u8> = picture.as_slice().iter().flatten().copied().collect();
@@ -54,16 +56,21 @@ impl Overlay<'_> {
         Ok(png)
     }
 
-    /// The picture.
+    /// The drawing.
     pub fn draw(&self) -> Plane<Rgb> {
         let left = Area::of(self.reference, 0);
         let right = Area::of(self.current, self.reference.width() + GAP);
-        let (width, height) = (right.x1, left.y1.max(right.y1));
+        let legend = self.legend();
+        // Letters of 8 x 8 pixels, larger on large pictures, so that they are readable where the whole is scaled down.
+        let letter = 8 * (right.x1 / 900).max(1);
+        let line = letter + letter / 2;
+        let foot = left.y1.max(right.y1);
+        let (width, height) = (right.x1, foot + line * legend.len() + line / 2);
         let mut canvas = Canvas { picture: Plane::filled(width, height, PAPER), clip: left };
         canvas.grey(self.reference, &left);
         canvas.grey(self.current, &right);
 
-        let whole = Area { x0: 0, y0: 0, x1: width, y1: height };
+        let whole = Area { x0: 0, y0: 0, x1: width, y1: foot };
         let pen = (self.reference.width().max(self.current.width()) as f64 / 700.0).max(1.0);
         let to_right = Vector2::new(right.x0 as f64, 0.0);
         let mut agrees = vec![false; self.pairs.len()];
@@ -82,7 +89,7 @@ impl Overlay<'_> {
             for (pair, _) in of_kind() {
                 canvas.line(pair.reference, pair.current + to_right, Pen { thickness, colour, opacity });
             }
-            // The ends stay readable where the lines between them do not.
+            // Dots keep the ends of crowded lines visible.
             for (pair, _) in of_kind() {
                 for end in [pair.reference, pair.current + to_right] {
                     canvas.dot(end, 1.6 * thickness, colour, if wanted { 1.0 } else { 0.5 });
@@ -93,7 +100,23 @@ impl Overlay<'_> {
             canvas.clip = right;
             self.outline(&mut canvas, &h, to_right, pen);
         }
+        for (index, (colour, text)) in legend.iter().enumerate() {
+            canvas.text(text, *colour, (letter, foot + line / 2 + index * line), letter / 8);
+        }
         canvas.picture
+    }
+
+    /// What each colour means.
+    fn legend(&self) -> Vec<(Rgb, String)> {
+        let others = self.pairs.len() - self.inliers.len();
+        let mut lines = vec![
+            (INLIER, format!("{} matches that agree with the motion", self.inliers.len())),
+            (OUTLIER, format!("{others} matches that do not")),
+        ];
+        if self.homography.is_some() {
+            lines.push((OUTLINE, "frame of REF in CUR, and the motion of its centre".to_owned()));
+        }
+        lines
     }
 
     fn outline(&self, canvas: &mut Canvas, h: &Matrix3<f64>, to_right: Vector2<f64>, pen: f64) {
@@ -149,23 +172,46 @@ struct Canvas {
 
 impl Canvas {
     fn grey(&mut self, source: &Plane<u16>, area: &Area) {
-        let mut codes = source.as_slice().to_vec();
+        let mut sorted = source.as_slice().to_vec();
         let mut percentile = |part: f64| {
-            let at = (part * (codes.len() - 1) as f64) as usize;
-            f64::from(*codes.select_nth_unstable(at).1)
+            let at = (part * (sorted.len() - 1) as f64) as usize;
+            f64::from(*sorted.select_nth_unstable(at).1)
         };
         let (dark, light) = (percentile(0.005), percentile(0.995));
         for y in 0..source.height() {
             for x in 0..source.width() {
                 let part = (f64::from(source[(x, y)]) - dark) / (light - dark).max(1.0);
-                // The brightest stays below white, so that lines stand out.
+                // The brightest grey stays below white, so that lines remain visible.
                 let grey = (225.0 * part.clamp(0.0, 1.0)) as u8;
                 self.picture[(area.x0 + x, area.y0 + y)] = [grey; 3];
             }
         }
     }
 
-    /// Covers a pixel by `opacity` times the part of it that is within `radius` of the drawn thing, `distance` from its centre.
+    /// A square of `colour` and a text after it, its letters 8 x 8 squares of `scale` pixels; what does not fit is cut
+    /// off.
+    fn text(&mut self, text: &str, colour: Rgb, (x0, y0): (usize, usize), scale: usize) {
+        let mut dot = |column: usize, row: usize, colour: Rgb| {
+            for (x, y) in (0..scale * scale).map(|i| (x0 + column * scale + i % scale, y0 + row * scale + i / scale)) {
+                if x < self.picture.width() && y < self.picture.height() {
+                    self.picture[(x, y)] = colour;
+                }
+            }
+        };
+        for (row, column) in (0..7).flat_map(|row| (0..7).map(move |column| (row, column))) {
+            dot(column, row, colour);
+        }
+        for (place, glyph) in text.bytes().filter_map(|byte| BASIC_LEGACY.get(usize::from(byte))).enumerate() {
+            for (row, bits) in glyph.iter().enumerate() {
+                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
+                    dot(8 * (place + 2) + column, row, INK);
+                }
+            }
+        }
+    }
+
+    /// Blends `colour` into a pixel: `opacity` times the part of the pixel within `radius`, at `distance` from the
+    /// centre line.
     fn cover(&mut self, x: usize, y: usize, distance: f64, radius: f64, colour: Rgb, opacity: f64) {
         let part = opacity * (radius + 0.5 - distance).clamp(0.0, 1.0) * (2.0 * radius).min(1.0);
         let pixel = &mut self.picture[(x, y)];
@@ -178,7 +224,7 @@ impl Canvas {
     /// The whole pixels of `clip` within `reach` of `a .. b` along one axis.
     fn span(a: f64, b: f64, reach: f64, clip: (usize, usize)) -> std::ops::Range<usize> {
         let from = (a.min(b) - reach).floor().max(clip.0 as f64) as usize;
-        // A cast of what is below 0 is 0, which empties the range.
+        // The cast of a negative number is 0, which gives an empty range.
         let to = ((a.max(b) + reach).ceil() + 1.0).min(clip.1 as f64) as usize;
         from..to
     }
@@ -198,7 +244,7 @@ impl Canvas {
         let slope = along[minor] / along[major];
         for m in Self::span(a[major], b[major], radius + 1.0, clips) {
             let middle = a[minor] + slope * (m as f64 - a[major]);
-            // A line at 45 degrees reaches sqrt(2) times its radius across an axis.
+            // A line at 45 degrees extends sqrt(2) times its radius along an axis.
             for n in Self::span(middle, middle, 1.5 * (radius + 1.0), clips_minor) {
                 let (x, y) = if steep { (n, m) } else { (m, n) };
                 let p = Vector2::new(x as f64, y as f64) - a;
@@ -240,16 +286,17 @@ mod tests {
     }
 
     #[test]
-    fn the_pictures_stand_side_by_side() {
+    fn pictures_are_drawn_side_by_side() {
         let picture = drawn(&[], &[], None);
-        assert_eq!((picture.width(), picture.height()), (SIDE + GAP + SIDE + 20, SIDE));
+        assert_eq!(picture.width(), SIDE + GAP + SIDE + 20);
+        assert!(picture.height() > SIDE + 20, "a legend below");
         assert!(picture[(10, 50)][0] < picture[(80, 50)][0], "the ramp of REF");
         assert_eq!(picture[(SIDE + GAP / 2, 50)], PAPER);
-        assert_eq!(picture[(SIDE + GAP + 50, SIDE - 1)], PAPER, "below the lower picture");
+        assert_eq!(picture[(SIDE + GAP + 50, SIDE - 1)], PAPER, "below the shorter picture");
     }
 
     #[test]
-    fn the_frame_is_outlined_where_the_motion_puts_it() {
+    fn the_homography_maps_the_outline_of_ref_into_cur() {
         let picture = drawn(&[], &[], Some(shift(30.0, 20.0)));
         let right = SIDE + GAP;
         for x in [31, 60, 119] {
@@ -257,11 +304,12 @@ mod tests {
         }
         assert_eq!(picture[(right + 30, 60)], OUTLINE, "left edge");
         assert_ne!(picture[(right + 60, 40)], OUTLINE);
-        assert!(picture.rows().all(|row| !row[..right].contains(&OUTLINE)), "REF is not drawn over");
+        // The legend below the pictures shows the colour of the outline too.
+        assert!(picture.rows().take(SIDE).all(|row| !row[..right].contains(&OUTLINE)), "the outline stays outside REF");
     }
 
     #[test]
-    fn matches_that_agree_stand_out() {
+    fn inliers_are_more_visible_than_outliers() {
         let pair = |y: f64| Pair { reference: Vector2::new(20.0, y), current: Vector2::new(40.0, y) };
         let picture = drawn(&[pair(30.0), pair(60.0)], &[1], None);
         let middle = SIDE + GAP / 2;
@@ -269,15 +317,20 @@ mod tests {
         assert!(distance(picture[(middle, 60)], INLIER) < 60, "{:?}", picture[(middle, 60)]);
         assert!(distance(picture[(middle, 30)], PAPER) < distance(picture[(middle, 30)], OUTLIER), "faint");
         assert_ne!(picture[(middle, 30)], PAPER);
+        let below: Vec<_> = picture.rows().skip(SIDE).flatten().collect();
+        for colour in [INLIER, OUTLIER, INK] {
+            assert!(below.contains(&&colour), "{colour:?} is in the legend");
+        }
+        assert!(!below.contains(&&OUTLINE), "no frame is drawn, so none is explained");
         assert_eq!(picture[(20, 60)], INLIER, "the end is marked");
     }
 
     #[test]
-    fn wild_motions_and_places_outside_do_no_harm() {
+    fn degenerate_homographies_and_positions_outside_do_not_panic() {
         let far = Pair { reference: Vector2::new(-1e9, 1e9), current: Vector2::new(1e12, -5.0) };
-        let mut behind = shift(1e8, -1e8);
-        behind[(2, 0)] = -0.02;
-        drawn(&[far], &[0], Some(behind));
+        let mut singular = shift(1e8, -1e8);
+        singular[(2, 0)] = -0.02;
+        drawn(&[far], &[0], Some(singular));
         drawn(&[far], &[], Some(Matrix3::from_element(f64::NAN)));
     }
 }

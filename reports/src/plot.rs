@@ -1,7 +1,7 @@
-//! Plots as SVG: lines, points and bars over axes whose ticks the caller knows.
+//! Plots as SVG: lines, points and bars with explicit axis ticks.
 //!
-//! A logarithmic axis is a linear axis of `log10`, labelled with the numbers themselves. All plots share one look: thin grey
-//! grid lines, no frame, text in the page's own size.
+//! A logarithmic axis is a linear axis of `log10` with labels in the original unit. All plots share one style: thin
+//! grey grid lines, no frame, text in the size of the page.
 
 use std::ops::Range;
 
@@ -13,25 +13,25 @@ use crate::colour::Rgb;
 
 /// Text and axes.
 pub const INK: Rgb = [38, 50, 64];
-/// What is less important.
+/// Secondary data.
 pub const GREY: Rgb = [139, 150, 161];
 /// First series.
 pub const BLUE: Rgb = [31, 95, 168];
 /// Second series.
 pub const ORANGE: Rgb = [214, 122, 30];
-/// Third series, and what is right.
+/// Third series, and the design point.
 pub const GREEN: Rgb = [35, 128, 86];
-/// Limits, and what is wrong.
+/// Limits and failures.
 pub const RED: Rgb = [184, 38, 32];
 /// Fourth series.
 pub const VIOLET: Rgb = [116, 76, 158];
 
-/// Why a plot cannot be drawn.
+/// A plot could not be drawn.
 #[derive(Debug, thiserror::Error)]
 #[error("a plot cannot be drawn: {0}")]
 pub struct PlotError(String);
 
-/// What went wrong with the plot of this name.
+/// The error of the plot with this title.
 pub(crate) fn failed(plot: &str, error: impl std::fmt::Display) -> PlotError {
     PlotError(format!("{plot}: {error}"))
 }
@@ -64,7 +64,8 @@ impl Axis {
         Self { label: label.into(), from, to, log: false, ticks }
     }
 
-    /// A logarithmic axis between two positive numbers, ticks at the decades, and at 2 and 5 of them where few fit.
+    /// A logarithmic axis between two positive numbers, with ticks at the decades, and at 2 and 5 times a decade
+    /// on a short axis.
     pub fn log(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = (from.log10(), to.log10().max(from.log10() + 0.1));
         let steps: &[f64] = if to - from > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
@@ -77,7 +78,8 @@ impl Axis {
         Self { label: label.into(), from, to, log: true, ticks }
     }
 
-    fn place(&self, value: f64) -> f64 {
+    /// `value` on the axis, clamped to its ends; `log10` of it on a logarithmic axis.
+    fn position(&self, value: f64) -> f64 {
         if self.log { value.max(1e-300).log10().clamp(self.from, self.to) } else { value.clamp(self.from, self.to) }
     }
 }
@@ -123,13 +125,13 @@ fn round_step(step: f64) -> f64 {
         }
 }
 
-/// Without an exponent and without needless zeros.
+/// `value` without exponent and trailing zeros.
 fn plain(value: f64) -> String {
     let decimals = (-value.log10().floor()).max(0.0) as usize;
     format!("{value:.decimals$}")
 }
 
-/// The sign that print uses.
+/// Replaces the ASCII minus sign by U+2212.
 fn minus(text: String) -> String {
     text.replace('-', "\u{2212}")
 }
@@ -147,41 +149,41 @@ pub enum Mark {
     Ring(i32),
     /// Bars from the axis up, of this width in units of `x`.
     Bars(f64),
-    /// Bars from another level up.
+    /// Bars from a given `y` up.
     Columns {
-        /// Where they stand, `y`.
+        /// Lower end, `y`.
         from: f64,
-        /// Their width in units of `x`.
+        /// Width in units of `x`.
         width: f64,
     },
 }
 
-/// Points that belong together.
+/// One data series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What the legend calls it; nothing where it has no entry.
+    /// Name in the legend; empty for no entry.
     pub name: String,
-    /// Its colour.
+    /// Colour.
     pub colour: Rgb,
-    /// How it is drawn.
+    /// Marker style.
     pub mark: Mark,
-    /// Its points.
+    /// Points `(x, y)`.
     pub points: Vec<(f64, f64)>,
 }
 
-/// A line across the whole plot.
+/// A dashed line across the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rule {
-    /// At this `y`: a limit.
+    /// A limit at this `y`, with its label.
     Limit(f64, String),
-    /// At this `x`: the choice that was made.
+    /// The chosen value at this `x`, with its label.
     Choice(f64, String),
 }
 
 /// One plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Said above the plot.
+    /// Title above the plot; may be empty.
     pub title: String,
     /// Width and height, px.
     pub size: (u32, u32),
@@ -189,9 +191,9 @@ pub struct Chart {
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// What is drawn, first at the back.
+    /// Data series; later ones cover earlier ones.
     pub series: Vec<Series>,
-    /// Lines across.
+    /// Dashed lines.
     pub rules: Vec<Rule>,
 }
 
@@ -202,10 +204,10 @@ fn rgb(colour: Rgb) -> RGBColor {
 }
 
 impl Chart {
-    /// The plot as an `<svg>` element that fills the width it is given.
+    /// The plot as an `<svg>` element that scales to the available width.
     ///
     /// # Errors
-    /// Where the plotting crate refuses it.
+    /// The plotting crate fails.
     pub fn svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
         self.draw(&mut svg).map_err(|error| failed(&self.title, error))?;
@@ -241,12 +243,12 @@ impl Chart {
         for rule in &self.rules {
             let (line, at, name, colour, pos) = match rule {
                 Rule::Limit(y, name) => {
-                    let y = self.y.place(*y);
+                    let y = self.y.position(*y);
                     let pos = Pos::new(HPos::Right, VPos::Bottom);
                     ([(self.x.from, y), (self.x.to, y)], (self.x.to, y), name, RED, pos)
                 }
                 Rule::Choice(x, name) => {
-                    let x = self.x.place(*x);
+                    let x = self.x.position(*x);
                     // On the side with more room.
                     let room = x < (self.x.from + self.x.to) / 2.0;
                     let pos = Pos::new(if room { HPos::Left } else { HPos::Right }, VPos::Top);
@@ -258,7 +260,7 @@ impl Chart {
         }
         for series in &self.series {
             let colour = rgb(series.colour);
-            let points = || series.points.iter().map(|&(x, y)| (self.x.place(x), self.y.place(y)));
+            let points = || series.points.iter().map(|&(x, y)| (self.x.position(x), self.y.position(y)));
             match series.mark {
                 Mark::Line => {
                     chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?;
@@ -275,7 +277,7 @@ impl Chart {
                 }
                 Mark::Bars(_) | Mark::Columns { .. } => {
                     let (from, width) = match series.mark {
-                        Mark::Columns { from, width } => (self.y.place(from), width),
+                        Mark::Columns { from, width } => (self.y.position(from), width),
                         Mark::Bars(width) => (self.y.from, width),
                         _ => (self.y.from, 0.0),
                     };
@@ -292,13 +294,13 @@ impl Chart {
         Ok(())
     }
 
-    /// Room for the tick labels of the vertical axis and its name, px.
+    /// Width of the tick labels and the name of the vertical axis, px.
     fn y_label_width(&self) -> u32 {
         let longest = self.y.ticks.iter().map(|tick| tick.1.chars().count()).max().unwrap_or(0) as u32;
         13 + 7 * longest + if self.y.label.is_empty() { 0 } else { 20 }
     }
 
-    /// Names in their colours, in one row at the top right.
+    /// The legend: the names in one row at the top right.
     fn draw_legend(
         &self,
         root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
@@ -312,7 +314,7 @@ impl Chart {
             let colour = rgb(series.colour);
             let style = (FONT, 14).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Left, VPos::Top));
             root.draw(&Circle::new((left + 4, top + 6), 4, colour.filled()))?;
-            // From its dot on, however wide the reader's face is: only the gap behind it is a guess.
+            // Text starts at its dot. Only the gap to the next entry depends on the estimated text width.
             root.draw(&Text::new(series.name.clone(), (left + dot + 1, top), style))?;
             left += dot + text_width(&series.name) + gap;
         }
@@ -320,7 +322,7 @@ impl Chart {
     }
 }
 
-/// About how wide a name of the legend is in most sans-serif faces, px.
+/// Estimated width of a legend entry in a sans-serif font, px.
 fn text_width(text: &str) -> i32 {
     let tenths = text.chars().map(|c| match c {
         'i' | 'j' | 'l' | 'f' | 't' | 'r' | 'I' | ' ' | '.' | ',' | '\'' => 42,
@@ -330,7 +332,7 @@ fn text_width(text: &str) -> i32 {
     tenths.sum::<i32>() / 10
 }
 
-/// Takes the fixed size from an `<svg>` element, keeps its `viewBox`, and says what it shows to those who cannot see it.
+/// Removes the fixed size of an `<svg>` element, keeps its `viewBox`, and adds `title` as accessible label.
 pub fn scalable(svg: &str, title: &str) -> String {
     let start = svg.find("<svg").unwrap_or(0);
     let end = svg[start..].find('>').map_or(svg.len(), |at| start + at);

@@ -1,39 +1,39 @@
-//! What the words of the chain held, as rows of a table: one node, or all cells of one smoother together.
+//! Observed ranges as table rows: one row for each node, or one for all stages of a smoother.
 
 use hoverlock_fixed_point::analysis::range::{Fit, Node, Observed, Ranges};
 use serde::Serialize;
 
-/// One word, or several of one format.
+/// The range of one node, or of several nodes of one format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RangeRow {
-    /// What it is called.
+    /// Name of the node or nodes.
     pub node: String,
-    /// Its format.
+    /// The format, as text.
     pub format: String,
-    /// One step, DN of the camera sample.
-    pub step_dn: f64,
-    /// Values seen.
+    /// LSB of the format, DN.
+    pub lsb_dn: f64,
+    /// Number of values observed.
     pub values: u64,
-    /// Smallest value, codes.
-    pub least: f64,
-    /// Largest value, codes.
-    pub largest: f64,
-    /// Leading magnitude bits that no value needed.
+    /// Smallest value, DN.
+    pub min: f64,
+    /// Largest value, DN.
+    pub max: f64,
+    /// Leading magnitude bits that no value used.
     pub unused_bits: i32,
-    /// Values above the largest code.
+    /// Values that round to a value outside the format.
     pub overflow: u64,
-    /// Values that are not zero and round to it.
+    /// Nonzero values that round to zero.
     pub underflow: u64,
-    /// Samples that saturated in the integers.
+    /// Samples that saturated in `bit_true`.
     pub saturated: u64,
-    /// The narrowest format that holds all of this with the same step; the same format where no bit is unused.
+    /// The narrowest format with the same LSB that represents all values observed.
     pub proposal: String,
-    /// Power of two, count, and how it stands to the format.
+    /// Exponent, count, and `in range`, `overflow` or `underflow`.
     pub histogram: Vec<(i32, u64, &'static str)>,
 }
 
 impl RangeRow {
-    /// Several nodes of one format under one name; nothing of none.
+    /// Several nodes of one format under one name; `None` for an empty list.
     fn of(name: String, nodes: &[&Observed]) -> Option<Self> {
         let widest = nodes.iter().max_by_key(|node| node.used_bits())?;
         let sum = |count: fn(&Observed) -> u64| nodes.iter().map(|node| count(node)).sum();
@@ -53,10 +53,10 @@ impl RangeRow {
         Some(Self {
             node: name,
             format: widest.format.to_string(),
-            step_dn: widest.format.lsb(),
+            lsb_dn: widest.format.lsb(),
             values: sum(|node| node.values),
-            least: ranges().map(|range| range.0).fold(f64::INFINITY, f64::min),
-            largest: ranges().map(|range| range.1).fold(f64::NEG_INFINITY, f64::max),
+            min: ranges().map(|range| range.0).fold(f64::INFINITY, f64::min),
+            max: ranges().map(|range| range.1).fold(f64::NEG_INFINITY, f64::max),
             unused_bits: widest.unused_bits(),
             overflow: sum(|node| node.overflows),
             underflow: sum(|node| node.underflows),
@@ -66,20 +66,20 @@ impl RangeRow {
         })
     }
 
-    /// One row a node.
+    /// One row for each node.
     pub fn each(ranges: &Ranges) -> Vec<Self> {
         ranges.nodes().iter().filter_map(|node| Self::of(node.node.to_string(), &[node])).collect()
     }
 
-    /// One row for all cells of a smoother, one for each other node.
+    /// One row for all stages of a smoother, one for each other node.
     pub fn grouped(ranges: &Ranges, sigmas: &[f64]) -> Vec<Self> {
         let name = |node: Node| match node {
             Node::Stage(smoother, _) => {
                 let sigma = sigmas.get(smoother).copied().unwrap_or_default();
-                format!("state, σ {sigma}, all cells")
+                format!("state, σ {sigma}, all stages")
             }
             Node::Pixel => "pixel".into(),
-            Node::Difference(k) => format!("difference {k}, before rounding"),
+            Node::Difference(k) => format!("signed DoG {k}, before rounding"),
             Node::Dog(k) => format!("DoG {k}"),
             Node::MaxDog(k) => format!("MaxDOG {k}"),
         };

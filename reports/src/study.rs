@@ -1,7 +1,8 @@
-//! Pictures in, measurements out: everything that the quantisation report says, before any page is made of it.
+//! The measurements of a quantisation report, before a page is rendered from them.
 //!
-//! Every picture passes through every condition and every level. Errors are of two kinds that are never added up:
-//! *approximation*, `recursive` and `streaming` against `ideal` (the true Gaussian), and *quantisation*, `quantised` and `bit_true` against `streaming`.
+//! Every picture is measured under every condition at every model level. There are two kinds of error, which are never
+//! added: *approximation*, `recursive` and `streaming` against `ideal` (the sampled Gaussian), and *quantisation*,
+//! `quantised` and `bit_true` against `streaming`.
 
 use hoverlock_fixed_point::analysis::acceptance::{Comparison, SigmaEff, check_coefficients, response, sigma_eff};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check, Sense};
@@ -24,51 +25,51 @@ use crate::provenance::Provenance;
 use crate::ranges::RangeRow;
 use crate::sweep::{self, Cost, Sweep};
 
-/// The smallest side of a picture with an interior: 8 and 70 pixels are left out, and one must remain.
+/// Smallest width and height of a picture, px. The interior leaves out 8 and 70 pixels, and one pixel must remain.
 pub const LEAST_SIDE: usize = 79;
 
 /// Known motions per picture.
 const MOTIONS: usize = 5;
 
-/// A picture to be measured.
+/// A picture to measure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Subject {
-    /// What it is called, without its folder.
+    /// File name without its folder.
     pub name: String,
-    /// What the camera would see, at most the frame of the design point.
+    /// The part that is measured, at most the frame size of the design point, DN.
     pub frame: Plane<u16>,
-    /// The whole picture.
+    /// The whole picture, DN.
     pub picture: Plane<u16>,
 }
 
-/// What is measured of one picture.
+/// The measurements of one picture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PictureStudy {
-    /// What it is called.
+    /// File name without its folder.
     pub name: String,
     /// SHA-256 of the decoded plane.
     pub sha256: String,
-    /// Columns and rows of the picture.
+    /// Width and height of the whole picture, px.
     pub whole: (usize, usize),
-    /// Columns and rows of what was measured.
+    /// Width and height of the part that was measured, px.
     pub frame: (usize, usize),
-    /// Under each condition.
+    /// The measurements under each condition.
     pub conditions: Vec<ConditionStudy>,
-    /// Known motions, nominal condition.
+    /// The displacement for each known motion, nominal condition.
     pub displacements: Vec<Displacement>,
-    /// Pictures for the page.
+    /// Error maps and feature map for the page.
     #[serde(skip)]
     pub figures: Figures,
 }
 
-/// What is measured of one picture under one condition.
+/// The measurements of one picture under one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConditionStudy {
     /// The condition.
     pub condition: Condition,
     /// The seed of its noise and gain.
     pub seed: u64,
-    /// The gain that the seed gave.
+    /// The gain drawn from the seed.
     pub gain: f64,
     /// SHA-256 of the degraded frame.
     pub sha256: String,
@@ -76,35 +77,35 @@ pub struct ConditionStudy {
     pub comparison: Comparison,
 }
 
-/// Which of the two columns an error belongs to.
+/// The two kinds of error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// Against `ideal`.
+    /// A level against `ideal`.
     Approximation,
-    /// Against `streaming`.
+    /// A level against `streaming`.
     Quantisation,
 }
 
-/// One stage of one level on one picture under one condition.
+/// The error of one stage of one level on one picture under one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measurement {
     /// Name of the picture.
     pub picture: String,
     /// Name of the condition.
     pub condition: &'static str,
-    /// What was compared.
+    /// The stage that was compared.
     pub stage: Stage,
-    /// Against what.
+    /// The kind of error.
     pub kind: Kind,
-    /// The step that errors are told in, DN of the camera sample.
+    /// The LSB that errors are given in, DN.
     pub lsb_dn: f64,
     /// The error on the interior, LSB.
     #[serde(flatten)]
     pub error: ErrorStatistics,
 }
 
-/// A plane that every level has.
+/// A signal that every level computes for the whole frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
@@ -128,7 +129,7 @@ impl Stage {
         Self::MaxDog(1),
     ];
 
-    /// How people call it, with the sigmas of the design.
+    /// The label in tables, with the sigmas of the design.
     pub fn name(self, design: &DesignPoint) -> String {
         let sigma = |smoother: usize| design.sigmas[smoother];
         match self {
@@ -138,7 +139,7 @@ impl Stage {
         }
     }
 
-    /// The step of the design point's word, codes.
+    /// The LSB of the stage's format at the design point `kt27`, DN.
     pub fn lsb(self) -> f64 {
         match self {
             Self::Smoothed(_) => KT27.state.lsb(),
@@ -155,7 +156,7 @@ impl Stage {
     }
 }
 
-/// One level and all that was measured of it.
+/// One model level and its measurements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LevelStudy {
     /// Which level.
@@ -164,77 +165,86 @@ pub struct LevelStudy {
     pub changes: &'static str,
     /// Every stage on every picture under every condition.
     pub measurements: Vec<Measurement>,
-    /// What only `rtl` has.
+    /// Simulation and resource estimate; `rtl` only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardware: Option<Hardware>,
 }
 
-/// A bound, and on what it was checked.
+/// The check of one bound, and on which picture and condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoundRow {
     /// The check.
     #[serde(flatten)]
     pub check: Check,
-    /// Distance to the limit, positive where the bound holds.
+    /// Distance to the limit, positive where the check passes.
     pub margin: f64,
-    /// The picture; nothing where the filters alone were checked.
+    /// The picture; `None` for the bounds of the coefficients.
     pub picture: Option<String>,
-    /// The condition, where one was applied.
+    /// The condition; `None` where none was applied.
     pub condition: Option<&'static str>,
 }
 
-/// Error after every cell of a smoother, `bit_true` against `streaming`.
+/// Error after every stage of a smoother, `bit_true` against `streaming`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chain {
-    /// The `sigma` of the smoother.
+    /// `sigma` of the smoother, px.
     pub sigma: f64,
-    /// Name of each cell and the rms of the error after it, state LSB.
-    pub cells: Vec<(String, f64)>,
+    /// The stages in the order of the data.
+    pub stages: Vec<ChainStage>,
 }
 
-/// Everything the report says.
+/// Error after one stage of a smoother.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChainStage {
+    /// Name of the stage: `recursion`, `column_look_ahead_0`, ..
+    pub name: String,
+    /// Rms of the error after it, state LSB.
+    pub rms_lsb: f64,
+}
+
+/// All measurements of a report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Study {
-    /// Whether every bound holds.
+    /// Every check passes.
     pub pass: bool,
-    /// What was measured, with what.
+    /// Inputs, design point and sources.
     pub provenance: Provenance,
-    /// Every bound on every picture and condition.
+    /// The checks of every bound on every picture and condition.
     pub bounds: Vec<BoundRow>,
     /// The six levels, `ideal` to `rtl`.
     pub levels: Vec<LevelStudy>,
-    /// What every word held, all pictures and conditions together.
+    /// The range observed at every node, over all pictures and conditions.
     pub formats: Vec<RangeRow>,
-    /// The same, all stages of a smoother as one.
+    /// The same, with all stages of a smoother as one row.
     #[serde(skip)]
     pub format_groups: Vec<RangeRow>,
-    /// Effective sigmas.
+    /// Effective sigma of each smoother and direction.
     pub sigma_eff: Vec<SigmaEff>,
-    /// How the error grows along the cells of each smoother, on the first picture, nominal.
+    /// The error after each stage of each smoother: first picture, nominal condition.
     pub chains: Vec<Chain>,
-    /// Each picture.
+    /// The measurements of each picture.
     pub pictures: Vec<PictureStudy>,
-    /// Descriptor bits, all pictures together, per condition.
+    /// Flipped descriptor bits over all pictures, for each condition.
     pub flips: Vec<(&'static str, Flips)>,
-    /// Word lengths either side of the chosen ones.
+    /// Error against word length, one sweep for each format.
     pub sweeps: Vec<Sweep>,
-    /// The same word lengths, error against resources.
+    /// Error against resources, one entry for each word length of the sweeps.
     pub costs: Vec<Cost>,
-    /// Stability of `ideal` and `recursive`, and of three descriptors, under warps of the first picture.
+    /// Stability of the points of `ideal` and `recursive` and of three descriptors under warps of the first picture.
     pub repeatability: Vec<Curve>,
     /// The design point.
     pub design: DesignPoint,
 }
 
-/// How many times [`run`] reports progress for so many pictures.
+/// The number of progress steps of [`run`] for this many pictures.
 pub fn steps(pictures: usize) -> u64 {
     (pictures * (CONDITIONS.len() + 1 + sweep::points()) + 1) as u64
 }
 
-/// Measures everything but `rtl`, which [`Study::with_hardware`] brings.
+/// Measures every level except `rtl`, which [`Study::with_hardware`] adds. `step` is called after each progress step.
 ///
 /// # Errors
-/// Where the design point has no coefficients.
+/// The design point has no valid coefficients.
 pub fn run(
     subjects: &[Subject],
     design: &DesignPoint,
@@ -295,26 +305,27 @@ pub fn run(
         repeatability,
         design: design.clone(),
     }
-    .with_hardware(Hardware::not_run("no simulation was asked for")))
+    .with_hardware(Hardware::not_run("no simulation was requested")))
 }
 
-/// What the camera sees of a picture under each condition, in the order of [`CONDITIONS`].
+/// The frame under each condition, in the order of [`CONDITIONS`], DN.
 pub fn frames(subject: &Subject) -> [Plane<u16>; CONDITIONS.len()] {
     CONDITIONS.map(|condition| condition.apply(&subject.frame, Bounds::acceptance().seeds.of(&condition)))
 }
 
+/// What a level changes against the level above it, for tables.
 pub(crate) fn changes(level: Level) -> &'static str {
     match level {
         Level::Ideal => "sampled Gaussian, f64",
-        Level::Recursive => "two-sided first-order recursion instead of the Gaussian",
-        Level::Streaming => "look-ahead and look-back of finite reach",
-        Level::Quantised => "coefficients rounded, arithmetic still f64",
-        Level::BitTrue => "integers: state and DoG rounded",
+        Level::Recursive => "two-sided first-order recursion in place of the Gaussian, f64",
+        Level::Streaming => "look-ahead and look-back over a finite number of samples, f64",
+        Level::Quantised => "rounded coefficients, f64 arithmetic",
+        Level::BitTrue => "integer arithmetic: state and DoG rounded to their formats",
         Level::Rtl => "the emitted Verilog, simulated",
     }
 }
 
-/// All that one picture brings.
+/// The measurements of one picture before they are merged.
 struct Measured {
     picture: PictureStudy,
     errors: Vec<(Level, Measurement)>,
@@ -383,14 +394,15 @@ fn check(levels: &Levels, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<Bou
         let margin = if check.sense == Sense::AtMost { distance } else { -distance };
         BoundRow { check, margin, picture: picture.map(|picture| picture.name.clone()), condition }
     };
-    let mut rows: Vec<BoundRow> = check_coefficients(levels, bounds).into_iter().map(|j| row(j, None, None)).collect();
+    let mut rows: Vec<BoundRow> =
+        check_coefficients(levels, bounds).into_iter().map(|check| row(check, None, None)).collect();
     for picture in pictures {
         for study in &picture.conditions {
             let checks = study.comparison.check(bounds).into_iter();
-            rows.extend(checks.map(|j| row(j, Some(picture), Some(study.condition.name))));
+            rows.extend(checks.map(|check| row(check, Some(picture), Some(study.condition.name))));
         }
         let checks = displacement::check(&picture.displacements, bounds).into_iter();
-        rows.extend(checks.map(|j| row(j, Some(picture), Some(NOMINAL.name))));
+        rows.extend(checks.map(|check| row(check, Some(picture), Some(NOMINAL.name))));
     }
     rows
 }
@@ -400,20 +412,20 @@ fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
     let chain = |smoother: usize| {
         let mut reference = Vec::new();
         levels.stages(Level::Streaming, smoother, &frame, |_, plane| reference.push(plane.clone()));
-        let (mut cells, mut reference) = (Vec::new(), reference.into_iter());
+        let (mut stages, mut reference) = (Vec::new(), reference.into_iter());
         levels.stages(Level::BitTrue, smoother, &frame, |stage, plane| {
             let error = reference
                 .next()
                 .and_then(|wanted| ErrorStatistics::between(&wanted, plane, KT27.state.lsb(), bounds.interior));
-            cells.extend(error.map(|error| (stage.to_string(), error.rms)));
+            stages.extend(error.map(|error| ChainStage { name: stage.to_string(), rms_lsb: error.rms }));
         });
-        Chain { sigma: levels.design().sigmas[smoother], cells }
+        Chain { sigma: levels.design().sigmas[smoother], stages }
     };
     (0..SMOOTHERS).into_par_iter().map(chain).collect()
 }
 
 impl Study {
-    /// Share of flipped bits of one kind over all pictures under a condition, percent.
+    /// Flipped bits of one kind over all pictures under a condition, percent of the bits.
     pub fn flips_percent(&self, condition: &str, kind: BitKind) -> f64 {
         self.flips.iter().find(|(name, _)| *name == condition).map_or(f64::NAN, |(_, flips)| flips.percent(kind))
     }

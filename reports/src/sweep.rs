@@ -1,4 +1,6 @@
-//! One word length at a time, the others as chosen: how many bits the state, the coefficients and the DoG are worth.
+//! Word-length sweeps: error and resources against the bits of the state, the coefficients or the DoG.
+//!
+//! One format is varied at a time; the others keep the design point.
 
 use hoverlock_fixed_point::analysis::acceptance::Comparison;
 use hoverlock_fixed_point::analysis::bounds::Bounds;
@@ -14,28 +16,28 @@ use serde::Serialize;
 
 use crate::study::Subject;
 
-/// Fraction bits of the state tried.
+/// Fraction bits of the state in the sweep.
 const STATE: [i8; 5] = [0, 1, 2, 3, 4];
-/// Fraction bits of the coefficients tried.
+/// Fraction bits of the coefficients in the sweep.
 const COEFFICIENT: [i8; 6] = [8, 10, 12, 14, 16, 18];
-/// Bits of the DoG magnitude tried.
+/// Bits of the DoG magnitude in the sweep.
 const DOG: [u32; 7] = [10, 11, 12, 13, 14, 15, 16];
 
-/// One word length varied.
+/// The sweep of one format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sweep {
-    /// What is varied.
+    /// The format that is varied: `state`, `coefficients` or `DoG`.
     pub parameter: &'static str,
-    /// The chosen number of bits.
+    /// Bits at the design point.
     pub chosen: f64,
-    /// What each number of bits brings.
+    /// One entry for each word length and condition.
     pub points: Vec<SweepPoint>,
 }
 
-/// One number of bits under one condition, all pictures together.
+/// One word length under one condition, over all pictures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepPoint {
-    /// The number of bits.
+    /// Word length, bits.
     pub bits: f64,
     /// The condition.
     pub condition: &'static str,
@@ -47,21 +49,21 @@ pub struct SweepPoint {
     pub sign_flips_percent: f64,
     /// Features not at the same pixel, percent.
     pub moved_percent: f64,
-    /// What the hardware would take, after the memory model.
+    /// Resources by the memory model.
     #[serde(flatten)]
     pub resources: Resources,
 }
 
-/// One word length with its error, the worst condition, and its price.
+/// One word length: its error under the worst condition, and its resources.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
-    /// What is varied.
+    /// The format that is varied: `state`, `coefficients` or `DoG`.
     pub parameter: &'static str,
-    /// The number of bits.
+    /// Word length, bits.
     pub bits: f64,
-    /// It is the design point; once in the list.
+    /// True for the design point, which is listed once.
     pub chosen: bool,
-    /// No other word length has less error without taking more, or takes less without more error.
+    /// True on the Pareto front: no other word length is better in error or resources and no worse in the rest.
     pub front: bool,
     /// Root mean square of the DoG error, LSB of the design point.
     pub dog_rms_lsb: f64,
@@ -69,18 +71,18 @@ pub struct Cost {
     pub maxlbp_flips_percent: f64,
     /// Features not at the same pixel, percent.
     pub moved_percent: f64,
-    /// What the hardware would take, after the memory model.
+    /// Resources by the memory model.
     #[serde(flatten)]
     pub resources: Resources,
 }
 
-/// Every word length of the sweeps once, with its error under the worst condition, and those that no other beats.
+/// Every word length of the sweeps once, with its error under the worst condition, and the Pareto front of them.
 pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
     let mut costs: Vec<Cost> = Vec::new();
     for sweep in sweeps {
         for point in &sweep.points {
             let chosen = point.bits == sweep.chosen;
-            // The design point is part of every sweep.
+            // Every sweep contains the design point.
             let same = |cost: &&mut Cost| {
                 (chosen && cost.chosen) || (cost.parameter == sweep.parameter && cost.bits == point.bits)
             };
@@ -103,23 +105,23 @@ pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
             }
         }
     }
-    let price = |cost: &Cost| [cost.resources.m10k as f64, cost.resources.mul18 as f64, cost.dog_rms_lsb];
-    let beats = |a: &Cost, b: &Cost| {
-        let pairs = || price(a).into_iter().zip(price(b));
+    let objectives = |cost: &Cost| [cost.resources.m10k as f64, cost.resources.mul18 as f64, cost.dog_rms_lsb];
+    let dominates = |a: &Cost, b: &Cost| {
+        let pairs = || objectives(a).into_iter().zip(objectives(b));
         pairs().all(|(a, b)| a <= b) && pairs().any(|(a, b)| a < b)
     };
-    let front: Vec<bool> = costs.iter().map(|cost| !costs.iter().any(|other| beats(other, cost))).collect();
+    let front: Vec<bool> = costs.iter().map(|cost| !costs.iter().any(|other| dominates(other, cost))).collect();
     costs.iter_mut().zip(front).for_each(|(cost, front)| cost.front = front);
     costs
 }
 
-/// What is varied, the chosen number of bits, and the design point of each number tried.
+/// The format that is varied, its bits at the design point, and the design of each word length.
 type Variants = (&'static str, f64, Vec<(f64, DesignPoint)>);
 
-/// The numbers of bits with which the filters exist, and the levels of each.
+/// The word lengths with valid coefficients, and the levels of each.
 type LevelsBySetting = Vec<(f64, Levels)>;
 
-/// Numbers of bits tried in all.
+/// Number of word lengths of all sweeps.
 pub(crate) const fn points() -> usize {
     STATE.len() + COEFFICIENT.len() + DOG.len()
 }
@@ -156,12 +158,12 @@ pub(crate) fn run(
         ),
         ("DoG", f64::from(design.dog_bits), DOG.iter().map(|bits| (f64::from(*bits), dog(bits))).collect()),
     ];
-    // Few bits leave some filters without coefficients: no point of the curve, and no fault of the design point.
+    // With few bits some filters have no valid coefficients. Such a word length is left out.
     let existing = |(bits, design): &(f64, DesignPoint)| Some((*bits, Levels::new(design).ok()?));
     let all_levels: Vec<LevelsBySetting> =
         variants.iter().map(|(_, _, points)| points.iter().filter_map(existing).collect()).collect();
     let exact = Levels::new(design)?;
-    // `streaming` of a picture serves all word lengths, so pictures and conditions are the outer loop.
+    // `streaming` is computed once for all word lengths, so pictures and conditions are the outer loop.
     let jobs: Vec<(&Subject, Condition)> =
         subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
     let measured: Vec<(Condition, Vec<Vec<Option<Comparison>>>)> = jobs

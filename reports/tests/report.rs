@@ -1,4 +1,4 @@
-//! The report from pictures to files: numbers, page and test cases say the same, and a narrowed format fails.
+//! A report from picture to files: page, JSON and JUnit agree, and a format with too few bits fails.
 
 use std::fs;
 use std::sync::LazyLock;
@@ -11,7 +11,7 @@ use hoverlock_reports::{output, page};
 use quick_junit::{Report, TestCaseStatus};
 use serde_json::Value;
 
-/// Blobs of three sizes: features wherever one looks.
+/// A picture of blocks of three sizes: features in every part of it.
 fn subject(width: usize, height: usize) -> Subject {
     let hash = |x: usize, y: usize| {
         let mixed = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
@@ -31,13 +31,13 @@ fn measured(width: usize, height: usize, change: &str) -> Study {
 static FULL: LazyLock<Study> = LazyLock::new(|| measured(440, 400, "dog_bits=15"));
 
 #[test]
-fn the_design_point_holds_every_bound() {
+fn the_design_point_passes_every_check() {
     let failed: Vec<_> = FULL.bounds.iter().filter(|row| !row.check.pass).collect();
     assert!(FULL.pass && failed.is_empty(), "{failed:?}");
 }
 
 #[test]
-fn a_narrowed_format_fails_and_says_which_bound() {
+fn a_format_with_too_few_bits_fails_and_the_failed_bound_is_named() {
     let narrow = measured(440, 400, "dog_bits=12");
     assert!(!narrow.pass);
     let row = narrow.bounds.iter().find(|row| row.check.name == "DoG error, rms" && !row.check.pass).unwrap();
@@ -51,14 +51,14 @@ fn a_narrowed_format_fails_and_says_which_bound() {
 }
 
 #[test]
-fn numbers_for_programs_have_the_promised_keys() {
+fn the_json_report_has_the_documented_keys() {
     let json: Value = serde_json::from_str(&output::json(&FULL).unwrap()).unwrap();
     assert_eq!(json["pass"], Value::Bool(FULL.pass));
     let bounds = json["bounds"].as_array().unwrap();
     assert_eq!(bounds.len(), FULL.bounds.len());
     for (row, of) in bounds.iter().zip(&FULL.bounds) {
         assert_eq!(row["name"], of.check.name);
-        // The reader of JSON may err in the last bit.
+        // A JSON parser may differ in the last bit.
         let same = |key: &str, wanted: f64| (row[key].as_f64().unwrap() - wanted).abs() <= 1e-15 * wanted.abs();
         assert!(same("limit", of.check.limit) && same("measured", of.check.measured), "{row}");
         assert_eq!(row["pass"], of.check.pass);
@@ -84,7 +84,7 @@ fn numbers_for_programs_have_the_promised_keys() {
 }
 
 #[test]
-fn the_page_needs_no_network_and_leaves_nothing_open() {
+fn the_page_needs_no_network_and_has_no_unset_value_or_open_tag() {
     let html = page::html(&FULL).unwrap();
     for attribute in ["src=\"", "href=\"", "url("] {
         for (at, _) in html.match_indices(attribute) {
@@ -112,13 +112,19 @@ fn the_page_needs_no_network_and_leaves_nothing_open() {
     for section in 1..=11 {
         assert!(html.contains(&format!("<h2 id=\"s{section}\">")), "section {section}");
     }
+    // The terms stand before their first section, with the name of the full list.
+    let terms = &html[html.find("<h2 id=\"s0\">").unwrap()..html.find("<h2 id=\"s1\">").unwrap()];
+    for term in ["DN", "LSB", "format", "DoG", "MaxLBP", "nominal", "combined", "fog"] {
+        assert!(terms.contains(&format!("<dt>{term}</dt>")), "{term}");
+    }
+    assert!(terms.contains("docs/glossary.md"));
     assert!(html.len() < 4_000_000, "{} bytes for one picture", html.len());
 }
 
 #[test]
-fn test_cases_are_the_bounds() {
+fn junit_has_one_test_case_for_each_check() {
     let report = Report::deserialize_from_str(&output::junit(&FULL).unwrap()).unwrap();
-    // One more that is skipped: nobody simulated the hardware.
+    // One more, skipped: the RTL was not simulated.
     assert_eq!(report.tests, FULL.bounds.len() + 1);
     assert_eq!(report.failures, 0);
     let suites: Vec<&str> = report.test_suites.iter().map(|suite| suite.name.as_str()).collect();
@@ -126,7 +132,7 @@ fn test_cases_are_the_bounds() {
     assert_eq!(suites, [&of_conditions[..], &["hardware"]].concat());
 }
 
-/// The blobs as if they had been through the hardware.
+/// The study with a made-up RTL simulation.
 fn simulated(mismatches: u64, complete: bool) -> Study {
     let run = Simulated {
         picture: "blobs & <co>".into(),
@@ -170,17 +176,17 @@ fn simulated(mismatches: u64, complete: bool) -> Study {
 }
 
 #[test]
-fn rtl_is_checked_where_it_ran_and_nowhere_else() {
+fn rtl_mismatches_are_checked_only_where_the_simulation_ran() {
     let row = |study: &Study| study.bounds.iter().find(|row| row.check.name == MISMATCHES).cloned();
-    // Not run: no check, a skipped case, and the page says so.
+    // Not run: no check, one skipped test case, and a line on the page.
     assert!(row(&FULL).is_none());
     let junit = Report::deserialize_from_str(&output::junit(&FULL).unwrap()).unwrap();
     let cases = || junit.test_suites.iter().flat_map(|suite| &suite.test_cases);
     let skipped: Vec<_> =
         cases().filter(|case| matches!(case.status, TestCaseStatus::Skipped { .. })).map(|case| &case.name).collect();
     assert_eq!(skipped, [MISMATCHES]);
-    assert!(page::html(&FULL).unwrap().contains("rtl not run: no simulation was asked for"));
-    // Equal: one bound more, and it holds.
+    assert!(page::html(&FULL).unwrap().contains("rtl not run: no simulation was requested"));
+    // No mismatch: one more check, and it passes.
     let equal = simulated(0, true);
     let checked = row(&equal).unwrap().check;
     assert!(equal.pass && checked.pass && checked.measured == 0.0 && checked.limit == 0.0);
@@ -188,44 +194,44 @@ fn rtl_is_checked_where_it_ran_and_nowhere_else() {
     let html = page::html(&equal).unwrap();
     assert!(html.contains("0 mismatches in 3\u{202f}600\u{202f}000 samples and 2\u{202f}900 features"));
     assert!(!html.to_lowercase().contains("not run"));
-    // Different: the report fails, and says where.
+    // A mismatch: the report fails and names its position.
     let different = simulated(3, false);
     assert!(!different.pass && row(&different).unwrap().margin == -3.0);
     assert!(page::html(&different).unwrap().contains("DoG 1, frame 2, x 5, y 7"));
-    // Nothing compared is not 0 mismatches.
+    // A comparison that is not complete fails, even without a mismatch.
     let silent = simulated(0, false);
     assert!(!silent.pass && row(&silent).unwrap().check.measured.is_nan());
 }
 
 #[test]
-fn cheaper_word_lengths_are_named() {
+fn the_pareto_front_has_no_dominated_word_length() {
     let costs = &FULL.costs;
-    // 5 of the state, 6 of the coefficients, 7 of the DoG, less those that give no filter; the design point once.
+    // 5 of the state, 6 of the coefficients, 7 of the DoG, less invalid ones; the design point counts once.
     assert!(costs.len() <= 16 && costs.iter().filter(|cost| cost.chosen).count() == 1);
     for cost in costs {
-        let cheaper = costs.iter().any(|other| {
+        let dominated = costs.iter().any(|other| {
             other.dog_rms_lsb < cost.dog_rms_lsb
                 && other.resources.m10k <= cost.resources.m10k
                 && other.resources.mul18 <= cost.resources.mul18
         });
-        assert!(!(cheaper && cost.front), "{cost:?}");
+        assert!(!(dominated && cost.front), "{cost:?}");
     }
-    // The finest is on the front, whatever it takes.
-    let finest = costs.iter().min_by(|a, b| a.dog_rms_lsb.total_cmp(&b.dog_rms_lsb)).unwrap();
-    assert!(finest.front, "{finest:?}");
+    // The word length with the least error is on the front.
+    let least = costs.iter().min_by(|a, b| a.dog_rms_lsb.total_cmp(&b.dog_rms_lsb)).unwrap();
+    assert!(least.front, "{least:?}");
 }
 
 #[test]
-fn the_least_picture_is_measured_the_same_every_time_and_has_too_few_features() {
+fn the_smallest_picture_gives_equal_reports_twice_and_fails_for_too_few_features() {
     let once = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
     let again = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
     assert_eq!(output::json(&once).unwrap(), output::json(&again).unwrap());
     assert_eq!(page::html(&once).unwrap(), page::html(&again).unwrap());
-    assert!(once.bounds.iter().any(|row| row.check.name == "features at streaming" && !row.check.pass));
+    assert!(once.bounds.iter().any(|row| row.check.name == "features of streaming" && !row.check.pass));
 }
 
 #[test]
-fn files_are_written_whole_or_not_at_all() {
+fn all_files_are_written_or_none() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("a/b");
     output::prepare(&out).unwrap();

@@ -1,14 +1,15 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Platform Designer component: copy or link this folder and ../verilog into the IP search path.
 package require -exact qsys 16.0
 
 set_module_property NAME hoverlock
 set_module_property DISPLAY_NAME "Hoverlock feature extractor"
-set_module_property DESCRIPTION "Avalon-ST video in, feature records out, one pixel a clock"
+set_module_property DESCRIPTION "Avalon-ST video in, feature records out, one pixel per clock"
 set_module_property VERSION 1.0
 set_module_property GROUP "Video"
 set_module_property EDITABLE false
 
-# The sources are those of the file list, so this file never goes stale.
+# The sources come from the file list.
 add_fileset synthesis QUARTUS_SYNTH add_sources
 add_fileset simulation SIM_VERILOG add_verilog
 set_fileset_property synthesis TOP_LEVEL hoverlock_top

@@ -1,4 +1,4 @@
-//! The extractor between its two streams: sequencer, datapath, FIFO.
+//! The extractor core between its two streams: sequencer, datapath, record FIFO.
 
 use rust_hdl::prelude::*;
 
@@ -7,60 +7,62 @@ use crate::{
     extractor::Extractor,
 };
 
-/// See the module.
+/// The core: Avalon-ST video in, Avalon-ST feature records out.
 #[derive(LogicBlock, Default)]
 pub struct Core {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Forgets everything but the registers.
+    /// Synchronous reset, active high. It clears everything but the control registers.
     pub reset: Signal<In, Bit>,
-    /// Frames are taken.
+    /// Frames are accepted.
     pub enable: Signal<In, Bit>,
     /// `W` of the next frame.
     pub new_width: Signal<In, Width>,
     /// `H` of the next frame.
     pub new_height: Signal<In, Height>,
-    /// What the next frame takes with it.
+    /// Register values that the next frame captures.
     pub bank: Signal<In, Bits<368>>,
+    /// The next frame captures the bank; otherwise it keeps the set of the previous frame.
+    pub committed: Signal<In, Bit>,
     /// Video sink.
     pub video_ready: Signal<Out, Bit>,
-    /// A beat is there.
+    /// A beat is offered.
     pub video_valid: Signal<In, Bit>,
-    /// Its pixel.
+    /// Pixel of the beat, DN.
     pub video_data: Signal<In, Bits<16>>,
-    /// First of a frame.
+    /// Start of packet.
     pub video_startofpacket: Signal<In, Bit>,
-    /// Last of a frame.
+    /// End of packet.
     pub video_endofpacket: Signal<In, Bit>,
     /// Feature source: the sink is ready.
     pub feature_ready: Signal<In, Bit>,
-    /// A record is there.
+    /// A record is offered.
     pub feature_valid: Signal<Out, Bit>,
-    /// The record.
+    /// Record, 256 bits.
     pub feature_data: Signal<Out, Bits<256>>,
-    /// First of a frame.
+    /// Start of packet.
     pub feature_startofpacket: Signal<Out, Bit>,
-    /// The trailer.
+    /// End of packet: the record is the trailer.
     pub feature_endofpacket: Signal<Out, Bit>,
-    /// Frames are in the pipeline.
+    /// At least one frame is in the pipeline.
     pub busy: Signal<Out, Bit>,
-    /// Errors of this cycle.
+    /// Error bits of this cycle.
     pub errors: Signal<Out, Bits<4>>,
-    /// A frame takes the registers over.
+    /// A frame begins at the next clock edge and captures the committed set.
     pub begun: Signal<Out, Bit>,
-    /// A frame is done.
+    /// Pulse: a frame is complete.
     pub done: Signal<Out, Bit>,
-    /// Its features.
+    /// Features of that frame.
     pub count: Signal<Out, Bits<20>>,
-    /// Its dropped features.
+    /// Dropped features of that frame.
     pub dropped: Signal<Out, Bits<20>>,
-    /// Frames done.
+    /// Number of complete frames.
     pub frames: Signal<Out, Bits<32>>,
-    /// A response was cut.
+    /// A response was saturated.
     pub saturated: Signal<Out, Bit>,
-    /// `T_0` in use.
+    /// Threshold `T_0` in use.
     pub threshold_0: Signal<Out, Response>,
-    /// `T_1` in use.
+    /// Threshold `T_1` in use.
     pub threshold_1: Signal<Out, Response>,
     sequencer: Sequencer,
     frame_bank: Bank,
@@ -77,7 +79,8 @@ impl Logic for Core {
         self.sequencer.enable.next = self.enable.val();
         self.sequencer.new_width.next = self.new_width.val();
         self.sequencer.new_height.next = self.new_height.val();
-        self.sequencer.stop.next = self.fifo.stop.val();
+        self.sequencer.committed.next = self.committed.val();
+        self.sequencer.stall.next = self.fifo.stall.val();
         self.sequencer.valid.next = self.video_valid.val();
         self.sequencer.data.next = self.video_data.val();
         self.sequencer.start_of_packet.next = self.video_startofpacket.val();
@@ -89,7 +92,7 @@ impl Logic for Core {
         self.errors.next = self.sequencer.errors.val();
 
         self.frame_bank.clock.next = self.clock.val();
-        self.frame_bank.load.next = self.sequencer.capture.val();
+        self.frame_bank.load.next = self.sequencer.capture.val() & self.committed.val();
         self.frame_bank.d.next = self.bank.val();
 
         self.extractor.clock.next = self.clock.val();

@@ -1,6 +1,6 @@
-//! the model level `rtl`: the feature extractor as hardware, bit-identical to the bit-true model.
+//! The model level `rtl`: the feature extractor as hardware, bit-identical to the model level `bit_true`.
 
-/// Puts a comment into the emitted Verilog; nothing in the simulation.
+/// Writes a comment into the emitted Verilog. It has no effect in rust-hdl's simulator.
 macro_rules! comment {
     ($text:tt) => {};
 }
@@ -8,10 +8,8 @@ macro_rules! comment {
 pub mod cells;
 pub mod core;
 pub mod emission;
-pub mod emit;
 pub mod estimate;
 pub mod extractor;
-mod headers;
 pub mod registers;
 pub mod simulation;
 pub mod smoother;

@@ -1,6 +1,6 @@
-//! The register map, from which the Verilog, the C header, the Rust constants and the documentation are made.
+//! The register map: source of the Verilog, the C header, the Rust constants and the documentation.
 //!
-//! 32-bit words on an Avalon-MM slave, reads answered one cycle later, no wait states.
+//! 32-bit registers on an Avalon-MM slave, read latency of one cycle, no wait states.
 
 use hoverlock_fixed_point::model::coefficients::{CoefficientError, LerpCoefficients};
 use hoverlock_fixed_point::model::design::KT27;
@@ -14,11 +14,13 @@ pub enum Access {
     ReadWrite,
     /// Set by hardware, cleared by writing 1.
     Clear,
-    /// Writing 1 does something; reads 0.
+    /// Writing 1 triggers an action; reads as 0.
     Pulse,
+    /// Set by writing 1, cleared by hardware.
+    Request,
 }
 
-/// Some bits of a register.
+/// A field of a register.
 #[derive(Debug, Clone)]
 pub struct Field {
     /// Name, lower case.
@@ -31,7 +33,7 @@ pub struct Field {
     pub access: Access,
     /// Value after reset.
     pub reset: u32,
-    /// What it is.
+    /// Meaning.
     pub what: String,
 }
 
@@ -50,7 +52,7 @@ pub struct Register {
 pub const IDENTIFICATION: u32 = 0x484c_434b;
 
 /// Major and minor.
-pub const VERSION: u32 = 0x0001_0000;
+pub const VERSION: u32 = 0x0002_0000;
 
 /// Byte address of the first coefficient.
 pub const COEFFICIENTS_AT: u32 = 0x40;
@@ -60,17 +62,17 @@ pub const COEFFICIENTS_AT: u32 = 0x40;
 /// # Errors
 /// Where a smoother of the design point does not exist.
 pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
-    let mut codes = Vec::new();
+    let mut coefficients = Vec::new();
     for (sigma, look_ahead) in KT27.sigmas.into_iter().zip(KT27.look_ahead) {
         let designed = hoverlock_fixed_point::model::stages::StageCoefficients::from(LerpCoefficients::design(
             sigma,
             look_ahead,
             KT27.coefficient.bits(),
         )?);
-        codes.push(designed.g);
-        codes.extend(designed.g_j);
+        coefficients.push(designed.g);
+        coefficients.extend(designed.g_j);
     }
-    Ok(codes)
+    Ok(coefficients)
 }
 
 /// All registers.
@@ -78,7 +80,7 @@ pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
 /// # Errors
 /// As [`default_coefficients`].
 pub fn registers() -> Result<Vec<Register>, CoefficientError> {
-    use Access::{Clear, Pulse, Read, ReadWrite};
+    use Access::{Clear, Pulse, Read, ReadWrite, Request};
     let field = |name: &str, low: u32, bits: u32, access: Access, reset: u32, what: &str| Field {
         name: name.into(),
         low,
@@ -101,8 +103,15 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             "control",
             0x0c,
             vec![
-                field("enable", 0, 1, ReadWrite, 0, "frames are taken; otherwise they are dropped whole"),
-                field("automatic", 1, 1, ReadWrite, 0, "thresholds follow the count of the frame before"),
+                field("enable", 0, 1, ReadWrite, 0, "frames are accepted; otherwise whole frames are dropped"),
+                field(
+                    "automatic",
+                    1,
+                    1,
+                    ReadWrite,
+                    0,
+                    "thresholds follow the feature count of the previous frame; part of the set",
+                ),
                 field("interrupt_frame", 2, 1, ReadWrite, 0, "interrupt at the end of a frame"),
                 field("interrupt_error", 3, 1, ReadWrite, 0, "interrupt at an error"),
                 field("reset", 31, 1, Pulse, 0, "clears the pipeline and the FIFO, not the registers"),
@@ -114,20 +123,27 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             vec![
                 field("frame", 0, 1, Clear, 0, "a frame was finished"),
                 field("short_frame", 1, 1, Clear, 0, "end of packet before the last pixel; the frame was padded"),
-                field("long_frame", 2, 1, Clear, 0, "no end of packet at the last pixel; what followed was dropped"),
+                field(
+                    "long_frame",
+                    2,
+                    1,
+                    Clear,
+                    0,
+                    "no end of packet at the last pixel; the following beats were dropped",
+                ),
                 field("interrupted", 3, 1, Clear, 0, "start of packet before the last pixel; the frame was padded"),
-                field("refused", 4, 1, Clear, 0, "a beat outside a frame, or a frame of an impossible size"),
+                field("refused", 4, 1, Clear, 0, "a beat outside a frame, or a frame of an invalid size"),
                 field("dropped", 5, 1, Clear, 0, "features were dropped"),
-                field("saturated", 6, 1, Clear, 0, "a response was cut to the largest code"),
+                field("saturated", 6, 1, Clear, 0, "a response was saturated"),
                 field(
                     "begun",
                     7,
                     1,
                     Clear,
                     0,
-                    "a frame has begun and has taken the registers over: they are free for the next",
+                    "a frame has begun, with the set if one was committed; the registers may be written for the next",
                 ),
-                field("busy", 31, 1, Read, 0, "frames are in the pipeline"),
+                field("busy", 31, 1, Read, 0, "at least one frame is in the pipeline"),
             ],
         ),
         register(
@@ -142,8 +158,8 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             "threshold",
             0x18,
             vec![
-                field("fine", 0, 15, ReadWrite, threshold, "least response of scale pair 0, half camera codes"),
-                field("coarse", 16, 15, ReadWrite, threshold, "least response of scale pair 1"),
+                field("fine", 0, 15, ReadWrite, threshold, "least response of scale pair 0, in 0.5 DN"),
+                field("coarse", 16, 15, ReadWrite, threshold, "least response of scale pair 1, in 0.5 DN"),
             ],
         ),
         register(
@@ -167,8 +183,10 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             vec![field("count", 0, 20, Read, 0, "features of the last finished frame that were dropped")],
         ),
     ];
+    let what = "write 1: commits the set for the next frame; reads 1 until captured or until the set is written";
+    map.push(register("commit", 0x30, vec![field("pending", 0, 1, Request, 1, what)]));
     let names = ["narrow", "middle", "wide"];
-    let mut codes = default_coefficients()?.into_iter();
+    let mut coefficients = default_coefficients()?.into_iter();
     let mut offset = COEFFICIENTS_AT;
     for (smoother, look_ahead) in names.into_iter().zip(KT27.look_ahead) {
         for cell in 0..=look_ahead {
@@ -176,8 +194,8 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
                 0 => (format!("{smoother}_g"), "`g` of the recursion, u0.16".to_owned()),
                 _ => (format!("{smoother}_g{}", cell - 1), format!("`g_{}` of the look-ahead, u0.16", cell - 1)),
             };
-            let code = codes.next().unwrap_or_default();
-            map.push(register(&name, offset, vec![field("code", 0, 16, ReadWrite, code, &what)]));
+            let raw = coefficients.next().unwrap_or_default();
+            map.push(register(&name, offset, vec![field("value", 0, 16, ReadWrite, raw, &what)]));
             offset += 4;
         }
     }

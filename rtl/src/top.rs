@@ -5,51 +5,51 @@ use rust_hdl::prelude::*;
 
 use crate::{cells::csr::Csr, core::Core, registers::registers};
 
-/// See the module.
+/// The top level. Its port names are those of the Platform Designer component.
 #[derive(LogicBlock)]
 pub struct Top {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Synchronous, high.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
     /// Avalon-ST video sink: a beat is taken.
     pub video_ready: Signal<Out, Bit>,
-    /// A beat is there.
+    /// A beat is offered.
     pub video_valid: Signal<In, Bit>,
-    /// Its pixel.
+    /// Pixel of the beat, DN.
     pub video_data: Signal<In, Bits<16>>,
-    /// First of a frame.
+    /// Start of packet.
     pub video_startofpacket: Signal<In, Bit>,
-    /// Last of a frame.
+    /// End of packet.
     pub video_endofpacket: Signal<In, Bit>,
     /// Avalon-ST feature source: the sink is ready.
     pub feature_ready: Signal<In, Bit>,
-    /// A record is there.
+    /// A record is offered.
     pub feature_valid: Signal<Out, Bit>,
-    /// The record.
+    /// Record, 256 bits.
     pub feature_data: Signal<Out, Bits<256>>,
-    /// First of a frame.
+    /// Start of packet.
     pub feature_startofpacket: Signal<Out, Bit>,
-    /// The trailer.
+    /// End of packet: the record is the trailer.
     pub feature_endofpacket: Signal<Out, Bit>,
     /// Avalon-MM slave, word address.
     pub csr_address: Signal<In, Bits<6>>,
-    /// Read.
+    /// Read request.
     pub csr_read: Signal<In, Bit>,
-    /// What was read, one cycle later.
+    /// Read data, one cycle after the request.
     pub csr_readdata: Signal<Out, Bits<32>>,
-    /// Write.
+    /// Write request.
     pub csr_write: Signal<In, Bit>,
-    /// What to write.
+    /// Write data.
     pub csr_writedata: Signal<In, Bits<32>>,
-    /// Interrupt, a level.
+    /// Interrupt request, level-sensitive, active high.
     pub irq: Signal<Out, Bit>,
     registers: Csr,
     core: Core,
 }
 
 impl Top {
-    /// The design point's hardware; `emission` is the hash that its register shows.
+    /// The hardware of the design point. `emission` is the reset value of the `emission` register.
     ///
     /// # Errors
     /// Where a smoother of the design point does not exist.
@@ -112,6 +112,7 @@ impl Logic for Top {
         self.core.new_width.next = self.registers.width.val();
         self.core.new_height.next = self.registers.height.val();
         self.core.bank.next = self.registers.bank.val();
+        self.core.committed.next = self.registers.committed.val();
         self.video_ready.next = self.core.video_ready.val();
         self.core.video_valid.next = self.video_valid.val();
         self.core.video_data.next = self.video_data.val();

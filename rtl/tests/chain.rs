@@ -1,12 +1,12 @@
 //! The whole chain, `bit_true` against `rtl`: sizes, pauses, frames back to back, new coefficients, faults, drops.
 
-mod bench;
+mod port_bench;
 
 use std::sync::LazyLock;
 
-use bench::{lattice, noise};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::{Fault, Job, Outcome, Simulator, Streams, run};
+use port_bench::{lattice, noise};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -52,7 +52,7 @@ fn coefficients_travel_with_their_frame() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut jobs = jobs(&[(64, 64); 5]);
     for job in &mut jobs[1..] {
-        job.coefficients.iter_mut().for_each(|code| *code = random.random_range(0..=0xffff));
+        job.coefficients.iter_mut().for_each(|raw| *raw = random.random_range(0..=0xffff));
         job.thresholds = [random.random_range(1..200), random.random_range(1..200)];
     }
     exact(&jobs, Streams::default());
@@ -62,15 +62,16 @@ fn coefficients_travel_with_their_frame() {
 fn extremes_of_pixels_and_coefficients() {
     let mut jobs = jobs(&[(70, 64); 4]);
     jobs[0].pixels = Plane::from_fn(70, 64, |x, y| if (x / 9 + y / 7) % 2 == 0 { 0 } else { 0xffff });
-    jobs[1].coefficients.iter_mut().for_each(|code| *code = 0xffff);
-    jobs[2].coefficients.iter_mut().for_each(|code| *code = 0);
+    jobs[1].coefficients.iter_mut().for_each(|raw| *raw = 0xffff);
+    jobs[2].coefficients.iter_mut().for_each(|raw| *raw = 0);
     jobs[3].pixels = Plane::filled(70, 64, 0xffff);
     exact(&jobs, Streams::default());
 }
 
 #[test]
 fn ties_and_thresholds_that_are_met_exactly() {
-    // A few grey levels make responses of a few LSB: plateaus, equal neighbours on all sides, responses equal to the threshold.
+    // A few grey levels make responses of a few LSB: plateaus, equal neighbours on all sides, responses equal to the
+    // threshold.
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let mut jobs = jobs(&[(90, 80); 4]);
     for (job, thresholds) in jobs.iter_mut().zip([[1, 1], [4, 3], [5, 3], [6, 4]]) {
@@ -127,7 +128,7 @@ fn faults_are_reported_and_the_next_frame_is_exact() {
 }
 
 #[test]
-fn a_sink_that_sleeps_costs_features_but_no_pixels_and_each_is_counted() {
+fn a_sink_that_is_not_ready_costs_features_but_no_pixels_and_each_is_counted() {
     let mut jobs = jobs(&[(192, 128); 3]);
     jobs.iter_mut().for_each(|job| job.thresholds = [1, 1]);
     let outcome = exact(&jobs, Streams { sink_opens: 60_000, ..Default::default() });
@@ -139,7 +140,7 @@ fn a_sink_that_sleeps_costs_features_but_no_pixels_and_each_is_counted() {
 }
 
 #[test]
-fn candidates_that_find_no_place_are_counted() {
+fn candidates_beyond_the_queue_are_counted() {
     // 15 lines of 1024 pixels hold some 900 such maxima, 512 can wait for their rings.
     let mut jobs = jobs(&[(1024, 64); 2]);
     jobs[0] = Job::new(lattice(1024, 64), [1, 1]).unwrap();
@@ -147,7 +148,8 @@ fn candidates_that_find_no_place_are_counted() {
     assert!(outcome.frames[0].dropped > 100 && outcome.frames[1].dropped == 0, "{outcome:#?}");
 }
 
-/// Three different frames of a size back to back, each with its own coefficients and thresholds, with pauses on both sides.
+/// Three different frames of a size back to back, each with its own coefficients and thresholds, with pauses on both
+/// sides.
 fn size(width: usize, height: usize) -> Outcome {
     let seed = (width << 12 | height) as u64;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -155,7 +157,7 @@ fn size(width: usize, height: usize) -> Outcome {
     for (i, job) in jobs.iter_mut().enumerate() {
         job.pixels = noise(width, height, seed + i as u64);
         if i > 0 {
-            job.coefficients.iter_mut().for_each(|code| *code = random.random_range(10_000..=0xffff));
+            job.coefficients.iter_mut().for_each(|raw| *raw = random.random_range(10_000..=0xffff));
             job.thresholds = [random.random_range(40..200), random.random_range(40..200)];
         }
     }

@@ -1,8 +1,19 @@
-//! The committed files are what the sources give, and Verilator has nothing to say about them.
+//! The committed files equal the emission, have a header, and pass Verilator's lint.
 
 use std::{path::Path, process::Command};
 
-use hoverlock_rtl::emit::{MEND, files};
+use hoverlock_rtl::emission::{MEND, files};
+
+/// Licence and origin, above the header of a module.
+const BANNER_LINES: usize = 2;
+
+#[test]
+fn every_file_names_its_licence() {
+    for file in files().unwrap() {
+        let first = file.text.lines().next().unwrap_or_default();
+        assert!(first.contains("SPDX-License-Identifier: MIT OR Apache-2.0"), "{}: {first}", file.path);
+    }
+}
 
 #[test]
 fn committed_files_are_fresh() {
@@ -16,24 +27,24 @@ fn committed_files_are_fresh() {
         for entry in std::fs::read_dir(root.join(folder)).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
             let known = name.ends_with(".vlt") || files.iter().any(|file| file.path == format!("{folder}/{name}"));
-            assert!(known, "{folder}/{name} is of no use any more: delete it");
+            assert!(known, "{folder}/{name} is not emitted any more: delete it");
         }
     }
 }
 
 #[test]
-fn every_module_says_what_it_is_for_and_how_long_it_takes() {
+fn every_module_states_its_purpose_and_latency() {
     for file in files().unwrap().iter().filter(|file| file.path.ends_with(".v")) {
         let header: Vec<&str> = file
             .text
             .lines()
-            .skip(1)
+            .skip(BANNER_LINES)
             .take_while(|line| !line.starts_with("module"))
             .filter(|line| line.len() > 3)
             .collect();
         let (purpose, latency) = header.split_at(header.len().saturating_sub(1));
-        assert!(!purpose.is_empty(), "{} does not say what it is for", file.path);
-        assert!(latency[0].starts_with("// Latency: "), "{} does not say its latency", file.path);
+        assert!(!purpose.is_empty(), "{} has no purpose in its header", file.path);
+        assert!(latency[0].starts_with("// Latency: "), "{} has no latency in its header", file.path);
         // A cell built of registers shows its pipeline or is one step; what is built of cells shows its parts.
         let steps = header.concat();
         let parts = header.iter().any(|line| line.starts_with("//   "));

@@ -1,11 +1,12 @@
-//! The Yosys estimate: small designs whose counts are known, faults it must not pass over, and the top within its limits.
+//! The Yosys estimate: small designs whose counts are known, faults it must not pass over, and the top within its
+//! limits.
 
 use std::collections::BTreeMap;
 
 use hoverlock_fixed_point::analysis::resources::{memories, resources};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_rtl::{
-    emit::File,
+    emission::File,
     estimate::{DSP_LIMIT, Estimate, EstimateError, estimate, of},
 };
 
@@ -21,7 +22,7 @@ fn sized(verilog: &str) -> Option<Result<Estimate, EstimateError>> {
     }
 }
 
-/// Two instances of a cell with a memory, a multiplier between registers, an adder with a multiplexer behind it.
+/// Two instances of a cell with a memory, a multiplier between registers, an adder followed by a multiplexer.
 const KNOWN: &str = "
 module cell_ (input wire clock, input wire [9:0] at, input wire [19:0] x, input wire pick, output reg [19:0] y);
 reg [19:0] memory [0:1023];
@@ -53,7 +54,7 @@ endmodule
 fn a_design_of_known_size_is_sized_right() {
     let Some(estimate) = sized(KNOWN) else { return };
     let estimate = estimate.unwrap();
-    // A word of 20 bits takes two memories of 1024 x 10; two multipliers share a block.
+    // A memory word of 20 bits takes two memories of 1024 x 10; two multipliers share a block.
     assert_eq!((estimate.m10k, estimate.mul18, estimate.dsp), (4, 2, 1));
     assert_eq!(estimate.unregistered_multipliers, 0);
     let cell = estimate.modules.iter().find(|module| module.name == "cell_").unwrap();
@@ -63,11 +64,11 @@ fn a_design_of_known_size_is_sized_right() {
     // The adder, however long, and the multiplexer; its 20 bits: into the chain, 18 to 19 bits on, out, and a LUT.
     assert_eq!((estimate.logic_levels, cell.logic_levels), (2, 2));
     assert!((629 + 18 * 10 + 249 + 76..=629 + 19 * 10 + 249 + 387).contains(&cell.cell_delay_ps), "{cell:?}");
-    sums_hold(&estimate);
+    sums_agree(&estimate);
 }
 
-/// The modules add up to the top, and every limit says what its rule says.
-fn sums_hold(estimate: &Estimate) {
+/// The modules add up to the top, and every limit follows its rule.
+fn sums_agree(estimate: &Estimate) {
     let modules = &estimate.modules;
     let sum = |of: fn(&hoverlock_rtl::estimate::ModuleEstimate) -> u64| modules.iter().map(of).sum::<u64>();
     assert_eq!(sum(|module| module.alm), estimate.alm);
@@ -112,8 +113,8 @@ fn a_black_box_is_refused() {
 fn a_bare_multiplier_is_counted() {
     let Some(before) = sized(&KNOWN.replace("product <= a * b;", "product <= (a ^ b) * b;")) else { return };
     assert_eq!(before.unwrap().unregistered_multipliers, 2);
-    let behind = sized(&KNOWN.replace("product <= a * b;", "product <= a * b + 36'd3;")).unwrap();
-    assert_eq!(behind.unwrap().unregistered_multipliers, 2);
+    let after = sized(&KNOWN.replace("product <= a * b;", "product <= a * b + 36'd3;")).unwrap();
+    assert_eq!(after.unwrap().unregistered_multipliers, 2);
 }
 
 #[test]
@@ -149,7 +150,7 @@ fn the_top_fits_the_smallest_device_with_a_third_free() {
         Err(EstimateError::Missing(_)) => return eprintln!("SKIPPED: no yosys; Debian's package yosys has it"),
         other => other.unwrap(),
     };
-    sums_hold(&estimate);
+    sums_agree(&estimate);
     assert!(estimate.fits && estimate.device == "5AGXA1");
     assert!(estimate.m10k <= 533 && estimate.dsp <= 60 && 3 * estimate.alm <= 2 * 28_302, "{estimate:?}");
     assert_eq!(estimate.unregistered_multipliers, 0);

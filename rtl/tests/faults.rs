@@ -4,19 +4,20 @@ use std::{fs, path::Path};
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
-    emit::files,
+    emission::files,
     simulation::{Job, Simulator, Streams, run},
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// File, what stands there with the expression at fault in guillemets, what is put in its place, stage and field to be named.
+/// File, what stands there with the expression at fault in guillemets, what is put in its place, stage and field to be
+/// named.
 const FAULTS: [(&str, &str, &str, &str, &str); 10] = [
     ("line_delay_18x32", "memory[«write_address»] <= {", "address", "smoother wide", "sample"),
     ("difference", "distance} + «19'd1»;", "19'd0", "DoG", "sign and response"),
-    ("window_maximum_5", "y <= «r2 > r2_past_1» ?", "r2 < r2_past_1", "MaxDOG", "sign and maximum"),
+    ("window_maximum_5", "y <= «r2 > r2_delayed_1» ?", "r2 < r2_delayed_1", "MaxDOG", "sign and maximum"),
     ("decision", "(«p >= loose»)", "p <= loose", "decision", "feature"),
-    ("record_writer", "1'b0, «around[29:15]», 1'b0", "around[44:30]", "record", "right neighbour"),
+    ("record_writer", "1'b0, «neighbours[29:15]», 1'b0", "neighbours[44:30]", "record", "right neighbour"),
     (
         "ring_comparator",
         "«points[16 * i + 15]»;",
@@ -38,8 +39,8 @@ fn simulator() -> Simulator {
     for emitted in files().unwrap().iter().filter(|file| file.path.ends_with(".v")) {
         let name = emitted.path.trim_start_matches("verilog/");
         let mut text = emitted.text.clone();
-        for (at, (_, place, fault, ..)) in FAULTS.iter().enumerate().filter(|(_, f)| format!("{}.v", f.0) == name) {
-            let (before, rest) = place.split_once('«').unwrap();
+        for (at, (_, text_at, fault, ..)) in FAULTS.iter().enumerate().filter(|(_, f)| format!("{}.v", f.0) == name) {
+            let (before, rest) = text_at.split_once('«').unwrap();
             let (expression, after) = rest.split_once('»').unwrap();
             let whole = format!("{before}{expression}{after}");
             assert_eq!(text.matches(&whole).count(), 1, "{name}: `{whole}`");
@@ -66,9 +67,9 @@ fn each_fault_is_named_by_its_stage() {
     };
     assert_eq!(first(Vec::new()), None);
     let mut wrong = Vec::new();
-    for (at, (file, place, fault, stage, field)) in FAULTS.into_iter().enumerate() {
+    for (at, (file, text_at, fault, stage, field)) in FAULTS.into_iter().enumerate() {
         let found = first(vec![format!("+FAULT{at}")]);
-        eprintln!("{file}: `{place}` becomes `{fault}`: {found:#?}");
+        eprintln!("{file}: `{text_at}` becomes `{fault}`: {found:#?}");
         if !found.as_ref().is_some_and(|found| found.stage.starts_with(stage) && found.field.starts_with(field)) {
             wrong.push(format!("{file}: {stage}, {field}, but {found:?}"));
         }

@@ -1,11 +1,13 @@
 //! Faults put into the emitted Verilog must be found, and the report must point at their stage.
 //!
-//! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture` puts in as many
-//! and writes the table that is committed; without the variables it is a sample.
+//! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture` puts
+//! in as many and writes the table that is committed; without the variables it is a sample.
 
-mod bench;
-mod leaf;
+mod corner;
 mod mutation;
+mod port_bench;
+mod sequence;
+mod three_way;
 
 use std::{
     collections::BTreeMap,
@@ -18,13 +20,14 @@ use std::{
     },
 };
 
-use bench::{lattice, noise, scenarios::SCENARIOS};
+use corner::CORNERS;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
-    emit::committed,
+    emission::committed,
     simulation::{Fault, Job, Simulator, Streams, run},
 };
 use mutation::{Kind, Mutant, Source, is_proved_equivalent};
+use port_bench::{lattice, noise, scenarios::SCENARIOS};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -51,7 +54,8 @@ fn torture() -> Vec<Job> {
     add(Plane::from_fn(80, 70, impulse), [1, 1]);
     add(Plane::filled(80, 70, 0xffff), [1, 1]);
     add(spots(80, 70), [1, 1]);
-    // Discs, white on black and black on white: responses near the largest code in both scale pairs, far above what is around.
+    // Discs, white on black and black on white: responses near the largest value in both scale pairs, far above what is
+    // around.
     let disc = |x: usize, y: usize, radius: usize| {
         [(24, 24), (56, 24), (40, 46)]
             .iter()
@@ -63,7 +67,7 @@ fn torture() -> Vec<Job> {
     for grey in [20, 60, 200] {
         add(Plane::from_fn(128, 80, |_, _| 30_000 + random.random_range(0..grey)), [1, 1]);
     }
-    jobs[other].coefficients.iter_mut().enumerate().for_each(|(i, code)| *code = 65_535 - 2345 * i as u32);
+    jobs[other].coefficients.iter_mut().enumerate().for_each(|(i, raw)| *raw = 65_535 - 2345 * i as u32);
     jobs[strong].coefficients[..6].fill(0xffff);
     jobs[short].fault = Fault::Short(700);
     jobs[long].fault = Fault::Long(9);
@@ -71,7 +75,7 @@ fn torture() -> Vec<Job> {
     jobs
 }
 
-/// The widest and the highest frame, for what the small ones cannot reach: the upper bits of places and counters.
+/// The widest and the highest frame: they use the upper bits of positions and counters, which small frames do not.
 fn large() -> [Vec<Job>; 2] {
     let job = |w: usize, h: usize, seed: u64| Job::new(noise(w, h, seed), [60, 45]).unwrap();
     [vec![job(1000, 64, 1), Job::new(lattice(1024, 64), [1, 1]).unwrap()], vec![job(64, 2048, 3), job(64, 64, 4)]]
@@ -88,7 +92,7 @@ fn rank(stage: &str) -> usize {
 fn stage_of(module: &str) -> usize {
     const STAGES: [(&str, usize); 22] = [
         ("", 1),
-        ("layer", 2),
+        ("scale_pair", 2),
         ("difference", 2),
         ("signed_response", 2),
         ("line_delay_16x6", 3),
@@ -117,94 +121,92 @@ fn stage_of(module: &str) -> usize {
         .map_or(1, |(_, rank)| *rank)
 }
 
-/// What the gates say of a model: which of them failed, and the stage it named.
-fn gates(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &str) -> Option<(String, String)> {
-    let chain = |gate: &str, jobs: &[Job], pause: f64| {
+/// Runs all checks on a model. Returns the first that failed and the stage it named.
+fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &str) -> Option<(String, String)> {
+    let chain = |check: &str, jobs: &[Job], pause: f64| {
         let streams = Streams { source_pause: pause, sink_pause: pause, ..Streams::default() };
         match run(simulator, jobs, streams) {
             Ok(outcome) if outcome.pass() => None,
             Ok(outcome) => {
                 let stage = outcome.first_mismatch.map_or("nothing compared".to_owned(), |first| first.stage);
-                Some((gate.to_owned(), stage))
+                Some((check.to_owned(), stage))
             }
-            Err(error) => Some((gate.to_owned(), format!("{error}"))),
+            Err(error) => Some((check.to_owned(), format!("{error}"))),
         }
     };
     if let Some(found) = chain("chain", jobs, 0.0).or_else(|| chain("chain, pauses", jobs, 0.25)) {
         return Some(found);
     }
-    for (name, scenario) in SCENARIOS {
+    for (name, scenario) in SCENARIOS.into_iter().chain(CORNERS) {
         if let Err(failure) = scenario(simulator.library(), simulator.plusargs()) {
             return Some((name.into(), failure.stage.into()));
         }
     }
-    // What no frame shows, the cell's own gate may: it drives all that its ports can say.
-    leaf::drive_only(module, simulator.plusargs());
-    let fails = |gate: fn()| catch_unwind(gate).is_err();
-    if leaf::GATES.iter().chain(&leaf::structure::GATES).any(|(_, gate)| fails(*gate)) {
+    if let Err(failed) = sequence::campaign(simulator.library(), simulator.plusargs(), 1, 40) {
+        return Some(("sequences".into(), failed.what.stage.into()));
+    }
+    // The check of the cell itself drives its ports with inputs that no frame produces.
+    three_way::drive_only(module, simulator.plusargs());
+    let fails = |check: fn()| catch_unwind(check).is_err();
+    if three_way::CHECKS.iter().chain(&three_way::structure::CHECKS).any(|(_, check)| fails(*check)) {
         return Some(("cell".into(), module.into()));
     }
     large.iter().find_map(|jobs| chain("large frames", jobs, 0.0))
 }
 
-/// Survivors that have a reason: the beginning of the module's name, or of the instance's, kinds, a part of the original text, a part of
-/// the fault, the reason.
+/// Survivors that have a reason: the beginning of the module's name, or of the instance's, kinds, a part of the
+/// original text, a part of the fault, the reason.
 type Harmless = (&'static str, &'static [Kind], &'static str, &'static str, &'static str);
 
 const RESETS: &[Kind] = &[Kind::Reset, Kind::ResetValue];
-const PLACE: &str = "the place of a circular memory may be any at first: it comes round within 32 steps, and the first sample \
-                     that counts comes 31 lines after a reset";
+const POSITION: &str = "the address of a circular memory may begin anywhere: it wraps within 32 steps, and the first \
+                        sample that counts comes 31 lines after a reset";
 const ROWS: &str =
-    "what is under way in the rows at a reset is over within 64 steps, and the first sample comes there after 31 lines";
-const MARKER: &str = "a coefficient's marker that outlives a reset is overtaken by the next frame's: it loads that frame's coefficient early";
+    "data in the rows at a reset leave them within 64 steps, and the first sample arrives there after 31 lines";
+const MARKER: &str = "a marker that survives a reset is followed by the marker of the next frame: it only loads the \
+                      coefficient of that frame early";
 const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
 const HARMLESS: &[Harmless] = &[
-    ("delay_*", RESETS, "", "", PLACE),
-    ("ring_taps*", RESETS, "", "", PLACE),
+    ("delay_*", RESETS, "", "", POSITION),
+    ("ring_taps*", RESETS, "", "", POSITION),
     (
         "ring_taps*",
         &[Kind::Memory],
         "_memory[",
-        "_place]",
-        "two places of memories of one length are equal, both begin at 0",
+        "_position]",
+        "the addresses of two memories of one length are equal, both begin at 0",
     ),
-    ("ring_taps*", &[Kind::Comparison], "_place == ", "_place >= ", "a place never passes the last one"),
-    ("look_back*", RESETS, "", "", ROWS),
-    ("look_ahead*", RESETS, "", "", ROWS),
+    ("ring_taps*", &[Kind::Comparison], "_position == ", "_position >= ", "an address never exceeds the last one"),
+    ("row_look_back*", RESETS, "", "", ROWS),
+    ("row_look_ahead*", RESETS, "", "", ROWS),
     ("pulse_delay*", RESETS, "", "", ROWS),
     ("flag_delay_4", RESETS, "", "", ROWS),
-    (
-        "flag_delay_8",
-        RESETS,
-        "",
-        "",
-        "delays the signs of ring points: data, of which nothing is used before a frame's own",
-    ),
+    ("flag_delay_8", RESETS, "", "", "delays the signs of ring points: data that are not used before those of a frame"),
     ("frame_delay_1x4", RESETS, "", "", MARKER),
     ("frame_delay_2x4", RESETS, "", "", MARKER),
     ("frame_delay_4x4", RESETS, "", "", MARKER),
     ("frame_delay_8x4", RESETS, "", "", MARKER),
     ("frame_delay_16x4", RESETS, "", "", MARKER),
     ("frame_delay_32x4", RESETS, "", "", MARKER),
-    ("csr", &[Kind::Width], "{version_number}", ">> 1", "the uppermost bit of the version is 0"),
-    ("csr", &[Kind::Width], "{identification_letters}", ">> 1", "the uppermost bit of a letter is 0"),
+    ("csr", &[Kind::Width], "{version_number}", ">> 1", "the top bit of the version is 0"),
+    ("csr", &[Kind::Width], "{identification_letters}", ">> 1", "the top bit of a letter is 0"),
     ("extractor", &[Kind::Width], "writer_count", "", COUNTS),
     ("extractor", &[Kind::Width], "writer_dropped", "", COUNTS),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_dropped", "<< 19", COUNTS),
     ("sequencer", RESETS, "1'd0", "", "x and y are set as a frame begins, before they count"),
-    ("sequencer", RESETS, "3'd0", "own", "the errors of a frame are forgotten as the next begins"),
+    ("sequencer", RESETS, "3'd0", "own", "the error bits of a frame are cleared as the next begins"),
     ("tail_counter", RESETS, "10'd0", "x", "x is set as the tail begins, before it counts"),
     (
-        "look_ahead*",
+        "row_look_ahead*",
         &[Kind::Operator],
-        "left - ",
-        "left + ",
-        "the count begins at half of its range: up or down, it is 0 after as many steps",
+        "remaining - ",
+        "remaining + ",
+        "the count begins at half of its range: counting up or down, it is 0 after the same number of steps",
     ),
-    ("look_back*", &[Kind::Wiring], "reset", "mark_y", "the mark comes when the count is 0 already"),
-    ("column_stage*", RESETS, "", "", MARKER),
-    ("smoother_5", &[Kind::Stuck], "column_start_y", "", "only the wide smoother's end of the columns is used"),
+    ("row_look_back*", &[Kind::Wiring], "reset", "first_delay_y", "the flag comes when the count is 0 already"),
+    ("column_look_ahead*", RESETS, "", "", MARKER),
+    ("smoother_5", &[Kind::Stuck], "column_start_y", "", "only the columns_done of the wide smoother is used"),
 ];
 
 struct Verdict {
@@ -223,13 +225,13 @@ fn mutants_do_not_survive() {
     let mutants = mutation::choose(&all, count, seed);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mutants-{count}-{seed}"));
     let faulty = mutation::write(&folder, &sources, &mutants);
-    leaf::drive_others(&faulty, &folder);
+    three_way::drive_others(&faulty, &folder);
     let model = Simulator::of(&faulty).expect("the faults build");
     let (jobs, large) = (torture(), large());
     let choose = |number: usize| model.clone().with_plusargs(vec![format!("+MUTANT={number}")]);
     // The control: with no fault chosen nothing is found.
-    assert_eq!(gates(&choose(0), &jobs, &large, "lerp"), None);
-    // Gates that fail say so by a panic, of which each mutant makes one.
+    assert_eq!(checks(&choose(0), &jobs, &large, "lerp"), None);
+    // A failed check panics; every mutant that is found makes one.
     std::panic::set_hook(Box::new(|_| ()));
 
     let next = AtomicUsize::new(0);
@@ -241,11 +243,11 @@ fn mutants_do_not_survive() {
                     let at = next.fetch_add(1, Ordering::Relaxed);
                     let Some(mutant) = mutants.get(at) else { break };
                     let found =
-                        catch_unwind(AssertUnwindSafe(|| gates(&choose(at + 1), &jobs, &large, &mutant.module)))
+                        catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &large, &mutant.module)))
                             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
                     let reason = found.is_none().then(|| reason(&sources, mutant)).flatten();
                     let said = match (&found, &reason) {
-                        (Some((gate, stage)), _) => format!("{gate}: {stage}"),
+                        (Some((check, stage)), _) => format!("{check}: {stage}"),
                         (None, Some(reason)) => format!("survives, {reason}"),
                         (None, None) => "SURVIVES".into(),
                     };
@@ -277,8 +279,8 @@ fn mutants_do_not_survive() {
 
 /// The stage that was named is the fault's own or a later one.
 fn points_right(verdict: &Verdict) -> bool {
-    let Some((gate, stage)) = &verdict.found else { return true };
-    if gate == "cell" {
+    let Some((check, stage)) = &verdict.found else { return true };
+    if check == "cell" {
         return *stage == verdict.mutant.module;
     }
     let module = verdict.mutant.at.as_ref().unwrap_or(&verdict.mutant.module);
@@ -314,9 +316,10 @@ fn report(verdicts: &[Verdict], all: usize, seed: u64) -> String {
     }
     let killed = verdicts.iter().filter(|verdict| verdict.found.is_some()).count();
     let mut text = format!(
-        "# Faults put into the Verilog\n\n{} faults of {all} possible ones, seed {seed}, every module with one at least: {killed} found, {} \
-         harmless. No report named a stage before the fault's own.\n\nMade by\n\n```\nMUTANTS={} MUTANTS_SEED={seed} \
-         MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture\n```\n\n",
+        "# Mutation test of the Verilog\n\n{} faults of {all} possible ones, seed {seed}, at least one in every \
+         module: {killed} found, {} harmless. No report named a stage before the fault's own.\n\nMade by\n\n```\n\
+         MUTANTS={} MUTANTS_SEED={seed} MUTANTS_REPORT=rtl/MUTANTS.md \
+         cargo test -p hoverlock-rtl --test mutants -- --ignored --nocapture\n```\n\n",
         verdicts.len(),
         verdicts.len() - killed,
         verdicts.len()

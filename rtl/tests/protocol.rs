@@ -1,12 +1,13 @@
-//! What the core promises to a system: registers, status, interrupt, resets, sizes, gaps, thresholds that follow, a sink that sleeps.
+//! The top from its ports: registers, status, interrupt, resets, sizes, gaps, automatic thresholds, a sink that is not
+//! ready.
 
-mod bench;
+mod port_bench;
 
 use std::sync::LazyLock;
 
-use bench::scenarios::{self, SCENARIOS};
 use hoverlock_harness::model::Library;
 use hoverlock_rtl::simulation::Simulator;
+use port_bench::scenarios::{self, SCENARIOS};
 use proptest::prelude::*;
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
@@ -15,7 +16,7 @@ fn library() -> &'static Library {
     SIMULATOR.library()
 }
 
-fn holds(name: &str) {
+fn passes(name: &str) {
     let (_, scenario) = SCENARIOS.iter().find(|(this, _)| *this == name).unwrap();
     scenario(library(), &[]).unwrap_or_else(|failure| panic!("{failure}"));
 }
@@ -24,7 +25,7 @@ macro_rules! scenarios {
     ($($test:ident: $name:literal;)*) => {$(
         #[test]
         fn $test() {
-            holds($name);
+            passes($name);
         }
     )*};
 }

@@ -1,5 +1,5 @@
-//! What rust-hdl 0.46 gets wrong, reproduced: the reason for the rules the sources keep. A test that fails here after an upgrade
-//! says which rule may be relaxed.
+//! What rust-hdl 0.46 gets wrong, reproduced: the reason for the rules the sources keep. A test that fails here after
+//! an upgrade says which rule may be relaxed.
 
 use hoverlock_harness::build::Build;
 use rust_hdl::prelude::*;
@@ -155,7 +155,7 @@ fn signed_words_do_not_shift_and_only_sixteen_bits_multiply() {
 #[test]
 fn registers_of_the_emission_have_resets_and_no_first_values() {
     // What rust-hdl's own flip-flop prints is `initial` and no reset; none of it is used here.
-    let files = hoverlock_rtl::emit::files().unwrap();
+    let files = hoverlock_rtl::emission::files().unwrap();
     for file in files.iter().filter(|file| file.path.ends_with(".v")) {
         assert!(!file.text.contains("initial"), "{} relies on first values", file.path);
         // Signed words never leave the sources: the datapath is unsigned.

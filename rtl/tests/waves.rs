@@ -1,4 +1,5 @@
-//! Waves of a run: the window that was asked for, every signal of the view in the file, and the focus where it should be.
+//! Waves of a run: the window that was asked for, every signal of the view in the file, and the focus where it should
+//! be.
 
 use std::collections::HashMap;
 

@@ -1,9 +1,10 @@
-//! `bit_true` against `streaming` on one frame: everything that a bound speaks of, and the check.
+//! Compares `bit_true` with `streaming` on one frame and checks the acceptance bounds.
 //!
-//! Errors are those of the signed response `sign_k * DOG_k` in LSB of the design point's DoG, `FS / 2^17`, also where another
-//! configuration has a coarser step: a narrowed format is checked by the measure of the full one. `T_k` is the response of a
-//! given rank at `streaming`, rounded to an LSB, the same for both levels. The integer `T` stands for responses from `T - 1/2`, so
-//! that is what `streaming` is asked for; else `bit_true` would show more features by the threshold alone.
+//! Errors are those of the signed response `sign_k * DOG_k`, in LSB of the DoG at the design point, `FS / 2^17`. A
+//! design with a coarser DoG is measured in the same LSB. The threshold `T_k` is the response of a given rank in
+//! `streaming`, rounded to an LSB, and is the same for both levels. The integer `T` represents responses from `T - 1/2`
+//! on, so `streaming` is thresholded at `T - 1/2`. Otherwise `bit_true` would have more features because of the
+//! threshold alone.
 
 use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::extractor;
@@ -20,9 +21,9 @@ use crate::model::design::{KT27, SCALES};
 /// One scale pair of one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScaleComparison {
-    /// The column of SQNR that the contrast of this scale puts it in.
+    /// Contrast class for the SQNR; `None` where the contrast is below all classes.
     pub signal_class: Option<Class>,
-    /// The column of the places of features.
+    /// Contrast class for the feature positions.
     pub features_class: Option<Class>,
     /// `T_k`, LSB.
     pub threshold_lsb: f64,
@@ -30,25 +31,25 @@ pub struct ScaleComparison {
     pub interior: ErrorStatistics,
     /// Error of the response on the whole frame.
     pub whole_frame: ErrorStatistics,
-    /// What became of the features.
+    /// Features kept, moved, lost and new.
     pub kept: Kept,
 }
 
-/// Two levels on one frame.
+/// `bit_true` against `streaming` on one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// Both scale pairs.
     pub scales: [ScaleComparison; SCALES],
-    /// Descriptor bits at the reference's features.
+    /// Flipped descriptor bits at the features of `streaming`.
     pub flips: Flips,
 }
 
-/// One LSB of the design point's DoG, DN of the camera sample.
+/// LSB of the DoG at the design point, DN.
 pub fn dog_lsb() -> f64 {
     KT27.dog().lsb()
 }
 
-/// `sign_k * DOG_k`, codes.
+/// `sign_k * DOG_k`, DN.
 pub fn response(planes: &LevelPlanes, scale: usize) -> Plane<f64> {
     planes.dog[scale].zip_map(&planes.signed_dog[scale], |magnitude, d| magnitude.copysign(*d))
 }
@@ -61,7 +62,7 @@ pub fn layers(planes: &LevelPlanes) -> [Layer<f64>; SCALES] {
     })
 }
 
-/// `T_k` of both scales for the planes of `streaming`, codes.
+/// `T_k` of both scales for the planes of `streaming`, DN.
 pub fn thresholds(reference: &[Layer<f64>; SCALES], bounds: &Bounds) -> [f64; SCALES] {
     let lsb = dog_lsb();
     let all = extractor::features(reference, [lsb; SCALES], 1.0);
@@ -78,13 +79,13 @@ pub struct FeaturePair {
 }
 
 impl Comparison {
-    /// `bit_true` against `streaming` on a frame; nothing where the frame is too small to have an interior.
+    /// Compares `bit_true` with `streaming` on a frame; `None` where the frame is too small to have an interior.
     pub fn of_frame(levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Self> {
         let (reference, test) = (levels.planes(Level::Streaming, frame), levels.planes(Level::BitTrue, frame));
         Self::between(&reference, &test, bounds).map(|(comparison, _)| comparison)
     }
 
-    /// Compares planes that exist already, and hands out the features it compared.
+    /// Compares planes that were computed before. Also returns the features that were compared.
     pub fn between(reference: &LevelPlanes, test: &LevelPlanes, bounds: &Bounds) -> Option<(Self, FeaturePair)> {
         let lsb = dog_lsb();
         let (before, after) = (layers(reference), layers(test));
@@ -108,30 +109,32 @@ impl Comparison {
         Some((Self { scales, flips }, FeaturePair { reference: reference_features, test: test_features }))
     }
 
-    /// Every bound that applies, the worse scale of each.
+    /// The check of every bound that applies, for the worse scale.
     pub fn check(&self, bounds: &Bounds) -> Vec<Check> {
         let worse = |check: &dyn Fn(usize, &ScaleComparison) -> Option<Check>| {
             let both = self.scales.iter().enumerate().filter_map(|(k, scale)| check(k, scale));
-            // What is no number counts as the worst of all: `total_cmp` puts it last.
+            // NaN counts as the worst.
             both.max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(std::cmp::Ordering::Greater))
         };
-        let spot = |k: usize, error: &ErrorStatistics| format!("scale {k} at {}, {}", error.max_at.0, error.max_at.1);
+        let position =
+            |k: usize, error: &ErrorStatistics| format!("scale {k} at {}, {}", error.max_at.0, error.max_at.1);
         let at_scale = |k: usize| format!("scale {k}");
         let column = |class: Option<Class>| class.map(|class| bounds.column(class));
-        // Flips are counted over the bits of both scales, so the scale of lower contrast chooses their column.
+        // Flips are counted over both scales, so the scale of lower contrast selects the class.
         let lowest = self.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
         let bits = column(bounds.class.signal.class(lowest));
-        let at_most =
-            |name, unit, limit, measured, place| Some(Check::new(name, unit, Sense::AtMost, limit, measured, place));
+        let at_most = |name, unit, limit, measured, location| {
+            Some(Check::new(name, unit, Sense::AtMost, limit, measured, location))
+        };
         [
             worse(&|k, scale| {
                 let error = &scale.interior;
-                at_most("DoG error, maximum", "LSB", bounds.dog.max_lsb, error.max.abs(), spot(k, error))
+                at_most("DoG error, maximum", "LSB", bounds.dog.max_lsb, error.max.abs(), position(k, error))
             }),
             worse(&|k, scale| at_most("DoG error, rms", "LSB", bounds.dog.rms_lsb, scale.interior.rms, at_scale(k))),
             worse(&|k, scale| {
                 let (error, limit) = (&scale.whole_frame, bounds.dog.whole_frame_max_lsb);
-                at_most("DoG error, maximum, whole frame", "LSB", limit, error.max.abs(), spot(k, error))
+                at_most("DoG error, maximum, whole frame", "LSB", limit, error.max.abs(), position(k, error))
             }),
             worse(&|k, scale| {
                 let limit = column(scale.signal_class)?.sqnr_db;
@@ -160,7 +163,7 @@ impl Comparison {
             }),
             worse(&|k, scale| {
                 let (limit, measured) = (bounds.features.minimum as f64, scale.kept.reference as f64);
-                Some(Check::new("features at streaming", "", Sense::AtLeast, limit, measured, at_scale(k)))
+                Some(Check::new("features of streaming", "", Sense::AtLeast, limit, measured, at_scale(k)))
             }),
         ]
         .into_iter()
@@ -174,11 +177,11 @@ impl Comparison {
 pub struct SigmaEff {
     /// The `sigma` it was designed for, px.
     pub sigma: f64,
-    /// Along the rows, else down the columns.
+    /// True for the horizontal direction, false for the vertical.
     pub along_rows: bool,
-    /// `sqrt(2 a) / (1 - a)`: unrounded coefficients, infinite reach, px.
+    /// `sqrt(2 a) / (1 - a)`: unrounded coefficients, infinite impulse response, px.
     pub unquantised: f64,
-    /// Rounded coefficients and finite reach, px.
+    /// Rounded coefficients and finite look-ahead, px.
     pub quantised: f64,
 }
 
@@ -189,8 +192,8 @@ impl SigmaEff {
     }
 }
 
-/// The effective sigma of all smoothers. Variances of a chain add up: a recursion with gain `g` has `(1 - g) / g^2`, and a cell that
-/// reaches `2^j` samples, two weights `g_j` and `1 - g_j`, has `g_j (1 - g_j) 4^j`.
+/// The effective sigma of all smoothers. The variances of the stages add: the recursion with coefficient `g` has
+/// `(1 - g) / g^2`, and a stage with the weights `g_j` and `1 - g_j`, `2^j` samples apart, has `g_j (1 - g_j) 4^j`.
 pub fn sigma_eff(levels: &Levels) -> Vec<SigmaEff> {
     let (Some(exact), Some(rounded)) = (levels.coefficients(Level::Streaming), levels.coefficients(Level::BitTrue))
     else {
@@ -210,16 +213,16 @@ pub fn sigma_eff(levels: &Levels) -> Vec<SigmaEff> {
     (0..exact.len()).flat_map(of_smoother).collect()
 }
 
-/// The bounds that concern the filters alone: effective sigma, and constant pictures.
+/// The checks of the filters alone: effective sigma, and the response to constant pictures.
 pub fn check_coefficients(levels: &Levels, bounds: &Bounds) -> Vec<Check> {
     let worst = sigma_eff(levels).into_iter().max_by(|a, b| a.relative().abs().total_cmp(&b.relative().abs()));
     let sigma = worst.map(|worst| {
-        let direction = if worst.along_rows { "along the rows" } else { "down the columns" };
-        let place = format!("sigma {} {direction}", worst.sigma);
+        let direction = if worst.along_rows { "horizontal" } else { "vertical" };
+        let location = format!("sigma {}, {direction}", worst.sigma);
         let (limit, measured) = (bounds.coefficients.sigma_eff_relative, worst.relative().abs());
-        Check::new("sigma_eff, relative change", "", Sense::AtMost, limit, measured, place)
+        Check::new("sigma_eff, relative change", "", Sense::AtMost, limit, measured, location)
     });
-    // Either end of the word, its middle, and a code of mixed bits.
+    // Both ends of the camera sample, its middle, and a value of mixed bits.
     let deviation = |value: u16| {
         let planes = levels.planes(Level::BitTrue, &Plane::filled(96, 80, value));
         let from = |plane: &Plane<f64>, wanted: f64| {
@@ -232,7 +235,14 @@ pub fn check_coefficients(levels: &Levels, bounds: &Bounds) -> Vec<Check> {
     let worst = [0, 1, 0x8000, 0xa5c3, u16::MAX].map(deviation).into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
     let constant = worst.map(|(measured, value)| {
         let limit = bounds.coefficients.constant_lsb;
-        Check::new("a constant stays constant", "LSB", Sense::AtMost, limit, measured, format!("code {value}"))
+        Check::new(
+            "constant picture, largest deviation",
+            "LSB",
+            Sense::AtMost,
+            limit,
+            measured,
+            format!("constant of {value} DN"),
+        )
     });
     sigma.into_iter().chain(constant).collect()
 }

@@ -1,8 +1,8 @@
-//! `measured <= limit`, or `>=`: the acceptance bounds of the levels, read from one file, and the check on a measurement.
+//! The acceptance bounds of `bounds.toml`, and the check `measured <= limit` or `measured >= limit`.
 //!
-//! Rounding noise is nearly constant in LSB, whatever the picture, so all measures relative to the signal fall with the
-//! picture's own contrast. Hence the column of limits is chosen by the contrast that is there, the rms of the `streaming` DoG,
-//! and not by the name of the condition that the picture was taken under.
+//! Rounding noise is nearly constant in LSB for all pictures. Every measure relative to the signal therefore gets worse
+//! as the contrast of the picture falls. The contrast class of a picture, which selects the limits, is determined by
+//! the rms of its `streaming` DoG, not by the name of the condition.
 
 use std::sync::LazyLock;
 
@@ -15,57 +15,57 @@ use crate::analysis::errors::Region;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
-    /// Where errors are checked.
+    /// The interior, where errors are checked.
     pub interior: Region,
-    /// How features are chosen for comparison.
+    /// The features that are compared.
     pub features: FeatureRule,
-    /// Where each column begins.
+    /// Least contrast of each class.
     pub class: Classes,
-    /// Limits of the DoG error that hold for any picture.
+    /// Limits of the DoG error for any contrast.
     pub dog: DogLimits,
-    /// Relative limits at good contrast.
+    /// Limits of the class nominal: high contrast.
     pub nominal: Column,
-    /// Relative limits at middling contrast.
+    /// Limits of the class combined: medium contrast.
     pub combined: Column,
-    /// Relative limits at poor contrast.
+    /// Limits of the class fog: low contrast.
     pub fog: Column,
     /// Limits of the displacement, end to end.
     pub displacement: DisplacementLimits,
-    /// Limits that concern the coefficients alone.
+    /// Limits of the filter coefficients.
     pub coefficients: CoefficientLimits,
     /// Seeds of the degradations and of the motion.
     pub seeds: Seeds,
 }
 
-/// Which features are compared: those above `T`, the response of a rank.
+/// The features that are compared: those with a response of at least `T`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FeatureRule {
-    /// `T` is the response of this rank at `streaming`, per picture and scale.
+    /// `T` is the response of this rank in `streaming`, for each picture and scale.
     pub rank: usize,
-    /// Fewer features than this fail.
+    /// Least number of features; fewer fail the check.
     pub minimum: usize,
 }
 
-/// Where each column begins, for two kinds of measures.
+/// Least contrast of each class, for two kinds of measures.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Classes {
-    /// For SQNR and bit flips, which average over ten thousands of samples or bits.
+    /// For SQNR and flipped bits, which average over tens of thousands of samples or bits.
     pub signal: ClassLimits,
-    /// For the places of features, of which there are some hundred, most of them the weakest that are let in.
+    /// For feature positions: some hundred features, most of them near the threshold.
     pub features: ClassLimits,
 }
 
-/// Least rms of the `streaming` DoG of each column, LSB.
+/// Least rms of the `streaming` DoG of each class, LSB.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassLimits {
-    /// From here on the nominal column holds.
+    /// Least rms of the class nominal.
     pub nominal: f64,
-    /// From here on the combined column holds.
+    /// Least rms of the class combined.
     pub combined: f64,
-    /// From here on the fog column holds; below it only absolute limits do.
+    /// Least rms of the class fog. Below it only the absolute limits apply.
     pub fog: f64,
 }
 
@@ -73,27 +73,27 @@ pub struct ClassLimits {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct DogLimits {
-    /// Greatest error on the interior.
+    /// Largest error on the interior.
     pub max_lsb: f64,
     /// Root mean square of the error on the interior.
     pub rms_lsb: f64,
-    /// Greatest error anywhere in the frame.
+    /// Largest error in the whole frame.
     pub whole_frame_max_lsb: f64,
 }
 
-/// Limits that depend on the contrast.
+/// The limits of one contrast class.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Column {
-    /// Least ratio of DoG signal to quantisation error on the interior, dB.
+    /// Least SQNR of the DoG on the interior, dB.
     pub sqnr_db: f64,
-    /// Most MaxLBP bits flipped at `streaming` features, percent.
+    /// Most MaxLBP bits flipped at the features of `streaming`, percent.
     pub maxlbp_flips_percent: f64,
-    /// Most sign bits flipped at `streaming` features, percent.
+    /// Most sign bits flipped at the features of `streaming`, percent.
     pub sign_flips_percent: f64,
     /// Least share of features at the same pixel, the smaller of recall and precision, percent.
     pub same_pixel_percent: f64,
-    /// Least share of features within one pixel, likewise, percent.
+    /// Least share of features within one pixel, the smaller of recall and precision, percent.
     pub within_one_px_percent: f64,
 }
 
@@ -103,21 +103,21 @@ pub struct Column {
 pub struct DisplacementLimits {
     /// Median over the motions.
     pub median_px: f64,
-    /// Greatest of the motions.
+    /// Largest over the motions.
     pub max_px: f64,
 }
 
-/// Limits of what rounding and truncation do to the filters themselves.
+/// Limits of the effect of rounding and truncation on the filters.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoefficientLimits {
-    /// Greatest relative change of the effective sigma.
+    /// Largest relative change of the effective sigma.
     pub sigma_eff_relative: f64,
-    /// Greatest deviation of a constant picture's output from the constant, LSB.
+    /// Largest deviation of the output from the constant for a constant picture, LSB.
     pub constant_lsb: f64,
 }
 
-/// Seeds, so that every measurement can be had again.
+/// Seeds of the random numbers, so that every measurement is reproducible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Seeds {
@@ -127,12 +127,12 @@ pub struct Seeds {
     pub combined: u64,
     /// Of fog.
     pub fog: u64,
-    /// Of the known motions and of the current frame's noise.
+    /// Of the known motions and of the noise of the second view.
     pub motion: u64,
 }
 
 impl Seeds {
-    /// The seed of one of the three conditions; that of any other is the nominal one's.
+    /// The seed of a condition; any condition other than combined and fog has that of nominal.
     pub fn of(&self, condition: &Condition) -> u64 {
         if *condition == COMBINED {
             self.combined
@@ -145,7 +145,7 @@ impl Seeds {
 }
 
 impl ClassLimits {
-    /// The column for a `streaming` DoG of this rms in LSB; none where only the absolute limits hold.
+    /// The class of a `streaming` DoG of this rms, LSB; `None` where only the absolute limits apply.
     pub fn class(&self, dog_rms_lsb: f64) -> Option<Class> {
         [(self.nominal, Class::Nominal), (self.combined, Class::Combined), (self.fog, Class::Fog)]
             .into_iter()
@@ -154,15 +154,15 @@ impl ClassLimits {
     }
 }
 
-/// A column of the table.
+/// A contrast class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
-    /// Good contrast.
+    /// High contrast.
     Nominal,
-    /// Middling contrast.
+    /// Medium contrast.
     Combined,
-    /// Poor contrast.
+    /// Low contrast.
     Fog,
 }
 
@@ -173,7 +173,8 @@ impl Bounds {
     /// The text of `bounds.toml`.
     pub const FILE: &'static str = include_str!("../../bounds.toml");
 
-    /// Every picture, condition and seed that the limits of the columns were read off, as CSV; made by the example `calibrate`.
+    /// The measurements from which the limits of the contrast classes were set, as CSV. The example `calibrate` makes
+    /// it.
     pub const CALIBRATION: &'static str = include_str!("../../calibration.csv");
 
     /// The acceptance bounds of the project.
@@ -181,7 +182,7 @@ impl Bounds {
         &ACCEPTANCE
     }
 
-    /// The limits of a column.
+    /// The limits of a class.
     pub fn column(&self, class: Class) -> &Column {
         match class {
             Class::Nominal => &self.nominal,
@@ -191,50 +192,50 @@ impl Bounds {
     }
 }
 
-/// On which side of its limit a measurement must lie, and so how near to it it is.
+/// How a measurement is compared with its limit, and how the used part of the allowance is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sense {
-    /// `measured <= limit`.
+    /// `measured <= limit`; used is `measured / limit`.
     AtMost,
-    /// `measured >= limit`, a count.
+    /// `measured >= limit`, a count; used is `limit / measured`.
     AtLeast,
-    /// `measured >= limit`, percent: what is missing from 100 counts.
+    /// `measured >= limit`, percent; used is `(100 - measured) / (100 - limit)`.
     AtLeastPercent,
-    /// `measured >= limit`, decibels.
+    /// `measured >= limit`, dB; used is the ratio of the error amplitudes.
     AtLeastDecibel,
 }
 
-/// A measurement beside its limit.
+/// A measurement and its limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
-    /// What was measured.
+    /// Name of the bound.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// On which side of the limit it must lie.
+    /// How the measurement is compared with the limit.
     pub sense: Sense,
     /// The limit.
     pub limit: f64,
     /// The measurement.
     pub measured: f64,
-    /// Where it was found.
-    pub place: String,
-    /// Part of the allowance that is used up: at most 1 where the bound holds, and comparable between bounds.
+    /// Scale, pixel or smoother of the measurement.
+    pub location: String,
+    /// Part of the allowance that is used: at most 1 where the check passes, comparable between bounds.
     pub used: f64,
-    /// Whether the bound holds; what is no number never does.
+    /// The check passes. NaN does not pass.
     pub pass: bool,
 }
 
 impl Check {
-    /// Holds `measured` against `limit`.
+    /// Compares `measured` with `limit`.
     pub fn new(
         name: &'static str,
         unit: &'static str,
         sense: Sense,
         limit: f64,
         measured: f64,
-        place: impl Into<String>,
+        location: impl Into<String>,
     ) -> Self {
         let (pass, used) = match sense {
             Sense::AtMost => (measured <= limit, measured / limit),
@@ -242,9 +243,9 @@ impl Check {
             Sense::AtLeastPercent => (measured >= limit, (100.0 - measured) / (100.0 - limit)),
             Sense::AtLeastDecibel => (measured >= limit, 10f64.powf((limit - measured) / 20.0)),
         };
-        // 0 of 0 allowed is nothing used.
+        // 0 / 0: the limit is 0 and nothing of it is used.
         let used = if pass && used.is_nan() { 0.0 } else { used };
-        Self { name, unit, sense, limit, measured, place: place.into(), used, pass }
+        Self { name, unit, sense, limit, measured, location: location.into(), used, pass }
     }
 }
 
@@ -253,7 +254,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_file_is_read_whole_and_its_columns_grow_laxer() {
+    fn limits_are_looser_at_lower_contrast_and_unknown_keys_are_refused() {
         let bounds = Bounds::acceptance();
         let columns = [&bounds.nominal, &bounds.combined, &bounds.fog];
         for pair in columns.windows(2) {
@@ -268,11 +269,11 @@ mod tests {
         }
         assert!(bounds.dog.whole_frame_max_lsb >= bounds.dog.max_lsb);
         let misspelt = Bounds::FILE.replace("rms_lsb", "rms_lbs");
-        assert!(toml::from_str::<Bounds>(&misspelt).is_err(), "a misspelt bound must not be passed over");
+        assert!(toml::from_str::<Bounds>(&misspelt).is_err(), "a misspelt bound must be refused");
     }
 
     #[test]
-    fn contrast_chooses_the_column() {
+    fn contrast_selects_the_class() {
         let limits = ClassLimits { nominal: 400.0, combined: 200.0, fog: 80.0 };
         assert_eq!(limits.class(400.0), Some(Class::Nominal));
         assert_eq!(limits.class(399.9), Some(Class::Combined));
@@ -282,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn checks_fall_on_the_right_side() {
+    fn checks_compare_with_the_limit_and_report_the_allowance_used() {
         let check = |sense, limit, measured| {
             let check = Check::new("n", "u", sense, limit, measured, "");
             (check.pass, check.used)

@@ -1,11 +1,11 @@
-//! `p' = H p` known, estimated at `streaming` and at `bit_true`: what quantisation costs at the very end.
+//! Effect of quantisation on the measured displacement: a known motion is estimated from `streaming` and from
+//! `bit_true`.
 //!
-//! A second view is made of a picture by a known similarity about its centre (shift within 24 px, turn within 2 degrees,
-//! scale within 2 %; cubic convolution, Keys 1981, `a = -1/2`, border sample held), both views go through the camera with
-//! noise of their own, and the motion is estimated from the features of either level. The displacement is the motion of the
-//! picture's centre, px.
-//! The *difference* between the levels is the price of quantisation; the *error* of either against the known motion is that of
-//! the whole method, noise and interpolation included.
+//! A second view is made of a picture by a known similarity about its centre (shift within 24 px, turn within 2
+//! degrees, scale within 2 %; cubic convolution, Keys 1981, `a = -1/2`, border sample held), both views get independent
+//! noise, and the motion is estimated from the features of each level. The displacement is the motion of the picture's
+//! centre, px. The *difference* between the levels is caused by quantisation. The *error* of a level against the known
+//! motion also includes noise and interpolation.
 
 use nalgebra::{Matrix3, Vector2};
 use rand_chacha::ChaCha8Rng;
@@ -24,14 +24,14 @@ use crate::analysis::acceptance::{Comparison, FeaturePair};
 use crate::analysis::bounds::{Bounds, Check, Sense};
 use crate::analysis::levels::{Level, Levels};
 
-/// One known motion and what the two levels make of it.
+/// One known motion and the estimates of the two levels.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Displacement {
     /// The known displacement of the centre, px.
     pub known: [f64; 2],
-    /// `streaming`: estimate, if there is one.
+    /// `streaming`: estimate; `None` where there is none.
     pub reference: Option<Found>,
-    /// `bit_true`: estimate, if there is one.
+    /// `bit_true`: estimate; `None` where there is none.
     pub test: Option<Found>,
     /// Distance between the two estimates, px; infinite where one of them is missing.
     pub difference_px: f64,
@@ -46,7 +46,7 @@ pub struct Found {
     pub error_px: f64,
     /// Matches of the last round.
     pub matches: usize,
-    /// Those that agree with the motion.
+    /// Inliers of the motion.
     pub inliers: usize,
 }
 
@@ -66,7 +66,7 @@ pub fn displacements(
     let mut random = ChaCha8Rng::seed_from_u64(bounds.seeds.motion);
     let known: Vec<Matrix3<f64>> = (0..motions).map(|_| similarity(&mut random, picture)).collect();
     let centre = Vector2::new((picture.width() - 1) as f64 / 2.0, (picture.height() - 1) as f64 / 2.0);
-    let centre_motion = |h: &Matrix3<f64>| transfer(h, centre).map(|place| place - centre);
+    let centre_motion = |h: &Matrix3<f64>| transfer(h, centre).map(|position| position - centre);
     let measure = |(motion, h): (usize, &Matrix3<f64>)| {
         let known = centre_motion(h)?;
         let after = features(&condition.apply(&warp(picture, h)?, bounds.seeds.motion + 1 + motion as u64))?;
@@ -102,7 +102,7 @@ fn similarity(random: &mut ChaCha8Rng, picture: &Plane<u16>) -> Matrix3<f64> {
     Matrix3::new(a, -b, cx - a * cx + b * cy + tx, b, a, cy - b * cx - a * cy + ty, 0.0, 0.0, 1.0)
 }
 
-/// The picture moved by `h`: `out(h p) = picture(p)`; nothing where `h` has no inverse.
+/// The picture moved by `h`: `out(h p) = picture(p)`; `None` where `h` has no inverse.
 fn warp(picture: &Plane<u16>, h: &Matrix3<f64>) -> Option<Plane<u16>> {
     let back = h.try_inverse()?;
     let (width, height) = (picture.width(), picture.height());
@@ -118,31 +118,31 @@ fn warp(picture: &Plane<u16>, h: &Matrix3<f64>) -> Option<Plane<u16>> {
                 wx.iter().enumerate().map(|(i, wx)| wx * f64::from(row[clamp(left + i as i64, width)])).sum();
             sum += wy * along;
         }
-        // `as` clips the overshoot of the interpolation to the camera word.
+        // `as` clips the overshoot of the interpolation to the range of `u16`.
         sum.round() as u16
     }))
 }
 
-/// Weights of the four samples around a place `t` in `[0, 1)` past the second of them.
+/// Weights of the four samples around a position; `t` in `[0, 1)` is its distance from the second of them.
 fn cubic(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2]
 }
 
-/// The bounds on the displacement.
+/// The checks of the displacement.
 pub fn check(displacements: &[Displacement], bounds: &Bounds) -> Vec<Check> {
     let (median, max) = median_and_max(displacements);
     let estimated = displacements.iter().filter(|d| d.reference.is_some() && d.test.is_some()).count();
-    let place = format!("{estimated} of {} known motions", displacements.len());
+    let location = format!("{estimated} of {} known motions", displacements.len());
     let limits = &bounds.displacement;
-    let check = |name, limit, measured| Check::new(name, "px", Sense::AtMost, limit, measured, place.clone());
+    let check = |name, limit, measured| Check::new(name, "px", Sense::AtMost, limit, measured, location.clone());
     vec![
         check("displacement, median difference", limits.median_px, median),
         check("displacement, largest difference", limits.max_px, max),
     ]
 }
 
-/// The middle of the differences, and the largest; no number where there is none.
+/// Median and maximum of the differences; NaN where there is none.
 pub fn median_and_max(displacements: &[Displacement]) -> (f64, f64) {
     let mut differences: Vec<f64> = displacements.iter().map(|d| d.difference_px).collect();
     differences.sort_unstable_by(f64::total_cmp);
@@ -160,8 +160,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_plane_is_warped_without_error() {
-        // Cubic convolution reproduces a linear function; away from the border the warped plane is the plane at the place before.
+    fn warping_reproduces_a_linear_plane() {
+        // Cubic convolution reproduces a linear function; away from the border the warped
+        // sample is the sample at the position before the motion.
         let picture = Plane::from_fn(80, 60, |x, y| (2000 + 400 * x + 300 * y) as u16);
         let h = similarity(&mut ChaCha8Rng::seed_from_u64(9), &Plane::filled(80, 60, 0));
         let warped = warp(&picture, &h).unwrap();
@@ -181,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_and_the_largest() {
+    fn median_and_maximum_of_the_differences() {
         let with = |differences: &[f64]| -> Vec<Displacement> {
             let one =
                 |&difference_px: &f64| Displacement { known: [0.0; 2], reference: None, test: None, difference_px };

@@ -1,4 +1,4 @@
-//! `e = test - reference`: what one level of the levels costs against another, on planes, on features and on descriptor bits.
+//! Errors of one model level against another, `e = test - reference`: on planes, features and descriptor bits.
 //!
 //! ```text
 //! bias = mean(e)     rms = sqrt(mean(e^2))     SQNR = 20 log10(rms(reference) / rms(e)) dB
@@ -6,9 +6,10 @@
 //! flip rate = bits that differ / bits, at the pixels of the reference's features
 //! ```
 //!
-//! Planes hold DN of the 16-bit camera sample; errors are told in LSB, one step of the word that the test plane is stored in.
-//! The margin of a bit is how far the reference is from deciding otherwise: `|DOG(p) - MaxDOG(o_i)|` for MaxLBP, `|d(o_i)|`
-//! for the sign. A flip at a large margin is a fault, one at a margin of an LSB is the price of rounding.
+//! Planes hold DN of the 16-bit camera sample; errors are in LSB of the format of the test plane.
+//! The margin of a bit is the distance of the reference from its decision threshold: `|DOG(p) - MaxDOG(o_i)|` for
+//! MaxLBP, `|d(o_i)|` for the sign. A flip at a margin of an LSB is caused by rounding; a flip at a large margin
+//! indicates a defect.
 
 use std::collections::BTreeSet;
 
@@ -17,22 +18,22 @@ use hoverlock_reference::features::maxlbp::{Layer, descriptor, rings};
 use hoverlock_reference::image::plane::Plane;
 use serde::{Deserialize, Serialize};
 
-/// A frame without so many columns and rows at its sides.
+/// The part of a frame that is left when columns and rows at its sides are excluded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
-    /// Columns left out at the left.
+    /// Columns excluded at the left.
     pub left: usize,
-    /// Rows left out at the top.
+    /// Rows excluded at the top.
     pub top: usize,
-    /// Columns left out at the right.
+    /// Columns excluded at the right.
     pub right: usize,
-    /// Rows left out at the bottom.
+    /// Rows excluded at the bottom.
     pub bottom: usize,
 }
 
 impl Region {
-    /// Nothing left out.
+    /// The whole frame.
     pub const WHOLE: Self = Self { left: 0, top: 0, right: 0, bottom: 0 };
 }
 
@@ -43,7 +44,7 @@ pub struct ErrorStatistics {
     pub samples: u64,
     /// The error of greatest magnitude, with its sign, LSB.
     pub max: f64,
-    /// Column and row at which it stands; the first in raster order.
+    /// Column and row of that error; the first in raster order.
     pub max_at: (usize, usize),
     /// Mean error, LSB.
     pub bias: f64,
@@ -57,10 +58,10 @@ pub struct ErrorStatistics {
     pub histogram: UlpHistogram,
 }
 
-/// Counts of errors in units of the last place, in bins of equal width, symmetric about an error of 0.
+/// Histogram of errors in LSB, with bins of equal width, symmetric about 0.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UlpHistogram {
-    /// Width of a bin, LSB: 1, or the least power of two with which the greatest error finds room.
+    /// Width of a bin, LSB: 1, or the least power of two for which the largest error is inside the histogram.
     pub bin_lsb: f64,
     /// Counts; the middle one holds `|e| < bin_lsb / 2`.
     pub counts: Vec<u64>,
@@ -92,11 +93,11 @@ impl UlpHistogram {
 }
 
 impl ErrorStatistics {
-    /// Compares `test` with `reference` inside `region`; `lsb` is the step of the test plane in the planes' unit. Nothing where
-    /// the region leaves no sample.
+    /// Compares `test` with `reference` inside `region`; `lsb` is the LSB of the test plane in the unit of the planes.
+    /// `None` where the region has no sample.
     ///
     /// # Panics
-    /// Where the planes differ in shape.
+    /// The planes differ in shape.
     pub fn between(reference: &Plane<f64>, test: &Plane<f64>, lsb: f64, region: Region) -> Option<Self> {
         let (width, height) = (reference.width(), reference.height());
         assert_eq!((width, height), (test.width(), test.height()), "planes of different shape");
@@ -135,15 +136,15 @@ impl ErrorStatistics {
 }
 
 /// `T` of one scale: the response of the given rank among `features`, rounded to an LSB, at least one LSB. With fewer
-/// features than that every maximum counts.
+/// features than `rank` it is one LSB.
 pub fn threshold_of_rank(features: &[Feature], scale: u8, rank: usize, lsb: f64) -> f64 {
     let mut responses: Vec<f64> = features.iter().filter(|f| f.scale == scale).map(|f| f.response).collect();
     responses.sort_unstable_by(|a, b| b.total_cmp(a));
-    let response = rank.checked_sub(1).and_then(|place| responses.get(place)).copied().unwrap_or(0.0);
+    let response = rank.checked_sub(1).and_then(|position| responses.get(position)).copied().unwrap_or(0.0);
     lsb * (response / lsb).round().max(1.0)
 }
 
-/// What became of a feature between two levels.
+/// How a feature differs between two levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fate {
@@ -172,34 +173,39 @@ pub struct Kept {
     pub same_pixel_percent: f64,
     /// The smaller of recall and precision within one pixel, percent.
     pub within_one_px_percent: f64,
-    /// Each feature with its fate: those of the reference, then the new ones.
+    /// The fate of each feature: those of the reference first, then the new ones.
     #[serde(skip)]
     pub fates: Vec<(u32, u32, Fate)>,
 }
 
 impl Kept {
-    /// Compares the features of `scale`. Maxima of one plane stand at least four pixels apart, so that at most one feature of
-    /// the test is within a pixel of one of the reference, and the other way round.
+    /// Compares the features of `scale`. Maxima of one plane are at least four pixels apart, so at most one feature of
+    /// the test is within one pixel of a feature of the reference, and vice versa.
     pub fn between(reference: &[Feature], test: &[Feature], scale: u8) -> Self {
-        let places = |features: &[Feature]| -> BTreeSet<(u32, u32)> {
+        let positions = |features: &[Feature]| -> BTreeSet<(u32, u32)> {
             features.iter().filter(|f| f.scale == scale).map(|f| (f.x, f.y)).collect()
         };
-        let (before, after) = (places(reference), places(test));
+        let (before, after) = (positions(reference), positions(test));
         let neighbour = |&(x, y): &(u32, u32), others: &BTreeSet<(u32, u32)>| {
             let around = (x.saturating_sub(1)..=x + 1).flat_map(|i| (y.saturating_sub(1)..=y + 1).map(move |j| (i, j)));
-            around.into_iter().any(|place| others.contains(&place))
+            around.into_iter().any(|position| others.contains(&position))
         };
-        let fate = |place: &(u32, u32)| match (after.contains(place), neighbour(place, &after)) {
+        let fate = |position: &(u32, u32)| match (after.contains(position), neighbour(position, &after)) {
             (true, _) => Fate::Kept,
             (false, true) => Fate::Moved,
             (false, false) => Fate::Lost,
         };
-        let mut fates: Vec<(u32, u32, Fate)> = before.iter().map(|place| (place.0, place.1, fate(place))).collect();
+        let mut fates: Vec<(u32, u32, Fate)> =
+            before.iter().map(|position| (position.0, position.1, fate(position))).collect();
         let count = |wanted: Fate| fates.iter().filter(|(_, _, fate)| *fate == wanted).count();
         let same = count(Fate::Kept);
         let near = same + count(Fate::Moved);
-        fates
-            .extend(after.iter().filter(|place| !neighbour(place, &before)).map(|place| (place.0, place.1, Fate::New)));
+        fates.extend(
+            after
+                .iter()
+                .filter(|position| !neighbour(position, &before))
+                .map(|position| (position.0, position.1, Fate::New)),
+        );
         let percent = |common: usize| 100.0 * common as f64 / before.len().max(after.len()).max(1) as f64;
         Self {
             reference: before.len(),
@@ -213,7 +219,7 @@ impl Kept {
     }
 }
 
-/// Which half of the descriptor a bit belongs to.
+/// The kind of a descriptor bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BitKind {
@@ -223,19 +229,19 @@ pub enum BitKind {
     Sign,
 }
 
-/// Bits and flips whose margin at the reference lies in one octave.
+/// Bits and flips whose margin in the reference is within one octave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct MarginBin {
     /// Bits.
     pub bits: u64,
-    /// Those that differ.
+    /// Bits that differ.
     pub flipped: u64,
 }
 
 /// Descriptor bits that differ between two levels at the reference's features.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Flips {
-    /// Features looked at, of both scales.
+    /// Features of both scales.
     pub features: u64,
     /// Flips of each of the 128 bits, in the order of the descriptor.
     pub per_bit: Vec<u64>,
@@ -253,11 +259,11 @@ impl Default for Flips {
 }
 
 impl Flips {
-    /// Octaves of margin that are told apart.
+    /// Number of margin bins.
     pub const MARGIN_BINS: usize = 16;
 
-    /// Compares the descriptors that both levels give at the pixels of the reference's `features`; `lsb` is the step of the test's
-    /// DoG in the planes' unit.
+    /// Compares the descriptors that both levels give at the pixels of the reference's `features`; `lsb` is the step of
+    /// the test's DoG in the planes' unit.
     pub fn between(reference: &[Layer<f64>; 2], test: &[Layer<f64>; 2], features: &[Feature], lsb: f64) -> Self {
         let mut flips = Self::default();
         for feature in features {
@@ -271,8 +277,8 @@ impl Flips {
     pub fn count(&mut self, reference: &Descriptor, test: &Descriptor, margins: &[f64; 4 * RING_POINTS]) {
         self.features += 1;
         for (bit, margin) in margins.iter().enumerate() {
-            let (word, place) = (bit / RING_POINTS, bit % RING_POINTS);
-            let flipped = u64::from((reference.words()[word] ^ test.words()[word]) >> place & 1);
+            let (word, point) = (bit / RING_POINTS, bit % RING_POINTS);
+            let flipped = u64::from((reference.words()[word] ^ test.words()[word]) >> point & 1);
             self.per_bit[bit] += flipped;
             let bins = if word < 2 { &mut self.maxlbp_margin } else { &mut self.sign_margin };
             let octave = if *margin < 0.5 { 0 } else { (margin.log2().floor() + 2.0) as usize };
@@ -295,7 +301,7 @@ impl Flips {
         }
     }
 
-    /// Share of the bits of one kind, of both scales, that differ, percent.
+    /// Flipped bits of one kind over both scales, percent.
     pub fn percent(&self, kind: BitKind) -> f64 {
         let first = if kind == BitKind::Sign { 2 * RING_POINTS } else { 0 };
         let flipped: u64 = self.per_bit[first..first + 2 * RING_POINTS].iter().sum();
@@ -303,7 +309,7 @@ impl Flips {
     }
 }
 
-/// How far each of the 128 bits at `(x, y)` is from the other value, LSB, in the order of the descriptor.
+/// The margin of each of the 128 bits at `(x, y)`, LSB, in the order of the descriptor.
 fn margins(layers: &[Layer<f64>; 2], x: usize, y: usize, lsb: f64) -> [f64; 4 * RING_POINTS] {
     let mut margins = [0.0; 4 * RING_POINTS];
     for (k, layer) in layers.iter().enumerate() {
@@ -362,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_none_is_the_largest_error() {
+    fn nan_is_the_largest_error() {
         let test = Plane::from_vec(3, 1, vec![1.0, f64::NAN, 0.0]).unwrap();
         let error = ErrorStatistics::between(&Plane::filled(3, 1, 0.0), &test, 1.0, Region::WHOLE).unwrap();
         assert!(error.max.is_nan() && error.rms.is_nan());
@@ -417,29 +423,30 @@ mod tests {
     }
 
     #[test]
-    fn margins_tell_how_much_it_takes_to_flip_each_bit() {
-        // A rough surface; each bit is flipped by moving one sample by its margin and a little more, and not by a little less.
+    fn moving_a_sample_by_more_than_its_margin_flips_the_bit() {
+        // A rough surface; each bit is flipped by moving one sample by its margin and a little more, and not by a
+        // little less.
         let narrow = |k: usize| Plane::from_fn(41, 41, |x, y| ((x * 7919 + y * 104_729 + k * 31) % 1009) as f64);
         let wide = Plane::filled(41, 41, 500.25);
         let layers = [0, 1].map(|k| Layer::new(Dog::between(&narrow(k), &wide)));
         let margins = margins(&layers, 20, 20, 0.5);
         let before = descriptor(&layers, 20, 20).words();
         for (bit, margin) in margins.iter().enumerate() {
-            let (word, place) = (bit / RING_POINTS, bit % RING_POINTS);
+            let (word, point) = (bit / RING_POINTS, bit % RING_POINTS);
             let k = word % 2;
-            let (dx, dy) = rings()[k][place];
+            let (dx, dy) = rings()[k][point];
             let at = (20usize.wrapping_add_signed(dx as isize), 20usize.wrapping_add_signed(dy as isize));
             let flips_after = |step: f64| {
                 let mut moved = layers.clone();
                 if word < 2 {
-                    let up = before[word] >> place & 1 == 0;
+                    let up = before[word] >> point & 1 == 0;
                     moved[k].dog.magnitude[(20, 20)] += if up { step } else { -step };
                 } else {
                     let signed = moved[k].dog.signed();
                     let d = signed[at] - step * signed[at].signum();
                     moved[k].dog.positive[at] = d >= 0.0;
                 }
-                descriptor(&moved, 20, 20).words()[word] >> place & 1 != before[word] >> place & 1
+                descriptor(&moved, 20, 20).words()[word] >> point & 1 != before[word] >> point & 1
             };
             assert!(flips_after(0.5 * margin + 0.01) && !flips_after(0.5 * margin - 0.01), "bit {bit}");
         }

@@ -1,4 +1,4 @@
-//! The model levels: from the ideal filter to the hardware, one cause of error a level.
+//! The model levels, from the ideal filter to the RTL. Each level adds one cause of error.
 //!
 //! | level | what changes against the level above |
 //! |---|---|
@@ -9,8 +9,9 @@
 //! | `bit_true` | `quantised` in integers: the bit-true model |
 //! | `rtl` | the emitted Verilog, simulated; it gives the bits of `bit_true` |
 //!
-//! All planes are in DN of the 16-bit camera sample, `0 ..= 65535`, whatever the level. Those of `bit_true` are exact, because its
-//! integers are whole multiples of a power of two. *Approximation* is a level against `ideal`, *quantisation* against `streaming`.
+//! All planes are in DN of the 16-bit camera sample, `0 ..= 65535`, at every level. Those of `bit_true` are exact,
+//! because its integers are whole multiples of a power of two. *Approximation* is a level against `ideal`,
+//! *quantisation* against `streaming`.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -34,22 +35,22 @@ use crate::model::stages::{self, Stage, StageCoefficients};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
-    /// The sampled Gaussian.
+    /// The sampled Gaussian, f64.
     Ideal,
-    /// The two-sided recursion.
+    /// The two-sided first-order recursion, f64.
     Recursive,
-    /// Finite look-ahead and look-back, as it streams.
+    /// Finite look-ahead and look-back, f64.
     Streaming,
-    /// Rounded coefficients.
+    /// Rounded coefficients, f64 arithmetic.
     Quantised,
-    /// Integers.
+    /// Integer arithmetic.
     BitTrue,
     /// The emitted Verilog. It is simulated, not computed here.
     Rtl,
 }
 
 impl Level {
-    /// From the ideal filter to the hardware.
+    /// All levels in order.
     pub const ALL: [Level; 6] =
         [Level::Ideal, Level::Recursive, Level::Streaming, Level::Quantised, Level::BitTrue, Level::Rtl];
 
@@ -89,7 +90,7 @@ pub struct LevelPlanes {
 }
 
 impl LevelPlanes {
-    /// Everything that follows from the smoothed planes of levels `ideal` to `quantised`.
+    /// The planes of a float level, computed from its smoothed planes.
     pub fn of(smoothed: [Plane<f64>; SMOOTHERS]) -> Self {
         let signed_dog = [0, 1].map(|k| smoothed[k].zip_map(&smoothed[k + 1], |narrow, wide| narrow - wide));
         let dog = [0, 1].map(|k: usize| signed_dog[k].map(|d: &f64| d.abs()));
@@ -103,7 +104,7 @@ impl LevelPlanes {
 pub struct Smoothed {
     /// After the vertical pass: recursion and look-ahead down the columns.
     pub columns: Plane<f64>,
-    /// After the horizontal pass too.
+    /// After the horizontal pass.
     pub rows: Plane<f64>,
 }
 
@@ -122,7 +123,7 @@ impl Levels {
     /// Designs all levels.
     ///
     /// # Errors
-    /// Where a filter of one of the sigmas, or its rounding to the coefficient format, does not exist.
+    /// A filter cannot be designed for one of the sigmas or cannot be rounded to the coefficient format.
     pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
         let bit_true = BitTrue::new(design)?;
         let [narrow, middle, wide] = design.sigmas;
@@ -150,8 +151,8 @@ impl Levels {
         &self.bit_true
     }
 
-    /// Coefficients of `streaming` (unrounded), or of `quantised` and `bit_true` (rounded), as real numbers. `None` for the other
-    /// levels.
+    /// Coefficients of `streaming` (unrounded), or of `quantised` and `bit_true` (rounded), as real numbers. `None` for
+    /// the other levels.
     pub fn coefficients(&self, level: Level) -> Option<&[StageCoefficients<f64>; SMOOTHERS]> {
         match level {
             Level::Ideal | Level::Recursive | Level::Rtl => None,
@@ -194,7 +195,7 @@ impl Levels {
     pub fn smoothed(&self, level: Level, smoother: usize, pixels: &Plane<u16>) -> Smoothed {
         let whole = |filter: &Smoother| {
             let frame = dn(pixels);
-            // The vertical pass alone is both passes over columns that stand alone.
+            // Both passes over single columns are the vertical pass alone.
             Smoothed { columns: columns_only(filter, &frame), rows: filter.smooth(&frame, Border::Held) }
         };
         match level {
@@ -246,8 +247,9 @@ impl Levels {
         }
     }
 
-    /// Most a smoother of this level can differ from the level above, DN; `range` is the largest pixel less the smallest.
-    /// `None` for `ideal`, which has no level above. For `recursive` it is valid away from the borders. `rtl` differs by nothing.
+    /// Largest difference of a smoother of this level from the level above, DN; `range` is the largest pixel less the
+    /// smallest. `None` for `ideal`, which has no level above. For `recursive` it is valid away from the borders. For
+    /// `rtl` it is 0.
     pub fn worst_case(&self, level: Level, smoother: usize, range: f64) -> Option<f64> {
         let (streaming, rounded) = (&self.streaming[smoother], &self.quantised[smoother]);
         let response = |filters: &[Smoother; SMOOTHERS]| filters[smoother].impulse_response();
@@ -263,13 +265,15 @@ impl Levels {
         }
     }
 
-    /// Most `d_k` of this level can differ from the level above, DN, as [`Levels::worst_case`] for its two smoothers; `DOG_k` and
-    /// `MaxDOG_k` of `bit_true` differ by half an LSB of the DoG more, as long as they do not saturate.
+    /// Largest difference of `d_k` of this level from the level above, DN, as [`Levels::worst_case`] for its two
+    /// smoothers; `DOG_k` and `MaxDOG_k` of `bit_true` differ by half an LSB of the DoG more, as long as they do not
+    /// saturate.
     pub fn worst_dog(&self, level: Level, k: usize, range: f64) -> Option<f64> {
         Some(self.worst_case(level, k, range)? + self.worst_case(level, k + 1, range)?)
     }
 
-    /// All features of a level in raster order, scale 0 before scale 1 at one pixel; thresholds in DN of the camera sample.
+    /// All features of a level in raster order, scale 0 before scale 1 at one pixel; thresholds in DN of the camera
+    /// sample.
     pub fn features(&self, planes: &LevelPlanes, thresholds: [f64; SCALES]) -> Vec<Feature> {
         let layer = |k: usize| Layer {
             dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
@@ -288,7 +292,8 @@ fn per_smoother<T: Send>(make: impl Fn(usize) -> T + Send + Sync) -> [T; SMOOTHE
     made.try_into().ok().expect("one per smoother")
 }
 
-/// The vertical pass of a smoother: every column as a picture one pixel wide, whose rows have nothing to smooth.
+/// The vertical pass of a smoother. Each column is smoothed as a picture of one column, on which the horizontal pass
+/// has no effect.
 fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
     let columns: Vec<Vec<f64>> = (0..frame.width())
         .into_par_iter()
@@ -339,7 +344,7 @@ mod tests {
         samples.clone().max().map_or(0.0, |max| f64::from(*max)) - samples.min().map_or(0.0, |min| f64::from(*min))
     }
 
-    /// Some 60 cells of f64 arithmetic on values up to 2^16, each off by 2^-53 of them: 5e-10 DN, with room.
+    /// Bound of the f64 rounding error: some 60 stages on values up to 2^16, each with an error of 2^-53, are 5e-10 DN.
     const FLOAT: f64 = 1e-8;
 
     fn layers(planes: &LevelPlanes) -> [Layer<f64>; 2] {
@@ -386,13 +391,17 @@ mod tests {
                     let bound = levels.worst_case(*level, smoother, range).unwrap() + FLOAT;
                     let (above, below) = (&above.smoothed[smoother], &below.smoothed[smoother]);
                     if *level == Level::Recursive {
-                        // Each pass holds its own border sample: a^(H - y) + a^(W - x) of the weight is another's.
+                        // Each pass repeats its own border sample: the weight a^(H - y) + a^(W - x) is on other
+                        // samples.
                         let a = first_order::pole(design.sigmas[smoother]).unwrap();
                         for y in 0..height {
                             for x in 0..width {
                                 let border = a.powi((height - y) as i32) + a.powi((width - x) as i32);
                                 let error = (below[(x, y)] - above[(x, y)]).abs();
-                                prop_assert!(error <= bound + border * range, "{error} at ({x}, {y}), {bound} + {border}");
+                                prop_assert!(
+                                    error <= bound + border * range,
+                                    "{error} at ({x}, {y}), {bound} + {border}"
+                                );
                             }
                         }
                     } else {
@@ -434,11 +443,12 @@ mod tests {
                         let (maxlbp, sign) = (a.maxlbp[k] ^ b.maxlbp[k], a.sign[k] ^ b.sign[k]);
                         for (i, (dx, dy)) in rings[k].iter().enumerate() {
                             let at = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
-                            // Both sides of the comparison may be off, by the DoG's error and its rounding; a flip where
-                            // one of them saturates is the range's fault, not the rounding's.
+                            // Both sides of the comparison may be off, by the DoG's error and its rounding; a flip
+                            // where one of them saturates is due to the range, not to rounding.
                             let saturated = above.dog[k][(x, y)].max(above.max_dog[k][at]) >= most;
                             let margin = (above.dog[k][(x, y)] - above.max_dog[k][at]).abs();
-                            prop_assert!(maxlbp >> i & 1 == 0 || saturated || margin <= 2.0 * (bounds[k] + half), "{margin}");
+                            let allowed = 2.0 * (bounds[k] + half);
+                            prop_assert!(maxlbp >> i & 1 == 0 || saturated || margin <= allowed, "{margin}");
                             let margin = above.signed_dog[k][at].abs();
                             prop_assert!(sign >> i & 1 == 0 || margin <= bounds[k], "{margin}");
                         }
@@ -464,7 +474,9 @@ mod tests {
         }
 
         #[test]
-        fn fixed_features_are_those_of_its_planes_in_codes(picture in pictures(90), threshold in 1u32..3000) {
+        fn features_of_raw_planes_equal_the_features_of_their_values_in_dn(
+            picture in pictures(90), threshold in 1u32..3000,
+        ) {
             let levels = Levels::new(&KT27).unwrap();
             let planes = levels.bit_true_planes(&picture.draw());
             let records: Vec<Feature> = planes.features([threshold; 2]).iter().map(Feature::from).collect();
@@ -472,7 +484,7 @@ mod tests {
         }
 
         #[test]
-        fn stages_end_in_the_planes(design in designs(), picture in pictures(60)) {
+        fn the_last_stage_gives_the_smoothed_plane(design in designs(), picture in pictures(60)) {
             let pixels = picture.draw();
             let levels = Levels::new(&design).unwrap();
             for level in Level::MODELS {

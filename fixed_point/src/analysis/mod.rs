@@ -1,7 +1,7 @@
-//! What is measured about the model: the model levels, errors between two of them, ranges, bounds and the resources they cost.
+//! Analysis of the model: model levels, errors between levels, ranges, bounds and resources.
 //!
-//! [`levels`] computes every model level on one picture. The other modules compare two levels, or derive what a comparison can
-//! show at worst. [`acceptance`] checks the results against [`bounds`].
+//! [`levels`] computes every model level on one picture. The other modules compare two levels or derive the
+//! worst case of a comparison. [`acceptance`] checks the results against [`bounds`].
 
 pub mod acceptance;
 pub mod bounds;

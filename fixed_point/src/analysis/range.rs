@@ -1,14 +1,14 @@
-//! What a word must hold and what it has room for: ranges observed at every node of the chain.
+//! Ranges observed at every node of the processing chain, against the formats of the nodes.
 //!
-//! Values are those of `streaming`, in codes, before any rounding. Against the node's format a value `v` is
+//! Values are those of `streaming`, in DN, before any rounding. Against the node's format a value `v` is
 //!
-//! - *overflow* where it lies outside `min .. max + LSB/2` (beyond that it rounds to a code there is not),
+//! - *overflow* where it lies outside `min .. max + LSB/2` (it rounds to a value outside the format),
 //! - *underflow* where `0 < |v| < LSB/2`: it rounds to 0,
 //! - *in range* otherwise.
 //!
-//! The histogram counts `floor(log2 |v|)`; zeros are counted apart. Of the `w` bits of a word `unused` is how many of the
-//! leading magnitude bits no value needed: `w` less the bits of the largest code seen (and less the sign bit). What was
-//! observed is no proof: a state holds full scale as soon as a picture does.
+//! The histogram counts `floor(log2 |v|)`; zeros are counted separately. `unused` is the number of leading magnitude
+//! bits that no value used: the bits of the format, less the sign bit, less the bits of the largest raw integer
+//! observed. An observed range is no proof: the state reaches full scale as soon as a picture does.
 
 use std::fmt;
 
@@ -27,10 +27,10 @@ pub const HIGHEST: i32 = 23;
 
 const BINS: usize = (HIGHEST - LOWEST + 1) as usize;
 
-/// A place in the chain where a word is kept.
+/// A node of the processing chain whose value is stored in a format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Node {
-    /// The camera word.
+    /// The camera sample.
     Pixel,
     /// The output of one stage of one smoother.
     Stage(usize, Stage),
@@ -55,7 +55,7 @@ impl Node {
         nodes
     }
 
-    /// The format it is kept in; `d_k` has the state's bits and a sign.
+    /// The format of the node; `d_k` has the state's bits and a sign.
     pub fn format(self, design: &DesignPoint) -> Format {
         match self {
             Node::Pixel => design.pixel,
@@ -78,29 +78,29 @@ impl fmt::Display for Node {
     }
 }
 
-/// How a value, or a bin of the histogram, stands to a format.
+/// Relation of a value, or of a bin of the histogram, to a format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fit {
-    /// It has a code of its own.
+    /// Within the range, and not rounded to 0 unless it is 0.
     InRange,
-    /// It rounds to a code there is not.
+    /// It rounds to a value outside the format.
     Overflow,
     /// It is not 0 and rounds to 0.
     Underflow,
 }
 
-/// What was seen at one node.
+/// The values observed at one node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
     /// The node.
     pub node: Node,
     /// Its format.
     pub format: Format,
-    /// Values seen.
+    /// Number of values.
     pub values: u64,
-    /// Values that are 0.
+    /// Number of zeros.
     pub zeros: u64,
-    /// Smallest and largest value, codes; nothing before the first.
+    /// Smallest and largest value, DN; `None` before the first value.
     pub range: Option<(f64, f64)>,
     /// Values outside the format's range.
     pub overflows: u64,
@@ -112,7 +112,7 @@ pub struct Observed {
 }
 
 impl Observed {
-    /// Nothing seen yet.
+    /// No values yet.
     pub fn new(node: Node, design: &DesignPoint) -> Self {
         Self {
             node,
@@ -127,7 +127,7 @@ impl Observed {
         }
     }
 
-    /// Takes all samples of a plane, codes.
+    /// Adds all samples of a plane, DN.
     pub fn see(&mut self, plane: &Plane<f64>) {
         let (half, min, max) = (self.format.lsb() / 2.0, self.lowest(), self.highest());
         let (mut low, mut high) = self.range.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
@@ -150,7 +150,7 @@ impl Observed {
         (LOWEST..).zip(self.histogram)
     }
 
-    /// How a bin stands to the format, by its middle, `1.5 * 2^e`.
+    /// Relation of a bin to the format, by its middle, `1.5 * 2^e`.
     pub fn fit(&self, exponent: i32) -> Fit {
         let middle = 1.5 * f64::from(exponent).exp2();
         match () {
@@ -160,19 +160,19 @@ impl Observed {
         }
     }
 
-    /// Magnitude bits the largest value needs at this LSB, `0` where nothing but 0 was seen.
+    /// Magnitude bits the largest value needs at this LSB, `0` where all values are 0.
     pub fn used_bits(&self) -> u32 {
         let largest = self.range.map_or(0.0, |(low, high)| high.max(-low));
-        let code = (largest / self.format.lsb()).round();
-        if code < 1.0 { 0 } else { exponent(code) as u32 + 1 }
+        let raw = (largest / self.format.lsb()).round();
+        if raw < 1.0 { 0 } else { exponent(raw) as u32 + 1 }
     }
 
-    /// Leading magnitude bits no value needed; negative where there are too few.
+    /// Leading magnitude bits that no value used; negative where bits are missing.
     pub fn unused_bits(&self) -> i32 {
         self.format.bits() as i32 - i32::from(self.format.is_signed()) - self.used_bits() as i32
     }
 
-    /// The narrowest format with this LSB that holds all that was seen; nothing where none of up to 32 bits does.
+    /// The narrowest format with this LSB that represents all values observed; `None` where it needs more than 32 bits.
     pub fn proposal(&self) -> Option<Format> {
         let integer_bits = self.used_bits().max(1) as i32 - i32::from(self.format.fraction_bits());
         let sign = if self.format.is_signed() { 's' } else { 'u' };
@@ -195,7 +195,7 @@ impl Observed {
         self.saturated += other.saturated;
         self.range = match (self.range, other.range) {
             (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
-            (mine, others) => mine.or(others),
+            (own, other) => own.or(other),
         };
         self.histogram.iter_mut().zip(other.histogram).for_each(|(mine, others)| *mine += others);
     }
@@ -203,18 +203,18 @@ impl Observed {
 
 /// `floor(log2 |value|)` of a finite value other than 0.
 fn exponent(value: f64) -> i32 {
-    // A subnormal number has the exponent bits 0 and lands in the lowest bin, where it belongs.
+    // A subnormal number has exponent bits of 0 and falls into the lowest bin.
     ((value.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
-/// What was seen at all nodes of one design point.
+/// The values observed at all nodes of one design point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranges {
     nodes: Vec<Observed>,
 }
 
 impl Ranges {
-    /// Nothing seen yet.
+    /// No values yet.
     pub fn new(design: &DesignPoint) -> Self {
         Self { nodes: Node::all(design).into_iter().map(|node| Observed::new(node, design)).collect() }
     }
@@ -224,7 +224,7 @@ impl Ranges {
         &self.nodes
     }
 
-    /// Takes a frame: `streaming` for the values, `bit_true` for what saturates.
+    /// Adds a frame: values from `streaming`, saturated samples from `bit_true`.
     pub fn see(&mut self, levels: &Levels, pixels: &Plane<u16>) {
         self.node(Node::Pixel).see(&pixels.map(|pixel| f64::from(*pixel)));
         let smoothed: [Plane<f64>; SMOOTHERS] = [0, 1, 2].map(|smoother| {
@@ -242,10 +242,10 @@ impl Ranges {
         }
     }
 
-    /// Adds what was seen elsewhere with the same design point.
+    /// Adds the values observed by another instance for the same design point.
     ///
     /// # Panics
-    /// Where the nodes differ.
+    /// The nodes differ.
     pub fn merge(&mut self, other: &Self) {
         assert!(self.nodes.iter().map(|n| (n.node, n.format)).eq(other.nodes.iter().map(|n| (n.node, n.format))));
         self.nodes.iter_mut().zip(&other.nodes).for_each(|(mine, others)| mine.merge(others));
@@ -269,15 +269,15 @@ mod tests {
     }
 
     #[test]
-    fn counters_follow_the_format() {
-        // DOG: 15 bits, LSB 0.5, up to 16383.5 codes.
+    fn counters_agree_with_the_format() {
+        // DOG: 15 bits, LSB 0.5, up to 16383.5 DN.
         let observed = seen(Node::Dog(0), &KT27, &[0.0, 0.2, 0.25, 1.0, 5.9, 16383.7, 16383.75, 20000.0]);
         assert_eq!((observed.values, observed.zeros), (8, 1));
         assert_eq!((observed.underflows, observed.overflows), (1, 2));
         assert_eq!(observed.range, Some((0.0, 20000.0)));
         let bins: Vec<_> = observed.histogram().filter(|(_, count)| *count > 0).collect();
         assert_eq!(bins, [(-3, 1), (-2, 1), (0, 1), (2, 1), (13, 2), (14, 1)]);
-        // 20000 codes are 40000 LSB: 16 bits, one more than there are.
+        // 20000 DN are 40000 LSB: 16 bits, one more than there are.
         assert_eq!((observed.used_bits(), observed.unused_bits()), (16, -1));
         assert_eq!(observed.proposal().unwrap().to_string(), "u15.1");
         assert_eq!([-4, -3, -2, 13, 14].map(|e| observed.fit(e)), {
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn every_node_of_a_frame_is_seen_and_frames_add_up() {
+    fn every_node_is_observed_and_frames_add_up() {
         let levels = Levels::new(&KT27).unwrap();
         let draw = |content| Picture { width: 50, height: 40, seed: 3, content }.draw();
         let frames = [
@@ -312,7 +312,7 @@ mod tests {
             draw(Content::Edge { dx: 1, dy: 2, at: 60, values: [0, 65535] }),
         ];
         let mut both = Ranges::new(&KT27);
-        // The camera word, 51 cells, and three nodes of each of two pairs.
+        // The camera sample, 51 stages, and three nodes of each of two pairs.
         assert_eq!(both.nodes().len(), 1 + 51 + 6);
         frames.iter().for_each(|frame| both.see(&levels, frame));
         for observed in both.nodes() {

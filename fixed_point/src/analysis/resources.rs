@@ -1,32 +1,34 @@
-//! `M10K = sum over memories ceil(width / w(words))`, `lerps = sum over smoothers (1 + 3 m)`: what a word length costs in hardware.
+//! Resources of a design point: `M10K = sum over memories ceil(width / w(words))`,
+//! `lerps = sum over smoothers (1 + 3 m)`.
 //!
-//! A *memory model, equal to the Yosys estimate at the design point*: the hardware description is emitted there and nowhere else, so what
-//! other word lengths would take follows from how its memories grow. A memory of `1024` words is `ceil(width / 10)` blocks, of `512` words
-//! `ceil(width / 20)`. Up to 32 words it lies in logic (MLAB), unless it fills a twentieth of a block, where Yosys takes a block. One lerp is one
-//! multiplier, `|q - p|` times a coefficient, unsigned: 18x18 where both have at most 18 bits, two of which share a DSP block, else 27x27,
-//! which takes a block and counts as two (tried in Yosys: 19 and 20 by 16; 18 by 28, which takes two of 18x18).
+//! This is a memory model that equals the Yosys estimate at the design point. RTL exists only for the design point, so
+//! the resources of other word lengths are derived from the sizes of its memories. A memory of `1024` words is
+//! `ceil(width / 10)` blocks, of `512` words `ceil(width / 20)`. A memory of up to 32 words is in logic (MLAB), unless
+//! it fills a twentieth of a block; then Yosys uses a block. One lerp is one multiplier, `|q - p|` times a coefficient,
+//! unsigned: 18x18 where both have at most 18 bits, two of which share a DSP block, else 27x27, which takes a block and
+//! counts as two (tried in Yosys: 19 and 20 by 16; 18 by 28, which takes two of 18x18).
 //!
-//! It stands here, and not beside the hardware, because it is a function of the word lengths alone: the report sweeps them and must not depend
-//! on the hardware. A test of the hardware holds it against Yosys, memory by memory.
+//! The model is in this crate because it depends on the word lengths only, and the report must not depend on the RTL
+//! crate. A test of the RTL crate compares it with Yosys, memory by memory.
 
 use serde::Serialize;
 
 use crate::model::design::{DesignPoint, SCALES};
 
-/// Some memories of one form.
+/// Memories of equal depth and width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Memory {
-    /// Words.
+    /// Depth, words.
     pub words: u64,
-    /// Bits of a word.
+    /// Width, bits.
     pub width: u64,
-    /// How many of them there are.
+    /// Number of these memories.
     pub count: u64,
-    /// What they are for.
+    /// Purpose.
     pub purpose: &'static str,
 }
 
-/// What a design point takes, as far as its word lengths decide it.
+/// The resources of a design point that depend on its word lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Resources {
     /// Block memories of 10 Kbit.
@@ -37,39 +39,40 @@ pub struct Resources {
     pub dsp: u64,
 }
 
-/// Words and bits of a block memory's forms.
+/// Depth and width of the configurations of an M10K block.
 const FORMS: [(u64, u64); 5] = [(512, 20), (1024, 10), (2048, 5), (4096, 2), (8192, 1)];
 
-/// Bits of a block memory.
+/// Bits of an M10K block.
 const BLOCK_BITS: u64 = 10_240;
 
-/// Words of the deepest memory that goes into logic.
+/// Largest depth of a memory in logic, words.
 pub const MLAB_WORDS: u64 = 32;
 
-/// Bits of a record; its fields do not follow the word lengths.
+/// Bits of a feature record; they do not depend on the word lengths.
 const RECORD_BITS: u64 = 256;
 
-/// Candidates that can wait, and records.
+/// Depth of the queues of candidates and records.
 const QUEUE_WORDS: u64 = 512;
 
-/// Lines that the rings of both scale pairs keep: to the ring's last row from its first, and from there to the wider ring's.
+/// Lines stored for the rings of the two scale pairs: the rows from the first to the last ring point, and from there to
+/// the last ring point of the wider ring.
 const RING_LINES: [u64; SCALES] = [28, 32];
 
-/// Delays of 31 words in the wider ring, its three farthest columns; all others are shorter.
+/// Number of delays of 31 samples, the longest ones, in the wider ring.
 const LONGEST_RING_DELAYS: u64 = 3;
 
-/// Block memories of a simple dual-port memory.
+/// M10K blocks of a simple dual-port memory.
 pub fn blocks(words: u64, width: u64) -> u64 {
     let form = FORMS.iter().find(|(deep, _)| words <= *deep);
     form.map_or_else(|| words.div_ceil(8192) * width, |(_, bits)| width.div_ceil(*bits))
 }
 
-/// The memories of a design point that may take block memories.
+/// The memories of a design point that use M10K blocks.
 pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     let line = u64::from(design.width).next_power_of_two();
     let (pixel, state) = (u64::from(design.pixel.bits()), u64::from(design.state.bits()));
     let magnitude = u64::from(design.dog_bits);
-    // A sign goes with each response.
+    // Each response has a sign bit.
     let response = magnitude + 1;
     let [narrow, middle, wide] = design.look_ahead;
     let mut found = Vec::new();
@@ -77,20 +80,20 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
         found.push(Memory { words, width, count, purpose });
     };
     let waiting = (1u64 << wide).saturating_sub(1 << narrow.min(middle));
-    add("pixels wait for the wide smoother", 1, line, waiting * pixel);
+    add("pixel delay of the wide smoother", 1, line, waiting * pixel);
     add("state of the recursions", 3, line, state);
     add("held last rows", 3, line, state);
     for j in 0..wide.max(middle).max(narrow) {
         let stages = design.look_ahead.iter().filter(|m| **m > j).count() as u64;
-        add("look-ahead down the columns", stages, line, state << j);
-        add("look-ahead along the rows", 2 * stages, (1 << j) - 1, state);
+        add("column look-ahead", stages, line, state << j);
+        add("row look-back and look-ahead", 2 * stages, (1 << j) - 1, state);
     }
     add("7x7 windows", SCALES as u64, line, 6 * response);
     for lines in RING_LINES {
         add("rings", 1, line, lines * response);
     }
     add("ring columns", LONGEST_RING_DELAYS, 31, response);
-    // Place, two hits, the responses of both scales with their signs, four neighbours of each.
+    // Position, two hits, the responses of both scales with their signs, four neighbours of each.
     add("candidates", 1, QUEUE_WORDS, 21 + 2 + 2 * response + 8 * magnitude);
     add("records", 1, QUEUE_WORDS, RECORD_BITS);
     found.retain(|memory| memory.words > MLAB_WORDS || 20 * memory.words * memory.width >= BLOCK_BITS);
@@ -98,7 +101,7 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     found
 }
 
-/// What a design point takes.
+/// The resources of a design point.
 pub fn resources(design: &DesignPoint) -> Resources {
     let lerps: u64 = design.look_ahead.iter().map(|m| 1 + 3 * u64::from(*m)).sum();
     let m10k = memories(design).iter().map(|memory| memory.count * blocks(memory.words, memory.width)).sum();
@@ -128,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn word_lengths_move_memories_and_multipliers() {
+    fn resources_follow_the_word_lengths() {
         let of = |change: &str| resources(&KT27.with_override(change).unwrap());
         let chosen = of("dog_bits=15");
         // 1 + 3 m cells a smoother, m = 5, 5, 6: 16 + 16 + 19.
@@ -137,8 +140,9 @@ mod tests {
         assert_eq!((of("coefficient=u0.8"), of("coefficient=u0.18")), (chosen, chosen));
         // A state of 19 bits takes a whole block each.
         assert_eq!((of("state=u16.3").mul18, of("state=u16.3").dsp), (102, 51));
-        // The stages of 1, 2, 4, 8, 16 lines hold 16, 32, .. 256 bits at 16 bits of state, 18, 36, .. 288 at 18: 2 4 7 13 26 and 2 4 8 15 29
-        // blocks, three times; that of 32 lines 52 and 58, once; recursions and held rows two blocks each; two delays of 31 words go into logic.
+        // The stages of 1, 2, 4, 8, 16 lines have 16, 32, .. 256 bits at 16 bits of state, 18, 36, .. 288 at 18: 2 4 7
+        // 13 26 and 2 4 8 15 29 blocks, three times; that of 32 lines 52 and 58, once; recursions and held rows two
+        // blocks each; two delays of 31 words are in logic.
         assert_eq!(chosen.m10k - of("state=u16.0").m10k, 3 * (58 - 52) + (58 - 52) + 2);
         // Windows, rings and candidates follow the DoG.
         let rings = |response: u64| blocks(1024, 28 * response) + blocks(1024, 32 * response);

@@ -1,65 +1,68 @@
-//! What each level can cost at worst, derived from the coefficients alone; tests hold every level against these.
+//! Worst-case error of each model level, derived from the coefficients. Tests check every level against these bounds.
 //!
-//! Every cell gives a weighted mean of its two inputs, so a smoother is a mean too: an error at its input leaves it no
-//! larger, and errors of successive stages add up.
+//! Every lerp is a weighted mean of its two inputs. A smoother is therefore a weighted mean too: it does not amplify an
+//! error of its input, and the errors of successive stages add.
 //!
-//! - **Integers against the same coefficients in f64.** Each cell rounds by half a state LSB at most. In the recursion
-//!   `|e[r]| <= (1 - g) |e[r-1]| + 1/2` adds up to `1/(2 g)`: the dead band, within which a state no longer follows its
-//!   input. With `3 m` further cells `|e| <= 1/(2 g) + 3 m / 2` state LSB.
-//! - **Rounded coefficients.** A cell off by `delta` errs by `|delta| |q - p| <= |delta| R`, `R` the range of the picture
-//!   (largest less smallest pixel): `|e| <= (|delta_g| / g + 3 sum_j |delta_j|) R`, `g` the rounded one.
-//! - **Finite reach.** A chain that ends after `2^m` samples leaves out the weight `a^(2^m)` and spreads it over the others:
-//!   `a^(2^m) R` for each of three chains.
-//! - **Recursion in place of the Gaussian.** With `h` and `w` the two impulse responses, a difference of two means errs by
-//!   half its l1 norm times `R`; columns and rows add: `||h - w||_1 R`. Holding the border sample of each pass, not of
-//!   the picture, changes the weight of the samples beyond the end: `a^(H - y) R + a^(W - x) R` more.
+//! - **Integers against the same coefficients in f64.** Each lerp rounds by at most half a state LSB. In the recursion
+//!   `|e[r]| <= (1 - g) |e[r-1]| + 1/2` adds up to `1/(2 g)`: the dead band, within which a state does not follow its
+//!   input. With `3 m` further stages `|e| <= 1/(2 g) + 3 m / 2` state LSB.
+//! - **Rounded coefficients.** A coefficient error of `delta` gives an error of `|delta| |q - p| <= |delta| R`, `R` the
+//!   range of the picture (largest less smallest pixel): `|e| <= (|delta_g| / g + 3 sum_j |delta_j|) R`, `g` the
+//!   rounded one.
+//! - **Finite look-ahead.** A chain over `2^m` samples omits the weight `a^(2^m)` and distributes it over the other
+//!   samples: `a^(2^m) R` for each of three chains.
+//! - **Recursion in place of the Gaussian.** With `h` and `w` the two impulse responses, the error of one pass is at
+//!   most half the l1 norm of their difference times `R`; both passes add: `||h - w||_1 R`. Repeating the border sample
+//!   of each pass, not of the picture, changes the weights of the samples beyond the border: `a^(H - y) R + a^(W - x)
+//!   R` more.
 //!
-//! **Saturation.** `d_k` at a place is a weighted sum of pixels; it is largest with white where the weight is positive and
-//! black elsewhere, so `|d_k| <= FS sum of the positive weights` (the negative weights have the same sum). Near the lower and
-//! right borders the weights change with the place, because each stage holds its own border sample there; at the upper
-//! and left borders weights fall together, which lessens the sum. So the largest over the places up to one reach from
-//! the lower right corner is the largest of any frame.
+//! **Saturation.** `d_k` at a position is a weighted sum of pixels; it is largest with white where the weight is
+//! positive and black elsewhere, so `|d_k| <= FS sum of the positive weights` (the negative weights have the same sum).
+//! Near the lower and right borders the weights change with the position, because each stage holds its own border
+//! sample there; at the upper and left borders weights fall together, which lessens the sum. So the largest over the
+//! positions up to one reach from the lower right corner is the largest of any frame.
 
 use hoverlock_reference::image::plane::Plane;
 use rayon::prelude::*;
 
 use crate::model::stages::{Stage, StageCoefficients};
 
-/// Most a smoother in integers differs from the same coefficients in f64, state LSB.
+/// Largest difference of an integer smoother from the same coefficients in f64, state LSB.
 pub fn rounding(coefficients: &StageCoefficients<f64>) -> f64 {
     dead_band(coefficients.g) + 1.5 * coefficients.g_j.len() as f64
 }
 
-/// How far a recursion's state may rest from a constant input, LSB: less than `1/(2 g)`.
+/// Dead band: largest difference of the recursion's settled state from a constant input, LSB; less than `1/(2 g)`.
 pub fn dead_band(g: f64) -> f64 {
     0.5 / g
 }
 
-/// Most a smoother with rounded coefficients differs from the unrounded, as a part of the picture's range.
+/// Largest difference of a smoother with rounded coefficients from the unrounded one, relative to the range of the
+/// picture.
 pub fn coefficient(unrounded: &StageCoefficients<f64>, rounded: &StageCoefficients<f64>) -> f64 {
     let reach: f64 = unrounded.g_j.iter().zip(&rounded.g_j).map(|(from, to)| (from - to).abs()).sum();
     (unrounded.g - rounded.g).abs() / rounded.g + 3.0 * reach
 }
 
-/// Most a smoother of finite reach differs from the endless one, as a part of the picture's range.
+/// Largest difference of a smoother with finite look-ahead from the infinite one, relative to the range of the picture.
 pub fn reach(unrounded: &StageCoefficients<f64>) -> f64 {
     let a = 1.0 - unrounded.g;
     3.0 * a.powf((unrounded.g_j.len() as f64).exp2())
 }
 
-/// `||h - w||_1` of two symmetric impulse responses given from their middle on: most two smoothers differ away from the
-/// borders, as a part of the picture's range.
+/// `||h - w||_1` of two symmetric impulse responses `h[0 ..]` and `w[0 ..]`: the largest difference of the two
+/// smoothers away from the borders, relative to the range of the picture.
 pub fn response_difference(h: &[f64], w: &[f64]) -> f64 {
     let at = |half: &[f64], n: usize| half.get(n).copied().unwrap_or(0.0);
     let side = |n: usize| if n == 0 { 1.0 } else { 2.0 };
     (0..h.len().max(w.len())).map(|n| side(n) * (at(h, n) - at(w, n)).abs()).sum()
 }
 
-/// The largest `|d_k|` of any frame before rounding, as a part of full scale.
+/// The largest `|d_k|` of any frame before rounding, relative to full scale.
 pub fn largest_difference(narrow: &StageCoefficients<f64>, wide: &StageCoefficients<f64>) -> f64 {
     let reach = 1usize << narrow.g_j.len().max(wide.g_j.len());
-    // Of the recursion and the look-ahead only this many samples before the place are looked at; the rest weighs
-    // at most this much, and is added in full.
+    // Only this many samples before the position are evaluated. The weight of the rest is at most `left_out`, and is
+    // added in full.
     let length = 5 * reach;
     let left_out = [narrow, wide].map(|coefficients| 2.0 * (1.0 - coefficients.g).powi((length - 2 * reach) as i32));
     let [down, along] = [true, false].map(|vertical| {
@@ -71,8 +74,8 @@ pub fn largest_difference(narrow: &StageCoefficients<f64>, wide: &StageCoefficie
     let largest = (0..=reach)
         .into_par_iter()
         .map(|y| {
-            let places = along[0].iter().zip(&along[1]);
-            places.map(|(narrow, wide)| positive_part(&down[0][y], narrow, &down[1][y], wide)).fold(0.0, f64::max)
+            let positions = along[0].iter().zip(&along[1]);
+            positions.map(|(narrow, wide)| positive_part(&down[0][y], narrow, &down[1][y], wide)).fold(0.0, f64::max)
         })
         .reduce(|| 0.0, f64::max);
     largest + left_out.iter().sum::<f64>()
@@ -116,7 +119,8 @@ mod tests {
             // (|d| + 1) >> 1 passes 2^15 - 1 from |d| = 65535 on.
             assert!(largest < 65535.0, "pair {k}: {share} of full scale, {largest} LSB");
 
-            // The picture that asks for most in mid-frame comes within the rounding of its own bound, and saturates nothing.
+            // The picture with the largest |d| in mid-frame reaches the bound within the rounding, and does not
+            // saturate.
             let size = 401;
             let centre = size / 2;
             let [narrow, wide] = [k, k + 1].map(|smoother| {
@@ -138,7 +142,8 @@ mod tests {
 
     #[test]
     fn largest_difference_of_full_scale_is_that_of_the_design() {
-        // 0.243 FS for the coarse pair with filters of endless reach; a reach of 31 and 63 takes nothing visible off it.
+        // 0.243 FS for the coarse pair with filters of endless reach; a reach of 31 and 63 takes nothing visible off
+        // it.
         let coefficients = [(2.0, 5), (3.2, 5), (5.12, 6)].map(|(sigma, m)| {
             StageCoefficients::of_pole(hoverlock_reference::smoothing::recursive::first_order::pole(sigma).unwrap(), m)
         });
@@ -148,25 +153,25 @@ mod tests {
 
     proptest! {
         #[test]
-        fn recursion_rests_within_its_dead_band(
+        fn the_recursion_settles_within_its_dead_band(
             from in 0u32..1 << 20, to in 0u32..1 << 20, fraction_bits in 6..20u32, part in 0.02..0.98f64,
         ) {
-            let code = (part * f64::from(1u32 << fraction_bits)) as u32;
-            let g = f64::from(code) / f64::from(1u32 << fraction_bits);
+            let raw = (part * f64::from(1u32 << fraction_bits)) as u32;
+            let g = f64::from(raw) / f64::from(1u32 << fraction_bits);
             let mut state = from;
             loop {
-                let next = lerp(state, to, code, fraction_bits);
+                let next = lerp(state, to, raw, fraction_bits);
                 if next == state {
                     break;
                 }
-                prop_assert!(next.abs_diff(to) < state.abs_diff(to), "it never turns back");
+                prop_assert!(next.abs_diff(to) < state.abs_diff(to), "the state must approach the input");
                 state = next;
             }
             let rest = f64::from(state.abs_diff(to));
             prop_assert!(rest < dead_band(g), "{rest} LSB, g = {g}");
-            // The band is no wider than need be: one LSB further out the state would still move.
+            // The bound is tight: one LSB further out the state still moves.
             let outer = dead_band(g).ceil() as u32;
-            prop_assert!(lerp(to, to + outer, code, fraction_bits) != to);
+            prop_assert!(lerp(to, to + outer, raw, fraction_bits) != to);
         }
     }
 }

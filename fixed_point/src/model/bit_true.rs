@@ -1,28 +1,30 @@
-//! `bit_true`: the integers of the hardware, for any format of the design point and any frame from 1 x 1.
+//! The bit-true model: the integer arithmetic of the hardware, for any formats and any frame from 1 x 1.
 //!
-//! A frame of 16-bit pixels `x` becomes the state `x << f`; three smoothers (the chains of [`crate::model::stages`], each cell the
-//! integer [`lerp`]) give `G_0 .. G_2`. Then, with `f` the state's fraction bits, `N` the DoG's bits and `s = f + 14 - N`:
+//! A frame of 16-bit pixels `x` becomes the state `x << f`; three smoothers (the chains of [`crate::model::stages`]
+//! with the integer [`lerp`]) give `G_0 .. G_2`. Then, with `f` the state's fraction bits, `N` the DoG's bits and `s =
+//! f + 14 - N`:
 //!
 //! ```text
-//! d_k       = G_k - G_{k+1}                                    state LSB, signed
-//! sign_k    = 1 where d_k >= 0                                 before rounding
-//! DOG_k     = min((|d_k| + 2^(s-1)) >> s, 2^N - 1)             half up; s <= 0: |d_k| << -s; a saturated sample is counted
-//! MaxDOG_k  = max of DOG_k over (2 D + 1)^2 pixels             the border sample repeated
-//! feature   : DOG_k(p) >= T_k, DOG_k(p) > what comes earlier in raster order in its 7x7 window, >= what comes later
-//! MaxLBP_k  : bit i = DOG_k(p) >= MaxDOG_k(p + o_i),           o_i = round(R_k (cos, sin)(2 pi i / 32)), x right, y down
+//! d_k       = G_k - G_{k+1}                               state LSB, signed
+//! sign_k    = 1 where d_k >= 0                            before rounding
+//! DOG_k     = min((|d_k| + 2^(s-1)) >> s, 2^N - 1)        half up; s <= 0: |d_k| << -s; saturated samples are counted
+//! MaxDOG_k  = max of DOG_k over (2 D + 1)^2 pixels        the border sample repeated
+//! feature   : DOG_k(p) >= T_k, DOG_k(p) > earlier and >= later samples, in raster order, of its 7x7 window
+//! MaxLBP_k  : bit i = DOG_k(p) >= MaxDOG_k(p + o_i),      o_i = round(R_k (cos, sin)(2 pi i / 32)), x right, y down
 //! sign word : bit i = sign_k(p + o_i)
 //! ```
 //!
-//! **Which pixels.** A centre is eligible where `18 <= x < W - 18` and `18 <= y < H - 18`, both scales alike, so no window leaves
-//! the frame and frames under 37 pixels either way have no features. The window test looks at all 48 neighbours, eligible
-//! or not. Windows, rings and the tie rule are those of [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`],
-//! which serve integers and floats alike.
+//! **Eligible pixels.** A centre is eligible where `18 <= x < W - 18` and `18 <= y < H - 18`, for both scales, so no
+//! window leaves the frame, and frames of less than 37 rows or columns have no features. The window test uses all 48
+//! neighbours, eligible or not. Windows, rings and the tie rule are those of [`hoverlock_reference::features::maxima`]
+//! and [`hoverlock_reference::features::maxlbp`], which support integers and floats.
 //!
-//! **Order.** Raster order of the pixel; at one pixel scale 0 before scale 1. Of equal responses in one window the first in
-//! raster order is the feature: the rule is strict against earlier pixels only, so no tie is lost or doubled.
+//! **Order.** Raster order of the pixel; at one pixel scale 0 before scale 1. Of equal responses in one window the
+//! first in raster order is the feature: the comparison is strict against earlier pixels only, so a tie gives exactly
+//! one feature.
 //!
-//! **What is dropped.** Nothing: this list is complete. Hardware whose feature FIFO is full leaves records out, never
-//! reorders them, and counts them: emitted + dropped is the length of this list, and the emitted are in its order.
+//! **Dropped records.** The list of the model is complete. The hardware drops records while its feature FIFO is full.
+//! It counts them and keeps the order of the others, so emitted + dropped is the length of this list.
 
 use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::feature::{Descriptor, Feature};
@@ -35,7 +37,7 @@ use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
 use crate::model::lerp::lerp;
 use crate::model::stages::{self, Stage, StageCoefficients};
 
-/// Everything `bit_true` computes of a frame but the features.
+/// The planes of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Planes {
     /// `G_0 .. G_2`, state LSB.
@@ -44,11 +46,11 @@ pub struct Planes {
     pub signed_dog: [Plane<i32>; SCALES],
     /// `DOG_k` and `MaxDOG_k`, LSB of the DoG, and the sign bits.
     pub layers: [Layer<u16>; SCALES],
-    /// Samples of `DOG_k` that saturated; the hardware keeps one sticky bit, set where this is not 0.
+    /// Samples of `DOG_k` that saturated; the hardware has one sticky bit that is set where this is not 0.
     pub saturated: [u64; SCALES],
 }
 
-/// A feature as the hardware sends it: 256 bits.
+/// The feature record of the hardware: 256 bits in eight 32-bit words.
 ///
 /// | word | bits 31..16 | bits 15..0 |
 /// |---|---|---|
@@ -59,8 +61,8 @@ pub struct Planes {
 /// | 4, 5 | MaxLBP k0, MaxLBP k1 | |
 /// | 6, 7 | sign k0, sign k1 | |
 ///
-/// Flags: bit 0 the scale pair, bit 1 the polarity (1 where `d_k >= 0`, a bright spot), bit 15 set in a frame's trailer record
-/// and never in a feature; the others are 0.
+/// Flags: bit 0 the scale pair, bit 1 the polarity (1 where `d_k >= 0`, a bright spot), bit 15 set in the
+/// trailer record of a frame and never in a feature. The other bits are 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FeatureRecord {
     /// Column.
@@ -71,11 +73,11 @@ pub struct FeatureRecord {
     pub response: u16,
     /// Scale pair, 0 or 1.
     pub scale: u8,
-    /// Polarity.
+    /// Polarity: `d_k >= 0`.
     pub bright: bool,
     /// `DOG_k` at the left, right, upper and lower neighbour.
     pub neighbours: [u16; 4],
-    /// Both scales' words.
+    /// Descriptor of both scales.
     pub descriptor: Descriptor,
 }
 
@@ -87,7 +89,7 @@ pub const FLAG_BRIGHT: u16 = 1 << 1;
 pub const FLAG_TRAILER: u16 = 1 << 15;
 
 impl FeatureRecord {
-    /// The 256 bits, least significant word first.
+    /// The record as 32-bit words, least significant word first.
     pub fn pack(&self) -> [u32; 8] {
         let pair = |low: u16, high: u16| u32::from(low) | (u32::from(high) << 16);
         let flags = if self.scale == 1 { FLAG_SCALE } else { 0 } | if self.bright { FLAG_BRIGHT } else { 0 };
@@ -105,7 +107,7 @@ impl FeatureRecord {
         ]
     }
 
-    /// The feature of 256 bits; nothing where a flag is set that no feature has.
+    /// The feature of a record; `None` where a flag is set that no feature has.
     pub fn unpack(words: &[u32; 8]) -> Option<Self> {
         let (low, high) = (|word: u32| word as u16, |word: u32| (word >> 16) as u16);
         let flags = high(words[1]);
@@ -120,7 +122,7 @@ impl FeatureRecord {
         })
     }
 
-    /// The feature in DN of the camera sample: `dog_lsb` is what one LSB of the DoG is worth.
+    /// The feature in DN of the camera sample: `dog_lsb` is the LSB of the DoG, DN.
     pub fn feature(&self, dog_lsb: f64) -> Feature {
         Feature {
             x: u32::from(self.x),
@@ -135,16 +137,16 @@ impl FeatureRecord {
 }
 
 impl From<&FeatureRecord> for Feature {
-    /// At the default design point, where one LSB of the DoG is half a code.
+    /// At the default design point, where one LSB of the DoG is 0.5 DN.
     fn from(record: &FeatureRecord) -> Self {
         record.feature(0.5)
     }
 }
 
-/// The thresholds `T_k` from the counts of the last finished frame.
+/// The automatic thresholds `T_k`, updated from the feature counts of the last frame.
 ///
-/// At frame start, per scale, from the count before drops: above `5 N / 4` `T += (T >> 3) + 1`, below `3 N / 4`
-/// `T = max(1, T - (T >> 3) - 1)`. It never passes the largest DoG code.
+/// At the start of a frame, for each scale, with the count before drops: above `5 N / 4` `T += (T >> 3) + 1`, below `3
+/// N / 4` `T = max(1, T - (T >> 3) - 1)`. `T` is at most the largest DoG.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ThresholdController {
     target: u32,
@@ -168,7 +170,7 @@ impl ThresholdController {
         self.thresholds
     }
 
-    /// Takes the number of features of each scale in the frame just finished.
+    /// Updates the thresholds with the number of features of each scale in the frame just finished.
     pub fn finish_frame(&mut self, counts: [u32; SCALES]) {
         for (threshold, count) in self.thresholds.iter_mut().zip(counts) {
             let (count, target) = (u64::from(count), u64::from(self.target));
@@ -182,13 +184,13 @@ impl ThresholdController {
     }
 }
 
-/// How many features each scale has.
+/// The number of features of each scale.
 pub fn counts(features: &[FeatureRecord]) -> [u32; SCALES] {
     let coarse = features.iter().filter(|feature| feature.scale == 1).count() as u32;
     [features.len() as u32 - coarse, coarse]
 }
 
-/// `bit_true` of one design point.
+/// The bit-true model of one design point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BitTrue {
     design: DesignPoint,
@@ -199,7 +201,7 @@ impl BitTrue {
     /// The model of a design point.
     ///
     /// # Errors
-    /// Where a smoother of one of the sigmas, or its rounding to the coefficient format, does not exist.
+    /// A smoother cannot be designed for one of the sigmas or cannot be rounded to the coefficient format.
     pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
         let coefficients = |smoother: usize| {
             let (sigma, look_ahead) = (design.sigmas[smoother], design.look_ahead[smoother]);
@@ -208,39 +210,40 @@ impl BitTrue {
         Ok(Self { design: design.clone(), coefficients: [coefficients(0)?, coefficients(1)?, coefficients(2)?] })
     }
 
-    /// The design point it was made for.
+    /// The design point.
     pub fn design(&self) -> &DesignPoint {
         &self.design
     }
 
-    /// Integer coefficients of the smoothers.
+    /// Raw coefficients of the smoothers.
     pub fn coefficients(&self) -> &[StageCoefficients<u32>; SMOOTHERS] {
         &self.coefficients
     }
 
-    /// The same with other codes, `g` and then each `g_j` of the smoothers in turn, as the registers have them; those that are missing stay.
-    pub fn with_coefficients(&self, codes: &[u32]) -> Self {
+    /// The same model with other raw coefficients: `g`, then each `g_j`, smoother by smoother, in the order of the
+    /// registers. Coefficients missing at the end of the list stay as they are.
+    pub fn with_coefficients(&self, raw: &[u32]) -> Self {
         let mut model = self.clone();
         let own = model
             .coefficients
             .iter_mut()
             .flat_map(|coefficients| std::iter::once(&mut coefficients.g).chain(&mut coefficients.g_j));
-        for (own, code) in own.zip(codes) {
-            *own = *code;
+        for (own, raw) in own.zip(raw) {
+            *own = *raw;
         }
         model
     }
 
-    /// Pixels become states: `x << f`.
+    /// Pixels as states, `x << f`.
     pub fn state(&self, pixels: &Plane<u16>) -> Plane<u32> {
         let fraction_bits = self.design.state.fraction_bits();
         pixels.map(|pixel| u32::from(*pixel) << fraction_bits)
     }
 
-    /// One smoother over the states; `each` sees every stage's output.
+    /// Smooths the states by one smoother; `each` gets the output of every stage.
     pub fn smooth(&self, smoother: usize, state: &Plane<u32>, each: impl FnMut(Stage, &Plane<u32>)) -> Plane<u32> {
         let fraction_bits = self.design.coefficient.bits();
-        stages::smooth(state, &self.coefficients[smoother], |p, q, code| lerp(p, q, code, fraction_bits), each)
+        stages::smooth(state, &self.coefficients[smoother], |p, q, raw| lerp(p, q, raw, fraction_bits), each)
     }
 
     /// `d_k` of two smoothed planes.
@@ -248,7 +251,7 @@ impl BitTrue {
         narrow.zip_map(wide, |narrow, wide| *narrow as i32 - *wide as i32)
     }
 
-    /// `DOG_k` with its sign bits, and how many samples saturated.
+    /// `DOG_k` with its sign bits, and the number of saturated samples.
     pub fn dog(&self, signed: &Plane<i32>) -> (Dog<u16>, u64) {
         let (shift, max) = (self.design.dog_shift(), u64::from(self.design.max_dog()));
         let mut saturated = 0;
@@ -268,7 +271,7 @@ impl BitTrue {
         self.planes_of(smoothed)
     }
 
-    /// All planes of a frame whose smoothing is done.
+    /// All planes of a frame from its smoothed planes.
     pub fn planes_of(&self, smoothed: [Plane<u32>; SMOOTHERS]) -> Planes {
         let signed_dog = [0, 1].map(|k| Self::signed_dog(&smoothed[k], &smoothed[k + 1]));
         let [(fine, fine_saturated), (coarse, coarse_saturated)] = [0, 1].map(|k: usize| self.dog(&signed_dog[k]));
@@ -284,15 +287,15 @@ impl BitTrue {
 impl Planes {
     /// All features of the frame, in order. A threshold of 0 counts as 1.
     pub fn features(&self, thresholds: [u32; SCALES]) -> Vec<FeatureRecord> {
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         for (k, layer) in self.layers.iter().enumerate() {
-            // No response reaches a threshold beyond 16 bits.
+            // A response has 16 bits, so none reaches a larger threshold.
             if let Ok(threshold) = u16::try_from(thresholds[k].max(1)) {
-                places.extend(maxima(&layer.dog.magnitude, threshold).into_iter().map(|(x, y)| (y, x, k)));
+                positions.extend(maxima(&layer.dog.magnitude, threshold).into_iter().map(|(x, y)| (y, x, k)));
             }
         }
-        places.sort_unstable();
-        places.into_iter().map(|(y, x, k)| self.record(x, y, k)).collect()
+        positions.sort_unstable();
+        positions.into_iter().map(|(y, x, k)| self.record(x, y, k)).collect()
     }
 
     /// The record of scale pair `k` at an eligible pixel.
@@ -325,16 +328,16 @@ mod tests {
         DesignPoint { state, coefficient: Format::unsigned(0, coefficient), dog_bits, look_ahead, ..KT27 }
     }
 
-    /// Round half away from zero of `numerator / 2^bits`, in wide signed integers, unlike the cell.
+    /// `numerator / 2^bits`, rounded half away from zero, in wide signed integers: another formula than [`lerp`].
     fn half_away(numerator: i128, bits: u32) -> i128 {
         let half = 1i128 << (bits - 1);
         if numerator >= 0 { (numerator + half) >> bits } else { -((-numerator + half) >> bits) }
     }
 
-    /// One smoother straight from the equations, sample by sample, with arrays of rows.
+    /// One smoother from the equations, sample by sample.
     fn smoothed(x: &[Vec<i128>], coefficients: &StageCoefficients<u32>, bits: u32) -> Vec<Vec<i128>> {
         let (height, width) = (x.len(), x[0].len());
-        let lerp = |p: i128, q: i128, code: u32| p + half_away(i128::from(code) * (q - p), bits);
+        let lerp = |p: i128, q: i128, raw: u32| p + half_away(i128::from(raw) * (q - p), bits);
         let at = |u: &[Vec<i128>], r: i64, c: i64| {
             u[r.clamp(0, height as i64 - 1) as usize][c.clamp(0, width as i64 - 1) as usize]
         };
@@ -345,13 +348,13 @@ mod tests {
             }
         }
         for (dr, dc) in [(1, 0), (0, -1), (0, 1)] {
-            for (j, code) in coefficients.g_j.iter().enumerate() {
+            for (j, raw) in coefficients.g_j.iter().enumerate() {
                 let step = 1i64 << j;
                 let before = u.clone();
                 for r in 0..height {
                     for c in 0..width {
                         let p = at(&before, r as i64 + dr * step, c as i64 + dc * step);
-                        u[r][c] = lerp(p, before[r][c], *code);
+                        u[r][c] = lerp(p, before[r][c], *raw);
                     }
                 }
             }
@@ -363,7 +366,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(96))]
 
         #[test]
-        fn planes_and_features_are_the_equations(
+        fn planes_and_features_agree_with_the_equations(
             picture in pictures(60),
             (state, coefficient, dog_bits) in (0i8..=12, 6i8..=31, 2u32..=16),
             look_ahead in prop::array::uniform3(1u32..=7),
@@ -374,12 +377,14 @@ mod tests {
             let design = design(state, coefficient, dog_bits, look_ahead);
             let model = BitTrue::new(&design).unwrap();
             let planes = model.planes(&pixels);
-            let x: Vec<Vec<i128>> = pixels.rows().map(|row| row.iter().map(|p| i128::from(*p) << state).collect()).collect();
-            let g: Vec<_> = model.coefficients().iter().map(|coefficients| smoothed(&x, coefficients, coefficient as u32)).collect();
+            let state_row = |row: &[u16]| row.iter().map(|p| i128::from(*p) << state).collect();
+            let x: Vec<Vec<i128>> = pixels.rows().map(state_row).collect();
+            let g: Vec<_> = model.coefficients().iter().map(|of| smoothed(&x, of, coefficient as u32)).collect();
             for (smoothed, plane) in g.iter().zip(&planes.smoothed) {
-                prop_assert!(smoothed.iter().flatten().eq(plane.as_slice().iter().map(|s| i128::from(*s)).collect::<Vec<_>>().iter()));
+                let samples: Vec<i128> = plane.as_slice().iter().map(|s| i128::from(*s)).collect();
+                prop_assert!(smoothed.iter().flatten().eq(samples.iter()));
             }
-            // 2^14 codes, a quarter of full scale, are 2^N LSB.
+            // 2^14 DN, a quarter of full scale, are 2^N LSB.
             let d = |k: usize, r: usize, c: usize| g[k][r][c] - g[k + 1][r][c];
             let dog =
                 |k: usize, r: usize, c: usize| half_away(d(k, r, c).abs() << dog_bits, u32::from(state as u8) + 14);
@@ -408,11 +413,11 @@ mod tests {
                     for (k, threshold) in thresholds.iter().enumerate() {
                         let dog = &planes.layers[k].dog.magnitude;
                         let centre = dog[(x, y)];
-                        let beats = |dx: usize, dy: usize| {
+                        let exceeds = |dx: usize, dy: usize| {
                             let other = dog[(x + dx - 3, y + dy - 3)];
                             if dy * 7 + dx < 24 { centre > other } else { centre >= other }
                         };
-                        let wins = (0..49).all(|i| beats(i % 7, i / 7));
+                        let wins = (0..49).all(|i| exceeds(i % 7, i / 7));
                         if wins && u32::from(centre) >= (*threshold).max(1) {
                             expected.push((x as u16, y as u16, k as u8));
                         }
@@ -441,7 +446,7 @@ mod tests {
         }
 
         #[test]
-        fn records_survive_packing(
+        fn unpacking_restores_a_packed_record(
             (x, y, response, scale, bright) in (any::<u16>(), any::<u16>(), any::<u16>(), 0u8..2, any::<bool>()),
             neighbours: [u16; 4], maxlbp: [u32; 2], sign: [u32; 2],
         ) {
@@ -451,7 +456,9 @@ mod tests {
         }
 
         #[test]
-        fn controller_stays_in_range_and_moves_the_right_way(counts in prop::collection::vec(0u32..3000, 1..200)) {
+        fn thresholds_stay_in_range_and_rise_with_too_many_features(
+            counts in prop::collection::vec(0u32..3000, 1..200),
+        ) {
             let mut controller = ThresholdController::new(&KT27);
             for count in counts {
                 let before = controller.thresholds()[0];
@@ -464,13 +471,13 @@ mod tests {
                     ..384 => prop_assert!(after < before || before == 1),
                     _ => prop_assert_eq!(after, before),
                 }
-                prop_assert_eq!(other, KT27.threshold.initial, "scales do not mix");
+                prop_assert_eq!(other, KT27.threshold.initial, "the scales are independent");
             }
         }
     }
 
     #[test]
-    fn record_has_the_layout_of_the_bus() {
+    fn records_have_the_documented_layout() {
         let descriptor = Descriptor { maxlbp: [0x0102_0304, 0x1112_1314], sign: [0x2122_2324, 0x3132_3334] };
         let record = FeatureRecord {
             x: 0x0a0b,
@@ -492,7 +499,7 @@ mod tests {
     }
 
     #[test]
-    fn controller_takes_the_steps_of_the_design() {
+    fn threshold_steps_are_those_of_the_specification() {
         let mut controller = ThresholdController::new(&KT27);
         assert_eq!(controller.thresholds(), [2048, 2048]);
         controller.finish_frame([641, 383]);
@@ -506,7 +513,7 @@ mod tests {
     }
 
     #[test]
-    fn coefficients_are_the_table_of_the_design() {
+    fn coefficients_are_those_of_the_specification() {
         let model = BitTrue::new(&KT27).unwrap();
         let table = [
             (24536, vec![40315, 47101, 56830, 64033, 65500]),
@@ -517,9 +524,9 @@ mod tests {
     }
 
     #[test]
-    fn saturated_samples_are_counted_and_held() {
-        // Two bits over a quarter of full scale round up to 4 from 7/8 of it on: a white spot of 6 px radius gives 0.22 FS or
-        // more in the coarse pair, and 4 is one more than two bits hold.
+    fn saturated_samples_are_counted_and_clipped() {
+        // Two bits over a quarter of full scale round up to 4 from 7/8 of it on: a white spot of 6 px radius gives 0.22
+        // FS or more in the coarse pair, and two bits represent at most 3.
         let spot =
             Plane::from_fn(
                 128,

@@ -1,13 +1,14 @@
-//! The design point: every number the hardware is built with, as data.
+//! The design point: all parameters of the hardware.
 //!
-//! Ranges: pixels `0 ..= FS`, `FS = 2^16 - 1` codes. The state keeps `f` fraction bits, one LSB is `2^-f` codes. `DOG_k`
-//! has `N` bits over a quarter of full scale, so one LSB is `2^(14-N)` codes: half a code at `N = 15`, 4 codes at `N = 12`.
+//! Ranges: pixels `0 ..= FS`, `FS = 2^16 - 1` DN. The state keeps `f` fraction bits, one LSB is `2^-f` DN. `DOG_k`
+//! has `N` bits over a quarter of full scale, so one LSB is `2^(14-N)` DN: 0.5 DN at `N = 15`, 4 DN at `N = 12`.
 //! From the state's LSB to that of the DoG is a shift by `s = f + 14 - N` bits, 1 at the design point.
 //!
-//! The maxima window, the rings and the radius of MaxDOG are not choices of a word length: they belong to the algorithm and
-//! stand in [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`], the same for every level.
+//! The window of the maxima, the rings and the radius of MaxDOG are parameters of the algorithm, not word lengths. They
+//! are in [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`], the same for every
+//! level.
 //!
-//! A configuration is TOML with the keys of [`DesignPoint::KEYS`], each of which may be absent; what it leaves out stays as it was.
+//! A configuration is TOML with the keys of [`DesignPoint::KEYS`], all optional. A key that is absent keeps its value.
 
 use std::fmt::Display;
 
@@ -23,34 +24,34 @@ pub const SCALES: usize = 2;
 /// Smoothers: two scale pairs share the middle one.
 pub const SMOOTHERS: usize = 3;
 
-/// Bits of the range of the DoG magnitude: `FS/4 = 2^14` codes.
+/// Integer bits of the DoG magnitude: its range is `FS/4 = 2^14` DN.
 pub const DOG_RANGE_BITS: i8 = 14;
 
-/// The number of features per scale at which the automatic threshold rests, and where it starts.
+/// Target and initial value of the automatic threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct AutomaticThreshold {
-    /// `N`: features of one scale in one frame.
+    /// Target number of features of one scale in one frame.
     pub target: u32,
-    /// `T_k` of the first frame, LSB of the DoG; the largest code where the DoG has too few bits for it.
+    /// `T_k` of the first frame, LSB of the DoG; clipped to the largest value of the DoG.
     pub initial: u32,
 }
 
-/// Everything the levels, the bit-true model and the hardware are built with.
+/// The parameters of the model levels, the bit-true model and the hardware.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DesignPoint {
-    /// Most columns of a frame.
+    /// Largest width of a frame, px.
     pub width: u32,
-    /// Most rows of a frame.
+    /// Largest height of a frame, px.
     pub height: u32,
-    /// The camera word, always `u16.0`.
+    /// Format of the camera sample, always `u16.0`.
     pub pixel: Format,
-    /// Filter state and line memories.
+    /// Format of the filter state and of the line memories.
     pub state: Format,
-    /// `g` and `g_j`.
+    /// Format of the coefficients `g` and `g_j`.
     pub coefficient: Format,
     /// `sigma` of the three smoothers, pixels, rising.
     pub sigmas: [f64; SMOOTHERS],
-    /// Look-ahead `m` of each smoother: `m` cells reach `2^m - 1` samples.
+    /// Look-ahead `m` of each smoother: `m` stages span `2^m - 1` samples.
     pub look_ahead: [u32; SMOOTHERS],
     /// `N`: bits of the DoG magnitude and of its maxima, over the range `FS/4`.
     pub dog_bits: u32,
@@ -78,26 +79,26 @@ impl Default for DesignPoint {
     }
 }
 
-/// Why a configuration is refused.
+/// Why a configuration is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// The text is not TOML.
     #[error("the configuration is not TOML: {0}")]
     Syntax(String),
-    /// There is no such key.
+    /// Unknown key.
     #[error("unknown key `{key}`; the keys are {}", DesignPoint::KEYS.join(", "))]
     UnknownKey {
         /// The key given.
         key: String,
     },
-    /// The key is known, its value is not possible.
+    /// Value out of range.
     #[error("{key} = {value} is not possible: {allowed}")]
     Value {
         /// The key given.
         key: String,
         /// The value given.
         value: String,
-        /// What is possible.
+        /// The allowed values.
         allowed: String,
     },
     /// An override without a value.
@@ -123,7 +124,7 @@ impl DesignPoint {
     /// The default design point changed by the keys of a TOML text.
     ///
     /// # Errors
-    /// Where the text is not TOML, or holds an unknown key or an impossible value.
+    /// The text is not TOML, has an unknown key or a value out of range.
     pub fn from_toml(text: &str) -> Result<Self, DesignError> {
         Self::default().with_toml(text)
     }
@@ -140,10 +141,11 @@ impl DesignPoint {
         self.changed(&table)
     }
 
-    /// This design point with one value changed: `KEY=VALUE`, the value as in TOML; quotes around a word may be left out.
+    /// This design point with one value changed: `KEY=VALUE`, the value as in TOML; quotes around a format are
+    /// optional.
     ///
     /// # Errors
-    /// As [`DesignPoint::from_toml`], and where the text is not of that form.
+    /// As [`DesignPoint::from_toml`], and the text is not of that form.
     pub fn with_override(&self, text: &str) -> Result<Self, DesignError> {
         let (key, value) = text.split_once('=').ok_or_else(|| DesignError::Override(text.into()))?;
         let (key, value) = (key.trim(), value.trim());
@@ -173,10 +175,10 @@ impl DesignPoint {
             "width" => self.width = given.whole(1..=4096)?,
             "height" => self.height = given.whole(1..=4096)?,
             "pixel" => {
-                self.pixel = given.format("u16.0, the camera word", |format| format == KT27.pixel)?;
+                self.pixel = given.format("u16.0, the camera sample", |format| format == KT27.pixel)?;
             }
             "state" => {
-                self.state = given.format("u16.0 to u16.12: the camera word and fraction bits", |format| {
+                self.state = given.format("u16.0 to u16.12: the camera sample and fraction bits", |format| {
                     !format.is_signed() && format.integer_bits() == 16 && (0..=12).contains(&format.fraction_bits())
                 })?;
             }
@@ -196,7 +198,7 @@ impl DesignPoint {
         Ok(())
     }
 
-    /// What one value cannot tell alone.
+    /// Checks that involve several values.
     fn check(&self) -> Result<(), DesignError> {
         if !self.sigmas.is_sorted_by(|narrow, wide| narrow < wide) {
             return Err(DesignError::Value {
@@ -208,22 +210,22 @@ impl DesignPoint {
         Ok(())
     }
 
-    /// Format of the DoG magnitude and of its maxima, in codes.
+    /// Format of the DoG magnitude and of MaxDOG.
     pub fn dog(&self) -> Format {
         Format::unsigned(DOG_RANGE_BITS, self.dog_bits as i8 - DOG_RANGE_BITS)
     }
 
-    /// Largest code of the DoG magnitude, `2^N - 1`.
+    /// Largest raw DoG magnitude, `2^N - 1`.
     pub fn max_dog(&self) -> u32 {
         (1 << self.dog_bits) - 1
     }
 
-    /// `s`: from a state LSB to a DoG LSB, `2^s` of the first make one of the second; negative where the DoG's is the finer.
+    /// `s`: one DoG LSB is `2^s` state LSB; negative where the DoG LSB is the smaller.
     pub fn dog_shift(&self) -> i32 {
         i32::from(self.state.fraction_bits()) + i32::from(DOG_RANGE_BITS) - self.dog_bits as i32
     }
 
-    /// The configuration that makes this design point, every key written out.
+    /// This design point as TOML with all keys.
     pub fn to_toml(&self) -> String {
         let values: [Value; Self::KEYS.len()] = [
             self.width.into(),
@@ -241,7 +243,7 @@ impl DesignPoint {
     }
 }
 
-/// A value and the key it came with, to be read with one clear line where it does not fit.
+/// A value with its key, for error messages.
 struct Given<'a> {
     key: &'a str,
     value: &'a Value,
@@ -298,7 +300,7 @@ mod tests {
     fn defaults_are_the_design_point() {
         assert_eq!(DesignPoint::from_toml("").unwrap(), KT27);
         assert_eq!((KT27.state.bits(), KT27.dog_shift(), KT27.max_dog()), (18, 1, 32767));
-        // One DoG LSB is half a code: FS / 2^17.
+        // One DoG LSB is 0.5 DN: FS / 2^17.
         assert_eq!(KT27.dog().lsb(), 0.5);
     }
 
@@ -310,7 +312,7 @@ mod tests {
         }
         assert_eq!(DesignPoint::from_toml(&design.to_toml()).unwrap(), design);
         assert_eq!((design.dog_bits, design.sigmas), (12, [1.0, 2.5, 6.0]));
-        // Twelve bits over the same quarter of full scale: one LSB is 4 codes, 64 LSB of a state with four fraction bits.
+        // Twelve bits over the same quarter of full scale: one LSB is 4 DN, 64 LSB of a state with four fraction bits.
         assert_eq!((design.dog().lsb(), design.dog_shift()), (4.0, 6));
     }
 

@@ -1,15 +1,16 @@
-//! Fixed-point formats as data: a word of `w = s + i + f` bits holds `code * 2^-f`.
+//! Fixed-point formats: a raw integer of `w = s + i + f` bits represents the value `raw * 2^-f`.
 //!
-//! `u16.2` has no sign, `i = 16` integer bits and `f = 2` fraction bits, so 18 bits in all: `0 ..= 2^16 - 2^-2` in steps of
-//! `2^-2`. `s14.1` is two's complement, sign bit not counted: `-2^14 ..= 2^14 - 2^-1`. Either number may be negative:
-//! `u14.-2` is a 12-bit word in steps of 4. Rounding errs by half a step at most, flooring by less than one.
+//! `u16.2` has no sign, `i = 16` integer bits and `f = 2` fraction bits, so 18 bits in all: `0 ..= 2^16 - 2^-2` with an
+//! LSB of `2^-2`. `s14.1` is two's complement, sign bit not counted: `-2^14 ..= 2^14 - 2^-1`. Either number may be
+//! negative: `u14.-2` has 12 bits and an LSB of 4. The error of rounding is at most half an LSB, that of flooring less
+//! than one.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Widest word a format describes; its codes and their products with a coefficient of 30 bits fit 64 bits.
+/// Largest number of bits of a format. The product of a raw integer and a coefficient of 30 bits then fits 64 bits.
 pub const MAX_BITS: u32 = 32;
 
 /// Why a text is not a format.
@@ -18,8 +19,8 @@ pub enum FormatError {
     /// Not of the form `u16.2` or `s14.1`.
     #[error("`{0}` is not a format: write u or s, integer bits, a point, fraction bits, like u16.2")]
     Syntax(String),
-    /// No bits at all, or more than a word holds.
-    #[error("`{text}` has {bits} bits; a word has 1 to {MAX_BITS}")]
+    /// No bits, or more than [`MAX_BITS`].
+    #[error("`{text}` has {bits} bits; a format has 1 to {MAX_BITS}")]
     Width {
         /// The text given.
         text: String,
@@ -28,7 +29,7 @@ pub enum FormatError {
     },
 }
 
-/// Sign, integer bits and fraction bits of a word.
+/// Sign, integer bits and fraction bits of a fixed-point number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Format {
@@ -38,20 +39,20 @@ pub struct Format {
 }
 
 impl Format {
-    /// A word without sign.
+    /// An unsigned format.
     ///
     /// # Panics
-    /// Where it would have no bits or more than [`MAX_BITS`]; in a constant this is a compile-time error.
+    /// The format has no bits or more than [`MAX_BITS`]. In a constant this is a compile-time error.
     pub const fn unsigned(integer_bits: i8, fraction_bits: i8) -> Self {
         let bits = integer_bits as i32 + fraction_bits as i32;
-        assert!(bits >= 1 && bits <= MAX_BITS as i32, "a word has 1 to 32 bits");
+        assert!(bits >= 1 && bits <= MAX_BITS as i32, "a format has 1 to 32 bits");
         Self { signed: false, integer_bits, fraction_bits }
     }
 
     /// The same magnitude bits and a sign bit.
     ///
     /// # Panics
-    /// Where there are [`MAX_BITS`] magnitude bits already.
+    /// The format has [`MAX_BITS`] magnitude bits already.
     pub const fn with_sign(self) -> Self {
         let format = Self { signed: true, ..self };
         assert!(format.bits() <= MAX_BITS, "no bit is left for the sign");
@@ -73,29 +74,29 @@ impl Format {
         self.fraction_bits
     }
 
-    /// Bits in all.
+    /// Number of bits, sign bit included.
     pub const fn bits(self) -> u32 {
         (self.signed as i32 + self.integer_bits as i32 + self.fraction_bits as i32) as u32
     }
 
-    /// The step between neighbouring values, `2^-f`.
+    /// The LSB, `2^-f`.
     pub fn lsb(self) -> f64 {
         f64::from(-i32::from(self.fraction_bits)).exp2()
     }
 
-    /// Smallest code.
+    /// Smallest raw integer.
     pub const fn min_raw(self) -> i64 {
         if self.signed { -(1 << (self.bits() - 1)) } else { 0 }
     }
 
-    /// Largest code.
+    /// Largest raw integer.
     pub const fn max_raw(self) -> i64 {
         (1 << (self.bits() - self.signed as u32)) - 1
     }
 
-    /// The value of a code.
-    pub fn value(self, code: i64) -> f64 {
-        code as f64 * self.lsb()
+    /// The value of a raw integer.
+    pub fn value(self, raw: i64) -> f64 {
+        raw as f64 * self.lsb()
     }
 }
 
@@ -143,27 +144,27 @@ impl From<Format> for String {
     }
 }
 
-/// What becomes of the part below one step.
+/// Rounding mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rounding {
-    /// To the nearest code, half away from zero: no bias on signed values.
+    /// To the nearest raw integer, half away from zero: no bias on signed values.
     HalfAwayFromZero,
-    /// Toward minus infinity: bits simply dropped, biased by half a step.
+    /// Toward minus infinity: low bits are dropped, which gives a bias of half an LSB.
     Floor,
 }
 
-/// What becomes of a value outside the range.
+/// Overflow mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Overflow {
-    /// The nearest end of the range.
+    /// Saturate at the end of the range.
     Saturate,
-    /// The low bits.
+    /// Wrap: keep the low bits.
     Wrap,
 }
 
-/// Turns real numbers into codes and counts what was lost on the way.
+/// Converts real numbers to raw integers and counts overflows and underflows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantiser {
     format: Format,
@@ -171,9 +172,9 @@ pub struct Quantiser {
     overflow: Overflow,
     /// Values seen.
     pub values: u64,
-    /// Values outside the range of the format, whatever became of them.
+    /// Values outside the range of the format, saturated or wrapped.
     pub overflows: u64,
-    /// Values other than 0 whose code is 0.
+    /// Values other than 0 whose raw integer is 0.
     pub underflows: u64,
 }
 
@@ -183,8 +184,8 @@ impl Quantiser {
         Self { format, rounding, overflow, values: 0, overflows: 0, underflows: 0 }
     }
 
-    /// The code of `value`; NaN counts as an overflow and has code 0.
-    pub fn code(&mut self, value: f64) -> i64 {
+    /// The raw integer of `value`; NaN counts as an overflow and has raw integer 0.
+    pub fn raw(&mut self, value: f64) -> i64 {
         self.values += 1;
         let scaled = value / self.format.lsb();
         let whole = match self.rounding {
@@ -193,27 +194,28 @@ impl Quantiser {
         };
         let (min, max) = (self.format.min_raw(), self.format.max_raw());
         if whole >= min as f64 && whole <= max as f64 {
-            let code = whole as i64;
-            self.underflows += u64::from(code == 0 && value != 0.0);
-            return code;
+            let raw = whole as i64;
+            self.underflows += u64::from(raw == 0 && value != 0.0);
+            return raw;
         }
         self.overflows += 1;
         match self.overflow {
             Overflow::Saturate if whole.is_nan() => 0,
             Overflow::Saturate => (whole as i64).clamp(min, max),
-            // The remainder is exact in f64, whatever the size of the value; it is NaN, hence 0, for NaN and infinities.
+            // The remainder is exact in f64, whatever the size of the value; it is NaN, hence 0, for NaN and
+            // infinities.
             Overflow::Wrap => {
                 let modulus = (self.format.bits() as f64).exp2();
-                let code = whole.rem_euclid(modulus) as i64;
-                if code > max { code - modulus as i64 } else { code }
+                let raw = whole.rem_euclid(modulus) as i64;
+                if raw > max { raw - modulus as i64 } else { raw }
             }
         }
     }
 
-    /// The value that stands in place of `value`.
+    /// `value` after quantisation.
     pub fn value(&mut self, value: f64) -> f64 {
-        let code = self.code(value);
-        self.format.value(code)
+        let raw = self.raw(value);
+        self.format.value(raw)
     }
 }
 
@@ -237,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_format_is_refused() {
+    fn invalid_formats_are_refused() {
         for text in ["", "16.2", "u16", "u.2", "u16.", "u16.2.1", "u+16.2", "q16.2", "u 16.2", "u999.2", "uNaN.1"] {
             assert_eq!(text.parse::<Format>(), Err(FormatError::Syntax(text.into())));
         }
@@ -249,32 +251,32 @@ mod tests {
     #[test]
     fn named_rounding_and_overflow() {
         let format: Format = "s3.0".parse().unwrap();
-        let code = |value, rounding, overflow| Quantiser::new(format, rounding, overflow).code(value);
-        assert_eq!(code(2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), 3);
-        assert_eq!(code(-2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), -3);
-        assert_eq!(code(-2.5, Rounding::Floor, Overflow::Saturate), -3);
-        assert_eq!(code(2.9, Rounding::Floor, Overflow::Saturate), 2);
-        assert_eq!(code(9.0, Rounding::Floor, Overflow::Saturate), 7);
-        assert_eq!(code(9.0, Rounding::Floor, Overflow::Wrap), -7);
-        assert_eq!(code(-9.0, Rounding::Floor, Overflow::Wrap), 7);
-        assert_eq!(code(f64::NEG_INFINITY, Rounding::Floor, Overflow::Saturate), -8);
-        assert_eq!(code(f64::NAN, Rounding::Floor, Overflow::Saturate), 0);
-        assert_eq!(code(f64::NAN, Rounding::Floor, Overflow::Wrap), 0);
+        let raw = |value, rounding, overflow| Quantiser::new(format, rounding, overflow).raw(value);
+        assert_eq!(raw(2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), 3);
+        assert_eq!(raw(-2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), -3);
+        assert_eq!(raw(-2.5, Rounding::Floor, Overflow::Saturate), -3);
+        assert_eq!(raw(2.9, Rounding::Floor, Overflow::Saturate), 2);
+        assert_eq!(raw(9.0, Rounding::Floor, Overflow::Saturate), 7);
+        assert_eq!(raw(9.0, Rounding::Floor, Overflow::Wrap), -7);
+        assert_eq!(raw(-9.0, Rounding::Floor, Overflow::Wrap), 7);
+        assert_eq!(raw(f64::NEG_INFINITY, Rounding::Floor, Overflow::Saturate), -8);
+        assert_eq!(raw(f64::NAN, Rounding::Floor, Overflow::Saturate), 0);
+        assert_eq!(raw(f64::NAN, Rounding::Floor, Overflow::Wrap), 0);
     }
 
     #[test]
-    fn counters_tell_overflow_from_underflow() {
+    fn overflows_and_underflows_are_counted() {
         let mut quantiser = Quantiser::new("u2.1".parse().unwrap(), Rounding::HalfAwayFromZero, Overflow::Saturate);
         for value in [0.0, 0.1, 0.3, 3.6, 3.8, -1.0, 0.5] {
             quantiser.value(value);
         }
-        // 0.1 is under half a step; 3.8 rounds to 8 half steps of 7; -1 has no code without sign.
+        // 0.1 is under half a step; 3.8 rounds to 8 half steps of 7; -1 has no raw integer without sign.
         assert_eq!((quantiser.values, quantiser.underflows, quantiser.overflows), (7, 1, 2));
     }
 
     proptest! {
         #[test]
-        fn text_and_format_are_one(signed: bool, integer in -20i8..=20, fraction in -20i8..=20) {
+        fn text_and_format_convert_both_ways(signed: bool, integer in -20i8..=20, fraction in -20i8..=20) {
             let text = format!("{}{integer}.{fraction}", if signed { 's' } else { 'u' });
             if let Ok(format) = text.parse::<Format>() {
                 prop_assert_eq!(format.to_string(), text);
@@ -285,7 +287,7 @@ mod tests {
         }
 
         #[test]
-        fn rounding_errs_by_half_a_step_at_most(integer in 1i8..=20, fraction in -4i8..=12, part in 0.0..1.0f64) {
+        fn rounding_error_is_at_most_half_an_lsb(integer in 1i8..=20, fraction in -4i8..=12, part in 0.0..1.0f64) {
             prop_assume!(integer + fraction >= 1);
             let format = Format::unsigned(integer, fraction);
             let value = part * format.value(format.max_raw());

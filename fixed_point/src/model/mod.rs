@@ -1,7 +1,8 @@
-//! What the hardware computes: number formats, filter coefficients, and the bit-true model from pixels to feature records.
+//! The model of the hardware: number formats, filter coefficients, and the bit-true model from pixels to feature
+//! records.
 //!
-//! Nothing here measures anything; see [`crate::analysis`]. [`bit_true`] works for any design; [`simd`] gives the same bits
-//! for the formats of the design point at tens of megapixels a second.
+//! [`bit_true`] supports any design. [`simd`] gives the same bits for the formats of the design point at tens of
+//! megapixels per second. [`crate::analysis`] measures both.
 
 pub mod bit_true;
 pub mod coefficients;

@@ -1,19 +1,22 @@
-//! `bit_true` at the formats of the design point, the same bits as [`crate::model::bit_true`] at tens of megapixels a second.
+//! The SIMD bit-true model: the bits of [`crate::model::bit_true`] at tens of megapixels per second, for the formats of
+//! the design point only.
 //!
-//! State u16.2, coefficients u0.16, DoG of 15 bits; sigmas, look-ahead and coefficients are free. What makes it quick:
+//! State u16.2, coefficients u0.16, DoG of 15 bits; sigmas, look-ahead and coefficients may vary. It is fast because
+//! of:
 //!
-//! - **One signed 32-bit cell.** With `e = q - p` and `m = e >> 31` (-1 where `e < 0`), rounding half away from zero is
-//!   `round(c e / 2^16) = (c e + 2^15 + m) >> 16`. For `c > 2^15` the complement `c' = 2^16 - c` is at most `2^15`, and
-//!   `p + round(c e / 2^16) = q - ((c' e + 2^15 - 1 - m) >> 16)`, which rounds half toward zero because it is subtracted. Pixels are at
-//!   most 65535, so `|e| <= 262140`, and for `c <= 8191` all of it stays below `2^31`. Above that `e = 4 h + l` splits the
-//!   product: `(4 c h + c l + bias) >> 16 = (c h + ((c l + bias) >> 2)) >> 14`, both terms below `2^31` again.
-//! - **Columns in strips** of [`LANES`] side by side, the vertical stages following one another a few rows apart, in place, so that
-//!   they find their rows in the nearest cache; rows one by one through all later stages while they are in it.
-//! - **Maxima from MaxDOG**: a feature equals the maximum of its 5x5 window, which is there already; only such pixels are
-//!   given the full test.
+//! - **A lerp in signed 32-bit arithmetic.** With `e = q - p` and `m = e >> 31` (-1 where `e < 0`), rounding half away
+//!   from zero is `round(c e / 2^16) = (c e + 2^15 + m) >> 16`. For `c > 2^15` the complement `c' = 2^16 - c` is at
+//!   most `2^15`, and `p + round(c e / 2^16) = q - ((c' e + 2^15 - 1 - m) >> 16)`, which rounds half toward zero
+//!   because the term is subtracted. Pixels are at most 65535, so `|e| <= 262140`, and for `c <= 8191` the product
+//!   stays below `2^31`. For larger `c`, `e = 4 h + l` splits the product: `(4 c h + c l + bias) >> 16 = (c h + ((c l +
+//!   bias) >> 2)) >> 14`, both terms below `2^31` again.
+//! - **Strips of [`LANES`] columns.** The vertical stages run a few rows apart, in place, so that their rows are in the
+//!   L1 cache. Each row then passes all later stages while it is in the cache.
+//! - **Maxima from MaxDOG.** A feature equals the maximum of its 5x5 window, MaxDOG, which is already computed. Only
+//!   such pixels get the full 7x7 test.
 //!
-//! Everything is plain loops over slices. They are compiled for AVX2 and for the baseline of the target, and the better is
-//! chosen at run time: one source, so the same bits.
+//! The loops are compiled twice, for AVX2 and for the baseline of the target, and selected at run time. Both give the
+//! same bits.
 
 use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::maxima::{eligible, is_maximum};
@@ -26,95 +29,97 @@ use crate::model::coefficients::{CoefficientError, LerpCoefficients, MAX_LOOK_AH
 use crate::model::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
 use crate::model::format::Format;
 
-/// Columns of a strip: four cache lines of states, next to each other in every row they are written to.
+/// Columns of a strip: four cache lines of states.
 pub const LANES: usize = 64;
 
-/// Rows of a strip that one stage does before the next follows, so that all stages of a smoother work on rows still near.
+/// Rows of a strip that a stage processes before the next stage runs, so that their rows stay in the cache.
 const BLOCK: usize = 16;
 
 /// The states of one row of a strip.
 type Lanes = [i32; LANES];
 
-/// Rows whose maxima along the row make one row of MaxDOG.
+/// Rows of the MaxDOG window.
 const MAX_ROWS: usize = 2 * MAX_RADIUS + 1;
 
-/// Why a design point has no simd model.
+/// Why there is no SIMD model of a design point.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimdError {
-    /// Its formats are not those this model is written for.
+    /// The formats are not supported.
     #[error(
-        "the simd model knows state u16.2, coefficients u0.16 and a DoG of 15 bits only, not {state}, {coefficient} and {dog_bits} bits"
+        "the simd model supports state u16.2, coefficients u0.16 and a DoG of 15 bits only, \
+         not {state}, {coefficient} and {dog_bits} bits"
     )]
     Formats {
-        /// State format asked for.
+        /// State format.
         state: Format,
-        /// Coefficient format asked for.
+        /// Coefficient format.
         coefficient: Format,
-        /// DoG bits asked for.
+        /// DoG bits.
         dog_bits: u32,
     },
-    /// Its coefficients do not exist.
+    /// The coefficients cannot be designed.
     #[error(transparent)]
     Coefficient(#[from] CoefficientError),
 }
 
-/// A coefficient as the cell wants it.
+/// A coefficient prepared for [`cell`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Gain {
     /// `c`, or `2^16 - c` where that is smaller; at most `2^15`.
-    code: i32,
-    /// Whether it is the complement.
+    raw: i32,
+    /// `raw` is the complement.
     complement: bool,
 }
 
 impl Gain {
-    fn new(code: u32) -> Self {
-        let complement = code > 1 << 15;
-        let code = if complement { (1 << 16) - code } else { code };
-        Self { code: code as i32, complement }
+    fn new(raw: u32) -> Self {
+        let complement = raw > 1 << 15;
+        let raw = if complement { (1 << 16) - raw } else { raw };
+        Self { raw: raw as i32, complement }
     }
 
-    /// Whether the product must be split.
+    /// The product must be split.
     fn split(self) -> bool {
-        self.code > 8191
+        self.raw > 8191
     }
 }
 
-/// `p + round(c (q - p))`. The operators wrap so that builds with overflow checks are vectorised too; none does.
+/// `p + round(c (q - p))`. The arithmetic never overflows. Wrapping operators let builds with overflow checks
+/// be vectorised.
 #[inline(always)]
-fn cell<const COMPLEMENT: bool, const SPLIT: bool>(p: i32, q: i32, code: i32) -> i32 {
+fn cell<const COMPLEMENT: bool, const SPLIT: bool>(p: i32, q: i32, raw: i32) -> i32 {
     let e = q.wrapping_sub(p);
     let m = e >> 31;
     let bias = if COMPLEMENT { 0x7fffi32.wrapping_sub(m) } else { 0x8000i32.wrapping_add(m) };
     let t = if SPLIT {
-        let low = (code.wrapping_mul(e & 3).wrapping_add(bias)) >> 2;
-        code.wrapping_mul(e >> 2).wrapping_add(low) >> 14
+        let low = (raw.wrapping_mul(e & 3).wrapping_add(bias)) >> 2;
+        raw.wrapping_mul(e >> 2).wrapping_add(low) >> 14
     } else {
-        code.wrapping_mul(e).wrapping_add(bias) >> 16
+        raw.wrapping_mul(e).wrapping_add(bias) >> 16
     };
     if COMPLEMENT { q.wrapping_sub(t) } else { p.wrapping_add(t) }
 }
 
-/// Calls `$body` with the cell that suits a gain: the choice is made outside the loops.
+/// Calls `$body` with the cell for a coefficient, so that the selection is outside the loops.
 macro_rules! with_cell {
     ($gain:expr, $cell:ident => $body:expr) => {{
         let gain: Gain = $gain;
-        let code = gain.code;
+        let raw = gain.raw;
         match (gain.complement, gain.split()) {
             (false, false) => {
-                let $cell = |p, q| cell::<false, false>(p, q, code);
+                let $cell = |p, q| cell::<false, false>(p, q, raw);
                 $body
             }
             (false, true) => {
-                let $cell = |p, q| cell::<false, true>(p, q, code);
+                let $cell = |p, q| cell::<false, true>(p, q, raw);
                 $body
             }
             (true, false) => {
-                let $cell = |p, q| cell::<true, false>(p, q, code);
+                let $cell = |p, q| cell::<true, false>(p, q, raw);
                 $body
             }
             (true, true) => {
-                let $cell = |p, q| cell::<true, true>(p, q, code);
+                let $cell = |p, q| cell::<true, true>(p, q, raw);
                 $body
             }
         }
@@ -128,7 +133,7 @@ struct Gains {
     g_j: Vec<Gain>,
 }
 
-/// `bit_true`, quick. It keeps its planes from frame to frame, so that no memory is asked for while frames keep their size.
+/// The SIMD bit-true model. It reuses its planes, so that frames of equal size need no allocation.
 #[derive(Debug, Clone)]
 pub struct SimdBitTrue {
     gains: [Gains; SMOOTHERS],
@@ -137,16 +142,16 @@ pub struct SimdBitTrue {
     features: Vec<FeatureRecord>,
 }
 
-/// Memory of the loops.
+/// Work memory.
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     /// One strip of columns.
     strip: Vec<Lanes>,
-    /// A row of states before and after a stage, with room for repeated border samples at either end.
+    /// A row of states before and after a stage, with space for repeated border samples at both ends.
     lines: [Vec<i32>; 2],
-    /// A row of responses, with room for the window of MaxDOG at either end.
+    /// A row of responses, with space for the MaxDOG window at both ends.
     responses: Vec<u16>,
-    /// The last rows' maxima along the row, one ring per scale pair.
+    /// Horizontal maxima of the last rows, one ring buffer per scale pair.
     row_maxima: [[Vec<u16>; MAX_ROWS]; SCALES],
     /// Pixels of at least the threshold that equal their MaxDOG: `(y, x, k)`.
     candidates: Vec<(usize, usize, usize)>,
@@ -156,7 +161,7 @@ impl SimdBitTrue {
     /// The model of a design point whose formats are those of [`KT27`].
     ///
     /// # Errors
-    /// Where the formats are others, or the coefficients do not exist.
+    /// The formats are not supported, or the coefficients cannot be designed.
     pub fn new(design: &DesignPoint) -> Result<Self, SimdError> {
         let DesignPoint { state, coefficient, dog_bits, .. } = *design;
         if (state, coefficient, dog_bits) != (KT27.state, KT27.coefficient, KT27.dog_bits) {
@@ -177,17 +182,17 @@ impl SimdBitTrue {
         })
     }
 
-    /// Takes a frame: afterwards [`SimdBitTrue::planes`] and the features returned are those of [`crate::model::bit_true`].
+    /// Processes a frame. [`SimdBitTrue::planes`] and the features returned equal those of [`crate::model::bit_true`].
     pub fn frame(&mut self, pixels: &Plane<u16>, thresholds: [u32; SCALES]) -> &[FeatureRecord] {
         self.run(pixels, thresholds, chain)
     }
 
-    /// The same without any choice at run time: the code every processor of the target can run.
+    /// As [`SimdBitTrue::frame`], with the portable code: for any processor of the target.
     pub fn portable_frame(&mut self, pixels: &Plane<u16>, thresholds: [u32; SCALES]) -> &[FeatureRecord] {
         self.run(pixels, thresholds, chain_everywhere)
     }
 
-    /// All planes of the last frame; before the first, one black pixel.
+    /// All planes of the last frame; one black pixel before the first frame.
     pub fn planes(&self) -> &Planes {
         &self.planes
     }
@@ -203,7 +208,7 @@ impl SimdBitTrue {
         if (width, height) != (shape.width(), shape.height()) {
             self.planes = blank(width, height);
         }
-        // No response reaches a threshold beyond 16 bits, nor 2^16 - 1 itself.
+        // A response has 15 bits, so none reaches 2^16 - 1.
         let thresholds = thresholds.map(|threshold| u16::try_from(threshold.max(1)).unwrap_or(u16::MAX));
         chain(pixels, &self.gains, thresholds, &mut self.planes, &mut self.scratch);
 
@@ -229,7 +234,7 @@ fn blank(width: usize, height: usize) -> Planes {
     }
 }
 
-/// Everything of a frame up to the candidates of its features.
+/// Computes the planes of a frame and the candidates of its features.
 type Chain = fn(&Plane<u16>, &[Gains; SMOOTHERS], [u16; SCALES], &mut Planes, &mut Scratch);
 
 #[multiversion(targets("x86_64+avx2"))]
@@ -253,7 +258,7 @@ fn chain_everywhere(
     whole_chain(pixels, gains, thresholds, planes, scratch);
 }
 
-// Inlined into both: each is then compiled for its own instructions, this function and all below.
+// Inlined into both callers, so that all functions below are compiled for the instructions of the caller.
 #[inline(always)]
 fn whole_chain(
     pixels: &Plane<u16>,
@@ -264,7 +269,7 @@ fn whole_chain(
 ) {
     let (width, height) = (pixels.width(), pixels.height());
     scratch.strip.resize(height, [0; LANES]);
-    // One strip of pixels serves all smoothers while it is near.
+    // All smoothers use a strip of pixels while it is in the cache.
     for left in (0..width).step_by(LANES) {
         for (gains, smoothed) in gains.iter().zip(&mut planes.smoothed) {
             columns(pixels, left, gains, smoothed, &mut scratch.strip);
@@ -321,7 +326,8 @@ fn whole_chain(
     }
 }
 
-/// The vertical pass of one smoother over the strip of columns that begins at `left`. `strip` has a place for every row.
+/// The vertical pass of one smoother over the strip of columns that begins at `left`. `strip` has a position for every
+/// row.
 #[inline(always)]
 fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane<u32>, strip: &mut [Lanes]) {
     let (width, height) = (pixels.width(), pixels.height());
@@ -334,7 +340,7 @@ fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane
         }
         states
     };
-    // How many rows each stage has given; [0] is the recursion.
+    // Number of rows that each stage has output; [0] is the recursion.
     let mut given = [0; MAX_LOOK_AHEAD as usize + 1];
     let stages = gains.g_j.len();
     let mut state = states(pixels.row(0));
@@ -356,10 +362,10 @@ fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane
             let ready = if given[j] == height { height } else { given[j].saturating_sub(reach).max(given[j + 1]) };
             let rows = given[j + 1]..ready;
             given[j + 1] = ready;
-            // In place: the row ahead is one this stage has not come to. The last row is the same before and after every
-            // stage, for it is a lerp of itself with itself.
-            // The row ahead is copied because the compiler then knows the two apart; borrowed from one slice, the loop takes twice
-            // as long.
+            // In place: this stage has not changed the row ahead yet. The last row is the same before and after every
+            // stage, because it is a lerp of itself with itself.
+            // The row ahead is copied so that the compiler knows that the two do not overlap. Without the copy the loop
+            // takes twice as long.
             with_cell!(*gain, cell => {
                 for r in rows {
                     let ahead = strip[(r + reach).min(height - 1)];
@@ -393,14 +399,16 @@ fn row(gains: &Gains, samples: &mut [u32], lines: &mut [Vec<i32>; 2], pad: usize
         let reach = 1 << j;
         let first = from[pad];
         from[pad - reach..pad].fill(first);
-        with_cell!(*gain, cell => lerp_lines(&from[pad - reach..][..width], &from[here.clone()], &mut to[here.clone()], cell));
+        let back = &from[pad - reach..][..width];
+        with_cell!(*gain, cell => lerp_lines(back, &from[here.clone()], &mut to[here.clone()], cell));
         std::mem::swap(&mut from, &mut to);
     }
     for (j, gain) in gains.g_j.iter().enumerate() {
         let reach = 1 << j;
         let last = from[pad + width - 1];
         from[pad + width..pad + width + reach].fill(last);
-        with_cell!(*gain, cell => lerp_lines(&from[pad + reach..][..width], &from[here.clone()], &mut to[here.clone()], cell));
+        let ahead = &from[pad + reach..][..width];
+        with_cell!(*gain, cell => lerp_lines(ahead, &from[here.clone()], &mut to[here.clone()], cell));
         std::mem::swap(&mut from, &mut to);
     }
     samples.iter_mut().zip(&from[here]).for_each(|(sample, line)| *sample = *line as u32);
@@ -428,11 +436,11 @@ fn difference(narrow: &[u32], wide: &[u32], signed: &mut [i32], positive: &mut [
         largest = largest.max(rounded);
         *dog = rounded.min(0x7fff) as u16;
     }
-    // Saturation does not happen with sensible filters, so it is not counted before it is known to be there.
+    // Saturation is rare. Samples are counted only where the row has any.
     if largest <= 0x7fff { 0 } else { signed.iter().filter(|d| (d.unsigned_abs() + 1) >> 1 > 0x7fff).count() as u64 }
 }
 
-/// The maxima of windows along a row; `responses` reaches over both ends by the radius of the window.
+/// The maxima of windows along a row; `responses` extends beyond both ends by the radius of the window.
 #[inline(always)]
 fn maxima_along_row(responses: &[u16], maxima: &mut [u16]) {
     let width = maxima.len();
@@ -452,7 +460,7 @@ fn maxima_of_rows(rows: &[Vec<u16>; MAX_ROWS], maxima: &mut [u16]) {
     }
 }
 
-/// Calls `found` with each place where a response of at least the threshold equals its MaxDOG.
+/// Calls `found` with each position where a response of at least the threshold equals its MaxDOG.
 #[inline(always)]
 fn candidates(responses: &[u16], max_dog: &[u16], threshold: u16, mut found: impl FnMut(usize)) {
     const BLOCK: usize = 64;
@@ -481,17 +489,13 @@ mod tests {
         with_cell!(gain, cell => cell(p, q))
     }
 
-    /// All differences there are, for one coefficient. The cell depends on `q - p` alone but for the sum at its end.
-    fn every_difference(code: u32) {
+    /// Checks all differences for one coefficient. Except for the final sum, the result depends on `q - p` only.
+    fn every_difference(raw: u32) {
         const TOP: i32 = 65535 << 2;
-        let gain = Gain::new(code);
+        let gain = Gain::new(raw);
         for e in 0..=TOP {
-            assert_eq!(by_gain(0, e, gain), lerp(0, e as u32, code, 16) as i32, "{code} x {e}");
-            assert_eq!(
-                by_gain(TOP, TOP - e, gain),
-                lerp(TOP as u32, (TOP - e) as u32, code, 16) as i32,
-                "{code} x -{e}"
-            );
+            assert_eq!(by_gain(0, e, gain), lerp(0, e as u32, raw, 16) as i32, "{raw} x {e}");
+            assert_eq!(by_gain(TOP, TOP - e, gain), lerp(TOP as u32, (TOP - e) as u32, raw, 16) as i32, "{raw} x -{e}");
         }
     }
 
@@ -502,28 +506,28 @@ mod tests {
         for (gains, coefficients) in simd.gains.iter().zip(bit_true.coefficients()) {
             every_difference(coefficients.g);
             assert_eq!(gains.g, Gain::new(coefficients.g));
-            coefficients.g_j.iter().for_each(|code| every_difference(*code));
+            coefficients.g_j.iter().for_each(|raw| every_difference(*raw));
         }
-        // Both ends of each way of computing it.
-        for code in [1, 8191, 8192, 32767, 32768, 32769, 57344, 57345, 65535] {
-            every_difference(code);
+        // Both ends of the range of each formula.
+        for raw in [1, 8191, 8192, 32767, 32768, 32769, 57344, 57345, 65535] {
+            every_difference(raw);
         }
     }
 
     #[test]
     fn cell_is_the_lerp_for_every_coefficient_at_the_extremes() {
-        for code in 1..1u32 << 16 {
-            let gain = Gain::new(code);
+        for raw in 1..1u32 << 16 {
+            let gain = Gain::new(raw);
             for e in [1, 2, 3, 4, 5, 131_070, 131_072, 262_135, 262_137, 262_138, 262_139, 262_140] {
                 for (p, q) in [(0, e), (e, 0)] {
-                    assert_eq!(by_gain(p, q, gain), lerp(p as u32, q as u32, code, 16) as i32, "{code}: {p} {q}");
+                    assert_eq!(by_gain(p, q, gain), lerp(p as u32, q as u32, raw, 16) as i32, "{raw}: {p} {q}");
                 }
             }
         }
     }
 
     #[test]
-    fn other_formats_are_refused() {
+    fn unsupported_formats_are_refused() {
         for text in ["state=u16.3", "coefficient=u0.15", "dog_bits=12"] {
             let message = SimdBitTrue::new(&KT27.with_override(text).unwrap()).unwrap_err().to_string();
             assert!(message.contains("only, not"), "{message}");
@@ -531,7 +535,7 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_frame_is_that_of_the_bit_true_model() {
+    fn a_full_frame_equals_the_bit_true_model() {
         let content = Content::Noise { low: 20_000, high: 30_000 };
         let frame = Picture { width: 1024, height: 768, seed: 11, content }.draw();
         let planes = BitTrue::new(&KT27).unwrap().planes(&frame);
@@ -548,7 +552,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
         #[test]
-        fn planes_and_features_are_those_of_the_bit_true_model(frames in prop::collection::vec(pictures(110), 1..3)) {
+        fn planes_and_features_equal_the_bit_true_model(frames in prop::collection::vec(pictures(110), 1..3)) {
             let bit_true = BitTrue::new(&KT27).unwrap();
             let mut simd = SimdBitTrue::new(&KT27).unwrap();
             let mut portable = simd.clone();

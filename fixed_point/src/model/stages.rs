@@ -1,14 +1,15 @@
-//! The stages of one smoother, for any arithmetic: two-sided smoothing as a chain of `y = p + c (q - p)` cells.
+//! The stages of one smoother, for any arithmetic: two-sided smoothing as a chain of lerps, `y = p + c (q - p)`.
 //!
-//! With the pole `a`, `g = 1 - a` and `g_j = 1 / (1 + a^(2^j))`, `u` the input of a stage, `m` the look-ahead in stages:
+//! With the pole `a`, `g = 1 - a` and `g_j = 1 / (1 + a^(2^j))`, `u` the input of a stage, `m` the look-ahead in
+//! stages:
 //!
-//! - down the columns `s[0] = x[0]`, `s[r] = lerp(p = s[r-1], q = x[r], g)`,
-//! - then for `j = 0 .. m-1` upwards `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`,
-//! - along the rows for `j = 0 .. m-1` `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`,
-//! - then for `j = 0 .. m-1` `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`.
+//! - `recursion`, vertical: `s[0] = x[0]`, `s[r] = lerp(p = s[r-1], q = x[r], g)`,
+//! - `column_look_ahead_j`, `j = 0 .. m-1`: `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`,
+//! - `row_look_back_j`, `j = 0 .. m-1`: `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`,
+//! - `row_look_ahead_j`, `j = 0 .. m-1`: `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`.
 //!
-//! A chain of `m` such cells is `sum_{k < 2^m} a^k u[n + k]`, scaled to sum 1, as `prod_j (1 + a^(2^j) z^(2^j))`. Every stage
-//! sees its own input with the border sample repeated.
+//! `m` such stages in series are `sum_{k < 2^m} a^k u[n + k]`, scaled to sum 1, as `prod_j (1 + a^(2^j) z^(2^j))`.
+//! Every stage repeats the border sample of its own input.
 
 use hoverlock_reference::image::plane::Plane;
 
@@ -17,14 +18,14 @@ use crate::model::format::Format;
 /// The coefficients of one smoother.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageCoefficients<C> {
-    /// `g` of the recursion down the columns.
+    /// `g` of the recursion.
     pub g: C,
-    /// `g_j` of the cells that reach `2^j` samples, `j = 0 .. m-1`.
+    /// `g_j` of the stages over `2^j` samples, `j = 0 .. m-1`.
     pub g_j: Vec<C>,
 }
 
 impl StageCoefficients<f64> {
-    /// Unrounded, from the pole `a` in `(0, 1)`, `a` in full: `g` and `g_j` are rounded separately from it.
+    /// Unrounded, from the pole `a` in `(0, 1)`, not rounded before `g` and `g_j` are computed.
     pub fn of_pole(a: f64, look_ahead: u32) -> Self {
         // Squared from stage to stage: a^(2^j).
         let powers = std::iter::successors(Some(a), |power| Some(power * power));
@@ -33,9 +34,9 @@ impl StageCoefficients<f64> {
 }
 
 impl StageCoefficients<u32> {
-    /// What the codes are worth.
+    /// The values of the raw integers.
     pub fn values(&self, format: Format) -> StageCoefficients<f64> {
-        let value = |code: u32| format.value(i64::from(code));
+        let value = |raw: u32| format.value(i64::from(raw));
         StageCoefficients { g: value(self.g), g_j: self.g_j.iter().copied().map(value).collect() }
     }
 }
@@ -54,7 +55,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// The stages of a smoother with look-ahead `m`, in order: `1 + 3 m` cells.
+    /// The stages of a smoother with look-ahead `m`, in order: `1 + 3 m` stages.
     pub fn chain(m: u32) -> impl Iterator<Item = Stage> {
         let down = (0..m).map(Stage::ColumnLookAhead);
         let left = (0..m).map(Stage::RowLookBack);
@@ -89,7 +90,7 @@ impl std::fmt::Display for Stage {
     }
 }
 
-/// Runs the whole chain and shows every stage's output to `each`, in order.
+/// Runs the whole chain and passes the output of every stage to `each`, in order.
 pub fn smooth<T: Copy, C: Copy>(
     x: &Plane<T>,
     coefficients: &StageCoefficients<C>,
@@ -162,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn order_of_the_stages() {
+    fn stages_are_in_the_order_of_the_data() {
         let names: Vec<_> = Stage::chain(2).map(|stage| stage.to_string()).collect();
         assert_eq!(
             names,
@@ -180,7 +181,8 @@ mod tests {
 
     #[test]
     fn impulse_is_the_geometric_series() {
-        // One impulse, read where no stage saw a border: the response at (dx, dy) is the product of the one-dimensional series.
+        // One impulse, read where no stage saw a border: the response at (dx, dy) is the product of the one-dimensional
+        // series.
         let (a, m) = (0.6f64, 3u32);
         let n = 1i32 << m;
         let size = 61usize;
@@ -189,7 +191,8 @@ mod tests {
         let y = smooth(&x, &StageCoefficients::of_pole(a, m), float, |_, _| ());
         let series: f64 = (0..n).map(|k| a.powi(k)).sum();
         let one = |k: i32| if (0..n).contains(&k) { a.powi(k) / series } else { 0.0 };
-        // Causal and anticausal halves convolved: the recursion has no end, the product form ends after 2^m - 1 samples.
+        // Causal and anticausal halves convolved: the recursion has no end, the product form ends after 2^m - 1
+        // samples.
         let column =
             |d: i32| (0..n).map(|k| one(k) * if d + k >= 0 { (1.0 - a) * a.powi(d + k) } else { 0.0 }).sum::<f64>();
         let row = |d: i32| (0..n).map(|k| one(k) * one(d + k)).sum::<f64>();
@@ -203,7 +206,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn each_stage_is_its_equation(
+        fn each_stage_computes_its_equation(
             (width, height) in (1..20usize, 1..20usize), seed: u64, a in 0.1..0.95f64, m in 1..6u32,
         ) {
             let sample = |x: usize, y: usize| {
@@ -222,7 +225,9 @@ mod tests {
                             Stage::ColumnLookAhead(j) => {
                                 (u[(c, (r + reach(j)).min(height - 1))], u[(c, r)], coefficients.g_j[j as usize])
                             }
-                            Stage::RowLookBack(j) => (u[(c.saturating_sub(reach(j)), r)], u[(c, r)], coefficients.g_j[j as usize]),
+                            Stage::RowLookBack(j) => {
+                                (u[(c.saturating_sub(reach(j)), r)], u[(c, r)], coefficients.g_j[j as usize])
+                            }
                             Stage::RowLookAhead(j) => {
                                 (u[((c + reach(j)).min(width - 1), r)], u[(c, r)], coefficients.g_j[j as usize])
                             }

@@ -1,7 +1,7 @@
 //! Simulated cycles per second of CPU time, each way of driving against the plain Verilator loop in C++.
 //!
-//! `cargo bench -p hoverlock-harness` prints medians of several runs and their ratio to the C++ loop of the same run, for a
-//! small design and for the Hoverlock top.
+//! `cargo bench -p hoverlock-harness` prints medians of several runs and their ratio to the C++ loop of the same run,
+//! for a small design and for the Hoverlock top.
 
 mod measure;
 mod small;

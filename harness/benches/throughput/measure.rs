@@ -29,13 +29,14 @@ pub fn cpu() -> f64 {
 /// Builds a C++ loop of this folder with the harness's Verilator and `-O3`, and gives its program.
 pub fn build_limit(folder: &Path, top: &str, sources: &[PathBuf], limit: &str) -> Result<PathBuf, Error> {
     let folder = folder.join(top);
-    let options = "--cc --exe --build -O3 -CFLAGS -O3 -MAKEFLAGS OPT_FAST=-O3 --assert --x-assign 0 --x-initial 0 --no-timing -Wno-fatal";
+    let options = "--cc --exe --build -O3 -CFLAGS -O3 -MAKEFLAGS OPT_FAST=-O3 --assert --x-assign 0 --x-initial 0 \
+                   --no-timing -Wno-fatal";
     let status = Command::new("verilator")
-        .args(options.split(' '))
+        .args(options.split_whitespace())
         .args(["--top-module", top, "-o", "limit", "--Mdir"])
         .arg(&folder)
         .args(sources)
-        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("benches").join(limit))
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/throughput").join(limit))
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .status();

@@ -1,4 +1,5 @@
-//! The small design (`tests/designs/stream.v`): each way drives one byte and samples one word a cycle; the sums must agree.
+//! The small design (`tests/designs/stream.v`): each way drives one byte and samples one output in each cycle; the sums
+//! of the outputs must agree.
 
 use std::cell::Cell;
 use std::path::Path;
@@ -230,7 +231,7 @@ fn bulk(words: u64, stall: Pause) -> Result<(f64, u64, u64), Error> {
 /// The table of this design.
 pub fn table(folder: &Path) -> Result<(), Error> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let program = build_limit(folder, "stream", &[here.join("tests/designs/stream.v")], "limit.cpp")?;
+    let program = build_limit(folder, "stream", &[here.join("tests/designs/stream.v")], "limit_small.cpp")?;
     let limit = |cycles: u64| -> Result<(f64, u64, u64), Error> {
         let fields = words_of(&program, &[&cycles.to_string()])?;
         Ok((fields[0], fields[1] as u64, cycles))

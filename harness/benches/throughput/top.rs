@@ -1,5 +1,5 @@
-//! The Hoverlock top: frames of pixels in, feature records of 256 bits out. Every way must give the records of the C++ loop,
-//! word for word, trailers included.
+//! The Hoverlock top: frames of pixels in, feature records of 256 bits out. Every way must give the records of the C++
+//! loop, word for word, trailers included.
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +20,7 @@ const SIZE: u64 = (HEIGHT << 16 | WIDTH) as u64;
 /// Addresses of the registers, in words.
 const CONTROL: u64 = 0x0c >> 2;
 const SIZE_AT: u64 = 0x14 >> 2;
+const COMMIT: u64 = 0x30 >> 2;
 /// 32-bit words of a record.
 const RECORD: usize = 8;
 const AVALON: Dialect = Dialect::Avalon { ready_latency: 0 };
@@ -68,6 +69,7 @@ fn ready(checked: &mut Model) -> Result<(), Error> {
     }
     cycle(checked, &[("reset", 0)])?;
     cycle(checked, &[("csr_write", 1), ("csr_address", SIZE_AT), ("csr_writedata", SIZE)])?;
+    cycle(checked, &[("csr_address", COMMIT), ("csr_writedata", 1)])?;
     cycle(checked, &[("csr_address", CONTROL), ("csr_writedata", 1)])?;
     let last = [("csr_write", 0), ("feature_ready", 1)];
     for (name, value) in last {

@@ -1,7 +1,7 @@
 """Writes `reference.md` from the docstrings and types of the code.
 
     python docs/make_reference.py           # writes it
-    python docs/make_reference.py --check   # says whether it is fresh: exit status 1 if not
+    python docs/make_reference.py --check   # exit status 1 if it is not up to date
 """
 
 from __future__ import annotations
@@ -25,14 +25,15 @@ MODULES = [
 ]  # fmt: skip
 HEAD = """# Reference
 
-Made from the code by `python docs/make_reference.py`; a test holds it fresh. Where to begin: [the tutorial](../../docs/tutorial-python.md).
-The fixtures and switches of pytest: `pytest --help`, and [coming from cocotb](coming-from-cocotb.md).
+Generated from the code by `python docs/make_reference.py`; a test checks that it is up to date. Start with
+[the tutorial](../../docs/tutorial-python.md). For the fixtures and options of pytest, see `pytest --help` and
+[coming from cocotb](coming-from-cocotb.md).
 
 """
 
 
 def rust_classes() -> dict[str, ast.ClassDef | ast.FunctionDef]:
-    """What is written in Rust, by its typed stub."""
+    """The classes and functions that are written in Rust, by their typed stub."""
     tree = ast.parse((PACKAGE / "_core.pyi").read_text())
     return {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
 
@@ -41,10 +42,10 @@ RUST = rust_classes()
 
 
 def docs_of(thing: Any) -> str:
-    """Its docstring, with examples as code."""
+    """Its docstring as Markdown: examples as code, the sections of numpy's style as lists."""
     lines: list[str] = []
     code = False
-    for line in (inspect.getdoc(thing) or "").splitlines():
+    for line in sections_as_lists((inspect.getdoc(thing) or "").splitlines()):
         starts = line.startswith(">>>")
         if starts and not code:
             lines.append("```python")
@@ -56,13 +57,54 @@ def docs_of(thing: Any) -> str:
     return "\n".join([*lines, "```"] if code else lines)
 
 
+def sections_as_lists(lines: list[str]) -> list[str]:
+    """Underlined headings (``Parameters``, ``Returns``, ``Raises``) in bold, each of their entries as an item of a list."""
+    found: list[str] = []
+    inside = False
+    for at, line in enumerate(lines):
+        following = lines[at + 1] if at + 1 < len(lines) else ""
+        if following and set(following) == {"-"} and len(following) == len(line):
+            found += [f"**{line}**", ""]
+            inside = True
+        elif line and set(line) == {"-"}:
+            continue
+        elif line.startswith(">>>") or not inside:
+            inside = False
+            found.append(line)
+        elif not line.strip():
+            found.append("")
+        elif line.startswith("    "):
+            found.append(f"  {line.strip()}")
+        else:
+            name, colon, kind = line.partition(" : ")
+            found.append(f"- `{name}`{' : ' if colon else ''}{kind}")
+    return found
+
+
+class Annotation:
+    """A type as the source writes it, without the quotes of a string."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def __repr__(self) -> str:
+        return self.text
+
+
 def signature_of(function: Any) -> str:
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):
         return "(...)"
+
+    def bare(annotation: Any) -> Any:
+        text = getattr(annotation, "__forward_arg__", annotation)
+        return Annotation(text) if isinstance(text, str) else annotation
+
     kept = [p for p in signature.parameters.values() if p.name not in ("self", "cls")]
-    return str(signature.replace(parameters=kept)).replace("'", "").replace("~", "")
+    kept = [p.replace(annotation=bare(p.annotation)) for p in kept]
+    bared = signature.replace(parameters=kept, return_annotation=bare(signature.return_annotation))
+    return str(bared).replace("~", "")
 
 
 def stub_signature(node: ast.FunctionDef) -> str:
@@ -76,7 +118,7 @@ def stub_signature(node: ast.FunctionDef) -> str:
 
 
 def members_of(cls: type) -> list[tuple[str, str, Any]]:
-    """Public methods and properties: name, signature (empty of a property), what has the docstring."""
+    """Public methods and properties: name, signature (empty for a property), the object with the docstring."""
     found = []
     node = RUST.get(cls.__name__) if cls.__module__ in ("hoverlock", "hoverlock._core", "builtins") else None
     if isinstance(node, ast.ClassDef):
@@ -107,7 +149,8 @@ def constructor_of(cls: type) -> str:
     if isinstance(node, ast.ClassDef) and cls.__module__ in ("hoverlock", "hoverlock._core"):
         made = [i for i in node.body if isinstance(i, ast.FunctionDef) and i.name in ("__new__", "__init__")]
         return stub_signature(made[0]).split(" -> ")[0] if made else ""
-    return "" if issubclass(cls, BaseException) else signature_of(cls).split(" -> ")[0]
+    has_signature = not issubclass(cls, (BaseException, dict))
+    return signature_of(cls).split(" -> ")[0] if has_signature else ""
 
 
 def entry(name: str, thing: Any) -> str:
@@ -150,7 +193,7 @@ def main() -> int:
     text = build()
     if "--check" in sys.argv:
         fresh = REFERENCE.exists() and REFERENCE.read_text() == text
-        print("fresh" if fresh else f"{REFERENCE.name} is stale: run python docs/make_reference.py")
+        print("up to date" if fresh else f"{REFERENCE.name} is out of date: run python docs/make_reference.py")
         return 0 if fresh else 1
     REFERENCE.write_text(text)
     return 0

@@ -1,4 +1,4 @@
-"""cocotb's habits on Verilator, near the simulator's own speed.
+"""Test benches for Verilog as coroutines, as in cocotb, on Verilator in the same process.
 
 >>> import hoverlock
 >>> from hoverlock import Clock, ClockCycles, Design
@@ -42,6 +42,7 @@ from .hierarchy import Constant, Hierarchy, TypedHierarchy
 from .outputs import Outputs
 from .queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
 from .testing import Session, Test, parametrize, pass_test, running, simulate, test
+from .transfer import TransferReport
 from .triggers import (
     ClockCycles,
     Combine,
@@ -107,6 +108,7 @@ __all__ = [
     "Task",
     "Test",
     "Timer",
+    "TransferReport",
     "Trigger",
     "TriggerError",
     "TypedHierarchy",
@@ -128,7 +130,7 @@ __all__ = [
 
 
 async def start(coro: Any) -> Task[Any]:
-    """Starts a coroutine and lets it run to its first wait before this task goes on.
+    """Starts a coroutine as a task and lets it run to its first wait before the caller continues.
 
     >>> task = await hoverlock.start(drive(dut))
     """

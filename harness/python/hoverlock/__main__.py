@@ -1,4 +1,4 @@
-"""The command line for those without pytest.
+"""The command line: runs tests without pytest.
 
     python -m hoverlock test_counter.py
     python -m hoverlock test_adder.py --hoverlock-source adder.v --hoverlock-top adder --junit results.xml
@@ -22,36 +22,36 @@ from .runner import run, write_junit
 
 
 def add_design_options(add: object) -> None:
-    """The options that name a design; the same for pytest and here."""
+    """Adds the options that pytest and this command line share."""
     option = add  # argparse and pytest take the same arguments
     option("--hoverlock-source", action="append", default=[], metavar="FILE",  # type: ignore[operator]
-           help="Verilog source, for modules that name no design (may be repeated)")
+           help="Verilog source, for test modules that name no design (may be repeated)")
     option("--hoverlock-top", default=None, metavar="MODULE", help="top module")  # type: ignore[operator]
     option("--hoverlock-parameter", action="append", default=[],  # type: ignore[operator]
            metavar="NAME=VALUE", help="parameter of the top module (may be repeated)")
     option("--hoverlock-seed", type=int, default=None, metavar="N",  # type: ignore[operator]
            help="seed of the session; printed when a test fails")
     option("--hoverlock-wall-timeout", type=float, default=None, metavar="SECONDS",  # type: ignore[operator]
-           help="gives a test up after so long on the wall (600 s)")
+           help="wall-clock limit of each test (default: 600 s)")
     option("--hoverlock-internal", action="append", default=[],  # type: ignore[operator]
-           metavar="PATTERN", help="internal signals to be reached, such as 'u_core.*' (may be repeated)")
+           metavar="PATTERN", help="internal signals to make accessible, such as 'u_core.*' (may be repeated)")
     option("--hoverlock-waves", choices=("vcd", "fst"), default=None,  # type: ignore[operator]
            help="records all signals of every test")
     option("--hoverlock-waves-on-failure", action="store_true",  # type: ignore[operator]
-           help="keeps only the waves of tests that fail; alone: as VCD")
+           help="keeps only the waves of failing tests (as VCD, unless --hoverlock-waves is given)")
     option("--hoverlock-waves-last", type=int, default=None, metavar="N",  # type: ignore[operator]
-           help="of tests that fail, writes the last N time steps (two for each cycle of a clock) as VCD")
+           help="writes the last N time steps of failing tests as VCD; a clock cycle has two time steps")
     option("--hoverlock-coverage", action="store_true",  # type: ignore[operator]
-           help="counts what of the Verilog is run, adds up all tests, and writes coverage.info (LCOV)")
+           help="counts coverage of the Verilog over all tests and writes coverage.info (LCOV)")
     option("--hoverlock-output", default="hoverlock-output", metavar="FOLDER",  # type: ignore[operator]
-           help="where waves and coverage go (hoverlock-output)")
+           help="folder of waves and coverage (default: hoverlock-output)")
 
 
 def outputs_from(option: Callable[[str], Any]) -> Outputs:
     """The waves and coverage that the options ask for."""
     last = option("hoverlock_waves_last")
     if last is not None and last < 1:
-        raise HoverlockError(f"--hoverlock-waves-last {last}: one time step at least")
+        raise HoverlockError(f"--hoverlock-waves-last {last}: at least 1 is needed")
     only = option("hoverlock_waves_on_failure")
     waves = option("hoverlock_waves") or ("vcd" if only else None)
     return Outputs(option("hoverlock_output"), waves, only, last, option("hoverlock_coverage"))
@@ -64,12 +64,12 @@ def design_from(
     if not sources and top is None:
         return None
     if not sources or top is None:
-        raise HoverlockError("--hoverlock-source and --hoverlock-top are wanted together")
+        raise HoverlockError("--hoverlock-source and --hoverlock-top are needed together")
     chosen: dict[str, int | str] = {}
     for text in parameters:
         name, equals, value = text.partition("=")
         if not equals:
-            raise HoverlockError(f"--hoverlock-parameter {text}: NAME=VALUE is wanted")
+            raise HoverlockError(f"--hoverlock-parameter {text}: write NAME=VALUE")
         try:
             chosen[name] = int(value, 0)
         except ValueError:
@@ -78,13 +78,14 @@ def design_from(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs modules' tests; 0 if all passed, 1 if one failed, 2 on bad usage. ``stub`` writes the types of a design."""
+    """Runs the tests of modules. Exit status: 0 if all passed, 1 if a test failed, 2 on wrong usage. With ``stub`` as the
+    first argument, writes a typed stub of a design."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments[:1] == ["stub"]:
         return stub.main(arguments[1:])
     parser = argparse.ArgumentParser(prog="python -m hoverlock", description=main.__doc__)
     parser.add_argument("modules", nargs="+", metavar="MODULE", help="a Python file or module with tests")
-    parser.add_argument("-k", dest="match", default="", metavar="TEXT", help="only tests whose name holds this")
+    parser.add_argument("-k", dest="match", default="", metavar="TEXT", help="only tests whose name contains TEXT")
     parser.add_argument("--junit", metavar="FILE", help="writes the results as JUnit XML")
     parser.add_argument("-q", "--quiet", action="store_true", help="no log, results only")
     add_design_options(parser.add_argument)

@@ -1,4 +1,4 @@
-"""Bus models of the engine: they work at the edges of a clock without a task of Python, and check the protocol.
+"""Bus models written in Rust: they run at the edges of a clock, without a Python task, and check the protocol.
 
 >>> source = AvalonSource(dut, "in_", dut.clk, reset=dut.rst)
 >>> sink = AvalonSink(dut, "out_", dut.clk, reset=dut.rst)
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from . import _core
 from ._core import Handle
 from .errors import SimulationError
 from .triggers import Trigger
+
+if TYPE_CHECKING:
+    from .transfer import Pause
 
 __all__ = [
     "AvalonMaster",
@@ -38,16 +41,17 @@ __all__ = [
 
 @dataclass
 class Frame:
-    """A packet: its symbols as an array, and what its last beat says.
+    """A packet: its symbols, channel and error.
 
     >>> source.send(Frame(np.arange(10, dtype=np.uint8), channel=2))
     """
 
     symbols: Any
+    """Symbols in the order of the stream: ``uint64`` array of shape (symbols,) if received; any integers to be sent."""
     channel: int = 0
     """``channel``, or ``tid``."""
     error: int = 0
-    """``error``, or ``tuser``."""
+    """``error``, or ``tuser``, of the last beat."""
     destination: int = 0
     """``tdest``."""
 
@@ -79,18 +83,45 @@ class _Source:
         )
 
     def send(self, frame: Frame | bytes | Iterable[int], *, channel: int = 0, error: int = 0) -> None:
-        """Queues a packet: a ``Frame``, bytes, or symbols of any kind, arrays too."""
+        """Queues a packet.
+
+        Parameters
+        ----------
+        frame : Frame, bytes or iterable of int
+            The packet, or its symbols, such as an array.
+        channel, error : int
+            ``channel`` (``tid``) and ``error`` (``tuser``), unless a ``Frame`` is given.
+
+        Raises
+        ------
+        HoverlockError
+            If the packet is empty, a symbol, channel or error does not fit, or the last beat is not full where neither
+            ``empty`` nor ``tkeep`` can say so.
+        """
         if isinstance(frame, Frame):
             self._raw.send(frame.symbols, frame.channel, frame.error, frame.destination)
         else:
             self._raw.send(list(frame), channel, error, 0)
 
-    def pause(self, pause: float | Iterable[bool] | None, seed: int = 0) -> None:
-        """In which cycles it holds back: with a probability, or as a pattern says again and again."""
+    def pause(self, pause: Pause, seed: int = 0) -> None:
+        """Sets in which cycles it offers no new beat.
+
+        Parameters
+        ----------
+        pause : float or iterable of bool, optional
+            A probability from 0 to less than 1, or a pattern (true: pause) that is repeated; None: never.
+        seed : int
+            Seed of the random numbers.
+
+        Raises
+        ------
+        ValueError
+            If the probability is out of range, or the pattern lets nothing through.
+        """
         self._raw.set_pause(pause, seed)
 
     def drained(self) -> Trigger:
-        """Until everything queued was taken."""
+        """A trigger: the design has taken everything queued."""
         return self._raw.drained()
 
     @property
@@ -100,7 +131,7 @@ class _Source:
 
     @property
     def pending(self) -> int:
-        """Beats still to be taken."""
+        """Beats the design has not taken yet."""
         return self._raw.pending()
 
 
@@ -126,19 +157,24 @@ class _Listener:
         )
 
     async def recv(self) -> Frame:
-        """The next packet, waiting for it."""
+        """Waits for the next packet."""
         while (parts := self._raw.try_recv()) is None:
             await self._raw.arrived()
         return Frame(*parts)
 
-    async def recv_symbols(self, count: int) -> Any:
-        """The next symbols of a stream without packets, waiting for them, as an array."""
+    async def recv_symbols(self, count: int) -> NDArray[np.uint64]:
+        """Waits for the next symbols of a stream without packets.
+
+        Returns
+        -------
+        ndarray of uint64, shape (count,)
+        """
         symbols = self._raw.recv_symbols(count)
         await symbols.ended()
         return symbols.value()
 
     def try_recv(self) -> Frame | None:
-        """The next packet, if there is one."""
+        """The next packet that was received, or None."""
         parts = self._raw.try_recv()
         return None if parts is None else Frame(*parts)
 
@@ -152,7 +188,7 @@ class _Listener:
 
     @property
     def violations(self) -> list[str]:
-        """Rules that were broken, with their times, where ``strict=False`` keeps them from ending the run."""
+        """Broken rules, with their simulation times, where ``strict=False`` does not end the test."""
         return self._raw.violations()
 
 
@@ -161,13 +197,50 @@ class _Sink(_Listener):
 
     _drives = True
 
-    def pause(self, pause: float | Iterable[bool] | None, seed: int = 0) -> None:
-        """In which cycles it is not ready: with a probability, or as a pattern says again and again."""
+    def pause(self, pause: Pause, seed: int = 0) -> None:
+        """Sets in which cycles it is not ready.
+
+        Parameters
+        ----------
+        pause : float or iterable of bool, optional
+            A probability from 0 to less than 1, or a pattern (true: pause) that is repeated; None: never.
+        seed : int
+            Seed of the random numbers.
+
+        Raises
+        ------
+        ValueError
+            If the probability is out of range, or the pattern lets nothing through.
+        """
         self._raw.set_pause(pause, seed)
 
 
 class AvalonSource(_Source):
     """Drives an Avalon-ST sink of the design.
+
+    Parameters
+    ----------
+    dut : Hierarchy
+        The design, or an instance in it whose signals are accessible.
+    prefix : str
+        What the names of the signals begin with, such as ``"in_"``.
+    clock : Handle
+        The clock at whose rising edges beats move.
+    reset : Handle, optional
+        While it is active, the bus model is idle and checks nothing.
+    reset_active : bool
+        The level at which the reset is active.
+    ready_latency : int
+        Cycles from ``ready`` to the beat it allows, from 0 to 64; Avalon-ST only.
+    symbol_bits : int, optional
+        Bits of a symbol. Default: 8 if the width of ``data`` is a multiple of 8, otherwise the whole of ``data``.
+
+    Raises
+    ------
+    NoSuchSignal
+        If ``valid`` or ``data`` is missing.
+    HoverlockError
+        If the symbols do not fill ``data``, or the signals go the wrong way.
 
     >>> source = AvalonSource(dut, "in_", dut.clk, reset=dut.rst)
     >>> source.send(b"hello", channel=2)
@@ -178,7 +251,33 @@ class AvalonSource(_Source):
 
 
 class AvalonSink(_Sink):
-    """Takes from an Avalon-ST source of the design.
+    """Takes packets from an Avalon-ST source of the design, and checks the rules of the bus.
+
+    Parameters
+    ----------
+    dut : Hierarchy
+        The design, or an instance in it whose signals are accessible.
+    prefix : str
+        What the names of the signals begin with, such as ``"in_"``.
+    clock : Handle
+        The clock at whose rising edges beats move.
+    reset : Handle, optional
+        While it is active, the bus model is idle and checks nothing.
+    reset_active : bool
+        The level at which the reset is active.
+    ready_latency : int
+        Cycles from ``ready`` to the beat it allows, from 0 to 64; Avalon-ST only.
+    symbol_bits : int, optional
+        Bits of a symbol. Default: 8 if the width of ``data`` is a multiple of 8, otherwise the whole of ``data``.
+    strict : bool
+        Whether a broken rule ends the test with ``ProtocolError``; otherwise it is added to ``violations``.
+
+    Raises
+    ------
+    NoSuchSignal
+        If ``valid`` or ``data`` is missing.
+    HoverlockError
+        If the symbols do not fill ``data``, or the signals go the wrong way.
 
     >>> sink = AvalonSink(dut, "out_", dut.clk, reset=dut.rst, symbol_bits=16)
     >>> frame = await sink.recv()
@@ -189,7 +288,7 @@ class AvalonSink(_Sink):
 
 
 class AvalonMonitor(_Listener):
-    """Listens to an Avalon-ST stream and checks its rules.
+    """Listens to an Avalon-ST stream without driving it, and checks the rules of the bus. Parameters as of `AvalonSink`.
 
     >>> monitor = AvalonMonitor(dut, "out_", dut.clk, reset=dut.rst, strict=False)
     >>> assert monitor.violations == []
@@ -199,7 +298,7 @@ class AvalonMonitor(_Listener):
 
 
 class AxiSource(_Source):
-    """Drives an AXI4-Stream slave of the design.
+    """Drives an AXI4-Stream slave of the design. Parameters as of `AvalonSource`.
 
     >>> source = AxiSource(dut, "s_axis_", dut.clk, reset=dut.rst_n, reset_active=False)
     >>> source.send(Frame(np.arange(10, dtype=np.uint8), error=1))
@@ -209,7 +308,7 @@ class AxiSource(_Source):
 
 
 class AxiSink(_Sink):
-    """Takes from an AXI4-Stream master of the design.
+    """Takes packets from an AXI4-Stream master of the design, and checks the rules of the bus. Parameters as of `AvalonSink`.
 
     >>> sink = AxiSink(dut, "m_axis_", dut.clk, reset=dut.rst_n, reset_active=False)
     >>> bytes(await sink.recv())
@@ -219,7 +318,7 @@ class AxiSink(_Sink):
 
 
 class AxiMonitor(_Listener):
-    """Listens to an AXI4-Stream and checks its rules.
+    """Listens to an AXI4-Stream without driving it, and checks the rules of the bus. Parameters as of `AvalonSink`.
 
     >>> monitor = AxiMonitor(dut, "m_axis_", dut.clk, reset=dut.rst_n, reset_active=False)
     >>> frame = await monitor.recv()
@@ -236,13 +335,38 @@ class _Master:
         self._name = prefix
 
     async def write(self, address: int, data: int, *, bytes: int | None = None) -> None:
-        """Writes a word, or the bytes of it that a mask names."""
+        """Writes a word.
+
+        Parameters
+        ----------
+        address : int
+            As the slave's ``address`` (``awaddr``) counts.
+        data : int
+            The word.
+        bytes : int, optional
+            Mask of the bytes to write, bit 0 the lowest. Default: all.
+
+        Raises
+        ------
+        RangeError
+            If a value does not fit its signal.
+        SimulationError
+            If an AXI4-Lite slave responds with an error.
+        """
         access = self._raw.write(address, data, bytes)
         await access.ended()
         self._check("write", address, access.value()[1])
 
     async def read(self, address: int) -> int:
-        """Reads a word."""
+        """Reads a word from an address.
+
+        Raises
+        ------
+        RangeError
+            If the address does not fit its signal.
+        SimulationError
+            If an AXI4-Lite slave responds with an error.
+        """
         access = self._raw.read(address)
         await access.ended()
         word, response = access.value()
@@ -251,12 +375,28 @@ class _Master:
 
     def _check(self, what: str, address: int, response: int) -> None:
         if response:
-            names = {1: "SLVERR", 2: "DECERR", 3: "a code that AXI4-Lite does not have"}
+            names = {1: "SLVERR", 2: "DECERR", 3: "EXOKAY, which AXI4-Lite does not have"}
             raise SimulationError(f"{self._name}: {what} at {address:#x} answered {names.get(response, response)}")
 
 
 class AvalonMaster(_Master):
-    """Reads and writes an Avalon-MM slave of the design.
+    """Reads and writes an Avalon-MM slave of the design: one access at a time, in the order of the calls.
+
+    Parameters
+    ----------
+    dut : Hierarchy
+        The design, or an instance in it whose signals are accessible.
+    prefix : str
+        What the names of the signals begin with, such as ``"csr_"``.
+    clock : Handle
+        The clock of the bus.
+    read_latency : int
+        Cycles from a read to its data, for slaves without ``readdatavalid``.
+
+    Raises
+    ------
+    NoSuchSignal
+        If there is no ``address``.
 
     >>> csr = AvalonMaster(dut, "csr_", dut.clk, read_latency=1)
     >>> await csr.write(0x10, 1)
@@ -265,17 +405,39 @@ class AvalonMaster(_Master):
     _bus = "avalon"
 
     async def write_burst(
-        self, address: int, words: Iterable[int], *, pause: float | Iterable[bool] | None = None, seed: int = 0
+        self, address: int, words: Iterable[int], *, pause: Pause = None, seed: int = 0
     ) -> None:
-        """Writes words, an array too, in one burst of ``burstcount``; ``pause`` says in which cycles it holds back
-        between two of them.
+        """Writes words in one burst.
+
+        Parameters
+        ----------
+        address : int
+            Address of the first word.
+        words : iterable of int
+            The words, such as an array.
+        pause, seed
+            In which cycles it pauses between two words, as in `AvalonSource.pause`.
+
+        Raises
+        ------
+        HoverlockError
+            If the slave has no ``burstcount``, or one too narrow for the length.
 
         >>> await mem.write_burst(0x100, np.arange(8), pause=0.3, seed=1)
         """
         await self._raw.write_burst(address, [int(word) for word in words], pause, seed).ended()
 
     async def read_burst(self, address: int, count: int) -> NDArray[np.uint64]:
-        """Reads so many words in one burst, as an array; the slave needs ``readdatavalid``.
+        """Reads words in one burst.
+
+        Returns
+        -------
+        ndarray of uint64, shape (count,)
+
+        Raises
+        ------
+        HoverlockError
+            If the slave has no ``readdatavalid``, no ``burstcount``, or one too narrow for the length.
 
         >>> assert (await mem.read_burst(0x100, 8) == np.arange(8)).all()
         """
@@ -285,7 +447,8 @@ class AvalonMaster(_Master):
 
 
 class AxiLiteMaster(_Master):
-    """Reads and writes an AXI4-Lite slave of the design; an error response raises ``SimulationError``.
+    """Reads and writes an AXI4-Lite slave of the design: one read and one write at a time. Parameters as of `AvalonMaster`,
+    without ``read_latency``.
 
     >>> csr = AxiLiteMaster(dut, "s_axi_", dut.clk)
     >>> await csr.write(0x10, 0xFF, bytes=0b0001)
@@ -293,8 +456,8 @@ class AxiLiteMaster(_Master):
 
     _bus = "axi"
 
-    def pause(self, pause: float | Iterable[bool] | None, seed: int = 0) -> None:
-        """In which cycles it holds back before each of its channels."""
+    def pause(self, pause: Pause, seed: int = 0) -> None:
+        """Sets in which cycles it waits before it uses a channel, as in `AvalonSource.pause`."""
         self._raw.set_pause(pause, seed)
 
 
@@ -310,8 +473,8 @@ class _Memory:
     def _addresses_of_a_word(self, dut: Any, prefix: str) -> int:
         return 1
 
-    def stall(self, pause: float | Iterable[bool] | None, seed: int = 0) -> None:
-        """In which cycles it keeps the design waiting."""
+    def stall(self, pause: Pause, seed: int = 0) -> None:
+        """Sets in which cycles it keeps the master waiting, as in `AvalonSource.pause`."""
         self._raw.set_stall(pause, seed)
 
     def __getitem__(self, address: int) -> int:
@@ -321,14 +484,18 @@ class _Memory:
         self._raw[address] = word
 
     def read(self, address: int, count: int) -> NDArray[np.uint64]:
-        """So many words from an address on, as an array.
+        """Words from an address on.
+
+        Returns
+        -------
+        ndarray of uint64, shape (count,)
 
         >>> assert (memory.read(0x400, 64) == memory.read(0, 64) + 1).all()
         """
         return self._raw.read(address, count, self._step)
 
     def write(self, address: int, words: Iterable[int]) -> None:
-        """Puts words into it from an address on: an array, a program.
+        """Sets words from an address on, such as an array or a program.
 
         >>> memory.write(0, np.arange(64))
         """
@@ -336,19 +503,38 @@ class _Memory:
 
     @property
     def accesses(self) -> int:
-        """How often the design came."""
+        """Words that the design has read and written."""
         return self._raw.accesses()
 
 
 class AvalonMemory(_Memory):
-    """A memory for an Avalon-MM master of the design; addresses count as the master counts.
+    """A memory for an Avalon-MM master of the design. It checks the rules of the bus.
+
+    Parameters
+    ----------
+    dut : Hierarchy
+        The design, or an instance in it whose signals are accessible.
+    prefix : str
+        What the names of the signals begin with, such as ``"csr_"``.
+    clock : Handle
+        The clock of the bus.
+    reset : Handle, optional
+        While it is active, the memory is idle and checks nothing.
+    reset_active : bool
+        The level at which the reset is active.
+    step : int
+        Distance between the addresses of two words: 1, or the bytes of a word where addresses count bytes.
+
+    Raises
+    ------
+    NoSuchSignal
+        If there is no ``address``.
 
     >>> memory = AvalonMemory(dut, "m_", dut.clk, reset=dut.rst)
     >>> memory.stall(0.3, seed=1)
     >>> memory.latency(1, 5, seed=2)
 
-    Where addresses count bytes, ``step`` is the bytes of a word: the words of a burst, and of ``read`` and ``write``, are
-    as far apart.
+    With addresses that count bytes:
 
     >>> memory = AvalonMemory(dut, "m_", dut.clk, reset=dut.rst, step=4)
     >>> memory.write(0x100, np.arange(8))
@@ -373,12 +559,19 @@ class AvalonMemory(_Memory):
         self._raw.set_step(step)
 
     def latency(self, least: int, most: int, seed: int = 0) -> None:
-        """How many cycles the answer to a read takes, drawn anew for each."""
+        """Sets how many cycles the answer to a read takes, from ``least`` (1 or more) to ``most``, at random for each read.
+
+        Raises
+        ------
+        ValueError
+            If ``least`` is 0 or greater than ``most``.
+        """
         self._raw.set_latency(least, most, seed)
 
 
 class AxiLiteMemory(_Memory):
-    """A memory for an AXI4-Lite master of the design; addresses count bytes.
+    """A memory for an AXI4-Lite master of the design; addresses count bytes. It checks the rules of the bus. Parameters as
+    of `AvalonMemory`, without ``step``.
 
     >>> memory = AxiLiteMemory(dut, "m_axi_", dut.clk, reset=dut.rst_n, reset_active=False)
     >>> memory.write(0, [1, 2, 3])

@@ -1,4 +1,4 @@
-"""Clocks, driven by the engine: no task of Python runs for them."""
+"""Clocks, driven by the engine without a Python task."""
 
 from __future__ import annotations
 
@@ -12,11 +12,27 @@ __all__ = ["Clock"]
 class Clock:
     """A clock on an input of the design.
 
+    Parameters
+    ----------
+    signal : Handle
+        The input.
+    period : float
+        The period, in ``unit`` (``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``sec`` or ``step``, 1 ps).
+    units : str, optional
+        The unit by cocotb 1's name.
+    high : float, optional
+        How long it is high, in ``unit``. Default: half of the period.
+
+    Raises
+    ------
+    ValueError
+        If it is high or low for less than 1 fs.
+
     >>> Clock(dut.clk, 10, "ns").start()
     >>> Clock(dut.slow, 25, "ns").start(phase=(5, "ns"))
     """
 
-    # `start_soon` gives it back as it is: cocotb 1 starts clocks so.
+    # `start_soon` returns it unchanged: in cocotb 1, clocks are started so.
     _runs_already = True
 
     def __init__(
@@ -40,13 +56,18 @@ class Clock:
 
     @property
     def frequency(self) -> float:
-        """In MHz."""
+        """The frequency in MHz."""
         return 1e9 / (self._high + self._low)
 
     def start(self, start_high: bool = True, *, phase: tuple[float, str] | None = None) -> Clock:
-        """Starts it now, with its rising edge first, or after a phase; gives the clock, which ``stop`` stops.
+        """Starts the clock and returns it. ``start_soon(Clock(...).start())``, as in cocotb 1, works too.
 
-        What cocotb 1 writes, ``start_soon(Clock(...).start())``, works as well.
+        Parameters
+        ----------
+        start_high : bool
+            Whether it starts with the rising edge, now; otherwise that comes after the low half.
+        phase : tuple of float and str, optional
+            Time from now to the first rising edge, with its unit.
         """
         delay = 0 if start_high else self._low
         if phase is not None:
@@ -56,7 +77,7 @@ class Clock:
         return self
 
     def stop(self) -> None:
-        """Stops it at its level."""
+        """Stops the clock at its level."""
         if self._running is not None:
             self._running.stop()
             self._running = None
@@ -65,11 +86,11 @@ class Clock:
     kill = cancel = stop
 
     def done(self) -> bool:
-        """Whether it stands."""
+        """Whether the clock is stopped."""
         return self._running is None
 
     async def cycles(self, num_cycles: int, rising: bool = True) -> None:
-        """Waits for so many cycles."""
+        """Waits for ``num_cycles`` rising (or falling) edges."""
         edge = RisingEdge(self.signal) if rising else FallingEdge(self.signal)
         for _ in range(num_cycles):
             await edge

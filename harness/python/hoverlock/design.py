@@ -1,4 +1,4 @@
-"""A design under test: Verilog sources, top module, parameters.
+"""The description of a design under test: Verilog sources, top module, parameters.
 
 >>> design = Design("counter.v", top="counter", parameters={"WIDTH": 8})
 """
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ._core import Library, compile
 
 if TYPE_CHECKING:
-    # Loading pathlib would take 4 ms of the 50 that a test from the cache takes in all.
+    # Loading pathlib takes 4 ms; a test from the cache takes 50 ms in all.
     from pathlib import Path
     from types import FrameType
 
@@ -23,11 +23,45 @@ __all__ = ["Design"]
 
 @dataclass(frozen=True)
 class Design:
-    """What is needed to build a model. Relative paths begin at the folder of the file that makes the design.
+    """The description of a design, from which its model is built. A model is built again only if something it depends on
+    changes.
 
-    A model is built once and found again as long as nothing it depends on changes; ``internals`` names internal signals
-    and memories to be reached (``"u_core.state"``, ``"u_core.*"``); ``waves`` is ``"vcd"`` or ``"fst"``;
-    ``random_initial`` starts registers that have no reset with random bits of the test's seed.
+    Parameters
+    ----------
+    sources : path or iterable of paths
+        Verilog files. Relative paths begin at ``folder``.
+    top : str
+        The top module.
+    parameters : mapping of str to int or str
+        Parameters of the top module.
+    defines : mapping of str to object
+        Macros; None: without a value.
+    includes : iterable of paths
+        Folders for ``include`` and for modules that are named like their files.
+    internals : iterable of str
+        Internal signals and memories to make accessible: ``"u_core.state"``, ``"u_core.*"``.
+    flags : iterable of str
+        Further arguments of Verilator.
+    plusargs : iterable of str
+        Arguments that ``$test$plusargs`` and ``$value$plusargs`` see, such as ``"+verbose"``.
+    waves : "vcd" or "fst", optional
+        Builds in waves of all signals.
+    coverage : bool
+        Builds in coverage counters.
+    random_initial : bool
+        Registers without a reset start with random bits of the test's seed instead of 0.
+    assertions : bool
+        Whether ``assert`` in the Verilog is checked.
+    warnings_are_errors : bool
+        Whether Verilator's warnings fail the build.
+    timescale : str, optional
+        Time unit and precision of modules without a ``timescale``. Default: ``"1ns/1ps"``.
+    edges_after_eval : bool
+        Tasks that wait for an edge of an input run after the evaluation: they read registers as they are after the edge.
+    verilator, cache : path, optional
+        The Verilator program and the folder of built models, if not the usual ones.
+    folder : path, optional
+        Where relative paths begin. Default: the folder of the file that makes the design.
 
     >>> design = Design("counter.v", top="counter", parameters={"WIDTH": 8}, internals=["u_core.*"])
     """
@@ -62,14 +96,19 @@ class Design:
             object.__setattr__(self, "folder", _folder_of_caller())
 
     def changed(self, **options: Any) -> Design:
-        """The same with other options.
+        """This design with other options.
 
         >>> wide = design.changed(parameters={"WIDTH": 16})
         """
         return replace(self, **options)
 
     def compile(self) -> Library:
-        """Builds the model, or finds it in the cache; ``BuildError`` has Verilator's messages.
+        """Builds the model, or finds it in the cache.
+
+        Raises
+        ------
+        BuildError
+            With Verilator's messages.
 
         >>> design.compile().warnings
         """

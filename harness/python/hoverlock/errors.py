@@ -1,4 +1,4 @@
-"""Everything that can go wrong, as exceptions."""
+"""The exceptions of the harness."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ class HoverlockError(Exception):
 
 
 class BuildError(HoverlockError):
-    """Verilog did not become a model; the text has Verilator's messages with file and line."""
+    """The design does not build; the message has Verilator's messages with file and line."""
 
 
 class NoSuchSignal(HoverlockError, AttributeError):
-    """The design has no signal of that name; the text has the nearest names."""
+    """The design has no accessible signal of that name; the message has the nearest names."""
 
 
 class RangeError(HoverlockError, OverflowError, ValueError):
@@ -24,11 +24,11 @@ class NotWritable(HoverlockError):
 
 
 class ReadOnlyError(HoverlockError):
-    """A write in ``ReadOnly``, where values are settled for good."""
+    """A write in ``ReadOnly``, where values do not change any more."""
 
 
 class TriggerError(HoverlockError):
-    """A trigger that cannot come where it is awaited."""
+    """A trigger was awaited where it cannot come."""
 
 
 class SimulationError(HoverlockError):
@@ -36,11 +36,11 @@ class SimulationError(HoverlockError):
 
 
 class DeadlockError(SimulationError):
-    """Nothing can happen any more; the text tells what each task waits for."""
+    """No event can come any more; the message says what each task waits for."""
 
 
 class SimTimeoutError(SimulationError, TimeoutError):
-    """Time ran out: of the test, of ``with_timeout``, or on the wall."""
+    """A limit was reached: simulation time, ``with_timeout``, or wall-clock time."""
 
 
 class VerilogError(SimulationError):
@@ -52,14 +52,14 @@ class VerilogFinished(SimulationError):
 
 
 class ProtocolError(SimulationError):
-    """A bus did not keep its rules."""
+    """A bus rule was broken; the message names rule and simulation time."""
 
 
 class CancelledError(HoverlockError):
-    """A task that was waited for had been cancelled."""
+    """A task that was waited for was cancelled."""
 
 
 class TestSuccess(Exception):
-    """Raised by ``pass_test``: ends the test well."""
+    """Raised by ``pass_test``: ends the test; it passes."""
 
     __test__ = False

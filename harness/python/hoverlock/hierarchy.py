@@ -1,4 +1,4 @@
-"""The design as Python sees it: ports, internals and instances as attributes."""
+"""The design as a tree of attributes: ports, internals, parameters and instances."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Constant", "Hierarchy", "TypedHierarchy"]
 
 
 class Constant:
-    """A parameter of the design; its value is a whole number or a string.
+    """A parameter of the design; its value is an integer or a string.
 
     >>> dut.WIDTH.value
     8
@@ -26,7 +26,7 @@ class Constant:
 
     @property
     def value(self) -> int | str:
-        """Its value; parameters are chosen when the design is made."""
+        """The value, which was set when the design was built."""
         return self._value
 
     def __int__(self) -> int:
@@ -46,7 +46,7 @@ class Constant:
 
 
 class TypedHierarchy(HierarchyBase):
-    """What the classes of a stub stand on: a level of the design whose names are known to tools.
+    """A level of the design whose names are known to tools: the base of the classes in a stub.
 
     >>> class Counter(TypedHierarchy):
     ...     clk: Handle
@@ -83,11 +83,11 @@ class TypedHierarchy(HierarchyBase):
         return child
 
     def _id(self, name: str, extended: bool = True) -> Any:
-        """A child by a name that Python could not write after the dot."""
+        """A child by its name; for names that cannot be written as attributes."""
         return self[name.strip("\\ ")]
 
     def _discover_all(self) -> None:
-        """Nothing: all children are known."""
+        """Does nothing: all children are known. cocotb has it."""
 
     def __contains__(self, name: str) -> bool:
         return name in self._children
@@ -127,13 +127,13 @@ _STEP = re.compile(r"[^.\[\]$]+")
 
 
 def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int | str]] = ()) -> Hierarchy:
-    """The tree of a simulation's handles. A port written ``video$data`` is also ``video.data``."""
+    """Builds the tree of a simulation's handles. A port that is written ``video$data`` is also ``video.data``."""
     root = Hierarchy(top, "", simulation)
     for name, handle in simulation.handles():
         _place(root, name, handle, simulation)
     instances = {path for path, _ in _instances(root)}
     for name, value in constants:
-        # Those of instances in which nothing else is to be seen are left out: the instance would be in the way.
+        # Parameters of instances without accessible signals are left out: they would add an instance with nothing else.
         if name.rpartition(".")[0] in instances:
             _place(root, name, Constant(name, value), simulation)
     return root
@@ -155,12 +155,12 @@ def _place(root: Hierarchy, name: str, handle: Handle | ArrayHandle | Constant, 
     for step, match in zip(steps[:-1], found):
         child = node._children.get(step)
         if child is None:
-            # Its path is how the engine writes it: `lane[2].u_add`.
+            # The path in the engine's notation: `lane[2].u_add`.
             end = match.end() + (name[match.end() : match.end() + 1] == "]")
             child = Hierarchy(step, name[:end], simulation)
             node._add(step, child)
         if not isinstance(child, Hierarchy):
-            return  # a signal and an instance of one name: the signal was there first
+            return  # a signal and an instance have the same name: the signal keeps it
         node = child
     if steps and steps[-1] not in node._children:
         node._add(steps[-1], handle)

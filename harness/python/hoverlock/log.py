@@ -1,4 +1,4 @@
-"""Logging with simulation time; what the Verilog prints ends up here too.
+"""Logging with simulation time, of benches and of what the Verilog prints.
 
 >>> dut._log.info("frame %d sent", n)
 """
@@ -16,7 +16,7 @@ log = logging.getLogger("hoverlock")
 
 
 class SimTimeFormatter(logging.Formatter):
-    """Puts simulation time, level and source before each line.
+    """Formats a line with simulation time, level and source before it.
 
     >>> handler.setFormatter(SimTimeFormatter())
     """
@@ -31,12 +31,12 @@ class SimTimeFormatter(logging.Formatter):
 
 
 def sim_time_text(femtoseconds: int) -> str:
-    """In nanoseconds: ``12.5ns``."""
+    """A time in nanoseconds, as text: ``12.5ns``."""
     return f"{femtoseconds / 1e6:.15g}ns"
 
 
 def default_config(level: int = logging.INFO) -> None:
-    """Sends the log to stderr, for the runner and scripts; pytest captures it itself.
+    """Sends the log to stderr, for the runner and scripts; pytest captures the log itself.
 
     >>> default_config(logging.DEBUG)
     """
@@ -49,7 +49,7 @@ def default_config(level: int = logging.INFO) -> None:
 
 
 def listener(time: int, level: int, source: str, text: str) -> None:
-    """Takes the engine's lines."""
+    """Logs a line of the engine."""
     logger = log.getChild(source)
     if logger.isEnabledFor(level):
         logger.log(level, "%s", text, extra={"sim_time": sim_time_text(time)})

@@ -1,20 +1,25 @@
-"""The bit-true model and the coefficient generator on numpy arrays: what a bench of Hoverlock's own RTL compares with.
+"""The bit-true model and the coefficient generator on numpy arrays: the expected values of a bench of Hoverlock's own RTL.
 
 >>> assert np.array_equal(received, models.features(frame, thresholds))
+
+Units: a pixel is in DN (digital number: one step of the 16-bit camera sample). A smoothed sample is in LSB of the state,
+1/4 DN at the default design point; a DoG (difference of Gaussians) is in LSB of the DoG, 1/2 DN at the default design point.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._core import BitTrue, lerp_coefficients, look_ahead_of
 
-__all__ = ["FEATURE", "Coefficients", "coefficients", "design_point", "features", "look_ahead", "planes", "records"]
+__all__ = [
+    "FEATURE", "Coefficients", "Planes", "coefficients", "design_point", "features", "look_ahead", "planes", "records",
+]  # fmt: skip
 
 FEATURE = np.dtype([
     ("x", "<u2"),
@@ -24,64 +29,177 @@ FEATURE = np.dtype([
     ("neighbours", "<u2", (4,)),
     ("descriptor", "<u4", (4,)),
 ])
-"""The 256 bits of a feature record as the hardware sends them. Flags: bit 0 the scale, bit 1 the polarity. Neighbours:
-left, right, upper, lower. Descriptor: MaxLBP of both scales, then their signs."""
+"""The 256 bits of a feature record as the hardware sends them.
+
+``x`` and ``y`` in pixels; ``response`` and ``neighbours`` (left, right, upper, lower) in LSB of the DoG. Flags: bit 0 the
+scale, bit 1 the polarity. Descriptor: MaxLBP of both scales, then their signs."""
+
+
+class Planes(TypedDict):
+    """All planes of a frame by name. Each has the shape of the frame; ``k`` is 0 or 1, the scale.
+
+    Attributes
+    ----------
+    smoothed0, smoothed1, smoothed2 : ndarray of uint32
+        The frame smoothed with the three sigmas, in LSB of the state.
+    signed_dog0, signed_dog1 : ndarray of int32
+        ``smoothed[k] - smoothed[k + 1]``, in LSB of the state.
+    dog0, dog1 : ndarray of uint16
+        The magnitude of ``signed_dog``, rounded and saturated, in LSB of the DoG.
+    positive0, positive1 : ndarray of bool
+        Whether ``signed_dog`` is 0 or more.
+    max_dog0, max_dog1 : ndarray of uint16
+        MaxDOG, of which the descriptor is made, in LSB of the DoG.
+
+    >>> planes = models.planes(frame)
+    >>> planes["dog0"].dtype
+    dtype('uint16')
+    """
+
+    smoothed0: NDArray[np.uint32]
+    smoothed1: NDArray[np.uint32]
+    smoothed2: NDArray[np.uint32]
+    signed_dog0: NDArray[np.int32]
+    signed_dog1: NDArray[np.int32]
+    dog0: NDArray[np.uint16]
+    dog1: NDArray[np.uint16]
+    positive0: NDArray[np.bool_]
+    positive1: NDArray[np.bool_]
+    max_dog0: NDArray[np.uint16]
+    max_dog1: NDArray[np.uint16]
 
 
 @lru_cache(maxsize=8)
-def _model(design: str | None) -> BitTrue:
-    return BitTrue(design)
+def _model(design_point: str | None) -> BitTrue:
+    return BitTrue(design_point)
 
 
-def design_point(design: str | None = None) -> str:
-    """The design point as TOML: the default, changed by what a text says.
+def design_point(changes: str | None = None) -> str:
+    """The design point: word lengths, sigmas, look-aheads and thresholds of the model.
+
+    Parameters
+    ----------
+    changes : str, optional
+        TOML text with the values that differ from the default design point.
+
+    Returns
+    -------
+    str
+        The whole design point as TOML text.
+
+    Raises
+    ------
+    ValueError
+        If the text is not TOML, or names an unknown or impossible value.
 
     >>> print(design_point())  # doctest: +SKIP
     """
-    return _model(design).design
+    return _model(changes).design_point
 
 
 def features(
-    frame: ArrayLike, thresholds: tuple[int, int] | None = None, *, design: str | None = None
+    frame: ArrayLike, thresholds: tuple[int, int] | None = None, *, design_point: str | None = None
 ) -> NDArray[np.void]:
-    """All features of a frame of 16-bit pixels, in the hardware's order, as a structured array of ``FEATURE``.
+    """All features of a frame, in the order in which the hardware sends them.
 
-    Thresholds are those of the first frame unless given.
+    Parameters
+    ----------
+    frame : array_like of integers, shape (height, width)
+        Pixels in DN, from 0 to 65535.
+    thresholds : tuple of two int, optional
+        The least response of a feature at scale 0 and at scale 1, in LSB of the DoG. Default: the thresholds with which
+        the hardware starts.
+    design_point : str, optional
+        TOML text with the values that differ from the default design point.
+
+    Returns
+    -------
+    ndarray of dtype ``FEATURE``, shape (features,)
+
+    Raises
+    ------
+    ValueError
+        If the frame does not have two dimensions of at least one pixel, has other values than integers from 0 to 65535,
+        or if the design point is not possible.
 
     >>> found = models.features(frame, (200, 150))
     >>> found["x"], found["response"], found["flags"] & 1
     """
-    model = _model(design)
+    model = _model(design_point)
     first, second = model.initial_thresholds if thresholds is None else thresholds
     packed = model.features(_pixels(frame), (int(first), int(second)))
     return np.ascontiguousarray(packed).view(FEATURE).reshape(-1)
 
 
 def records(words: ArrayLike) -> NDArray[np.void]:
-    """What the hardware sent, eight 32-bit words a record, the lowest first, as a structured array of ``FEATURE``; each
-    frame ends with a trailer.
+    """The feature records in what came out of the hardware. The last record of each frame is its trailer.
+
+    Parameters
+    ----------
+    words : array_like of uint32, shape (records, 8)
+        Eight 32-bit words for each record, the lowest first.
+
+    Returns
+    -------
+    ndarray of dtype ``FEATURE``, shape (records,)
+
+    Raises
+    ------
+    ValueError
+        If the array does not have two dimensions, the second of length 8.
 
     >>> *found, trailer = models.records(session.transfer(frame, "video_", "feature_", packet=frame.size, packets=1))
     >>> assert np.array_equal(found, models.features(frame, thresholds))
     """
     array = np.ascontiguousarray(words, dtype="<u4")
     if array.ndim != 2 or array.shape[1] != 8:
-        raise ValueError(f"a record has 8 words: an array of rows of 8 is wanted, not of shape {array.shape}")
+        raise ValueError(f"a record has 8 words of 32 bits: the shape is (records, 8), not {array.shape}")
     return array.view(FEATURE).reshape(-1)
 
 
-def planes(frame: ArrayLike, *, design: str | None = None) -> dict[str, NDArray[Any]]:
-    """Every plane of the model: ``smoothed0..2`` (state LSB), and for each scale ``signed_dog``, ``dog``, ``positive``,
-    ``max_dog``.
+def planes(frame: ArrayLike, *, design_point: str | None = None) -> Planes:
+    """Every plane of the model.
+
+    Parameters
+    ----------
+    frame : array_like of integers, shape (height, width)
+        Pixels in DN, from 0 to 65535.
+    design_point : str, optional
+        TOML text with the values that differ from the default design point.
+
+    Returns
+    -------
+    Planes
+        Arrays of shape (height, width) by name; `Planes` says their dtypes and units.
+
+    Raises
+    ------
+    ValueError
+        As `features`.
 
     >>> models.planes(frame)["dog0"].max()
     """
-    return _model(design).planes(_pixels(frame))
+    return _model(design_point).planes(_pixels(frame))
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """The lerp cells of one smoother: the pole ``a``, the gain ``g`` and the look-ahead gains ``g_j`` as integers.
+    """The coefficients of one smoother.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation of the smoother, in pixels.
+    frac_bits : int
+        Fractional bits of the coefficients: one LSB of ``g`` and ``g_j`` is 2^-frac_bits.
+    a : float
+        The pole of the recursion.
+    g : int
+        The coefficient of the recursion, as a raw integer.
+    g_j : tuple of int
+        The coefficients of the look-ahead stages, as raw integers.
+    saturated : tuple of int
+        The stages whose coefficient rounds to 1 and is limited to 1 - 2^-frac_bits.
 
     >>> coefficients(2.0, 5).g_j
     (40315, 47101, 56830, 64033, 65500)
@@ -98,6 +216,20 @@ class Coefficients:
 def coefficients(sigma: float, look_ahead: int, frac_bits: int = 16) -> Coefficients:
     """Designs the first-order smoother of a sigma.
 
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation in pixels.
+    look_ahead : int
+        Number of look-ahead stages; stage j combines samples that are 2^j apart.
+    frac_bits : int
+        Fractional bits of the coefficients.
+
+    Raises
+    ------
+    ValueError
+        If no smoother of that sigma, look-ahead and word length exists.
+
     >>> coefficients(2.0, 5).g
     24536
     """
@@ -106,7 +238,19 @@ def coefficients(sigma: float, look_ahead: int, frac_bits: int = 16) -> Coeffici
 
 
 def look_ahead(a: float, error: float) -> int:
-    """The shortest look-ahead that leaves out no more than ``error`` of the sum, as the number of doubling steps.
+    """The smallest number of look-ahead stages for an error.
+
+    Parameters
+    ----------
+    a : float
+        The pole of the recursion, between 0 and 1.
+    error : float
+        The part of the infinite sum that may be left out, between 0 and 1.
+
+    Raises
+    ------
+    ValueError
+        If ``error`` is not between 0 and 1, or so small that no look-ahead reaches it.
 
     >>> look_ahead(0.5, 0.5 ** 8)
     3
@@ -120,6 +264,6 @@ def _pixels(frame: ArrayLike) -> NDArray[np.uint16]:
         raise ValueError(f"a frame has two dimensions, rows and columns, not {array.ndim}")
     if array.dtype != np.uint16:
         if array.dtype.kind not in "ui" or (array.size and (array.min() < 0 or array.max() > 65535)):
-            raise ValueError(f"pixels are 16-bit words, not {array.dtype}")
+            raise ValueError(f"pixels are integers from 0 to 65535, not {array.dtype}")
         array = array.astype(np.uint16)
     return np.ascontiguousarray(array)

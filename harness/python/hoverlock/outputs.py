@@ -1,4 +1,4 @@
-"""Waves and coverage of a run: what the switches of pytest and of the command line ask for.
+"""Waves and coverage of a run, as the options of pytest and of the command line ask for.
 
 >>> outputs = Outputs(folder="out", waves="fst", only_failures=True, coverage=True)
 >>> results = run("test_counter.py", outputs=outputs)
@@ -27,7 +27,7 @@ __all__ = ["Outputs"]
 
 @dataclass
 class Outputs:
-    """Which files a run leaves, and where: waves as ``<module>.<test>.fst``, coverage as ``coverage.info`` for all tests.
+    """Which files a run writes, and where: waves as ``<module>.<test>.fst``, coverage of all tests as ``coverage.info``.
 
     >>> outputs = Outputs("out", waves="fst", only_failures=True, coverage=True)
     >>> results = run("test_counter.py", outputs=outputs)
@@ -35,16 +35,16 @@ class Outputs:
 
     folder: str | Path = "hoverlock-output"
     waves: str | None = None
-    """``"vcd"`` or ``"fst"``: of every test, all signals."""
+    """``"vcd"`` or ``"fst"``: writes all signals of every test."""
     only_failures: bool = False
-    """Keep the waves of tests that fail."""
+    """Keeps only the waves of failing tests."""
     last: int | None = None
-    """Instead: of a test that fails the last so many time steps, two for each cycle of a clock, as VCD."""
+    """Writes the last time steps of failing tests instead, as VCD; a clock cycle has two time steps."""
     coverage: bool = False
-    """Count lines, branches, toggles and ``cover`` statements of every test."""
+    """Counts lines, branches, toggles and ``cover`` statements of every test."""
 
     def design(self, design: Design) -> Design:
-        """The design, built for what is wanted."""
+        """The design with the waves and coverage asked for built in."""
         changes: dict[str, Any] = {}
         if self.waves is not None and self.last is None:
             changes["waves"] = self.waves
@@ -54,7 +54,7 @@ class Outputs:
 
     @contextmanager
     def of(self, session: Session) -> Iterator[None]:
-        """Records a test while it runs, and closes its session."""
+        """Writes the files of a test while it runs, and closes its session."""
         name = re.sub(r"[^\w.,=\[\]-]", "_", session.label)
         path = None
         if self.last is not None:
@@ -76,13 +76,13 @@ class Outputs:
                     left.unlink(missing_ok=True)
 
     def begin(self) -> None:
-        """Forgets the coverage of an earlier run."""
+        """Removes the coverage files of an earlier run."""
         if self.coverage:
             for old in self._coverage_folder().glob("*.dat"):
                 old.unlink()
 
     def merge_coverage(self) -> str:
-        """Adds up the coverage of all tests, writes it as LCOV, and gives a line that says how much was met."""
+        """Merges the coverage of all tests, writes it as LCOV, and returns a line with the totals."""
         total = Coverage()
         counted = sorted(self._coverage_folder().glob("*.dat"))
         for path in counted:
@@ -105,7 +105,7 @@ class Outputs:
         return self._folder("coverage")
 
     def _folder(self, below: str = "") -> Path:
-        from pathlib import Path  # here: a test that leaves no files starts sooner without
+        from pathlib import Path  # here, so that a test that writes no files starts faster
 
         folder = Path(self.folder, below)
         folder.mkdir(parents=True, exist_ok=True)

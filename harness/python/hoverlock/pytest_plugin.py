@@ -1,4 +1,4 @@
-"""The pytest plug-in: tests made with ``@hoverlock.test()`` are collected, selected, run in parallel and reported as any.
+"""The pytest plug-in: tests made with ``@hoverlock.test()`` are collected, selected and reported as other tests.
 
     pytest -n 2 --junitxml results.xml test_counter.py
     pytest --hoverlock-seed 1234 --hoverlock-waves fst --hoverlock-waves-on-failure test_counter.py
@@ -60,13 +60,13 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
-    """Gives a worker of pytest-xdist the seed of the session."""
+    """Passes the seed of the session to a worker of pytest-xdist."""
     node.workerinput[_SEED] = node.config.stash[_seed_key]
 
 
 @pytest.fixture
 def hoverlock_seed(request: pytest.FixtureRequest) -> int:
-    """The seed of this test: that of the session (``--hoverlock-seed``) and the test's name decide it."""
+    """The seed of this test. It depends on the seed of the session (``--hoverlock-seed``) and on the test's name."""
     from .testing import seed_of
 
     return seed_of(request.config.stash[_seed_key], request.node.name)
@@ -97,7 +97,7 @@ def hoverlock_simulate(request: pytest.FixtureRequest, hoverlock_seed: int) -> C
 def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
     import sys
 
-    # Files without hoverlock's tests do not pay for it.
+    # Files without hoverlock tests do not load it.
     if "hoverlock.testing" not in sys.modules:
         return None
     from .testing import Test
@@ -114,7 +114,7 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
 
 
 def _marked(test: Any) -> list[Any]:
-    """One test for each combination that ``pytest.mark.parametrize`` asks for."""
+    """One test for each combination of ``pytest.mark.parametrize``."""
     tests = [test]
     for mark in getattr(test.function, "pytestmark", []):
         if mark.name != "parametrize":
@@ -134,7 +134,7 @@ def _marked(test: Any) -> list[Any]:
 
 
 def _is_for_the_runner(collector: Any, test: Any) -> bool:
-    """Whether a module written for cocotb runs its tests itself, by a runner from a plain test: it has no design for them."""
+    """Whether the module runs its coroutines itself, with cocotb's runner from a plain test: it names no design."""
     if test.design is not None or getattr(collector.obj, "design", None) is not None:
         return False
     if collector.config.getoption("--hoverlock-top") is not None:
@@ -145,7 +145,7 @@ def _is_for_the_runner(collector: Any, test: Any) -> bool:
 
 
 def _plain(bench: Any) -> Callable[..., None]:
-    """A function with the bench's arguments that are not given otherwise: pytest takes them for fixtures."""
+    """A function with the arguments of the bench that are fixtures, for pytest to find."""
 
     def call(**fixtures: Any) -> None: ...
 
@@ -195,7 +195,7 @@ class BenchItem(pytest.Function):
         )
 
     def _traceback_filter(self, excinfo: pytest.ExceptionInfo[BaseException]) -> Any:
-        # What is between pytest and the bench tells its author nothing.
+        # Frames between pytest and the bench do not help the author of the bench.
         ours = Path(__file__).resolve().parent
         kept = [entry for entry in excinfo.traceback if ours not in Path(str(entry.path)).resolve().parents]
         bench = Path(str(self.path)).resolve()

@@ -27,7 +27,7 @@ class QueueFull(Exception):
 
 
 class Queue(Generic[T]):
-    """First in, first out; of at most ``maxsize`` items, or without limit.
+    """First in, first out, of at most ``maxsize`` items; 0: without limit.
 
     >>> queue: Queue[int] = Queue(maxsize=4)
     >>> await queue.put(3)
@@ -37,7 +37,7 @@ class Queue(Generic[T]):
     def __init__(self, maxsize: int = 0) -> None:
         self.maxsize = maxsize
         self._items: deque[T] | list[T] = self._make()
-        # The tasks that wait, longest first: each has an event of its own, so that one item wakes one task.
+        # The tasks that wait, longest first. Each has an event of its own, so that one item wakes one task.
         self._getters: deque[Event] = deque()
         self._putters: deque[Event] = deque()
         self._unfinished = 0
@@ -53,21 +53,21 @@ class Queue(Generic[T]):
         return self._items.popleft()  # type: ignore[union-attr]
 
     def qsize(self) -> int:
-        """How many items it holds."""
+        """The number of items."""
         return len(self._items)
 
     def empty(self) -> bool:
-        """Whether it holds none."""
+        """Whether the queue is empty."""
         return not self._items
 
     def full(self) -> bool:
-        """Whether no more go in."""
+        """Whether the queue is full."""
         return 0 < self.maxsize <= len(self._items)
 
     def put_nowait(self, item: T) -> None:
         """Puts an item, or raises ``QueueFull``."""
         if self.full():
-            raise QueueFull(f"the queue holds {self.maxsize} items")
+            raise QueueFull(f"the queue has {self.maxsize} items, which is its limit")
         self._put(item)
         if self._unfinished == 0:
             self._finished = Event("all items done")
@@ -83,7 +83,7 @@ class Queue(Generic[T]):
         return item
 
     def task_done(self) -> None:
-        """Says that an item that was taken has been dealt with."""
+        """Says that an item that was taken has been processed."""
         if self._unfinished == 0:
             raise ValueError("task_done was called more often than items were put")
         self._unfinished -= 1
@@ -91,7 +91,7 @@ class Queue(Generic[T]):
             self._finished.set()
 
     async def join(self) -> None:
-        """Waits until all items that were put have been dealt with: ``task_done`` was called for each."""
+        """Waits until ``task_done`` was called for each item that was put."""
         if self._unfinished:
             await self._finished.wait()
 
@@ -114,7 +114,7 @@ async def _sleep(waiting: deque[Event], name: str) -> None:
     try:
         await event.wait()
     except GeneratorExit:
-        # Cancelled: what it was woken for goes to the next.
+        # Cancelled: wakes the next task instead.
         if event.is_set():
             _wake(waiting)
         else:

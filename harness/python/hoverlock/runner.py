@@ -29,7 +29,7 @@ __all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "
 
 @dataclass
 class Result:
-    """How a test ended.
+    """The result of a test.
 
     >>> slowest = max(results, key=lambda result: result.seconds)
     """
@@ -45,7 +45,7 @@ class Result:
 
 
 def new_seed() -> int:
-    """A seed for a session that was given none.
+    """A random seed for a session.
 
     >>> seed = new_seed()
     """
@@ -53,7 +53,7 @@ def new_seed() -> int:
 
 
 def replay_text(session_seed: int, command: str) -> str:
-    """How to get the same random numbers again.
+    """The text that says how to run a test again with the same random numbers.
 
     >>> print(replay_text(7, "pytest test_counter.py::counts"))
     random seed 7: replay with --hoverlock-seed 7
@@ -64,7 +64,7 @@ def replay_text(session_seed: int, command: str) -> str:
 
 
 def load(module: str | Path) -> ModuleType:
-    """A module by file or by name."""
+    """Imports a module, by file or by name."""
     path = Path(module)
     if path.suffix == ".py":
         if not path.is_file():
@@ -93,7 +93,12 @@ def collect(module: ModuleType) -> list[Test]:
 
 
 def design_of(test: Test, module: ModuleType, given: Design | None) -> Design:
-    """The design a test runs on: its own, its module's, or the one given.
+    """The design of a test: its own, that of its module, or the one given.
+
+    Raises
+    ------
+    HoverlockError
+        If there is none.
 
     >>> library = design_of(test, module, None).compile()
     """
@@ -117,7 +122,35 @@ def run(
     quiet: bool = False,
     outputs: Outputs | None = None,
 ) -> list[Result]:
-    """Runs the tests whose names hold ``match``, or only those named; says how each ended unless quiet.
+    """Runs the tests of modules.
+
+    Parameters
+    ----------
+    modules : path, name or iterable of them
+        The modules.
+    design : Design, optional
+        For tests and modules that name none.
+    seed : int, optional
+        Seed of the session. Default: a random one.
+    match : str
+        Runs only tests whose name contains this.
+    names : iterable of str, optional
+        Runs only these tests.
+    wall_timeout : float, optional
+        Wall-clock limit of each test, in seconds. Default: the test's own.
+    quiet : bool
+        Prints nothing.
+    outputs : Outputs, optional
+        The waves and coverage to write.
+
+    Returns
+    -------
+    list of Result
+
+    Raises
+    ------
+    HoverlockError
+        If a module does not exist.
 
     >>> results = run("test_counter.py", seed=1, match="counts")
     """
@@ -162,7 +195,7 @@ def _run_one(
 
 
 def say(results: Iterable[Result], session_seed: int) -> None:
-    """Prints how tests ended that were run quietly.
+    """Prints the results of a quiet run.
 
     >>> say(run("test_counter.py", seed=1, quiet=True), 1)
     """
@@ -188,7 +221,7 @@ def _say(result: Result, session_seed: int, module: str | Path) -> None:
 
 
 def write_junit(results: Iterable[Result], path: str | Path) -> None:
-    """Writes the results as JUnit XML, through a temporary name.
+    """Writes the results as JUnit XML.
 
     >>> write_junit(run("test_counter.py"), "results.xml")
     """

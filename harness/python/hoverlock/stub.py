@@ -1,8 +1,8 @@
-"""Types for one design: a stub with which an editor completes ``dut.video_data`` and mypy finds ``dut.vidoe_data``.
+"""Typed stubs of a design: an editor completes ``dut.video_data``, and mypy reports ``dut.vidoe_data``.
 
     python -m hoverlock stub counter.v --top counter -o counter_dut.pyi
 
-The stub stands beside the bench, which names the type where it is only looked at by tools:
+The stub lies beside the bench, which imports the type for tools only:
 
     if TYPE_CHECKING:
         from counter_dut import Counter
@@ -29,7 +29,12 @@ __all__ = ["main", "stub_of"]
 
 
 def stub_of(design: Design) -> str:
-    """The text of the stub: a class for the top module and one for each instance that has something to be reached.
+    """The text of a stub: a class for the top module, and one for each instance with accessible signals.
+
+    Raises
+    ------
+    BuildError
+        If the design does not build.
 
     >>> Path("counter_dut.pyi").write_text(stub_of(design))
     """
@@ -41,7 +46,7 @@ def stub_of(design: Design) -> str:
 
 
 def _write(node: Hierarchy, path: str, classes: list[str]) -> str:
-    """Adds the class of a level after those below it; gives its name."""
+    """Adds the class of a level after those below it; returns its name."""
     name = "".join(part[:1].upper() + part[1:] for part in _words(path))
     lines: list[str] = []
     indexed: set[str] = set()
@@ -78,7 +83,7 @@ def _comment(child: object) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Writes the stub of a design; 2 on bad usage or Verilog that does not build.
+    """Writes a typed stub of a design. Exit status 2 on wrong usage, or if the design does not build.
 
     >>> main(["counter.v", "--top", "counter", "-o", "counter_dut.pyi"])
     """
@@ -88,8 +93,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("sources", nargs="+", metavar="FILE", help="Verilog sources")
     parser.add_argument("--top", required=True, metavar="MODULE", help="top module")
     parser.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="parameter (may be repeated)")
-    parser.add_argument("--internal", action="append", default=[], metavar="PATTERN", help="internals to be reached, such as 'u_core.*'")
-    parser.add_argument("-o", "--output", metavar="FILE", help="where to write it (the terminal)")
+    parser.add_argument("--internal", action="append", default=[], metavar="PATTERN", help="internal signals to make accessible, such as 'u_core.*' (may be repeated)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: standard output)")
     chosen = parser.parse_args(arguments)
     try:
         design = design_from(chosen.sources, chosen.top, chosen.parameter, chosen.internal)

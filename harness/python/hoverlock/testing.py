@@ -17,13 +17,18 @@ import zlib
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from . import _core, hierarchy
 from .design import Design
 from .errors import SimTimeoutError, TestSuccess
 from .log import listener, log
 from .outputs import Outputs
+from .transfer import Pause, TransferOptions, TransferReport
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 __all__ = ["Running", "Session", "Test", "parametrize", "pass_test", "running", "simulate", "test"]
 
@@ -32,7 +37,7 @@ T = TypeVar("T")
 
 
 class Test:
-    """A coroutine function that is a test, with how it is to be run; made by ``test``.
+    """A coroutine function that is a test, with its options; made by ``test``.
 
     >>> counts.run(design, seed=1)
     """
@@ -76,13 +81,13 @@ class Test:
         functools.update_wrapper(self, function)
 
     def with_arguments(self, name: str, arguments: dict[str, Any]) -> Test:
-        """The same test with arguments of its own."""
+        """This test with other arguments and another name."""
         made = Test(self.function, name=name, arguments={**self.arguments, **arguments}, **self.options)
         made.module = self.module
         return made
 
     def changed(self, **options: Any) -> Test:
-        """The same test with other options of ``test``."""
+        """This test with other options, named as those of ``test``."""
         made = Test(self.function, name=self.name, arguments=self.arguments, **{**self.options, **options})
         made.module = self.module
         return made
@@ -110,13 +115,27 @@ class Test:
         outputs: Outputs | None = None,
         arguments: dict[str, Any] | None = None,
     ) -> None:
-        """Runs it on a fresh model; raises what makes it fail."""
+        """Runs the test on a fresh model; raises the exception that makes it fail.
+
+        Parameters
+        ----------
+        design : Design
+            The design under test.
+        seed : int
+            Seed of ``random``, of random initial values and of ``$random``.
+        wall_timeout : float, optional
+            Wall-clock limit in seconds; default: the test's own.
+        outputs : Outputs, optional
+            The waves and coverage to write.
+        arguments : dict, optional
+            Arguments of the test by name.
+        """
         outputs = outputs or Outputs()
         log.getChild("test").info("%s: seed %d", self.name, seed)
         session = Session(outputs.design(design), seed=seed, name=self.name)
         session.label = f"{self.module.rpartition('.')[2]}.{self.name}"
         with session, outputs.of(session):
-            self._judge(
+            self._expect_ending(
                 lambda: session.run(
                     self.function,
                     time_limit=self.time_limit,
@@ -125,8 +144,8 @@ class Test:
                 )
             )
 
-    def _judge(self, run: Callable[[], Any]) -> None:
-        """Whether it ends as expected."""
+    def _expect_ending(self, run: Callable[[], Any]) -> None:
+        """Raises unless the run ends as ``expect_fail`` and ``expect_error`` say."""
         try:
             run()
         except TestSuccess:
@@ -179,10 +198,29 @@ def test(
 ) -> Any:
     """Makes a coroutine function a test.
 
-    The design is that of ``design=``, or the ``design`` of the module, or the one given to the runner. ``timeout_time`` is
-    simulation time, ``wall_timeout`` seconds on the wall. ``expect_fail`` wants an ``AssertionError``, ``expect_error``
-    the exceptions named. ``skip`` may be the reason. ``stage`` is taken for cocotb's sake; tests run in the order of
-    the file.
+    Parameters
+    ----------
+    design : Design, optional
+        The design under test. Default: ``design`` of the module, or the one given to the runner.
+    timeout_time : float, optional
+        Limit of simulation time, in ``timeout_unit`` (``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``sec`` or ``step``, 1 ps).
+    wall_timeout : float, optional
+        Wall-clock limit in seconds; None: no limit.
+    skip : bool or str
+        Whether the test is skipped; a text is the reason.
+    expect_fail : bool
+        The test passes if it raises ``AssertionError``.
+    expect_error : exception class or tuple of them
+        The test passes if it raises one of these.
+    name : str, optional
+        The name of the test. Default: that of the function.
+    stage : int, optional
+        Ignored; accepted because cocotb has it. Tests run in the order of the file.
+
+    Raises
+    ------
+    TypeError
+        If the function is not a coroutine function.
 
     >>> @hoverlock.test(timeout_time=10, timeout_unit="us")
     ... async def counts(dut):
@@ -210,7 +248,7 @@ def test(
 
 
 def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: Iterable[Any]) -> Callable[[T], T]:
-    """Runs a test once for each value, or for each combination where several are named.
+    """Runs a test once for each value, or for each combination of values of several parameters.
 
     >>> @hoverlock.test()
     ... @hoverlock.parametrize(width=[1, 8], gap=[0, 3])
@@ -242,7 +280,7 @@ def _label(value: Any) -> str:
 
 @dataclass
 class Running:
-    """The test that runs."""
+    """The test that is running."""
 
     name: str
     seed: int
@@ -256,7 +294,12 @@ _running: list[Running] = []
 
 
 def running() -> Running:
-    """The test that runs on this thread: its name, seed, design and ``dut``.
+    """The test that is running on this thread: its name, seed, design and ``dut``.
+
+    Raises
+    ------
+    SimulationError
+        If no test is running.
 
     >>> generator = numpy.random.default_rng(running().seed)
     """
@@ -268,16 +311,30 @@ def running() -> Running:
 
 
 def pass_test(reason: str = "") -> None:
-    """Ends the test well at once.
+    """Ends the test at once; it passes.
 
-    >>> pass_test("all words came")
+    >>> pass_test("all beats received")
     """
     raise TestSuccess(reason)
 
 
 class Session:
-    """A fresh model of a design, used from plain Python: benches run on it one after the other, and whole frames pass through
-    it as numpy arrays.
+    """A fresh model of a design, used from plain Python: benches run on it one after the other, and whole frames pass
+    through it as numpy arrays.
+
+    Parameters
+    ----------
+    design : Design
+        The design. Of a module without ports, such as a testbench in Verilog, all internal signals are accessible.
+    seed : int
+        Seed of ``random``, of random initial values and of ``$random``.
+    name : str
+        Name of the benches in messages.
+
+    Raises
+    ------
+    BuildError
+        If the design does not build.
 
     >>> with Session(design, seed=1) as session:
     ...     session.run(reset)
@@ -294,6 +351,8 @@ class Session:
         self.simulation.set_log_listener(listener)
         self._running = Running(name, seed, design, self.dut, self.simulation, list(design.plusargs))
         self._random = random.Random(seed).getstate()
+        self.report: TransferReport | None = None
+        """How the last transfer went."""
 
     def run(
         self,
@@ -303,7 +362,23 @@ class Session:
         wall_limit: float | None = None,
         **arguments: Any,
     ) -> Any:
-        """Runs ``bench(dut, **arguments)`` to its end and gives its result. Tasks it started live on until the next."""
+        """Runs ``bench(dut, **arguments)`` and returns its result. Tasks that it started continue in the next run.
+
+        Parameters
+        ----------
+        bench : coroutine function
+            Its first argument is the design.
+        time_limit : int, optional
+            Limit of simulation time, in femtoseconds.
+        wall_limit : float, optional
+            Wall-clock limit, in seconds.
+
+        Raises
+        ------
+        SimTimeoutError, DeadlockError, VerilogError, ProtocolError
+            If a limit is reached, no event can come any more, the Verilog reports an error, or a bus rule is broken;
+            and whatever the bench raises.
+        """
         before = random.getstate()
         random.setstate(self._random)
         _running.append(self._running)
@@ -318,40 +393,89 @@ class Session:
             random.setstate(before)
 
     def run_for(self, time: float, unit: str = "step") -> None:
-        """Lets time go on, with whatever clocks and tasks run."""
+        """Advances simulation time; clocks and tasks run meanwhile.
+
+        Parameters
+        ----------
+        time : float
+            The span, in ``unit`` (``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``sec`` or ``step``, 1 ps).
+        """
         self.simulation.run_for(_core.femtoseconds(time, unit))
 
     def transfer(
         self,
-        words: Any,
+        samples: NDArray[np.unsignedinteger[Any]],
         input: str = "in_",
         output: str = "out_",
         *,
         clock: str = "clk",
         period: tuple[float, str] = (10, "ns"),
-        bus: str = "avalon",
+        bus: Literal["avalon", "axi"] = "avalon",
         ready_latency: int = 0,
-        idle: Any = None,
-        stall: Any = None,
+        idle: Pause = None,
+        stall: Pause = None,
         seed: int = 0,
         packet: int = 0,
         expect: int | None = None,
         packets: int = 0,
         most_cycles: int = 0,
-    ) -> Any:
-        """Sends an array of words through the design, without the scheduler, and gives what came out as an array.
+    ) -> NDArray[np.unsignedinteger[Any]]:
+        """Sends an array through a stream of the design, without the scheduler, and returns what comes out.
 
-        The signals of the streams begin with ``input`` and ``output``; the element type of the array is the one Verilator
-        stores ``data`` in (``uint8`` up to 8 bits, ``uint16`` up to 16 ...); wider than 64 bits, each word is a row of ``uint32``, the
-        lowest first. ``idle`` and ``stall`` hold the source and the
-        sink back: a probability, or a pattern. ``packet`` words make a packet (0: all). It ends when ``expect`` words came
-        (as many as were sent, unless told), or, where ``packets`` says how many, when so many packets came. Tasks sleep meanwhile.
+        Tasks do not run meanwhile. How the transfer went is in ``report``.
+
+        Parameters
+        ----------
+        samples : ndarray of uint8, uint16, uint32 or uint64
+            One element for each beat, in C order whatever the shape. The dtype is the smallest that holds the input's
+            ``data``. For ``data`` wider than 64 bits: ``uint32``, several elements for each beat, the lowest first.
+        input, output : str
+            What the names of the streams' signals begin with.
+        clock : str
+            The clock's signal; no other clock may run.
+        period : tuple of float and str
+            Period of the clock, with its unit.
+        bus : "avalon" or "axi"
+            Avalon-ST or AXI4-Stream.
+        ready_latency : int
+            Cycles from ``ready`` to the beat it allows, from 0 to 64; Avalon-ST only.
+        idle, stall : float or iterable of bool, optional
+            In which cycles the source offers no new beat, and in which the sink is not ready: a probability from 0 to
+            less than 1, or a pattern (true: pause) that is repeated.
+        seed : int
+            Seed of both probabilities.
+        packet : int
+            Beats in each packet sent; 0: all beats are one packet.
+        expect : int, optional
+            Beats to receive before the transfer ends. Default: as many as are sent, or 0 where ``packets`` is given.
+        packets : int
+            Packets to receive before the transfer ends, for designs whose packets have no known length.
+        most_cycles : int
+            Clock cycles after which a transfer that has not ended is an error; 0: 100 000 plus 16 for each beat.
+
+        Returns
+        -------
+        ndarray, shape (beats,) or (beats, n)
+            The smallest unsigned dtype that holds the output's ``data``. For ``data`` wider than 64 bits: ``uint32``, a
+            row of n elements for each beat, the lowest first.
+
+        Raises
+        ------
+        TypeError
+            If ``samples`` has another dtype.
+        ValueError
+            If a pause lets nothing through, or ``bus`` is unknown.
+        NoSuchSignal
+            If a signal is missing.
+        HoverlockError
+            If the samples do not fit ``data``, or another clock runs.
+        ProtocolError
+            If the transfer does not end within ``most_cycles``.
         """
         import numpy as np
 
-        words = np.ascontiguousarray(words).reshape(-1)
-        received, self.report = self.simulation.transfer(
-            words,
+        samples = np.ascontiguousarray(samples).reshape(-1)
+        options = TransferOptions(
             input=input,
             output=output,
             bus=bus,
@@ -366,10 +490,12 @@ class Session:
             packets=packets,
             most_cycles=most_cycles,
         )
+        received, counts = self.simulation.transfer(samples, options)
+        self.report = TransferReport(*counts)
         return received
 
     def close(self) -> None:
-        """Ends all tasks, runs the Verilog's ``final`` blocks and frees the model."""
+        """Cancels all tasks, runs the Verilog's ``final`` blocks and frees the model."""
         left = self.simulation.living_tasks()
         if left:
             text = ", ".join(left)
@@ -402,7 +528,27 @@ def simulate(
     wall_limit: float | None = None,
     arguments: dict[str, Any] | None = None,
 ) -> Any:
-    """Runs a bench on a fresh model of a design, and gives its result; for scripts that are no tests.
+    """Runs a bench on a fresh model of a design and returns its result; for scripts that are not tests.
+
+    Parameters
+    ----------
+    design : Design
+        The design.
+    bench : coroutine function
+        Its first argument is the design.
+    seed : int
+        Seed of ``random``, of random initial values and of ``$random``.
+    time_limit : int, optional
+        Limit of simulation time, in femtoseconds.
+    wall_limit : float, optional
+        Wall-clock limit, in seconds.
+    arguments : dict, optional
+        Further arguments of the bench, by name.
+
+    Raises
+    ------
+    BuildError
+        If the design does not build; and what `Session.run` raises.
 
     >>> frames = simulate(design, capture, arguments={"count": 3})
     """
@@ -413,8 +559,8 @@ def simulate(
 
 @contextmanager
 def _alarm(seconds: float | None) -> Iterator[None]:
-    """Ends a bench that never comes back to the scheduler. One that does is ended by that, with a better message, so
-    this waits a little longer."""
+    """Ends a bench that does not return to the scheduler. The scheduler ends other benches with a better message, so this
+    waits a little longer."""
     if not seconds or threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -432,5 +578,5 @@ def _alarm(seconds: float | None) -> Iterator[None]:
 
 
 def seed_of(session_seed: int, name: str) -> int:
-    """A test's seed from that of the session: its own, whatever else runs."""
+    """The seed of a test, which depends on that of the session and on the test's name alone."""
     return zlib.crc32(f"{session_seed}:{name}".encode())

@@ -1,4 +1,4 @@
-"""What a coroutine can await.
+"""Triggers: what a coroutine can await.
 
 >>> await RisingEdge(dut.clk)
 >>> await ClockCycles(dut.clk, 10)
@@ -57,7 +57,7 @@ Edge = ValueChange
 
 
 class Event:
-    """A flag that tasks wait for; it stays set until cleared.
+    """A flag that tasks wait for. It stays set until it is cleared.
 
     >>> done = Event()
     >>> done.set()          # in one task
@@ -70,20 +70,20 @@ class Event:
         self._raw = RawEvent(name)
 
     def set(self, data: Any = None) -> None:
-        """Sets it: all that wait go on."""
+        """Sets the event: all tasks that wait for it continue."""
         self.data = data
         self._raw.set()
 
     def clear(self) -> None:
-        """Clears it."""
+        """Clears the event."""
         self._raw.clear()
 
     def is_set(self) -> bool:
-        """Whether it is set."""
+        """Whether the event is set."""
         return self._raw.is_set()
 
     def wait(self) -> Trigger:
-        """Until it is set; at once if it is."""
+        """A trigger: the event is set, or is set already."""
         return self._raw.wait()
 
     def __repr__(self) -> str:
@@ -91,7 +91,7 @@ class Event:
 
 
 class Lock:
-    """What one task has at a time, given in the order of asking.
+    """A lock that one task has at a time. Tasks get it in the order in which they asked.
 
     >>> async with lock:
     ...     await write(dut, 1, 2)
@@ -102,15 +102,21 @@ class Lock:
         self._raw = RawLock(name)
 
     def acquire(self) -> Trigger:
-        """Until the task has the lock; ``release`` must follow."""
+        """A trigger: the task has the lock. ``release`` must follow."""
         return self._raw.acquire()
 
     def release(self) -> None:
-        """Gives it to the task that has waited longest."""
+        """Releases the lock: the task that has waited longest gets it.
+
+        Raises
+        ------
+        TriggerError
+            If no task has the lock.
+        """
         self._raw.release()
 
     def locked(self) -> bool:
-        """Whether a task has it."""
+        """Whether a task has the lock."""
         return self._raw.locked()
 
     async def __aenter__(self) -> Lock:
@@ -129,9 +135,21 @@ class Lock:
 async def with_timeout(
     trigger: Any, timeout_time: float, timeout_unit: str = "step", *, timeout_units: str | None = None
 ) -> Any:
-    """Awaits a trigger, task or coroutine for so long at most, then raises ``SimTimeoutError``.
+    """Awaits a trigger, task or coroutine for a limited time, and returns its result.
 
-    A coroutine is cancelled then, a task runs on.
+    Parameters
+    ----------
+    trigger : Trigger, Task or coroutine
+        What to await.
+    timeout_time : float
+        The limit of simulation time, in ``timeout_unit`` (``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``sec`` or ``step``, 1 ps).
+    timeout_units : str, optional
+        The unit by cocotb 1's name.
+
+    Raises
+    ------
+    SimTimeoutError
+        If the time is over first. A coroutine is cancelled then; a task keeps running.
 
     >>> await with_timeout(receive(dut), 10, "us")
     """

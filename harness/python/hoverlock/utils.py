@@ -10,7 +10,25 @@ _UNITS = {"fs": 1, "ps": 10**3, "ns": 10**6, "us": 10**9, "ms": 10**12, "s": 10*
 
 
 def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:
-    """Simulation time in a unit; whole numbers come as ``int``.
+    """Simulation time.
+
+    Parameters
+    ----------
+    unit : str
+        ``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``s``, ``sec`` or ``step`` (1 ps).
+    units : str, optional
+        The unit by cocotb 1's name.
+
+    Returns
+    -------
+    int or float
+        An ``int`` if the time is a whole number of units.
+
+    Raises
+    ------
+    ValueError
+        If the unit is unknown.
+
 
     >>> get_sim_time("ns")
     120

@@ -67,12 +67,12 @@ pub fn of_build(error: &BuildError) -> PyErr {
     python::BuildError::new_err(error.to_string())
 }
 
-/// The exception for a wrong name, value or place.
+/// The exception for a wrong use of a model.
 pub fn of_model(error: &ModelError) -> PyErr {
     let text = error.to_string();
     match error {
         ModelError::NoSuchSignal { .. } => {
-            // The engine says it in the words of its builder.
+            // The engine's message names the Rust builder's call.
             let text =
                 text.replace("add .internal(\"", "Design(..., internals=[\"").replace("\") to the build)", "\"]))");
             python::NoSuchSignal::new_err(text)

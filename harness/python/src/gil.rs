@@ -1,8 +1,8 @@
 //! The interpreter's lock while a simulation runs.
 //!
 //! A coroutine is resumed up to millions of times a second, too often to take and release the lock each time. So `run`
-//! keeps it, and gives it back where no Python runs: as soon as a few milliseconds of simulation went by without a
-//! coroutine being resumed. The next resume takes it again.
+//! keeps it, and releases it when no Python runs: after a few milliseconds of simulation in which no coroutine was
+//! resumed. The next resume takes it again.
 
 use std::cell::Cell;
 
@@ -29,8 +29,8 @@ pub fn resume<'a>() -> Python<'a> {
             take_back(state);
         }
     });
-    // SAFETY: only called below `Simulation::run` and its kin, which were called from Python on this thread; the lock
-    // is held unless `pause` gave it back, and `take_back` has undone that.
+    // SAFETY: only called below methods of `Simulation` that run it, which were called from Python on this thread; the
+    // lock is held unless `pause` gave it back, and `take_back` has undone that.
     unsafe { Python::assume_attached() }
 }
 
@@ -56,7 +56,7 @@ pub fn pause() -> PyResult<()> {
     Ok(())
 }
 
-/// Held by whoever lets a simulation run: the lock is there again when it ends, however it ends.
+/// Exists while a simulation runs: when it is dropped, the lock is taken again.
 pub struct Running;
 
 impl Drop for Running {

@@ -1,8 +1,8 @@
-//! `hoverlock._core`: the engine and the models as Python sees them. What users import is in `hoverlock/*.py`, which
-//! adds what needs no speed: the decorator, the runner, queues, logging, the pytest plug-in.
+//! `hoverlock._core`: the binding of the engine and the models to Python. Users import `hoverlock/*.py`, which adds
+//! what needs no speed: the decorator, the runner, queues, logging, the pytest plug-in.
 //!
-//! Coroutines are resumed by the engine's scheduler through `PyIter_Send`; see `task` and `trigger` for why a wait makes
-//! no object, and `gil` for when the interpreter's lock is given back.
+//! The engine's scheduler resumes coroutines through `PyIter_Send`. Modules `task` and `trigger` say why a wait
+//! allocates no object, module `gil` when the interpreter's lock is released.
 
 mod bus;
 mod errors;

@@ -29,13 +29,13 @@ impl Library {
         self.library.top()
     }
 
-    /// What Verilator warned of, a line each.
+    /// Verilator's warnings, one line each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.library.warnings().iter().map(ToString::to_string).collect()
     }
 
-    /// Parameters of all instances: names below the top module, with their numbers or strings.
+    /// Parameters of all instances: name below the top module, and value.
     #[getter]
     fn constants<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
         let value = |constant: &Constant| match constant {
@@ -50,7 +50,7 @@ impl Library {
     }
 }
 
-/// What was covered: counts by place in the Verilog, merged over runs.
+/// Coverage counts by position in the Verilog, merged over runs.
 ///
 /// >>> total = Coverage()
 /// >>> total.add("one.dat")
@@ -67,31 +67,32 @@ impl Coverage {
         Coverage::default()
     }
 
-    /// Adds what a run wrote with `write_coverage`.
+    /// Adds a file that a run wrote with `write_coverage`.
     fn add(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let counts = coverage::Coverage::read(&path).map_err(|e| errors::exception(py, e))?;
         self.0.merge(&counts);
         Ok(())
     }
 
-    /// Points met and points there are, of a kind (`line`, `branch`, `toggle`, `user`) or of all.
+    /// The number of points that were hit, and of all points: of one kind (`line`, `branch`, `toggle`, `user`), or of
+    /// all kinds.
     #[pyo3(signature = (kind = ""))]
     fn met(&self, kind: &str) -> (usize, usize) {
         self.0.ratio(kind)
     }
 
-    /// The points never met: file, line, kind, what.
+    /// The points that were never hit: file, line, kind, what is counted there.
     fn missed(&self) -> Vec<(String, u32, String, String)> {
         self.0.missed().map(|p| (p.file.clone(), p.line, p.kind.clone(), p.what.clone())).collect()
     }
 
-    /// As LCOV's tracefile, which `genhtml` and editors read.
+    /// The counts as an LCOV tracefile, which `genhtml` and editors read.
     fn lcov(&self) -> String {
         self.0.to_lcov()
     }
 }
 
-/// Builds a model, or finds the one that was built before. The interpreter's lock is given back meanwhile.
+/// Builds a model, or finds it in the cache. The interpreter's lock is released meanwhile.
 #[pyfunction]
 #[pyo3(signature = (top, sources, *, includes = vec![], parameters = None, defines = None, flags = vec![],
                     internals = vec![], waves = None, coverage = false, random_initial = false, assertions = true,
@@ -167,5 +168,5 @@ fn parameter(value: &Bound<'_, PyAny>) -> PyResult<Parameter> {
     if let Ok(text) = value.extract::<String>() {
         return Ok(Parameter::Text(text));
     }
-    Err(PyTypeError::new_err(format!("a parameter is a whole number or a string, not {}", value.repr()?)))
+    Err(PyTypeError::new_err(format!("a parameter is an integer or a string, not {}", value.repr()?)))
 }

@@ -16,10 +16,10 @@ fn bad(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// The bit-true model of a design point; keeps its memory from frame to frame.
+/// The bit-true model of a design point; reuses its memory from frame to frame.
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct BitTrue {
-    design: DesignPoint,
+    design_point: DesignPoint,
     model: RefCell<SimdBitTrue>,
 }
 
@@ -47,27 +47,28 @@ impl BitTrue {
     #[new]
     #[pyo3(signature = (toml = None))]
     fn new(toml: Option<&str>) -> PyResult<BitTrue> {
-        let design = match toml {
+        let design_point = match toml {
             None => DesignPoint::default(),
             Some(text) => DesignPoint::default().with_toml(text).map_err(bad)?,
         };
-        let model = RefCell::new(SimdBitTrue::new(&design).map_err(bad)?);
-        Ok(BitTrue { design, model })
+        let model = RefCell::new(SimdBitTrue::new(&design_point).map_err(bad)?);
+        Ok(BitTrue { design_point, model })
     }
 
     /// The design point as TOML.
     #[getter]
-    fn design(&self) -> String {
-        self.design.to_toml()
+    fn design_point(&self) -> String {
+        self.design_point.to_toml()
     }
 
-    /// `T_k` before the first frame.
+    /// The thresholds before the first frame, in LSB of the DoG.
     #[getter]
     fn initial_thresholds(&self) -> [u32; SCALES] {
-        [self.design.threshold.initial; SCALES]
+        [self.design_point.threshold.initial; SCALES]
     }
 
-    /// The features of a frame as packed 256-bit records: an array of shape `(features, 8)`.
+    /// The features of a frame as packed 256-bit records: `uint32` of shape `(features, 8)`. Thresholds in LSB of the
+    /// DoG.
     fn features<'py>(
         &self,
         py: Python<'py>,
@@ -81,7 +82,7 @@ impl BitTrue {
         PyArray1::from_vec(py, words).reshape([count, 8])
     }
 
-    /// All planes of a frame, by name.
+    /// All planes of a frame, by name: see `hoverlock.models.Planes`.
     fn planes<'py>(&self, py: Python<'py>, frame: PyReadonlyArray2<'py, u16>) -> PyResult<Bound<'py, PyDict>> {
         let pixels = plane_of(&frame)?;
         let mut model = self.model.borrow_mut();
@@ -101,7 +102,7 @@ impl BitTrue {
     }
 }
 
-/// The lerp cells of a smoother: `(a, g, [g_j], saturated stages)`.
+/// The coefficients of a smoother: `(a, g, [g_j], saturated stages)`.
 #[pyfunction]
 pub fn lerp_coefficients(sigma: f64, look_ahead: u32, frac_bits: u32) -> PyResult<(f64, u32, Vec<u32>, Vec<u32>)> {
     let c = LerpCoefficients::design(sigma, look_ahead, frac_bits).map_err(bad)?;

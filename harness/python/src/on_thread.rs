@@ -1,7 +1,8 @@
 //! Values that stay on the thread they were made on, checked at each use.
 //!
-//! What handles and triggers hold (reference counts, pointers into a model) belongs to one thread. pyo3's `unsendable` checks
-//! that too, but asks for the thread's identity by a counted reference: a tenth of the time of a whole simulated cycle.
+//! What handles and triggers hold (reference counts, pointers into a model) belongs to one thread. pyo3's `unsendable`
+//! checks that too, but asks for the thread's identity by a counted reference: a tenth of the time of a whole
+//! simulated cycle.
 
 use std::mem::ManuallyDrop;
 
@@ -21,8 +22,8 @@ pub struct OnThread<T> {
     value: ManuallyDrop<T>,
 }
 
-// SAFETY: the value is reached only through `get`, which refuses other threads, and is dropped only on its own. A thread
-// that got the address of an ended one finds values nobody else uses any more.
+// SAFETY: the value is reached only through `get`, which refuses other threads, and is dropped only on its own. A
+// thread that got the address of an ended one finds values nobody else uses any more.
 unsafe impl<T> Send for OnThread<T> {}
 // SAFETY: as above.
 unsafe impl<T> Sync for OnThread<T> {}

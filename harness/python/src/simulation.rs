@@ -13,7 +13,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
-use crate::bus::{Transfer, Transferred};
+use crate::bus::{Transfer, TransferOptions, Transferred};
 use crate::errors::{self, SimulationError};
 use crate::gil;
 use crate::handle::{self, Handle};
@@ -21,11 +21,11 @@ use crate::library::Library;
 use crate::task::{PyCoroutine, Task};
 
 thread_local! {
-    /// The simulations that run on this thread, the innermost last.
+    /// The simulations that are running on this thread, the innermost last.
     static RUNNING: RefCell<Vec<Dut>> = const { RefCell::new(Vec::new()) };
 }
 
-/// The simulation that runs on this thread.
+/// The simulation that is running on this thread.
 pub fn current() -> PyResult<Dut> {
     RUNNING
         .with_borrow(|running| running.last().cloned())
@@ -50,7 +50,7 @@ impl Drop for Entered {
 /// A simulation: one fresh instance of a model, with its tasks. Stays on the thread it was made on.
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct Simulation {
-    /// Away while it runs, `None` once it was closed.
+    /// `None` while it runs and after it was closed.
     sim: RefCell<Option<Sim>>,
     dut: Dut,
     interrupt: Rc<RefCell<Option<PyErr>>>,
@@ -90,7 +90,7 @@ impl Simulation {
         handle::all(py, &self.dut)
     }
 
-    /// The error about a name that the design does not have, with the nearest it has.
+    /// The error for a name that the design does not have, with the nearest names.
     fn no_such_signal(&self, name: &str) -> PyErr {
         match self.dut.signal(name) {
             Err(error) => errors::of_model(&error),
@@ -98,7 +98,7 @@ impl Simulation {
         }
     }
 
-    /// Runs a coroutine to its end, and the time step to its end; gives its result.
+    /// Runs a coroutine to its end, then finishes the time step; returns the coroutine's result.
     #[pyo3(signature = (coroutine, name, *, time_limit_fs = None, wall_limit = None))]
     fn run(
         &self,
@@ -120,52 +120,18 @@ impl Simulation {
     }
 
     /// Sends whole frames through a stream of the design, without the scheduler.
-    #[pyo3(signature = (words, *, input, output, bus, ready_latency, clock, period, idle, stall, seed, packet, expect, packets, most_cycles))]
-    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
-    fn transfer<'py>(
-        &self,
-        words: &Bound<'py, PyAny>,
-        input: &str,
-        output: &str,
-        bus: &str,
-        ready_latency: u32,
-        clock: &str,
-        period: u64,
-        idle: Option<&Bound<'py, PyAny>>,
-        stall: Option<&Bound<'py, PyAny>>,
-        seed: u64,
-        packet: usize,
-        expect: Option<usize>,
-        packets: usize,
-        most_cycles: u64,
-    ) -> PyResult<Transferred<'py>> {
-        let py = words.py();
-        let transfer = Transfer::new(
-            py,
-            &self.dut,
-            input,
-            output,
-            bus,
-            ready_latency,
-            clock,
-            period,
-            idle,
-            stall,
-            seed,
-            packet,
-            expect,
-            packets,
-            most_cycles,
-        )?;
+    fn transfer<'py>(&self, samples: &Bound<'py, PyAny>, options: TransferOptions<'py>) -> PyResult<Transferred<'py>> {
+        let py = samples.py();
+        let transfer = Transfer::new(py, &self.dut, options)?;
         let mut result = None;
         self.running(py, |sim| {
-            result = Some(transfer.run(sim, words));
+            result = Some(transfer.run(sim, samples));
             Ok(())
         })?;
         result.unwrap_or_else(|| Err(SimulationError::new_err("the transfer did not run")))
     }
 
-    /// Begins to write waves: all by Verilator, or the signals named, or only the last steps before a failure.
+    /// Starts to write waves: of all signals, of the signals named, or of the last time steps before a failure.
     #[pyo3(signature = (path, signals = None, before_failure = None))]
     fn start_waves(
         &self,
@@ -188,7 +154,7 @@ impl Simulation {
         self.dut.write_coverage(path).map_err(|e| errors::exception(py, e))
     }
 
-    /// Lets time go on by so many femtoseconds, with whatever clocks and tasks run.
+    /// Advances time by a span in femtoseconds; clocks and tasks run meanwhile.
     fn run_for(&self, py: Python<'_>, femtoseconds: u64) -> PyResult<()> {
         self.running(py, |sim| sim.run_for(Time::fs(femtoseconds)))
     }
@@ -198,13 +164,13 @@ impl Simulation {
         self.sim.borrow().as_ref().map_or_else(String::new, |sim| sim.report().to_string())
     }
 
-    /// Names of the tasks that live.
+    /// Names of the tasks that have not ended.
     fn living_tasks(&self) -> Vec<String> {
         let sim = self.sim.borrow();
         sim.as_ref().map_or_else(Vec::new, |sim| sim.report().tasks.into_iter().map(|t| t.task).collect())
     }
 
-    /// Hands every line of the log to `listener(time_fs, level, source, text)`.
+    /// Calls `listener(time_fs, level, source, text)` with every line of the log.
     fn set_log_listener(&self, listener: Py<PyAny>) {
         if let Some(sim) = self.sim.borrow().as_ref() {
             sim.set_log_listener(move |line| {
@@ -233,7 +199,7 @@ impl Simulation {
         self.dut.now().as_fs()
     }
 
-    /// Ends all tasks, runs the Verilog's `final` blocks and frees the model; what these print is given back.
+    /// Cancels all tasks, runs the Verilog's `final` blocks and frees the model; returns what these print.
     fn close(&self) -> Vec<String> {
         let _entered = Entered::new(self.dut.clone());
         let Some(sim) = self.sim.borrow_mut().take() else { return Vec::new() };
@@ -280,7 +246,7 @@ impl Drop for Simulation {
     }
 }
 
-/// Waves that are being written.
+/// A wave file that is being written.
 #[pyclass(unsendable, module = "hoverlock._core")]
 pub struct Waves {
     dut: Dut,
@@ -289,13 +255,13 @@ pub struct Waves {
 
 #[pymethods]
 impl Waves {
-    /// Ends the file.
+    /// Completes the file.
     fn stop(&self, py: Python<'_>) -> PyResult<()> {
         self.id.take().map_or(Ok(()), |id| self.dut.stop_waves(id)).map_err(|e| errors::exception(py, e))
     }
 }
 
-/// A clock of the engine; it costs nothing but its evaluations.
+/// A clock driven by the engine.
 #[pyclass(unsendable, module = "hoverlock._core", name = "RunningClock")]
 pub struct RunningClock {
     clock: Clock,
@@ -309,7 +275,7 @@ impl RunningClock {
     }
 }
 
-/// Starts a clock in the simulation that runs; times in femtoseconds.
+/// Starts a clock in the running simulation; times in femtoseconds.
 #[pyfunction]
 pub fn start_clock(py: Python<'_>, signal: &Handle, high: u64, low: u64, phase: u64) -> PyResult<RunningClock> {
     let clock = current()?

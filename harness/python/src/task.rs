@@ -21,7 +21,7 @@ enum State {
     Cancelled,
 }
 
-/// A started coroutine. Awaited, it gives the coroutine's result, or raises what that raised.
+/// A started coroutine. Awaiting it gives the coroutine's result, or raises the coroutine's exception.
 ///
 /// >>> task = hoverlock.start_soon(drive(dut))
 /// >>> result = await task
@@ -60,7 +60,7 @@ impl Task {
 
 impl Drop for Task {
     fn drop(&mut self) {
-        // The engine keeps the ends of tasks for those who ask later; after this nobody can.
+        // The engine keeps how a task ended; nothing can ask for it any more.
         if let Some(id) = self.id.get() {
             self.dut.forget(id);
         }
@@ -73,18 +73,18 @@ impl Task {
         trigger::join(slf)?.call_method0("__await__")
     }
 
-    /// A trigger that fires when the task has ended; gives its result.
+    /// A trigger that fires when the task has ended; its result is that of the task.
     fn join<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, Trigger>> {
         trigger::join(slf)
     }
 
-    /// The same, by cocotb 2's name.
+    /// The same as `join()` (cocotb 2's name).
     #[getter]
     fn complete<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, Trigger>> {
         trigger::join(slf)
     }
 
-    /// Ends the task; its `finally` blocks run. False if it had ended already. What cocotb 2 takes as a message is for the reader.
+    /// Cancels the task; its `finally` blocks run. False if it had ended already. `msg` is ignored; cocotb 2 has it.
     #[pyo3(signature = (msg = None))]
     fn cancel(&self, msg: Option<&str>) -> PyResult<bool> {
         let _ = msg;
@@ -95,22 +95,22 @@ impl Task {
         Ok(running)
     }
 
-    /// The same, by cocotb 1's name.
+    /// The same as `cancel()` (cocotb 1's name).
     fn kill(&self) -> PyResult<()> {
         self.cancel(None).map(|_| ())
     }
 
-    /// Whether it has ended, in whatever way.
+    /// Whether the task has ended, for any reason.
     fn done(&self) -> bool {
         self.state.get() != State::Running
     }
 
-    /// Whether it was cancelled.
+    /// Whether the task was cancelled.
     fn cancelled(&self) -> bool {
         self.state.get() == State::Cancelled
     }
 
-    /// What it returned; raises what it raised.
+    /// What the coroutine returned; raises the coroutine's exception, or `CancelledError`.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         match self.state.get() {
             State::Done => Ok(self.result_or_none(py)),
@@ -120,7 +120,7 @@ impl Task {
         }
     }
 
-    /// What it raised, or `None`.
+    /// The coroutine's exception, or None.
     fn exception(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         if self.state.get() == State::Running {
             return Err(SimulationError::new_err(format!("task '{}' has not ended yet", self.name)));
@@ -128,7 +128,7 @@ impl Task {
         Ok(self.exception.borrow().as_ref().map_or_else(|| py.None(), |e| e.clone_ref(py)))
     }
 
-    /// Its name.
+    /// The task's name.
     fn get_name(&self) -> &str {
         &self.name
     }
@@ -144,7 +144,7 @@ impl Task {
     }
 }
 
-/// A coroutine as the engine sees it.
+/// A Python coroutine as a coroutine of the engine.
 pub struct PyCoroutine {
     coroutine: Py<PyAny>,
     task: Py<Task>,
@@ -159,7 +159,7 @@ impl PyCoroutine {
         PyCoroutine { coroutine, task, waiting: None, result_due: false }
     }
 
-    /// Resumes with `None`.
+    /// Resumes the coroutine.
     #[inline]
     fn send(&self, py: Python<'_>) -> Result<Sent, PyErr> {
         let mut given: *mut ffi::PyObject = std::ptr::null_mut();
@@ -175,7 +175,7 @@ impl PyCoroutine {
         }
     }
 
-    /// Resumes by raising an exception where it waits.
+    /// Resumes the coroutine by raising an exception in it.
     #[cold]
     fn throw(&self, py: Python<'_>, error: PyErr) -> Result<Sent, PyErr> {
         match self.coroutine.bind(py).call_method1("throw", (error.into_value(py),)) {
@@ -235,7 +235,7 @@ impl Coroutine for PyCoroutine {
                         sent = self.throw(
                             py,
                             PyTypeError::new_err(format!(
-                                "a coroutine awaited something ({kind}) that is no trigger of hoverlock; \
+                                "a coroutine awaited an object ({kind}) that is not a hoverlock trigger; \
                                  asyncio's own awaitables cannot be used in a bench"
                             )),
                         );
@@ -256,7 +256,7 @@ impl Coroutine for PyCoroutine {
         let py = gil::resume();
         self.task.borrow(py).state.set(State::Cancelled);
         if let Err(error) = self.coroutine.bind(py).call_method0("close") {
-            // Nobody waits for this task any more who could hear of it.
+            // No task waits for this one that could get the exception.
             error.write_unraisable(py, Some(self.coroutine.bind(py)));
         }
     }
@@ -273,8 +273,8 @@ pub fn is_coroutine(item: &Bound<'_, PyAny>) -> bool {
     ["send", "throw", "close"].iter().all(|name| item.hasattr(*name).unwrap_or(false))
 }
 
-/// Starts a coroutine; it begins to run when the tasks that are ready before it have run. What runs already, a task or a
-/// clock, is given back as it is.
+/// Starts a coroutine as a task. It begins to run after the tasks that are ready already. A task or a clock, which runs
+/// already, is returned unchanged.
 ///
 /// >>> task = start_soon(drive(dut))
 #[pyfunction]
@@ -286,14 +286,14 @@ pub fn start_soon<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult
     start(coro, name).map(Bound::into_any)
 }
 
-/// Starts a coroutine; a task is given back as it is.
+/// Starts a coroutine; a task is returned unchanged.
 pub fn start<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult<Bound<'py, Task>> {
     if let Ok(task) = coro.cast::<Task>() {
         return Ok(task.clone());
     }
     if !is_coroutine(coro) {
         let hint = if coro.is_callable() { ": call it, start_soon(f())" } else { "" };
-        return Err(PyTypeError::new_err(format!("start_soon wants a coroutine, not {}{hint}", coro.repr()?)));
+        return Err(PyTypeError::new_err(format!("start_soon takes a coroutine, not {}{hint}", coro.repr()?)));
     }
     let dut = simulation::current()?;
     let py = coro.py();

@@ -1,7 +1,8 @@
 //! Triggers: what a coroutine awaits.
 //!
-//! A trigger object is its own iterator: `__await__` gives it back, its first `__next__` yields it to the scheduler, the
-//! second ends the wait with its result. No object is made for a wait, and an edge trigger is made once for each signal.
+//! A trigger object is its own iterator: `__await__` gives it back, its first `__next__` yields it to the scheduler,
+//! the second ends the wait with its result. No object is made for a wait, and an edge trigger is made once for each
+//! signal.
 
 #![allow(unsafe_op_in_unsafe_fn, reason = "what pyo3 writes for the classes made by macros; no unsafe code is here")]
 
@@ -19,16 +20,16 @@ use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::task::{self, Task};
 
-/// What a wait gives the coroutine when it is over.
+/// The result of a wait.
 enum Gives {
     Nothing,
     /// The task's result.
     TaskResult(Py<Task>),
-    /// Of several: the result of the one that came first.
+    /// Of `First`: the result of the trigger that fired.
     OneOf(Vec<Py<Trigger>>),
 }
 
-/// Something a coroutine can await. Triggers can be kept and awaited again, also by several tasks at a time.
+/// Something a coroutine can await. A trigger can be awaited again, also by several tasks at the same time.
 ///
 /// >>> edge = RisingEdge(dut.clk)
 /// >>> await edge
@@ -65,7 +66,7 @@ impl Trigger {
         (inner.what.clone(), !matches!(inner.gives, Gives::Nothing))
     }
 
-    /// Keeps the result of a wait that is over, for `__next__`.
+    /// Stores the result of a wait, for `__next__`.
     pub fn settle(slf: &Bound<'_, Trigger>, outcome: &Outcome) {
         let result = Trigger::result_of(slf, outcome);
         *slf.get().0.get().result.borrow_mut() = Some(result);
@@ -103,7 +104,7 @@ impl Trigger {
             return Ok(None);
         }
         match this.result.take() {
-            // In a tuple, so that a result that is a tuple itself stays whole.
+            // In a tuple, so that a result that is a tuple is not unpacked.
             Some(result) => Err(PyStopIteration::new_err((result,))),
             None => Ok(None),
         }
@@ -136,7 +137,7 @@ macro_rules! edge_trigger {
                 let made = handle.$cache.get_or_try_init(py, || {
                     if $one_bit && handle.width() != 1 {
                         return Err(PyTypeError::new_err(format!(
-                            "{} wants a signal of one bit, '{}' has {}: use ValueChange",
+                            "{} takes a signal of one bit, '{}' has {}: use ValueChange",
                             stringify!($name), handle.name(), handle.width()
                         )));
                     }
@@ -174,7 +175,7 @@ edge_trigger!(
     ValueChange, Edge::Any, change, false
 );
 
-/// So many rising (or falling) edges; the task sleeps through all but the last.
+/// The n-th rising (or falling) edge from now; the task does not run at the ones before.
 ///
 /// >>> await ClockCycles(dut.clk, 100)
 #[pyclass(extends = Trigger, frozen, module = "hoverlock")]
@@ -207,7 +208,7 @@ impl ClockCycles {
     }
 }
 
-/// A span of simulation time.
+/// A span of simulation time, in `fs`, `ps`, `ns`, `us`, `ms`, `sec` or `step` (1 ps).
 ///
 /// >>> await Timer(10, "ns")
 #[pyclass(extends = Trigger, frozen, module = "hoverlock")]
@@ -225,7 +226,7 @@ impl Timer {
         units: Option<&str>,
         round_mode: Option<&str>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        // Time runs in femtoseconds: there is no step of a simulator to round to.
+        // Time is in femtoseconds: there is no simulator step to round to.
         let _ = round_mode;
         let span = time_of(time, unit.or(units).unwrap_or("step"))?;
         if span == Time::ZERO {
@@ -258,11 +259,11 @@ macro_rules! plain_trigger {
 }
 
 plain_trigger!(
-    /// The end of this time step's changes: all values are settled, and nothing may be written.
+    /// The end of this time step: all values are settled, and nothing may be written.
     ///
     /// >>> await RisingEdge(dut.clk)
     /// >>> await ReadOnly()
-    /// >>> int(dut.count.value)  # what the edge did
+    /// >>> int(dut.count.value)  # the value after the edge
     ReadOnly, sim::Trigger::ReadOnly
 );
 plain_trigger!(
@@ -285,14 +286,14 @@ plain_trigger!(
     NullTrigger, sim::Trigger::Yield
 );
 plain_trigger!(
-    /// `$finish` in the Verilog; while a task awaits it, it is no error.
+    /// `$finish` in the Verilog. While a task awaits it, it is no error.
     ///
     /// >>> await with_timeout(VerilogFinish(), 1, "ms")
     VerilogFinish, sim::Trigger::Finish
 );
 
-/// The first of several triggers, tasks or coroutines; the others are given up. Gives the trigger that came, or the
-/// result of the task that ended.
+/// The first of several triggers, tasks or coroutines; the other waits are cancelled. The result is the trigger that
+/// fired, or the result of the task that ended.
 ///
 /// >>> first = await First(RisingEdge(dut.done), Timer(1, "us"))
 #[pyclass(extends = Trigger, frozen, module = "hoverlock")]
@@ -336,7 +337,7 @@ fn parts(name: &str, of: &Bound<'_, PyTuple>) -> PyResult<Vec<Py<Trigger>>> {
     of.iter().map(|item| as_trigger(&item).map(Bound::unbind)).collect()
 }
 
-/// A trigger as it is, the end of a task, or the end of a coroutine that is started for it.
+/// The trigger itself, the end of a task, or the end of a coroutine, which is started.
 pub fn as_trigger<'py>(item: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Trigger>> {
     if let Ok(trigger) = item.cast::<Trigger>() {
         return Ok(trigger.clone());
@@ -350,7 +351,7 @@ pub fn as_trigger<'py>(item: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Trigger>
     Err(PyTypeError::new_err(format!("{} is neither a trigger nor a task nor a coroutine", item.repr()?)))
 }
 
-/// The end of a task; gives its result.
+/// The end of a task; its result is that of the task.
 pub fn join<'py>(task: &Bound<'py, Task>) -> PyResult<Bound<'py, Trigger>> {
     let what = sim::Trigger::Join(task.borrow().id()?);
     Bound::new(task.py(), Trigger::giving(what, Gives::TaskResult(task.clone().unbind())))
@@ -432,13 +433,13 @@ impl RawLock {
                 Ok(())
             }
             None => {
-                Err(errors::TriggerError::new_err(format!("the lock '{}' is released, and nobody has it", self.name)))
+                Err(errors::TriggerError::new_err(format!("the lock '{}' is released, but no task has it", self.name)))
             }
         }
     }
 }
 
-/// A number with a unit; whole numbers are exact. A `step` is the picosecond that models are built with.
+/// A number with a unit; integers are exact. A `step` is 1 ps, the time precision that models are built with.
 pub fn time_of(value: &Bound<'_, PyAny>, unit: &str) -> PyResult<Time> {
     let (value, unit) = if unit == "step" { (value.clone(), "ps") } else { (value.clone(), unit) };
     let from_unit: fn(u64) -> Time = match unit {

@@ -72,21 +72,23 @@ async def a_master_reads_what_it_wrote(dut):
 
 @pytest.mark.parametrize("stall", [None, 0.4, [0, 0, 1]])
 @pytest.mark.parametrize("idle", [None, 0.2])
-def test_arrays_pass_without_the_scheduler(idle, stall):
+def test_a_transfer_gives_what_the_design_does_and_a_report(idle, stall):
     frame = np.random.default_rng(5).integers(0, 256, 5000, dtype=np.uint8)
     with Session(stream) as session:
         session.run(reset)
         received = session.transfer(frame, idle=idle, stall=stall, packet=1000, seed=4)
+        report = session.report
         again = session.transfer(frame[:10], packet=10)
     words = [word for part in expected(frame.reshape(5, 1000)) for word in part]
     assert received.dtype == np.uint16 and received.tolist() == words
+    assert (report.sent, report.received, report.packets) == (5000, 5000, 5) and report.cycles >= 5000
     assert len(again) == 10
 
 
 def test_wrong_arrays_are_refused():
     with Session(stream) as session:
         session.run(reset)
-        with pytest.raises(hoverlock.HoverlockError, match="8-bit words"):
+        with pytest.raises(hoverlock.HoverlockError, match="elements are of 8 bits"):
             session.transfer(np.zeros(4, dtype=np.uint16))
         with pytest.raises(TypeError, match="float64"):
             session.transfer(np.zeros(4))

@@ -202,7 +202,7 @@ def test_the_runner_reaches_internals_when_a_bench_asks_for_them(tmp_path, monke
     runner = get_runner("verilator")
     runner.build(sources=[Path(__file__).parent / "designs" / "idioms.sv"], hdl_toplevel="idioms")
     runner.test(hdl_toplevel="idioms", test_module="test_inner", testcase="looks_inside")
-    assert "all runs again" in caplog.text
+    assert "all tests run again" in caplog.text
     with pytest.raises(SystemExit, match="failed: mistypes"):
         runner.test(hdl_toplevel="idioms", test_module="test_inner")
     runner.build(sources=[Path(__file__).parent / "designs" / "idioms.sv"], hdl_toplevel="idioms", internals=[])

@@ -9,7 +9,7 @@ design = Design("designs/wide.v", top="wide", internals=["u_store.cells"])
 
 
 @hoverlock.test()
-async def wide_values_are_whole(dut):
+async def wide_values_are_read_and_written_whole(dut):
     value = 0x9_8765_4321_0FED_CBA9_8765_4321
     dut.a.value = value
     await Timer(1, "ns")
@@ -27,7 +27,7 @@ async def wide_values_are_whole(dut):
 
 
 @hoverlock.test()
-async def signs_and_ranges(dut):
+async def signed_values_are_read_and_out_of_range_ones_refused(dut):
     for value in (-128, -1, 0, 5, 127, 255):
         dut.s.value = value
         await Timer(1, "ns")
@@ -45,7 +45,7 @@ async def signs_and_ranges(dut):
 
 
 @hoverlock.test()
-async def values_are_numbers(dut):
+async def values_compare_and_calculate_as_numbers(dut):
     dut.s.value = "0010_1010"
     await Timer(1, "ns")
     value = dut.s.value
@@ -71,7 +71,7 @@ async def inputs_are_copied_by_value(dut):
 
 
 @hoverlock.test()
-async def memories_are_reached(dut):
+async def memories_are_read_and_written(dut):
     Clock(dut.clk, 10, "ns").start()
     dut.write.value, dut.write_at.value, dut.write_data.value = 1, 5, 0xBEEF
     await RisingEdge(dut.clk)
@@ -95,7 +95,7 @@ async def memories_are_reached(dut):
 
 
 @hoverlock.test()
-async def wrong_names_find_their_neighbours(dut):
+async def wrong_names_are_answered_with_the_nearest(dut):
     with pytest.raises(NoSuchSignal, match="no signal 'a_invertd'.*nearest: a_inverted"):
         dut.a_invertd
     with pytest.raises(AttributeError):

@@ -13,7 +13,7 @@ from hoverlock.bus import AvalonMaster, AvalonSink, AvalonSource
 VERILOG = Path(__file__).resolve().parents[3] / "rtl" / "verilog"
 SOURCES = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
 design = Design(SOURCES, top="hoverlock_top")
-CONTROL, SIZE, THRESHOLD, FEATURES = 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2
+CONTROL, SIZE, THRESHOLD, FEATURES, COMMIT = 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2, 0x30 >> 2
 THRESHOLDS = (300, 200)
 
 
@@ -33,11 +33,12 @@ async def ready(dut, width, height):
     csr = AvalonMaster(dut, "csr_", dut.clock, read_latency=1)
     await csr.write(SIZE, width | height << 16)
     await csr.write(THRESHOLD, THRESHOLDS[0] | THRESHOLDS[1] << 16)
+    await csr.write(COMMIT, 1)
     await csr.write(CONTROL, 1)
     return csr
 
 
-def test_the_rtl_gives_the_models_features():
+def test_the_rtl_sends_the_features_of_the_model():
     frame = picture(96, 80, seed=1)
     with Session(design) as session:
         session.run(ready, width=96, height=80)
@@ -66,12 +67,20 @@ async def frames_follow_one_another(dut, stall):
         assert await csr.read(FEATURES) == len(found)
 
 
-def test_a_difference_of_one_bit_is_seen():
+def test_a_step_of_one_dn_in_one_pixel_makes_rtl_and_model_differ():
+    """The comparison is sensitive: the RTL gets one frame, the model the same with one pixel changed by 1 DN."""
     frame = picture(64, 64, seed=2)
-    features = models.features(frame, THRESHOLDS)
-    other = features.copy()
-    other["descriptor"][0, 3] ^= 1
-    assert np.array_equal(features, models.features(frame, THRESHOLDS)) and not np.array_equal(features, other)
-    assert np.array_equal(list(features), features) and not np.array_equal(list(other), features)
+    with Session(design) as session:
+        session.run(ready, width=64, height=64)
+        words = session.transfer(frame, "video_", "feature_", clock="clock", packet=frame.size, packets=1)
+    *found, _ = models.records(words)
+    assert np.array_equal(found, models.features(frame, THRESHOLDS))
+    # At a feature: its response is the DoG of this pixel, and a step of 1 DN is two LSB of the DoG at its centre.
+    other = frame.copy()
+    other[found[0]["y"], found[0]["x"]] += 1
+    assert not np.array_equal(found, models.features(other, THRESHOLDS))
+
+
+def test_an_array_that_is_not_made_of_records_is_refused():
     with pytest.raises(ValueError, match="8 words"):
         models.records(np.zeros((2, 7), np.uint32))

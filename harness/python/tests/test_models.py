@@ -49,11 +49,16 @@ def smooth(state, g, g_j):
     return s
 
 
-def test_planes_are_those_of_the_equations():
+def test_planes_equal_the_equations_in_numpy():
     frame = np.random.default_rng(3).integers(0, 65536, (50, 61), dtype=np.uint16)
     planes = models.planes(frame)
     state = frame.astype(np.int64) << 2
     smoothed = [smooth(state, g, g_j) for _, _, g, g_j in TABLE]
+    dtypes = {"smoothed": np.uint32, "signed_dog": np.int32, "dog": np.uint16, "positive": np.bool_, "max_dog": np.uint16}
+    assert {name: plane.dtype for name, plane in planes.items()} == {
+        f"{name}{k}": np.dtype(dtype) for name, dtype in dtypes.items() for k in range(3 if name == "smoothed" else 2)
+    }
+    assert set(planes) == set(models.Planes.__annotations__)
     for index in range(3):
         assert np.array_equal(planes[f"smoothed{index}"], smoothed[index])
     for k in range(2):
@@ -63,7 +68,7 @@ def test_planes_are_those_of_the_equations():
         assert np.array_equal(planes[f"positive{k}"], difference >= 0)
 
 
-def test_features_are_the_maxima_of_the_planes():
+def test_features_are_the_maxima_of_the_dog_planes():
     frame = np.random.default_rng(4).integers(0, 65536, (80, 90), dtype=np.uint16)
     planes, found = models.planes(frame), models.features(frame, (300, 200))
     assert found.dtype == models.FEATURE and len(found) > 5

@@ -1,4 +1,4 @@
-"""A test from the cache starts soon: what takes long to load is loaded where it is used."""
+"""A test with a cached model starts fast: modules that load slowly are imported only where they are used."""
 
 import subprocess
 import sys

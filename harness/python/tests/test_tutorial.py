@@ -49,6 +49,10 @@ def test_the_tutorial_works(tmp_path):
     assert follow(tmp_path, install=False) == 9
 
 
-@pytest.mark.skipif("HOVERLOCK_TEST_INSTALL" not in os.environ, reason="builds the module anew: set HOVERLOCK_TEST_INSTALL")
+@pytest.mark.skipif(
+    "HOVERLOCK_TEST_INSTALL" not in os.environ,
+    reason="the install of the tutorial is not tested (it takes minutes and the network); to test it: "
+    "HOVERLOCK_TEST_INSTALL=1 pytest harness/python/tests/test_tutorial.py",
+)
 def test_the_tutorial_works_in_a_fresh_venv(tmp_path):
     assert follow(tmp_path, install=True) == 9

@@ -12,12 +12,12 @@ def mypy(*arguments, cwd=PACKAGE):
     return done.returncode, done.stdout + done.stderr
 
 
-def test_the_module_itself():
+def test_mypy_finds_no_error_in_the_module():
     status, said = mypy()
     assert status == 0, said
 
 
-def test_a_bench(tmp_path):
+def test_mypy_finds_the_wrong_lines_of_a_bench(tmp_path):
     (tmp_path / "bench.py").write_text(
         "from hoverlock import Hierarchy, RisingEdge, Timer, test\n"
         "@test()\n"

@@ -1,4 +1,4 @@
-//! Verilator's messages as data: `%Warning-WIDTH: fifo.v:12:5: text`, with the lines that follow it as context.
+//! Verilator's messages as data: `%Warning-WIDTH: fifo.v:12:5: text`, with the lines after it as context.
 
 use std::fmt;
 
@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// How bad a message is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Severity {
-    /// The Verilog is refused.
+    /// Verilator refuses the Verilog.
     Error,
-    /// It is taken, but something in it looks wrong.
+    /// Verilator accepts it, but something looks wrong.
     Warning,
 }
 
@@ -28,7 +28,7 @@ pub struct Diagnostic {
     pub column: u32,
     /// The message.
     pub message: String,
-    /// The lines that belong to it: the source line, the instance.
+    /// The lines that belong to the message: the source line, the instance.
     pub context: Vec<String>,
 }
 
@@ -49,7 +49,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All messages in what Verilator printed, errors first, otherwise in their order.
+/// All messages in Verilator's output: errors first, otherwise in their order.
 pub fn parse(output: &str) -> Vec<Diagnostic> {
     let mut found: Vec<Diagnostic> = Vec::new();
     for line in output.lines() {

@@ -1,4 +1,4 @@
-//! What the Verilog contains, read from Verilator's `--xml-only` output: instances, variables, signs and enumerations.
+//! Instances, variables, signs and enumerations of the Verilog, read from Verilator's `--xml-only` output.
 
 use std::collections::HashMap;
 
@@ -50,7 +50,7 @@ pub struct Hierarchy {
     pub constants: Vec<(String, Constant)>,
 }
 
-/// An element's name and attributes as they stand in the file.
+/// An element's name and attributes.
 struct Tag<'a> {
     name: &'a str,
     attributes: &'a str,
@@ -103,7 +103,8 @@ fn constant(text: &str) -> Option<u64> {
     u64::from_str_radix(digits, 16).ok()
 }
 
-/// The value of a parameter: `32'shfffffffd` is -3, `&quot;text&quot;` a string; none if it is something else, or too wide.
+/// The value of a parameter: `32'shfffffffd` is -3, `&quot;text&quot;` a string; none if it is something else, or
+/// wider than 64 bits.
 fn parameter(text: &str) -> Option<Constant> {
     if let Some(inner) = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
         return Some(Constant::Text(inner.to_owned()));
@@ -119,14 +120,24 @@ fn parameter(text: &str) -> Option<Constant> {
 struct Module {
     original: String,
     constants: Vec<(String, Constant)>,
-    variables: Vec<(String, String, String, bool, bool)>, // name, type id, type name, port, nested
-    instances: Vec<(String, String)>,                     // name below this module, with its generate blocks; module
+    variables: Vec<Declaration>,
+    /// The name below this module, with its generate blocks, and the module.
+    instances: Vec<(String, String)>,
+}
+
+/// A variable as its module declares it.
+struct Declaration {
+    name: String,
+    type_id: String,
+    type_name: String,
+    port: bool,
+    nested: bool,
 }
 
 /// All instances below and with one, as (hierarchical name, module), in the order of the source.
 fn expand(modules: &HashMap<String, Module>, path: String, of: &str, depth: u32, into: &mut Vec<(String, String)>) {
     into.push((path.clone(), of.to_owned()));
-    // No design is that deep: a limit all the same, since the file comes from outside.
+    // No design is 200 levels deep: the limit guards against a file that refers to itself.
     if let (Some(module), true) = (modules.get(of), depth < 200) {
         for (name, below) in &module.instances {
             expand(modules, format!("{path}.{name}"), below, depth + 1, into);
@@ -134,162 +145,202 @@ fn expand(modules: &HashMap<String, Module>, path: String, of: &str, depth: u32,
     }
 }
 
-/// Reads the XML.
-pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
-    let mut top: Option<String> = None;
-    // The blocks the tag at hand is in, by name if they have one.
-    let mut blocks: Vec<String> = Vec::new();
-    let mut modules: HashMap<String, Module> = HashMap::new();
-    let mut signed: HashMap<String, bool> = HashMap::new();
-    let mut element_type: HashMap<String, String> = HashMap::new();
-    let mut enumerations: HashMap<String, EnumItems> = HashMap::new();
-    let mut module: Option<String> = None;
-    let mut enumeration: Option<String> = None;
-    let mut item: Option<String> = None;
-    let mut parameter_name: Option<String> = None;
-    let mut functions = 0u32;
-    let mut array: Option<String> = None;
-    let mut bounds: HashMap<String, Vec<i64>> = HashMap::new();
-    for tag in tags(text) {
-        match (tag.name, tag.closing) {
-            ("module", false) => {
-                let name = tag.get("name").unwrap_or_default();
-                if tag.get("topModule").is_some() {
-                    top = Some(name.clone());
-                }
-                blocks.clear();
-                let original = tag.get("origName").unwrap_or_else(|| name.clone());
-                modules.insert(name.clone(), Module { original, ..Module::default() });
-                module = Some(name).filter(|_| !tag.empty);
-            }
-            ("module", true) => module = None,
-            ("begin", false) if !tag.empty => blocks.push(tag.get("name").unwrap_or_default()),
-            ("begin", true) => {
-                blocks.pop();
-            }
-            ("func" | "task", false) if !tag.empty => functions += 1,
-            ("func" | "task", true) => functions = functions.saturating_sub(1),
-            ("instance", false) => {
-                if let (Some(into), Some(name), Some(of)) =
-                    (module.as_ref().and_then(|m| modules.get_mut(m)), tag.get("name"), tag.get("defName"))
-                {
-                    let mut path: Vec<&str> = blocks.iter().map(String::as_str).filter(|b| !b.is_empty()).collect();
-                    path.push(&name);
-                    into.instances.push((path.join("."), of));
-                }
-            }
-            ("var", false) => {
-                let constant = tag.get("param").is_some() || tag.get("localparam").is_some();
-                parameter_name = tag.get("name").filter(|_| constant && !tag.empty);
-                if let (Some(into), Some(name), false) =
-                    (module.as_ref().and_then(|m| modules.get_mut(m)), tag.get("name"), constant)
-                {
-                    into.variables.push((
-                        name,
-                        tag.get("dtype_id").unwrap_or_default(),
-                        tag.get("vartype").unwrap_or_default(),
-                        tag.get("dir").is_some(),
-                        !blocks.is_empty() || functions > 0,
-                    ));
-                }
-            }
-            ("var", true) => parameter_name = None,
-            ("enumdtype", false) => enumeration = tag.get("name"),
-            ("enumdtype", true) => enumeration = None,
-            ("enumitem", false) => item = tag.get("name"),
-            ("enumitem", true) => item = None,
-            ("const", false) if array.is_some() => {
-                if let (Some(of), Some(Constant::Number(bound))) =
-                    (&array, tag.get("name").as_deref().and_then(parameter))
-                {
-                    bounds.entry(of.clone()).or_default().push(bound as i64);
-                }
-            }
-            ("unpackarraydtype", true) => array = None,
-            ("const", false) if parameter_name.is_some() => {
-                if let (Some(into), Some(name), Some(value)) = (
-                    module.as_ref().and_then(|m| modules.get_mut(m)),
-                    parameter_name.take(),
-                    tag.get("name").as_deref().and_then(parameter),
-                ) {
-                    into.constants.push((name, value));
-                }
-            }
-            ("const", false) => {
-                if let (Some(of), Some(name), Some(value)) =
-                    (&enumeration, &item, tag.get("name").as_deref().and_then(constant))
-                {
-                    enumerations.entry(of.clone()).or_default().push((name.clone(), value));
-                }
-            }
-            (_, false) if tag.name.ends_with("dtype") => {
-                if let Some(id) = tag.get("id") {
-                    if tag.name == "unpackarraydtype" && !tag.empty {
-                        array = Some(id.clone());
-                    }
-                    if let Some(of) = tag.get("sub_dtype_id") {
-                        element_type.insert(id.clone(), of);
-                    }
-                    signed.insert(id, tag.get("signed").as_deref() == Some("true"));
-                }
-            }
-            _ => {}
+/// The types of the design, by Verilator's number for each.
+#[derive(Default)]
+struct Types {
+    signed: HashMap<String, bool>,
+    /// The element's type of an array, the base type of an enumeration.
+    element: HashMap<String, String>,
+    /// The indices on the left and on the right of each dimension.
+    bounds: HashMap<String, Vec<i64>>,
+    /// By the enumeration's name.
+    enumerations: HashMap<String, EnumItems>,
+}
+
+impl Types {
+    fn is_signed<'a>(&'a self, mut id: &'a str) -> bool {
+        while let Some(of) = self.element.get(id) {
+            id = of;
+        }
+        self.signed.get(id).copied().unwrap_or(false)
+    }
+
+    /// The indices of an array of one dimension.
+    fn range(&self, id: &str) -> Option<(i64, i64)> {
+        match self.bounds.get(id).map(Vec::as_slice) {
+            Some([left, right]) => Some((*left, *right)),
+            _ => None,
         }
     }
-    let Some(top) = top else {
-        return Err(BuildError::Unexpected { what: "XML", reason: "it names no top module".into() });
-    };
-    let mut instances = Vec::new();
-    expand(&modules, top.clone(), &top, 0, &mut instances);
-    let is_signed = |type_id: &str| {
-        let mut id = type_id;
-        while let Some(of) = element_type.get(id) {
-            id = of.as_str();
-        }
-        signed.get(id).copied().unwrap_or(false)
-    };
-    let range_of = |type_id: &str| match bounds.get(type_id).map(Vec::as_slice) {
-        Some([left, right]) => Some((*left, *right)),
-        _ => None,
-    };
-    let items_of = |module: &str, type_name: &str| -> EnumItems {
+
+    /// The items of an enumeration, looked for in the module, in the design and in packages.
+    fn items(&self, module: &str, type_name: &str) -> EnumItems {
         if type_name.is_empty() || type_name == "logic" {
             return EnumItems::new();
         }
         let tail = format!(".{type_name}");
-        let own = format!("{module}.{type_name}");
-        enumerations
-            .get(&own)
-            .or_else(|| enumerations.get(type_name))
-            .or_else(|| {
-                enumerations.iter().filter(|(name, _)| name.ends_with(&tail)).min_by_key(|(name, _)| *name).map(|f| f.1)
-            })
+        let in_package = || {
+            let named = self.enumerations.iter().filter(|(name, _)| name.ends_with(&tail));
+            named.min_by_key(|(name, _)| *name).map(|found| found.1)
+        };
+        self.enumerations
+            .get(&format!("{module}.{type_name}"))
+            .or_else(|| self.enumerations.get(type_name))
+            .or_else(in_package)
             .cloned()
             .unwrap_or_default()
-    };
-    let (mut variables, mut constants) = (Vec::new(), Vec::new());
-    for (scope, of) in &instances {
-        let Some(module) = modules.get(of) else { continue };
-        let prefix = scope.split_once('.').map(|(_, below)| format!("{below}.")).unwrap_or_default();
-        constants.extend(module.constants.iter().map(|(name, value)| (format!("{prefix}{name}"), value.clone())));
-        for (name, type_id, type_name, port, nested) in &module.variables {
-            variables.push(Variable {
-                path: format!("{prefix}{name}"),
-                scope: scope.clone(),
-                name: name.clone(),
-                module: module.original.clone(),
-                signed: is_signed(type_id),
-                items: items_of(of, type_name),
-                port: *port,
-                range: range_of(type_id),
-                nested: *nested,
+    }
+}
+
+/// What was read so far, and the elements that enclose the next tag.
+#[derive(Default)]
+struct Reader {
+    top: Option<String>,
+    modules: HashMap<String, Module>,
+    types: Types,
+    /// The enclosing module.
+    module: Option<String>,
+    /// The enclosing blocks, by name if they have one.
+    blocks: Vec<String>,
+    /// How many functions and tasks enclose the tag.
+    functions: u32,
+    /// The parameter whose value comes next.
+    parameter: Option<String>,
+    /// The enclosing array type.
+    array: Option<String>,
+    /// The enclosing enumeration, and its item.
+    enumeration: Option<String>,
+    item: Option<String>,
+}
+
+impl Reader {
+    fn read(&mut self, tag: &Tag<'_>) {
+        match (tag.name, tag.closing) {
+            ("module", false) => self.begin_module(tag),
+            ("module", true) => self.module = None,
+            ("begin", false) if !tag.empty => self.blocks.push(tag.get("name").unwrap_or_default()),
+            ("begin", true) => drop(self.blocks.pop()),
+            ("func" | "task", false) if !tag.empty => self.functions += 1,
+            ("func" | "task", true) => self.functions = self.functions.saturating_sub(1),
+            ("instance", false) => self.add_instance(tag),
+            ("var", false) => self.add_variable(tag),
+            ("var", true) => self.parameter = None,
+            ("enumdtype", false) => self.enumeration = tag.get("name"),
+            ("enumdtype", true) => self.enumeration = None,
+            ("enumitem", false) => self.item = tag.get("name"),
+            ("enumitem", true) => self.item = None,
+            ("unpackarraydtype", true) => self.array = None,
+            ("const", false) => self.add_constant(tag),
+            (name, false) if name.ends_with("dtype") => self.add_type(tag),
+            _ => {}
+        }
+    }
+
+    fn current(&mut self) -> Option<&mut Module> {
+        self.modules.get_mut(self.module.as_ref()?)
+    }
+
+    fn begin_module(&mut self, tag: &Tag<'_>) {
+        let name = tag.get("name").unwrap_or_default();
+        if tag.get("topModule").is_some() {
+            self.top = Some(name.clone());
+        }
+        self.blocks.clear();
+        let original = tag.get("origName").unwrap_or_else(|| name.clone());
+        self.modules.insert(name.clone(), Module { original, ..Module::default() });
+        self.module = Some(name).filter(|_| !tag.empty);
+    }
+
+    fn add_instance(&mut self, tag: &Tag<'_>) {
+        let (Some(name), Some(of)) = (tag.get("name"), tag.get("defName")) else { return };
+        let mut path: Vec<&str> = self.blocks.iter().map(String::as_str).filter(|b| !b.is_empty()).collect();
+        path.push(&name);
+        let path = path.join(".");
+        if let Some(module) = self.current() {
+            module.instances.push((path, of));
+        }
+    }
+
+    fn add_variable(&mut self, tag: &Tag<'_>) {
+        let is_constant = tag.get("param").is_some() || tag.get("localparam").is_some();
+        self.parameter = tag.get("name").filter(|_| is_constant && !tag.empty);
+        let nested = !self.blocks.is_empty() || self.functions > 0;
+        if let (Some(module), Some(name), false) = (self.current(), tag.get("name"), is_constant) {
+            module.variables.push(Declaration {
+                name,
+                type_id: tag.get("dtype_id").unwrap_or_default(),
+                type_name: tag.get("vartype").unwrap_or_default(),
+                port: tag.get("dir").is_some(),
+                nested,
             });
         }
     }
-    Ok(Hierarchy { variables, constants })
+
+    /// A bound of an array, the value of a parameter, or that of an enumeration's item.
+    fn add_constant(&mut self, tag: &Tag<'_>) {
+        let Some(text) = tag.get("name") else { return };
+        if let Some(of) = &self.array {
+            if let Some(Constant::Number(bound)) = parameter(&text) {
+                self.types.bounds.entry(of.clone()).or_default().push(bound as i64);
+            }
+        } else if self.parameter.is_some() {
+            let name = self.parameter.take();
+            if let (Some(module), Some(name), Some(value)) = (self.current(), name, parameter(&text)) {
+                module.constants.push((name, value));
+            }
+        } else if let (Some(of), Some(name), Some(value)) = (&self.enumeration, &self.item, constant(&text)) {
+            self.types.enumerations.entry(of.clone()).or_default().push((name.clone(), value));
+        }
+    }
+
+    fn add_type(&mut self, tag: &Tag<'_>) {
+        let Some(id) = tag.get("id") else { return };
+        if tag.name == "unpackarraydtype" && !tag.empty {
+            self.array = Some(id.clone());
+        }
+        if let Some(of) = tag.get("sub_dtype_id") {
+            self.types.element.insert(id.clone(), of);
+        }
+        self.types.signed.insert(id, tag.get("signed").as_deref() == Some("true"));
+    }
+
+    /// The hierarchy, from the top module down.
+    fn finish(self) -> Result<Hierarchy, BuildError> {
+        let Some(top) = self.top else {
+            return Err(BuildError::Unexpected { what: "XML", reason: "it names no top module".into() });
+        };
+        let mut instances = Vec::new();
+        expand(&self.modules, top.clone(), &top, 0, &mut instances);
+        let mut hierarchy = Hierarchy::default();
+        for (scope, of) in &instances {
+            let Some(module) = self.modules.get(of) else { continue };
+            let prefix = scope.split_once('.').map(|(_, below)| format!("{below}.")).unwrap_or_default();
+            let constants = module.constants.iter().map(|(name, value)| (format!("{prefix}{name}"), value.clone()));
+            hierarchy.constants.extend(constants);
+            hierarchy.variables.extend(module.variables.iter().map(|declared| Variable {
+                path: format!("{prefix}{}", declared.name),
+                scope: scope.clone(),
+                name: declared.name.clone(),
+                module: module.original.clone(),
+                signed: self.types.is_signed(&declared.type_id),
+                items: self.types.items(of, &declared.type_name),
+                port: declared.port,
+                range: self.types.range(&declared.type_id),
+                nested: declared.nested,
+            }));
+        }
+        Ok(hierarchy)
+    }
 }
 
-/// Whether a name fits a pattern in which `*` stands for anything.
+/// Reads the XML.
+pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
+    let mut reader = Reader::default();
+    tags(text).for_each(|tag| reader.read(&tag));
+    reader.finish()
+}
+
+/// Whether a name fits a pattern in which `*` matches any text.
 pub fn matches(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,
@@ -310,12 +361,15 @@ mod tests {
         <var name="N" dtype_id="1" vartype="logic" localparam="true"><const name="4'shd" dtype_id="1"/></var>
         <var name="S" dtype_id="1" vartype="string" param="true"><const name="&quot;a b&quot;" dtype_id="1"/></var>
         <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/>
-        <begin name="lane"><var name="g" dtype_id="1" vartype="integer"/></begin><begin name="lane[0]"><instance name="u" defName="sub__W8"/></begin></module>
-      <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/><var name="st" dtype_id="2" vartype="st_t"/></module>
+        <begin name="lane"><var name="g" dtype_id="1" vartype="integer"/></begin>
+        <begin name="lane[0]"><instance name="u" defName="sub__W8"/></begin></module>
+      <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/>
+        <var name="st" dtype_id="2" vartype="st_t"/></module>
       <typetable><basicdtype id="1" name="logic" left="3" right="0" signed="true"/><basicdtype id="2" name="logic"/>
       <enumdtype id="9" name="sub__W8.st_t" sub_dtype_id="2"><enumitem name="IDLE"><const name="2'h0"/></enumitem>
       <enumitem name="RUN"><const name="2'h2"/></enumitem></enumdtype>
-      <unpackarraydtype id="7" sub_dtype_id="1"><range><const name="32'shf"/><const name="32'sh0"/></range></unpackarraydtype></typetable></netlist></verilator_xml>"#;
+      <unpackarraydtype id="7" sub_dtype_id="1"><range><const name="32'shf"/><const name="32'sh0"/></range>
+      </unpackarraydtype></typetable></netlist></verilator_xml>"#;
 
     #[test]
     fn signs_instances_and_enumerations_are_found() {

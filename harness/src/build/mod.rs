@@ -1,17 +1,21 @@
 //! Verilog to a loaded model: sources + top + parameters + defines + flags -> Verilator -> shared library.
 //!
-//! A build is described by [`Build`] and made by [`Build::compile`]. What was built once is found again by a hash of
-//! everything that matters: the engine's own shim, the tools, flags, names and contents of the sources, and a manifest
-//! of all files that Verilator read besides (includes). Several processes may build at once: each key has a lock, a
-//! build happens aside and is renamed into place, so that a killed build leaves at worst a folder that the next one
-//! sweeps away.
+//! [`Build`] describes a build, [`Build::compile`] runs it. A model that was built before is found again by a hash of
+//! everything it depends on: the shim, the tools, flags, names and contents of the sources, and a manifest of all
+//! files that Verilator read besides (includes). Several processes may build at once: each key has a lock, and a build
+//! happens in a folder of its own that is renamed into place. A killed build leaves at most such a folder, which the
+//! next build removes.
 //!
-//! Environment: `HOVERLOCK_CACHE` (the folder of built models), `HOVERLOCK_CACHE_LIMIT` (its size in MiB, 2048),
-//! `VERILATOR` and `CXX` (the tools).
+//! Built models lie in the [cache folder](crate::cache). After each build, models that were not used for 30 days are
+//! removed, and those used longest ago while all together are larger than a limit. A model that is being loaded or
+//! built is never removed.
+//!
+//! Environment: `HOVERLOCK_CACHE` (the cache folder), `HOVERLOCK_CACHE_LIMIT` (the size of built models in MiB, 2048
+//! if not set), `VERILATOR` and `CXX` (the tools).
 
-mod cache;
 mod diagnostic;
 mod hierarchy;
+mod model_cache;
 mod tool;
 mod unity;
 
@@ -29,16 +33,16 @@ pub use hierarchy::{Constant, EnumItems, Variable};
 use crate::error::BuildError;
 use crate::model::Library;
 
-/// Which waves a model can write. Tracing built in costs a few percent while closed, 30 times and more while open, so
-/// the traced model is a build of its own.
+/// Which waves a model can write. Built-in tracing costs a few percent of the speed while no file is open, and makes
+/// the model 20 to 60 times slower while one is, so the traced model is a separate build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Trace {
     /// None: the fastest model.
     #[default]
     None,
-    /// Value change dump: large, read by everything.
+    /// Value change dump: large, read by all viewers.
     Vcd,
-    /// GTKWave's compact form; needs zlib's headers.
+    /// GTKWave's compact format; needs zlib's headers.
     Fst,
 }
 
@@ -62,13 +66,14 @@ impl Coverage {
     }
 }
 
-/// What registers without a reset hold at the beginning.
+/// The initial values of registers without a reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Initial {
     /// Zeros: repeatable, but hides a missing reset.
     #[default]
     Zero,
-    /// Random bits from the instance's seed: finds a missing reset. Verilator has two states, so there is no X to see.
+    /// Random bits from the instance's seed: finds a missing reset. Verilator has two states, so there is no X to find
+    /// it by.
     Random,
 }
 
@@ -79,7 +84,7 @@ pub enum Parameter {
     Integer(i128),
     /// A string, without its quotes.
     Text(String),
-    /// Verilog text as it stands, such as `32'hdead_beef`.
+    /// Verilog text, such as `32'hdead_beef`.
     Verilog(String),
 }
 
@@ -109,7 +114,7 @@ impl fmt::Display for Parameter {
     }
 }
 
-/// The description of a model to be built.
+/// The description of a model to build.
 ///
 /// ```no_run
 /// use hoverlock_harness::build::Build;
@@ -195,77 +200,81 @@ impl Build {
         self
     }
 
-    /// Passes a flag to Verilator as it stands.
+    /// Passes a flag to Verilator unchanged.
     pub fn verilator_flag(mut self, flag: impl Into<String>) -> Build {
         self.flags.push(flag.into());
         self
     }
 
-    /// Makes internal signals and memories reachable by hierarchical name below the top; `*` stands for anything.
-    /// Each costs the optimiser something, everything (`*`) a third of the speed and more.
+    /// Makes internal signals and memories accessible by hierarchical name below the top; `*` matches any text. What is
+    /// accessible cannot be optimised away: everything (`*`) costs a third of the speed or more.
     pub fn internal(mut self, pattern: impl Into<String>) -> Build {
         self.internals.push(pattern.into());
         self
     }
 
-    /// Builds waves in.
+    /// Builds in waves.
     pub fn trace(mut self, trace: Trace) -> Build {
         self.trace = trace;
         self
     }
 
-    /// Builds coverage counters in.
+    /// Builds in coverage counters.
     pub fn coverage(mut self, coverage: Coverage) -> Build {
         self.coverage = coverage;
         self
     }
 
-    /// Chooses what registers without a reset hold at the beginning.
+    /// Sets the initial values of registers without a reset.
     pub fn initial(mut self, initial: Initial) -> Build {
         self.initial = initial;
         self
     }
 
-    /// Whether `assert` in the Verilog is checked (it is).
+    /// Whether `assert` in the Verilog is checked (default: yes).
     pub fn assertions(mut self, on: bool) -> Build {
         self.assertions = on;
         self
     }
 
-    /// Whether Verilator's warnings fail the build (they do not: see [`Library::warnings`]).
+    /// Whether Verilator's warnings fail the build (default: no, see [`Library::warnings`]).
     pub fn warnings_are_errors(mut self, yes: bool) -> Build {
         self.warnings_are_errors = yes;
         self
     }
 
-    /// The time unit and precision of modules that name none.
+    /// Time unit and precision of modules without a `timescale` (default: `1ns/1ps`).
     pub fn timescale(mut self, text: impl Into<String>) -> Build {
         self.timescale = text.into();
         self
     }
 
-    /// The Verilator to use in place of the one found.
+    /// The Verilator to use instead of `$VERILATOR` or `verilator`.
     pub fn verilator(mut self, path: impl Into<PathBuf>) -> Build {
         self.verilator = Some(path.into());
         self
     }
 
-    /// The folder of built models in place of the user's.
+    /// The folder of built models, instead of the [cache folder](crate::cache).
     pub fn cache(mut self, folder: impl Into<PathBuf>) -> Build {
         self.cache = Some(folder.into());
         self
     }
 
-    /// How many bytes of built models are kept.
+    /// How many bytes of built models are kept, instead of `$HOVERLOCK_CACHE_LIMIT` or 2 GiB.
     pub fn cache_limit(mut self, bytes: u64) -> Build {
         self.cache_limit = Some(bytes);
         self
     }
 
-    /// Builds, or finds what was built before, and loads it.
+    /// Builds the model, or finds it in the cache, and loads it.
+    ///
+    /// # Errors
+    /// [`BuildError`]: an option or a file is wrong, a tool is missing or too old, Verilator or the C++ compiler
+    /// refuses the design, or the cache folder cannot be used.
     pub fn compile(&self) -> Result<Library, BuildError> {
         self.check()?;
-        cache::load_or_build(self)
+        model_cache::load_or_build(self)
     }
 
     fn check(&self) -> Result<(), BuildError> {
@@ -287,7 +296,7 @@ impl Build {
         Ok(())
     }
 
-    /// The flags Verilator gets in every kind of run, in a fixed order; paths are absolute.
+    /// Verilator's arguments in every kind of run, in a fixed order; paths are absolute.
     fn verilator_arguments(&self, sources: &[PathBuf], includes: &[PathBuf]) -> Vec<String> {
         let mut arguments: Vec<String> =
             ["--top-module", &self.top, "--no-timing", "--timescale", &self.timescale].map(str::to_owned).to_vec();
@@ -318,7 +327,7 @@ pub(crate) struct PortRecord {
     pub items: EnumItems,
 }
 
-/// All that is known of a built model besides its code; kept beside the shared library.
+/// The description of a built model, kept beside the shared library.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Record {
     pub top: String,
@@ -326,16 +335,16 @@ pub(crate) struct Record {
     pub internals: Vec<Variable>,
     /// Parameters by name.
     pub constants: Vec<(String, Constant)>,
-    /// Ports that are no vectors.
+    /// Ports that are not vectors.
     #[serde(default)]
     pub odd_ports: Vec<String>,
-    /// Names of everything in the hierarchy, for "nearest" in errors.
+    /// All names of the hierarchy, for the nearest names in errors.
     pub names: Vec<String>,
     pub trace: Trace,
     pub coverage: bool,
     pub initial: Initial,
     pub warnings: Vec<Diagnostic>,
-    /// Every file Verilator read, with the hash of what it held.
+    /// Every other file that Verilator read, with the hash of its contents.
     pub manifest: Vec<(PathBuf, String)>,
     pub library_hash: String,
 }

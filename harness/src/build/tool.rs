@@ -1,4 +1,4 @@
-//! The programs a build runs, found once and checked: Verilator and the C++ compiler.
+//! The programs that a build runs: Verilator and the C++ compiler.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ impl Verilator {
         Ok(Verilator { path })
     }
 
-    /// Asks the program for its version, refuses what was never tried, and gives the version.
+    /// The program's version; an error if it is not a supported one.
     pub fn check_version(&self) -> Result<String, BuildError> {
         let output = run(Command::new(&self.path).arg("--version"))?;
         let text = String::from_utf8_lossy(&output.stdout);
@@ -44,7 +44,7 @@ impl Verilator {
         }
     }
 
-    /// The folder that holds `include/verilated.h`.
+    /// The folder with `include/verilated.h`.
     pub fn root(&self) -> Result<PathBuf, BuildError> {
         let output = run(Command::new(&self.path).args(["--getenv", "VERILATOR_ROOT"]))?;
         let root = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
@@ -53,7 +53,14 @@ impl Verilator {
         } else {
             Err(BuildError::ToolMissing {
                 tool: "verilated.h".into(),
-                hint: format!("{} is not the root of a whole Verilator: install it again", root.display()),
+                hint: match root.to_str() {
+                    Some("") => format!(
+                        "{} --getenv VERILATOR_ROOT names no folder, so this installation is broken: install \
+                         Verilator again",
+                        self.path.display()
+                    ),
+                    _ => format!("{} is not the root of a complete Verilator: install it again", root.display()),
+                },
             })
         }
     }
@@ -64,7 +71,7 @@ pub fn find_compiler() -> Result<PathBuf, BuildError> {
     if let Some(asked) = std::env::var_os("CXX").filter(|c| !c.is_empty()) {
         return find_program(Path::new(&asked)).ok_or_else(|| BuildError::ToolMissing {
             tool: asked.to_string_lossy().into_owned(),
-            hint: "CXX names a C++ compiler that is not there".into(),
+            hint: "CXX names a C++ compiler that does not exist".into(),
         });
     }
     ["g++", "clang++"].iter().find_map(|name| find_program(Path::new(name))).ok_or_else(|| BuildError::ToolMissing {
@@ -73,7 +80,7 @@ pub fn find_compiler() -> Result<PathBuf, BuildError> {
     })
 }
 
-/// What distinguishes one installation of a program from another without running it.
+/// Distinguishes installations of a program without running it: path, size and time of change.
 pub fn fingerprint(program: &Path) -> String {
     let real = program.canonicalize().unwrap_or_else(|_| program.to_owned());
     let stamp = std::fs::metadata(&real).ok().map(|m| {
@@ -90,7 +97,7 @@ pub fn fingerprint(program: &Path) -> String {
     format!("{} {stamp:?} {inner}", real.display())
 }
 
-/// Runs a program to its end and collects what it prints.
+/// Runs a program and collects its output.
 pub fn run(command: &mut Command) -> Result<Output, BuildError> {
     command
         .stdin(std::process::Stdio::null())

@@ -1,4 +1,5 @@
-//! From Verilator's C++ to one shared library: the table of ports, one unity file, the runtime's objects.
+//! From Verilator's C++ to one shared library: the table of ports, one file that includes all others (a unity build),
+//! the runtime's objects.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,12 +13,13 @@ use crate::error::{BuildError, nearest};
 
 pub(super) const SHIM: &str = include_str!("shim.cpp");
 pub(super) const HOOKS: &str = include_str!("runtime_hooks.h");
-/// The header before everything, precompiled beside the runtime's objects.
+/// The header that every model includes first, precompiled beside the runtime's objects.
 const PREFIX: &str = "prefix.h";
-/// Counted up whenever the shim's functions change.
+/// Incremented whenever the shim's functions change.
 pub(crate) const INTERFACE: u32 = 1;
 
-/// What every C++ compilation gets; the reasons stand in HARNESS rules of the crate's documentation.
+/// The flags of every C++ compilation. Symbols are hidden and not unique, so that several models in one process do not
+/// share the runtime's globals.
 pub(super) const CXX_FLAGS: [&str; 10] = [
     "-std=c++17",
     "-O3",
@@ -42,8 +44,8 @@ pub(super) struct Workshop<'a> {
 }
 
 impl Workshop<'_> {
-    /// Runs Verilator and the compiler in the folder; `model.so` is there afterwards. `runtime` gives the objects for a
-    /// Verilator root.
+    /// Runs Verilator and the compiler in the folder, which makes `model.so`. `runtime` gives the folder of the
+    /// runtime's objects for a Verilator root.
     pub fn make(&self, runtime: impl FnOnce(&Path) -> Result<PathBuf, BuildError>) -> Result<Record, BuildError> {
         self.verilator.check_version()?;
         let root = self.verilator.root()?;
@@ -84,7 +86,7 @@ impl Workshop<'_> {
         let mut command = Command::new(&self.verilator.path);
         command.current_dir(self.folder).args(arguments);
         command.args(self.build.verilator_arguments(self.sources, self.includes));
-        // Verilator puts the environment's value for a `$name` in a path: one that leaves the path as it is.
+        // Verilator replaces `$name` in a path by the variable's value: here by a value that leaves the path unchanged.
         for path in self.sources.iter().chain(self.includes) {
             command.envs(variables_in(&path.to_string_lossy()));
         }
@@ -100,7 +102,7 @@ impl Workshop<'_> {
     fn choose_internals(&self, hierarchy: &Hierarchy) -> Result<Vec<Variable>, BuildError> {
         let inner = || hierarchy.variables.iter().filter(|v| !v.port || v.path.contains('.'));
         for pattern in &self.build.internals {
-            // Everything there is may be nothing.
+            // `*` may match nothing.
             if pattern != "*" && !inner().any(|v| hierarchy::matches(pattern, &v.path)) {
                 return Err(BuildError::NoSuchInternal {
                     name: pattern.clone(),
@@ -109,7 +111,7 @@ impl Workshop<'_> {
                 });
             }
         }
-        // Everything is what modules declare: Verilator does away with loop variables and the like.
+        // `*` means what modules declare: Verilator removes loop variables and the like.
         let wanted = |v: &&Variable| {
             self.build.internals.iter().any(|p| hierarchy::matches(p, &v.path) && !(p == "*" && v.nested))
         };
@@ -149,7 +151,7 @@ impl Workshop<'_> {
         self.check_output(&output)
     }
 
-    /// Warnings of a good run; of a bad one the error that fits best.
+    /// The warnings of a run that succeeded; the error of one that failed.
     fn check_output(&self, output: &std::process::Output) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {
         let text = String::from_utf8_lossy(&output.stderr);
         let mut diagnostics = diagnostic::parse(&text);
@@ -172,8 +174,9 @@ impl Workshop<'_> {
         Err(BuildError::Verilog { diagnostics })
     }
 
-    /// Verilator names files up to their first blank: the one source that goes on so and has the line it quotes is meant.
-    /// It quotes the line after the preprocessor: one with a macro in it is not found, and the name stays as it is.
+    /// Verilator names files up to their first blank: completes the name to that of the one source that begins so and
+    /// has the quoted line. Verilator quotes the line after the preprocessor: a line with a macro is not found, and
+    /// the name stays as it is.
     fn complete_name(&self, told: &mut diagnostic::Diagnostic) {
         let number = format!("{} | ", told.line);
         let Some(quoted) = told.context.iter().find_map(|line| line.trim_start().strip_prefix(&number)) else { return };
@@ -232,11 +235,11 @@ impl Workshop<'_> {
         check_compiler(&tool::run(&mut command)?, self.build.trace)
     }
 
-    /// All files read, from Verilator's list of them, less the sources, what was written for it and its own program.
+    /// All files that Verilator read, except the sources, its own program and the file written for it.
     fn read_manifest(&self, generated: &Path) -> Result<Vec<(PathBuf, String)>, BuildError> {
         let text = read(&generated.join("Vdut__verFiles.dat"))?;
         let names = files_read(&text);
-        // Verilator lists the part of a name before its first blank too, as if it were a file.
+        // Verilator lists the part of a name before its first blank, too, as if it were a file.
         let is_cut = |name: &str| {
             let longer = |other: &&str| other.strip_prefix(name).is_some_and(|rest| rest.starts_with([' ', '\t']));
             names.iter().any(longer) && !self.folder.join(name).is_file()
@@ -246,7 +249,7 @@ impl Workshop<'_> {
         for name in names.iter().filter(|name| !own(name) && !is_cut(name)) {
             let path = super::absolute(&self.folder.join(name))?;
             if !self.sources.contains(&path) {
-                let hash = super::cache::hash_file(&path)?;
+                let hash = super::model_cache::hash_file(&path)?;
                 manifest.push((path, hash));
             }
         }
@@ -256,15 +259,15 @@ impl Workshop<'_> {
     }
 }
 
-/// The names in lines like `S  99 10338340 1795274662 348911858 1795274662 348911858 "a b/t.v"`: what was read. They stand
-/// there as they are, quotes too; the list for `make` has them with blanks between, and blanks in them.
+/// The names of the files that were read, in lines like `S  99 10338340 1795274662 ... "a b/t.v"`. Quotes in a name are
+/// not escaped. (In the list for `make`, names with blanks cannot be told apart.)
 fn files_read(text: &str) -> Vec<&str> {
     let quoted = |line: &'_ str| -> Option<(usize, usize)> { Some((line.find('"')? + 1, line.rfind('"')?)) };
     let lines = text.lines().filter(|line| line.starts_with("S "));
     lines.filter_map(|line| quoted(line).and_then(|(from, to)| line.get(from..to))).collect()
 }
 
-/// Compiles Verilator's runtime, once for each kind of model.
+/// Compiles Verilator's runtime for one kind of model.
 pub(super) fn compile_runtime(
     compiler: &Path,
     root: &Path,
@@ -285,8 +288,8 @@ pub(super) fn compile_runtime(
         command.arg(root.join("include").join(format!("{file}.cpp")));
         check_compiler(&tool::run(&mut command)?, trace)?;
     }
-    // The headers every model reads, read once: half the time of a small model's compilation. A compiler that does not
-    // take them so reads the text.
+    // The headers that every model includes, precompiled: half of a small model's compile time. A compiler that does
+    // not take the precompiled header reads the text.
     let mut prefix = format!("{HOOKS}\n");
     let mut headers = vec![
         "cstdarg",
@@ -362,7 +365,8 @@ fn check_compiler(output: &std::process::Output, trace: Trace) -> Result<(), Bui
     Err(BuildError::Compiler { output })
 }
 
-/// Whether `eval_step` does nothing past the first time but evaluate the root and end threads that are not there.
+/// Whether `eval_step`, after the first call, only evaluates the root and ends threads that a model without threads
+/// does not have.
 fn is_plain_eval(text: &str) -> bool {
     let Some((_, body)) = text.split_once("::eval_step() {\n") else { return false };
     let plain = |l: &&str| !l.starts_with("VL_DEBUG_IF") && !l.starts_with("//") && !l.starts_with('#');
@@ -409,7 +413,8 @@ fn parse_port(line: &str) -> Option<HeaderPort<'_>> {
     Some(HeaderPort { member, width: u32::try_from(msb - lsb + 1).ok()?, direction })
 }
 
-/// `video__024data` is `video$data`: Verilator writes what C++ does not take as `__0` and two hexadecimal digits.
+/// `video__024data` is `video$data`: Verilator writes characters that C++ does not allow as `__0` and two hexadecimal
+/// digits.
 fn demangle(member: &str) -> String {
     let mut name = String::new();
     let mut rest = member;
@@ -430,7 +435,7 @@ fn demangle(member: &str) -> String {
     name + rest
 }
 
-/// `$name`, `${name}` and `$(name)` in a path: the names, and how they stand there.
+/// `$name`, `${name}` and `$(name)` in a path: the names, and how they are written.
 fn variables_in(path: &str) -> Vec<(&str, &str)> {
     let variable = |(at, _): (usize, &str)| {
         let rest = &path[at + 1..];
@@ -468,8 +473,8 @@ mod tests {
 
     #[test]
     fn files_read_have_blanks_and_quotes() {
-        let text = "# DESCRIPTION: S\nC \"--cc a b.v\"\nS  99  1  2  3  2  3 \"/p/a b.v\"\nS 0 0 0 0 1 0 \"/q\"u/i.vh\"\n\
-                    T  5  1  2  3  2  3 \"out/V.cpp\"\n";
+        let text = "# DESCRIPTION: S\nC \"--cc a b.v\"\nS  99  1  2  3  2  3 \"/p/a b.v\"\n\
+                    S 0 0 0 0 1 0 \"/q\"u/i.vh\"\nT  5  1  2  3  2  3 \"out/V.cpp\"\n";
         assert_eq!(files_read(text), ["/p/a b.v", "/q\"u/i.vh"]);
         let variables = [("b", "$b"), ("c", "${c}"), ("e", "$(e)"), ("g_1", "$g_1"), ("h", "$h"), ("j", "$j")];
         assert_eq!(variables_in("/a $b/${c}d/$(e)/$/f$g_1$h-i$j"), variables);

@@ -1,4 +1,4 @@
-//! Avalon-MM: a master for the bench, and a memory for a design that is one.
+//! Avalon-MM: a master that drives a slave in the design, and a memory for a master in the design.
 //!
 //! ```text
 //! clk            __/~~\__/~~\__/~~\__/~~\__
@@ -8,8 +8,9 @@
 //! readdata       ----------------------<D>-   signal, `read_latency` cycles after it
 //! ```
 //!
-//! With `burstcount` = n, one command moves n words: address and count come with the first, a write gives a word in each cycle in
-//! which it is taken, and may pause between them, a read gets its words one by one with `readdatavalid`.
+//! With `burstcount` = n, one command moves n words. Address and count come with the first. A write gives one word in
+//! each cycle in which `waitrequest` is 0, and may pause between words. A read gets each of its words with
+//! `readdatavalid`.
 
 use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
@@ -55,7 +56,7 @@ impl Ports {
         signal.as_ref().ok_or_else(|| Error::bench(format!("'{}' has no {what}", self.name)))
     }
 
-    /// Sets `burstcount`, if there is one, for so many words; an error if that cannot be.
+    /// Sets `burstcount`, if there is one; an error if the slave does not take bursts of that length.
     fn set_burst(&self, words: usize) -> Result<(), Error> {
         match &self.burst_count {
             Some(count) if words as u64 <= count.mask() && words > 0 => Ok(count.set(words as u64)?),
@@ -68,7 +69,7 @@ impl Ports {
     }
 }
 
-/// Reads and writes the design's registers; one access at a time, in the order of asking.
+/// Reads and writes registers of the design: one access at a time, in the order of the calls.
 #[derive(Clone)]
 pub struct Master {
     ports: Rc<Ports>,
@@ -77,7 +78,11 @@ pub struct Master {
 }
 
 impl Master {
-    /// The slave whose signals begin with `prefix`. `read_latency` counts only where there is no `readdatavalid`.
+    /// The slave whose signals begin with `prefix`. `read_latency`, in cycles, is used where there is no
+    /// `readdatavalid`.
+    ///
+    /// # Errors
+    /// If there is no `address`, or if `read` or `write` is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str, read_latency: u64) -> Result<Master, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.read, &ports.write].into_iter().flatten() {
@@ -87,7 +92,7 @@ impl Master {
         Ok(Master { ports: Rc::new(ports), lock, read_latency })
     }
 
-    /// Until the slave takes the command: an edge at which `waitrequest` is 0.
+    /// Waits until the slave takes the command: an edge at which `waitrequest` is 0.
     async fn taken(&self) {
         loop {
             self.ports.clock.rising_edge().await;
@@ -98,17 +103,26 @@ impl Master {
     }
 
     /// Writes a word.
+    ///
+    /// # Errors
+    /// If the slave has no `write` or `writedata`, or a value does not fit its signal.
     pub async fn write(&self, address: u64, data: u64) -> Result<(), Error> {
         let all = self.ports.byte_enable.as_ref().map_or(0, Signal::mask);
         self.write_bytes(address, data, all).await
     }
 
     /// Writes some bytes of a word.
+    ///
+    /// # Errors
+    /// As [`Master::write`].
     pub async fn write_bytes(&self, address: u64, data: u64, byte_enable: u64) -> Result<(), Error> {
         self.write_words(address, &[data], byte_enable, Pause::Never).await
     }
 
-    /// Writes words in one burst, which pauses between them as asked for.
+    /// Writes words in one burst; `pause` says in which cycles it pauses between two words.
+    ///
+    /// # Errors
+    /// As [`Master::write`], and if `burstcount` is missing or too narrow for the length.
     pub async fn write_burst(&self, address: u64, words: &[u64], pause: Pause) -> Result<(), Error> {
         let all = self.ports.byte_enable.as_ref().map_or(0, Signal::mask);
         self.write_words(address, words, all, pause).await
@@ -137,11 +151,17 @@ impl Master {
     }
 
     /// Reads a word.
+    ///
+    /// # Errors
+    /// If the slave has no `read` or `readdata`, or the address does not fit its signal.
     pub async fn read(&self, address: u64) -> Result<u64, Error> {
         Ok(self.read_burst(address, 1).await?[0])
     }
 
     /// Reads words in one burst.
+    ///
+    /// # Errors
+    /// As [`Master::read`], and if `readdatavalid` or `burstcount` is missing, or that is too narrow for the length.
     pub async fn read_burst(&self, address: u64, words: usize) -> Result<Vec<u64>, Error> {
         let _turn = self.lock.lock().await;
         let ports = &self.ports;
@@ -185,7 +205,7 @@ struct MemoryState {
     step: u64,
 }
 
-/// A memory at a design that is a master: words by address, with stalls and latencies as asked for.
+/// A memory for a master in the design: words by address, with configurable stalls and latencies.
 #[derive(Clone)]
 pub struct Memory {
     state: Rc<RefCell<MemoryState>>,
@@ -196,11 +216,11 @@ struct MemoryAgent {
     reset: Option<Reset>,
     state: Rc<RefCell<MemoryState>>,
     cycle: u64,
-    /// Reads on their way: the cycle of their answer, and the word.
+    /// Reads in flight: the cycle of the answer, and the word.
     answers: VecDeque<(u64, u64)>,
-    /// What waits for `waitrequest` to fall, to check that it holds.
+    /// The command that waits for `waitrequest` to fall, to check that it does not change.
     held: Option<Command>,
-    /// A burst of writes in the middle: the next word's address, and how many words are to come.
+    /// The write burst in progress: the next word's address, and the number of words to come.
     burst: Option<(u64, u64)>,
 }
 
@@ -210,13 +230,16 @@ struct Command {
     address: u64,
     read: bool,
     write: bool,
-    /// Of a write.
+    /// The data of a write.
     data: u64,
     count: u64,
 }
 
 impl Memory {
-    /// A memory of zeros at the signals that begin with `prefix`; `address` counts in the master's own units.
+    /// A memory of zeros at the signals that begin with `prefix`. Addresses count as the master's `address` does.
+    ///
+    /// # Errors
+    /// If there is no `address`, or if `waitrequest` or `readdatavalid` is driven by the design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str, reset: Option<Reset>) -> Result<Memory, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.wait_request, &ports.read_data_valid].into_iter().flatten() {
@@ -244,19 +267,20 @@ impl Memory {
         Ok(Memory { state })
     }
 
-    /// In which cycles `waitrequest` is 1.
+    /// Sets in which cycles `waitrequest` is 1.
     pub fn set_stall(&self, stall: Pause) {
         self.state.borrow_mut().stall = stall;
     }
 
-    /// How many cycles an answer takes, at least 1, drawn anew for each read.
+    /// Sets how many cycles an answer takes, from `least` (1 or more) to `most`, at random for each read.
     pub fn set_latency(&self, least: u64, most: u64, seed: u64) {
         let mut state = self.state.borrow_mut();
         state.latency = (least.max(1), most.max(least.max(1)));
         state.random = Random::new(seed);
     }
 
-    /// How far apart the addresses of a burst's words are: 1 unless told, the bytes of a word where the master counts bytes.
+    /// Sets the distance between the addresses of a burst's words: 1 by default; the bytes of a word if addresses count
+    /// bytes.
     pub fn set_step(&self, step: u64) {
         self.state.borrow_mut().step = step;
     }

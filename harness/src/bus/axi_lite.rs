@@ -1,7 +1,7 @@
-//! AXI4-Lite: a master for the bench, and a memory for a design that is one.
+//! AXI4-Lite: a master that drives a slave in the design, and a memory for a master in the design.
 //!
 //! Five channels, each with `valid` and `ready`: write address, write data, write response, read address, read data.
-//! The two of a write may come in any order. An answer other than OKAY is given back, not hidden.
+//! Write address and write data may come in any order. A response other than OKAY is returned to the caller.
 
 use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
@@ -12,16 +12,16 @@ use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal, both};
 use crate::time::Time;
 
-/// An answer of the slave.
+/// The response of a slave (`bresp`, `rresp`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Response {
-    /// Done.
+    /// OKAY.
     Okay,
-    /// The slave refused.
+    /// SLVERR: the slave reports an error.
     SlaveError,
-    /// Nobody is at that address.
+    /// DECERR: there is no slave at that address.
     DecodeError,
-    /// A code AXI4-Lite does not have (1).
+    /// EXOKAY (1), which AXI4-Lite does not have.
     Reserved,
 }
 
@@ -75,7 +75,7 @@ impl Ports {
         })
     }
 
-    /// Holds `valid` until an edge at which `ready` is 1.
+    /// Keeps `valid` at 1 until an edge at which `ready` is 1.
     async fn offer(&self, channel: &(Signal, Signal)) -> Result<(), Error> {
         channel.0.set(1)?;
         loop {
@@ -86,7 +86,7 @@ impl Ports {
         }
     }
 
-    /// Holds `ready` until an edge at which `valid` is 1.
+    /// Keeps `ready` at 1 until an edge at which `valid` is 1.
     async fn accept<T>(&self, channel: &(Signal, Signal), take: impl Fn() -> T) -> Result<T, Error> {
         channel.1.set(1)?;
         loop {
@@ -104,7 +104,7 @@ fn response(signal: &Option<Signal>) -> Response {
     Response::of(signal.as_ref().map_or(0, Signal::get))
 }
 
-/// Reads and writes the design's registers; one write and one read at a time.
+/// Reads and writes registers of the design: one write and one read at a time.
 #[derive(Clone)]
 pub struct Master {
     ports: Rc<Ports>,
@@ -116,6 +116,10 @@ pub struct Master {
 
 impl Master {
     /// The slave whose signals begin with `prefix`, such as `s_axi_`.
+    ///
+    /// # Errors
+    /// If a signal other than `wstrb`, `bresp` and `rresp` is missing, or one that a master drives is driven by the
+    /// design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str) -> Result<Master, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.aw.0, &ports.w.0, &ports.ar.0, &ports.b.1, &ports.r.1] {
@@ -126,7 +130,7 @@ impl Master {
         Ok(Master { ports: Rc::new(ports), writing, reading, dut: dut.clone(), idle: Rc::default() })
     }
 
-    /// In which cycles it holds back before each of its channels.
+    /// Sets in which cycles it waits before it uses a channel.
     pub fn set_pause(&self, pause: Pause) {
         *self.idle.borrow_mut() = pause;
     }
@@ -138,12 +142,18 @@ impl Master {
     }
 
     /// Writes a word.
+    ///
+    /// # Errors
+    /// If a value does not fit its signal. A response other than OKAY is no error here: it is returned.
     pub async fn write(&self, address: u64, data: u64) -> Result<Response, Error> {
         let all = self.ports.w_strobe.as_ref().map_or(0, Signal::mask);
         self.write_bytes(address, data, all).await
     }
 
     /// Writes some bytes of a word.
+    ///
+    /// # Errors
+    /// As [`Master::write`].
     pub async fn write_bytes(&self, address: u64, data: u64, strobe: u64) -> Result<Response, Error> {
         let _turn = self.writing.lock().await;
         let ports = &self.ports;
@@ -168,6 +178,9 @@ impl Master {
     }
 
     /// Reads a word.
+    ///
+    /// # Errors
+    /// If the address does not fit its signal. A response other than OKAY is no error here: it is returned.
     pub async fn read(&self, address: u64) -> Result<(u64, Response), Error> {
         let _turn = self.reading.lock().await;
         let ports = &self.ports;
@@ -178,7 +191,7 @@ impl Master {
         ports.accept(&ports.r, || (ports.r_data.get(), response(&ports.r_response))).await
     }
 
-    /// Simulation time, for benches that only have the master.
+    /// Simulation time.
     pub fn now(&self) -> Time {
         self.dut.now()
     }
@@ -186,12 +199,12 @@ impl Master {
 
 struct MemoryState {
     words: HashMap<u64, u64>,
-    /// Of `aw`, `w`, `ar`, `b` and `r`.
+    /// Of the channels `aw`, `w`, `ar`, `b` and `r`.
     stalls: [Pause; 5],
     accesses: u64,
 }
 
-/// A memory at a design that is a master; addresses in bytes, words as wide as the data.
+/// A memory for a master in the design. Addresses count bytes; words are as wide as the data.
 #[derive(Clone)]
 pub struct Memory {
     state: Rc<RefCell<MemoryState>>,
@@ -206,12 +219,16 @@ struct MemoryAgent {
     data: VecDeque<(u64, u64)>,
     responses: u64,
     reads: VecDeque<u64>,
-    /// What the master offered and was not taken yet on `aw`, `w` and `ar`.
+    /// What the master offers on `aw`, `w` and `ar` and was not taken yet.
     offered: [Option<(u64, u64)>; 3],
 }
 
 impl Memory {
     /// A memory of zeros at the signals that begin with `prefix`, such as `m_axi_`.
+    ///
+    /// # Errors
+    /// If a signal other than `wstrb`, `bresp` and `rresp` is missing, or one that a slave drives is driven by the
+    /// design.
     pub fn new(dut: &Dut, clock: &Signal, prefix: &str, reset: Option<Reset>) -> Result<Memory, Error> {
         let ports = Ports::find(dut, clock, prefix)?;
         for signal in [&ports.aw.1, &ports.w.1, &ports.ar.1, &ports.b.0, &ports.r.0] {
@@ -234,17 +251,17 @@ impl Memory {
         Ok(Memory { state, bytes })
     }
 
-    /// In which cycles each channel holds back.
+    /// Sets in which cycles each channel stalls.
     pub fn set_stall(&self, stall: Pause) {
         self.state.borrow_mut().stalls = std::array::from_fn(|channel| stall.of_channel(channel as u64));
     }
 
-    /// The word that holds a byte address.
+    /// The word at a byte address.
     pub fn get(&self, address: u64) -> u64 {
         self.state.borrow().words.get(&(address / self.bytes)).copied().unwrap_or(0)
     }
 
-    /// Sets the word that holds a byte address.
+    /// Sets the word at a byte address.
     pub fn set(&self, address: u64, word: u64) {
         self.state.borrow_mut().words.insert(address / self.bytes, word);
     }
@@ -311,7 +328,7 @@ impl Agent for MemoryAgent {
                 self.responses += 1;
             }
         }
-        // An answer stays until it is taken; the next may come in the same edge.
+        // A response stays until it is taken; the next may come at the same edge.
         let b_taken = ports.b.0.is_high() && ports.b.1.is_high();
         if b_taken {
             self.responses -= 1;

@@ -1,16 +1,16 @@
-//! Bus models, native: they work at the edges of a clock without being tasks, and see every signal as it was before
-//! the edge.
+//! Bus models in Rust. They run at the edges of a clock, without a task, and read every signal as it was before the
+//! edge.
 //!
-//! | bus | drives | listens |
+//! | bus | drives the design | answers or listens |
 //! |---|---|---|
 //! | Avalon-ST | [`stream::Source`] | [`stream::Sink`], [`stream::Monitor`] |
 //! | AXI4-Stream | the same, with [`stream::Dialect::Axi`] | the same |
 //! | Avalon-MM | [`avalon_mm::Master`] | [`avalon_mm::Memory`] |
 //! | AXI4-Lite | [`axi_lite::Master`] | [`axi_lite::Memory`] |
 //!
-//! Every model takes a [`Pause`]: a cycle in which it holds back. A sink, monitor or memory checks the rules of its bus
-//! and ends the run with a [`Violation`] that names the rule and the time. [`bulk`] moves whole frames without the
-//! scheduler.
+//! Every model that drives takes a [`Pause`]: the cycles in which it inserts idle or stall cycles. Sinks, monitors and
+//! memories check the rules of their bus: a broken rule ends the run with a [`Violation`] that names rule and time.
+//! [`bulk`] moves whole frames without the scheduler.
 
 pub mod avalon_mm;
 pub mod axi_lite;
@@ -21,24 +21,24 @@ use crate::error::ModelError;
 use crate::sim::{Dut, Signal};
 use crate::time::Time;
 
-/// A rule of a bus that was not kept.
+/// A broken rule of a bus.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{bus} at {time}: {rule}")]
 pub struct Violation {
     /// The bus, by the prefix of its signals.
     pub bus: String,
-    /// The rule, in words.
+    /// What was wrong.
     pub rule: String,
     /// Simulation time.
     pub time: Time,
 }
 
-/// A small generator of random numbers (splitmix64): the same from the same seed, everywhere.
+/// A random number generator (SplitMix64; Steele, Lea and Flood, 2014): the same numbers from the same seed everywhere.
 #[derive(Debug, Clone)]
 pub struct Random(u64);
 
 impl Random {
-    /// A generator of its own for every seed.
+    /// A generator with a seed.
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }
@@ -59,32 +59,33 @@ impl Random {
     }
 }
 
-/// In which cycles a bus model holds back.
+/// In which cycles a bus model pauses: a source offers nothing, a sink or memory is not ready.
 #[derive(Debug, Clone, Default)]
 pub enum Pause {
     /// In none.
     #[default]
     Never,
-    /// In each with a probability, in parts of 2^32; see [`Pause::random`].
+    /// In each cycle with a probability, in units of 2^-32; see [`Pause::random`].
     Random(u32, Random),
-    /// As the pattern says (`true`: hold back), again and again.
+    /// As a repeated pattern says (`true`: pause).
     Pattern(Vec<bool>, usize),
 }
 
 impl Pause {
-    /// Holds back with a probability from 0 to 1, always less than certainly, so that nothing stands still for ever.
+    /// Pauses in each cycle with a probability from 0 to 0.999; a greater one is taken as 0.999, so that the bus does
+    /// move.
     pub fn random(probability: f64, seed: u64) -> Pause {
         let part = probability.clamp(0.0, 0.999) * f64::from(u32::MAX);
         Pause::Random(part as u32, Random::new(seed))
     }
 
-    /// Holds back as a pattern says, again and again; a pattern that never lets go is taken as never holding back.
+    /// Pauses as a repeated pattern says (`true`: pause). A pattern of pauses alone is taken as [`Pause::Never`].
     pub fn pattern(pattern: impl Into<Vec<bool>>) -> Pause {
         let pattern = pattern.into();
-        if pattern.iter().all(|hold| *hold) { Pause::Never } else { Pause::Pattern(pattern, 0) }
+        if pattern.iter().all(|pause| *pause) { Pause::Never } else { Pause::Pattern(pattern, 0) }
     }
 
-    /// The same for one of several channels: each goes through the pattern, or draws its numbers, by itself.
+    /// The same for one of several channels: each has its own position in the pattern, or its own random numbers.
     pub(super) fn of_channel(&self, number: u64) -> Pause {
         match self {
             Pause::Random(part, random) => {
@@ -95,22 +96,22 @@ impl Pause {
         }
     }
 
-    /// Whether to hold back in the next cycle.
+    /// Whether to pause in the next cycle.
     #[inline(always)]
     pub fn next_cycle(&mut self) -> bool {
         match self {
             Pause::Never => false,
             Pause::Random(part, random) => (random.bits() >> 32) < u64::from(*part),
             Pause::Pattern(pattern, at) => {
-                let hold = pattern[*at];
+                let pause = pattern[*at];
                 *at = (*at + 1) % pattern.len();
-                hold
+                pause
             }
         }
     }
 }
 
-/// A reset that bus models obey: while it is active they are idle and look at nothing.
+/// The reset of a bus model: while it is active, the model is idle and checks nothing.
 #[derive(Clone)]
 pub struct Reset {
     signal: Signal,

@@ -1,4 +1,4 @@
-//! A built model as a loaded shared library: the shim's functions, typed.
+//! A built model as a loaded shared library, and the functions of its shim.
 
 use std::ffi::{c_char, c_void};
 use std::path::Path;
@@ -78,7 +78,7 @@ struct Inner {
     record: Record,
 }
 
-/// A model built and loaded, from which instances are made; cheap to clone, usable from all threads.
+/// A built and loaded model, from which instances are made. Cheap to clone, usable from all threads.
 #[derive(Clone)]
 pub struct Library(Arc<Inner>);
 
@@ -94,17 +94,23 @@ impl Library {
             let reason = format!("its interface is {interface}, not {}", crate::build::INTERFACE);
             return Err(BuildError::Load { path: path.to_owned(), reason });
         }
-        // Thread-local objects of the runtime live until each thread ends, so the code must stay.
+        // Never unloaded: thread-local objects of the runtime live until each thread ends and need the code.
         std::mem::forget(library);
         Ok(Library(Arc::new(Inner { functions, record })))
     }
 
     /// A fresh instance in its initial state.
+    ///
+    /// # Errors
+    /// If the model cannot be made, for lack of memory.
     pub fn instance(&self) -> Result<Model, ModelError> {
         self.instance_with(&InstanceOptions::default())
     }
 
     /// A fresh instance with a seed for random initial values and `$random`, and with plusargs.
+    ///
+    /// # Errors
+    /// If a plusarg has a zero byte, or the model cannot be made, for lack of memory.
     pub fn instance_with(&self, options: &InstanceOptions) -> Result<Model, ModelError> {
         Model::new(self.clone(), options)
     }
@@ -114,7 +120,7 @@ impl Library {
         &self.0.record.top
     }
 
-    /// What Verilator warned of.
+    /// Verilator's warnings.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.0.record.warnings
     }
@@ -124,7 +130,7 @@ impl Library {
         &self.0.record.constants
     }
 
-    /// Which waves are built in.
+    /// The kind of waves that is built in.
     pub fn trace(&self) -> Trace {
         self.0.record.trace
     }

@@ -1,34 +1,34 @@
-//! Triggers as futures of Rust, and what combines futures.
+//! Triggers as Rust futures, and functions that combine futures.
 
 use std::future::Future;
 use std::pin::Pin;
 use std::rc::Rc;
 use std::task::{Context, Poll};
 
-use super::core::Core;
-use super::node::NodeRef;
+use super::scheduler::Core;
+use super::scheduler::WaitId;
 use super::trigger::{Failure, Outcome, Trigger};
 
-/// A trigger that is awaited: `clk.rising_edge().await`. Reusable by `clone`, or as a plain [`Trigger`].
+/// A trigger as a future: `clk.rising_edge().await`. It can be reused by `clone`, or as a plain [`Trigger`].
 ///
-/// A wait that is not allowed (a second `ReadOnly` in the same step, a `Timer` of nothing) fails its task.
+/// A wait that is not allowed (a second `ReadOnly` in the same time step, a `Timer` of 0) fails its task.
 #[must_use = "a trigger does nothing until it is awaited"]
 pub struct Wait {
     core: Rc<Core>,
     trigger: Trigger,
-    node: Option<NodeRef>,
+    wait_id: Option<WaitId>,
 }
 
 impl Clone for Wait {
     fn clone(&self) -> Wait {
-        Wait { core: self.core.clone(), trigger: self.trigger.clone(), node: None }
+        Wait { core: self.core.clone(), trigger: self.trigger.clone(), wait_id: None }
     }
 }
 
 impl Wait {
     #[inline]
     pub(crate) fn new(core: &Rc<Core>, trigger: Trigger) -> Wait {
-        Wait { core: core.clone(), trigger, node: None }
+        Wait { core: core.clone(), trigger, wait_id: None }
     }
 
     /// The trigger as a value.
@@ -36,15 +36,15 @@ impl Wait {
         self.trigger.clone()
     }
 
-    /// Waits and tells how it ended, in place of failing with a task that failed.
+    /// Waits and returns how the wait ended, where `await` fails the task.
     pub(crate) fn poll_outcome(&mut self, context: &mut Context<'_>) -> Poll<Outcome> {
-        match self.node {
+        match self.wait_id {
             None => match self.core.arm_for_future(&self.trigger, context) {
-                Ok(node) => match self.core.take_outcome(node) {
-                    // What needs no waiting goes on at once, but for `Yield`, which is there to wait.
+                Ok(wait_id) => match self.core.take_outcome(wait_id) {
+                    // A wait that is over already does not suspend the task, except `Yield`, whose purpose that is.
                     Some(outcome) if !matches!(self.trigger, Trigger::Yield) => Poll::Ready(outcome),
                     Some(_) | None => {
-                        self.node = Some(node);
+                        self.wait_id = Some(wait_id);
                         Poll::Pending
                     }
                 },
@@ -53,13 +53,13 @@ impl Wait {
                     Poll::Pending
                 }
             },
-            Some(node) => match self.core.take_outcome(node) {
+            Some(wait_id) => match self.core.take_outcome(wait_id) {
                 Some(outcome) => {
-                    self.node = None;
+                    self.wait_id = None;
                     Poll::Ready(outcome)
                 }
                 None if matches!(self.trigger, Trigger::Yield) => {
-                    self.node = None;
+                    self.wait_id = None;
                     Poll::Ready(Outcome::Fired)
                 }
                 None => Poll::Pending,
@@ -86,13 +86,13 @@ impl Future for Wait {
 
 impl Drop for Wait {
     fn drop(&mut self) {
-        if let Some(node) = self.node.take() {
-            self.core.disarm(node);
+        if let Some(wait_id) = self.wait_id.take() {
+            self.core.disarm(wait_id);
         }
     }
 }
 
-/// The first of several triggers, by its place in the list.
+/// The first of several triggers, as its index.
 #[must_use = "a trigger does nothing until it is awaited"]
 pub struct First(pub(crate) Wait);
 
@@ -122,16 +122,16 @@ impl Future for First {
     }
 }
 
-/// One of two.
+/// The result of one of two futures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Either<A, B> {
-    /// The first.
+    /// Of the first future.
     Left(A),
-    /// The second.
+    /// Of the second future.
     Right(B),
 }
 
-/// Two futures until one ends; the other is dropped. If both are ready, the first wins.
+/// Runs two futures until one ends; the other is dropped. If both are ready, the first wins.
 pub async fn race<A: Future, B: Future>(a: A, b: B) -> Either<A::Output, B::Output> {
     let (mut a, mut b) = (std::pin::pin!(a), std::pin::pin!(b));
     std::future::poll_fn(move |context| {
@@ -143,7 +143,7 @@ pub async fn race<A: Future, B: Future>(a: A, b: B) -> Either<A::Output, B::Outp
     .await
 }
 
-/// Two futures until both have ended.
+/// Runs two futures until both have ended.
 pub async fn both<A: Future, B: Future>(a: A, b: B) -> (A::Output, B::Output) {
     let (mut a, mut b) = (std::pin::pin!(a), std::pin::pin!(b));
     let (mut left, mut right) = (None, None);

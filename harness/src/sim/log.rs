@@ -1,4 +1,4 @@
-//! The log: every line with its simulation time, from the bench, the harness and the Verilog alike.
+//! The log: lines of the bench, the harness and the Verilog, each with its simulation time.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -8,13 +8,13 @@ use crate::time::Time;
 /// How important a line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// For those who look for a fault.
+    /// Details for debugging.
     Debug,
-    /// Worth telling.
+    /// Information.
     Info,
-    /// Looks wrong.
+    /// Something looks wrong.
     Warning,
-    /// Is wrong.
+    /// Something is wrong.
     Error,
 }
 
@@ -25,9 +25,9 @@ pub struct Line {
     pub time: Time,
     /// How important it is.
     pub level: Level,
-    /// Who says it: `verilog`, `harness`, or a name of the bench.
+    /// Where it comes from: `verilog`, `harness`, or a name that the bench chose.
     pub source: String,
-    /// What it says.
+    /// The text.
     pub text: String,
 }
 
@@ -43,10 +43,10 @@ impl fmt::Display for Line {
     }
 }
 
-/// Whoever listens to the log.
+/// A function that gets every line of the log.
 pub(crate) type Listener = Box<dyn FnMut(&Line)>;
 
-/// Keeps the last lines and hands each to whoever listens.
+/// Keeps the last lines and calls the listener with each.
 pub struct Log {
     lines: VecDeque<Line>,
     kept: usize,
@@ -61,7 +61,7 @@ impl Default for Log {
 }
 
 impl Log {
-    /// Puts a line, unless it is below the threshold.
+    /// Adds a line, unless it is below the threshold.
     pub(crate) fn put(&mut self, time: Time, level: Level, source: &str, text: &str) {
         if level < self.threshold {
             return;

@@ -1,9 +1,9 @@
-//! Handles of one simulation: signals of at most 64 bits, wide signals, memories.
+//! Handles of signals: of at most 64 bits, wider ones, memories.
 
 use std::rc::Rc;
 
-use super::core::Core;
 use super::future::Wait;
+use super::scheduler::Core;
 use super::trigger::{Edge, Trigger};
 use crate::error::{Error, ModelError};
 use crate::model::{Direction, SignalId, SignalInfo, Storage, load, load_words};
@@ -39,32 +39,35 @@ impl Signal {
         })
     }
 
-    /// Its value now, unsigned. A buffered write shows only after it was put.
+    /// The value now, unsigned. A buffered write is read back only after it was put.
     #[inline(always)]
     pub fn get(&self) -> u64 {
         // SAFETY: `core` keeps the model alive; its storage is not wide.
         unsafe { load(self.data, self.storage) }
     }
 
-    /// Its value as it will be when the writes buffered so far were put; for writes of single bits.
+    /// The value after the writes that are buffered so far; for writes of single bits.
     pub fn get_pending(&self) -> u64 {
         self.core.pending(self.id.index() as u32).unwrap_or_else(|| self.get())
     }
 
-    /// Its value as a signed number of its width.
+    /// The value in two's complement.
     #[inline]
     pub fn get_signed(&self) -> i64 {
         let unused = self.mask.leading_zeros();
         ((self.get() << unused) as i64) >> unused
     }
 
-    /// Whether it is 1 (of a wider signal: not 0).
+    /// Whether the signal is 1; for a wider signal, whether it is not 0.
     #[inline(always)]
     pub fn is_high(&self) -> bool {
         self.get() != 0
     }
 
-    /// Buffers a write: it is put when all tasks of this round have run.
+    /// Buffers a write. It is put when all tasks of this round have run.
+    ///
+    /// # Errors
+    /// If the value does not fit, the signal is an output, or the region is `ReadOnly`.
     #[inline]
     pub fn set(&self, value: u64) -> Result<(), ModelError> {
         if value & !self.mask != 0 || !self.writable {
@@ -74,18 +77,24 @@ impl Signal {
     }
 
     /// Buffers a write of a signed number: from `-2^(w-1)` to `2^w - 1`.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
     pub fn set_signed(&self, value: i64) -> Result<(), ModelError> {
         let encoded = self.core.model.borrow().info(self.id).encode_signed(value)?;
         self.set(encoded)
     }
 
-    /// Buffers a write of an enumeration's item.
+    /// Buffers a write of an enumeration item, by its name.
+    ///
+    /// # Errors
+    /// As [`Signal::set`], and if the type has no item of that name.
     pub fn set_named(&self, item: &str) -> Result<(), ModelError> {
         let value = self.core.model.borrow().info(self.id).value_of(item)?;
         self.set(value)
     }
 
-    /// The name of its value, if its type is an enumeration that has it.
+    /// The name of the value, if the type is an enumeration that has it.
     pub fn get_named(&self) -> Option<String> {
         self.core.model.borrow().info(self.id).item(self.get()).map(str::to_owned)
     }
@@ -103,13 +112,13 @@ impl Signal {
         }
     }
 
-    /// From 0 to 1.
+    /// The change from 0 to 1.
     #[inline]
     pub fn rising_edge(&self) -> Wait {
         self.edge(Edge::Rising)
     }
 
-    /// From 1 to 0.
+    /// The change from 1 to 0.
     #[inline]
     pub fn falling_edge(&self) -> Wait {
         self.edge(Edge::Falling)
@@ -121,24 +130,24 @@ impl Signal {
         self.edge(Edge::Any)
     }
 
-    /// One of the three.
+    /// The change that `edge` names.
     #[inline]
     pub fn edge(&self, edge: Edge) -> Wait {
         Wait::new(&self.core, Trigger::Edge(self.id, edge))
     }
 
-    /// So many rising edges.
+    /// The `count`-th rising edge from now.
     #[inline]
     pub fn cycles(&self, count: u64) -> Wait {
         Wait::new(&self.core, Trigger::Edges(self.id, Edge::Rising, count))
     }
 
-    /// Its place in the model.
+    /// The id of the signal in its model.
     pub fn id(&self) -> SignalId {
         self.id
     }
 
-    /// What is known of it.
+    /// Name, direction, width and type.
     pub fn info(&self) -> SignalInfo {
         self.core.model.borrow().info(self.id).clone()
     }
@@ -180,27 +189,27 @@ impl Wide {
         Ok(Wide { core: core.clone(), id, data: info.data, storage: info.storage, width: info.width })
     }
 
-    /// Its words now.
+    /// The 32-bit words of the value now, lowest first.
     pub fn get(&self) -> Vec<u32> {
         // SAFETY: `core` keeps the model alive.
         unsafe { load_words(self.data, self.storage) }
     }
 
-    /// Its words as they will be when the writes buffered so far were put; for writes of single bits.
+    /// The words after the writes that are buffered so far; for writes of single bits.
     pub fn get_pending(&self) -> Vec<u32> {
         let mut words = self.core.pending_words(self.id.index() as u32).unwrap_or_else(|| self.get());
         words.resize(self.width.div_ceil(32) as usize, 0);
         words
     }
 
-    /// Its value as hexadecimal digits.
+    /// The value as hexadecimal digits.
     pub fn get_hex(&self) -> String {
         let text: String = self.get().iter().rev().map(|w| format!("{w:08x}")).collect();
         let digits = self.width.div_ceil(4) as usize;
         text[text.len() - digits..].to_owned()
     }
 
-    /// Some of its bits, at most 64, from bit `low` on.
+    /// The `width` bits from bit `low` on, at most 64.
     pub fn get_bits(&self, low: u32, width: u32) -> u64 {
         let words = self.get();
         (0..width.min(64))
@@ -211,7 +220,10 @@ impl Wide {
             .fold(0, |value, b| value | 1 << b)
     }
 
-    /// Buffers a write of its words; those not given are zero.
+    /// Buffers a write of 32-bit words, lowest first; words that are not given are 0.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
     pub fn set(&self, words: &[u32]) -> Result<(), ModelError> {
         let model = self.core.model.borrow();
         let info = model.info(self.id);
@@ -233,12 +245,12 @@ impl Wide {
         self.width
     }
 
-    /// What is known of it.
+    /// Name, direction, width and type.
     pub fn info(&self) -> SignalInfo {
         self.core.model.borrow().info(self.id).clone()
     }
 
-    /// Its place in the model.
+    /// The id of the signal in its model.
     pub fn id(&self) -> SignalId {
         self.id
     }
@@ -264,20 +276,27 @@ impl Memory {
         Ok(Memory { core: core.clone(), id, info })
     }
 
-    /// How many elements it has.
+    /// The number of elements.
     #[allow(clippy::len_without_is_empty, reason = "a memory of no elements cannot be declared")]
     pub fn len(&self) -> usize {
         self.info.elements()
     }
 
-    /// The element at an index as declared.
+    /// The element at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory.
     pub fn get(&self, index: i64) -> Result<u64, ModelError> {
         let offset = self.info.element_offset(index)?;
         // SAFETY: `core` keeps the model alive; the offset was checked.
         Ok(unsafe { self.info.load(offset) })
     }
 
-    /// Buffers a write of the element at an index as declared.
+    /// Buffers a write of the element at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, the value does not fit, the memory is an output, or the region is
+    /// `ReadOnly`.
     pub fn set(&self, index: i64, value: u64) -> Result<(), ModelError> {
         if self.info.direction == Direction::Output {
             let top = self.core.model.borrow().library().top().to_owned();
@@ -296,6 +315,9 @@ impl Memory {
     }
 
     /// Buffers writes of elements from the lowest index on, such as a program.
+    ///
+    /// # Errors
+    /// As [`Memory::set`]; elements before the one refused are written.
     pub fn fill(&self, values: impl IntoIterator<Item = u64>) -> Result<(), ModelError> {
         let low = self.info.range.map_or(0, |(a, b)| a.min(b));
         values.into_iter().zip(low..).try_for_each(|(value, index)| self.set(index, value))
@@ -306,7 +328,10 @@ fn wrong_shape(info: &SignalInfo, is: &'static str, instead: &'static str) -> Mo
     ModelError::WrongShape { signal: info.name.clone(), is, instead }
 }
 
-/// Says that two values differ, with simulation time; for benches that return errors rather than panic.
+/// An error if two values differ; for benches that return errors rather than panic.
+///
+/// # Errors
+/// [`Error::Bench`] if they differ.
 pub fn expect_equal<T: PartialEq + std::fmt::Debug>(what: &str, found: T, expected: T) -> Result<(), Error> {
     if found == expected { Ok(()) } else { Err(Error::Bench(format!("{what} is {found:?}, expected {expected:?}"))) }
 }

@@ -1,14 +1,14 @@
-//! What tasks share: events, locks, queues.
+//! Synchronisation between tasks: events, locks, queues.
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::core::Core;
 use super::future::Wait;
+use super::scheduler::Core;
 use super::trigger::{Sync, Trigger};
 
-/// A flag that tasks wait for. Stays set until cleared.
+/// A flag that tasks wait for. It stays set until it is cleared.
 #[derive(Clone)]
 pub struct Event {
     core: Rc<Core>,
@@ -20,7 +20,7 @@ impl Event {
         Event { core: core.clone(), sync: Sync::new(name, false) }
     }
 
-    /// Sets it: all that wait become ready.
+    /// Sets it: all tasks that wait for it become ready.
     pub fn set(&self) {
         self.core.set_event(&self.sync);
     }
@@ -35,7 +35,7 @@ impl Event {
         self.sync.0.flag.get()
     }
 
-    /// Until it is set; at once if it is.
+    /// Waits until it is set; does not wait if it is set already.
     pub fn wait(&self) -> Wait {
         Wait::new(&self.core, self.trigger())
     }
@@ -46,14 +46,14 @@ impl Event {
     }
 }
 
-/// A lock that one task has at a time; given in the order of asking.
+/// A lock that one task has at a time. Tasks get it in the order in which they asked.
 #[derive(Clone)]
 pub struct Lock {
     core: Rc<Core>,
     sync: Sync,
 }
 
-/// A lock that is held; dropped, it is given on.
+/// A lock that a task has. When the guard is dropped, the next task gets the lock.
 pub struct LockGuard<'a>(&'a Lock);
 
 impl Lock {
@@ -61,7 +61,7 @@ impl Lock {
         Lock { core: core.clone(), sync: Sync::new(name, true) }
     }
 
-    /// Waits for the lock and holds it until the guard is dropped.
+    /// Waits for the lock and keeps it until the guard is dropped.
     pub async fn lock(&self) -> LockGuard<'_> {
         self.acquire().await;
         LockGuard(self)
@@ -72,12 +72,12 @@ impl Lock {
         Wait::new(&self.core, self.trigger())
     }
 
-    /// The wait as a value; a task that waited for it has the lock.
+    /// The wait as a value; when it is over, the task has the lock.
     pub fn trigger(&self) -> Trigger {
         Trigger::Sync(self.sync.clone())
     }
 
-    /// Gives the lock on.
+    /// Releases the lock: the task that has waited longest gets it.
     pub fn release(&self) {
         self.core.release(&self.sync);
     }
@@ -94,7 +94,7 @@ impl Drop for LockGuard<'_> {
     }
 }
 
-/// A first-in first-out queue between tasks, with a greatest length if asked for.
+/// A first-in first-out queue between tasks, of limited length.
 pub struct Queue<T> {
     inner: Rc<QueueInner<T>>,
 }
@@ -134,6 +134,9 @@ impl<T> Queue<T> {
     }
 
     /// Puts an item if there is room, or gives it back.
+    ///
+    /// # Errors
+    /// The item itself, if the queue is full.
     pub fn try_put(&self, item: T) -> Result<(), T> {
         let mut items = self.inner.items.borrow_mut();
         if items.len() >= self.inner.limit.get() {
@@ -170,12 +173,12 @@ impl<T> Queue<T> {
         Some(item)
     }
 
-    /// How many items it holds.
+    /// How many items are in it.
     pub fn len(&self) -> usize {
         self.inner.items.borrow().len()
     }
 
-    /// Whether it holds none.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

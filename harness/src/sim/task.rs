@@ -1,14 +1,18 @@
-//! Tasks: a Rust future, or a coroutine of another language that is resumed with the outcome of its last wait.
+//! Tasks as benches see them: a Rust future behind a handle, or a coroutine of another language.
 
+use std::cell::RefCell;
 use std::future::Future;
+use std::marker::PhantomData;
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::task::{Wake, Waker};
+use std::rc::Rc;
+use std::task::{Context, Poll};
 
-use super::node::NodeRef;
-use super::trigger::{Edge, Failure, Outcome, Trigger};
+use super::future::Wait;
+use super::scheduler::Core;
+use super::trigger::{Failure, Outcome, Trigger};
+use crate::error::SimError;
 
-/// A task, as long as it is remembered; never reused for another.
+/// A task. An id is never reused for another task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TaskId {
     pub(crate) index: u32,
@@ -17,9 +21,9 @@ pub struct TaskId {
 
 /// What a coroutine does when resumed.
 pub enum Step {
-    /// It waits.
+    /// It waits for a trigger.
     Wait(Trigger),
-    /// It has come to its end; a result, if any, it keeps itself.
+    /// It has ended. The coroutine keeps its result itself.
     Done,
     /// It ended in an error.
     Failed(Failure),
@@ -37,62 +41,87 @@ pub trait Coroutine {
 /// How a task ended.
 #[derive(Debug, Clone)]
 pub enum Ending {
-    /// Well.
+    /// Without an error.
     Done,
-    /// In an error.
+    /// With an error.
     Failed(Failure),
     /// By `cancel`.
     Cancelled,
 }
 
-pub(crate) enum Body {
-    Future(Pin<Box<dyn Future<Output = Result<(), Failure>>>>),
-    Coroutine(Box<dyn Coroutine>),
-    /// The future that `run` was called with, which lives on `run`'s stack.
-    Main,
+/// A started task. Awaiting it gives the task's value. Dropping it leaves the task running.
+pub struct TaskHandle<T> {
+    pub(super) core: Rc<Core>,
+    pub(super) id: TaskId,
+    pub(super) value: Rc<RefCell<Option<T>>>,
 }
 
-/// What a coroutine waits for.
-#[derive(Clone, Copy, Default)]
-pub(crate) enum TaskWait {
-    /// It has not begun, or it runs.
-    #[default]
-    Nothing,
-    /// An edge of a signal, so many times.
-    Edge(u32, Edge, u64),
-    /// That edge has come.
-    Fired,
-    Node(NodeRef),
+impl<T> TaskHandle<T> {
+    /// The task's id.
+    pub fn id(&self) -> TaskId {
+        self.id
+    }
+
+    /// Whether it has ended.
+    pub fn is_done(&self) -> bool {
+        self.core.ending(self.id).is_some()
+    }
+
+    /// Ends it.
+    pub fn cancel(&self) {
+        self.core.cancel(self.id);
+    }
+
+    /// The end of the task as a trigger, without its value.
+    pub fn ended(&self) -> Wait {
+        Wait::new(&self.core, Trigger::Join(self.id))
+    }
+
+    /// Waits for the end of the task; gives its value, or the reason why there is none.
+    pub fn join(self) -> Join<T> {
+        let wait = self.ended();
+        Join { wait, handle: self, _value: PhantomData }
+    }
 }
 
-pub(crate) struct Task {
-    pub generation: u32,
-    pub name: String,
-    /// Away while the task runs.
-    pub body: Option<Body>,
-    /// What a coroutine waits for; futures keep their own.
-    pub wait: TaskWait,
-    /// Waits for an edge so far: tells the one at hand from those given up. Goes on where the slot serves another task.
-    pub waits: u32,
-    pub joiners: Vec<NodeRef>,
-    pub ending: Option<Ending>,
-    pub queued: bool,
-    /// Nobody will ask for its ending: its place is free once it has ended.
-    pub detached: bool,
-    pub cancel_requested: bool,
-    /// A wait or write that was not allowed: the task fails when its poll returns.
-    pub refused: Option<Failure>,
-    pub waker: Waker,
+impl<T> Drop for TaskHandle<T> {
+    fn drop(&mut self) {
+        self.core.detach(self.id);
+    }
 }
 
-/// Wakes a task from combinators that bring wakers of their own (`FuturesUnordered` and the like).
-pub(crate) struct TaskWaker {
-    pub id: TaskId,
-    pub woken: Arc<Mutex<Vec<TaskId>>>,
+impl<T> IntoFuture for TaskHandle<T> {
+    type Output = Result<T, SimError>;
+    type IntoFuture = Join<T>;
+
+    fn into_future(self) -> Join<T> {
+        self.join()
+    }
 }
 
-impl Wake for TaskWaker {
-    fn wake(self: Arc<Self>) {
-        self.woken.lock().unwrap_or_else(PoisonError::into_inner).push(self.id);
+/// Waits for the end of a task.
+pub struct Join<T> {
+    wait: Wait,
+    handle: TaskHandle<T>,
+    _value: PhantomData<T>,
+}
+
+impl<T> Future for Join<T> {
+    type Output = Result<T, SimError>;
+
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        // SAFETY: no field is pinned structurally: `Wait` and `TaskHandle` may be moved.
+        let this = unsafe { self.get_unchecked_mut() };
+        let task = || this.handle.core.task_name(this.handle.id);
+        match this.wait.poll_outcome(context) {
+            Poll::Pending => Poll::Pending,
+            Poll::Ready(Outcome::Failed(failure) | Outcome::Refused(failure)) => {
+                Poll::Ready(Err(SimError::TaskFailed { task: task(), time: this.handle.core.now(), failure }))
+            }
+            Poll::Ready(_) => match this.handle.value.borrow_mut().take() {
+                Some(value) => Poll::Ready(Ok(value)),
+                None => Poll::Ready(Err(SimError::Cancelled { task: task() })),
+            },
+        }
     }
 }

@@ -1,15 +1,15 @@
-//! What a task can wait for, as plain values: made once, waited for any number of times, from any language.
+//! What a task can wait for, as plain values: made once, awaited any number of times, from any language.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::rc::Rc;
 
-use super::node::NodeRef;
+use super::scheduler::WaitId;
 use super::task::TaskId;
 use crate::model::SignalId;
 use crate::time::Time;
 
-/// Which change of a signal counts.
+/// Which change of a signal is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
     /// From 0 to 1, of a one-bit signal.
@@ -37,25 +37,25 @@ impl Edge {
 pub enum Trigger {
     /// A change of a signal.
     Edge(SignalId, Edge),
-    /// So many changes of a signal; the task sleeps through all but the last.
+    /// The n-th change of a signal from now; the task does not run at the ones before.
     Edges(SignalId, Edge, u64),
-    /// A span of simulation time, more than none.
+    /// A span of simulation time, more than 0.
     Timer(Time),
-    /// The end of this time step's changes: all values are settled and nothing may be written.
+    /// The end of this time step: all values are settled and nothing may be written.
     ReadOnly,
     /// All values are settled, and may still be changed in this time step.
     ReadWrite,
     /// The beginning of the next time step, whenever that is.
     NextTimeStep,
-    /// The other ready tasks first, in the same region.
+    /// Lets the other ready tasks run first, in the same region.
     Yield,
-    /// An event that is set, or a lock that is got.
+    /// An event that is set, or a lock that becomes free for the task.
     Sync(Sync),
     /// The end of a task.
     Join(TaskId),
     /// `$finish` in the Verilog; while a task waits for it, it is no error.
     Finish,
-    /// The first of several; the others are given up.
+    /// The first of several triggers; the other waits are cancelled.
     First(Rc<[Trigger]>),
     /// All of several.
     Combine(Rc<[Trigger]>),
@@ -99,15 +99,15 @@ impl Trigger {
 pub enum Outcome {
     /// The task begins; it has not waited yet.
     Start,
-    /// What was waited for happened.
+    /// The trigger fired.
     Fired,
-    /// Of `First`: which one, and how it ended.
+    /// Of `First`: the index of the trigger that fired, and how its wait ended.
     First(usize, Box<Outcome>),
     /// The task waited for failed.
     Failed(Failure),
     /// The task waited for was cancelled.
     Cancelled,
-    /// The wait itself was not allowed; the text says why.
+    /// The wait was not allowed; the text says why.
     Refused(Failure),
 }
 
@@ -117,10 +117,10 @@ pub struct Sync(pub(crate) Rc<SyncState>);
 
 pub(crate) struct SyncState {
     pub name: String,
-    /// An event: it is set. A lock: somebody has it.
+    /// An event: it is set. A lock: a task has it.
     pub flag: Cell<bool>,
     pub exclusive: bool,
-    pub waiters: RefCell<Vec<NodeRef>>,
+    pub waiters: RefCell<Vec<WaitId>>,
 }
 
 impl Sync {
@@ -134,7 +134,7 @@ impl Sync {
     }
 }
 
-/// Why a task failed: a text, and whatever the language of the task wants to carry along (an exception).
+/// Why a task failed: a text, and a payload of the task's language, such as an exception.
 #[derive(Clone)]
 pub struct Failure(std::sync::Arc<FailureInner>);
 
@@ -144,22 +144,22 @@ struct FailureInner {
 }
 
 impl Failure {
-    /// A failure with a text alone.
+    /// A failure with a text and no payload.
     pub fn new(message: impl Into<String>) -> Failure {
         Failure(std::sync::Arc::new(FailureInner { message: message.into(), payload: None }))
     }
 
-    /// A failure that carries something along.
+    /// A failure with a payload.
     pub fn with_payload(message: impl Into<String>, payload: impl std::any::Any + Send + std::marker::Sync) -> Failure {
         Failure(std::sync::Arc::new(FailureInner { message: message.into(), payload: Some(Box::new(payload)) }))
     }
 
-    /// What it says.
+    /// The text.
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// What it carries, if it is a `T`.
+    /// The payload, if it is a `T`.
     pub fn payload<T: 'static>(&self) -> Option<&T> {
         self.0.payload.as_ref()?.downcast_ref()
     }

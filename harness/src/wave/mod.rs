@@ -1,4 +1,4 @@
-//! Waves: of everything by Verilator, of chosen signals by the harness, or only of the time before a failure.
+//! Waves: of all signals (written by Verilator), of chosen signals (by the harness), or of the time before a failure.
 //!
 //! | what | build | cost |
 //! |---|---|---|
@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::model::Model;
 use crate::time::Time;
 
-/// What is recorded, from when, until when, and where to.
+/// What is recorded, from when to when, and into which file.
 #[derive(Debug, Clone)]
 pub struct Recording {
     path: PathBuf,
@@ -36,23 +36,24 @@ enum Kind {
 }
 
 impl Recording {
-    /// Every signal of the design, by Verilator; the file's form is that of the build's [`Trace`](crate::build::Trace).
+    /// Every signal of the design, written by Verilator in the format of the build's [`Trace`](crate::build::Trace).
     pub fn everything(path: impl Into<PathBuf>) -> Recording {
         Recording::new(path, Kind::Everything { scope: String::new(), levels: 0 })
     }
 
-    /// The signals of a scope (`top.u_core`) and so many levels below it (0: all), by Verilator. The first recording of a
-    /// model chooses for all.
+    /// The signals of a scope (`top.u_core`) and `levels` levels below it (0: all), written by Verilator. The first
+    /// recording of a model decides the scope of all its later ones.
     pub fn scope(path: impl Into<PathBuf>, scope: &str, levels: u32) -> Recording {
         Recording::new(path, Kind::Everything { scope: scope.to_owned(), levels })
     }
 
-    /// Ports and public internals by name, as VCD; none named: all of them.
+    /// Ports and public internals by name, as VCD; all of them if none is named.
     pub fn signals<N: Into<String>>(path: impl Into<PathBuf>, names: impl IntoIterator<Item = N>) -> Recording {
         Recording::new(path, Kind::Signals(names.into_iter().map(Into::into).collect()))
     }
 
-    /// The last `steps` time steps (two a clock cycle) before a run fails, as VCD; nothing is written if none fails.
+    /// The last `steps` time steps before a failure (two for each clock cycle), as VCD. Nothing is written if no run
+    /// fails.
     pub fn before_failure<N: Into<String>>(
         path: impl Into<PathBuf>,
         names: impl IntoIterator<Item = N>,
@@ -65,14 +66,14 @@ impl Recording {
         Recording { path: path.into(), kind, from: Time::ZERO, until: Time::fs(u64::MAX) }
     }
 
-    /// Records only from one time to another, both included.
+    /// Records only from `from` to `until`, both included.
     pub fn window(mut self, from: Time, until: Time) -> Recording {
         (self.from, self.until) = (from, until);
         self
     }
 }
 
-/// A recording on its way; see [`Dut::stop_waves`](crate::sim::Dut::stop_waves).
+/// A recording in progress; see [`Dut::stop_waves`](crate::sim::Dut::stop_waves).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecordingId(u32);
 
@@ -93,7 +94,7 @@ struct Running {
     id: u32,
     from: Time,
     until: Time,
-    /// When it was sampled last: a step that is taken up again at the same time is no new one.
+    /// The time of the last sample. A time step that continues in a second run replaces its sample.
     last: Option<Time>,
     recorder: Recorder,
 }
@@ -143,7 +144,7 @@ impl Waves {
         Ok(RecordingId(self.next))
     }
 
-    /// Ends a recording; its file is whole then.
+    /// Ends a recording and completes its file.
     pub fn stop(&mut self, model: &mut Model, id: RecordingId) -> Result<(), Error> {
         let Some(at) = self.running.iter().position(|r| r.id == id.0) else { return Ok(()) };
         match self.running.remove(at).recorder {
@@ -158,12 +159,12 @@ impl Waves {
         self.running.is_empty()
     }
 
-    /// Takes in the settled values of a time step.
+    /// Samples the settled values of a time step.
     pub fn sample(&mut self, model: &mut Model, now: Time) -> Result<(), Error> {
         for running in self.running.iter_mut().filter(|r| r.from <= now && now <= r.until) {
             let again = running.last.replace(now) == Some(now);
             match &mut running.recorder {
-                // Verilator's files take each time once.
+                // Verilator's files take one sample for each time.
                 Recorder::Everything if again => {}
                 Recorder::Everything => model.trace_dump(now),
                 Recorder::Signals(writer) => writer.sample(now)?,
@@ -180,7 +181,7 @@ impl Waves {
         Ok(())
     }
 
-    /// A run has failed: what was kept for this case is written.
+    /// Writes the recordings that are kept for a failed run.
     pub fn failed(&mut self, model: &mut Model) -> Result<(), Error> {
         for running in &mut self.running {
             if let Recorder::BeforeFailure { channels, kept, path, top, precision, .. } = &mut running.recorder {
@@ -195,7 +196,7 @@ impl Waves {
         self.flush(model)
     }
 
-    /// Brings everything recorded so far into the files.
+    /// Flushes everything recorded so far to the files.
     pub fn flush(&mut self, model: &mut Model) -> Result<(), Error> {
         self.running.iter_mut().try_for_each(|r| match &mut r.recorder {
             Recorder::Everything => {

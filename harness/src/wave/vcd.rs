@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::model::{Model, Storage, load};
 use crate::time::Time;
 
-/// A signal that is recorded. Valid as long as its model, which outlives the recordings.
+/// A recorded signal. It is valid as long as its model, which outlives the recordings.
 #[derive(Clone)]
 pub(super) struct Channel {
     name: String,
@@ -23,7 +23,7 @@ impl Channel {
         self.width.div_ceil(32) as usize
     }
 
-    /// Its value now, as 32-bit words, lowest first.
+    /// Appends the value as 32-bit words, lowest first.
     pub fn append_words(&self, into: &mut Vec<u32>) {
         // SAFETY: the recordings live in the core that owns the model.
         unsafe {
@@ -43,7 +43,7 @@ impl Channel {
     }
 }
 
-/// The channels of some signals; of all that are no memories, if none is named.
+/// The channels of the signals named; of all but memories, if none is named.
 pub(super) fn channels(model: &Model, names: &[String]) -> Result<Vec<Channel>, Error> {
     let channel = |info: &crate::model::SignalInfo| Channel {
         name: info.name.clone(),
@@ -59,14 +59,14 @@ pub(super) fn channels(model: &Model, names: &[String]) -> Result<Vec<Channel>, 
         .map(|name| {
             let info = model.info(model.find(name)?);
             if info.range.is_some() {
-                return Err(Error::bench(format!("'{name}' is a memory, which is not recorded")));
+                return Err(Error::bench(format!("'{name}' is a memory: memories are not recorded")));
             }
             Ok(channel(info))
         })
         .collect()
 }
 
-/// Writes a dump as it comes.
+/// Writes the dump sample by sample.
 pub(super) struct Writer {
     out: BufWriter<File>,
     path: PathBuf,
@@ -133,7 +133,7 @@ impl Writer {
         result
     }
 
-    /// Writes what differs from the last sample.
+    /// Writes the values that differ from the last sample.
     pub fn sample_words(&mut self, time: Time, words: &[u32]) -> Result<(), Error> {
         use std::fmt::Write as _;
         self.line.clear();
@@ -173,7 +173,7 @@ impl Writer {
     }
 }
 
-/// A short name of printable characters: `!`, `"`, ... `~`, `!!`.
+/// The identifier code of signal `number`, in printable characters: `!`, `"`, ... `~`, `!!`.
 fn code(number: usize) -> String {
     let mut text = String::new();
     let mut rest = number;
@@ -205,7 +205,7 @@ mod tests {
     use super::code;
 
     #[test]
-    fn codes_differ() {
+    fn identifier_codes_are_unique() {
         let codes: std::collections::HashSet<String> = (0..20_000).map(code).collect();
         assert_eq!(codes.len(), 20_000);
         assert_eq!((code(0).as_str(), code(93).as_str(), code(94).as_str()), ("!", "~", "!!"));

@@ -1,12 +1,16 @@
-//! Accuracy of the whole estimator over simulated flights above real ground, beside methods whose results another program wrote.
+//! Accuracy of the whole estimator over simulated flights above real ground, beside methods whose results another
+//! program wrote.
 //!
 //! ```text
-//! accuracy simulate TEXTURES FOLDER [EVERY]   frames of every flight, 16-bit PGM, and its name on stdout; EVERY keeps one in so many
-//! accuracy score TEXTURES FOLDER [EVERY]      estimates with this project's estimator, scores them and what is found in FOLDER
+//! accuracy simulate TEXTURES FOLDER [EVERY]   frames of every flight, 16-bit PGM, and its name on stdout; EVERY keeps
+//! one in so many accuracy score TEXTURES FOLDER [EVERY]      estimates with this project's estimator, scores them and
+//! what is found in FOLDER
 //! ```
 //!
-//! A method writes `NAME.METHOD.txt` for the flight `NAME`: `detect_ms match_ms features`, then nine numbers of the homography or
-//! `none`, then a line `x y x' y' inlier` for each first match. `benches/accuracy.py` does so with OpenCV, and calls both parts.
+//! A method writes `NAME.METHOD.txt` for the flight `NAME`: `detect_ms match_ms features`, then nine numbers of the
+//! homography or
+//! `none`, then a line `x y x' y' inlier` for each first match. `benches/accuracy.py` does so with OpenCV, and calls
+//! both parts.
 
 mod conditions;
 mod scene;
@@ -284,7 +288,8 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
             }
             let nominal = of(Some("nominal"));
             println!(
-                "{method:<10} {:>5.3} {:>7.0} {:>5.3} {:>6.3} {:>7.4} {:>6.3} {:>6.3} {:>6.3} {:>5} {:>5} {:>5} {:>6.1} {:>6.1}",
+                "{method:<10} {:>5.3} {:>7.0} {:>5.3} {:>6.3} {:>7.4} {:>6.3} {:>6.3} {:>6.3} {:>5} {:>5} {:>5} \
+                 {:>6.1} {:>6.1}",
                 mean(all.iter().map(|s| s.precision)),
                 mean(all.iter().map(|s| s.correct)),
                 mean(all.iter().map(|s| s.last_precision)),
@@ -301,7 +306,8 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
             );
         }
         println!(
-            "\nhoverlock by condition: first, correct, last, localisation, centre rms, pose rms, NEES, refused, worst NEES, least quality"
+            "\nhoverlock by condition: first, correct, last, localisation, centre rms, pose rms, NEES, refused, \
+             worst NEES, least quality"
         );
         for case in &CASES {
             let of: Vec<Score> = runs

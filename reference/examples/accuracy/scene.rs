@@ -1,8 +1,9 @@
 //! A camera over textured ground: `pixel = K R^T (point - place)`, and what IMU and laser say of it.
 //!
-//! The world has `X`, `Y` horizontal and `Z` down, metres. The ground lies `height - relief(X, Y)` below the camera. A pixel's ray is
-//! intersected with it by fixed-point iteration, which contracts as long as slope times the tangent of the viewing angle is below 1.
-//! A pixel is the mean of 2 x 2 rays, each a cubic interpolation (Keys, 1981) of a texture that is mirrored at its borders.
+//! The world has `X`, `Y` horizontal and `Z` down, metres. The ground lies `height - relief(X, Y)` below the camera. A
+//! pixel's ray is intersected with it by fixed-point iteration, which contracts as long as slope times the tangent of
+//! the viewing angle is below 1. A pixel is the mean of 2 x 2 rays, each a cubic interpolation (Keys, 1981) of a
+//! texture that is mirrored at its borders.
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};

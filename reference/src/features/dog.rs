@@ -1,9 +1,11 @@
-//! `d_k = G_{sigma1} * I - G_{sigma2} * I`, `DOG_k = |d_k|`: the difference of a narrow and a wide smoothing of one frame.
+//! `d_k = G_{sigma1} * I - G_{sigma2} * I`, `DOG_k = |d_k|`: the difference of a narrow and a wide smoothing of one
+//! frame.
 //!
 //! `sigma1 < sigma2` in pixels; the default is the chain 2.0 - 3.2 - 5.12, so that the two pairs `k = 0, 1` share three
-//! filters. `DOG_k` is in the unit of the planes (DN of the camera sample, or LSB where the planes are integers); at most
-//! 0.243 of full scale with the first-order filters of the default chain. The sign of `d_k` is kept as one bit: a bright
-//! spot is not a dark one. Source: D. Lowe, "Distinctive image features from scale-invariant keypoints", 2004, eq. (1).
+//! filters. `DOG_k` is in the unit of the planes (DN of the camera sample, or LSB where the planes are integers); at
+//! most 0.243 of full scale with the first-order filters of the default chain. The sign of `d_k` is a separate bit,
+//! which distinguishes bright from dark spots. Source: D. Lowe, "Distinctive image features from scale-invariant
+//! keypoints", 2004, eq. (1).
 
 use std::ops::Sub;
 
@@ -22,10 +24,10 @@ pub struct Dog<T> {
 }
 
 impl<T: Copy + PartialOrd + Sub<Output = T>> Dog<T> {
-    /// The difference narrow minus wide. The smaller is taken from the larger, so unsigned samples serve as well.
+    /// The difference narrow minus wide. The smaller is subtracted from the larger, so that unsigned samples work.
     ///
     /// # Panics
-    /// Where the shapes differ.
+    /// The shapes differ.
     pub fn between(narrow: &Plane<T>, wide: &Plane<T>) -> Self {
         Self {
             magnitude: narrow.zip_map(wide, |&n, &w| if n >= w { n - w } else { w - n }),

@@ -1,7 +1,8 @@
-//! `I -> {G_sigma * I} -> {DOG_k, MaxDOG_k} -> features`: a picture becomes features, with any smoother, in clear f64.
+//! `I -> {G_sigma * I} -> {DOG_k, MaxDOG_k} -> features`: features of a frame with any smoother, in f64.
 //!
-//! Features come in raster order, `k = 0` before `k = 1` where both scales find one pixel. The steps stand apart, so that a
-//! level of the levels that makes its own DoG (integers too) shares the search and the descriptors with all others.
+//! This is the readable reference; [`fast`](crate::features::fast) computes the same features in f32. Features are in
+//! raster order, `k = 0` before `k = 1` at one pixel. The steps are separate functions, so that every model level,
+//! integers included, uses the same search and the same descriptors.
 
 use std::ops::Sub;
 
@@ -11,23 +12,23 @@ use crate::features::maxima::{maxima, spread};
 use crate::features::maxlbp::{Layer, descriptor};
 use crate::image::plane::Plane;
 
-/// Which of the maxima become features.
+/// The maxima that become features.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Selection {
     /// `T_k` in DN of the camera sample: a feature has `DOG_k >= T_k`.
     pub thresholds: [f64; 2],
-    /// At most so many features, spread over the frame by [`spread`].
+    /// Largest number of features, spread over the frame by [`spread`].
     pub count: usize,
 }
 
 impl Default for Selection {
-    /// One LSB of the fixed-point DoG (half a code), the lowest threshold the hardware knows, and a thousand features.
+    /// One LSB of the fixed-point DoG (0.5 DN), the lowest threshold of the hardware, and 1000 features.
     fn default() -> Self {
         Self { thresholds: [0.5; 2], count: 1000 }
     }
 }
 
-/// The features of a frame; `smooth(plane, sigma)` smooths by a Gaussian of `sigma` px or what stands for it.
+/// The features of a frame; `smooth(plane, sigma)` smooths by a Gaussian of `sigma` px or by an approximation of it.
 pub fn extract(
     frame: &Plane<u16>,
     smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>,
@@ -35,39 +36,39 @@ pub fn extract(
 ) -> Vec<Feature> {
     let layers = layers(frame, smooth);
     let found = points(&layers, selection.thresholds);
-    let place = |p: &Point| (p.x as u32, p.y as u32, layers[p.scale].dog.magnitude[(p.x, p.y)]);
-    let kept = spread(&found, selection.count, place);
+    let position = |p: &Point| (p.x as u32, p.y as u32, layers[p.scale].dog.magnitude[(p.x, p.y)]);
+    let kept = spread(&found, selection.count, position);
     kept.into_iter().map(|point| feature(&layers, point, 1.0)).collect()
 }
 
 /// `DOG_k`, sign and `MaxDOG_k` of both scale pairs of the default chain of sigmas.
 pub fn layers(frame: &Plane<u16>, smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>) -> [Layer<f64>; 2] {
-    let frame = frame.map(|&code| f64::from(code));
+    let frame = frame.map(|&dn| f64::from(dn));
     layers_between(&SIGMAS.map(|sigma| smooth(&frame, sigma)))
 }
 
 /// The same from smoothed planes, the narrowest first.
 ///
 /// # Panics
-/// Where the planes differ in shape.
+/// The planes differ in shape.
 pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>([narrow, middle, wide]: &[Plane<T>; 3]) -> [Layer<T>; 2] {
     [Dog::between(narrow, middle), Dog::between(middle, wide)].map(Layer::new)
 }
 
-/// Every maximum of at least the threshold of its scale, described. `raw_per_unit` turns a response into codes of the
-/// camera word: 1 for float planes, 1/2 for the fixed-point DoG.
+/// The features of all maxima of at least the threshold of their scale. `dn_per_unit` converts a response to DN: 1 for
+/// float planes, 1/2 for the fixed-point DoG.
 ///
 /// # Panics
-/// Where the two layers differ in shape.
+/// The two layers differ in shape.
 pub fn features<T: Copy + PartialOrd + Into<f64>>(
     layers: &[Layer<T>; 2],
     thresholds: [T; 2],
-    raw_per_unit: f64,
+    dn_per_unit: f64,
 ) -> Vec<Feature> {
-    points(layers, thresholds).into_iter().map(|point| feature(layers, point, raw_per_unit)).collect()
+    points(layers, thresholds).into_iter().map(|point| feature(layers, point, dn_per_unit)).collect()
 }
 
-/// Where a feature is; the order of the fields is the order of features.
+/// Position of a feature; the order of the fields is the order of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Point {
     y: usize,
@@ -87,17 +88,17 @@ fn points<T: Copy + PartialOrd>(layers: &[Layer<T>; 2], thresholds: [T; 2]) -> V
     found
 }
 
-fn feature<T: Copy + PartialOrd + Into<f64>>(layers: &[Layer<T>; 2], at: Point, raw_per_unit: f64) -> Feature {
+fn feature<T: Copy + PartialOrd + Into<f64>>(layers: &[Layer<T>; 2], at: Point, dn_per_unit: f64) -> Feature {
     let Point { x, y, scale } = at;
     let dog = &layers[scale].dog;
-    let codes = |x: usize, y: usize| dog.magnitude[(x, y)].into() * raw_per_unit;
+    let dn = |x: usize, y: usize| dog.magnitude[(x, y)].into() * dn_per_unit;
     Feature {
         x: x as u32,
         y: y as u32,
         scale: scale as u8,
         bright: dog.positive[(x, y)],
-        response: codes(x, y),
-        neighbours: [codes(x - 1, y), codes(x + 1, y), codes(x, y - 1), codes(x, y + 1)],
+        response: dn(x, y),
+        neighbours: [dn(x - 1, y), dn(x + 1, y), dn(x, y - 1), dn(x, y + 1)],
         descriptor: descriptor(layers, x, y),
     }
 }
@@ -108,7 +109,7 @@ mod tests {
 
     use super::*;
 
-    /// A smoother whose answer is known: the mean over a square of about `sigma` px on either side, cut at the border.
+    /// A smoother with a known result: the mean over a square of about `sigma` px to each side, cut at the border.
     fn box_mean(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
         let reach = sigma.round() as usize;
         Plane::from_fn(plane.width(), plane.height(), |x, y| {
@@ -129,7 +130,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(32))]
 
         #[test]
-        fn features_are_in_order_eligible_and_true_to_the_layers(frame in picture()) {
+        fn features_are_ordered_eligible_and_agree_with_the_layers(frame in picture()) {
             let layers = layers(&frame, box_mean);
             let thresholds = [30.0, 20.0];
             let all = features(&layers, thresholds, 1.0);
@@ -149,7 +150,7 @@ mod tests {
         }
 
         #[test]
-        fn integers_and_floats_share_one_search(frame in picture()) {
+        fn integer_and_float_layers_give_the_same_features(frame in picture()) {
             // Whole numbers in either type: every comparison has the same outcome, so every feature is the same.
             let frames = [3.0, 5.0, 9.0].map(|reach| box_mean(&frame.map(|&c| f64::from(c)), reach).map(|v| v.round()));
             let float = layers_between(&frames);

@@ -1,9 +1,9 @@
-//! What the extractor hands to the estimator: a place, a response and a binary descriptor.
+//! A feature, the output of the extractor: position, response and binary descriptor.
 
 /// Number of ring points of a descriptor word: `n` in `o_i = R (cos(2 pi i / n), sin(2 pi i / n))`, `i = 0 .. n - 1`.
 pub const RING_POINTS: usize = 32;
 
-/// 128 bits about the surroundings of a feature; bit `i` of each word is ring point `i`.
+/// The 128-bit descriptor of a feature; bit `i` of each word is ring point `i`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Descriptor {
     /// `MaxLBP_k`: bit `i` is `DOG_k(p) >= MaxDOG_k(o_i)`, one word per scale pair.
@@ -36,7 +36,7 @@ pub struct Feature {
     pub scale: u8,
     /// Polarity: the signed DoG (narrow minus wide) at the pixel is not negative, that is a bright spot.
     pub bright: bool,
-    /// `DOG_k` at the pixel, DN of the 16-bit camera sample (half a code is one LSB of the fixed-point DoG).
+    /// `DOG_k` at the pixel, DN of the 16-bit camera sample (0.5 DN is one LSB of the fixed-point DoG).
     pub response: f64,
     /// `DOG_k` at the left, right, upper and lower neighbour, for the parabola.
     pub neighbours: [f64; 4],
@@ -45,8 +45,8 @@ pub struct Feature {
 }
 
 impl Feature {
-    /// The place to a fraction of a pixel: the vertex of the parabola through three responses, along `x` and along `y`:
-    /// `dx = (l - r) / (2 (l - 2 c + r))`, within half a pixel because the centre is a maximum.
+    /// The position to a fraction of a pixel: the vertex of the parabola through three responses, along `x` and along
+    /// `y`: `dx = (l - r) / (2 (l - 2 c + r))`, within half a pixel because the centre is a maximum.
     pub fn subpixel(&self) -> (f64, f64) {
         let vertex = |before: f64, after: f64| {
             let curvature = before - 2.0 * self.response + after;

@@ -1,10 +1,10 @@
-//! `LBP(p) = sum_i s(I(p + o_i) - I(p)) 2^i`, `s(t) = 1` where `t >= 0`: local binary patterns on intensities, the baseline
-//! that MaxLBP is compared with.
+//! `LBP(p) = sum_i s(I(p + o_i) - I(p)) 2^i`, `s(t) = 1` where `t >= 0`: local binary patterns on intensities, the
+//! baseline that MaxLBP is compared with.
 //!
 //! The rings are those of MaxLBP (32 points, radius 12 and 16 px), so that the comparison is of the rule and not of the
-//! places: 64 bits, in the words `maxlbp` of a descriptor; the sign words stay 0, so the strict distance and the full one
-//! are the same. Source: T. Ojala, M. Pietikainen, T. Maenpaa, "Multiresolution gray-scale and rotation invariant texture
-//! classification with local binary patterns", 2002, eq. (4).
+//! positions: 64 bits, in the words `maxlbp` of a descriptor; the sign words stay 0, so the strict distance and the
+//! full one are the same. Source: T. Ojala, M. Pietikainen, T. Maenpaa, "Multiresolution gray-scale and rotation
+//! invariant texture classification with local binary patterns", 2002, eq. (4).
 
 use crate::features::feature::Descriptor;
 use crate::features::maxlbp::rings;

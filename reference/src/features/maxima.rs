@@ -1,11 +1,12 @@
 //! `p` is a feature point of scale `k` where `DOG_k(p) >= T_k`, `DOG_k(p) > DOG_k(q)` for the neighbours `q` of the 7x7
 //! window that come earlier in raster order, and `DOG_k(p) >= DOG_k(q)` for those that come later.
 //!
-//! Integers tie: without the rule a plateau is lost (all strict) or counted many times (none strict). With it, of the
-//! highest samples of a window only the first in raster order can win, so two maxima of one scale never stand within 3 px
-//! of each other in both directions. A centre is eligible where `18 <= x < W - 18` and `18 <= y < H - 18`, whatever the
-//! scale: 16 px of the outer ring and 2 px of MaxDOG, so that no window of a feature leaves the frame. All 48 neighbours
-//! are looked at, eligible or not. A frame under 37 px in either direction has no feature point.
+//! Integer responses can be equal. With strict comparisons only, a plateau has no maximum; with none, it has several.
+//! By this rule only the first of the highest samples of a window, in raster order, is a maximum. So two maxima of one
+//! scale are never within 3 px of each other in both directions. A centre is eligible where `18 <= x < W - 18` and `18
+//! <= y < H - 18`, whatever the scale: 16 px of the outer ring and 2 px of MaxDOG, so that no window of a feature
+//! leaves the frame. All 48 neighbours are used, eligible or not. A frame under 37 px in either direction has no
+//! feature point.
 
 use std::{cmp::Ordering, ops::Range};
 
@@ -21,7 +22,8 @@ pub const MARGIN: usize = 18;
 /// Side of a cell of the grid that spreads the strongest features over the frame, in pixels.
 pub const CELL: u32 = 128;
 
-/// No feature below this part of the `n`-th strongest response is kept, however empty its cell: weak maxima are found again less often.
+/// No feature below this part of the `n`-th strongest response is kept, however empty its cell: weak maxima are found
+/// again less often.
 pub const LEAST_STRENGTH: f64 = 0.7;
 
 /// Columns (or rows) in which a centre is eligible, for a frame of `size` columns (or rows).
@@ -29,16 +31,16 @@ pub fn eligible(size: usize) -> Range<usize> {
     MARGIN..size.saturating_sub(MARGIN).max(MARGIN)
 }
 
-/// Whether `(x, y)` is a maximum of its 7x7 window. The window lies in the frame.
+/// True if `(x, y)` is a maximum of its 7x7 window. The window lies in the frame.
 ///
 /// # Panics
-/// Where the window leaves the frame.
+/// The window leaves the frame.
 pub fn is_maximum<T: Copy + PartialOrd>(dog: &Plane<T>, x: usize, y: usize) -> bool {
     let centre = dog[(x, y)];
     let columns = x - WINDOW_RADIUS..=x + WINDOW_RADIUS;
     let earlier = |q: &T| centre > *q;
     let later = |q: &T| centre >= *q;
-    // The row of the centre first: along it most candidates fall.
+    // The row of the centre first: it rejects most candidates.
     dog.row(y)[x - WINDOW_RADIUS..x].iter().all(earlier)
         && dog.row(y)[x + 1..=x + WINDOW_RADIUS].iter().all(later)
         && (1..=WINDOW_RADIUS).all(|dy| {
@@ -53,7 +55,7 @@ pub fn maxima<T: Copy + PartialOrd>(dog: &Plane<T>, threshold: T) -> Vec<(usize,
     if columns.is_empty() {
         return found;
     }
-    // The nearest four neighbours first, without branches: few samples get past them.
+    // The nearest four neighbours first, without branches: they reject most samples.
     let mut candidates = vec![false; columns.len()];
     for y in eligible(dog.height()) {
         let (start, n) = (columns.start, columns.len());
@@ -82,15 +84,16 @@ pub fn nth_strongest<T: Copy + PartialOrd>(dog: &Plane<T>, floor: T, n: usize) -
     Some(*responses.select_nth_unstable_by(n - 1, descending).1)
 }
 
-/// The `n` features to keep, spread over the frame as [`spread`] tells.
+/// The `n` features to keep, spread over the frame by [`spread`].
 pub fn strongest_per_cell(features: &[Feature], n: usize) -> Vec<Feature> {
     spread(features, n, |f| (f.x, f.y, f.response))
 }
 
-/// The `n` items to keep, of those with at least [`LEAST_STRENGTH`] of the `n`-th strongest response: every 128x128 cell gives its
-/// strongest before any gives its second, and so on; of the last round, which may have too many, the strongest go. Ties fall in
-/// the order given, which the result keeps. `place` is column, row and response of an item.
-pub fn spread<T: Copy>(items: &[T], n: usize, place: impl Fn(&T) -> (u32, u32, f64)) -> Vec<T> {
+/// Selects `n` items in rounds, among those with at least [`LEAST_STRENGTH`] of the `n`-th strongest response: each
+/// round takes the strongest remaining item of every 128x128 cell. If the last round has too many items, its strongest
+/// are taken. Ties are decided by the order given, which the result keeps. `position` is column, row and response of an
+/// item.
+pub fn spread<T: Copy>(items: &[T], n: usize, position: impl Fn(&T) -> (u32, u32, f64)) -> Vec<T> {
     if items.len() <= n {
         return items.to_vec();
     }
@@ -98,11 +101,11 @@ pub fn spread<T: Copy>(items: &[T], n: usize, place: impl Fn(&T) -> (u32, u32, f
         return Vec::new();
     }
     let mut ranked: Vec<Ranked> =
-        items.iter().enumerate().map(|(index, item)| Ranked { response: place(item).2, index }).collect();
+        items.iter().enumerate().map(|(index, item)| Ranked { response: position(item).2, index }).collect();
     let floor = LEAST_STRENGTH * ranked.select_nth_unstable_by(n - 1, Ranked::stronger).1.response;
-    let strong = |item: &&T| place(item).2 >= floor;
+    let strong = |item: &&T| position(item).2 >= floor;
     let cell = |item: &T| {
-        let (x, y, _) = place(item);
+        let (x, y, _) = position(item);
         ((x / CELL) as usize, (y / CELL) as usize)
     };
     let columns = items.iter().map(|item| cell(item).0).max().unwrap_or(0) + 1;
@@ -121,7 +124,7 @@ pub fn spread<T: Copy>(items: &[T], n: usize, place: impl Fn(&T) -> (u32, u32, f
     for (index, item) in items.iter().enumerate().filter(|(_, item)| strong(item)) {
         let bound = &mut bounds[cell(item)];
         *bound -= 1;
-        ranked[*bound] = Ranked { response: place(item).2, index };
+        ranked[*bound] = Ranked { response: position(item).2, index };
     }
 
     // As many rounds as can go whole: all of them where no more than `n` items are strong.
@@ -307,7 +310,8 @@ mod tests {
         fn spreading_takes_rounds_in_order(
             all in prop::collection::vec((0u32..200, 0u32..150, 0u8..9), 0..80), n in 0usize..90,
         ) {
-            // The definition: leave out the weak, sort by round, then response, then place in the list; take the first n.
+            // The definition: leave out the weak, sort by round, then response, then position in the list; take the
+            // first n.
             let given: Vec<Feature> = all.into_iter().map(|(x, y, r)| feature(x, y, f64::from(r))).collect();
             let mut responses: Vec<f64> = given.iter().map(|f| f.response).collect();
             responses.sort_by(|a, b| b.total_cmp(a));

@@ -1,12 +1,12 @@
 //! `MaxDOG_k(q) = max DOG_k` over the `(2D + 1)^2` window around `q`, `D = 2`; bit `i` of `MaxLBP_k(p)` is
 //! `DOG_k(p) >= MaxDOG_k(p + o_i)` for `i = 0 .. 31`.
 //!
-//! The ring is `o_i = (round(R cos(2 pi i / 32)), round(R sin(2 pi i / 32)))`, `x` to the right, `y` down, half away from
-//! zero, `R` = 12 px for `k = 0` and 16 px for `k = 1`. At a maximum that bit is 1 nine times in ten, so words repeat;
-//! hence a second word per scale whose bit `i` is the sign bit of the signed DoG at `p + o_i` (1 where `d_k >= 0`): 128
-//! bits. A descriptor is always of both scales at the feature's pixel, whichever scale found it. Leaving the sign words
-//! out ("strict") is a matter of the distance, not of the descriptor. MaxLBP is the LBP of T. Ojala et al., 2002, eq. (4),
-//! with the intensity replaced by the response and the neighbour by the maximum around it.
+//! The ring is `o_i = (round(R cos(2 pi i / 32)), round(R sin(2 pi i / 32)))`, `x` to the right, `y` down, half away
+//! from zero, `R` = 12 px for `k = 0` and 16 px for `k = 1`. At a maximum nine of ten of these bits are 1, so that
+//! descriptors are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p + o_i`
+//! (1 where `d_k >= 0`): 128 bits. A descriptor always has both scales at the pixel of the feature. The strict distance
+//! ignores the sign words; the descriptor always has them. MaxLBP is the LBP of T. Ojala et al., 2002, eq. (4), with
+//! the intensity replaced by the response and the neighbour by the maximum around it.
 
 use std::sync::LazyLock;
 
@@ -14,7 +14,7 @@ use crate::features::dog::Dog;
 use crate::features::feature::{Descriptor, RING_POINTS};
 use crate::image::plane::Plane;
 
-/// `D`: MaxDOG looks at `(2D + 1)^2` samples.
+/// `D`: MaxDOG is the maximum of `(2D + 1)^2` samples.
 pub const MAX_RADIUS: usize = 2;
 
 /// Radius of the ring in pixels, per scale pair.
@@ -34,7 +34,8 @@ fn ring(radius: f64) -> [(i32, i32); RING_POINTS] {
     })
 }
 
-/// All that descriptors of one scale pair are made of. `T` is a float of levels `ideal` to `quantised` or an integer of the bit-true model.
+/// The planes from which the descriptors of one scale pair are computed. `T` is a float of levels `ideal` to
+/// `quantised` or an integer of the bit-true model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layer<T> {
     /// `DOG_k` and the sign bit.
@@ -44,19 +45,19 @@ pub struct Layer<T> {
 }
 
 impl<T: Copy + PartialOrd> Layer<T> {
-    /// Completes a DoG by its local maxima.
+    /// Adds MaxDOG to a DoG.
     pub fn new(dog: Dog<T>) -> Self {
         let max_dog = max_dog(&dog.magnitude);
         Self { dog, max_dog }
     }
 }
 
-/// `MaxDOG` of every sample; at the border the maximum over the part of the window that lies in the frame, which is also
-/// what repeating the border sample gives.
+/// `MaxDOG` of every sample; at the border the maximum over the part of the window that lies in the frame, which is
+/// also what repeating the border sample gives.
 pub fn max_dog<T: Copy + PartialOrd>(dog: &Plane<T>) -> Plane<T> {
     const WINDOW: usize = 2 * MAX_RADIUS + 1;
     let (w, h) = (dog.width(), dog.height());
-    // Maxima along the row of the last five rows: row `y` stands in place `y % 5`.
+    // Maxima along the row of the last five rows: row `y` is at index `y % 5`.
     let mut along_rows: [Vec<T>; WINDOW] = std::array::from_fn(|_| dog.row(0).to_vec());
     let mut out = dog.clone();
     for y in 0..h + MAX_RADIUS {
@@ -119,7 +120,8 @@ mod tests {
     #[test]
     fn ring_is_the_table_of_the_design() {
         let [inner, outer] = *rings();
-        // 16 cos and 16 sin of 0, 11.25, 22.5, 33.75, 45 degrees: 16/0, 15.69/3.12, 14.78/6.12, 13.30/8.89, 11.31/11.31.
+        // 16 cos and 16 sin of 0, 11.25, 22.5, 33.75, 45 degrees: 16/0, 15.69/3.12, 14.78/6.12, 13.30/8.89,
+        // 11.31/11.31.
         assert_eq!(outer[..5], [(16, 0), (16, 3), (15, 6), (13, 9), (11, 11)]);
         // 12/0, 11.77/2.34, 11.09/4.59, 9.98/6.67, 8.49/8.49.
         assert_eq!(inner[..5], [(12, 0), (12, 2), (11, 5), (10, 7), (8, 8)]);

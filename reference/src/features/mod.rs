@@ -1,6 +1,6 @@
-//! From smoothed planes to described feature points: DoG, maxima, MaxLBP.
+//! Feature points and descriptors from smoothed planes: DoG, maxima, MaxLBP.
 //!
-//! [`extractor`] is the whole chain in clear f64; [`fast`] is the same chain in f32 at flight speed.
+//! [`extractor`] is the reference in f64. [`fast`] is the same chain in f32, for every use where speed matters.
 
 pub mod dog;
 pub mod extractor;

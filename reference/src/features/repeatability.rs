@@ -5,20 +5,21 @@
 //! correct       = |M and R| / |R|,    M = mutual best matches of the descriptors among the same N points
 //! ```
 //!
-//! REF is the middle of the picture, CUR the same picture resampled (bicubic) through `H`, which keeps the middle of the frame
-//! where it is. Points count where they are eligible in one frame and land in the eligible part of the other, so both frames
-//! are asked about the same ground. Of these each frame, and each smoother, gives its `N_k` strongest per scale: equal numbers,
-//! since who offers more points repeats more of them by chance. Places are to a fraction of a pixel (the parabola).
+//! REF is the middle of the picture, CUR the same picture resampled (bicubic) through `H`, which does not move the
+//! middle of the frame. A point counts if it is eligible in one frame and its mapped position is eligible in the other,
+//! so that both frames show the same ground. Each frame and each smoother gives its `N_k` strongest points per scale.
+//! The numbers are equal because more points repeat more often by chance. Positions have subpixel resolution
+//! (parabola).
 //!
-//! Side by side stand the sampled Gaussian (`ideal`) and the two-sided first-order recursion (`recursive`), the claim being that
-//! the recursion, poor fit as it is, is "almost identically stable"; and, on the points of either, plain LBP on intensities,
-//! MaxLBP alone (strict) and MaxLBP with sign bits. Measured over 16 pictures the claim holds where a hovering helicopter is:
-//! within 5 degrees the recursion repeats at most 2.6 points in a hundred less, and under changes of scale as many or more.
-//! It does not hold for large rotations (87 against 96 of a hundred at 20 degrees): the product of two exponentials has
-//! diamonds for level lines, where the product of two Gaussians has circles.
+//! The sampled Gaussian (`ideal`) is compared with the two-sided first-order recursion (`recursive`), whose features
+//! are claimed to be "almost identically stable". At the points of each, three descriptors are compared: LBP on
+//! intensities, MaxLBP without sign bits (strict) and MaxLBP with sign bits. Measured over 16 pictures: within 5
+//! degrees of rotation the recursion repeats at most 2.6 percentage points less, and under changes of scale as many
+//! points or more. At large rotations it repeats less (87 % against 96 % at 20 degrees), because the contour lines of a
+//! product of two exponentials are diamonds, those of a product of two Gaussians circles.
 //!
-//! Source of the measure: K. Mikolajczyk et al., "A comparison of affine
-//! region detectors", 2005, section 4.1, with places in pixels instead of overlapping regions: all features of a scale pair
+//! Source of the measure: K. Mikolajczyk et al., "A comparison of affine region
+//! detectors", 2005, section 4.1, with positions in pixels instead of overlapping regions: all features of a scale pair
 //! have one size here.
 
 use std::ops::Range;
@@ -36,16 +37,17 @@ use crate::image::picture::{FRAME_HEIGHT, FRAME_WIDTH};
 use crate::image::plane::Plane;
 use crate::motion::matching::Matching;
 use crate::motion::model::transfer;
+use crate::smoothing::design::DesignError;
 use crate::smoothing::recursive::border::Border;
-use crate::smoothing::smoother::{DesignError, Smoother};
+use crate::smoothing::smoother::Smoother;
 
 /// Largest distance of a repeated point from where the warp takes it, px.
 pub const TOLERANCE: f64 = 1.5;
 
-/// At most so many points of each scale pair are compared.
+/// Largest number of points of each scale pair.
 pub const POINTS_PER_SCALE: usize = 300;
 
-/// Field of view across the frame in which the tilts are seen: the wide end of the camera's zoom, degrees.
+/// Horizontal field of view for the tilts, degrees: the wide end of the zoom of the camera.
 pub const FIELD_OF_VIEW: f64 = 50.0;
 
 /// A family of warps about the middle of the frame, with one parameter.
@@ -61,7 +63,7 @@ pub enum Warp {
 }
 
 impl Warp {
-    /// All of them.
+    /// All families.
     pub const ALL: [Self; 3] = [Self::Rotation, Self::Scale, Self::Tilt];
 
     /// The parameters that are measured.
@@ -91,16 +93,16 @@ impl Warp {
     }
 }
 
-/// How stable points and descriptors are along one family of warps.
+/// Stability of points and descriptors over one family of warps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// The family.
     pub warp: Warp,
-    /// In the order of the parameter; a warp that leaves no points to compare is left out.
+    /// In the order of the parameter, without warps that have no points to compare.
     pub samples: Vec<Sample>,
 }
 
-/// What was measured at one parameter.
+/// The measurement at one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// The parameter: degrees, or the ratio of sizes.
@@ -116,21 +118,21 @@ pub struct Sample {
 /// Shares from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stability {
-    /// Points of REF that CUR has too.
+    /// Points of REF that are repeated in CUR.
     pub repeatability: f64,
-    /// Of those, points that plain LBP on intensities matches rightly.
+    /// Of those, points that LBP on intensities matches correctly.
     pub lbp: f64,
-    /// Of those, points that MaxLBP alone matches rightly.
+    /// Of those, points that MaxLBP without sign bits matches correctly.
     pub strict: f64,
-    /// Of those, points that MaxLBP with sign bits matches rightly.
+    /// Of those, points that MaxLBP with sign bits matches correctly.
     pub signs: f64,
 }
 
-/// The curves of one picture, one per family of warps. The frame is the middle 1024x768 of the picture, or all of a smaller
-/// one; where CUR looks past the picture it sees the border repeated, and no point there is compared.
+/// The curves of one picture, one per family of warps. The frame is the middle 1024x768 of the picture, or all of a
+/// smaller one; outside the picture CUR repeats the border sample, and points there are not compared.
 ///
 /// # Errors
-/// Where a smoother cannot be designed, which would be a fault of this program.
+/// A smoother cannot be designed. This is a defect of this program.
 pub fn curves(picture: &Plane<u16>) -> Result<Vec<Curve>, DesignError> {
     let smoothers = [Bank::of(Smoother::gaussian)?, Bank::of(Smoother::first_order)?];
     let view = View::of(picture);
@@ -155,12 +157,12 @@ pub fn curves(picture: &Plane<u16>) -> Result<Vec<Curve>, DesignError> {
 /// The three smoothers of one kind.
 struct Bank([Smoother; SIGMAS.len()]);
 
-/// A feature with its descriptor of MaxLBP, and that of plain LBP.
+/// A feature with its MaxLBP and LBP descriptors.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     feature: Feature,
     lbp: Feature,
-    place: Vector2<f64>,
+    position: Vector2<f64>,
 }
 
 impl Bank {
@@ -169,14 +171,14 @@ impl Bank {
         Ok(Self([narrow?, middle?, wide?]))
     }
 
-    /// All features of at least one LSB of the fixed point, half a code.
+    /// All features of at least one LSB of the fixed point, 0.5 DN.
     fn points(&self, frame: &Plane<u16>) -> Vec<Point> {
-        let plane = frame.map(|&code| f64::from(code));
+        let plane = frame.map(|&dn| f64::from(dn));
         let layers = layers_between(&self.0.each_ref().map(|smoother| smoother.smooth(&plane, Border::Held)));
         let point = |feature: Feature| {
             let descriptor = lbp::descriptor(frame, feature.x as usize, feature.y as usize);
             let (x, y) = feature.subpixel();
-            Point { feature, lbp: Feature { descriptor, ..feature }, place: Vector2::new(x, y) }
+            Point { feature, lbp: Feature { descriptor, ..feature }, position: Vector2::new(x, y) }
         };
         features(&layers, [0.5; 2], 1.0).into_iter().map(point).collect()
     }
@@ -202,14 +204,14 @@ impl<'a> View<'a> {
         // The warps here are far from singular.
         let back = homography.try_inverse().unwrap_or_else(Matrix3::identity);
         Plane::from_fn(self.width, self.height, |x, y| {
-            let place = transfer(&back, Vector2::new(x as f64, y as f64)).unwrap_or_default() + self.offset;
-            bicubic(self.picture, place.x, place.y)
+            let position = transfer(&back, Vector2::new(x as f64, y as f64)).unwrap_or_default() + self.offset;
+            bicubic(self.picture, position.x, position.y)
         })
     }
 }
 
-/// The picture between its pixels, by the cubic of R. Keys, 1981 (`a = -1/2`): exact at pixels and on parabolas; the border
-/// sample is repeated.
+/// The picture between its pixels, by the cubic of R. Keys, 1981 (`a = -1/2`): exact at pixels and on parabolas; the
+/// border sample is repeated.
 fn bicubic(picture: &Plane<u16>, x: f64, y: f64) -> u16 {
     let weights = |t: f64| {
         [
@@ -245,7 +247,9 @@ fn compare(
         [0, 1].map(|scale| {
             let mut points: Vec<Point> = points
                 .iter()
-                .filter(|p| p.feature.scale == scale && transfer(to_other, p.place).is_some_and(|q| lies_in(q, &area)))
+                .filter(|p| {
+                    p.feature.scale == scale && transfer(to_other, p.position).is_some_and(|q| lies_in(q, &area))
+                })
                 .copied()
                 .collect();
             // A stable sort: of equal responses the earlier in raster order comes first.
@@ -269,9 +273,9 @@ fn compare(
     Some((points, stability))
 }
 
-fn lies_in(place: Vector2<f64>, [columns, rows]: &[Range<usize>; 2]) -> bool {
+fn lies_in(position: Vector2<f64>, [columns, rows]: &[Range<usize>; 2]) -> bool {
     let within = |v: f64, range: &Range<usize>| v >= range.start as f64 && v < range.end as f64;
-    within(place.x, columns) && within(place.y, rows)
+    within(position.x, columns) && within(position.y, rows)
 }
 
 /// Repeatability and correct matches of two lists of as many points.
@@ -295,9 +299,9 @@ fn stability(reference: &[Point], current: &[Point], homography: &Matrix3<f64>) 
 fn repeated(reference: &[Point], current: &[Point], homography: &Matrix3<f64>) -> Vec<(usize, usize)> {
     let mut near = Vec::new();
     for (i, p) in reference.iter().enumerate() {
-        let Some(expected) = transfer(homography, p.place) else { continue };
+        let Some(expected) = transfer(homography, p.position) else { continue };
         for (j, q) in current.iter().enumerate() {
-            let distance = (q.place - expected).norm();
+            let distance = (q.position - expected).norm();
             let alike = p.feature.scale == q.feature.scale && p.feature.bright == q.feature.bright;
             if alike && distance <= TOLERANCE {
                 near.push((distance, i, j));
@@ -341,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn warps_keep_the_middle_and_do_what_they_say() {
+    fn warps_keep_the_middle_and_map_known_points() {
         let close = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9;
         for warp in Warp::ALL {
             for &value in warp.values() {
@@ -369,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_moves_without_a_warp_and_a_wrong_warp_repeats_nothing() {
+    fn without_a_warp_all_points_repeat_and_a_wrong_warp_repeats_none() {
         let picture = texture(220, 200);
         let bank = || Bank::of(Smoother::first_order).unwrap().points(&picture);
         let points = || [bank(), bank()];
@@ -400,7 +404,7 @@ mod tests {
         let feature = Bank::of(Smoother::first_order).unwrap().points(&texture(100, 100))[0];
         let put = |x: f64, scale: u8, bright: bool| Point {
             feature: Feature { scale, bright, ..feature.feature },
-            place: Vector2::new(x, 50.0),
+            position: Vector2::new(x, 50.0),
             ..feature
         };
         let from = [put(20.0, 0, true), put(21.0, 0, true), put(40.0, 1, true), put(60.0, 0, true), put(80.0, 0, true)];
@@ -412,7 +416,10 @@ mod tests {
     #[ignore = "25 warps of real pictures, some 4 s each"]
     fn the_recursion_is_almost_as_stable_as_the_gaussian_within_the_envelope() {
         let Some(folder) = data_dir() else {
-            eprintln!("SKIPPED: no picture folder, set HOVERLOCK_DATA");
+            eprintln!(
+                "SKIPPED: the_recursion_is_almost_as_stable_as_the_gaussian_within_the_envelope: \
+                 set HOVERLOCK_DATA to the picture folder"
+            );
             return;
         };
         for name in ["farmstead", "pasture_low_texture", "urban_intersection_a"] {

@@ -1,4 +1,4 @@
-//! What the air and the camera do to a picture, in this order, `v` in codes of the 16-bit word, `FS = 65535`:
+//! Degradation of a picture by air and camera, in this order, `v` in DN of the 16-bit camera sample, `FS = 65535`:
 //!
 //! ```text
 //! contrast   v <- L + c (v - L)             L = 0.55 FS, the light that haze scatters into the path (Koschmieder 1924)
@@ -7,11 +7,11 @@
 //! noise      e = v / FS * Q electrons       shot noise of variance e (Poisson), read noise of 12 e- rms
 //! ```
 //!
-//! `Q` is the full well. The result is rounded and clipped to `0 ..= 65535`. Everything is a function of the picture, the
-//! condition and the seed, with the same bits on every machine: only `+ - * / sqrt` are used, which IEEE 754 fixes. So the
-//! normal deviate is the sum of twelve uniform numbers less 6 (variance 1, excess kurtosis -0.1, reach +-6), and shot and
-//! read noise, both near normal and independent, are one draw of variance `e + 12^2`. At a full well of 4 ke- the Poisson
-//! law is normal to a skew of `1/sqrt(e)`, 0.02 in mid scale.
+//! `Q` is the full well. The result is rounded and clipped to `0 ..= 65535`. Everything is a function of the picture,
+//! the condition and the seed, with the same bits on every machine: only `+ - * / sqrt` are used, which IEEE 754 fixes.
+//! So the normal deviate is the sum of twelve uniform numbers less 6 (variance 1, excess kurtosis -0.1, reach +-6), and
+//! shot and read noise, both near normal and independent, are one draw of variance `e + 12^2`. At a full well of 4 ke-
+//! the Poisson law is normal to a skew of `1/sqrt(e)`, 0.02 in mid scale.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -19,32 +19,32 @@ use rayon::prelude::*;
 
 use crate::image::plane::Plane;
 
-/// Full scale of the camera word.
+/// Full scale of the camera sample, DN.
 const FULL_SCALE: f64 = 65535.0;
-/// The light of the air, as a part of full scale.
+/// Scattered light (air light), relative to full scale.
 const AIR_LIGHT: f64 = 0.55;
 /// Read noise of the sensor, electrons rms.
 const READ_NOISE: f64 = 12.0;
 
-/// One state of air and camera.
+/// A condition of air and camera.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Condition {
-    /// How it is called in reports.
+    /// Name in reports.
     pub name: &'static str,
-    /// Contrast factor `c` toward the air's light, 1 in clear air.
+    /// Contrast factor `c`, 1 in clear air.
     pub contrast: f64,
     /// Standard deviation of the blur, px; 0 for none.
     pub blur: f64,
-    /// Half width `d` of the gain's interval.
+    /// Half width `d` of the gain interval.
     pub gain_spread: f64,
     /// Full well `Q`, electrons.
     pub full_well: f64,
 }
 
-/// A good day: 20 ke-, gain +-10 %.
+/// Clear air: full well 20 ke-, gain +-10 %.
 pub const NOMINAL: Condition =
     Condition { name: "nominal", contrast: 1.0, blur: 0.0, gain_spread: 0.1, full_well: 20_000.0 };
-/// Everything at once: contrast 0.3, blur 1.5 px, gain +-20 %, 4 ke-.
+/// Combined degradations: contrast 0.3, blur 1.5 px, gain +-20 %, 4 ke-.
 pub const COMBINED: Condition =
     Condition { name: "combined", contrast: 0.3, blur: 1.5, gain_spread: 0.2, full_well: 4_000.0 };
 /// Fog: contrast 0.1, 6 ke-.
@@ -54,16 +54,16 @@ pub const FOG: Condition = Condition { name: "fog", contrast: 0.1, blur: 0.0, ga
 pub const CONDITIONS: [Condition; 3] = [NOMINAL, COMBINED, FOG];
 
 impl Condition {
-    /// The gain that `seed` gives.
+    /// The gain drawn from `seed`.
     pub fn gain(&self, seed: u64) -> f64 {
         let uniform = ChaCha8Rng::seed_from_u64(seed).next_u32() as f64 / f64::from(u32::MAX);
         1.0 + self.gain_spread * (2.0 * uniform - 1.0)
     }
 
-    /// `picture` as the camera delivers it under this condition.
+    /// `picture` under this condition, DN.
     pub fn apply(&self, picture: &Plane<u16>, seed: u64) -> Plane<u16> {
         let air_light = AIR_LIGHT * FULL_SCALE;
-        let hazy = picture.map(|&code| air_light + self.contrast * (f64::from(code) - air_light));
+        let hazy = picture.map(|&dn| air_light + self.contrast * (f64::from(dn) - air_light));
         let blurred = if self.blur > 0.0 { blur(&hazy, self.blur) } else { hazy };
         let gain = self.gain(seed);
         let electrons = self.full_well / FULL_SCALE;
@@ -109,8 +109,8 @@ fn blur(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
     along_rows(&along_rows(plane).transposed()).transposed()
 }
 
-/// `w_k = q^(k^2) / sum`, `q = exp(-1 / (2 sigma^2))`, for `k = 0 ..= 4 sigma`; the power grows by products and `q` is the
-/// exponential series, because the `exp` of one machine differs from another's in the last bit.
+/// `w_k = q^(k^2) / sum`, `q = exp(-1 / (2 sigma^2))`, for `k = 0 ..= 4 sigma`; the power grows by products and `q` is
+/// the exponential series, because the `exp` of one machine differs from another's in the last bit.
 fn half_kernel(sigma: f64) -> Vec<f64> {
     let exponent = 1.0 / (2.0 * sigma * sigma);
     let (mut term, mut series) = (1.0, 1.0);
@@ -145,12 +145,13 @@ mod tests {
 
     #[test]
     fn noise_of_a_flat_picture_has_the_stated_mean_and_variance() {
-        // 256 x 256 samples: the mean errs by sd / 256, the variance by a relative sqrt(2) / 256 = 0.55 %; 4 of each allowed.
+        // 256 x 256 samples: the mean errs by sd / 256, the variance by a relative sqrt(2) / 256 = 0.55 %; 4 of each
+        // allowed.
         for condition in CONDITIONS {
-            let code = 20_000.0;
-            let (mean, variance) = moments(&condition.apply(&Plane::filled(256, 256, code as u16), 5));
+            let dn = 20_000.0;
+            let (mean, variance) = moments(&condition.apply(&Plane::filled(256, 256, dn as u16), 5));
             let air_light = 0.55 * 65535.0;
-            let expected = condition.gain(5) * (air_light + condition.contrast * (code - air_light));
+            let expected = condition.gain(5) * (air_light + condition.contrast * (dn - air_light));
             let electrons = condition.full_well / 65535.0;
             let spread = (expected * electrons + 144.0) / electrons.powi(2);
             assert!((mean - expected).abs() < 4.0 * spread.sqrt() / 256.0, "{}: {mean} {expected}", condition.name);
@@ -194,11 +195,11 @@ mod tests {
     }
 
     #[test]
-    fn one_seed_one_picture_on_every_machine() {
+    fn a_seed_gives_the_same_picture_on_every_machine() {
         let ramp = Plane::from_fn(40, 30, |x, y| (1000 * x + 700 * y) as u16);
         assert_eq!(COMBINED.apply(&ramp, 1), COMBINED.apply(&ramp, 1));
         assert_ne!(COMBINED.apply(&ramp, 1), COMBINED.apply(&ramp, 2));
-        // Recorded once; another value means that all acceptance measurements change with it.
+        // Recorded once. Another value changes all acceptance measurements.
         assert_eq!(&sha256(&COMBINED.apply(&ramp, 1))[..16], "8b692f04d9da34e7");
     }
 }

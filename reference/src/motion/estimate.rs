@@ -1,57 +1,61 @@
-//! Features of two pictures become the motion between them: search wide with few freedoms, then refine near with all of them.
+//! Estimates the motion between two pictures from their features: a wide search with few parameters, then refinement.
 //!
-//! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift where no more is wanted: a sample of
-//!    two is often free of outliers where one of four is not. This alone decides whether there is an estimate, and its quality.
-//! 2. Match again within [`GATES`] of where the motion so far takes each feature, which recovers matches whose best was
-//!    elsewhere, and search the wanted model; three times, each gate narrower. A round that finds no consensus
-//!    of its own leaves the motion as it is.
+//! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift if that is the model: a
+//!    sample of two pairs is more often free of outliers than one of four. This step alone decides whether there is an
+//!    estimate, and its quality.
+//! 2. Match again within [`GATES`] of where the motion so far takes each feature, which recovers matches that a wrong
+//!    candidate had displaced, and search the final model. Do this three times, each gate narrower. A round without
+//!    consensus leaves the motion unchanged.
+//! 3. Refuse ground that repeats ([`crate::motion::refusal`]).
 //!
 //! Real neighbours of a flight (turned up to 7 degrees, scale to 1.13, 300 px apart): a similarity alone misses the
 //! centre of the picture by up to 4 px where the ground is seen obliquely, the refined homography by at most 1 px.
 
 use crate::features::feature::Feature;
-use crate::motion::matching::{Gate, Match, Matching};
+use crate::motion::budget::Budget;
+use crate::motion::matching::{Gate, Match, MatchBuffers, Matching};
 use crate::motion::model::{Model, Pair};
-use crate::motion::ransac::{Consensus, Ransac, RansacError};
+use crate::motion::ransac::{Consensus, Ransac, RansacError, SearchBuffers};
+use crate::motion::refusal::{self, RepeatBuffers};
 use nalgebra::{Matrix3, Vector2};
 
-/// Radii of the gates of refinement, px. The first holds what a similarity leaves of an oblique view: a scale that changes by 10 %
-/// over 1000 px, at 500 px from the centre. The second holds relief; the third keeps what is as near as a vote, and nothing that a
-/// better descriptor further off can take.
+/// Radii of the gates of refinement, px. The first allows for the error of a similarity in an oblique view:
+/// a scale that changes by 10 % over 1000 px, at 500 px from the centre. The second allows for relief. The third is the
+/// radius of a vote: what remains is compared with nothing further away.
 pub const GATES: [f64; 3] = [48.0, 16.0, 3.0];
 
-/// A match has at most this part of the distance of the second best: few right matches are lost by it, and every other wrong one.
+/// Largest ratio of a match's distance to that of the second best. It loses few right matches and half of the wrong.
 pub const DISTINCT: f64 = 0.9;
 
-/// How the motion is estimated.
+/// Settings of the estimation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimator {
-    /// How features are matched, with the gate of a prediction if there is one.
+    /// Settings of the matching, with the gate of a prediction if there is one.
     pub matching: Matching,
-    /// How the motion is searched; its model is the one wanted.
+    /// Settings of the search; its model is the final model.
     pub ransac: Ransac,
 }
 
 impl Default for Estimator {
-    /// A homography in the end.
+    /// Final model: homography.
     fn default() -> Self {
         let matching = Matching { ratio: Some(DISTINCT), ..Matching::default() };
         Self { matching, ransac: Ransac { model: Model::Homography, ..Ransac::default() } }
     }
 }
 
-/// The motion between two pictures and what it rests on.
+/// The motion between two pictures, with its matches and inliers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// REF pixel -> CUR pixel.
     pub homography: Matrix3<f64>,
-    /// Kind of motion that was reached: the wanted one, or that of the search where refinement found none.
+    /// The model of the motion: the final one, or that of the search where the refinement found none.
     pub model: Model,
     /// The matches of the last round.
     pub matches: Vec<Match>,
-    /// Their places, in the same order.
+    /// Their positions, in the same order.
     pub pairs: Vec<Pair>,
-    /// Those that agree with the motion, ascending.
+    /// Indices of the inliers, ascending.
     pub inliers: Vec<usize>,
     /// Root mean square error of the inliers, px.
     pub rms: f64,
@@ -63,44 +67,113 @@ impl Estimator {
     /// The motion that takes the features of REF to those of CUR.
     ///
     /// # Errors
-    /// Where a setting makes no sense, and where there is no estimate.
+    /// A setting is invalid, or there is no estimate.
     pub fn estimate(&self, reference: &[Feature], current: &[Feature]) -> Result<Estimate, RansacError> {
+        let mut workspace = Workspace::with_capacity(reference.len().min(current.len()));
+        let mut budget = Budget::UNLIMITED;
+        self.estimate_in(&mut workspace, &mut budget, reference, current)?;
+        Ok(workspace.best)
+    }
+
+    /// The same with memory that is used again and with bounded work. Where `budget` is exhausted afterwards, the
+    /// estimate is the best so
+    /// far: of a search that ended early, or without a refinement.
+    ///
+    /// # Errors
+    /// As [`Estimator::estimate`], and where the work ends before there is an estimate.
+    pub fn estimate_in<'workspace>(
+        &self,
+        workspace: &'workspace mut Workspace,
+        budget: &mut Budget,
+        reference: &[Feature],
+        current: &[Feature],
+    ) -> Result<&'workspace Estimate, RansacError> {
         let search = Ransac { model: self.ransac.model.min(Model::Similarity), ..self.ransac };
-        let mut best = round(&self.matching, &search, reference, current)?;
+        workspace.round(&self.matching, &search, budget, reference, current)?;
+        std::mem::swap(&mut workspace.best, &mut workspace.next);
         for radius in GATES {
-            let matching = Matching { gate: Some(Gate { prediction: best.homography, radius }), ..self.matching };
-            if let Ok(refined) = round(&matching, &self.ransac, reference, current) {
-                best = Estimate { quality: best.quality, ..refined };
+            let gate = Gate { prediction: workspace.best.homography, radius };
+            let matching = Matching { gate: Some(gate), ..self.matching };
+            if workspace.round(&matching, &self.ransac, budget, reference, current).is_ok() {
+                workspace.next.quality = workspace.best.quality;
+                std::mem::swap(&mut workspace.best, &mut workspace.next);
             }
         }
-        Ok(best)
+        refusal::repeats(&workspace.best, reference, current, budget, &mut workspace.repeats)?;
+        Ok(&workspace.best)
     }
 }
 
-/// One matching and one search.
-fn round(
-    matching: &Matching,
-    ransac: &Ransac,
-    reference: &[Feature],
-    current: &[Feature],
-) -> Result<Estimate, RansacError> {
-    let matches = matching.matches(reference, current);
-    let pairs = pairs(&matches, reference, current);
-    let Consensus { homography, inliers, rms, quality, .. } =
-        ransac.run(&pairs, matching.gate.map(|gate| gate.radius))?;
-    Ok(Estimate { homography, model: ransac.model, matches, pairs, inliers, rms, quality })
+/// Memory of an estimate, to be used again for the next: after a first estimate of as many features none is allocated.
+pub struct Workspace {
+    matching: MatchBuffers,
+    search: SearchBuffers,
+    consensus: Consensus,
+    repeats: RepeatBuffers,
+    best: Estimate,
+    next: Estimate,
 }
 
-/// The places of matched features, to a fraction of a pixel.
+impl Workspace {
+    /// Memory for lists of `features` features each.
+    pub fn with_capacity(features: usize) -> Self {
+        let empty = || Estimate {
+            homography: Matrix3::identity(),
+            model: Model::Shift,
+            matches: Vec::with_capacity(features),
+            pairs: Vec::with_capacity(features),
+            inliers: Vec::with_capacity(features),
+            rms: 0.0,
+            quality: 0,
+        };
+        Self {
+            matching: MatchBuffers::with_capacity(features),
+            search: SearchBuffers::with_capacity(features),
+            consensus: Consensus::with_capacity(features),
+            repeats: RepeatBuffers::with_capacity(features),
+            best: empty(),
+            next: empty(),
+        }
+    }
+
+    /// One matching and one search, into `next`.
+    fn round(
+        &mut self,
+        matching: &Matching,
+        ransac: &Ransac,
+        budget: &mut Budget,
+        reference: &[Feature],
+        current: &[Feature],
+    ) -> Result<(), RansacError> {
+        if !budget.spend(self.matching.comparisons(reference, current)) {
+            return Err(RansacError::Late);
+        }
+        let next = &mut self.next;
+        matching.matches_into(reference, current, &mut self.matching, &mut next.matches);
+        next.pairs.clear();
+        next.pairs.extend(located(&next.matches, reference, current));
+        let gate_radius = matching.gate.map(|gate| gate.radius);
+        ransac.run_into(&next.pairs, gate_radius, budget, &mut self.search, &mut self.consensus)?;
+        let Consensus { homography, inliers, rms, quality, .. } = &mut self.consensus;
+        (next.homography, next.model, next.rms, next.quality) = (*homography, ransac.model, *rms, *quality);
+        std::mem::swap(&mut next.inliers, inliers);
+        Ok(())
+    }
+}
+
+/// The positions of matched features, to a fraction of a pixel.
 pub fn pairs(matches: &[Match], reference: &[Feature], current: &[Feature]) -> Vec<Pair> {
-    let place = |feature: &Feature| {
+    located(matches, reference, current).collect()
+}
+
+fn located(matches: &[Match], reference: &[Feature], current: &[Feature]) -> impl Iterator<Item = Pair> {
+    let position = |feature: &Feature| {
         let (x, y) = feature.subpixel();
         Vector2::new(x, y)
     };
     matches
         .iter()
-        .map(|m| Pair { reference: place(&reference[m.reference]), current: place(&current[m.current]) })
-        .collect()
+        .map(move |m| Pair { reference: position(&reference[m.reference]), current: position(&current[m.current]) })
 }
 
 #[cfg(test)]
@@ -111,11 +184,11 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    fn feature(rng: &mut ChaCha8Rng, place: Vector2<f64>, words: [u32; 4], group: (u8, bool)) -> Option<Feature> {
-        let (x, y) = (place.x.round(), place.y.round());
-        // A parabola with its vertex at the place: f(t) = 100 - 8 (t - offset)^2, and its neighbours at -1 and 1.
+    fn feature(rng: &mut ChaCha8Rng, position: Vector2<f64>, words: [u32; 4], group: (u8, bool)) -> Option<Feature> {
+        let (x, y) = (position.x.round(), position.y.round());
+        // A parabola with its vertex at the position: f(t) = 100 - 8 (t - offset)^2, and its neighbours at -1 and 1.
         let f = |offset: f64| [100.0 - 8.0 * (1.0 + offset).powi(2), 100.0 - 8.0 * (1.0 - offset).powi(2)];
-        let (dx, dy) = (place.x - x, place.y - y);
+        let (dx, dy) = (position.x - x, position.y - y);
         let lift = |v: f64, offset: f64| v + 8.0 * offset * offset;
         let ([l, r], [u, d]) = (f(dx), f(dy));
         // Every bit flips with probability 1/16.
@@ -137,21 +210,21 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let (mut reference, mut current) = (Vec::new(), Vec::new());
         for i in 0..3 * common {
-            let place = Vector2::new(1024.0 * rng.random::<f64>(), 768.0 * rng.random::<f64>());
+            let position = Vector2::new(1024.0 * rng.random::<f64>(), 768.0 * rng.random::<f64>());
             let words = [rng.random(), rng.random(), rng.random(), rng.random()];
             let group = (u8::from(rng.random::<bool>()), rng.random());
             if i < 2 * common {
-                reference.extend(feature(&mut rng, place, words, group));
+                reference.extend(feature(&mut rng, position, words, group));
             }
             if i < common || i >= 2 * common {
-                current.extend(feature(&mut rng, transfer(h, place).unwrap(), words, group));
+                current.extend(feature(&mut rng, transfer(h, position).unwrap(), words, group));
             }
         }
         (reference, current)
     }
 
-    /// 5 degrees, 5 % larger, 200 px, and oblique: the scale changes by 5 % over the picture, so a similarity that fits the centre
-    /// is off by more than dist at the border.
+    /// 5 degrees, 5 % larger, 200 px, and oblique: the scale changes by 5 % over the picture, so a similarity that fits
+    /// the centre is off by more than dist at the border.
     fn oblique() -> Matrix3<f64> {
         let (s, c) = (5f64.to_radians().sin(), 5f64.to_radians().cos());
         Matrix3::new(1.05 * c, -1.05 * s, 200.0, 1.05 * s, 1.05 * c, -90.0, 3e-5, -4e-5, 1.0)
@@ -164,7 +237,7 @@ mod tests {
             let found = Estimator::default().estimate(&reference, &current).unwrap();
             let centre = Vector2::new(511.5, 383.5);
             let miss = (transfer(&found.homography, centre).unwrap() - transfer(&oblique(), centre).unwrap()).norm();
-            // The places are exact; a wrong match within 3 px among 150 moves the least squares by some hundredths.
+            // The positions are exact; a wrong match within 3 px among 150 moves the least squares by some hundredths.
             assert!(miss < 0.05, "{miss}");
             assert_eq!(found.model, Model::Homography);
             assert!(found.inliers.len() > 150, "{}", found.inliers.len());
@@ -183,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wanted_model_is_the_one_that_comes() {
+    fn the_estimate_has_the_requested_model() {
         let shift = Matrix3::new(1.0, 0.0, 40.0, 0.0, 1.0, 25.0, 0.0, 0.0, 1.0);
         let (reference, current) = pictures(&shift, 100, 3);
         for model in [Model::Shift, Model::Similarity, Model::Affine, Model::Homography] {

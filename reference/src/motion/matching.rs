@@ -1,58 +1,60 @@
-//! Matching of features: `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`, the smaller the more alike.
+//! Matching of features by the distance `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`.
 //!
-//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair; strict: MaxLBP
-//! alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C` (one over squared codes) is
-//! to be small, so that it decides controversial cases only. Taken at its word that is an order rather than a sum: Hamming first,
-//! `|DOG(a) - DOG(b)|` among equals, the smaller index among those. This is the default, and the same for integers: the responses of the
-//! fixed point are multiples of half a code and their differences exact in f64. The sum with a given `C` is a mode of its own.
+//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair;
+//! strict: MaxLBP alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C`
+//! (one over squared DN) is small, so that the second term decides between equal Hamming distances only. The default is
+//! therefore a lexicographic order: Hamming distance, then `|DOG(a) - DOG(b)|`, then the smaller index. It gives the
+//! same result for fixed point, whose responses are multiples of 0.5 DN with exact differences in f64. The sum with a
+//! given `C` is a separate mode.
 //!
-//! Two features can match when scale and polarity agree and, where there is a prediction, when the place in CUR is within the gate's
-//! radius of where the prediction takes the place in REF. A match is best both ways: `b` is the best of all that `a` can have, and `a`
-//! of all that `b` can have. So no feature is in two matches, and exchanging the pictures exchanges the roles and nothing else.
+//! Two features can match when scale and polarity agree and, where there is a prediction, when the position in CUR is
+//! within the gate's radius of where the prediction takes the position in REF. A match is mutual: `b` is the best
+//! candidate of `a`, and `a` the best candidate of `b`. So no feature is in two matches, and the result is symmetric in
+//! the two pictures.
 
 use crate::features::feature::Feature;
 use crate::motion::model::transfer;
 use nalgebra::{Matrix3, Vector2};
 use std::cmp::Ordering;
 
-/// Radius of the gate about a predicted place, px.
+/// Radius of the gate about a predicted position, px.
 pub const GATE_RADIUS: f64 = 192.0;
 
-/// How the two terms of the distance are put together.
+/// How the two terms of the distance are combined.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Distance {
     /// Hamming distance first; the difference of the responses only decides between equals.
     #[default]
     Lexicographic,
-    /// The sum with this `C`, one over squared codes; finite and not negative.
+    /// The sum with this `C`, one over squared DN; finite and not negative.
     Sum(f64),
 }
 
-/// Where a feature of REF is to be looked for in CUR.
+/// The search region in CUR of a feature of REF.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
     /// REF pixel -> CUR pixel.
     pub prediction: Matrix3<f64>,
-    /// Largest distance from the predicted place, px.
+    /// Largest distance from the predicted position, px.
     pub radius: f64,
 }
 
-/// What counts as a match.
+/// Settings of the matching.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Matching {
     /// How descriptors and responses are compared.
     pub distance: Distance,
     /// MaxLBP words alone, without the sign words.
     pub strict: bool,
-    /// Where to look; everywhere without a prediction.
+    /// Search region; the whole picture where there is no prediction.
     pub gate: Option<Gate>,
-    /// A match must have at most this part of the distance of the second best, both ways; below 1 it asks for distinction.
+    /// Ratio test: largest ratio of the distance to that of the second best candidate, both ways; 1 switches it off.
     pub ratio: Option<f64>,
     /// Largest Hamming distance, or largest sum.
     pub limit: Option<f64>,
 }
 
-/// A feature of REF and one of CUR that are each other's best.
+/// A mutual best match.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
     /// Index among the features of REF.
@@ -61,7 +63,7 @@ pub struct Match {
     pub current: usize,
     /// Hamming distance, or the sum in the mode of that name.
     pub distance: f64,
-    /// `|DOG(a) - DOG(b)|`, codes.
+    /// `|DOG(a) - DOG(b)|`, DN.
     pub response_difference: f64,
 }
 
@@ -69,46 +71,76 @@ impl Matching {
     /// All matches, the best first: by distance, then difference of responses, then index in REF.
     pub fn matches(&self, reference: &[Feature], current: &[Feature]) -> Vec<Match> {
         let mut found = Vec::new();
-        for (scale, bright) in groups(reference) {
-            let of_group = |features: &[Feature]| -> Vec<Candidate> {
-                let member = |(_, f): &(usize, &Feature)| f.scale == scale && f.bright == bright;
-                features.iter().enumerate().filter(member).map(|(i, f)| Candidate::of(i, f, self.strict)).collect()
-            };
-            let (from, to) = (of_group(reference), of_group(current));
-            match self.distance {
-                Distance::Lexicographic => self.mutual(&from, &to, &mut found, |hamming, _| f64::from(hamming)),
-                Distance::Sum(c) => self.mutual(&from, &to, &mut found, |hamming, difference| {
-                    f64::from(hamming) + c * difference * difference
-                }),
-            }
-        }
-        found.sort_by(Match::best_first);
+        self.matches_into(reference, current, &mut MatchBuffers::default(), &mut found);
         found
     }
 
-    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses together.
-    fn mutual(&self, from: &[Candidate], to: &[Candidate], found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
-        let mut best_from = vec![Best::NONE; from.len()];
-        let mut best_to = vec![Best::NONE; to.len()];
+    /// The same into `found`, whose content is replaced, with memory that is used again.
+    pub fn matches_into(
+        &self,
+        reference: &[Feature],
+        current: &[Feature],
+        buffers: &mut MatchBuffers,
+        found: &mut Vec<Match>,
+    ) {
+        found.clear();
+        groups(reference, &mut buffers.groups);
+        for group in 0..buffers.groups.len() {
+            buffers.fill(buffers.groups[group], reference, current, self.strict);
+            match self.distance {
+                Distance::Lexicographic => self.mutual(buffers, found, |hamming, _| f64::from(hamming)),
+                Distance::Sum(c) => {
+                    self.mutual(buffers, found, |hamming, difference| f64::from(hamming) + c * difference * difference);
+                }
+            }
+        }
+        // The index decides last, so no two are equal and the order is that of a stable sort.
+        found.sort_unstable_by(Match::best_first);
+    }
+
+    /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses
+    /// together.
+    fn mutual(&self, buffers: &mut MatchBuffers, found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
+        let MatchBuffers { from, to, blocks, best_from, best_to, .. } = buffers;
+        let in_row_order = to.is_sorted_by_key(|candidate| candidate.row);
+        // The second best only matters for the ratio.
+        let limit = |best: &Best| if self.ratio.is_some() { best.second } else { best.distance };
         for (i, a) in from.iter().enumerate() {
-            // A place the prediction puts behind the camera is looked for nowhere.
+            // A position that the prediction maps behind the camera has no search region.
             let expected = match self.gate {
-                Some(gate) => match transfer(&gate.prediction, a.place) {
-                    Some(place) => Some((place, gate.radius * gate.radius)),
+                Some(gate) => match transfer(&gate.prediction, a.position) {
+                    Some(position) => Some((position, gate.radius * gate.radius)),
                     None => continue,
                 },
                 None => None,
             };
-            for (j, b) in to.iter().enumerate() {
-                if let Some((place, radius2)) = expected
-                    && (b.place - place).norm_squared() > radius2
-                {
-                    continue;
+            let first = match expected {
+                Some((position, _)) if in_row_order => {
+                    to.partition_point(|b| f64::from(b.row) < position.y - self.reach())
                 }
-                let difference = (a.response - b.response).abs();
-                let distance = sum(a.hamming(b), difference);
-                best_from[i].offer(distance, difference, j);
-                best_to[j].offer(distance, difference, i);
+                _ => 0,
+            };
+            for (block, near) in blocks.iter_mut().enumerate().skip(first / BLOCK) {
+                let Some(top) = to.get(block * BLOCK) else { break };
+                if let Some((position, _)) = expected
+                    && in_row_order
+                    && f64::from(top.row) > position.y + self.reach()
+                {
+                    break;
+                }
+                let Some(hamming) = near.closer(&a.bytes, floor(limit(&best_from[i]))) else { continue };
+                for (j, b) in to.iter().enumerate().skip(block * BLOCK).take(BLOCK) {
+                    if let Some((position, radius2)) = expected
+                        && (b.position - position).norm_squared() > radius2
+                    {
+                        continue;
+                    }
+                    let difference = (a.response - b.response).abs();
+                    let distance = sum(u32::from(hamming[j % BLOCK]), difference);
+                    best_from[i].offer(distance, difference, j);
+                    best_to[j].offer(distance, difference, i);
+                    near.limits[j % BLOCK] = floor(limit(&best_to[j]));
+                }
             }
         }
         for (i, best) in best_from.iter().enumerate() {
@@ -126,6 +158,13 @@ impl Matching {
     }
 }
 
+impl Matching {
+    /// Rows beyond which nothing is in the gate; a position is within half a row of its pixel.
+    fn reach(&self) -> f64 {
+        self.gate.map_or(f64::INFINITY, |gate| gate.radius + 1.0)
+    }
+}
+
 impl Match {
     fn best_first(&self, other: &Self) -> Ordering {
         self.distance
@@ -135,33 +174,128 @@ impl Match {
     }
 }
 
+/// Memory of a matching, to be used again for the next: after a first matching of as many features none is allocated.
+#[derive(Default)]
+pub struct MatchBuffers {
+    groups: Vec<(u8, bool)>,
+    from: Vec<Candidate>,
+    to: Vec<Candidate>,
+    blocks: Vec<Block>,
+    best_from: Vec<Best>,
+    best_to: Vec<Best>,
+}
+
+impl MatchBuffers {
+    /// Memory for lists of `features` features each.
+    pub fn with_capacity(features: usize) -> Self {
+        Self {
+            groups: Vec::with_capacity(features),
+            from: Vec::with_capacity(features),
+            to: Vec::with_capacity(features),
+            blocks: Vec::with_capacity(features.div_ceil(BLOCK)),
+            best_from: Vec::with_capacity(features),
+            best_to: Vec::with_capacity(features),
+        }
+    }
+
+    /// Comparisons of descriptors that a matching makes at most: only within one scale and polarity.
+    pub fn comparisons(&mut self, reference: &[Feature], current: &[Feature]) -> usize {
+        groups(reference, &mut self.groups);
+        let members = |features: &[Feature], group| features.iter().filter(|f| (f.scale, f.bright) == group).count();
+        self.groups.iter().map(|&group| members(reference, group) * members(current, group)).sum()
+    }
+
+    /// The features of one scale and polarity, without partners yet.
+    fn fill(&mut self, group: (u8, bool), reference: &[Feature], current: &[Feature], strict: bool) {
+        let fill = |candidates: &mut Vec<Candidate>, best: &mut Vec<Best>, features: &[Feature]| {
+            let member = |(_, f): &(usize, &Feature)| (f.scale, f.bright) == group;
+            candidates.clear();
+            candidates.extend(features.iter().enumerate().filter(member).map(|(i, f)| Candidate::of(i, f, strict)));
+            best.clear();
+            best.resize(candidates.len(), Best::NONE);
+        };
+        fill(&mut self.from, &mut self.best_from, reference);
+        fill(&mut self.to, &mut self.best_to, current);
+        self.blocks.clear();
+        self.blocks.extend(self.to.chunks(BLOCK).map(Block::of));
+    }
+}
+
 /// Every scale and polarity that occurs.
-fn groups(features: &[Feature]) -> Vec<(u8, bool)> {
-    let mut groups: Vec<_> = features.iter().map(|f| (f.scale, f.bright)).collect();
+fn groups(features: &[Feature], groups: &mut Vec<(u8, bool)>) {
+    groups.clear();
+    groups.extend(features.iter().map(|f| (f.scale, f.bright)));
     groups.sort_unstable();
     groups.dedup();
-    groups
 }
 
 /// What the inner loop needs of a feature.
 struct Candidate {
     index: usize,
     /// The words that count; the others are 0.
-    bits: u128,
+    bytes: [u8; BYTES],
     response: f64,
-    place: Vector2<f64>,
+    row: u32,
+    position: Vector2<f64>,
+}
+
+/// Bytes of a descriptor.
+const BYTES: usize = 16;
+
+/// Candidates that are compared together: as many bytes as a NEON or SSE register has.
+const BLOCK: usize = 16;
+
+/// Descriptors of sixteen candidates, byte `k` of all side by side. So the Hamming distance of sixteen pairs is
+/// sixteen times exclusive or, count
+/// of bits in bytes and sum of bytes, which compilers turn into vector instructions by themselves; the largest, 128,
+/// fits a byte.
+struct Block {
+    bytes: [[u8; BLOCK]; BYTES],
+    /// Hamming distance above which a candidate takes no notice.
+    limits: [u8; BLOCK],
+}
+
+impl Block {
+    fn of(candidates: &[Candidate]) -> Self {
+        // A lane without a candidate takes no notice of anything.
+        let limits = std::array::from_fn(|lane| if lane < candidates.len() { u8::MAX } else { 0 });
+        let mut block = Self { bytes: [[0; BLOCK]; BYTES], limits };
+        for (lane, candidate) in candidates.iter().enumerate() {
+            (0..BYTES).for_each(|k| block.bytes[k][lane] = candidate.bytes[k]);
+        }
+        block
+    }
+
+    /// All Hamming distances, where one is small enough for either side to take notice.
+    fn closer(&self, bytes: &[u8; BYTES], limit: u8) -> Option<[u8; BLOCK]> {
+        let mut hamming = [0u8; BLOCK];
+        for (lanes, byte) in self.bytes.iter().zip(bytes) {
+            for (sum, lane) in hamming.iter_mut().zip(lanes) {
+                *sum += (lane ^ byte).count_ones() as u8;
+            }
+        }
+        let mut any = 0;
+        for (hamming, other) in hamming.iter().zip(&self.limits) {
+            any |= u8::from(*hamming <= limit) | u8::from(hamming <= other);
+        }
+        (any != 0).then_some(hamming)
+    }
+}
+
+/// The largest Hamming distance that is not beyond `limit`; a distance is never below its Hamming part.
+fn floor(limit: f64) -> u8 {
+    // Saturates, and infinity with it.
+    limit as u8
 }
 
 impl Candidate {
     fn of(index: usize, feature: &Feature, strict: bool) -> Self {
-        let [lbp0, lbp1, sign0, sign1] = feature.descriptor.words().map(u128::from);
-        let signs = if strict { 0 } else { sign0 << 64 | sign1 << 96 };
+        let counted = |(i, word): (usize, u32)| if strict && i >= 2 { [0; 4] } else { word.to_le_bytes() };
+        let mut bytes = [0; BYTES];
+        let all = feature.descriptor.words().into_iter().enumerate().flat_map(counted);
+        bytes.iter_mut().zip(all).for_each(|(own, byte)| *own = byte);
         let (x, y) = feature.subpixel();
-        Self { index, bits: lbp0 | lbp1 << 32 | signs, response: feature.response, place: Vector2::new(x, y) }
-    }
-
-    fn hamming(&self, other: &Self) -> u32 {
-        (self.bits ^ other.bits).count_ones()
+        Self { index, bytes, response: feature.response, row: feature.y, position: Vector2::new(x, y) }
     }
 }
 
@@ -194,10 +328,10 @@ mod tests {
     use crate::features::feature::Descriptor;
     use proptest::prelude::*;
 
-    fn feature(place: (u32, u32), group: (u8, bool), response: f64, words: [u32; 4]) -> Feature {
+    fn feature(position: (u32, u32), group: (u8, bool), response: f64, words: [u32; 4]) -> Feature {
         Feature {
-            x: place.0,
-            y: place.1,
+            x: position.0,
+            y: position.1,
             scale: group.0,
             bright: group.1,
             response,
@@ -209,7 +343,7 @@ mod tests {
     /// Few bits and few responses, so that ties abound.
     fn features() -> impl Strategy<Value = Vec<Feature>> {
         let one = ((0..1024u32, 0..768u32), (0..2u8, any::<bool>()), 1..6u32, prop::array::uniform4(0..8u32))
-            .prop_map(|(place, group, halves, words)| feature(place, group, f64::from(halves) / 2.0, words));
+            .prop_map(|(position, group, halves, words)| feature(position, group, f64::from(halves) / 2.0, words));
         prop::collection::vec(one, 0..60)
     }
 
@@ -231,7 +365,7 @@ mod tests {
         Matrix3::new(1.0, 0.0, f64::from(x), 0.0, 1.0, f64::from(y), 0.0, 0.0, 1.0)
     }
 
-    /// The definition, word for word, without any of the shortcuts.
+    /// The definition, without the optimisations.
     fn by_definition(settings: &Matching, reference: &[Feature], current: &[Feature]) -> Vec<(usize, usize)> {
         let key = |a: &Feature, b: &Feature| -> Option<(f64, f64)> {
             let allowed = a.scale == b.scale

@@ -1,5 +1,6 @@
-//! From two lists of features to the motion between them: matching, RANSAC, and the displacement in metres.
+//! The motion between two lists of features: matching, RANSAC, and the displacement in metres.
 
+pub mod budget;
 pub mod estimate;
 pub mod matching;
 pub mod model;

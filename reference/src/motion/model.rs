@@ -1,24 +1,25 @@
 //! Motion of the picture: `p' = H p` in homogeneous coordinates, `p` a pixel of REF, `p'` the same ground in CUR.
 //!
-//! | model | `H` | parameters | pairs it takes |
+//! | model | `H` | parameters | minimal pairs |
 //! |---|---|---|---|
 //! | shift | `[1 0 tx; 0 1 ty; 0 0 1]` | 2 | 1 |
 //! | similarity | `[a -b tx; b a ty; 0 0 1]` | 4 | 2 |
 //! | affine | `[a b tx; c d ty; 0 0 1]` | 6 | 3 |
 //! | homography | `[a b tx; c d ty; g h 1]` | 8 | 4 |
 //!
-//! Coordinates are pixels, `(0, 0)` the centre of the top-left pixel, `x` right, `y` down. Every fit minimises the weighted
-//! transfer error `sum w |p' - H p|^2` (px^2), in coordinates moved to the weighted centroid and scaled to a mean square
-//! distance of 2 (Hartley, 1997, "In defense of the eight-point algorithm"), so that the normal equations are well
-//! conditioned. The homography's error is not linear in its parameters; its equations, multiplied by the denominator, are,
-//! and weights of one over the last denominator squared bring pixels back. The model is exact at the minimal number of pairs.
+//! Coordinates are pixels, `(0, 0)` the centre of the top-left pixel, `x` right, `y` down. Every fit minimises the
+//! weighted transfer error `sum w |p' - H p|^2` (px^2), in coordinates moved to the weighted centroid and scaled to a
+//! mean square distance of 2 (Hartley, 1997, "In defense of the eight-point algorithm"), so that the normal equations
+//! are well conditioned. The homography's error is not linear in its parameters; its equations, multiplied by the
+//! denominator, are, and weights of one over the last denominator squared bring pixels back. The model is exact at the
+//! minimal number of pairs.
 //!
-//! The ground is never seen in a mirror and never from behind, so a fit with a negative determinant, or a denominator that
-//! changes its sign between the pairs, is refused like a degenerate sample.
+//! A camera above the ground never sees it mirrored or from behind. A fit with a negative determinant, or with a
+//! denominator that changes its sign between the pairs, is therefore refused like a degenerate sample.
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-/// A kind of motion.
+/// Motion model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Model {
     /// Two parameters: a translation.
@@ -27,16 +28,16 @@ pub enum Model {
     Similarity,
     /// Six: a linear map and a translation.
     Affine,
-    /// Eight: what a plane does between two views.
+    /// Eight: the motion of a plane between two views.
     Homography,
 }
 
-/// The same ground in two pictures.
+/// Positions of the same ground point in two pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
-    /// Place in REF, px.
+    /// Position in REF, px.
     pub reference: Vector2<f64>,
-    /// Place in CUR, px.
+    /// Position in CUR, px.
     pub current: Vector2<f64>,
 }
 
@@ -51,7 +52,7 @@ pub enum MotionError {
         /// Pairs with a positive weight.
         given: usize,
     },
-    /// The pairs leave a freedom open (all in one place, on one line), or the map mirrors or turns over.
+    /// The pairs are degenerate (one position or one line), or the map mirrors the picture.
     #[error("the pairs do not determine the model")]
     Degenerate,
     /// As many weights as pairs are needed, all finite and none negative; coordinates are finite.
@@ -121,13 +122,13 @@ impl Model {
     }
 }
 
-/// Where `H` takes a place; nothing where that is at infinity or behind the camera.
+/// The position mapped by `H`; `None` where it is at infinity or behind the camera.
 pub fn transfer(h: &Matrix3<f64>, p: Vector2<f64>) -> Option<Vector2<f64>> {
     let q = h * Vector3::new(p.x, p.y, 1.0);
     (q.z > 0.0).then(|| Vector2::new(q.x / q.z, q.y / q.z))
 }
 
-/// Squared transfer error of a pair, px^2; infinite where the place is not seen.
+/// Squared transfer error of a pair, px^2; infinite where the position is not seen.
 pub fn squared_error(h: &Matrix3<f64>, pair: &Pair) -> f64 {
     transfer(h, pair.reference).map_or(f64::INFINITY, |q| (pair.current - q).norm_squared())
 }
@@ -135,28 +136,28 @@ pub fn squared_error(h: &Matrix3<f64>, pair: &Pair) -> f64 {
 /// Coordinates about the centroid with a mean square distance of 2.
 struct Frame {
     centroid: Vector2<f64>,
-    /// 0 where all places are one.
+    /// 0 where all positions coincide.
     scale: f64,
 }
 
-/// Places closer together than this (px, root mean square) are one place: far below what a feature's place is known to.
+/// Positions closer together than this (px rms) count as one. It is far below the accuracy of a feature position.
 const ONE_PLACE: f64 = 1e-6;
 
 impl Frame {
     fn of(
         pairs: &[Pair],
         weight: impl Fn(usize) -> f64,
-        place: impl Fn(&Pair) -> Vector2<f64>,
+        position: impl Fn(&Pair) -> Vector2<f64>,
     ) -> Result<Self, MotionError> {
         let mut total = 0.0;
         let mut sum = Vector2::zeros();
         for (i, pair) in pairs.iter().enumerate() {
             total += weight(i);
-            sum += weight(i) * place(pair);
+            sum += weight(i) * position(pair);
         }
         let centroid = sum / total;
         let spread: f64 =
-            pairs.iter().enumerate().map(|(i, pair)| weight(i) * (place(pair) - centroid).norm_squared()).sum();
+            pairs.iter().enumerate().map(|(i, pair)| weight(i) * (position(pair) - centroid).norm_squared()).sum();
         let rms = (spread / total).sqrt();
         if !rms.is_finite() {
             return Err(MotionError::NotFinite);
@@ -184,7 +185,8 @@ impl Frame {
 /// 1e-10 is a millimetre of a pixel on a picture's diagonal.
 const ON_A_LINE: f64 = 1e-10;
 
-/// About the centroid the translation drops out and, with places as complex numbers, `a + ib = sum(conj(p) p') / sum |p|^2`.
+/// About the centroid the translation drops out and, with positions as complex numbers, `a + ib = sum(conj(p) p') / sum
+/// |p|^2`.
 fn similarity(
     pairs: &[Pair],
     weight: impl Fn(usize) -> f64,
@@ -268,16 +270,18 @@ fn homography(
     Ok(h)
 }
 
-/// Of four places three on one line leave the homography open, in either picture.
+/// Of four positions three on one line leave the homography open, in either picture.
 fn has_three_on_a_line(
     pairs: &[Pair],
     weight: impl Fn(usize) -> f64,
     normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
 ) -> bool {
-    let places: Vec<_> = (0..pairs.len()).filter(|&i| weight(i) > 0.0).map(|i| normal(&pairs[i])).collect();
+    let mut positions = [(Vector2::zeros(), Vector2::zeros()); 4];
+    let counted = (0..pairs.len()).filter(|&i| weight(i) > 0.0).map(|i| normal(&pairs[i]));
+    positions.iter_mut().zip(counted).for_each(|(position, pair)| *position = pair);
     let flat = |a: Vector2<f64>, b: Vector2<f64>, c: Vector2<f64>| (b - a).perp(&(c - a)).powi(2) <= ON_A_LINE;
-    (0..places.len()).any(|left_out| {
-        let mut three = places.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, place)| place);
+    (0..positions.len()).any(|left_out| {
+        let mut three = positions.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, position)| position);
         match (three.next(), three.next(), three.next()) {
             (Some(a), Some(b), Some(c)) => flat(a.0, b.0, c.0) || flat(a.1, b.1, c.1),
             _ => true,
@@ -292,7 +296,7 @@ mod tests {
 
     const MODELS: [Model; 4] = [Model::Shift, Model::Similarity, Model::Affine, Model::Homography];
 
-    /// A motion of the model's kind, as a drone might make: up to 15 degrees, 20 % of scale, 300 px, 5 % of shear, and a
+    /// A random motion of the model: up to 15 degrees, 20 % of scale, 300 px, 5 % of shear, and a
     /// perspective that changes the scale by up to 5 % over 1000 px.
     fn motion(model: Model) -> impl Strategy<Value = Matrix3<f64>> {
         let shear = if model >= Model::Affine { 0.05 } else { 0.0 };
@@ -319,22 +323,22 @@ mod tests {
         )
     }
 
-    fn places(count: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Vec<Vector2<f64>>> {
+    fn positions(count: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Vec<Vector2<f64>>> {
         prop::collection::vec((0.0..1024.0f64, 0.0..768.0f64).prop_map(|(x, y)| Vector2::new(x, y)), count)
     }
 
-    fn pairs_under(h: &Matrix3<f64>, places: &[Vector2<f64>]) -> Vec<Pair> {
-        places.iter().map(|&p| Pair { reference: p, current: transfer(h, p).unwrap() }).collect()
+    fn pairs_under(h: &Matrix3<f64>, positions: &[Vector2<f64>]) -> Vec<Pair> {
+        positions.iter().map(|&p| Pair { reference: p, current: transfer(h, p).unwrap() }).collect()
     }
 
-    /// A triangle over the picture whose smallest height is at least 20 px, so that rounding is not magnified beyond the
-    /// tolerance below.
-    fn well_spread(places: &[Vector2<f64>]) -> bool {
-        let n = places.len();
-        let far = (0..n).all(|i| (0..i).all(|j| (places[i] - places[j]).norm() > 20.0));
+    /// A triangle over the picture whose smallest height is at least 20 px, so that rounding is not magnified beyond
+    /// the tolerance below.
+    fn well_spread(positions: &[Vector2<f64>]) -> bool {
+        let n = positions.len();
+        let far = (0..n).all(|i| (0..i).all(|j| (positions[i] - positions[j]).norm() > 20.0));
         let wide = |i: usize, j: usize, k: usize| {
-            let longest = (places[i] - places[j]).norm().max((places[j] - places[k]).norm());
-            (places[j] - places[i]).perp(&(places[k] - places[i])).abs() > 20.0 * longest
+            let longest = (positions[i] - positions[j]).norm().max((positions[j] - positions[k]).norm());
+            (positions[j] - positions[i]).perp(&(positions[k] - positions[i])).abs() > 20.0 * longest
         };
         far && (0..n).all(|i| (0..i).all(|j| (0..j).all(|k| wide(i, j, k))))
     }
@@ -345,10 +349,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn minimal_pairs_are_met_exactly((model, h) in any_model_with_motion(), four in places(4)) {
-            let places = &four[..model.minimal_pairs()];
-            prop_assume!(well_spread(places));
-            let pairs = pairs_under(&h, places);
+        fn minimal_pairs_are_met_exactly((model, h) in any_model_with_motion(), four in positions(4)) {
+            let positions = &four[..model.minimal_pairs()];
+            prop_assume!(well_spread(positions));
+            let pairs = pairs_under(&h, positions);
             let found = model.fit(&pairs).unwrap();
             for pair in &pairs {
                 prop_assert!(squared_error(&found, pair) < 1e-12, "{model:?} {found} {h}");
@@ -356,8 +360,10 @@ mod tests {
         }
 
         #[test]
-        fn many_exact_pairs_give_the_motion_back((model, h) in any_model_with_motion(), places in places(12..40)) {
-            let pairs = pairs_under(&h, &places);
+        fn many_exact_pairs_give_the_motion_back(
+            (model, h) in any_model_with_motion(), positions in positions(12..40),
+        ) {
+            let pairs = pairs_under(&h, &positions);
             let found = model.fit(&pairs).unwrap();
             for corner in [(0.0, 0.0), (1023.0, 0.0), (0.0, 767.0), (1023.0, 767.0)] {
                 let corner = Vector2::new(corner.0, corner.1);
@@ -370,10 +376,10 @@ mod tests {
         #[test]
         fn least_squares_is_a_minimum(
             (model, h) in any_model_with_motion(),
-            places in places(12..30),
+            positions in positions(12..30),
             noise in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64, 0.1..2.0f64), 30),
         ) {
-            let mut pairs = pairs_under(&h, &places);
+            let mut pairs = pairs_under(&h, &positions);
             for (pair, n) in pairs.iter_mut().zip(&noise) {
                 pair.current += Vector2::new(n.0, n.1);
             }
@@ -391,7 +397,8 @@ mod tests {
                 for step in [step, -step] {
                     let mut near = found;
                     near[(row, column)] += step;
-                    prop_assert!(cost(&near) > least, "{model:?}: {} at ({row}, {column}) {step} under {least}", cost(&near));
+                    let near = cost(&near);
+                    prop_assert!(near > least, "{model:?}: {near} at ({row}, {column}) {step} under {least}");
                 }
             }
             if model == Model::Similarity {
@@ -404,21 +411,22 @@ mod tests {
         }
 
         #[test]
-        fn weight_zero_leaves_out(h in motion(Model::Affine), places in places(12..20), wild in places(3)) {
-            let mut pairs = pairs_under(&h, &places);
+        fn weight_zero_leaves_out(h in motion(Model::Affine), positions in positions(12..20), wild in positions(3)) {
+            let mut pairs = pairs_under(&h, &positions);
             let mut weights = vec![1.0; pairs.len()];
             pairs.extend(wild.iter().map(|&p| Pair { reference: p, current: Vector2::new(p.y, -p.x) }));
             weights.resize(pairs.len(), 0.0);
             for model in MODELS {
                 let left_out = model.fit_weighted(&pairs, &weights).unwrap();
-                let absent = model.fit(&pairs[..places.len()]).unwrap();
+                let absent = model.fit(&pairs[..positions.len()]).unwrap();
                 prop_assert!((left_out - absent).norm() < 1e-9, "{model:?} {left_out} {absent}");
             }
         }
     }
 
-    /// A strong perspective, in a square of side 2 with noise of 0.01: denominators from 0.4 to 1.6, so that the equations as they
-    /// are would weigh some pairs 16 times as much as others. The minimum is found here by Gauss-Newton on all eight parameters.
+    /// A strong perspective, in a square of side 2 with noise of 0.01: denominators from 0.4 to 1.6, so that the
+    /// equations as they are would weigh some pairs 16 times as much as others. The minimum is found here by
+    /// Gauss-Newton on all eight parameters.
     #[test]
     fn the_homography_minimises_the_transfer_error() {
         let truth = Matrix3::new(1.1, 0.1, 0.2, -0.1, 0.9, -0.1, 0.35, -0.25, 1.0);
@@ -436,14 +444,14 @@ mod tests {
         for _ in 0..10 {
             let (mut normal, mut gradient) = (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
             for pair in &pairs {
-                let place = |h: &Matrix3<f64>| transfer(h, pair.reference).unwrap();
+                let position = |h: &Matrix3<f64>| transfer(h, pair.reference).unwrap();
                 let slope = SMatrix::<f64, 2, 8>::from_fn(|axis, k| {
                     let mut near = least;
                     near[(k / 3, k % 3)] += 1e-6;
-                    (place(&near)[axis] - place(&least)[axis]) / 1e-6
+                    (position(&near)[axis] - position(&least)[axis]) / 1e-6
                 });
                 normal += slope.transpose() * slope;
-                gradient += slope.transpose() * (pair.current - place(&least));
+                gradient += slope.transpose() * (pair.current - position(&least));
             }
             let step = normal.cholesky().unwrap().solve(&gradient);
             for k in 0..8 {
@@ -491,7 +499,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mirror_is_refused() {
+    fn a_mirroring_map_is_refused() {
         let mirrored = [
             pair((0.0, 0.0), (0.0, 0.0)),
             pair((100.0, 0.0), (-100.0, 0.0)),
@@ -503,7 +511,7 @@ mod tests {
     }
 
     #[test]
-    fn values_from_outside_are_checked() {
+    fn invalid_weights_and_coordinates_are_refused() {
         let pairs = [pair((0.0, f64::NAN), (1.0, 1.0)), pair((9.0, 1.0), (8.0, 1.0))];
         assert_eq!(Model::Similarity.fit(&pairs), Err(MotionError::NotFinite));
         let pairs = [pair((0.0, 0.0), (1.0, 1.0)), pair((9.0, 1.0), (8.0, 1.0))];

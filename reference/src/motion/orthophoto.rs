@@ -1,26 +1,30 @@
-//! Pseudo-orthophoto: `(X, Y, 1) ~ diag(h, h, 1) R K^-1 (x, y, 1)`, `h = r (R e_z)_z`: the homography a level plane induces.
+//! Pseudo-orthophoto, the homography induced by a level plane: `(X, Y, 1) ~ diag(h, h, 1) R K^-1 (x, y, 1)`,
+//! `h = r (R e_z)_z`.
 //!
-//! The ground is taken as the level plane through the point that the laser rangefinder, on the optical axis, hits at range `r` (m).
-//! The homography takes a pixel to metres on that plane, measured from the point below the camera; `K` holds focal length
-//! and principal point (px), `R` the attitude from the IMU, `h` is the height over the plane (m).
+//! The ground is taken as the level plane through the point that the laser rangefinder, on the optical axis, hits at
+//! range `r` (m). The homography maps a pixel to metres on that plane, measured from the point below the camera; `K`
+//! has focal length and principal point (px), `R` the attitude from the IMU, `h` is the height over the plane (m).
 //!
-//! **Frames and signs.** Camera: `x` along columns, `y` along rows, `z` the optical axis. Level frame: `X_e`, `Y_e` horizontal, `Z_e`
-//! down, along the camera's axes when roll, pitch and yaw are 0. `R = R_yaw R_pitch R_roll` takes camera to level frame: positive
-//! **roll** tilts the optical axis towards `+X_e`, positive **pitch** towards `+Y_e`, positive **yaw** turns the camera from `X_e` to
-//! `Y_e`, clockwise seen from above. With the top of the picture forward, roll and pitch are those of flight mechanics with the sign
-//! changed (right wing up, nose down are positive) and yaw is theirs. Angles are radians.
+//! **Frames and signs.** Camera: `x` along columns, `y` along rows, `z` the optical axis. Level frame: `X_e`, `Y_e`
+//! horizontal, `Z_e` down, along the camera's axes when roll, pitch and yaw are 0. `R = R_yaw R_pitch R_roll` takes
+//! camera to level frame: positive **roll** tilts the optical axis towards `+X_e`, positive **pitch** towards `+Y_e`,
+//! positive **yaw** turns the camera from `X_e` to `Y_e`, clockwise seen from above. With the top of the picture
+//! forward, roll and pitch are those of flight mechanics with the sign changed (right wing up, nose down are positive)
+//! and yaw is theirs. Angles are radians.
 //!
-//! **Error.** A point at the angle `phi` off the axis, where the plane is wrong by `dh` (true ground lower by `dh`), is displaced by
-//! `de_x = dh tan(roll + phi)`, `de_y = dh tan(pitch + phi)`; exact when the other angles are 0, within 2 % for 5 degrees.
-//! For `dh` 10 m, roll and pitch uniform within 5 degrees, over a 4:3 frame that reaches 5 degrees left and right, its length is
-//! 0.86 m on the mean and 1.56 m at the 95th percentile: "at most 1 m" is a mean, not a bound.
+//! **Error.** A point at the angle `phi` off the axis, where the plane is wrong by `dh` (true ground lower by `dh`), is
+//! displaced by `de_x = dh tan(roll + phi)`, `de_y = dh tan(pitch + phi)`; exact when the other angles are 0, within 2
+//! % for 5 degrees. For `dh` 10 m, roll and pitch uniform within 5 degrees, over a 4:3 frame that reaches 5 degrees
+//! left and right, its length is 0.86 m on the mean and 1.56 m at the 95th percentile: "at most 1 m" is a mean, not a
+//! bound.
 //!
-//! Two ways are offered: warp the image, then extract; or extract on the raw frame and rectify the coordinates of features only, which
-//! is [`crate::motion::model::transfer`] with [`View::to_ground`]. They are equally accurate, so the hardware needs no warp.
+//! There are two methods: warp the image, then extract; or extract from the raw frame and rectify the coordinates of
+//! the features only, which is [`crate::motion::model::transfer`] with [`View::to_ground`]. They are equally accurate,
+//! so the hardware needs no warp.
 
 use crate::image::plane::Plane;
 use crate::motion::model::transfer;
-use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Why there is no view of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -52,7 +56,7 @@ impl Camera {
     /// `focal` in pixels, `principal` the pixel on the optical axis.
     ///
     /// # Errors
-    /// Where the focal length is not positive and finite.
+    /// The focal length is not positive and finite.
     pub fn new(focal: f64, principal: Vector2<f64>) -> Result<Self, ViewError> {
         let sound = focal > 0.0 && focal.is_finite();
         if sound { Ok(Self { focal, principal }) } else { Err(ViewError::FocalLength(focal)) }
@@ -61,9 +65,9 @@ impl Camera {
     /// A camera whose `width` columns span the angle `field_of_view`, the axis through the centre of the frame.
     ///
     /// # Errors
-    /// Where the angle is not within 0 and half a turn.
+    /// The angle is not between 0 and half a turn.
     pub fn with_field_of_view(width: usize, height: usize, field_of_view: f64) -> Result<Self, ViewError> {
-        let focal = width as f64 / 2.0 / (field_of_view / 2.0).tan();
+        let focal = width as f64 / 2.0 / libm::tan(field_of_view / 2.0);
         Self::new(focal, Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0)
     }
 
@@ -99,10 +103,12 @@ pub struct Attitude {
 impl Attitude {
     /// `R_roll`, `R_pitch`, `R_yaw`, each camera to level frame.
     pub fn factors(&self) -> [Matrix3<f64>; 3] {
+        // The platform's own sine may differ in its last bit; that of `libm` is the same on every machine.
+        let [(sr, cr), (sp, cp), (sy, cy)] = [self.roll, self.pitch, self.yaw].map(libm::sincos);
         [
-            Rotation3::from_axis_angle(&Vector3::y_axis(), self.roll).into_inner(),
-            Rotation3::from_axis_angle(&Vector3::x_axis(), -self.pitch).into_inner(),
-            Rotation3::from_axis_angle(&Vector3::z_axis(), self.yaw).into_inner(),
+            Matrix3::new(cr, 0.0, sr, 0.0, 1.0, 0.0, -sr, 0.0, cr),
+            Matrix3::new(1.0, 0.0, 0.0, 0.0, cp, sp, 0.0, -sp, cp),
+            Matrix3::new(cy, -sy, 0.0, sy, cy, 0.0, 0.0, 0.0, 1.0),
         ]
     }
 
@@ -113,7 +119,7 @@ impl Attitude {
     }
 }
 
-/// A camera over the level plane, as IMU and laser tell.
+/// A camera over the level plane, with attitude and range from IMU and laser.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     camera: Camera,
@@ -125,7 +131,7 @@ impl View {
     /// `range` along the optical axis to the ground, m.
     ///
     /// # Errors
-    /// Where the range is not positive or the axis does not point below the horizon.
+    /// The range is not positive, or the axis does not point below the horizon.
     pub fn new(camera: Camera, attitude: Attitude, range: f64) -> Result<Self, ViewError> {
         if !(range > 0.0 && range.is_finite()) {
             return Err(ViewError::Range(range));
@@ -206,8 +212,8 @@ pub fn warp(frame: &Plane<u16>, view: &View, raster: &Raster, outside: u16) -> P
     })
 }
 
-/// The error of a rectified place, m, where the plane is wrong by `dh` (m), along one axis: `tilt` is roll for `X_e` and pitch for
-/// `Y_e`, `phi` the angle off the optical axis along the same axis.
+/// The error of a rectified position, m, where the plane is wrong by `dh` (m), along one axis: `tilt` is roll for `X_e`
+/// and pitch for `Y_e`, `phi` the angle off the optical axis along the same axis.
 pub fn height_error(dh: f64, tilt: f64, phi: f64) -> f64 {
     dh * (tilt + phi).tan()
 }
@@ -327,8 +333,9 @@ mod tests {
         assert!((mean - 0.86).abs() < 0.01 && (percentile - 1.56).abs() < 0.015, "{mean} {percentile}");
     }
 
-    /// A pattern on the ground, seen tilted and warped back, is the pattern: bilinear between pixels of 0.09 m, waves of 12 m, so the
-    /// error of interpolation is at most (pi 0.09 / 12)^2 / 2 of the amplitude an axis, 6 codes, and rounding.
+    /// A pattern on the ground, seen tilted and warped back, is the pattern: bilinear between pixels of 0.09 m, waves
+    /// of 12 m, so the error of interpolation is at most (pi 0.09 / 12)^2 / 2 of the amplitude an axis, 6 DN, and
+    /// rounding.
     #[test]
     fn a_warped_frame_shows_the_ground_from_above() {
         let pattern = |ground: Vector2<f64>| {

@@ -1,26 +1,38 @@
-//! Displacement in metres: `min sum |p' - H p|^2 / s^2 + sum (reading - unknown)^2 / sigma^2`, `H = K R_c^T B R_r K^-1`.
+//! Displacement in metres from matched pairs, IMU and laser rangefinder, by weighted least squares:
 //!
-//! The plane between the two views: `R_r K^-1` takes a pixel `p` of REF to a direction in the level frame, `B = h I - t n^T`
-//! from the plane below REF, at height `h` (m) with the normal `n = (slope_x, slope_y, 1)`, to the camera's new place, `t` from REF to
-//! CUR (m) along `X_e`, `Y_e` and down, and `K R_c^T` to a pixel of CUR. Frames, signs and angles are those of [`crate::motion::orthophoto`].
+//! ```text
+//! min sum rho(e)  + sum (reading - unknown)^2 / sigma^2,    e = p' - H p,    H = K R_c^T B R_r K^-1
+//! B = h I - t n^T,    n = (slope_x, slope_y, 1)
+//! ```
 //!
-//! The six unknowns of CUR, `t` and `R_c`, are wanted; those of REF that matter, `h` and `R_r`, are known from one reading of IMU and
-//! laser like any other and are estimated with them. Each reading is a prior: roll, pitch and yaw of both frames, `h` and `h - tz`. So each
-//! error enters once, and the covariance of `tx`, `ty` knows of them all. Gauss-Newton with the exact derivatives.
+//! `R_r K^-1` maps a pixel `p` of REF to a direction in the level frame. `B` maps from the plane below REF, at height
+//! `h` (m), to the position of the camera in CUR; `t` is the displacement from REF to CUR (m) along `X_e`, `Y_e` and
+//! down. `K R_c^T` maps to a pixel of CUR. Frames, signs and angles are those of [`crate::motion::orthophoto`].
 //!
-//! IMU and laser alone leave `h` times the error of the relative tilt in the displacement: 0.2 degrees at 100 m are 0.35 m an axis
-//! and a frame. The pairs know better: tilt bends the picture's perspective, displacement does not. The noise of the pairs is not
-//! given but taken from their own residual, and each weighs as in Huber's fit ([`crate::motion::robust`]).
+//! The unknowns are `t` and `R_c` of CUR, and `h` and `R_r` of REF. Each reading is a prior: roll, pitch and yaw of
+//! both frames, `h` and `h - tz`. Each error therefore enters once, and the covariance of `tx` and `ty` includes all of
+//! them. The solver is Gauss-Newton with exact derivatives. `rho` is Huber's, in the metric of the noise of the pairs,
+//! which is estimated from their own residual ([`crate::motion::robust`]).
 //!
-//! **Relief.** The ground is first taken for a level plane where the laser says. Where the pairs tell of relief
-//! ([`crate::motion::relief`]), or readings and pairs disagree, the fit is made again with heights of their own for parts of the
-//! ground, a slope, and a laser that hits hills and hollows: its prior is then 3 m, that of the slope 3 degrees.
+//! **Relief.** The ground is first taken for a level plane. Where the pairs show relief ([`crate::motion::relief`]), or
+//! readings and pairs disagree, the fit is repeated with a height of its own for each part of the ground, a slope, and
+//! a laser that hits hills and hollows: its standard error is then 3 m, that of the slope 3 degrees.
 //!
-//! Quality 0 ..= 255 is the smaller of that of the match and `255 (1 - sigma / 1 m)`, `sigma` the standard error along the worse
-//! direction; 0 is no estimate. The plane-induced homography: Hartley and Zisserman, 2004, section 13.1.
+//! With IMU and laser alone, the error of the displacement is `h` times the error of the relative tilt: 0.2 degrees at
+//! 100 m are 0.35 m per axis and frame. The pairs reduce it, because tilt changes the perspective of the picture and
+//! displacement does not. `s` (px per axis) is estimated from the residual of the pairs, `s^2 = sum |e|^2 / (2 n - 8)`,
+//! 8 being the parameters of `H`. Relief is treated as noise, although the parallax of neighbouring points is
+//! correlated. In simulation at 100 m, with 0.2 degrees of tilt error and 300 pairs of 0.3 px, the mean error falls
+//! from 0.64 m to 0.05 m with a field of view of 50 degrees over flat ground, and to 0.16 m with 10 degrees; the
+//! covariance agrees with both. Over hills of 3 m it falls to 0.24 m, and the computed standard error is a quarter of
+//! the true one.
+//!
+//! Quality 0 ..= 255 is the smaller of that of the match and `255 (1 - sigma / 1 m)`, `sigma` the standard error along
+//! the worse direction; 0 is no estimate. The plane-induced homography: Hartley and Zisserman, 2004, section 13.1.
 
 use crate::motion::model::{Pair, transfer};
 use crate::motion::orthophoto::{Attitude, View};
+use crate::motion::refusal::{self, Refusal};
 use crate::motion::relief::{Cells, EVIDENCE, Linear, Noise, normal_equations};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
@@ -35,7 +47,7 @@ pub struct Sensors {
     pub range: f64,
 }
 
-/// Where the camera is, seen from REF.
+/// Pose of the camera in CUR relative to REF.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// From REF to CUR along `X_e` and `Y_e`, m.
@@ -46,11 +58,11 @@ pub struct Pose {
     pub attitude: Attitude,
     /// Covariance of the displacement, m^2.
     pub covariance: Matrix2<f64>,
-    /// Residual of the pairs, px an axis.
+    /// Residual of the pairs, px per axis.
     pub residual: f64,
     /// Standard deviation of the ground's height over the plane, m; 0 where the ground is taken for a plane.
     pub relief: f64,
-    /// 0 ..= 255.
+    /// Quality, 0 ..= 255.
     pub quality: u8,
 }
 
@@ -60,18 +72,21 @@ pub enum PoseError {
     /// Standard errors must be positive.
     #[error("standard errors of IMU and laser must be positive and finite")]
     Sensors,
-    /// Eight freedoms of a homography and a residual take five pairs.
-    #[error("no estimate: {0} pairs, and a pose takes 5")]
+    /// Eight parameters of a homography and a residual need five pairs.
+    #[error("no estimate: {0} pairs, and a pose needs 5")]
     TooFew(usize),
     /// A pair does not lie on the ground, or the iteration found no minimum.
     #[error("no estimate: the pose does not converge")]
     NotConverged,
-    /// The pairs want an attitude or a height that IMU and laser exclude.
+    /// The pairs contradict the attitude or height of IMU and laser.
     #[error("no estimate: pictures and sensors disagree (chi squared {chi2:.1}, at most {CHI2_LIMIT} by chance)")]
     Disagreement {
         /// Sum of squared deviations over their variances.
         chi2: f64,
     },
+    /// The pairs do not show the ground.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// The standard error is a metre or more.
     #[error("no estimate: the displacement is known to {sigma:.2} m only")]
     Uncertain {
@@ -80,11 +95,11 @@ pub enum PoseError {
     },
 }
 
-/// Standard error at which the displacement is of no use, m: the accuracy asked of the whole system.
+/// Largest standard error of a displacement, m: the required accuracy of the whole system.
 pub const USELESS: f64 = 1.0;
 
-/// Eight readings and the eight freedoms of a homography for ten unknowns leave six degrees of freedom, of which chi squared exceeds
-/// this once in a million: `exp(-x/2) (1 + x/2 + x^2/8) = 1e-6`.
+/// Eight readings and the eight freedoms of a homography for ten unknowns leave six degrees of freedom, of which chi
+/// squared exceeds this once in a million: `exp(-x/2) (1 + x/2 + x^2/8) = 1e-6`.
 pub const CHI2_LIMIT: f64 = 38.3;
 
 /// Chi squared above which the ground is not taken for a level plane: chance brings it once in 1000 flights.
@@ -107,10 +122,11 @@ const LEAST_RESIDUAL: f64 = 0.02;
 
 const ITERATIONS: usize = 50;
 
-/// Iterations that estimate the residual anew; then it is held, as with few pairs residual and unknowns may chase each other.
+/// Iterations that update the residual. Then it is constant, because with few pairs residual and unknowns may
+/// oscillate.
 const RESIDUAL_ITERATIONS: usize = 10;
 
-/// The displacement that IMU and laser alone give: mean difference of the rectified places, m.
+/// The displacement that IMU and laser alone give: mean difference of the rectified positions, m.
 pub fn rectified_displacement(reference: &View, current: &View, pairs: &[Pair]) -> Option<Vector2<f64>> {
     let (from, to) = (reference.to_ground(), current.to_ground());
     let mut sum = Vector2::zeros();
@@ -120,11 +136,41 @@ pub fn rectified_displacement(reference: &View, current: &View, pairs: &[Pair]) 
     (!pairs.is_empty()).then(|| sum / pairs.len() as f64)
 }
 
+/// Memory of [`fit_in`], to be used again: after a first fit of as many pairs none is allocated.
+#[derive(Debug, Clone)]
+pub struct PoseBuffers {
+    linear: Vec<Linear<UNKNOWNS>>,
+    across: Vec<f64>,
+    cells: Cells<UNKNOWNS>,
+}
+
+impl PoseBuffers {
+    /// Memory for `pairs` pairs.
+    pub fn with_capacity(pairs: usize) -> Self {
+        Self { linear: Vec::with_capacity(pairs), across: Vec::with_capacity(pairs), cells: Cells::new() }
+    }
+}
+
 /// The pose of CUR from pairs without outliers, `match_quality` that of the consensus they come from.
 ///
 /// # Errors
-/// Where standard errors make no sense, and where there is no estimate.
+/// A standard error is not positive and finite, or there is no estimate.
 pub fn fit(
+    reference: &View,
+    current: &View,
+    sensors: &Sensors,
+    pairs: &[Pair],
+    match_quality: u8,
+) -> Result<Pose, PoseError> {
+    fit_in(&mut PoseBuffers::with_capacity(pairs.len()), reference, current, sensors, pairs, match_quality)
+}
+
+/// The same with memory that is used again.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_in(
+    buffers: &mut PoseBuffers,
     reference: &View,
     current: &View,
     sensors: &Sensors,
@@ -137,6 +183,7 @@ pub fn fit(
     if pairs.len() < 5 {
         return Err(PoseError::TooFew(pairs.len()));
     }
+    refusal::sensor(pairs, reference, current, sensors)?;
     let start = rectified_displacement(reference, current, pairs).ok_or(PoseError::NotConverged)?;
     let (from, to) = (reference.attitude(), current.attitude());
     let (h, descent) = (reference.height(), reference.height() - current.height());
@@ -144,7 +191,7 @@ pub fn fit(
         start.x, start.y, descent, to.roll, to.pitch, to.yaw, h, from.roll, from.pitch, from.yaw, 0.0, 0.0,
     ]);
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
-    let mut problem = Problem { scene, readings, pairs, linear: Vec::with_capacity(pairs.len()), cells: Cells::new() };
+    let mut problem = Problem { scene, readings, pairs, buffers };
     let plane = problem.solve(Ground::Plane, sensors);
     if let Ok(solution) = &plane
         && solution.evidence < EVIDENCE
@@ -168,13 +215,12 @@ enum Ground {
     Relief,
 }
 
-/// The fit, with what it uses again and again.
+/// The fit, with its memory.
 struct Problem<'pairs> {
     scene: Scene,
     readings: Unknowns,
     pairs: &'pairs [Pair],
-    linear: Vec<Linear<UNKNOWNS>>,
-    cells: Cells<UNKNOWNS>,
+    buffers: &'pairs mut PoseBuffers,
 }
 
 /// A minimum.
@@ -190,18 +236,19 @@ struct Solution {
 
 impl Problem<'_> {
     fn solve(&mut self, ground: Ground, sensors: &Sensors) -> Result<Solution, PoseError> {
+        let PoseBuffers { linear, across, cells } = &mut *self.buffers;
         let prior = information(sensors, ground);
         let mut unknowns = self.readings;
         let mut noise = Noise { places: LEAST_RESIDUAL, relief: 0.0 };
         for iteration in 0..ITERATIONS {
-            self.scene.linearised(&unknowns, self.pairs, &mut self.linear).ok_or(PoseError::NotConverged)?;
+            self.scene.linearised(&unknowns, self.pairs, linear).ok_or(PoseError::NotConverged)?;
             if iteration < RESIDUAL_ITERATIONS {
                 noise = match ground {
-                    Ground::Plane => Noise::of_plane(&self.linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS),
-                    Ground::Relief => Noise::of_relief(&self.linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS),
+                    Ground::Plane => Noise::of_plane(linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, across),
+                    Ground::Relief => Noise::of_relief(linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, across),
                 };
             }
-            let (normal, gradient) = normal_equations(&self.linear, &noise, &mut self.cells);
+            let (normal, gradient) = normal_equations(linear, &noise, cells);
             let factor = (normal + prior).cholesky().ok_or(PoseError::NotConverged)?;
             let step = factor.solve(&(gradient + prior * (self.readings - unknowns)));
             unknowns += step;
@@ -213,8 +260,7 @@ impl Problem<'_> {
                     covariance: factor.inverse().fixed_view::<2, 2>(0, 0).into_owned(),
                     noise,
                     chi2: deviation.dot(&(prior * deviation)),
-                    evidence: Noise::of_relief(&self.linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS)
-                        .evidence(&self.linear),
+                    evidence: Noise::of_relief(linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, across).evidence(linear),
                 });
             }
         }
@@ -227,14 +273,16 @@ const HOMOGRAPHY_FREEDOMS: usize = 8;
 
 const UNKNOWNS: usize = 12;
 
-/// `tx, ty, tz` and roll, pitch, yaw of CUR; `h` and roll, pitch, yaw of REF; slope of the ground along `X_e` and `Y_e`.
+/// `tx, ty, tz` and roll, pitch, yaw of CUR; `h` and roll, pitch, yaw of REF; slope of the ground along `X_e` and
+/// `Y_e`.
 type Unknowns = SVector<f64, UNKNOWNS>;
 
 type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
 const SETTLED: [f64; UNKNOWNS] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8, 1e-6, 1e-8, 1e-8, 1e-8, 1e-8, 1e-8];
 
-/// What the readings tell: one of each angle, one of `h`, one of `h - tz`; nothing of `tx` and `ty`. And what is known of the ground.
+/// What the readings tell: one of each angle, one of `h`, one of `h - tz`; nothing of `tx` and `ty`. And what is known
+/// of the ground.
 fn information(sensors: &Sensors, ground: Ground) -> Information {
     let of = |sigma: f64| 1.0 / (sigma * sigma);
     let (hills, slope) = match ground {
@@ -262,7 +310,7 @@ fn information(sensors: &Sensors, ground: Ground) -> Information {
     information
 }
 
-/// What of the homography is fixed.
+/// The constant parts of the homography.
 struct Scene {
     /// `K^-1` of REF.
     from: Matrix3<f64>,
@@ -309,21 +357,21 @@ impl Scene {
         (left(None) * b * right(None), derivatives)
     }
 
-    /// The pairs' errors `p' - H p` and their derivatives into `linear`; nothing where a place is not seen.
+    /// The errors `p' - H p` of the pairs and their derivatives into `linear`; `None` where a position is not in view.
     fn linearised(&self, unknowns: &Unknowns, pairs: &[Pair], linear: &mut Vec<Linear<UNKNOWNS>>) -> Option<()> {
         let (h, derivatives) = self.homography(unknowns);
         linear.clear();
         for pair in pairs {
             let p = pair.reference.push(1.0);
-            let place = transfer(&h, pair.reference)?;
+            let position = transfer(&h, pair.reference)?;
             let depth = (h * p).z;
-            let error = pair.current - place;
+            let error = pair.current - position;
             if !(error.x.is_finite() && error.y.is_finite()) {
                 return None;
             }
             let slopes = derivatives.map(|derivative| {
                 let change = derivative * p;
-                (change.xy() - place * change.z) / depth
+                (change.xy() - position * change.z) / depth
             });
             // Ground that is a metre higher moves as if the camera were a metre lower.
             linear.push(Linear { place: pair.reference, slopes, parallax: -slopes[HEIGHT], error });
@@ -332,8 +380,8 @@ impl Scene {
     }
 }
 
-/// `R`, or its derivative by roll (0), pitch (1) or yaw (2): a rotation about an axis changes with its angle by the cross
-/// product with the axis times itself.
+/// `R`, or its derivative by roll (0), pitch (1) or yaw (2): a rotation about an axis changes with its angle by the
+/// cross product with the axis times itself.
 fn rotation(attitude: &Attitude, changed: Option<usize>) -> Matrix3<f64> {
     let about = [Vector3::<f64>::y(), -Vector3::x(), Vector3::z()];
     let mut factors = attitude.factors();
@@ -344,9 +392,16 @@ fn rotation(attitude: &Attitude, changed: Option<usize>) -> Matrix3<f64> {
     yaw * pitch * roll
 }
 
+/// The larger eigenvalue of a symmetric matrix.
+fn worse_direction(covariance: &Matrix2<f64>) -> f64 {
+    let (a, b, d) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
+    let half = (a - d) / 2.0;
+    (a + d) / 2.0 + (half * half + b * b).sqrt()
+}
+
 impl Solution {
     fn pose(&self, match_quality: u8) -> Result<Pose, PoseError> {
-        let sigma = self.covariance.symmetric_eigenvalues().max().sqrt();
+        let sigma = worse_direction(&self.covariance).sqrt();
         let precision = 255.0 * (1.0 - sigma / USELESS);
         if precision.is_nan() || precision < 1.0 {
             return Err(PoseError::Uncertain { sigma });
@@ -389,7 +444,8 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// Hills and hollows are `pi` times this apart, m: two of them lie side by side in 93 m, the frame of 50 degrees at 100 m.
+    /// Hills and hollows are `pi` times this apart, m: two of them lie side by side in 93 m, the frame of 50 degrees at
+    /// 100 m.
     const RELIEF_SCALE: f64 = 15.0;
 
     struct Conditions {
@@ -397,14 +453,14 @@ mod tests {
         field_of_view: f64,
         /// Height of the hills and depth of the hollows between them, m.
         relief: f64,
-        /// Noise of places, px an axis.
+        /// Noise of positions, px an axis.
         pixel: f64,
         /// Noise of the sensors, in their standard errors.
         sensors: f64,
     }
 
-    /// 100 m up, up to 5 degrees of tilt, 2 m of descent, and between the frames a tilt of a twentieth of the field of view and a drift
-    /// that moves the picture by as much again, so that they overlap; geometry by rays, no homography.
+    /// 100 m up, up to 5 degrees of tilt, 2 m of descent, and between the frames a tilt of a twentieth of the field of
+    /// view and a drift that moves the picture by as much again, so that they overlap; geometry by rays, no homography.
     fn flight(seed: u64, conditions: &Conditions) -> Flight {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut within = |most: f64| most * (2.0 * rng.random::<f64>() - 1.0);
@@ -421,7 +477,7 @@ mod tests {
         let displacement = Vector2::new(within(100.0 * apart), within(100.0 * apart));
         let descent = within(2.0);
         let heights = [100.0, 100.0 - descent];
-        let places = [Vector2::zeros(), displacement];
+        let positions = [Vector2::zeros(), displacement];
         let crest = Vector2::new(within(3.0), within(3.0));
         let mut pairs = Vec::new();
         let rotation = attitudes.map(|attitude| attitude.rotation());
@@ -431,7 +487,7 @@ mod tests {
             let flat = ray.xy() * (heights[0] / ray.z) / RELIEF_SCALE + crest;
             let deeper = conditions.relief * flat.x.sin() * flat.y.sin();
             let point = ray.xy() * ((heights[0] + deeper) / ray.z);
-            let seen = rotation[1].transpose() * (point - places[1]).push(heights[1] + deeper);
+            let seen = rotation[1].transpose() * (point - positions[1]).push(heights[1] + deeper);
             let image = (camera.matrix() * seen / seen.z).xy();
             if (0.0..1024.0).contains(&image.x) && (0.0..768.0).contains(&image.y) {
                 let mut noisy =
@@ -456,8 +512,8 @@ mod tests {
         fit(&flight.views[0], &flight.views[1], &SENSORS, &flight.pairs, 255)
     }
 
-    /// Mean length of the displacement's error (m) with IMU and laser alone, and with the fit; mean of the squared error over its
-    /// covariance, 2 where the covariance is true.
+    /// Mean length of the displacement's error (m) with IMU and laser alone, and with the fit; mean of the squared
+    /// error over its covariance, 2 where the covariance is true.
     fn errors(conditions: &Conditions) -> [f64; 3] {
         let flights = 200;
         let mut sums = Vector3::zeros();
@@ -475,9 +531,10 @@ mod tests {
     const WIDE: Conditions = Conditions { field_of_view: 50.0, relief: 0.0, pixel: 0.3, sensors: 1.0 };
 
     /// 0.2 degrees at 100 m are 0.35 m an axis and a frame, 0.49 m an axis for two frames; the mean length of that is
-    /// sqrt(pi / 2) 0.49 m = 0.62 m, and the laser adds little. What the pairs make of it is measured: 300 of them, 0.3 px.
+    /// sqrt(pi / 2) 0.49 m = 0.62 m, and the laser adds little. What the pairs make of it is measured: 300 of them, 0.3
+    /// px.
     #[test]
-    fn the_fit_gains_what_imu_and_laser_lose() {
+    fn the_fit_is_more_accurate_than_imu_and_laser_alone() {
         let cases = [
             ("wide, flat", WIDE, 0.06),
             ("10 degrees, flat", Conditions { field_of_view: 10.0, ..WIDE }, 0.20),
@@ -506,7 +563,8 @@ mod tests {
             prop_assert!(turn.abs().max() < 1e-7, "{turn}");
         }
 
-        /// Against differences of 1e-5 m and radians: what is left of second order is below 1e-6 of a slope of some hundred px.
+        /// Against differences of 1e-5 m and radians: what is left of second order is below 1e-6 of a slope of some
+        /// hundred px.
         #[test]
         fn derivatives_are_those_of_the_homography(seed in any::<u64>()) {
             let flight = flight(seed, &WIDE);
@@ -518,13 +576,14 @@ mod tests {
                 let mut step = Unknowns::zeros();
                 step[k] = 1e-5;
                 let difference = (scene.homography(&(at + step)).0 - scene.homography(&(at - step)).0) / 2e-5;
-                prop_assert!((difference - derivatives[k]).abs().max() < 1e-4 * (1.0 + difference.abs().max()), "{k}: {difference} {}", derivatives[k]);
+                let (derivative, tolerance) = (derivatives[k], 1e-4 * (1.0 + difference.abs().max()));
+                prop_assert!((difference - derivative).abs().max() < tolerance, "{k}: {difference} {derivative}");
             }
         }
     }
 
     #[test]
-    fn no_estimate_is_said() {
+    fn contradicting_or_weak_input_gives_no_estimate() {
         let good = flight(1, &WIDE);
         let [reference, current] = good.views;
         let with = |pairs: &[Pair], sensors: &Sensors| fit(&reference, &current, sensors, pairs, 255);

@@ -1,59 +1,68 @@
-//! RANSAC with a finer quality functional: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over the pairs with `e^2 < dist`.
+//! RANSAC with a quality functional that includes the residuals: `Q(H) = sum [e^2 < dist] -+ K sum e^2`, both sums over
+//! the pairs with `e^2 < dist`.
 //!
-//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair votes (px^2).
-//! The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` must hold for any sum that can come:
-//! with `n` pairs the largest is `n dist`, and `K` is at most `1 / (n dist)`, which is its default. The functionals:
+//! `e^2 = |p' - H p|^2` is the squared transfer error of a pair (px^2), `dist` the squared radius within which a pair
+//! votes (px^2). The second term decides between hypotheses of equal votes, so `K * sum(e^2) <= 1` is required for
+//! every possible sum. With `n` pairs the largest sum is `n dist`, so `K` is at most `1 / (n dist)`, its default. The
+//! functionals:
 //!
 //! | name | second term | remark |
 //! |---|---|---|
 //! | count | none | Fischler and Bolles, 1981 |
-//! | added | `+ K sum e^2` | as usually printed; of two hypotheses with equal votes it takes the worse |
-//! | subtracted | `- K sum e^2` | what is meant |
+//! | added | `+ K sum e^2` | as usually published; of two hypotheses with equal votes it selects the worse |
+//! | subtracted | `- K sum e^2` | the intended functional |
 //! | MSAC | `- sum e^2 / dist` | each vote counts `1 - e^2 / dist`, Torr and Zisserman, 2000 |
 //!
-//! The sums must not run over all pairs: an outlier's error says nothing about the hypothesis and is larger by orders.
+//! The sums must not include outliers: their errors are larger by orders of magnitude and independent of the
+//! hypothesis.
 //!
-//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum, Matas and Kittler,
-//! 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC, Chum and Matas, 2005).
-//! Drawing stops when quality suffices: with the part `w` of voters that the best has, the chance that no sample so far
-//! was free of outliers, `(1 - w^m)^draws`, is below one minus the confidence. That counts samples from among all pairs, so every other
-//! sample is one: the first of a list in raster order are neighbours, and samples from among them alone all fail in the same way.
+//! Each new best hypothesis is improved by rounds of least squares on its own inliers (local optimisation, Chum, Matas
+//! and Kittler, 2003), after which the result hardly depends on `dist`. Samples are drawn best match first (PROSAC,
+//! Chum and Matas, 2005). Drawing stops when the confidence is reached: with the part `w` of voters that the best has,
+//! the chance that no sample so far was free of outliers, `(1 - w^m)^draws`, is below one minus the confidence. That
+//! counts samples of all pairs, so every other sample is one: the first pairs of a list in raster order are neighbours,
+//! and samples of neighbours fail together.
 //!
-//! The best hypothesis of the search is then settled by [`robust`], unless local optimisation is off.
+//! The best hypothesis of the search then goes through [`robust`], unless local optimisation is off.
 //!
-//! **No estimate.** Any few pairs make a model, and some others agree with it by chance. When all `n` matches are wrong, so that
-//! each place in CUR is anywhere the features are, one more pair agrees with the model of a sample of `m` with probability `alpha`, and
-//! the expected number of samples with `k` or more voters is (Moisan and Stival, 2004, without their search over `dist`)
+//! **No estimate.** A few pairs always determine a model, and other pairs agree with it by chance. When all `n` matches
+//! are wrong, so that each position in CUR is anywhere the features are, one more pair agrees with the model of a
+//! sample of `m` with probability `alpha`, and the expected number of samples with `k` or more voters is (Moisan and
+//! Stival, 2004, without their search over `dist`)
 //!
 //! `NFA = C(n, m) sum_{j >= k - m} C(n - m, j) alpha^j (1 - alpha)^(n - m - j)`.
 //!
-//! It counts every sample that could be drawn, so it bounds what the search can find whatever its length. An estimate stands when `NFA`
-//! is at most [`CHANCE`], and its quality 0 ..= 255 is `floor(-log10 NFA)`: chance brings such agreement less than once in 10^quality
-//! pictures; 0 is no estimate. `alpha` is taken from the places themselves, as features crowd: it is the part of all
-//! pairs of places in CUR less than [`CROWD_RADIUS`] apart, scaled by area to `dist`; within a gate, at least `dist / radius^2`.
+//! It counts every sample that could be drawn, so it is a bound for a search of any length. There is an estimate if
+//! `NFA` is at most [`CHANCE`]. Its quality 0 ..= 255 is `floor(-log10 NFA)`: such agreement occurs by chance less than
+//! once in 10^quality pictures. 0 means no estimate. `alpha` is measured from the positions, because features are not
+//! uniformly distributed: the part of all pairs of positions in CUR less than [`CROWD_RADIUS`] apart, scaled by area to
+//! `dist`; within a gate, at least `dist / radius^2`.
 
+use crate::motion::budget::Budget;
 use crate::motion::model::{Model, Pair, squared_error};
-use crate::motion::robust;
+use crate::motion::refusal::Refusal;
+use crate::motion::robust::{self, SettleBuffers};
 use nalgebra::Matrix3;
-use rand::SeedableRng;
 use rand::seq::index;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true match. Wrong matches
-/// of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures the least is 10^-4.4, where
-/// 10^-2.4 is to be expected; those two decades are added.
+/// Largest `NFA` of an estimate. At 15 frames a second, one in 1e6 is one in 18 hours of pictures without any true
+/// match. Wrong matches of real ground are not quite independent: over the 240 ordered pairs of 16 unrelated textures
+/// the least is 10^-4.4, where 10^-2.4 is to be expected; those two decades are added.
 pub const CHANCE: f64 = 1e-8;
 
 /// Radius of the neighbourhood in which the crowding of features is measured, px: many times what they keep from each
 /// other (4 px), a small part of a picture.
 pub const CROWD_RADIUS: f64 = 32.0;
 
-/// What makes one hypothesis better than another.
+/// Quality functional.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Functional {
     /// Votes alone.
     Count,
-    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the largest allowed.
+    /// Votes and `K` times the sum of the voters' squared errors, as usually printed; `K` (px^-2) given or the largest
+    /// allowed.
     Added(Option<f64>),
     /// Votes less `K` times that sum.
     Subtracted(Option<f64>),
@@ -62,7 +71,7 @@ pub enum Functional {
     Msac,
 }
 
-/// Which samples come first.
+/// Sampling order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Order {
     /// Pairs are given best first, and samples are drawn from a growing number of the best.
@@ -75,15 +84,15 @@ pub enum Order {
 /// The settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ransac {
-    /// Kind of motion.
+    /// Motion model.
     pub model: Model,
-    /// What makes one hypothesis better than another.
+    /// Quality functional.
     pub functional: Functional,
     /// Squared radius within which a pair votes, px^2.
     pub dist: f64,
     /// Rounds of least squares on the inliers of a new best hypothesis; 0 leaves it as drawn.
     pub local_optimisation: usize,
-    /// Which samples come first.
+    /// Sampling order.
     pub order: Order,
     /// Largest number of samples.
     pub draws: usize,
@@ -109,7 +118,7 @@ impl Default for Ransac {
     }
 }
 
-/// A motion that the pairs agree on.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Consensus {
     /// REF pixel -> CUR pixel.
@@ -128,14 +137,60 @@ pub struct Consensus {
     pub draws: usize,
 }
 
-/// Why there is no motion.
+impl Consensus {
+    /// None yet, with memory for `pairs` pairs.
+    pub fn with_capacity(pairs: usize) -> Self {
+        Self {
+            homography: Matrix3::identity(),
+            inliers: Vec::with_capacity(pairs),
+            functional: 0.0,
+            rms: 0.0,
+            log10_nfa: 0.0,
+            quality: 0,
+            draws: 0,
+        }
+    }
+}
+
+/// Memory of a search, to be used again for the next: after a first search among as many pairs none is allocated.
+#[derive(Debug, Clone, Default)]
+pub struct SearchBuffers {
+    sample: Vec<Pair>,
+    inliers: Vec<Pair>,
+    settling: SettleBuffers,
+}
+
+impl SearchBuffers {
+    /// Memory for a search among `pairs` pairs.
+    pub fn with_capacity(pairs: usize) -> Self {
+        Self {
+            sample: Vec::with_capacity(LARGEST_SAMPLE),
+            inliers: Vec::with_capacity(pairs),
+            settling: SettleBuffers::with_capacity(pairs),
+        }
+    }
+}
+
+/// Pairs of the largest sample, that of a homography.
+const LARGEST_SAMPLE: usize = 4;
+
+/// Work units of comparing a pair with a motion, by instructions on the ARM.
+pub(crate) const PAIR_WORK: usize = 4;
+
+/// Work units of fitting a sample.
+pub(crate) const FIT_WORK: usize = 256;
+
+/// Why there is no result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RansacError {
     /// A setting is out of its range.
     #[error("{0}")]
     Setting(String),
     /// `K` times the largest sum of squared errors exceeds 1, so the second term could outvote a pair.
-    #[error("K = {k} px^-2 times the largest sum of squared errors, {largest} px^2, is more than 1: at most {}", 1.0 / largest)]
+    #[error(
+        "K = {k} px^-2 times the largest sum of squared errors, {largest} px^2, is more than 1: at most {}",
+        1.0 / largest
+    )]
     Constant {
         /// As given.
         k: f64,
@@ -143,7 +198,7 @@ pub enum RansacError {
         largest: f64,
     },
     /// The pairs are too few for the model.
-    #[error("no estimate: {given} matches, and the model takes {needed}")]
+    #[error("no estimate: {given} matches, the model needs {needed}")]
     TooFew {
         /// Pairs the model takes.
         needed: usize,
@@ -153,8 +208,17 @@ pub enum RansacError {
     /// No sample determined a model.
     #[error("no estimate: no sample of the {0} matches determines the model")]
     Degenerate(usize),
+    /// The work that was allowed ended before the first hypothesis.
+    #[error("no estimate: the work allowed ended before a first hypothesis")]
+    Late,
+    /// The matches agree on more than one motion.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// The agreement may be chance.
-    #[error("no estimate: {inliers} of {matches} matches agree, which chance brings 10^{log10_nfa:.1} times a picture")]
+    #[error(
+        "no estimate: {inliers} of {matches} matches agree, and as many agree by chance {}",
+        by_chance(*log10_nfa)
+    )]
     Chance {
         /// Pairs that agree.
         inliers: usize,
@@ -205,7 +269,7 @@ impl Functional {
         let largest = pairs as f64 * dist;
         let checked = |k: Option<f64>| match k {
             None => Ok(1.0 / largest),
-            // Negated, so that NaN is refused too.
+            // The negated comparison refuses NaN.
             Some(k) if !(k >= 0.0 && k * largest <= 1.0) => Err(RansacError::Constant { k, largest }),
             Some(k) => Ok(k),
         };
@@ -219,11 +283,32 @@ impl Functional {
 }
 
 impl Ransac {
-    /// The motion most pairs agree on. `pairs` come best first; `gate_radius` (px) is that of the gate they were matched in, if any.
+    /// Searches the motion with the most votes. `pairs` come best first; `gate_radius` (px) is that of the gate they
+    /// were matched in, if any.
     ///
     /// # Errors
-    /// Where a setting is out of range, and where there is no estimate.
+    /// A setting is out of range, or there is no estimate.
     pub fn run(&self, pairs: &[Pair], gate_radius: Option<f64>) -> Result<Consensus, RansacError> {
+        let mut found = Consensus::with_capacity(pairs.len());
+        let (mut budget, mut buffers) = (Budget::UNLIMITED, SearchBuffers::default());
+        self.run_into(pairs, gate_radius, &mut budget, &mut buffers, &mut found)?;
+        Ok(found)
+    }
+
+    /// The same into `found`, with memory that is used again and with bounded work: where `budget` ends the search,
+    /// the best so far is
+    /// what is found. Without an estimate `found` is as it was.
+    ///
+    /// # Errors
+    /// As [`Ransac::run`], and where the work ends before the first hypothesis.
+    pub fn run_into(
+        &self,
+        pairs: &[Pair],
+        gate_radius: Option<f64>,
+        budget: &mut Budget,
+        buffers: &mut SearchBuffers,
+        found: &mut Consensus,
+    ) -> Result<(), RansacError> {
         self.check()?;
         let (n, m) = (pairs.len(), self.model.minimal_pairs());
         if n < m {
@@ -234,39 +319,41 @@ impl Ransac {
         let mut sampler = Sampler::new(self.order, n, m, self.draws);
         let mut uniform = Sampler::new(Order::Uniform, n, m, self.draws);
         let mut best: Option<Hypothesis> = None;
-        let mut sample = Vec::with_capacity(m);
+        let SearchBuffers { sample, inliers, settling } = buffers;
         let mut drawn = 0;
         let mut enough = self.draws;
-        while drawn < enough {
+        while drawn < enough && budget.spend(FIT_WORK + PAIR_WORK * n) {
             drawn += 1;
             let sampler = if drawn % 2 == 0 { &mut uniform } else { &mut sampler };
-            sampler.draw(&mut rng, pairs, &mut sample);
-            let Ok(h) = self.model.fit(&sample) else { continue };
+            sampler.draw(&mut rng, pairs, sample);
+            let Ok(h) = self.model.fit(sample) else { continue };
             let hypothesis = Hypothesis::of(h, pairs, self.dist, factor);
             if best.as_ref().is_none_or(|best| hypothesis.functional > best.functional) {
-                let optimised = self.optimise(hypothesis, pairs, factor);
+                let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers);
                 enough = enough.min(self.sufficient(optimised.score.votes, n).saturating_mul(2));
                 best = Some(optimised);
             }
         }
-        let Some(best) = best else { return Err(RansacError::Degenerate(n)) };
-        let best = self.settled(best, pairs, factor);
+        let Some(best) = best else {
+            return Err(if budget.is_exhausted() { RansacError::Late } else { RansacError::Degenerate(n) });
+        };
+        let best = self.settled(best, pairs, factor, budget, settling);
         let alpha = agreement_by_chance(pairs, self.dist, gate_radius);
         let votes = best.score.votes;
         let log10_nfa = log10_nfa(n, votes, m, alpha);
-        if log10_nfa > CHANCE.log10() {
+        if log10_nfa > libm::log10(CHANCE) {
             return Err(RansacError::Chance { inliers: votes, matches: n, log10_nfa });
         }
-        Ok(Consensus {
-            inliers: (0..n).filter(|&i| squared_error(&best.h, &pairs[i]) < self.dist).collect(),
-            homography: best.h,
-            functional: best.functional,
-            rms: (best.score.squared_errors / votes as f64).sqrt(),
-            log10_nfa,
-            // Saturates at 255, and the sign is known from the test above.
-            quality: (-log10_nfa).floor() as u8,
-            draws: drawn,
-        })
+        found.inliers.clear();
+        found.inliers.extend((0..n).filter(|&i| squared_error(&best.h, &pairs[i]) < self.dist));
+        found.homography = best.h;
+        found.functional = best.functional;
+        found.rms = (best.score.squared_errors / votes as f64).sqrt();
+        found.log10_nfa = log10_nfa;
+        // Saturates at 255, and the sign is known from the test above.
+        found.quality = (-log10_nfa).floor() as u8;
+        found.draws = drawn;
+        Ok(())
     }
 
     fn check(&self) -> Result<(), RansacError> {
@@ -282,15 +369,27 @@ impl Ransac {
         Ok(())
     }
 
-    /// Least squares on the hypothesis' inliers, as long as it gets no worse. Judged with the sum subtracted whatever the functional:
-    /// least squares makes it smaller, which the added form would take for a loss.
-    fn optimise(&self, drawn: Hypothesis, pairs: &[Pair], factor: f64) -> Hypothesis {
+    /// Least squares on the hypothesis' inliers, as long as the result is not worse. It is compared by the
+    /// subtracted form for every functional, because least squares lowers the sum, which the added form counts as a
+    /// loss.
+    fn optimise(
+        &self,
+        drawn: Hypothesis,
+        pairs: &[Pair],
+        factor: f64,
+        budget: &mut Budget,
+        inliers: &mut Vec<Pair>,
+    ) -> Hypothesis {
         let value = |score: &Score| score.votes as f64 - factor.abs() * score.squared_errors;
         let mut best = drawn;
         for _ in 0..self.local_optimisation {
-            let inliers: Vec<Pair> =
-                pairs.iter().filter(|pair| squared_error(&best.h, pair) < self.dist).copied().collect();
-            let Ok(h) = self.model.fit(&inliers) else { break };
+            // Sort out the inliers, fit all of them, and compare anew; the fit of a pair is a few comparisons' worth.
+            if !budget.spend(FIT_WORK + 4 * PAIR_WORK * pairs.len()) {
+                break;
+            }
+            inliers.clear();
+            inliers.extend(pairs.iter().filter(|pair| squared_error(&best.h, pair) < self.dist));
+            let Ok(h) = self.model.fit(inliers) else { break };
             let refitted = Hypothesis::of(h, pairs, self.dist, factor);
             if value(&refitted.score) < value(&best.score) {
                 break;
@@ -300,20 +399,29 @@ impl Ransac {
         best
     }
 
-    /// The hypothesis after the last least squares; as it was where that loses more than a vote in twenty.
-    fn settled(&self, best: Hypothesis, pairs: &[Pair], factor: f64) -> Hypothesis {
+    /// The hypothesis after the last least squares; as it was where that loses more than a vote in twenty, or where the
+    /// work ends.
+    fn settled(
+        &self,
+        best: Hypothesis,
+        pairs: &[Pair],
+        factor: f64,
+        budget: &mut Budget,
+        buffers: &mut SettleBuffers,
+    ) -> Hypothesis {
         if self.local_optimisation == 0 {
             return best;
         }
-        let h = robust::settle(self.model, best.h, pairs, self.dist);
+        let h = robust::settle_in(self.model, best.h, pairs, self.dist, budget, buffers);
         let settled = Hypothesis::of(h, pairs, self.dist, factor);
         if 20 * settled.score.votes < 19 * best.score.votes { best } else { settled }
     }
 
-    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are inliers.
+    /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are
+    /// inliers.
     fn sufficient(&self, votes: usize, n: usize) -> usize {
-        let clean = (votes as f64 / n as f64).powi(self.model.minimal_pairs() as i32);
-        let needed = (1.0 - self.confidence).ln() / (-clean).ln_1p();
+        let clean: f64 = (0..self.model.minimal_pairs()).map(|_| votes as f64 / n as f64).product();
+        let needed = libm::log(1.0 - self.confidence) / libm::log1p(-clean);
         // A float beyond the range saturates; without voters it is infinite, with voters alone 0.
         (needed.ceil() as usize).max(1)
     }
@@ -363,13 +471,24 @@ impl Sampler {
             self.expected *= self.pool as f64 / (self.pool - self.m) as f64;
             self.share_ends += (self.expected - before).ceil() as usize;
         }
-        // Samples of a pool that grew hold its newest member: those without it have had their turn.
+        // Samples of a pool that grew contain its newest member: those without it were drawn before.
         let newest = self.drawn <= self.share_ends && self.pool > self.m;
         let (others, open) = if newest { (self.pool - 1, self.m - 1) } else { (self.pool, self.m) };
         sample.clear();
         sample.extend(newest.then(|| pairs[self.pool - 1]));
-        sample.extend(index::sample(rng, others, open).into_iter().map(|i| pairs[i]));
+        match open {
+            1 => sample.extend(distinct::<1>(rng, others).map(|i| pairs[i])),
+            2 => sample.extend(distinct::<2>(rng, others).map(|i| pairs[i])),
+            3 => sample.extend(distinct::<3>(rng, others).map(|i| pairs[i])),
+            4 => sample.extend(distinct::<4>(rng, others).map(|i| pairs[i])),
+            _ => (),
+        }
     }
+}
+
+/// `N` different indices below `of`, none where there are fewer; the same draws as [`index::sample`], which allocates.
+fn distinct<const N: usize>(rng: &mut impl Rng, of: usize) -> impl Iterator<Item = usize> {
+    index::sample_array::<_, N>(rng, of).into_iter().flatten()
 }
 
 /// Probability that a wrong match agrees with a given motion within `dist`.
@@ -387,20 +506,39 @@ fn agreement_by_chance(pairs: &[Pair], dist: f64, gate_radius: Option<f64>) -> f
     anywhere.max(within_gate).min(1.0)
 }
 
-/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves included.
+/// `log10` of the expected number of samples of `m` out of `n` wrong matches that have `k` voters or more, themselves
+/// included.
 fn log10_nfa(n: usize, k: usize, m: usize, alpha: f64) -> f64 {
-    let ln_choose = |n: usize, k: usize| -> f64 { (0..k).map(|i| ((n - i) as f64 / (k - i) as f64).ln()).sum() };
+    let ln_ratio = |above: usize, below: usize| libm::log(above as f64 / below as f64);
+    let ln_choose = |n: usize, k: usize| -> f64 { (0..k).map(|i| ln_ratio(n - i, k - i)).sum() };
     let (others, agreeing) = (n - m, k.saturating_sub(m));
-    let (ln_in, ln_out) = (alpha.ln(), (-alpha).ln_1p());
-    // alpha = 1 leaves only the term where all others agree, 0 * -inf = NaN otherwise.
-    let term = |j: usize| {
+    let (ln_in, ln_out) = (libm::log(alpha), libm::log1p(-alpha));
+    // The tail as a multiple of its largest term so far. C(n, j + 1) = C(n, j) (n - j) / (j + 1) makes each term of
+    // the one before.
+    let (mut ln_ways, mut largest, mut sum) = (ln_choose(others, agreeing), f64::NEG_INFINITY, 0.0);
+    for j in agreeing..=others {
+        // alpha = 1 leaves only the term where all others agree, 0 * -inf = NaN otherwise.
         let out = if others == j { 0.0 } else { (others - j) as f64 * ln_out };
-        ln_choose(others, j) + j as f64 * ln_in + out
-    };
-    let terms: Vec<f64> = (agreeing..=others).map(term).collect();
-    let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let tail = largest + terms.iter().map(|t| (t - largest).exp()).sum::<f64>().ln();
-    (ln_choose(n, m) + tail) / std::f64::consts::LN_10
+        let term = ln_ways + j as f64 * ln_in + out;
+        if term > largest {
+            sum = sum * libm::exp(largest - term) + 1.0;
+            largest = term;
+        } else if largest > f64::NEG_INFINITY {
+            sum += libm::exp(term - largest);
+        }
+        ln_ways += if others == j { 0.0 } else { ln_ratio(others - j, j + 1) };
+    }
+    (ln_choose(n, m) + largest + libm::log(sum)) / std::f64::consts::LN_10
+}
+
+/// An expected number of agreements in words: in one pair of so many, or so many times in each.
+fn by_chance(log10_nfa: f64) -> String {
+    let times = 10f64.powf(log10_nfa);
+    match log10_nfa {
+        x if x > 3.0 => "thousands of times in every pair of pictures".into(),
+        x if x >= 0.0 => format!("about {times:.0} times in every pair of pictures"),
+        _ => format!("in one of {:.0} pairs of unrelated pictures", (1.0 / times).max(2.0)),
+    }
 }
 
 #[cfg(test)]
@@ -413,7 +551,7 @@ mod tests {
 
     const PICTURE: Vector2<f64> = Vector2::new(1024.0, 768.0);
 
-    fn place(rng: &mut ChaCha8Rng) -> Vector2<f64> {
+    fn position(rng: &mut ChaCha8Rng) -> Vector2<f64> {
         Vector2::new(rng.random::<f64>(), rng.random::<f64>()).component_mul(&PICTURE)
     }
 
@@ -422,17 +560,17 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20 px or
-    /// more from where they belong.
+    /// `inliers` pairs of the motion `h` with noise of `sigma` px a coordinate, then `outliers` anywhere in CUR, 20 px
+    /// or more from where they belong.
     fn scene(rng: &mut ChaCha8Rng, h: &Matrix3<f64>, inliers: usize, outliers: usize, sigma: f64) -> Vec<Pair> {
         let mut pairs = Vec::new();
         while pairs.len() < inliers {
-            let reference = place(rng);
+            let reference = position(rng);
             let current = transfer(h, reference).unwrap() + sigma * Vector2::new(normal(rng), normal(rng));
             pairs.push(Pair { reference, current });
         }
         while pairs.len() < inliers + outliers {
-            let wrong = Pair { reference: place(rng), current: place(rng) };
+            let wrong = Pair { reference: position(rng), current: position(rng) };
             if squared_error(h, &wrong) > 400.0 {
                 pairs.push(wrong);
             }
@@ -473,15 +611,20 @@ mod tests {
 
         /// Exact matches, as many wrong ones, in any order: every model, functional and order finds all of them.
         #[test]
-        fn exact_motion_is_recovered(search in any_search(), angle in -0.3..0.3f64, scale in 0.8..1.25f64, t in (-300.0..300.0f64, -300.0..300.0f64)) {
+        fn exact_motion_is_recovered(
+            search in any_search(), angle in -0.3..0.3f64, scale in 0.8..1.25f64,
+            t in (-300.0..300.0f64, -300.0..300.0f64),
+        ) {
             let mut rng = ChaCha8Rng::seed_from_u64(search.seed);
-            let h = if search.model == Model::Shift { similarity(0.0, 1.0, t.0, t.1) } else { similarity(angle, scale, t.0, t.1) };
+            let (angle, scale) = if search.model == Model::Shift { (0.0, 1.0) } else { (angle, scale) };
+            let h = similarity(angle, scale, t.0, t.1);
             let pairs = scene(&mut rng, &h, 60, 60, 0.0);
             let pairs = shuffled(&mut rng, pairs);
             let found = search.run(&pairs, None).unwrap();
             let true_pairs = (0..pairs.len()).filter(|&i| squared_error(&h, &pairs[i]) < 1e-12);
             prop_assert!(true_pairs.into_iter().all(|i| found.inliers.contains(&i)), "{} inliers", found.inliers.len());
-            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as good.
+            // Without residuals in the functional, or with the wrong sign, any hypothesis within dist of all is as
+            // good.
             let exact = matches!(search.functional, Functional::Msac | Functional::Subtracted(_));
             let tolerance = if exact { 1e-3 } else { search.dist.sqrt() };
             prop_assert!(centre_miss(&found.homography, &h) < tolerance, "{}", centre_miss(&found.homography, &h));
@@ -494,10 +637,12 @@ mod tests {
             prop_assert_eq!(search.run(&pairs, None), search.run(&pairs, None));
         }
 
-        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a pair.
+        /// Best first: the pool grows from the sample size to all pairs within the draws, and samples never repeat a
+        /// pair.
         #[test]
         fn the_pool_of_samples_grows_to_all(n in 4..200usize, m in 1..5usize, draws in 1000..20_000usize) {
-            let pairs: Vec<Pair> = (0..n).map(|i| Pair { reference: Vector2::new(i as f64, 0.0), current: Vector2::zeros() }).collect();
+            let pair = |i: usize| Pair { reference: Vector2::new(i as f64, 0.0), current: Vector2::zeros() };
+            let pairs: Vec<Pair> = (0..n).map(pair).collect();
             let mut rng = ChaCha8Rng::seed_from_u64(1);
             let mut sampler = Sampler::new(Order::BestFirst, n, m, draws);
             let mut sample = Vec::new();
@@ -534,7 +679,7 @@ mod tests {
         assert_eq!(value(Functional::Count, 0.1), value(Functional::Count, 2.0));
     }
 
-    /// And it finds the worse, in a whole search.
+    /// In a whole search it also finds the worse one.
     #[test]
     fn the_added_form_is_less_accurate_than_the_subtracted() {
         let truth = similarity(0.05, 1.02, 40.0, -25.0);
@@ -552,8 +697,8 @@ mod tests {
         assert!(added > 1.5 * subtracted, "added {added:.3} px, subtracted {subtracted:.3} px");
     }
 
-    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every time;
-    /// over all pairs the wrong ones decide, and they do not know.
+    /// Two hypotheses, 0.2 and 1 px off, half of the pairs wrong: over the voters the sum tells which is better every
+    /// time; over all pairs the wrong ones decide, and they do not know.
     #[test]
     fn over_all_pairs_outliers_swamp_the_sum() {
         let (mut by_voters, mut by_all) = (0, 0);
@@ -599,7 +744,8 @@ mod tests {
     }
 
     /// `NFA` bounds the expected number of samples with so many voters, so a search that finds such a one in
-    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5 sigma more.
+    /// more than a part `NFA` of all trials refutes it. 400 trials at NFA <= 0.05: 20 expected at most, 40 is 4.5 sigma
+    /// more.
     #[test]
     fn random_matches_agree_no_more_often_than_the_bound_says() {
         for (model, crowded) in [(Model::Shift, false), (Model::Similarity, false), (Model::Similarity, true)] {
@@ -630,7 +776,7 @@ mod tests {
 
     /// How few true matches among 200 wrong ones are still an estimate: 12 with a similarity.
     #[test]
-    fn few_true_matches_suffice() {
+    fn few_true_matches_among_many_wrong_ones_give_an_estimate() {
         let truth = similarity(0.1, 1.05, 80.0, -60.0);
         for seed in 0..10 {
             let pairs = scene(&mut ChaCha8Rng::seed_from_u64(seed), &truth, 12, 200, 0.5);
@@ -641,7 +787,7 @@ mod tests {
 
     /// By definition: C(6, 2) (1/4)^4 for all six of six, and all but the sample's own two out of the tail for two.
     #[test]
-    fn nfa_is_that_of_its_formula() {
+    fn nfa_agrees_with_its_formula() {
         assert!((log10_nfa(6, 6, 2, 0.25) - (15.0 * 0.25f64.powi(4)).log10()).abs() < 1e-12);
         assert!(
             (log10_nfa(6, 5, 2, 0.25) - (15.0 * (4.0 * 0.25f64.powi(3) * 0.75 + 0.25f64.powi(4))).log10()).abs()
@@ -672,8 +818,8 @@ mod tests {
         assert_eq!(Ransac::default().run(&[pairs[0]; 9], None), Err(RansacError::Degenerate(9)));
     }
 
-    /// Pairs of a homography, all right, noise 0.08 px, in raster order, shuffled, or sorted by error with the worst first: the search
-    /// starts from other samples and ends in the same motion.
+    /// Pairs of a homography, all right, noise 0.08 px, in raster order, shuffled, or sorted by error with the worst
+    /// first: the search starts from other samples and ends in the same motion.
     #[test]
     fn the_order_of_the_pairs_does_not_matter() {
         let truth = Matrix3::new(1.02, -0.05, 12.0, 0.05, 1.01, -7.0, 4e-5, -3e-5, 1.0);
@@ -696,7 +842,7 @@ mod tests {
 
     /// Half of the pairs right: 36 samples of two make 99.99 % sure, not 20 000.
     #[test]
-    fn the_search_stops_when_quality_suffices() {
+    fn the_search_stops_at_the_confidence() {
         let pairs = scene(&mut ChaCha8Rng::seed_from_u64(1), &Matrix3::identity(), 100, 100, 0.2);
         let pairs = shuffled(&mut ChaCha8Rng::seed_from_u64(2), pairs);
         // ln(1e-4) / ln(1 - 1/4) = 32.02, and every other sample is one from among all pairs.

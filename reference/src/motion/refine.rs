@@ -1,16 +1,20 @@
-//! Template refinement: `min over d of sum_u |I(p + u) - a J(q + A (u + d)) - b|^2` on the raw frames, `I` of REF and `J` of CUR.
+//! Template refinement: `min over d of sum_u |I(p + u) - a J(q + A (u + d)) - b|^2` on the raw frames, `I` of REF and
+//! `J` of CUR.
 //!
-//! A feature's place is that of a maximum of a smoothed difference, known to some tenths of a pixel. The frames know more: the 17 x 17
-//! samples about the place in REF are compared with those of CUR, warped by the estimate. `p` is the pixel of REF nearest to the
-//! place, so that REF is not interpolated; `A` is the derivative of the motion there, `q` the matched place moved by `A` to `p`; `d`, in
-//! pixels of REF, is what is sought. `a` and `b` are gain and offset of the exposure: both patches are brought to mean 0 and norm 1, which takes
-//! them out, and their product is then the normalised cross correlation (NCC).
+//! A feature's place is that of a maximum of a smoothed difference, known to some tenths of a pixel. The frames know
+//! more: the 17 x 17 samples about the place in REF are compared with those of CUR, warped by the estimate. `p` is the
+//! pixel of REF nearest to the place, so that REF is not interpolated; `A` is the derivative of the motion there, `q`
+//! the matched place moved by `A` to `p`; `d`, in pixels of REF, is what is sought. `a` and `b` are gain and offset of
+//! the exposure: both patches are brought to mean 0 and norm 1, which takes them out, and their product is then the
+//! normalised cross correlation (NCC).
 //!
-//! Lucas and Kanade (1981), with the gradient of REF in place of that of the moving patch (inverse compositional, Baker and Matthews,
-//! 2004), so that the 2 x 2 normal equations are made and inverted once a patch. `J` is interpolated linearly between four samples.
+//! Lucas and Kanade (1981), with the gradient of REF in place of that of the moving patch (inverse compositional, Baker
+//! and Matthews, 2004), so that the 2 x 2 normal equations are made and inverted once a patch. `J` is interpolated
+//! linearly between four samples.
 //!
-//! A pair is dropped where the patch leaves a frame, where its gradients have one direction only, where the step does not settle, where
-//! it went further than [`REACH`], and where the NCC stays below [`LEAST_NCC`]: waves, leaves and noise are not the same twice.
+//! A pair is dropped where the patch leaves a frame, where its gradients have one direction only, where the step does
+//! not settle, where it went further than [`REACH`], and where the NCC stays below [`LEAST_NCC`]: waves, leaves and
+//! noise are not the same twice.
 
 use crate::image::plane::Plane;
 use crate::motion::estimate::Estimate;
@@ -79,8 +83,8 @@ pub fn refined_pair(reference: &Plane<u16>, current: &Plane<u16>, h: &Matrix3<f6
     None
 }
 
-/// The estimate with its best inliers refined and the motion fitted to them; as it was where too few stand the comparison.
-/// Matches and pairs are then the refined ones.
+/// The estimate with its best inliers refined and the motion fitted to them; as it was where too few stand the
+/// comparison. Matches and pairs are then the refined ones.
 pub fn refined(estimate: Estimate, reference: &Plane<u16>, current: &Plane<u16>, dist: f64) -> Estimate {
     let (mut matches, mut pairs) = (Vec::with_capacity(MOST), Vec::with_capacity(MOST));
     for &i in estimate.inliers.iter().take(MOST) {
@@ -119,7 +123,8 @@ struct Template {
 }
 
 impl Template {
-    /// About the whole pixel `p`; nothing where the patch and its neighbours leave the frame or tell one direction only.
+    /// About the whole pixel `p`; nothing where the patch and its neighbours leave the frame or tell one direction
+    /// only.
     fn of(frame: &Plane<u16>, p: Vector2<f64>) -> Option<Self> {
         let margin = (HALF + 1) as f64;
         let inside = |v: f64, size: usize| v >= margin && v + margin < size as f64;

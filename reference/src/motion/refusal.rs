@@ -1,19 +1,22 @@
 //! Honest refusals: matches that agree and are wrong all the same.
 //!
-//! The search refuses agreement that chance can bring. Three kinds of agreement are not chance and not the ground's motion either:
+//! The search refuses agreement that chance can bring. Three kinds of agreement are not chance and not the ground's
+//! motion either:
 //!
-//! - **Ground that repeats.** With a lattice vector `v` the motions `H p` and `H p + v` explain the matches equally well. Every inlier looks at
-//!   all features of CUR that are as like it as its partner, within [`MARGIN`] bits, wherever they are; where the differences `q - H p` of
-//!   [`SECOND`] of the inliers crowd away from 0, there is a second mode. No gate narrows this look.
-//! - **Pattern of the sensor.** It stays on its pixels. Where half of the inliers do, and IMU and laser say that the picture has moved by more
-//!   than [`SIGMAS`] of their errors, what is seen is not the ground. A drift that undoes the turn exactly would be refused too; of the
-//!   drifts that can be, it is one in thousands.
-//! - **Waves.** Three frames make three motions, and on ground that keeps its shape the first two in turn are the third. Where they miss
-//!   it by more than [`CLOSURE`] px at a corner or the centre, the ground moves.
+//! - **Ground that repeats.** With a lattice vector `v` the motions `H p` and `H p + v` explain the matches equally
+//!   well. Every inlier looks at all features of CUR that are as like it as its partner, within [`MARGIN`] bits,
+//!   wherever they are; where the differences `q - H p` of [`SECOND`] of the inliers crowd away from 0, there is a
+//!   second mode. No gate narrows this look.
+//! - **Pattern of the sensor.** It stays on its pixels. Where half of the inliers do, and IMU and laser say that the
+//!   picture has moved by more than [`SIGMAS`] of their errors, what is seen is not the ground. A drift that undoes the
+//!   turn exactly would be refused too; of the drifts that can be, it is one in thousands.
+//! - **Waves.** Three frames make three motions, and on ground that keeps its shape the first two in turn are the
+//!   third. Where they miss it by more than [`CLOSURE`] px at a corner or the centre, the ground moves.
 
 use crate::features::feature::Feature;
+use crate::motion::budget::Budget;
 use crate::motion::estimate::Estimate;
-use crate::motion::model::transfer;
+use crate::motion::model::{Pair, transfer};
 use crate::motion::orthophoto::View;
 use crate::motion::pose::Sensors;
 use nalgebra::{Matrix3, Vector2};
@@ -84,72 +87,93 @@ pub enum Refusal {
     },
 }
 
-/// Refuses an estimate over ground that repeats.
+/// Memory of [`repeats`], to be used again.
+#[derive(Debug, Clone)]
+pub struct RepeatBuffers {
+    /// Differences per bin; all 0 between calls.
+    votes: Vec<u16>,
+    /// Bins with votes.
+    touched: Vec<usize>,
+}
+
+impl RepeatBuffers {
+    /// Memory for lists of `features` features each.
+    pub fn with_capacity(features: usize) -> Self {
+        Self { votes: vec![0; BINS * BINS], touched: Vec::with_capacity(MOST * features) }
+    }
+}
+
+/// Refuses an estimate over ground that repeats. Where `budget` ends, the check is left out, and the estimate is late.
 ///
 /// # Errors
 /// [`Refusal::Repeats`].
-pub fn repeats(estimate: &Estimate, reference: &[Feature], current: &[Feature]) -> Result<(), Refusal> {
-    let mut votes = vec![0u16; BINS * BINS];
+pub fn repeats(
+    estimate: &Estimate,
+    reference: &[Feature],
+    current: &[Feature],
+    budget: &mut Budget,
+    buffers: &mut RepeatBuffers,
+) -> Result<(), Refusal> {
     let inliers = estimate.inliers.len().min(MOST);
+    if !budget.spend(inliers * current.len()) {
+        return Ok(());
+    }
+    let RepeatBuffers { votes, touched } = buffers;
     for &i in &estimate.inliers[..inliers] {
         let (pairing, expected) = (estimate.matches[i], estimate.pairs[i].current);
         let a = &reference[pairing.reference];
         let limit = a.descriptor.hamming(&current[pairing.current].descriptor, false) + MARGIN;
         for b in current.iter().filter(|b| (b.scale, b.bright) == (a.scale, a.bright)) {
+            if a.descriptor.hamming(&b.descriptor, false) > limit {
+                continue;
+            }
             let (x, y) = b.subpixel();
             let away = Vector2::new(x, y) - expected;
-            let seen = away.norm_squared() > NEAR * NEAR && away.amax() < REACH;
-            if seen && a.descriptor.hamming(&b.descriptor, false) <= limit {
+            if away.norm_squared() > NEAR * NEAR && away.amax() < REACH {
                 let bin = away.map(|v| ((v + REACH) / BIN) as usize);
-                votes[bin.y * BINS + bin.x] += 1;
+                let bin = bin.y * BINS + bin.x;
+                if votes[bin] == 0 {
+                    touched.push(bin);
+                }
+                votes[bin] += 1;
             }
         }
     }
-    let (mut second, mut at) = (0, Vector2::zeros());
-    for y in 0..BINS - 1 {
-        for x in 0..BINS - 1 {
-            let bin = y * BINS + x;
-            let block = [bin, bin + 1, bin + BINS, bin + BINS + 1];
-            let sum: usize = block.into_iter().map(|bin| usize::from(votes[bin])).sum();
-            if sum > second {
-                (second, at) = (sum, Vector2::new(x as f64 + 1.0, y as f64 + 1.0) * BIN);
-            }
+    // Of four bins about a corner the first voted one is the upper left, or the mode starts beside it.
+    let block = |bin: usize| [0, 1, BINS, BINS + 1].map(|step| votes.get(bin + step).copied().map_or(0, usize::from));
+    let corners = touched.iter().flat_map(|&bin| [0, 1, BINS, BINS + 1].map(|step| bin.saturating_sub(step)));
+    let largest = corners.map(|bin| (block(bin).iter().sum::<usize>(), std::cmp::Reverse(bin))).max();
+    for bin in touched.drain(..) {
+        votes[bin] = 0;
+    }
+    match largest {
+        Some((second, std::cmp::Reverse(bin))) if second >= FEWEST && second as f64 >= SECOND * inliers as f64 => {
+            let at = Vector2::new((bin % BINS) as f64 + 1.0, (bin / BINS) as f64 + 1.0) * BIN;
+            Err(Refusal::Repeats { second, inliers, x: at.x - REACH, y: at.y - REACH })
         }
+        _ => Ok(()),
     }
-    if second < FEWEST || (second as f64) < SECOND * inliers as f64 {
-        return Ok(());
-    }
-    Err(Refusal::Repeats { second, inliers, x: at.x - REACH, y: at.y - REACH })
 }
 
-/// Refuses an estimate that rests on the sensor's own pattern; `size` is that of the frames, px.
+/// Refuses inlier pairs that rest on the sensor's own pattern.
 ///
 /// # Errors
 /// [`Refusal::Sensor`].
-pub fn sensor(
-    estimate: &Estimate,
-    reference: &View,
-    current: &View,
-    sensors: &Sensors,
-    size: Vector2<f64>,
-) -> Result<(), Refusal> {
-    let inliers = estimate.inliers.len();
-    let stays = |i: &&usize| {
-        let pair = &estimate.pairs[**i];
-        (pair.current - pair.reference).norm_squared() < STILL * STILL
-    };
-    let still = estimate.inliers.iter().filter(stays).count();
-    if 2 * still < inliers || !has_moved(reference, current, sensors, size) {
+pub fn sensor(pairs: &[Pair], reference: &View, current: &View, sensors: &Sensors) -> Result<(), Refusal> {
+    let stays = |pair: &&Pair| (pair.current - pair.reference).norm_squared() < STILL * STILL;
+    let still = pairs.iter().filter(stays).count();
+    if 2 * still < pairs.len() || !has_moved(reference, current, sensors) {
         return Ok(());
     }
-    Err(Refusal::Sensor { still, inliers })
+    Err(Refusal::Sensor { still, inliers: pairs.len() })
 }
 
 /// Whether IMU and laser exclude that the picture stood still, had there been no drift.
-fn has_moved(reference: &View, current: &View, sensors: &Sensors, size: Vector2<f64>) -> bool {
+fn has_moved(reference: &View, current: &View, sensors: &Sensors) -> bool {
     let undrifted = current.from_ground() * reference.to_ground();
     let moved = |p: Vector2<f64>| transfer(&undrifted, p).map(|q| q - p);
-    let (centre, corner) = (size / 2.0, Vector2::zeros());
+    let matrix = reference.camera().matrix();
+    let (centre, corner) = (Vector2::new(matrix[(0, 2)], matrix[(1, 2)]), Vector2::zeros());
     let (Some(shift), Some(turn)) = (moved(centre), moved(corner)) else { return true };
     let both = std::f64::consts::SQRT_2;
     let half = centre.norm();
@@ -159,7 +183,8 @@ fn has_moved(reference: &View, current: &View, sensors: &Sensors, size: Vector2<
     shift.norm() > by_tilt || (turn - shift).norm() > by_turn + half * by_tilt / current.camera().focal()
 }
 
-/// Refuses ground that moves: `first` takes frame 0 to 1, `second` 1 to 2, `direct` 0 to 2; `size` is that of the frames, px.
+/// Refuses ground that moves: `first` takes frame 0 to 1, `second` 1 to 2, `direct` 0 to 2; `size` is that of the
+/// frames, px.
 ///
 /// # Errors
 /// [`Refusal::Moves`].

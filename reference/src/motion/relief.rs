@@ -1,18 +1,20 @@
 //! Relief as correlated noise: `cov(e_i, e_j) = s^2 I [i = j] + rho^2 (g_i g_i^T [i = j] + g_i g_j^T [same cell]) / 2`.
 //!
-//! `e` is the residual of a pair (px), `g` how far its place in CUR moves per metre of ground height (px/m), `s` the noise of places (px
-//! an axis), `rho` the standard deviation of the ground's height over the plane (m). Ground that is high is high for its
-//! neighbours too: half of the variance is common to a cell of [`CELL`] px, half is each pair's own. The common half is an unknown
-//! height of each cell with a prior of its own, taken out of the normal equations of the pose by the Schur complement:
+//! `e` is the residual of a pair (px), `g` how far its place in CUR moves per metre of ground height (px/m), `s` the
+//! noise of places (px an axis), `rho` the standard deviation of the ground's height over the plane (m). Ground that is
+//! high is high for its neighbours too: half of the variance is common to a cell of [`CELL`] px, half is each pair's
+//! own. The common half is an unknown height of each cell with a prior of its own, taken out of the normal equations of
+//! the pose by the Schur complement:
 //!
-//! `N = sum J^T W J - sum_cells b b^T / D`, `b = sum J^T W g`, `D = sum g^T W g + 2 / rho^2`, `W = (s^2 I + rho^2 g g^T / 2)^-1`.
+//! `N = sum J^T W J - sum_cells b b^T / D`, `b = sum J^T W g`, `D = sum g^T W g + 2 / rho^2`, `W = (s^2 I + rho^2 g g^T
+//! / 2)^-1`.
 //!
-//! `s` and `rho` are estimated from the residuals: across `g` there is `s` alone; along it `e^2` is `s^2 + rho^2 |g|^2` on the mean. Whether
-//! there is relief at all is a question of evidence: twice the gain in log likelihood that `rho` brings, at most [`EVIDENCE`] by chance.
-//! Where two frames are taken from one place `g` is 0, no relief can be seen, and none matters. Pairs weigh as in Huber's fit, by
-//! their length in the metric of `W`.
+//! `s` and `rho` are estimated from the residuals: across `g` there is `s` alone; along it `e^2` is `s^2 + rho^2 |g|^2`
+//! on the mean. Whether there is relief at all is a question of evidence: twice the gain in log likelihood that `rho`
+//! brings, at most [`EVIDENCE`] by chance. Where two frames are taken from one place `g` is 0, no relief can be seen,
+//! and none matters. Pairs weigh as in Huber's fit, by their length in the metric of `W`.
 
-use crate::motion::robust::weight;
+use crate::motion::robust::{scale, weight};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 /// Side of a cell of common height, px of REF.
@@ -56,18 +58,20 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// The noise of a plane's pairs: `least` at least, and `freedoms` of the fit given back.
-    pub fn of_plane<const N: usize>(pairs: &[Linear<N>], least: f64, freedoms: usize) -> Self {
-        let mut squared: Vec<f64> = pairs.iter().map(|pair| pair.error.norm_squared()).collect();
-        let s = crate::motion::robust::scale(&mut squared) * given_back(pairs.len(), freedoms);
+    /// The noise of a plane's pairs: `least` at least, and `freedoms` of the fit given back. `values` is memory.
+    pub fn of_plane<const N: usize>(pairs: &[Linear<N>], least: f64, freedoms: usize, values: &mut Vec<f64>) -> Self {
+        values.clear();
+        values.extend(pairs.iter().map(|pair| pair.error.norm_squared()));
+        let s = scale(values) * given_back(pairs.len(), freedoms);
         Self { places: s.max(least), relief: 0.0 }
     }
 
     /// The noise of pairs over relief.
-    pub fn of_relief<const N: usize>(pairs: &[Linear<N>], least: f64, freedoms: usize) -> Self {
-        let mut across: Vec<f64> = pairs.iter().map(|pair| along_and_across(pair).1.abs()).collect();
-        let middle = across.len() / 2;
-        let median = across.select_nth_unstable_by(middle, f64::total_cmp).1;
+    pub fn of_relief<const N: usize>(pairs: &[Linear<N>], least: f64, freedoms: usize, values: &mut Vec<f64>) -> Self {
+        values.clear();
+        values.extend(pairs.iter().map(|pair| along_and_across(pair).1.abs()));
+        let middle = values.len() / 2;
+        let median = values.select_nth_unstable_by(middle, f64::total_cmp).1;
         let s = (*median / MEDIAN_NORMAL * given_back(pairs.len(), freedoms)).max(least);
         let mut rho2 = 0.0;
         for _ in 0..ROUNDS {

@@ -1,13 +1,16 @@
 //! Last least squares: `min sum rho(|p' - H p| / s)`, Huber's `rho`, over the pairs within `dist`, to convergence.
 //!
-//! `rho(u) = u^2 / 2` up to `u = k` and `k u - k^2 / 2` beyond, so that a pair pulls with at most the force it has at `k s`
-//! (Huber, 1964). Minimised by reweighted least squares, `w = min(1, k s / |e|)`. The scale `s` (px an axis) is the median of `|e|` over
-//! 1.1774, which is what it is for errors normal along both axes; half of the pairs may be worse without moving it.
+//! `rho(u) = u^2 / 2` up to `u = k` and `k u - k^2 / 2` beyond, so that a pair pulls with at most the force it has at
+//! `k s` (Huber, 1964). Minimised by reweighted least squares, `w = min(1, k s / |e|)`. The scale `s` (px an axis) is
+//! the median of `|e|` over 1.1774, which is what it is for errors normal along both axes; half of the pairs may be
+//! worse without moving it.
 //!
-//! The search stops at its first sufficient sample, and a few rounds of least squares on that sample's inliers may stop half way when it
-//! was drawn among neighbours. Here the rounds end when the motion does.
+//! The search stops at its first sufficient sample, and a few rounds of least squares on that sample's inliers may stop
+//! half way when it was drawn among neighbours. Here the rounds end when the motion does.
 
+use crate::motion::budget::Budget;
 use crate::motion::model::{Model, Pair, squared_error, transfer};
+use crate::motion::ransac::{FIT_WORK, PAIR_WORK};
 use nalgebra::{Matrix3, Vector2};
 
 /// Huber's `k`, in `s`: of errors normal along both axes, 32 % are longer.
@@ -25,7 +28,8 @@ const ROUNDS: usize = 30;
 /// The motion has settled when no corner of the pairs' bounding box moves by more, px.
 const SETTLED: f64 = 1e-5;
 
-/// Standard deviation of an axis of the errors `|e|^2`, px, by their median; the order of `squared` changes. 0 without errors.
+/// Standard deviation of an axis of the errors `|e|^2`, px, by their median; the order of `squared` changes. 0 without
+/// errors.
 pub fn scale(squared: &mut [f64]) -> f64 {
     if squared.is_empty() {
         return 0.0;
@@ -40,27 +44,58 @@ pub fn weight(e2: f64, s: f64) -> f64 {
     if e2 <= limit * limit { 1.0 } else { limit / e2.sqrt() }
 }
 
+/// Memory of [`settle_in`], to be used again.
+#[derive(Debug, Clone, Default)]
+pub struct SettleBuffers {
+    squared: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+impl SettleBuffers {
+    /// Memory for `pairs` pairs.
+    pub fn with_capacity(pairs: usize) -> Self {
+        Self { squared: Vec::with_capacity(pairs), weights: Vec::with_capacity(pairs) }
+    }
+}
+
 /// The motion near `start` that fits the pairs with `e^2 < dist` (px^2) best; `start` where they determine none.
 pub fn settle(model: Model, start: Matrix3<f64>, pairs: &[Pair], dist: f64) -> Matrix3<f64> {
+    let (mut budget, mut buffers) = (Budget::UNLIMITED, SettleBuffers::default());
+    settle_in(model, start, pairs, dist, &mut budget, &mut buffers)
+}
+
+/// The same with memory that is used again and with bounded work: where `budget` ends it, the motion of the last round.
+pub fn settle_in(
+    model: Model,
+    start: Matrix3<f64>,
+    pairs: &[Pair],
+    dist: f64,
+    budget: &mut Budget,
+    buffers: &mut SettleBuffers,
+) -> Matrix3<f64> {
     let corners = corners(pairs);
     let mut best = start;
-    let mut squared = Vec::with_capacity(pairs.len());
-    let mut weights = vec![0.0; pairs.len()];
+    let SettleBuffers { squared, weights } = buffers;
+    weights.clear();
+    weights.resize(pairs.len(), 0.0);
     for _ in 0..ROUNDS {
+        if !budget.spend(FIT_WORK + 4 * PAIR_WORK * pairs.len()) {
+            break;
+        }
         squared.clear();
         squared.extend(pairs.iter().map(|pair| squared_error(&best, pair)).filter(|e2| *e2 < dist));
-        let s = scale(&mut squared).max(LEAST_SCALE);
+        let s = scale(squared).max(LEAST_SCALE);
         for (w, pair) in weights.iter_mut().zip(pairs) {
             let e2 = squared_error(&best, pair);
             *w = if e2 < dist { weight(e2, s) } else { 0.0 };
         }
-        let Ok(h) = model.fit_weighted(pairs, &weights) else { break };
-        let moved = corners.iter().all(|&corner| match (transfer(&h, corner), transfer(&best, corner)) {
+        let Ok(h) = model.fit_weighted(pairs, weights) else { break };
+        let settled = corners.iter().all(|&corner| match (transfer(&h, corner), transfer(&best, corner)) {
             (Some(a), Some(b)) => (a - b).norm_squared() < SETTLED * SETTLED,
             _ => false,
         });
         best = h;
-        if moved {
+        if settled {
             break;
         }
     }

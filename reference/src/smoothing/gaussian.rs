@@ -1,16 +1,17 @@
-//! The sampled Gaussian, the model level `ideal` and what every other smoother is measured against:
+//! The sampled Gaussian: the model level `ideal`, and the reference of every other smoother:
 //!
 //! ```text
 //! w[n] = exp(-n^2 / (2 sigma^2)) / sum_k exp(-k^2 / (2 sigma^2)),    n = -R .. R,    sum w = 1
 //! ```
 //!
-//! `sigma` in pixels, `0.5 ..= 256`. Narrower ones are no Gaussians any more once sampled: at 0.5 `sqrt(sum n^2 w)` is 0.463,
-//! at 0.3 it is 0.09. `R = ceil(sigma sqrt(2 * 53 ln 2))`, about `8.6 sigma`: the first weight left out is below `2^-53` of the
-//! middle one, the rounding of an `f64`. Samples beyond the border repeat the border sample; a direct convolution sees its
-//! original input, so both rules of [`Border`](crate::smoothing::recursive::border::Border) are the same here.
+//! `sigma` in pixels, `0.5 ..= 256`. A narrower Gaussian is distorted by the sampling: at 0.5 `sqrt(sum n^2 w)` is
+//! 0.463, at 0.3 it is 0.09. `R = ceil(sigma sqrt(2 * 53 ln 2))`, about `8.6 sigma`: the first weight omitted is below
+//! `2^-53` of the middle one, the rounding of an `f64`. Samples beyond the border repeat the border sample; a direct
+//! convolution has no second pass, so both rules of [`Border`](crate::smoothing::recursive::border::Border) are the
+//! same here.
 
+use crate::smoothing::design::{DesignError, SIGMA_MAX, check_sigma};
 use crate::smoothing::separable::{LANES, Lanes};
-use crate::smoothing::smoother::{DesignError, SIGMA_MAX, check_sigma};
 use multiversion::multiversion;
 
 /// The narrowest `sigma`, pixels.
@@ -27,7 +28,7 @@ impl Gaussian {
     /// Samples and normalises the Gaussian of `sigma` pixels.
     ///
     /// # Errors
-    /// Where `sigma` is not within `0.5 ..= 256`.
+    /// `sigma` is not within `0.5 ..= 256`.
     pub fn design(sigma: f64) -> Result<Self, DesignError> {
         check_sigma("the sampled Gaussian", sigma, (SIGMA_MIN, SIGMA_MAX))?;
         let radius = (sigma * (2.0 * 53.0 * std::f64::consts::LN_2).sqrt()).ceil() as usize;
@@ -73,8 +74,8 @@ pub fn unit_sum_half(sigma: f64, len: usize) -> Vec<f64> {
     weights
 }
 
-/// `y[n] = x[n] + sum_k w[k] (x[n-k] + x[n+k] - 2 x[n])`: written with differences, so that a constant passes unchanged to the
-/// last bit. `padded` holds `R` samples more than `out` at either end.
+/// `y[n] = x[n] + sum_k w[k] (x[n-k] + x[n+k] - 2 x[n])`: written with differences, so that a constant passes unchanged
+/// to the last bit. `padded` holds `R` samples more than `out` at either end.
 #[multiversion(targets("x86_64+avx2"))]
 fn convolve(padded: &[Lanes], weights: &[f64], out: &mut [Lanes]) {
     let radius = weights.len() - 1;

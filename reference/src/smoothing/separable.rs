@@ -1,9 +1,9 @@
 //! `y = rows(columns(x))`: a one-dimensional filter along the columns of a plane, then along its rows.
 //!
-//! Columns come first, as in the hardware. `LANES` neighbouring lines are filtered side by side: a tile holds sample `n` of
-//! all of them next to each other, so a recursion, which must wait for its own last result, has `LANES` independent ones
-//! to do, and memory is walked along rows even where the filter runs down the columns. Lanes do not mix: the result does
-//! not depend on their number.
+//! Columns come first, as in the hardware. `LANES` neighbouring lines are filtered side by side: a tile holds sample
+//! `n` of all of them next to each other, so that `LANES` independent recursions hide the latency of each other, and
+//! memory is accessed along rows even where the filter runs down the columns. Lanes do not mix: the result does not
+//! depend on their number.
 
 use crate::image::plane::Plane;
 use rayon::prelude::*;

@@ -1,65 +1,14 @@
-//! `G_sigma`: what the extractor smooths with, the sampled Gaussian (`ideal`) or one of its recursive approximations (`recursive`).
+//! `G_sigma`: the smoother of the extractor, the sampled Gaussian (`ideal`) or a recursive approximation (`recursive`).
 //!
-//! A smoother is designed from `sigma` (pixels), has DC gain 1 and a symmetric impulse response, and is applied down the
-//! columns, then along the rows. How far it is from the Gaussian is told by [`Residuals`].
+//! A smoother is designed from `sigma` (pixels), has DC gain 1 and a symmetric impulse response, and is applied down
+//! the columns, then along the rows. [`Residuals`] is its error against the Gaussian.
 
 use crate::image::plane::Plane;
+use crate::smoothing::design::DesignError;
 use crate::smoothing::gaussian::{Gaussian, unit_sum_half};
 use crate::smoothing::recursive::border::Border;
 use crate::smoothing::recursive::{Family, Fit, Recursive};
 use crate::smoothing::separable;
-
-/// The widest `sigma` anything is designed for, pixels: a quarter of the 1024 columns of the design point.
-pub const SIGMA_MAX: f64 = 256.0;
-
-/// Why a smoother cannot be designed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum DesignError {
-    /// `sigma` is not a number, or outside what the method can do.
-    #[error("sigma {sigma} px is not possible for {method}: choose one from {min} to {max} px")]
-    Sigma {
-        /// The method asked for.
-        method: String,
-        /// The value given.
-        sigma: f64,
-        /// The narrowest `sigma` of this method, pixels.
-        min: f64,
-        /// The widest.
-        max: f64,
-    },
-    /// The method has no such order.
-    #[error("{method} has no order {order}: choose one from {min} to {max}")]
-    Order {
-        /// The method asked for.
-        method: &'static str,
-        /// The order given.
-        order: usize,
-        /// Lowest order there is.
-        min: usize,
-        /// Highest order there is.
-        max: usize,
-    },
-    /// The method cannot be fitted that way.
-    #[error("{method} has no {fit} fit: choose {allowed}")]
-    Fit {
-        /// The method asked for.
-        method: String,
-        /// The fit given.
-        fit: &'static str,
-        /// The fits it has.
-        allowed: String,
-    },
-}
-
-/// Refuses a `sigma` that is not a number or not within the range.
-pub(crate) fn check_sigma(method: &str, sigma: f64, (min, max): (f64, f64)) -> Result<(), DesignError> {
-    // Nothing that is not a number is contained in a range.
-    if (min..=max).contains(&sigma) {
-        Ok(())
-    } else {
-        Err(DesignError::Sigma { method: method.to_owned(), sigma, min, max })
-    }
-}
 
 /// A smoothing filter of given `sigma`.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,7 +23,7 @@ impl Smoother {
     /// The sampled Gaussian: `ideal`.
     ///
     /// # Errors
-    /// Where `sigma` is not possible.
+    /// `sigma` is out of range.
     pub fn gaussian(sigma: f64) -> Result<Self, DesignError> {
         Ok(Self::Gaussian(Gaussian::design(sigma)?))
     }
@@ -82,7 +31,7 @@ impl Smoother {
     /// The two-sided first-order filter with the least-squares pole: `recursive`.
     ///
     /// # Errors
-    /// Where `sigma` is not possible.
+    /// `sigma` is out of range.
     pub fn first_order(sigma: f64) -> Result<Self, DesignError> {
         Ok(Self::Recursive(Recursive::design(Family::FirstOrder, Fit::LeastSquares, sigma)?))
     }
@@ -95,7 +44,7 @@ impl Smoother {
         }
     }
 
-    /// What people call it.
+    /// Name for texts.
     pub fn name(&self) -> String {
         match self {
             Self::Gaussian(_) => "sampled Gaussian".to_owned(),
@@ -135,13 +84,13 @@ impl Smoother {
         }
     }
 
-    /// How far it is from the Gaussian of its `sigma`.
+    /// Its error against the Gaussian of its `sigma`.
     pub fn residuals(&self) -> Residuals {
         Residuals::from_gaussian(&self.impulse_response(), self.sigma())
     }
 }
 
-/// An impulse response `h[n]`, `n = -centre ..`; nothing lies beyond.
+/// An impulse response `h[n]`, `n = -centre ..`; 0 elsewhere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     samples: Vec<f64>,
@@ -171,7 +120,7 @@ impl Response {
     }
 }
 
-/// An impulse response `h` against the one it stands for, `w`.
+/// The error of an impulse response `h` against a reference `w`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residuals {
     /// `sqrt(sum (h - w)^2 / sum w^2)`.
@@ -182,7 +131,7 @@ pub struct Residuals {
     pub sigma_eff: f64,
     /// `sum h[n]`.
     pub dc_gain: f64,
-    /// `sum n h[n] / sum h[n]`, pixels: how far `h` moves a picture; 0 where it is symmetric.
+    /// `sum n h[n] / sum h[n]`, pixels: the shift of the picture; 0 for a symmetric response.
     pub shift: f64,
 }
 
@@ -200,16 +149,16 @@ impl Residuals {
         let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
         // From the tails inwards: small terms are added first.
         for n in (0..=h.reach().max(w.reach())).rev() {
-            // The middle sample is met once.
+            // The middle sample counts once.
             for n in [n, -n].into_iter().take(if n == 0 { 1 } else { 2 }) {
-                let (h, w, place) = (h.at(n), w.at(n), n as f64);
+                let (h, w, n) = (h.at(n), w.at(n), n as f64);
                 difference += (h - w) * (h - w);
                 norm += w * w;
                 largest = largest.max((h - w).abs());
                 peak = peak.max(w.abs());
                 sum += h;
-                first += place * h;
-                second += place * place * h;
+                first += n * h;
+                second += n * n * h;
             }
         }
         Self {

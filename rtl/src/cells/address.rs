@@ -1,4 +1,4 @@
-//! `address[n] = n mod W`, counted in steps, and the same some steps before.
+//! The address of all line memories, `address[n] = n mod W`, counted in steps, and the same address some steps ago.
 
 use std::collections::VecDeque;
 
@@ -6,94 +6,102 @@ use rust_hdl::prelude::*;
 
 use super::{Address, Width};
 
-/// The delays of [`AddressCounter`] in steps: one to write a line memory, five to write a recursion's, and four for each look-ahead
-/// stage that reads the held row.
+/// The delays of [`AddressCounter`] in steps: one to write a line memory, five to write the memory of the recursion,
+/// and four more for each look-ahead stage that reads the held row.
 pub const ADDRESS_DELAYS: [usize; 7] = [1, 4, 5, 8, 12, 16, 20];
 
-/// The one address counter of all line memories.
+/// The address counter that all line memories share.
+///
+/// The width changes between frames, while there is no step, and may become smaller than the address. The first step of
+/// the next frame must not use an address that the counter never returns to, so the address returns to 0 before that
+/// step.
 #[derive(LogicBlock, Default)]
 pub struct AddressCounter {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Starts at 0.
+    /// Synchronous reset, active high. The address starts at 0.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`; changes only together with a reset of the counter or while no frame is under way.
+    /// `W`; changes only with a reset of the counter or while the pipeline is empty.
     pub width: Signal<In, Width>,
     /// `n mod W`.
-    pub now: Signal<Out, Address>,
-    /// One step before.
-    pub before_1: Signal<Out, Address>,
-    /// Four steps before.
-    pub before_4: Signal<Out, Address>,
-    /// Five steps before.
-    pub before_5: Signal<Out, Address>,
-    /// Eight steps before.
-    pub before_8: Signal<Out, Address>,
-    /// Twelve steps before.
-    pub before_12: Signal<Out, Address>,
-    /// Sixteen steps before.
-    pub before_16: Signal<Out, Address>,
-    /// Twenty steps before.
-    pub before_20: Signal<Out, Address>,
-    _past: VecDeque<u64>,
+    pub address: Signal<Out, Address>,
+    /// The address one step ago.
+    pub delayed_1: Signal<Out, Address>,
+    /// The address four steps ago.
+    pub delayed_4: Signal<Out, Address>,
+    /// The address five steps ago.
+    pub delayed_5: Signal<Out, Address>,
+    /// The address eight steps ago.
+    pub delayed_8: Signal<Out, Address>,
+    /// The address twelve steps ago.
+    pub delayed_12: Signal<Out, Address>,
+    /// The address sixteen steps ago.
+    pub delayed_16: Signal<Out, Address>,
+    /// The address twenty steps ago.
+    pub delayed_20: Signal<Out, Address>,
+    _delayed: VecDeque<u64>,
 }
 
 impl Logic for AddressCounter {
     fn update(&mut self) {
-        if self._past.is_empty() {
-            self._past = vec![0; 21].into();
+        if self._delayed.is_empty() {
+            self._delayed = vec![0; 21].into();
         }
         if self.clock.pos_edge() {
+            let last = self.width.val().to_u64().wrapping_sub(1);
             if self.reset.val() {
-                self._past.iter_mut().for_each(|address| *address = 0);
+                self._delayed.iter_mut().for_each(|address| *address = 0);
             } else if self.advance.val() {
-                let last = self.width.val().to_u64().wrapping_sub(1);
-                let now = self._past[0];
-                // Greater only right after the width fell.
-                self._past.push_front(if now >= last { 0 } else { (now + 1) & 0x3ff });
-                self._past.pop_back();
+                let address = self._delayed[0];
+                self._delayed.push_front(if address >= last { 0 } else { (address + 1) & 0x3ff });
+                self._delayed.pop_back();
+            } else if self._delayed[0] > last {
+                self._delayed[0] = 0;
             }
         }
-        let past = &self._past;
-        self.now.next = past[0].into();
-        self.before_1.next = past[1].into();
-        self.before_4.next = past[4].into();
-        self.before_5.next = past[5].into();
-        self.before_8.next = past[8].into();
-        self.before_12.next = past[12].into();
-        self.before_16.next = past[16].into();
-        self.before_20.next = past[20].into();
+        let delayed = &self._delayed;
+        self.address.next = delayed[0].into();
+        self.delayed_1.next = delayed[1].into();
+        self.delayed_4.next = delayed[4].into();
+        self.delayed_5.next = delayed[5].into();
+        self.delayed_8.next = delayed[8].into();
+        self.delayed_12.next = delayed[12].into();
+        self.delayed_16.next = delayed[16].into();
+        self.delayed_20.next = delayed[20].into();
     }
 
     fn connect(&mut self) {
-        self.now.connect();
-        self.before_1.connect();
-        self.before_4.connect();
-        self.before_5.connect();
-        self.before_8.connect();
-        self.before_12.connect();
-        self.before_16.connect();
-        self.before_20.connect();
+        self.address.connect();
+        self.delayed_1.connect();
+        self.delayed_4.connect();
+        self.delayed_5.connect();
+        self.delayed_8.connect();
+        self.delayed_12.connect();
+        self.delayed_16.connect();
+        self.delayed_20.connect();
     }
 
     fn hdl(&self) -> Verilog {
-        let taps: String =
-            ADDRESS_DELAYS.iter().map(|n| format!("  before_{n} = past[{}:{}];\n", n * 10 - 1, (n - 1) * 10)).collect();
+        let taps: String = ADDRESS_DELAYS
+            .iter()
+            .map(|n| format!("  delayed_{n} = delayed[{}:{}];\n", n * 10 - 1, (n - 1) * 10))
+            .collect();
         Verilog::Custom(format!(
             "// module: address_counter
 wire [10:0] last = width - 11'd1;
-reg [199:0] past;
+reg [199:0] delayed;
 
 always @(posedge clock)
   if (reset) begin
-    now  <= 10'd0;
-    past <= 200'd0;
+    address <= 10'd0;
+    delayed <= 200'd0;
   end else if (advance) begin
-    now  <= {{1'b0, now}} >= last ? 10'd0 : now + 10'd1;
-    past <= {{past[189:0], now}};
-  end
+    address <= {{1'b0, address}} >= last ? 10'd0 : address + 10'd1;
+    delayed <= {{delayed[189:0], address}};
+  end else if ({{1'b0, address}} > last)
+    address <= 10'd0; // the width became smaller since the last step
 
 always @(*) begin
 {taps}end

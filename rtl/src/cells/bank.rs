@@ -1,24 +1,25 @@
-//! What a frame takes with it: 19 coefficients, thresholds and how they are found, handed on from part to part of the pipeline.
+//! The register values of one frame: 19 coefficients, two thresholds, target and mode.
 //!
-//! From the lowest bit, 16 bits each: `g, g_0 .. g_4` of the narrow smoother, the same of the middle one, `g, g_0 .. g_5` of the
-//! wide one, the two manual thresholds, the count they are to reach, and the mode, automatic in its lowest bit. The rows of
-//! the next frame may arrive while this one is still in the pipeline, hence three banks, each loaded when a frame enters its part.
+//! Fields of 16 bits from the lowest bit: `g, g_0 .. g_4` of the narrow smoother, the same of the middle one,
+//! `g, g_0 .. g_5` of the wide one, the two manual thresholds, the target count, and the mode (bit 0: automatic). The
+//! next frame may enter the pipeline while this one is still in it. So there are three banks, and each is loaded when a
+//! frame enters its part of the pipeline.
 
 use rust_hdl::prelude::*;
 
-/// Words of a bank.
-pub const BANK_WORDS: usize = 23;
+/// Fields of a bank.
+pub const BANK_FIELDS: usize = 23;
 
-/// See the module.
+/// A bank of 23 fields with a load enable.
 #[derive(LogicBlock, Default)]
 pub struct Bank {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Take the words over.
+    /// Load enable.
     pub load: Signal<In, Bit>,
-    /// The words.
+    /// Input, 23 fields of 16 bits.
     pub d: Signal<In, Bits<368>>,
-    /// The words of the frame.
+    /// Fields of the frame.
     pub q: Signal<Out, Bits<368>>,
 }
 

@@ -1,33 +1,34 @@
-//! What a filter stage takes instead of a sample that lies outside the frame, and the coefficient it takes with it.
+//! The operands of a filter cell at the border of the frame, and the coefficient register of a stage.
 //!
-//! `p` is the sample the stage leans on and `q` the one it moves towards `p`; both leave one step after they came.
-//! A lerp of two equal words is that word, so the border sample is the same after every stage: look-ahead stages share one.
+//! `y = lerp(p, q, g)`: `q` is the filtered sample and `p` the sample at the other end of the lerp. Both leave one step
+//! after they came. A lerp of two equal samples is that sample, so the border sample is the same after every stage and
+//! look-ahead stages share one.
 
 use rust_hdl::prelude::*;
 
-use super::{Code, State};
+use super::{Coefficient, State};
 
 /// Steps from the samples to `p` and `q`.
 pub const BORDER_STEPS: u32 = 1;
 
-/// Along columns: `p` is the sample, or the border's.
+/// Column border: `p` is the neighbour, or the border sample where the neighbour lies outside the frame.
 #[derive(LogicBlock, Default)]
 pub struct ColumnBorder {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// What becomes `q`.
+    /// Sample that becomes `q`.
     pub x: Signal<In, State>,
-    /// What becomes `p` inside the frame.
+    /// Sample that becomes `p` inside the frame.
     pub neighbour: Signal<In, State>,
-    /// What becomes `p` at the border.
+    /// Sample that becomes `p` at the border.
     pub border: Signal<In, State>,
-    /// Take the border's.
+    /// Select the border sample.
     pub outside: Signal<In, Bit>,
-    /// One operand of the lerp.
+    /// Operand `p` of the lerp.
     pub p: Signal<Out, State>,
-    /// The other.
+    /// Operand `q` of the lerp.
     pub q: Signal<Out, State>,
 }
 
@@ -59,68 +60,68 @@ always @(posedge clock)
     }
 }
 
-/// Along rows, towards the past: `q[c] = x[c]`, `p[c] = x[max(c - N, 0)]`.
+/// Row look-back border: `q[c] = x[c]`, `p[c] = x[max(c - N, 0)]`.
 #[derive(LogicBlock)]
-pub struct LookBackBorder {
-    /// The one clock.
+pub struct RowLookBackBorder {
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No row is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// The sample is the row's first.
     pub first: Signal<In, Bit>,
     /// The sample.
     pub x: Signal<In, State>,
-    /// The sample `N` steps before.
-    pub past: Signal<In, State>,
-    /// One operand of the lerp.
+    /// The sample `N` steps ago.
+    pub delayed: Signal<In, State>,
+    /// Operand `p` of the lerp.
     pub p: Signal<Out, State>,
-    /// The other.
+    /// Operand `q` of the lerp.
     pub q: Signal<Out, State>,
     _reach: u64,
-    _left: u64,
+    _remaining: u64,
     _border: State,
 }
 
-/// Along rows, towards the future: `p[c] = x[min(c + N, W - 1)]`, `q[c] = x[c]`.
+/// Row look-ahead border: `p[c] = x[min(c + N, W - 1)]`, `q[c] = x[c]`.
 #[derive(LogicBlock)]
-pub struct LookAheadBorder {
-    /// The one clock.
+pub struct RowLookAheadBorder {
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No row is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// The arriving sample is the row's last.
     pub last: Signal<In, Bit>,
     /// The arriving sample.
     pub x: Signal<In, State>,
-    /// The sample `N` steps before, the one to be smoothed.
-    pub past: Signal<In, State>,
-    /// One operand of the lerp.
+    /// The sample `N` steps ago, which is filtered.
+    pub delayed: Signal<In, State>,
+    /// Operand `p` of the lerp.
     pub p: Signal<Out, State>,
-    /// The other.
+    /// Operand `q` of the lerp.
     pub q: Signal<Out, State>,
     _reach: u64,
-    _left: u64,
+    _remaining: u64,
     _border: State,
 }
 
 macro_rules! row_border {
     ($border:ident) => {
         impl $border {
-            /// A stage that reaches `reach` samples, less than a row.
+            /// The border of a stage with neighbours `reach` samples away, less than a row.
             pub fn new(reach: u64) -> Self {
                 Self { _reach: reach, ..Self::default() }
             }
         }
     };
 }
-row_border!(LookBackBorder);
-row_border!(LookAheadBorder);
+row_border!(RowLookBackBorder);
+row_border!(RowLookAheadBorder);
 
-impl Default for LookBackBorder {
+impl Default for RowLookBackBorder {
     fn default() -> Self {
         Self {
             clock: Signal::default(),
@@ -128,17 +129,17 @@ impl Default for LookBackBorder {
             advance: Signal::default(),
             first: Signal::default(),
             x: Signal::default(),
-            past: Signal::default(),
+            delayed: Signal::default(),
             p: Signal::default(),
             q: Signal::default(),
             _reach: 1,
-            _left: 0,
+            _remaining: 0,
             _border: State::default(),
         }
     }
 }
 
-impl Default for LookAheadBorder {
+impl Default for RowLookAheadBorder {
     fn default() -> Self {
         Self {
             clock: Signal::default(),
@@ -146,11 +147,11 @@ impl Default for LookAheadBorder {
             advance: Signal::default(),
             last: Signal::default(),
             x: Signal::default(),
-            past: Signal::default(),
+            delayed: Signal::default(),
             p: Signal::default(),
             q: Signal::default(),
             _reach: 1,
-            _left: 0,
+            _remaining: 0,
             _border: State::default(),
         }
     }
@@ -160,15 +161,15 @@ fn bits_for(largest: u64) -> usize {
     (64 - largest.leading_zeros()) as usize
 }
 
-impl Logic for LookBackBorder {
+impl Logic for RowLookBackBorder {
     fn update(&mut self) {
         if self.clock.pos_edge() {
-            let outside = self._left != 0;
+            let outside = self._remaining != 0;
             let (first, advance) = (self.first.val(), self.advance.val());
             if self.reset.val() {
-                self._left = 0;
+                self._remaining = 0;
             } else if advance {
-                self._left = if first { self._reach - 1 } else { self._left.saturating_sub(1) };
+                self._remaining = if first { self._reach - 1 } else { self._remaining.saturating_sub(1) };
             }
             if advance {
                 let sample = self.x.val();
@@ -176,7 +177,7 @@ impl Logic for LookBackBorder {
                 self.p.next = match (first, outside) {
                     (true, _) => sample,
                     (false, true) => self._border,
-                    (false, false) => self.past.val(),
+                    (false, false) => self.delayed.val(),
                 };
                 if first {
                     self._border = sample;
@@ -193,13 +194,13 @@ impl Logic for LookBackBorder {
     fn hdl(&self) -> Verilog {
         let reach = self._reach;
         if reach == 1 {
-            // Only the first sample itself has no past: nothing to count or to hold.
+            // Only the first sample has no earlier one: no counter and no border register are needed.
             return Verilog::Custom(
                 "\
-// module: look_back_border_1
+// module: row_look_back_border_1
 always @(posedge clock)
   if (advance) begin
-    p <= first ? x : past;
+    p <= first ? x : delayed;
     q <= x;
   end
 
@@ -210,26 +211,26 @@ wire unused = reset;
         }
         let bits = bits_for(reach - 1);
         Verilog::Custom(format!(
-            "// module: look_back_border_{reach}
-reg [{top}:0] left;
+            "// module: row_look_back_border_{reach}
+reg [{top}:0] remaining;
 reg [17:0] border;
-wire outside = left != {bits}'d0;
+wire outside = remaining != {bits}'d0;
 
 always @(posedge clock)
   if (reset)
-    left <= {bits}'d0;
+    remaining <= {bits}'d0;
   else if (advance) begin
     if (first)
-      left <= {bits}'d{load};
+      remaining <= {bits}'d{load};
     else if (outside)
-      left <= left - {bits}'d1;
+      remaining <= remaining - {bits}'d1;
   end
 
 always @(posedge clock)
   if (advance) begin
     if (first)
       border <= x;
-    p <= first ? x : outside ? border : past;
+    p <= first ? x : outside ? border : delayed;
     q <= x;
   end
 ",
@@ -239,18 +240,18 @@ always @(posedge clock)
     }
 }
 
-impl Logic for LookAheadBorder {
+impl Logic for RowLookAheadBorder {
     fn update(&mut self) {
         if self.clock.pos_edge() {
-            let outside = self._left != 0;
+            let outside = self._remaining != 0;
             let (last, advance) = (self.last.val(), self.advance.val());
             if self.reset.val() {
-                self._left = 0;
+                self._remaining = 0;
             } else if advance {
-                self._left = if last { self._reach } else { self._left.saturating_sub(1) };
+                self._remaining = if last { self._reach } else { self._remaining.saturating_sub(1) };
             }
             if advance {
-                self.q.next = self.past.val();
+                self.q.next = self.delayed.val();
                 self.p.next = if outside { self._border } else { self.x.val() };
                 if last {
                     self._border = self.x.val();
@@ -268,19 +269,19 @@ impl Logic for LookAheadBorder {
         let reach = self._reach;
         let bits = bits_for(reach);
         Verilog::Custom(format!(
-            "// module: look_ahead_border_{reach}
-reg [{top}:0] left;
+            "// module: row_look_ahead_border_{reach}
+reg [{top}:0] remaining;
 reg [17:0] border;
-wire outside = left != {bits}'d0;
+wire outside = remaining != {bits}'d0;
 
 always @(posedge clock)
   if (reset)
-    left <= {bits}'d0;
+    remaining <= {bits}'d0;
   else if (advance) begin
     if (last)
-      left <= {bits}'d{reach};
+      remaining <= {bits}'d{reach};
     else if (outside)
-      left <= left - {bits}'d1;
+      remaining <= remaining - {bits}'d1;
   end
 
 always @(posedge clock)
@@ -288,7 +289,7 @@ always @(posedge clock)
     if (last)
       border <= x;
     p <= outside ? border : x;
-    q <= past;
+    q <= delayed;
   end
 ",
             top = bits - 1
@@ -296,19 +297,19 @@ always @(posedge clock)
     }
 }
 
-/// The coefficient a stage works with, taken over when the frame's marker passes.
+/// The coefficient of a stage, loaded when the marker of a frame passes.
 #[derive(LogicBlock, Default)]
 pub struct CoefficientRegister {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// The frame's marker.
     pub load: Signal<In, Bit>,
     /// The frame's coefficient.
-    pub d: Signal<In, Code>,
+    pub d: Signal<In, Coefficient>,
     /// The stage's coefficient.
-    pub g: Signal<Out, Code>,
+    pub g: Signal<Out, Coefficient>,
 }
 
 impl Logic for CoefficientRegister {

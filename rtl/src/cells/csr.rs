@@ -1,57 +1,60 @@
-//! The registers of [`crate::registers`] behind an Avalon-MM slave: 32 bits, no wait states, data one cycle after `read`.
+//! The registers of [`crate::registers`] behind an Avalon-MM slave: 32 bits, no wait states, data one cycle after
+//! `read`.
 
 use rust_hdl::prelude::*;
 
 use super::{Height, Response, Width};
 use crate::registers::{Access, Field, Register};
 
-/// Bits of a word address.
+/// Bits of a register address, which counts 32-bit registers.
 pub const WORD_ADDRESS_BITS: usize = 6;
 
-/// See the module.
+/// The Avalon-MM slave.
 #[derive(LogicBlock)]
 pub struct Csr {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// All registers to their values after reset.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// Word address.
+    /// Address of a 32-bit register.
     pub address: Signal<In, Bits<6>>,
-    /// Read it.
+    /// Read request.
     pub read: Signal<In, Bit>,
-    /// What was read, one cycle later.
+    /// Read data, one cycle after the request.
     pub readdata: Signal<Out, Bits<32>>,
-    /// Write it.
+    /// Write request.
     pub write: Signal<In, Bit>,
-    /// What to write.
+    /// Write data.
     pub writedata: Signal<In, Bits<32>>,
-    /// Interrupt, a level.
+    /// Interrupt request, level-sensitive, active high.
     pub irq: Signal<Out, Bit>,
-    /// Clear the pipeline.
+    /// Reset of the pipeline.
     pub clear: Signal<Out, Bit>,
-    /// Frames are taken.
+    /// Frames are accepted.
     pub enable: Signal<Out, Bit>,
-    /// `W`.
+    /// `W` of the next frame that begins.
     pub width: Signal<Out, Width>,
-    /// `H`.
+    /// `H` of the next frame that begins.
     pub height: Signal<Out, Height>,
-    /// What a frame takes with it.
+    /// Register values that a frame captures.
     pub bank: Signal<Out, Bits<368>>,
-    /// Frames are in the pipeline.
+    /// `bank` is a complete set for the next frame that begins; otherwise that frame keeps the set of the previous one.
+    pub committed: Signal<Out, Bit>,
+    /// At least one frame is in the pipeline.
     pub busy: Signal<In, Bit>,
-    /// Errors of this cycle.
+    /// Error bits of this cycle.
     pub errors: Signal<In, Bits<4>>,
-    /// A frame takes the registers over.
+    /// A frame begins at the next clock edge and captures the committed set.
     pub begun: Signal<In, Bit>,
-    /// A frame is done.
+    /// Pulse: a frame is complete.
     pub done: Signal<In, Bit>,
-    /// Its features.
+    /// Features of that frame.
     pub count: Signal<In, Bits<20>>,
-    /// Its dropped features.
+    /// Dropped features of that frame.
     pub dropped: Signal<In, Bits<20>>,
-    /// Frames done.
+    /// Number of complete frames.
     pub frames: Signal<In, Bits<32>>,
-    /// A response was cut.
+    /// A response was saturated.
     pub saturated: Signal<In, Bit>,
     /// Threshold in use.
     pub threshold_0: Signal<In, Response>,
@@ -61,10 +64,12 @@ pub struct Csr {
     _words: Vec<u32>,
     _read: u32,
     _clear: bool,
+    /// `size` as the last frame captured it; 0 before the first.
+    _captured_size: u32,
 }
 
 impl Csr {
-    /// The slave of a map.
+    /// The slave of a register map.
     pub fn new(map: Vec<Register>) -> Self {
         let words = map.iter().map(reset_word).collect();
         Self {
@@ -81,6 +86,7 @@ impl Csr {
             width: Signal::default(),
             height: Signal::default(),
             bank: Signal::default(),
+            committed: Signal::default(),
             busy: Signal::default(),
             errors: Signal::default(),
             begun: Signal::default(),
@@ -95,6 +101,7 @@ impl Csr {
             _words: words,
             _read: 0,
             _clear: false,
+            _captured_size: 0,
         }
     }
 
@@ -102,7 +109,16 @@ impl Csr {
         self._map.iter().position(|register| register.name == name).map_or(0, |i| self._words[i])
     }
 
-    /// What hardware sets in a cycle, by the name of the status field.
+    /// Whether a write changes a register of the set.
+    fn disturbs(&self, at: u32, data: u32) -> bool {
+        match self._map.iter().find(|register| register.offset == at) {
+            Some(register) if register.name == "control" => (data ^ self.word("control")) & 2 != 0,
+            Some(register) => is_of_set(register),
+            None => false,
+        }
+    }
+
+    /// The status bits that hardware sets in a cycle.
     fn events(&self) -> u32 {
         let errors = self.errors.val().to_u32();
         let lost = self.done.val() && self.dropped.val().to_u32() != 0;
@@ -113,7 +129,7 @@ impl Csr {
             | u32::from(self.begun.val()) << 7
     }
 
-    /// What hardware shows in a register.
+    /// The value that hardware drives in a read-only register.
     fn shown(&self, name: &str) -> Option<u32> {
         Some(match name {
             "status" => u32::from(self.busy.val()) << 31,
@@ -122,6 +138,11 @@ impl Csr {
             _ => return None,
         })
     }
+}
+
+/// Whether a frame captures the register; a write to it then withdraws a commit.
+fn is_of_set(register: &Register) -> bool {
+    register.name != "control" && register.fields.iter().any(|field| field.access == Access::ReadWrite)
 }
 
 fn mask(field: &Field) -> u32 {
@@ -148,9 +169,14 @@ impl Logic for Csr {
             if self.reset.val() {
                 self._words = self._map.iter().map(reset_word).collect();
                 self._clear = true;
+                self._captured_size = 0;
             } else {
                 let write = self.write.val().then(|| self.writedata.val().to_u32());
-                // What the pipeline says while it is being cleared is of the past.
+                let stays = !self.begun.val() && !write.is_some_and(|data| self.disturbs(at, data));
+                if self.begun.val() && self.word("commit") != 0 {
+                    self._captured_size = self.word("size");
+                }
+                // Events of the pipeline do not count while it is being reset.
                 let (events, done) = if clearing { (0, false) } else { (self.events(), self.done.val()) };
                 for (register, word) in self._map.iter().zip(&mut self._words) {
                     let data = write.filter(|_| register.offset == at);
@@ -162,6 +188,7 @@ impl Logic for Csr {
                     }
                     match register.name.as_str() {
                         "status" => *word |= events,
+                        "commit" => *word = *word & u32::from(stays) | data.unwrap_or_default() & 1,
                         "features" if done => *word = self.count.val().to_u32(),
                         "dropped" if done => *word = self.dropped.val().to_u32(),
                         _ => {}
@@ -171,14 +198,18 @@ impl Logic for Csr {
         }
         self.readdata.next = u64::from(self._read).into();
         self.clear.next = self._clear;
-        let (control, status, size) = (self.word("control"), self.word("status"), self.word("size"));
+        let (control, status) = (self.word("control"), self.word("status"));
+        let committed = self.word("commit") != 0;
+        let size = if committed { self.word("size") } else { self._captured_size };
+        self.committed.next = committed;
         self.enable.next = control & 1 != 0;
         self.irq.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x7e != 0;
         self.width.next = u64::from(size & 0x7ff).into();
         self.height.next = u64::from(size >> 16 & 0xfff).into();
         let mut bank = Bits::<368>::default();
-        let codes = self._map.iter().zip(&self._words).filter(|(register, _)| register.fields[0].name == "code");
-        for (i, (_, word)) in codes.enumerate() {
+        let coefficients =
+            self._map.iter().zip(&self._words).filter(|(register, _)| register.fields[0].name == "value");
+        for (i, (_, word)) in coefficients.enumerate() {
             bank.set_bits(16 * i, Bits::<16>::from(u64::from(*word)));
         }
         let threshold = self.word("threshold");
@@ -197,6 +228,7 @@ impl Logic for Csr {
         self.width.connect();
         self.height.connect();
         self.bank.connect();
+        self.committed.connect();
     }
 
     fn hdl(&self) -> Verilog {
@@ -227,7 +259,8 @@ impl Logic for Csr {
                         declarations += &format!("reg  {range}{name};\n");
                         resets += &format!("    {name} <= {bits}'d0;\n");
                         writes += &format!(
-                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) | (~clear_now & {});\n",
+                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) \
+                             | (~clear_now & {});\n",
                             event(&field.name)
                         );
                     }
@@ -235,6 +268,14 @@ impl Logic for Csr {
                         declarations += &format!("reg  {range}clear_now;\nwire {range}{name} = 1'b0;\n");
                         resets += "    clear_now <= 1'b1;\n";
                         writes += &format!("    clear_now <= write & (address == 6'd{word}) & {slice};\n");
+                    }
+                    Access::Request => {
+                        declarations += &format!("reg  {range}{name};\n");
+                        resets += &format!("    {name} <= {bits}'d{};\n", field.reset);
+                        writes += &format!(
+                            "    {name} <= ({name} & ~disturbs & ~begun) \
+                             | (write & (address == 6'd{word}) & {slice});\n"
+                        );
                     }
                     Access::Read => match (register.name.as_str(), field.name.as_str()) {
                         ("features", _) | ("dropped", _) => {
@@ -256,20 +297,45 @@ impl Logic for Csr {
             }
             cases += &format!("      6'd{}: readdata <= {{{}}};\n", register.offset >> 2, parts.join(", "));
         }
-        let codes: Vec<String> = self
+        let coefficients: Vec<String> = self
             ._map
             .iter()
-            .filter(|register| register.fields[0].name == "code")
-            .map(|register| format!("{}_code", register.name))
+            .filter(|register| register.fields[0].name == "value")
+            .map(|register| format!("{}_value", register.name))
             .rev()
             .collect();
+        let of_set = |coefficient: bool| {
+            let registers = self._map.iter().filter(|register| is_of_set(register));
+            registers
+                .filter(move |register| (register.fields[0].name == "value") == coefficient)
+                .map(|register| register.offset >> 2)
+        };
+        let mut disturbing: Vec<String> = of_set(false).map(|word| format!("(address == 6'd{word})")).collect();
+        if let (Some(first), Some(last)) = (of_set(true).min(), of_set(true).max()) {
+            disturbing.push(format!("((address >= 6'd{first}) & (address <= 6'd{last}))"));
+        }
+        let control =
+            self._map.iter().find(|register| register.name == "control").map_or(0, |register| register.offset >> 2);
+        disturbing.push(format!("((address == 6'd{control}) & (writedata[1] ^ control_automatic))"));
         Verilog::Custom(format!(
             "// module: csr
 {declarations}
+// A write to a register of the set withdraws the commit.
+wire disturbs = write & ({});
+// The size as the last frame took it.
+reg  [10:0] taken_width;
+reg  [11:0] taken_height;
+
 always @(posedge clock)
   if (reset) begin
-{resets}  end else begin
-{writes}  end
+{resets}    taken_width <= 11'd0;
+    taken_height <= 12'd0;
+  end else begin
+{writes}    if (begun & commit_pending) begin
+      taken_width <= size_width;
+      taken_height <= size_height;
+    end
+  end
 
 always @(posedge clock)
   if (read)
@@ -283,18 +349,20 @@ always @(*) begin
                                           | status_dropped | status_saturated));
   clear  = clear_now;
   enable = control_enable;
-  width  = size_width;
-  height = size_height;
+  committed = commit_pending;
+  width  = commit_pending ? size_width : taken_width;
+  height = commit_pending ? size_height : taken_height;
   bank   = {{15'd0, control_automatic, target_count, 1'b0, threshold_coarse, 1'b0, threshold_fine,
             {}}};
 end
 ",
-            codes.join(",\n            ")
+            disturbing.join(" | "),
+            coefficients.join(",\n            ")
         ))
     }
 }
 
-/// What sets a status field.
+/// The event that sets a status field.
 fn event(field: &str) -> &'static str {
     match field {
         "frame" => "done",

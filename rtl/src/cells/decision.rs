@@ -1,36 +1,37 @@
-//! Is the centre of the window a feature, and from which response on.
+//! The decision whether the centre of the window is a feature, and the threshold it uses.
 //!
-//! `hit = p > strict and p >= loose and p >= T` at an eligible pixel, one step. The threshold of a frame is taken over at the
-//! marker of the window stage: by then the last frame's count is complete, whatever the gap between the frames.
+//! `hit = p > strict and p >= loose and p >= T` at an eligible pixel, one step. A frame's threshold is set at its
+//! marker of the window stage. By then the count of the last frame is complete, whatever the gap between the frames.
 
 use rust_hdl::prelude::*;
 
 use super::{Height, Response, Width};
 
-/// Centres this close to the border have a ring that leaves the frame.
+/// The ring of a centre closer to the border than this leaves the frame.
 pub const MARGIN: u64 = 18;
 
-/// `18 <= x < W - 18` and `18 <= y < H - 18`, with the place itself a step later. `W` and `H` have stood for a cycle.
+/// `18 <= x < W - 18` and `18 <= y < H - 18`, and the position one step later. `W` and `H` must be stable for one cycle
+/// before.
 #[derive(LogicBlock, Default)]
 pub struct Eligible {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `W`.
     pub width: Signal<In, Width>,
     /// `H`.
     pub height: Signal<In, Height>,
-    /// A sample of a frame is here.
+    /// The sample belongs to a frame.
     pub active: Signal<In, Bit>,
     /// Column.
     pub x: Signal<In, Bits<10>>,
     /// Row.
     pub y: Signal<In, Bits<11>>,
-    /// Eligible, now.
+    /// The position is eligible.
     pub eligible: Signal<Out, Bit>,
-    /// Column and row below it, one step later.
-    pub place: Signal<Out, Bits<21>>,
+    /// Row above column, 11 and 10 bits, one step later.
+    pub position: Signal<Out, Bits<21>>,
     _end: (u64, u64),
 }
 
@@ -41,7 +42,7 @@ impl Logic for Eligible {
             let end = |size: u64, bits: u32| size.wrapping_sub(MARGIN) & ((1 << bits) - 1);
             self._end = (end(self.width.val().to_u64(), 11), end(self.height.val().to_u64(), 12));
             if self.advance.val() {
-                self.place.next = (y << 10 | x).into();
+                self.position.next = (y << 10 | x).into();
             }
         }
         let inside = |at: u64, end: u64| at >= MARGIN && at < end;
@@ -50,7 +51,7 @@ impl Logic for Eligible {
 
     fn connect(&mut self) {
         self.eligible.connect();
-        self.place.connect();
+        self.position.connect();
     }
 
     fn hdl(&self) -> Verilog {
@@ -67,7 +68,7 @@ always @(posedge clock) begin
   end_x <= width - 11'd18;
   end_y <= height - 12'd18;
   if (advance)
-    place <= {y, x};
+    position <= {y, x};
 end
 "
             .into(),
@@ -75,16 +76,16 @@ end
     }
 }
 
-/// The comparison at the centre.
+/// The comparisons at the centre of the window.
 #[derive(LogicBlock, Default)]
 pub struct Decision {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Nothing is found.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// May be a feature.
+    /// The position is eligible.
     pub eligible: Signal<In, Bit>,
     /// Response of the centre.
     pub p: Signal<In, Response>,
@@ -132,25 +133,26 @@ always @(posedge clock)
     }
 }
 
-/// `T` of a frame: the manual one, or from the last frame's count `n` before drops: above `5 N / 4` `T + (T >> 3) + 1`, below
-/// `3 N / 4` `T - (T >> 3) - 1`, at least 1 and at most the largest response. The first follow frame takes the manual one.
+/// `T` of a frame: the manual threshold, or in automatic mode derived from the last frame's count `n` before drops and
+/// the target `N`. For `n > 5 N / 4` it is `T + (T >> 3) + 1`, for `n < 3 N / 4` `T - (T >> 3) - 1`, clamped to
+/// `1 ..= 2^15 - 1`. The first automatic frame uses the manual threshold.
 #[derive(LogicBlock, Default)]
 pub struct Threshold {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Forgets what was counted.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// A frame begins at the window stage.
     pub start: Signal<In, Bit>,
-    /// A feature before drops.
+    /// A feature was found (counted before drops).
     pub hit: Signal<In, Bit>,
-    /// Follow the count.
+    /// Automatic mode: the threshold follows the count.
     pub follow: Signal<In, Bit>,
-    /// `T` where it does not.
+    /// Threshold in manual mode.
     pub manual: Signal<In, Response>,
-    /// `N`.
+    /// Target number of features `N`.
     pub target: Signal<In, Bits<16>>,
     /// `T` of this frame.
     pub threshold: Signal<Out, Response>,
@@ -203,7 +205,7 @@ impl Logic for Threshold {
         Verilog::Custom(
             "\
 // module: threshold
-// What the count asks for, ready long before the next frame begins.
+// The change of T, registered: it is ready before the next frame begins.
 reg        follows;
 reg [12:0] change;
 reg        more;
@@ -211,9 +213,9 @@ reg        less;
 wire [21:0] four_counts = {count, 2'b00};
 wire [21:0] three_targets = {6'd0, target} + {5'd0, target, 1'b0};
 wire [21:0] five_targets = {6'd0, target} + {4'd0, target, 2'b00};
-wire [15:0] up = {1'b0, threshold} + {3'd0, change};
-wire [15:0] down = {1'b0, threshold} - {3'd0, change};
-wire        at_floor = down[15] | (down == 16'd0);
+wire [15:0] raised = {1'b0, threshold} + {3'd0, change};
+wire [15:0] lowered = {1'b0, threshold} - {3'd0, change};
+wire        at_floor = lowered[15] | (lowered == 16'd0);
 
 always @(posedge clock) begin
   change <= {1'b0, threshold[14:3]} + 13'd1;
@@ -233,9 +235,9 @@ always @(posedge clock)
       if (~(follow & follows))
         threshold <= manual == 15'd0 ? 15'd1 : manual;
       else if (more)
-        threshold <= up[15] ? 15'h7fff : up[14:0];
+        threshold <= raised[15] ? 15'h7fff : raised[14:0];
       else if (less)
-        threshold <= at_floor ? 15'd1 : down[14:0];
+        threshold <= at_floor ? 15'd1 : lowered[14:0];
     end else if (hit)
       count <= count + 20'd1;
   end

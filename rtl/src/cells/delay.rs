@@ -1,8 +1,8 @@
-//! `y[n] = x[n - N]`: words and flags some steps later, pulses and frame markers any number of steps later.
+//! `y[n] = x[n - N]`: delays of samples, flags, pulses and frame markers.
 //!
-//! Four shapes, because what is delayed decides what is cheap: [`Delay`] keeps every word, in registers where it is short and in
-//! a small memory where it is long; [`FlagDelay`] keeps a bit in registers, which reset clears; [`PulseDelay`] and
-//! [`FrameDelay`] count steps for a pulse that comes at most once in the time counted.
+//! There are four cells, because the cheapest one depends on the data. [`Delay`] stores every sample, in registers up
+//! to three steps and in a small memory beyond. [`FlagDelay`] stores a bit in registers, which reset clears.
+//! [`PulseDelay`] and [`FrameDelay`] count steps for a pulse that comes at most once in the counted time.
 
 use std::collections::VecDeque;
 
@@ -13,24 +13,24 @@ use super::{Height, Width};
 /// Longest delay of one memory: an MLAB has 32 words, and the output register adds one step.
 pub const LONGEST_DELAY: usize = 33;
 
-/// Up to here a delay is cheaper in registers.
+/// Up to this length a delay is cheaper in registers.
 const LONGEST_IN_REGISTERS: usize = 3;
 
-/// A word `steps` steps later. What it gives before that many steps after reset means nothing.
+/// A sample `steps` steps later. The output is undefined for that many steps after a reset.
 #[derive(LogicBlock)]
 pub struct Delay<const N: usize> {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Puts the memory's counter to its start.
+    /// Synchronous reset, active high, of the memory's address counter.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// The word.
+    /// Input sample.
     pub x: Signal<In, Bits<N>>,
-    /// The word `steps` steps before.
+    /// The sample `steps` steps ago.
     pub y: Signal<Out, Bits<N>>,
     _memory: Vec<Bits<N>>,
-    _place: usize,
+    _position: usize,
 }
 
 impl<const N: usize> Delay<N> {
@@ -44,7 +44,7 @@ impl<const N: usize> Delay<N> {
             x: Signal::default(),
             y: Signal::default(),
             _memory: vec![0u64.into(); steps - 1],
-            _place: 0,
+            _position: 0,
         }
     }
 
@@ -68,14 +68,14 @@ impl<const N: usize> Logic for Delay<N> {
             if self._memory.is_empty() {
                 self.y.next = self.x.val();
             } else {
-                self.y.next = self._memory[self._place];
-                self._memory[self._place] = self.x.val();
-                self._place = (self._place + 1) % self._memory.len();
+                self.y.next = self._memory[self._position];
+                self._memory[self._position] = self.x.val();
+                self._position = (self._position + 1) % self._memory.len();
             }
         }
-        // Registers have no place to go back to.
+        // A delay in registers has no address to reset.
         if self.reset.val() && self.steps() > LONGEST_IN_REGISTERS {
-            self._place = 0;
+            self._position = 0;
         }
     }
 
@@ -94,16 +94,16 @@ fn delay_verilog(bits: usize, steps: usize) -> String {
     format!("// module: delay_{bits}x{steps}\n{body}{unused}")
 }
 
-/// `output` is `input` `steps` steps later: declarations and processes, names with a prefix.
+/// Verilog of `output[n] = input[n - steps]`: declarations and processes. Internal names begin with the prefix.
 pub(super) fn delay_body(prefix: &str, input: &str, output: &str, bits: usize, steps: usize) -> String {
     let top = bits - 1;
     if steps <= LONGEST_IN_REGISTERS {
-        let (mut declarations, mut body, mut past) = (String::new(), String::new(), input.to_owned());
+        let (mut declarations, mut body, mut delayed) = (String::new(), String::new(), input.to_owned());
         for age in 1..=steps {
-            let name = if age == steps { output.to_owned() } else { format!("{prefix}past_{age}") };
+            let name = if age == steps { output.to_owned() } else { format!("{prefix}delayed_{age}") };
             declarations += &format!("reg [{top}:0] {name};\n");
-            body += &format!("    {name} <= {past};\n");
-            past = name;
+            body += &format!("    {name} <= {delayed};\n");
+            delayed = name;
         }
         return format!("{declarations}\nalways @(posedge clock)\n  if (advance) begin\n{body}  end\n");
     }
@@ -113,18 +113,18 @@ pub(super) fn delay_body(prefix: &str, input: &str, output: &str, bits: usize, s
         "\
 reg [{top}:0] {output};
 reg [{top}:0] {prefix}memory [0:{last}];
-reg [{p}:0] {prefix}place;
+reg [{p}:0] {prefix}position;
 
 always @(posedge clock)
   if (reset)
-    {prefix}place <= {size}'d0;
+    {prefix}position <= {size}'d0;
   else if (advance)
-    {prefix}place <= {prefix}place == {size}'d{last} ? {size}'d0 : {prefix}place + {size}'d1;
+    {prefix}position <= {prefix}position == {size}'d{last} ? {size}'d0 : {prefix}position + {size}'d1;
 
 always @(posedge clock)
   if (advance) begin
-    {output} <= {prefix}memory[{prefix}place];
-    {prefix}memory[{prefix}place] <= {input};
+    {output} <= {prefix}memory[{prefix}position];
+    {prefix}memory[{prefix}position] <= {input};
   end
 ",
         p = size - 1
@@ -138,17 +138,17 @@ pub(super) fn address_bits(words: usize) -> usize {
 /// A bit `steps` steps later, 0 after reset.
 #[derive(LogicBlock)]
 pub struct FlagDelay {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Clears what is under way.
+    /// Synchronous reset, active high. It clears the delayed bits.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// The bit.
+    /// Input bit.
     pub x: Signal<In, Bit>,
-    /// The bit `steps` steps before.
+    /// The bit `steps` steps ago.
     pub y: Signal<Out, Bit>,
-    _past: VecDeque<bool>,
+    _delayed: VecDeque<bool>,
 }
 
 impl FlagDelay {
@@ -160,7 +160,7 @@ impl FlagDelay {
             advance: Signal::default(),
             x: Signal::default(),
             y: Signal::default(),
-            _past: vec![false; steps].into(),
+            _delayed: vec![false; steps].into(),
         }
     }
 }
@@ -175,12 +175,12 @@ impl Logic for FlagDelay {
     fn update(&mut self) {
         if self.clock.pos_edge() {
             if self.reset.val() {
-                self._past.iter_mut().for_each(|bit| *bit = false);
+                self._delayed.iter_mut().for_each(|bit| *bit = false);
                 self.y.next = false;
             } else if self.advance.val() {
-                self._past.push_front(self.x.val());
-                self._past.pop_back();
-                self.y.next = *self._past.back().expect("a delay has at least one step");
+                self._delayed.push_front(self.x.val());
+                self._delayed.pop_back();
+                self.y.next = *self._delayed.back().expect("a delay has at least one step");
             }
         }
     }
@@ -190,22 +190,40 @@ impl Logic for FlagDelay {
     }
 
     fn hdl(&self) -> Verilog {
-        let steps = self._past.len();
+        let steps = self._delayed.len();
         Verilog::Custom(if steps == 1 {
-            "// module: flag_delay_1\nalways @(posedge clock)\n  if (reset)\n    y <= 1'b0;\n  else if (advance)\n    y <= x;\n"
-                .into()
+            "// module: flag_delay_1
+always @(posedge clock)
+  if (reset)
+    y <= 1'b0;
+  else if (advance)
+    y <= x;
+"
+            .into()
         } else {
             let kept = if steps == 2 {
-                "past <= x".to_owned()
+                "delayed <= x".to_owned()
             } else {
-                let kept = if steps == 3 { "past[0]".to_owned() } else { format!("past[{}:0]", steps - 3) };
-                format!("past <= {{{kept}, x}}")
+                let kept = if steps == 3 { "delayed[0]".to_owned() } else { format!("delayed[{}:0]", steps - 3) };
+                format!("delayed <= {{{kept}, x}}")
             };
-            let declaration = if steps == 2 { "reg past;".to_owned() } else { format!("reg [{}:0] past;", steps - 2) };
-            let last = if steps == 2 { "past".to_owned() } else { format!("past[{}]", steps - 2) };
+            let declaration =
+                if steps == 2 { "reg delayed;".to_owned() } else { format!("reg [{}:0] delayed;", steps - 2) };
+            let last = if steps == 2 { "delayed".to_owned() } else { format!("delayed[{}]", steps - 2) };
             format!(
-                "// module: flag_delay_{steps}\n{declaration}\n\nalways @(posedge clock)\n  if (reset) begin\n    past <= {}'d0;\n    \
-                 y <= 1'b0;\n  end else if (advance) begin\n    {kept};\n    y <= {last};\n  end\n",
+                "\
+// module: flag_delay_{steps}
+{declaration}
+
+always @(posedge clock)
+  if (reset) begin
+    delayed <= {}'d0;
+    y <= 1'b0;
+  end else if (advance) begin
+    {kept};
+    y <= {last};
+  end
+",
                 steps - 1
             )
         })
@@ -215,18 +233,18 @@ impl Logic for FlagDelay {
 /// A pulse `steps` steps later, by counting: pulses must be at least `steps` apart.
 #[derive(LogicBlock)]
 pub struct PulseDelay {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Clears what is under way.
+    /// Synchronous reset, active high. It clears the delayed bits.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// The pulse.
+    /// Input pulse.
     pub x: Signal<In, Bit>,
     /// The pulse `steps` steps later.
     pub y: Signal<Out, Bit>,
     _steps: u64,
-    _left: u64,
+    _remaining: u64,
 }
 
 impl PulseDelay {
@@ -240,7 +258,7 @@ impl PulseDelay {
             x: Signal::default(),
             y: Signal::default(),
             _steps: steps,
-            _left: 0,
+            _remaining: 0,
         }
     }
 }
@@ -255,11 +273,11 @@ impl Logic for PulseDelay {
     fn update(&mut self) {
         if self.clock.pos_edge() {
             if self.reset.val() {
-                self._left = 0;
+                self._remaining = 0;
                 self.y.next = false;
             } else if self.advance.val() {
-                self.y.next = self._left == 1;
-                self._left = if self.x.val() { self._steps - 1 } else { self._left.saturating_sub(1) };
+                self.y.next = self._remaining == 1;
+                self._remaining = if self.x.val() { self._steps - 1 } else { self._remaining.saturating_sub(1) };
             }
         }
     }
@@ -273,18 +291,18 @@ impl Logic for PulseDelay {
         let bits = address_bits(steps as usize);
         Verilog::Custom(format!(
             "// module: pulse_delay_{steps}
-reg [{top}:0] left;
+reg [{top}:0] remaining;
 
 always @(posedge clock)
   if (reset) begin
-    left <= {bits}'d0;
+    remaining <= {bits}'d0;
     y    <= 1'b0;
   end else if (advance) begin
-    y <= left == {bits}'d1;
+    y <= remaining == {bits}'d1;
     if (x)
-      left <= {bits}'d{load};
-    else if (left != {bits}'d0)
-      left <= left - {bits}'d1;
+      remaining <= {bits}'d{load};
+    else if (remaining != {bits}'d0)
+      remaining <= remaining - {bits}'d1;
   end
 ",
             top = bits - 1,
@@ -296,22 +314,22 @@ always @(posedge clock)
 /// A frame marker `lines W + steps` steps later, by counting: markers must be at least that far apart.
 #[derive(LogicBlock)]
 pub struct FrameDelay {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Clears what is under way.
+    /// Synchronous reset, active high. It clears the delayed bits.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`; changes only while nothing is under way.
+    /// `W`; changes only while the pipeline is empty.
     pub width: Signal<In, Width>,
-    /// The marker.
+    /// Input marker.
     pub x: Signal<In, Bit>,
-    /// The marker, later.
+    /// The marker, `lines W + steps` steps later.
     pub y: Signal<Out, Bit>,
     _lines: u64,
     _steps: u64,
     _total: u64,
-    _left: u64,
+    _remaining: u64,
 }
 
 impl FrameDelay {
@@ -327,7 +345,7 @@ impl FrameDelay {
             _lines: lines,
             _steps: steps,
             _total: 0,
-            _left: 0,
+            _remaining: 0,
         }
     }
 }
@@ -349,11 +367,11 @@ impl Logic for FrameDelay {
     fn update(&mut self) {
         if self.clock.pos_edge() {
             if self.reset.val() {
-                self._left = 0;
+                self._remaining = 0;
                 self.y.next = false;
             } else if self.advance.val() {
-                self.y.next = self._left == 1;
-                self._left = if self.x.val() { self._total } else { self._left.saturating_sub(1) };
+                self.y.next = self._remaining == 1;
+                self._remaining = if self.x.val() { self._total } else { self._remaining.saturating_sub(1) };
             }
             self._total = (self._lines * self.width.val().to_u64() + self._steps - 1) & ((1 << self.bits()) - 1);
         }
@@ -377,21 +395,21 @@ impl Logic for FrameDelay {
         Verilog::Custom(format!(
             "// module: frame_delay_{lines}x{steps}
 reg [{top}:0] total;
-reg [{top}:0] left;
+reg [{top}:0] remaining;
 
 always @(posedge clock)
   total <= {times} + {bits}'d{load};
 
 always @(posedge clock)
   if (reset) begin
-    left <= {bits}'d0;
+    remaining <= {bits}'d0;
     y    <= 1'b0;
   end else if (advance) begin
-    y <= left == {bits}'d1;
+    y <= remaining == {bits}'d1;
     if (x)
-      left <= total;
-    else if (left != {bits}'d0)
-      left <= left - {bits}'d1;
+      remaining <= total;
+    else if (remaining != {bits}'d0)
+      remaining <= remaining - {bits}'d1;
   end
 ",
             top = bits - 1,
@@ -400,14 +418,14 @@ always @(posedge clock)
     }
 }
 
-/// Where a frame is: column and row of the sample, from the marker one step before its first sample.
+/// Column and row of the current sample, counted from the marker one step before the first sample of a frame.
 #[derive(LogicBlock, Default)]
 pub struct Cursor {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No frame is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `W`.
     pub width: Signal<In, Width>,
@@ -415,11 +433,11 @@ pub struct Cursor {
     pub height: Signal<In, Height>,
     /// One step before the frame's first sample.
     pub start: Signal<In, Bit>,
-    /// A sample of a frame is here.
+    /// The sample belongs to a frame.
     pub active: Signal<Out, Bit>,
-    /// Its column.
+    /// Column of the sample.
     pub x: Signal<Out, Bits<10>>,
-    /// Its row.
+    /// Row of the sample.
     pub y: Signal<Out, Bits<11>>,
     /// `x = 0`.
     pub first_column: Signal<Out, Bit>,

@@ -1,6 +1,4 @@
-//! `DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1)` and the sign bit of `narrow - wide`, taken before rounding.
-//!
-//! Two steps from input to output.
+//! `DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1)` and the sign of `narrow - wide` before rounding, in two steps.
 
 use rust_hdl::prelude::*;
 
@@ -9,12 +7,12 @@ use super::{Response, State};
 /// Steps from the smoothed samples to the response.
 pub const DIFFERENCE_STEPS: u32 = 2;
 
-/// See the module.
+/// The difference of Gaussians of one scale pair.
 #[derive(LogicBlock, Default)]
 pub struct Difference {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// Sample of the narrower smoother.
     pub narrow: Signal<In, State>,
@@ -24,7 +22,7 @@ pub struct Difference {
     pub magnitude: Signal<Out, Response>,
     /// `narrow >= wide`.
     pub positive: Signal<Out, Bit>,
-    /// The magnitude did not fit and was cut to the largest code.
+    /// The magnitude was saturated to `2^15 - 1`.
     pub saturated: Signal<Out, Bit>,
     _distance: (u64, bool),
 }
@@ -52,8 +50,8 @@ impl Logic for Difference {
         Verilog::Custom(
             "\
 // module: difference
-wire [18:0] up = {1'b0, narrow} - {1'b0, wide};
-wire [17:0] down = wide - narrow;
+wire [18:0] narrow_minus_wide = {1'b0, narrow} - {1'b0, wide};
+wire [17:0] wide_minus_narrow = wide - narrow;
 
 reg [17:0] distance;
 reg        positive_1;
@@ -62,8 +60,8 @@ wire        over = |rounded[18:16];
 
 always @(posedge clock)
   if (advance) begin
-    distance   <= up[18] ? down : up[17:0];
-    positive_1 <= ~up[18];
+    distance   <= narrow_minus_wide[18] ? wide_minus_narrow : narrow_minus_wide[17:0];
+    positive_1 <= ~narrow_minus_wide[18];
 
     magnitude <= over ? 15'h7fff : rounded[15:1];
     saturated <= over;

@@ -1,10 +1,10 @@
-//! Words made of words: no logic, only wires.
+//! Concatenation of signals: wiring without logic.
 
 use rust_hdl::prelude::*;
 
 use super::{Response, State};
 
-/// `x << 2`: a camera word as a state.
+/// `x << 2`: a camera sample as a filter state.
 #[derive(LogicBlock, Default)]
 pub struct PixelState {
     /// u16.0.
@@ -27,7 +27,7 @@ impl Logic for PixelState {
     }
 }
 
-/// A response with its sign above it.
+/// A response with its sign in bit 15.
 #[derive(LogicBlock, Default)]
 pub struct SignedResponse {
     /// Magnitude.
@@ -55,22 +55,22 @@ impl Logic for SignedResponse {
 /// The four neighbours of a centre, 15 bits each: left, right, upper, lower from the lowest bit.
 #[derive(LogicBlock, Default)]
 pub struct Neighbours {
-    /// Left, its sign above it.
+    /// Left, sign in bit 15.
     pub left: Signal<In, Bits<16>>,
     /// Right.
     pub right: Signal<In, Bits<16>>,
     /// Upper.
-    pub up: Signal<In, Bits<16>>,
+    pub upper: Signal<In, Bits<16>>,
     /// Lower.
-    pub down: Signal<In, Bits<16>>,
-    /// All, without signs.
+    pub lower: Signal<In, Bits<16>>,
+    /// All four magnitudes.
     pub y: Signal<Out, Bits<60>>,
 }
 
 impl Logic for Neighbours {
     fn update(&mut self) {
-        let words = [self.left.val(), self.right.val(), self.up.val(), self.down.val()];
-        let joined = words.iter().rev().fold(0, |joined, word| joined << 15 | word.to_u64() & 0x7fff);
+        let samples = [self.left.val(), self.right.val(), self.upper.val(), self.lower.val()];
+        let joined = samples.iter().rev().fold(0, |joined, sample| joined << 15 | sample.to_u64() & 0x7fff);
         self.y.next = joined.into();
     }
 
@@ -83,23 +83,23 @@ impl Logic for Neighbours {
             "\
 // module: neighbours
 always @(*)
-  y = {down[14:0], up[14:0], right[14:0], left[14:0]};
+  y = {lower[14:0], upper[14:0], right[14:0], left[14:0]};
 
-wire unused = ^{down[15], up[15], right[15], left[15]};
+wire unused = ^{lower[15], upper[15], right[15], left[15]};
 "
             .into(),
         )
     }
 }
 
-/// The rows of the wide ring: the newest before the older ones.
+/// The rows of the coarse ring: the newest row in the lowest bits, the older ones above it.
 #[derive(LogicBlock, Default)]
 pub struct RingRows {
     /// The newest row.
     pub newest: Signal<In, Bits<16>>,
     /// The others.
     pub older: Signal<In, Bits<224>>,
-    /// All.
+    /// All rows.
     pub y: Signal<Out, Bits<240>>,
 }
 

@@ -1,29 +1,29 @@
 //! `y = p + round(c (q - p))`, `c = g / 2^16`: the cell that builds every filter, on sign and magnitude.
 //!
-//! With `d = |q - p|`, `t = (g d + 2^15) >> 16`: `y = p + t` where `q >= p`, else `p - t`. Three steps from input to output.
-//! Adding `t` and its rounding bit is one carry chain: `p - h - b = p + !h + !b` in two's complement, with `h` the product's
-//! upper word and `b` the bit below it.
+//! With `d = |q - p|`, `t = (g d + 2^15) >> 16`: `y = p + t` where `q >= p`, else `p - t`. Three steps from input to
+//! output. Adding `t` and its rounding bit is one carry chain: `p - h - b = p + !h + !b` in two's complement, with `h`
+//! the product without its lower 16 bits and `b` the bit below `h`.
 
 use rust_hdl::prelude::*;
 
-use super::{Code, STATE_BITS, State};
+use super::{Coefficient, STATE_BITS, State};
 
 /// Steps from `p`, `q` to `y`. `g` is taken one step after them.
 pub const LERP_STEPS: u32 = 3;
 
-/// See the module.
+/// The lerp cell: one 18 x 18 multiplier.
 #[derive(LogicBlock, Default)]
 pub struct Lerp {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Clock enable of the datapath: one step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// Where the interpolation starts.
+    /// Start of the interpolation.
     pub p: Signal<In, State>,
-    /// Where it goes.
+    /// End of the interpolation.
     pub q: Signal<In, State>,
-    /// How far, u0.16; belongs to the operands of the step before.
-    pub g: Signal<In, Code>,
+    /// Coefficient `g`, u0.16. It belongs to the operands of the previous step.
+    pub g: Signal<In, Coefficient>,
     /// The result, three steps after `p` and `q`.
     pub y: Signal<Out, State>,
     _distance: (u64, u64, bool),
@@ -52,8 +52,8 @@ impl Logic for Lerp {
         Verilog::Custom(
             "\
 // module: lerp
-wire [18:0] up = {1'b0, q} - {1'b0, p};
-wire [17:0] down = p - q;
+wire [18:0] q_minus_p = {1'b0, q} - {1'b0, p};
+wire [17:0] p_minus_q = p - q;
 
 reg [17:0] distance;
 reg        minus_1;
@@ -64,8 +64,8 @@ reg [17:0] p_2;
 
 always @(posedge clock)
   if (advance) begin
-    distance <= up[18] ? down : up[17:0];
-    minus_1  <= up[18];
+    distance <= q_minus_p[18] ? p_minus_q : q_minus_p[17:0];
+    minus_1  <= q_minus_p[18];
     p_1      <= p;
 
     product <= {16'd0, distance} * {18'd0, g};

@@ -1,30 +1,30 @@
-//! `y_i[n] = x[n - k_i W]`: a word some lines later, in block memory.
+//! `y_i[n] = x[n - k_i W]`: a delay by lines in block memory.
 //!
-//! All rows of a column are one memory word. A step reads the word of the address that comes, puts the new sample under it and
-//! drops the oldest, and writes it back one step later: a row costs no multiplexer and no register, and one address counter that
-//! runs modulo `W` serves every line memory of the design. Because the address counts steps and not columns, a frame may
-//! begin anywhere: the delay is `k W` steps whatever the data are. An M10K of 1024 words is 10 bits wide, so rows pack into
-//! memories with nothing left over but the last few bits.
+//! One memory word holds all rows of a column. A step reads the word at `address`. One step later it is written back
+//! with the new sample in its lowest bits and without the oldest sample. So a row costs no multiplexer and no register,
+//! and one address counter modulo `W` serves all line memories of the design. The address counts steps and not columns,
+//! so a frame may begin at any address: the delay is always `k W` steps. An M10K of 1024 words is 10 bits wide, so the
+//! rows fill the memories up to the last few bits.
 //!
-//! The word is written at the address of `1 + e` steps before; with `e > 0` the loop through the memory is `W - e` steps, which
-//! leaves `e` steps for logic in a recursion.
+//! The word is written at the address of `1 + e` steps ago. With `e > 0` the loop through the memory takes `W - e`
+//! steps, which leaves `e` steps for the logic of a recursion.
 
 use rust_hdl::prelude::*;
 
 use super::Address;
 
-/// See the module. `B` bits a sample, `OUT = B` times the number of taps.
+/// The line memory. A sample has `B` bits; `OUT` is `B` times the number of taps.
 #[derive(LogicBlock)]
 pub struct LineDelay<const B: usize, const OUT: usize> {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// Counts steps modulo `W`.
+    /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<In, Address>,
-    /// The address of one step before, or of `1 + e`.
+    /// The address one step ago, or `1 + e` steps ago.
     pub write_address: Signal<In, Address>,
-    /// A sample a step.
+    /// One sample per step.
     pub x: Signal<In, Bits<B>>,
     /// The taps, the newest lowest.
     pub y: Signal<Out, Bits<OUT>>,

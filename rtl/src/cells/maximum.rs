@@ -1,8 +1,8 @@
-//! Maxima over columns and rows of a window, each comparison between two registers.
+//! Maxima over columns and rows of a window, one comparison between two registers.
 //!
-//! [`ColumnMaximum`] takes seven samples above one another, `v_0` the newest row, and gives the maxima of the parts the window
-//! tests need. [`WindowMaximum`] is `y[n] = max(x[n], .., x[n - N + 1])` in `ceil(log2 N)` steps, by doubling: two, four, then
-//! two windows of the largest power of two that overlap.
+//! [`ColumnMaximum`] takes seven samples of one column, `v_0` from the newest row, and gives the maxima of the parts
+//! that the window tests need. [`WindowMaximum`] computes `y[n] = max(x[n], .., x[n - N + 1])` in `ceil(log2 N)` steps
+//! by doubling: windows of two and four, then two overlapping windows of the largest power of two.
 
 use rust_hdl::prelude::*;
 
@@ -14,9 +14,9 @@ pub const COLUMN_STEPS: u32 = 3;
 /// Maxima of one column of the 7x7 window.
 #[derive(LogicBlock, Default)]
 pub struct ColumnMaximum {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `v_0`, the newest row.
     pub newest: Signal<In, Response>,
@@ -101,16 +101,16 @@ wire unused = ^{older[15], older[31], older[47], older[63], older[79], older[95]
 /// `y[n] = max(x[n], .., x[n - N + 1])`.
 #[derive(LogicBlock)]
 pub struct WindowMaximum {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// A sample a step.
+    /// One sample per step.
     pub x: Signal<In, Response>,
     /// The running maximum.
     pub y: Signal<Out, Response>,
     _samples: usize,
-    /// Each round's past inputs, newest first, and what to compare a sample with.
+    /// For each round the distance of the compared samples and the delayed inputs, newest first.
     _rounds: Vec<(usize, Vec<u64>)>,
 }
 
@@ -140,7 +140,7 @@ impl Default for WindowMaximum {
     }
 }
 
-/// How far apart the two values of each round are: 1, 2, 4, .., and last what is left.
+/// The distance of the two compared values in each round: 1, 2, 4, .., and the rest in the last round.
 fn shifts(samples: usize) -> Vec<usize> {
     let mut covered = 1;
     let mut shifts = Vec::new();
@@ -158,19 +158,20 @@ impl Logic for WindowMaximum {
             let mut input = self.x.val().to_u64();
             let last = self._rounds.len() - 1;
             let mut outputs = vec![];
-            for (shift, past) in &self._rounds {
-                outputs.push(input.max(past[shift - 1]));
-                // The next round's input is this round's register, which still holds the step before.
-                input = past[*shift];
+            for (shift, delayed) in &self._rounds {
+                outputs.push(input.max(delayed[shift - 1]));
+                // The input of the next round is the register of this round, which still has the value of the previous
+                // step.
+                input = delayed[*shift];
             }
             self.y.next = outputs[last].into();
             let mut input = self.x.val().to_u64();
             for (round, output) in outputs.into_iter().enumerate() {
-                let (shift, past) = &mut self._rounds[round];
-                let register = past[*shift];
-                past.insert(0, input);
-                past.truncate(*shift);
-                past.push(output);
+                let (shift, delayed) = &mut self._rounds[round];
+                let register = delayed[*shift];
+                delayed.insert(0, input);
+                delayed.truncate(*shift);
+                delayed.push(output);
                 input = register;
             }
         }
@@ -186,22 +187,23 @@ impl Logic for WindowMaximum {
         let mut body = String::new();
         let mut input = "x".to_owned();
         for (round, &shift) in shifts.iter().enumerate() {
-            let mut past = input.clone();
+            let mut delayed = input.clone();
             for age in 1..=shift {
-                let name = format!("r{round}_past_{age}");
+                let name = format!("r{round}_delayed_{age}");
                 declarations += &format!("reg [14:0] {name};\n");
-                body += &format!("    {name} <= {past};\n");
-                past = name;
+                body += &format!("    {name} <= {delayed};\n");
+                delayed = name;
             }
             let output = if round + 1 == shifts.len() { "y".to_owned() } else { format!("r{}", round + 1) };
             if output != "y" {
                 declarations += &format!("reg [14:0] {output};\n");
             }
-            body += &format!("    {output} <= {input} > {past} ? {input} : {past};\n");
+            body += &format!("    {output} <= {input} > {delayed} ? {input} : {delayed};\n");
             input = output;
         }
         Verilog::Custom(format!(
-            "// module: window_maximum_{}\n{declarations}\nalways @(posedge clock)\n  if (advance) begin\n{body}  end\n",
+            "// module: window_maximum_{}\n{declarations}\n\
+             always @(posedge clock)\n  if (advance) begin\n{body}  end\n",
             self._samples
         ))
     }
@@ -210,15 +212,15 @@ impl Logic for WindowMaximum {
 /// `y = max(a, b)`, one step.
 #[derive(LogicBlock, Default)]
 pub struct Maximum {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// One.
+    /// First operand.
     pub a: Signal<In, Response>,
-    /// The other.
+    /// Second operand.
     pub b: Signal<In, Response>,
-    /// The larger, one step later.
+    /// The maximum, one step later.
     pub y: Signal<Out, Response>,
 }
 

@@ -1,10 +1,14 @@
-//! Leaf cells: each a Rust `update` for the simulator and hand-written Verilog, one beside the other.
+//! Leaf cells: each has a Rust `update` for rust-hdl's simulator and hand-written Verilog beside it.
 //!
-//! All arithmetic and all memories are here, unsigned throughout; what is composed of them is wiring. Conventions:
+//! All arithmetic and all memories are here, and all of it is unsigned. Modules composed of cells contain wiring only.
+//! Conventions:
 //!
-//! - One clock. `reset` is synchronous, high, and clears flags and counters, never words: a word counts only where a flag says so.
-//! - `advance` is the clock enable of the whole datapath. A *step* is a clock edge with `advance` high; every latency is in steps.
-//! - The first line of a cell's Verilog names its module: equal cells become one module of that name.
+//! - There is one clock. `reset` is synchronous and active high. It clears flags and counters but no data: data count
+//!   only where a flag says so.
+//! - `advance` is the clock enable of the whole datapath. A *step* is a clock edge with `advance` high. Every latency
+//!   is in steps.
+//! - Port names have no direction suffix. A signal `x_1` or `x_delayed_1` is `x` one step later.
+//! - The first line of a cell's Verilog names its module. Equal cells become one module of that name.
 
 pub mod address;
 pub mod bank;
@@ -31,7 +35,7 @@ pub const STATE_BITS: usize = 18;
 pub type State = Bits<18>;
 
 /// A filter coefficient, u0.16.
-pub type Code = Bits<16>;
+pub type Coefficient = Bits<16>;
 
 /// `DOG_k` or a maximum of it.
 pub type Response = Bits<15>;

@@ -1,7 +1,7 @@
-//! Candidates on their way from the window to the ring, and records on their way out.
+//! The candidate queue between window and ring, the record writer and the record FIFO.
 //!
-//! A candidate is found 15 lines and some steps before its ring is complete. To delay every response that long would take 45
-//! memories of 10 Kbit; candidates are rare, so they wait in a queue instead, and are found again by their place.
+//! A candidate is found 15 lines and some steps before its ring is complete. Delaying all responses that long would
+//! take 45 memories of 10 Kbit. Candidates are rare, so they wait in a queue and are matched by their position.
 
 use std::collections::VecDeque;
 
@@ -9,15 +9,16 @@ use rust_hdl::prelude::*;
 
 use super::Response;
 
-/// Bits of a candidate: place 21, which scales 2, signs 2, two responses of 15, twice four neighbours of 15.
+/// Bits of a candidate: position 21, scale pair flags 2, signs 2, two responses of 15, twice four neighbours of 15.
 pub const CANDIDATE_BITS: usize = 175;
 
-/// A candidate's word: from the lowest bit `place, hit_0, hit_1, sign and response of scale 0, of scale 1, neighbours of scale 0, of
-/// scale 1`, neighbours left, right, upper, lower.
+/// A candidate as one memory word: from the lowest bit
+/// `position, hit_0, hit_1, sign and response of scale 0, of scale 1, neighbours of scale 0, of scale 1`, neighbours
+/// left, right, upper, lower.
 #[derive(LogicBlock, Default)]
 pub struct CandidateWord {
     /// Row above column.
-    pub place: Signal<In, Bits<21>>,
+    pub position: Signal<In, Bits<21>>,
     /// Found at scale pair 0.
     pub hit_0: Signal<In, Bit>,
     /// Found at scale pair 1.
@@ -30,14 +31,14 @@ pub struct CandidateWord {
     pub neighbours_0: Signal<In, Bits<60>>,
     /// Of scale pair 1.
     pub neighbours_1: Signal<In, Bits<60>>,
-    /// The word.
+    /// Input sample.
     pub word: Signal<Out, Bits<175>>,
 }
 
 impl Logic for CandidateWord {
     fn update(&mut self) {
         let mut word = Bits::<175>::default();
-        word.set_bits(0, self.place.val());
+        word.set_bits(0, self.position.val());
         word = word.replace_bit(21, self.hit_0.val()).replace_bit(22, self.hit_1.val());
         let (zero, one) = (self.centre_0.val(), self.centre_1.val());
         word.set_bits(23, zero);
@@ -53,45 +54,49 @@ impl Logic for CandidateWord {
 
     fn hdl(&self) -> Verilog {
         Verilog::Custom(
-            "// module: candidate_word\nalways @(*)\n  word = {neighbours_1, neighbours_0, centre_1, centre_0, hit_1, hit_0, place};\n"
-                .into(),
+            "\
+// module: candidate_word
+always @(*)
+  word = {neighbours_1, neighbours_0, centre_1, centre_0, hit_1, hit_0, position};
+"
+            .into(),
         )
     }
 }
 
-/// The queue of candidates, and the one whose ring is complete.
+/// The queue of candidates; it outputs the candidate whose ring is complete.
 #[derive(LogicBlock, Default)]
 pub struct CandidateQueue {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Empties it.
+    /// Synchronous reset, active high. It empties the memory.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// A candidate.
+    /// Input candidate.
     pub word: Signal<In, Bits<175>>,
     /// A sample is at the centre of the ring in the next step.
     pub active: Signal<In, Bit>,
-    /// Its column.
+    /// Column of the sample.
     pub x: Signal<In, Bits<10>>,
-    /// Its row.
+    /// Row of the sample.
     pub y: Signal<In, Bits<11>>,
     /// The centre is a candidate, one step later.
     pub found: Signal<Out, Bit>,
-    /// It, with `found`.
+    /// The candidate, valid with `found`.
     pub candidate: Signal<Out, Bits<175>>,
     /// Its response at scale pair 0.
     pub centre_0: Signal<Out, Response>,
     /// At scale pair 1.
     pub centre_1: Signal<Out, Response>,
-    /// Features lost because the queue was full, one step later.
+    /// Features dropped because the queue was full, one step later.
     pub dropped: Signal<Out, Bits<2>>,
     _memory: VecDeque<Bits<175>>,
     _next: Option<Bits<175>>,
     _head: Option<Bits<175>>,
 }
 
-/// Candidates that can wait, beside two on their way out.
+/// Depth of the memory. Two more candidates fit into the output registers.
 pub const CANDIDATES: usize = 512;
 
 impl Logic for CandidateQueue {
@@ -110,8 +115,8 @@ impl Logic for CandidateQueue {
         if !self.advance.val() {
             return;
         }
-        let place = self.y.val().to_u64() << 10 | self.x.val().to_u64();
-        let fits = self.active.val() && self._head.is_some_and(|head| head.get_bits::<21>(0).to_u64() == place);
+        let position = self.y.val().to_u64() << 10 | self.x.val().to_u64();
+        let fits = self.active.val() && self._head.is_some_and(|head| head.get_bits::<21>(0).to_u64() == position);
         self.found.next = fits;
         if let Some(head) = self._head {
             self.candidate.next = head;
@@ -148,8 +153,8 @@ impl Logic for CandidateQueue {
             "\
 // module: candidate_queue
 reg [174:0] memory [0:511];
-reg [8:0]   write_place;
-reg [8:0]   read_place;
+reg [8:0]   write_address;
+reg [8:0]   read_address;
 reg [9:0]   waiting;
 reg [174:0] next;
 reg         next_valid;
@@ -159,26 +164,26 @@ reg         head_valid;
 wire fits   = active & head_valid & (head[20:0] == {y, x});
 wire take_head = ~head_valid | fits;
 wire take_next = ~next_valid | take_head;
-wire some      = waiting != 10'd0;
+wire not_empty      = waiting != 10'd0;
 wire full      = waiting[9];
 wire push      = (word[21] | word[22]) & ~full;
-wire pop       = take_next & some;
+wire pop       = take_next & not_empty;
 
 always @(posedge clock)
   if (reset) begin
-    write_place <= 9'd0;
-    read_place  <= 9'd0;
+    write_address <= 9'd0;
+    read_address  <= 9'd0;
     waiting     <= 10'd0;
     next_valid  <= 1'b0;
     head_valid  <= 1'b0;
     found       <= 1'b0;
     dropped     <= 2'd0;
   end else if (advance) begin
-    write_place <= write_place + {8'd0, push};
-    read_place  <= read_place + {8'd0, pop};
+    write_address <= write_address + {8'd0, push};
+    read_address  <= read_address + {8'd0, pop};
     waiting     <= waiting + {9'd0, push} - {9'd0, pop};
     if (take_next)
-      next_valid <= some;
+      next_valid <= not_empty;
     if (take_head)
       head_valid <= next_valid;
     found   <= fits;
@@ -187,11 +192,11 @@ always @(posedge clock)
 
 always @(posedge clock)
   if (advance & take_next)
-    next <= memory[read_place];
+    next <= memory[read_address];
 
 always @(posedge clock)
   if (advance & push)
-    memory[write_place] <= word;
+    memory[write_address] <= word;
 
 always @(posedge clock)
   if (advance) begin
@@ -209,17 +214,17 @@ always @(posedge clock)
 
 /// From candidates with their rings to records of 256 bits, and the trailer that ends a frame.
 ///
-/// Two scales may find the same pixel; the second record is written one step after the first. That is always in time: after a
-/// pixel that both scales found, neither finds another for three steps.
+/// Both scale pairs may find the same pixel; the second record is written one step after the first. This never
+/// collides: after a pixel that both found, neither finds another one for three steps.
 #[derive(LogicBlock, Default)]
 pub struct RecordWriter {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Forgets everything.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `candidate` is one, its ring words come one step later.
+    /// `candidate` is valid; its ring bits come one step later.
     pub found: Signal<In, Bit>,
     /// The candidate.
     pub candidate: Signal<In, Bits<175>>,
@@ -231,37 +236,38 @@ pub struct RecordWriter {
     pub sign_0: Signal<In, Bits<32>>,
     /// Signs of scale pair 1.
     pub sign_1: Signal<In, Bits<32>>,
-    /// Features lost before.
+    /// Features that the candidate queue dropped.
     pub lost: Signal<In, Bits<2>>,
-    /// The last pixel of a frame was at the ring's centre.
+    /// The last pixel of a frame was at the centre of the ring.
     pub frame_end: Signal<In, Bit>,
-    /// What went wrong with the frame at the input.
+    /// Input error bits of the frame.
     pub errors: Signal<In, Bits<4>>,
-    /// The thresholds in use are this frame's: after the trailer of the frame before, and before the next frame has its own.
+    /// Store the thresholds for the trailer: after the trailer of the previous frame and before the next frame sets its
+    /// own.
     pub take: Signal<In, Bit>,
     /// The threshold in use.
     pub threshold_0: Signal<In, Response>,
     /// The threshold in use.
     pub threshold_1: Signal<In, Response>,
-    /// The FIFO has room for features.
+    /// The FIFO accepts features.
     pub room: Signal<In, Bit>,
     /// Write `record`.
     pub write: Signal<Out, Bit>,
-    /// The record.
+    /// Record, 256 bits.
     pub record: Signal<Out, Bits<256>>,
-    /// A trailer is written: the frame is done.
+    /// Pulse: a trailer is written, the frame is complete.
     pub done: Signal<Out, Bit>,
     /// Features of the frame written.
     pub count: Signal<Out, Bits<20>>,
     /// Features of the frame dropped.
     pub dropped: Signal<Out, Bits<20>>,
-    /// Frames done.
+    /// Number of complete frames.
     pub frames: Signal<Out, Bits<32>>,
     _waits: bool,
     _waiting: Bits<175>,
     _hits: u64,
     _now: Bits<175>,
-    _words: [u64; 4],
+    _ring_bits: [u64; 4],
     _trailer: bool,
     _thresholds: u64,
 }
@@ -289,7 +295,7 @@ impl RecordWriter {
             };
             if self._waits {
                 self._now = self._waiting;
-                self._words =
+                self._ring_bits =
                     [&self.maxlbp_0, &self.maxlbp_1, &self.sign_0, &self.sign_1].map(|word| word.val().to_u64());
             }
             if self.take.val() {
@@ -312,11 +318,11 @@ impl RecordWriter {
         let second = self._hits & 1 == 0;
         let (centre, around) = if second { (39, 115) } else { (23, 55) };
         let centre = self._now.get_bits::<16>(centre).to_u64();
-        let place = self._now.get_bits::<21>(0).to_u64();
+        let position = self._now.get_bits::<21>(0).to_u64();
         let neighbour = |i: usize| self._now.get_bits::<15>(around + 15 * i).to_u64();
-        let [maxlbp_0, maxlbp_1, sign_0, sign_1] = self._words;
+        let [maxlbp_0, maxlbp_1, sign_0, sign_1] = self._ring_bits;
         [
-            (place >> 10) << 16 | place & 0x3ff,
+            (position >> 10) << 16 | position & 0x3ff,
             (centre >> 15) << 17 | u64::from(second) << 16 | centre & 0x7fff,
             neighbour(1) << 16 | neighbour(0),
             neighbour(3) << 16 | neighbour(2),
@@ -359,12 +365,12 @@ impl Logic for RecordWriter {
         Verilog::Custom(
             "\
 // module: record_writer
-// The candidate waits one step for its ring words, then its records are written, scale pair 0 first.
+// The candidate waits one step for its ring bits, then its records are written, scale pair 0 first.
 reg         waits;
 reg [174:0] waiting;
 reg [1:0]   hits;
 reg [174:0] now;
-reg [127:0] words;
+reg [127:0] ring_bits;
 reg         trailer;
 reg [29:0]  thresholds;
 
@@ -372,11 +378,12 @@ wire         second  = ~hits[0];
 wire         feature = |hits;
 wire         end_now = trailer & ~feature;
 wire [15:0]  centre  = second ? now[54:39] : now[38:23];
-wire [59:0]  around  = second ? now[174:115] : now[114:55];
-wire [31:0]  place   = {5'd0, now[20:10], 6'd0, now[9:0]};
-wire [31:0]  answer  = {14'd0, centre[15], second, 1'b0, centre[14:0]};
-wire [63:0]  cardinal   = {1'b0, around[59:45], 1'b0, around[44:30], 1'b0, around[29:15], 1'b0, around[14:0]};
-wire [255:0] ended   = {96'd0, 1'b0, thresholds[29:15], 1'b0, thresholds[14:0], 12'd0, dropped, 12'd0, count,
+wire [59:0]  neighbours = second ? now[174:115] : now[114:55];
+wire [31:0]  position = {5'd0, now[20:10], 6'd0, now[9:0]};
+wire [31:0]  response = {14'd0, centre[15], second, 1'b0, centre[14:0]};
+wire [63:0]  cardinal = {1'b0, neighbours[59:45], 1'b0, neighbours[44:30],
+                         1'b0, neighbours[29:15], 1'b0, neighbours[14:0]};
+wire [255:0] trailer_record = {96'd0, 1'b0, thresholds[29:15], 1'b0, thresholds[14:0], 12'd0, dropped, 12'd0, count,
                         16'h8000, 12'd0, errors, frames};
 
 always @(posedge clock)
@@ -410,9 +417,9 @@ always @(posedge clock)
       thresholds <= {threshold_1, threshold_0};
     if (waits) begin
       now   <= waiting;
-      words <= {sign_1, sign_0, maxlbp_1, maxlbp_0};
+      ring_bits <= {sign_1, sign_0, maxlbp_1, maxlbp_0};
     end
-    record <= end_now ? ended : {words, cardinal, answer, place};
+    record <= end_now ? trailer_record : {ring_bits, cardinal, response, position};
   end
 "
             .into(),
@@ -420,32 +427,32 @@ always @(posedge clock)
     }
 }
 
-/// Records that can wait for the sink.
+/// Depth of the record FIFO.
 pub const RECORDS: usize = 512;
 
-/// Places of the FIFO kept for trailers: features are dropped before a frame's end is.
+/// FIFO entries reserved for trailers: features are dropped, trailers never are.
 pub const RESERVED: usize = 16;
 
-/// The FIFO before the sink, with Avalon-ST's marks of packets.
+/// The record FIFO with an Avalon-ST source.
 #[derive(LogicBlock, Default)]
 pub struct RecordFifo {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Empties it.
+    /// Synchronous reset, active high. It empties the memory.
     pub reset: Signal<In, Bit>,
     /// Write in this cycle.
     pub write: Signal<In, Bit>,
-    /// The record.
+    /// Record, 256 bits.
     pub record: Signal<In, Bits<256>>,
-    /// There is room for features.
+    /// The FIFO accepts features.
     pub room: Signal<Out, Bit>,
-    /// Not even for trailers: the datapath must stop.
-    pub stop: Signal<Out, Bit>,
+    /// No space for a trailer: the datapath must stall.
+    pub stall: Signal<Out, Bit>,
     /// The sink takes `data`.
     pub ready: Signal<In, Bit>,
     /// `data` is a record.
     pub valid: Signal<Out, Bit>,
-    /// The record.
+    /// Record, 256 bits.
     pub data: Signal<Out, Bits<256>>,
     /// First of its packet.
     pub start_of_packet: Signal<Out, Bit>,
@@ -485,7 +492,7 @@ impl Logic for RecordFifo {
                 }
             }
             self.room.next = self._memory.len() < RECORDS - RESERVED;
-            self.stop.next = self._memory.len() >= RECORDS - 3;
+            self.stall.next = self._memory.len() >= RECORDS - 3;
         }
         self.start_of_packet.next = !self._first;
         self.end_of_packet.next = self.data.val().get_bit(63);
@@ -493,7 +500,7 @@ impl Logic for RecordFifo {
 
     fn connect(&mut self) {
         self.room.connect();
-        self.stop.connect();
+        self.stall.connect();
         self.valid.connect();
         self.data.connect();
         self.start_of_packet.connect();
@@ -505,8 +512,8 @@ impl Logic for RecordFifo {
             "\
 // module: record_fifo
 reg [255:0] memory [0:511];
-reg [8:0]   write_place;
-reg [8:0]   read_place;
+reg [8:0]   write_address;
+reg [8:0]   read_address;
 reg [9:0]   waiting;
 reg [255:0] next;
 reg         next_valid;
@@ -514,28 +521,28 @@ reg         in_packet;
 
 wire take_data = ~valid | ready;
 wire take_next = ~next_valid | take_data;
-wire some      = waiting != 10'd0;
-wire pop       = take_next & some;
+wire not_empty      = waiting != 10'd0;
+wire pop       = take_next & not_empty;
 wire [9:0] after = waiting + {9'd0, write} - {9'd0, pop};
 
 always @(posedge clock)
   if (reset) begin
-    write_place <= 9'd0;
-    read_place  <= 9'd0;
+    write_address <= 9'd0;
+    read_address  <= 9'd0;
     waiting     <= 10'd0;
     next_valid  <= 1'b0;
     valid       <= 1'b0;
     in_packet      <= 1'b0;
     room        <= 1'b1;
-    stop        <= 1'b0;
+    stall        <= 1'b0;
   end else begin
-    write_place <= write_place + {8'd0, write};
-    read_place  <= read_place + {8'd0, pop};
+    write_address <= write_address + {8'd0, write};
+    read_address  <= read_address + {8'd0, pop};
     waiting     <= after;
     room        <= after < 10'd496;
-    stop        <= after >= 10'd509;
+    stall        <= after >= 10'd509;
     if (take_next)
-      next_valid <= some;
+      next_valid <= not_empty;
     if (take_data)
       valid <= next_valid;
     if (valid & ready)
@@ -544,11 +551,11 @@ always @(posedge clock)
 
 always @(posedge clock)
   if (take_next)
-    next <= memory[read_place];
+    next <= memory[read_address];
 
 always @(posedge clock)
   if (write)
-    memory[write_place] <= record;
+    memory[write_address] <= record;
 
 always @(posedge clock)
   if (take_data)

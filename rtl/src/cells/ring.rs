@@ -1,8 +1,8 @@
-//! The ring around a centre: `MaxDOG(p + o_i)` and the sign there, 32 points side by side, and the bits they give.
+//! The ring around a centre: `MaxDOG(p + o_i)` and its sign at 32 points, and the descriptor bits.
 //!
-//! A point `(dx, dy)` of the ring is the sample `16 - dy` lines and `16 - dx` steps before the newest one, for both radii, so that
-//! the two scales meet at the same centre. The lines come from a line delay; of a row with two points the right one is delayed
-//! first and the left one follows from it, so that no more than `2 dx` words are kept.
+//! Point `(dx, dy)` of the ring is the sample `16 - dy` lines and `16 - dx` steps before the newest one, for both
+//! radii, so both scale pairs have the same centre. The lines come from a line delay. In a row with two points the
+//! delay chain of the right point feeds the left one, so at most `2 dx` samples are stored.
 
 use hoverlock_reference::features::maxlbp::rings;
 use rust_hdl::prelude::*;
@@ -12,8 +12,8 @@ use super::{Response, delay::delay_body};
 /// Lines and steps from the newest sample to the centre.
 pub const RING_REACH: i32 = 16;
 
-/// The rows of a ring as lines before the newest, rising, each with its points as steps before the newest, rising, and the
-/// number of the point.
+/// The rows of a ring as lines before the newest one, ascending. Each row has its points as steps before the newest
+/// sample, ascending, with the number of the point.
 pub fn rows(scale: usize) -> Vec<(usize, Vec<(usize, usize)>)> {
     let mut rows: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
     for (i, &(dx, dy)) in rings()[scale].iter().enumerate() {
@@ -28,21 +28,21 @@ pub fn rows(scale: usize) -> Vec<(usize, Vec<(usize, usize)>)> {
     rows
 }
 
-/// The 32 points of one ring, side by side.
+/// The 32 points of one ring in parallel.
 #[derive(LogicBlock)]
 pub struct RingTaps<const IN: usize> {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Puts the counters to their start.
+    /// Synchronous reset, active high, of the memories' address counters.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// Sign and MaxDOG of the rows that have points, the newest lowest.
     pub rows: Signal<In, Bits<IN>>,
     /// Sign and MaxDOG of point `i` at bits `16 i`.
     pub points: Signal<Out, Bits<512>>,
     _scale: usize,
-    _past: Vec<Vec<u64>>,
+    _delayed: Vec<Vec<u64>>,
 }
 
 impl<const IN: usize> RingTaps<IN> {
@@ -55,7 +55,7 @@ impl<const IN: usize> RingTaps<IN> {
             rows: Signal::default(),
             points: Signal::default(),
             _scale: scale,
-            _past: vec![vec![0; 2 * RING_REACH as usize + 1]; IN / 16],
+            _delayed: vec![vec![0; 2 * RING_REACH as usize + 1]; IN / 16],
         }
     }
 }
@@ -64,9 +64,9 @@ impl<const IN: usize> Logic for RingTaps<IN> {
     fn update(&mut self) {
         let inputs = self.rows.val();
         if self.clock.pos_edge() && self.advance.val() {
-            for (row, past) in self._past.iter_mut().enumerate() {
-                past.insert(0, inputs.get_bits::<16>(16 * row).to_u64());
-                past.pop();
+            for (row, delayed) in self._delayed.iter_mut().enumerate() {
+                delayed.insert(0, inputs.get_bits::<16>(16 * row).to_u64());
+                delayed.pop();
             }
         }
         let mut points = self.points.val();
@@ -74,7 +74,7 @@ impl<const IN: usize> Logic for RingTaps<IN> {
             for &(step, i) in taps {
                 let point = match step {
                     0 => inputs.get_bits::<16>(16 * row),
-                    _ => self._past[row][step - 1].into(),
+                    _ => self._delayed[row][step - 1].into(),
                 };
                 points.set_bits(16 * i, point);
             }
@@ -112,17 +112,17 @@ impl<const IN: usize> Logic for RingTaps<IN> {
 /// `maxlbp[i] = centre >= MaxDOG_i`, `sign[i] = sign_i`, one step.
 #[derive(LogicBlock, Default)]
 pub struct RingComparator {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `DOG_k` at the centre.
     pub centre: Signal<In, Response>,
     /// The ring.
     pub points: Signal<In, Bits<512>>,
-    /// The MaxLBP word.
+    /// MaxLBP bits.
     pub maxlbp: Signal<Out, Bits<32>>,
-    /// The sign word.
+    /// Sign bits.
     pub sign: Signal<Out, Bits<32>>,
 }
 

@@ -1,14 +1,15 @@
-//! From Avalon-ST beats to steps of the datapath: every frame that enters it is whole.
+//! From Avalon-ST beats to steps of the datapath: every frame that enters the datapath is complete.
 //!
-//! | state | takes | steps |
+//! | state | beats | steps |
 //! |---|---|---|
-//! | idle | a beat with start-of-packet begins a frame; any other is dropped | empty ones until the pipeline has drained |
-//! | frame | a beat a step; none without one | pixels |
-//! | pad | nothing | the last pixel again, until the frame is whole |
+//! | idle | start of packet begins a frame; others are dropped | without pixels, until the pipeline has drained |
+//! | frame | one beat per step; no step without a beat | one pixel each |
+//! | pad | none | the last pixel again, until the frame is complete |
 //!
-//! A frame cut short (its end, or another's start, too early) is padded, so that what stands behind never sees half a frame; its
-//! trailer says so. Beats after the last pixel are dropped up to the next start. A frame of another size waits until the
-//! pipeline is empty, for [`DRAIN_LINES`] lines at most. A step that the records' FIFO has no room for waits.
+//! A frame that is cut short (its end, or the start of another frame, comes too early) is padded, so the datapath never
+//! sees part of a frame; the error bits of its trailer say so. Beats after the last pixel are dropped up to the next
+//! start of packet. A frame of another size waits until the pipeline is empty, for [`DRAIN_LINES`] lines at most. The
+//! datapath stalls while the record FIFO has no space.
 
 use std::collections::VecDeque;
 
@@ -16,7 +17,7 @@ use rust_hdl::prelude::*;
 
 use super::{Height, Width};
 
-/// Lines of steps after which the pipeline is surely empty; what it really takes is below 88.
+/// Lines of steps after which the pipeline is empty. It needs fewer than 88.
 pub const DRAIN_LINES: u64 = 96;
 
 /// Error bits of a frame.
@@ -39,50 +40,53 @@ enum State {
     Pad,
 }
 
-/// See the module.
+/// The sequencer with a skid buffer of two beats.
 #[derive(LogicBlock, Default)]
 pub struct Sequencer {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// Forgets everything.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// Frames are taken; otherwise they are dropped whole.
+    /// Frames are accepted; otherwise whole frames are dropped.
     pub enable: Signal<In, Bit>,
     /// `W` of frames that begin now.
     pub new_width: Signal<In, Width>,
     /// `H` of frames that begin now.
     pub new_height: Signal<In, Height>,
-    /// The datapath must stop.
-    pub stop: Signal<In, Bit>,
-    /// Avalon-ST sink.
+    /// Whether a committed set decides that size. No frame begins in the cycle in which this changes: the sequencer's
+    /// comparison of the size is one cycle old, and a frame captures size and bank from one set.
+    pub committed: Signal<In, Bit>,
+    /// The datapath must stall.
+    pub stall: Signal<In, Bit>,
+    /// Avalon-ST sink: ready.
     pub ready: Signal<Out, Bit>,
-    /// A beat is there.
+    /// A beat is offered.
     pub valid: Signal<In, Bit>,
-    /// Its pixel.
+    /// Pixel of the beat, DN.
     pub data: Signal<In, Bits<16>>,
-    /// It is a frame's first.
+    /// Start of packet.
     pub start_of_packet: Signal<In, Bit>,
-    /// It is a frame's last.
+    /// End of packet.
     pub end_of_packet: Signal<In, Bit>,
     /// `W` in the pipeline.
     pub width: Signal<Out, Width>,
     /// `H` in the pipeline.
     pub height: Signal<Out, Height>,
-    /// Registers are taken over for the frame that begins with the next step.
+    /// A frame begins at the next clock edge and captures the committed set.
     pub capture: Signal<Out, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<Out, Bit>,
     /// The step's pixel is a frame's first.
     pub start: Signal<Out, Bit>,
     /// The pixel of the step.
     pub pixel: Signal<Out, Bits<16>>,
-    /// Something is on its way.
+    /// Data is in the pipeline.
     pub busy: Signal<Out, Bit>,
-    /// Errors of this cycle.
+    /// Error bits of this cycle.
     pub errors: Signal<Out, Bits<4>>,
-    /// The oldest frame in the pipeline is done.
+    /// Pulse: the oldest frame in the pipeline is complete.
     pub frame_done: Signal<In, Bit>,
-    /// Its errors.
+    /// Error bits of the oldest frame in the pipeline.
     pub frame_errors: Signal<Out, Bits<4>>,
     _beats: VecDeque<(u64, bool, bool)>,
     _state: State,
@@ -95,9 +99,20 @@ pub struct Sequencer {
     _own: u64,
     _done: bool,
     _kept: VecDeque<u64>,
+    _committed_delayed: bool,
 }
 
 impl Sequencer {
+    /// Whether the first beat of a frame makes its step in this cycle.
+    fn begins(&self) -> bool {
+        let (width, height) = self._offered;
+        let possible = (64..=1024).contains(&width) && (64..=2048).contains(&height);
+        let settled = self._offered == (self.width.val().to_u64(), self.height.val().to_u64()) && self._settle == 0;
+        let start = self._state == State::Idle && self._beats.front().is_some_and(|(_, start, _)| *start);
+        let steady = self.committed.val() == self._committed_delayed;
+        start && self.enable.val() && possible && settled && steady && !self.stall.val() && !self.reset.val()
+    }
+
     fn clock_edge(&mut self) {
         let taken = self.valid.val() && self._beats.len() != 2;
         let beat = self._beats.front().copied();
@@ -105,22 +120,22 @@ impl Sequencer {
         let (new_width, new_height) = self._offered;
         let possible = (64..=1024).contains(&new_width) && (64..=2048).contains(&new_height);
         let same = new_width == width && new_height == height;
-        let go = !self.stop.val();
+        let stall = self.stall.val();
         let last = self._at == (width.wrapping_sub(1) & 0x3ff, height.wrapping_sub(1) & 0x7ff);
         let (mut pop, mut step, mut begin, mut errors, mut own) = (false, false, false, 0, self._own);
         let mut pixel = self.pixel.val().to_u64();
         let mut real = false;
         match (self._state, beat) {
-            (State::Idle, Some((_, false, _))) => {
-                (pop, step) = (true, go && self._drain != 0);
-                if !self._ignoring {
+            (State::Idle, Some((_, false, end))) => {
+                (pop, step) = (true, !stall && self._drain != 0);
+                if !self._ignoring && self.enable.val() {
                     errors = error::REFUSED;
-                    self._ignoring = true;
                 }
+                self._ignoring = !end;
             }
             (State::Idle, Some((data, true, end))) if self.enable.val() && possible => {
-                if same && self._settle == 0 {
-                    if go {
+                if same && self._settle == 0 && self.committed.val() == self._committed_delayed {
+                    if self.begins() {
                         (pop, step, begin, real, pixel) = (true, true, true, true, data);
                         own = if end { error::SHORT } else { 0 };
                         errors = own;
@@ -132,23 +147,23 @@ impl Sequencer {
                     self.height.next = new_height.into();
                     self._settle = 3;
                 } else if self._drain == 0 {
-                    self._settle -= 1;
+                    self._settle = self._settle.saturating_sub(1);
                 } else {
-                    step = go;
+                    step = !stall;
                 }
             }
-            (State::Idle, Some((_, true, _))) => {
-                (pop, step) = (true, go && self._drain != 0);
-                self._ignoring = true;
+            (State::Idle, Some((_, true, end))) => {
+                (pop, step) = (true, !stall && self._drain != 0);
+                self._ignoring = !end;
                 errors = if self.enable.val() { error::REFUSED } else { 0 };
             }
-            (State::Idle, None) => step = go && self._drain != 0,
+            (State::Idle, None) => step = !stall && self._drain != 0,
             (State::Frame, Some((_, true, _))) => {
                 errors = error::INTERRUPTED;
                 own |= errors;
                 self._state = State::Pad;
             }
-            (State::Frame, Some((data, false, end))) if go => {
+            (State::Frame, Some((data, false, end))) if !stall => {
                 (pop, step, real, pixel) = (true, true, true, data);
                 if last {
                     errors = if end { 0 } else { error::LONG };
@@ -160,7 +175,7 @@ impl Sequencer {
                 }
                 own |= errors;
             }
-            (State::Pad, _) if go => {
+            (State::Pad, _) if !stall => {
                 (step, real) = (true, true);
                 if last {
                     self._state = State::Idle;
@@ -202,7 +217,6 @@ impl Sequencer {
             self.start.next = begin;
             self.pixel.next = pixel.into();
         }
-        self.capture.next = begin;
         self.errors.next = errors.into();
     }
 }
@@ -219,13 +233,14 @@ impl Logic for Sequencer {
                 self.height.next = 0u64.into();
                 self.advance.next = false;
                 self.start.next = false;
-                self.capture.next = false;
                 self.errors.next = 0u64.into();
             } else {
                 self.clock_edge();
             }
             self._offered = (self.new_width.val().to_u64(), self.new_height.val().to_u64());
+            self._committed_delayed = self.committed.val();
         }
+        self.capture.next = self.begins();
         self.ready.next = self._beats.len() != 2;
         self.busy.next = self._drain != 0;
         self.frame_errors.next = self._kept.front().copied().unwrap_or_default().into();
@@ -250,14 +265,14 @@ impl Logic for Sequencer {
 // module: sequencer
 localparam IDLE = 2'd0, FRAME = 2'd1, PAD = 2'd2;
 
-// Two beats, so that ready is a register.
-reg [17:0] head;
-reg [17:0] behind;
-reg [1:0]  beats;
-wire        some     = beats != 2'd0;
-wire [15:0] beat     = head[15:0];
-wire        is_start = head[16];
-wire        is_end   = head[17];
+// Skid buffer of two beats: ready depends on registers only.
+reg [17:0] skid_front;
+reg [17:0] skid_back;
+reg [1:0]  skid_count;
+wire        not_empty = skid_count != 2'd0;
+wire [15:0] beat     = skid_front[15:0];
+wire        is_start = skid_front[16];
+wire        is_end   = skid_front[17];
 
 reg [1:0]  state;
 reg [9:0]  x;
@@ -268,33 +283,34 @@ reg [16:0] drain;
 reg [16:0] drain_from;
 reg [2:0]  own;
 
-// The size from the registers, a cycle later, with what it allows: no comparison of words stands before a decision.
+// The size from the registers and its comparisons are registered, which keeps comparators out of the control path.
 reg [10:0] offered_width;
 reg [11:0] offered_height;
 reg        possible;
 reg        same;
 reg        drained;
-reg [9:0]  last_x; // of a size that has settled
+reg        committed_delayed;
+reg [9:0]  last_x; // of a stable size
 reg [10:0] last_y;
 wire at_last_x = x == last_x;
 wire last      = at_last_x & (y == last_y);
 
-// What this cycle does.
-wire go      = ~stop;
+// Actions of this cycle.
 wire idle    = state == IDLE;
-wire first   = idle & some & is_start;
+wire first   = idle & not_empty & is_start;
 wire accept  = first & enable & possible;
 wire refuse  = first & ~(enable & possible);
-wire stray   = idle & some & ~is_start;
-wire ready_to_begin = same & (settle == 2'd0);
-wire begins  = accept & ready_to_begin & go;
-// Beats that are dropped do not stop the drain: the last frame comes out although the stream goes on.
-wire empty   = go & ~drained & idle & ~begins;
+wire stray   = idle & not_empty & ~is_start;
+wire steady  = committed == committed_delayed;
+wire ready_to_begin = same & (settle == 2'd0) & steady;
+wire begins  = accept & ready_to_begin & ~stall;
+// Dropped beats do not stop the drain: the last frame leaves the pipeline while the stream goes on.
+wire drains  = ~stall & ~drained & idle & ~begins;
 wire resize  = accept & ~same & drained;
 wire settles = accept & same & (settle != 2'd0) & drained;
-wire breaks  = (state == FRAME) & some & is_start;
-wire takes   = (state == FRAME) & some & ~is_start & go;
-wire pads    = (state == PAD) & go;
+wire breaks  = (state == FRAME) & not_empty & is_start;
+wire takes   = (state == FRAME) & not_empty & ~is_start & ~stall;
+wire pads    = (state == PAD) & ~stall;
 wire real_step = begins | takes | pads;
 wire pop     = stray | refuse | begins | takes;
 wire push    = valid & ready;
@@ -306,17 +322,17 @@ wire keep        = (takes | pads) & last;
 
 always @(posedge clock)
   if (reset)
-    beats <= 2'd0;
+    skid_count <= 2'd0;
   else
-    beats <= beats + {1'b0, push} - {1'b0, pop};
+    skid_count <= skid_count + {1'b0, push} - {1'b0, pop};
 
 always @(posedge clock) begin
   if (pop)
-    head <= beats == 2'd2 ? behind : {end_of_packet, start_of_packet, data};
-  else if (~some)
-    head <= {end_of_packet, start_of_packet, data};
+    skid_front <= skid_count == 2'd2 ? skid_back : {end_of_packet, start_of_packet, data};
+  else if (~not_empty)
+    skid_front <= {end_of_packet, start_of_packet, data};
   if (push)
-    behind <= {end_of_packet, start_of_packet, data};
+    skid_back <= {end_of_packet, start_of_packet, data};
 end
 
 always @(posedge clock)
@@ -332,7 +348,6 @@ always @(posedge clock)
     height   <= 12'd0;
     advance  <= 1'b0;
     start    <= 1'b0;
-    capture  <= 1'b0;
     errors   <= 4'd0;
     x        <= 10'd0;
     y        <= 11'd0;
@@ -343,7 +358,9 @@ always @(posedge clock)
       state <= IDLE;
     else if (breaks | short_frame)
       state <= PAD;
-    if (stray | refuse | long_frame)
+    if (stray | refuse)
+      ignoring <= ~is_end;
+    else if (long_frame)
       ignoring <= 1'b1;
     else if (keep)
       ignoring <= 1'b0;
@@ -361,20 +378,20 @@ always @(posedge clock)
       y <= at_last_x ? y + 11'd1 : y;
     end
     own     <= own_now;
-    drain   <= real_step ? drain_from : drain - {16'd0, empty};
-    drained <= ~real_step & (drained | (empty & (drain == 17'd1)));
+    drain   <= real_step ? drain_from : drain - {16'd0, drains};
+    drained <= ~real_step & (drained | (drains & (drain == 17'd1)));
     same    <= resize ? (new_width == offered_width) & (new_height == offered_height)
                       : (new_width == width) & (new_height == height);
-    advance <= real_step | empty;
-    capture <= begins;
-    errors  <= {(stray & ~ignoring) | (refuse & enable), breaks, long_frame, short_frame};
-    if (real_step | empty)
+    advance <= real_step | drains;
+    errors  <= {((stray & ~ignoring) | refuse) & enable, breaks, long_frame, short_frame};
+    if (real_step | drains)
       start <= begins;
   end
 
 always @(posedge clock) begin
   offered_width  <= new_width;
   offered_height <= new_height;
+  committed_delayed <= committed;
   possible <= (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
   last_x <= width[9:0] - 10'd1;
   last_y <= height[10:0] - 11'd1;
@@ -383,7 +400,7 @@ always @(posedge clock) begin
     pixel <= beat;
 end
 
-// Errors of the frames in the pipeline, the oldest lowest; it goes a cycle after it is done.
+// Error bits of the frames in the pipeline, the oldest frame lowest. An entry is removed one cycle after frame_done.
 reg        done_before;
 reg [11:0] kept;
 reg [2:0]  frames;
@@ -404,8 +421,9 @@ always @(posedge clock)
   end
 
 always @(*) begin
-  ready        = ~beats[1];
+  ready        = ~skid_count[1];
   busy         = ~drained;
+  capture      = begins & ~reset;
   frame_errors = {1'b0, kept[2:0]};
 end
 "

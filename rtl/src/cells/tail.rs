@@ -1,33 +1,35 @@
-//! The last row of a frame, held for the look-ahead stages that still need it while the next frame already arrives.
+//! The held last row of a frame, which look-ahead stages still need while the next frame arrives.
 //!
-//! Look-ahead stage `j` needs row `H - 1` instead of the arriving one for its last `2^j` rows. Counted in lines `n` after that row,
-//! those are `2^j <= n < 2^(j+1)`: no two stages ever need it together, so one memory of one line with one read port serves a
-//! whole chain, and every stage may read the row as it left the recursion, because a lerp of equal words changes nothing.
+//! Column look-ahead stage `j` needs row `H - 1` in place of the arriving row for its last `2^j` rows. Counted in lines
+//! `n` after that row, these are `2^j <= n < 2^(j+1)`. So no two stages need it at the same time, and one memory of one
+//! line with one read port serves the chain. Every stage may use the row as it left the recursion, because a lerp of
+//! equal samples is that sample.
 
 use rust_hdl::prelude::*;
 
 use super::{Address, State, Width};
 
-/// Which stage needs the held row: stage `j` for `2^j <= n < 2^(j+1)` lines after `start`, its pipeline `4 j` steps behind.
+/// Selects the stage that needs the held row: stage `j` for `2^j <= n < 2^(j+1)` lines after `start`, delayed by `4 j`
+/// steps.
 #[derive(LogicBlock, Default)]
 pub struct TailCounter {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// No tail is under way.
+    /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// `W`.
     pub width: Signal<In, Width>,
     /// Line 0 begins one step later; frames are at least 64 lines apart.
     pub start: Signal<In, Bit>,
-    /// The stage needs the row in the next step.
+    /// The stage that needs the row in the next step, one bit per stage.
     pub select: Signal<Out, Bits<6>>,
-    /// The stage needs the row now.
+    /// The stage that needs the row in this step, one bit per stage.
     pub outside: Signal<Out, Bits<6>>,
     _at: (u64, u64, bool),
-    /// The bits of the last 21 steps, the newest lowest; one word per stage.
-    _past: [u64; 6],
+    /// The bits of the last 21 steps, the newest lowest; one element per stage.
+    _delayed: [u64; 6],
 }
 
 impl Logic for TailCounter {
@@ -37,10 +39,10 @@ impl Logic for TailCounter {
             let (x, line, active) = self._at;
             if self.reset.val() {
                 self._at = (0, 0, false);
-                self._past = [0; 6];
+                self._delayed = [0; 6];
             } else if self.advance.val() {
-                for (stage, past) in self._past.iter_mut().enumerate() {
-                    *past = *past << 1 | band(active, line) >> stage & 1;
+                for (stage, delayed_bits) in self._delayed.iter_mut().enumerate() {
+                    *delayed_bits = *delayed_bits << 1 | band(active, line) >> stage & 1;
                 }
                 self._at = if self.start.val() {
                     (0, 0, true)
@@ -52,12 +54,12 @@ impl Logic for TailCounter {
             }
         }
         let (_, line, active) = self._at;
-        // The past's bit i is i + 1 steps old.
-        let delayed = |stage: usize, steps: usize| match steps {
+        // Bit i is i + 1 steps old.
+        let bit = |stage: usize, steps: usize| match steps {
             0 => band(active, line) >> stage & 1,
-            _ => self._past[stage] >> (steps - 1) & 1,
+            _ => self._delayed[stage] >> (steps - 1) & 1,
         };
-        let pick = |later: usize| (0..6).fold(0, |bits, stage| bits | delayed(stage, 4 * stage + later) << stage);
+        let pick = |later: usize| (0..6).fold(0, |bits, stage| bits | bit(stage, 4 * stage + later) << stage);
         self.select.next = pick(0).into();
         self.outside.next = pick(1).into();
     }
@@ -83,29 +85,29 @@ assign band[2] = active & (line[5:2] == 4'd1);
 assign band[1] = active & (line[5:1] == 5'd1);
 assign band[0] = active & (line == 6'd1);
 
-// Each stage's bit and its past, the newest lowest.
-reg        past_0;
-reg [4:0]  past_1;
-reg [8:0]  past_2;
-reg [12:0] past_3;
-reg [16:0] past_4;
-reg [20:0] past_5;
+// Each stage's bit, delayed, the newest lowest.
+reg        delayed_0;
+reg [4:0]  delayed_1;
+reg [8:0]  delayed_2;
+reg [12:0] delayed_3;
+reg [16:0] delayed_4;
+reg [20:0] delayed_5;
 
 always @(posedge clock)
   if (reset) begin
-    past_0 <= 1'd0;
-    past_1 <= 5'd0;
-    past_2 <= 9'd0;
-    past_3 <= 13'd0;
-    past_4 <= 17'd0;
-    past_5 <= 21'd0;
+    delayed_0 <= 1'd0;
+    delayed_1 <= 5'd0;
+    delayed_2 <= 9'd0;
+    delayed_3 <= 13'd0;
+    delayed_4 <= 17'd0;
+    delayed_5 <= 21'd0;
   end else if (advance) begin
-    past_0 <= band[0];
-    past_1 <= {past_1[3:0], band[1]};
-    past_2 <= {past_2[7:0], band[2]};
-    past_3 <= {past_3[11:0], band[3]};
-    past_4 <= {past_4[15:0], band[4]};
-    past_5 <= {past_5[19:0], band[5]};
+    delayed_0 <= band[0];
+    delayed_1 <= {delayed_1[3:0], band[1]};
+    delayed_2 <= {delayed_2[7:0], band[2]};
+    delayed_3 <= {delayed_3[11:0], band[3]};
+    delayed_4 <= {delayed_4[15:0], band[4]};
+    delayed_5 <= {delayed_5[19:0], band[5]};
   end
 
 always @(posedge clock)
@@ -127,8 +129,8 @@ always @(posedge clock)
   end
 
 always @(*) begin
-  select  = {past_5[19], past_4[15], past_3[11], past_2[7], past_1[3], band[0]};
-  outside = {past_5[20], past_4[16], past_3[12], past_2[8], past_1[4], past_0};
+  select  = {delayed_5[19], delayed_4[15], delayed_3[11], delayed_2[7], delayed_1[3], band[0]};
+  outside = {delayed_5[20], delayed_4[16], delayed_3[12], delayed_2[8], delayed_1[4], delayed_0};
 end
 "
             .into(),
@@ -140,32 +142,32 @@ fn band(active: bool, line: u64) -> u64 {
     if active && line > 0 { 1 << line.ilog2() } else { 0 }
 }
 
-/// One line of states, read for the stage that `select` names.
+/// A memory of one line of states, read at the address of the stage that `select` names.
 #[derive(LogicBlock)]
 pub struct HeldRow {
-    /// The one clock.
+    /// Clock.
     pub clock: Signal<In, Clock>,
-    /// One step.
+    /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// The sample belongs to the frame's last row.
     pub write: Signal<In, Bit>,
-    /// The address of one step before.
+    /// The address one step ago.
     pub write_address: Signal<In, Address>,
     /// A sample of the recursion.
     pub x: Signal<In, State>,
     /// The stage that will need the row in the next step, one bit at most.
     pub select: Signal<In, Bits<6>>,
-    /// The address of as many steps before as the pipelines before stage 0 .. 5 take.
+    /// Address for stage 0: delayed by the pipelines before the stage, as the following five.
     pub address_0: Signal<In, Address>,
-    /// Stage 1.
+    /// Address for stage 1.
     pub address_1: Signal<In, Address>,
-    /// Stage 2.
+    /// Address for stage 2.
     pub address_2: Signal<In, Address>,
-    /// Stage 3.
+    /// Address for stage 3.
     pub address_3: Signal<In, Address>,
-    /// Stage 4.
+    /// Address for stage 4.
     pub address_4: Signal<In, Address>,
-    /// Stage 5.
+    /// Address for stage 5.
     pub address_5: Signal<In, Address>,
     /// The held sample, for all stages.
     pub y: Signal<Out, State>,

@@ -1,8 +1,10 @@
-//! `depth(e) = arrival(in) + w(e) + departure(out)` over every edge `e` of a module's logic; the largest is the module's depth.
+//! `depth(e) = arrival(in) + w(e) + departure(out)` over every edge `e` of a module's logic; the largest is the
+//! module's depth.
 //!
-//! Registers, block memories, multipliers and pins begin and end paths. Edges lead through LUTs, inverters, carry chains and the
-//! asynchronous read of an MLAB. In levels `w` is 1, and 0 along a carry chain, so that an adder of any width is one level. In picoseconds
-//! `w` is the cell's delay as Yosys has it for Arria V (`intel_alm/common/alm_sim.v`, `mem_sim.v`); wires are not in it.
+//! Registers, block memories, multipliers and pins begin and end paths. Edges lead through LUTs, inverters, carry
+//! chains and the asynchronous read of an MLAB. In levels `w` is 1, and 0 along a carry chain, so that an adder of any
+//! width is one level. In picoseconds `w` is the cell's delay as Yosys has it for Arria V
+//! (`intel_alm/common/alm_sim.v`, `mem_sim.v`); wires are not in it.
 
 use super::{
     EstimateError,
@@ -53,7 +55,7 @@ fn delay_ps(cell: &FlatCell, from: &str, to: &str) -> Option<u32> {
 /// The depth of each module, in the order of [`Flat::modules`].
 ///
 /// # Errors
-/// Where logic feeds itself without a register.
+/// Where the logic has a combinational loop.
 pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
     let mut edges = Vec::new();
     let (mut driver, mut sink) = (vec![None; flat.nets], vec![None; flat.nets]);
@@ -94,8 +96,8 @@ pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
     }
     if order.len() < flat.nets {
         let looped = (0..flat.nets).find(|net| waiting[*net] > 0).and_then(|net| driver[net]);
-        let place = looped.map(|cell| flat.place(cell)).unwrap_or_default();
-        return Err(EstimateError::Implausible(format!("logic feeds itself at {place}")));
+        let path = looped.map(|cell| flat.path(cell)).unwrap_or_default();
+        return Err(EstimateError::Implausible(format!("combinational loop at {path}")));
     }
     let longest = |weight: fn(&Edge) -> u32| {
         let mut arrival = vec![(0, None); flat.nets];
@@ -142,8 +144,8 @@ pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
     for (depth, edge) in found.iter_mut().zip(deepest) {
         let Some(edge) = edge else { continue };
         let (from, to) = (end_of(&levels.0, edge.from), end_of(&levels.1, edge.to));
-        let place = |cell: Option<usize>| cell.map(|cell| flat.place(cell)).unwrap_or_default();
-        (depth.from, depth.to) = (place(driver[from]), place(sink[to]));
+        let path = |cell: Option<usize>| cell.map(|cell| flat.path(cell)).unwrap_or_default();
+        (depth.from, depth.to) = (path(driver[from]), path(sink[to]));
     }
     Ok(found)
 }

@@ -1,7 +1,8 @@
-//! Every memory of the Verilog, and what holds it: `ceil(width / w)` block memories of the form `2^a x w`, or 32-word MLABs of 20 bits.
+//! Every memory of the Verilog, and what holds it: `ceil(width / w)` block memories of the form `2^a x w`, or 32-word
+//! MLABs of 20 bits.
 //!
-//! A memory that became registers would be thousands of them, and the estimate one of another design. So each declaration
-//! `reg [width] name [words];` must be found again in the netlist under its own name, with all of its bits.
+//! A memory that became registers would be thousands of them, and the estimate one of another design. So each
+//! declaration `reg [width] name [words];` must be found again in the netlist under its own name, with all of its bits.
 
 use hoverlock_fixed_point::analysis::resources::{MLAB_WORDS, blocks};
 use serde::Serialize;
@@ -72,8 +73,8 @@ pub fn memories<'a>(verilog: impl Iterator<Item = &'a str>, flat: &Flat) -> Resu
         let whole = (m10k, bits) == (want, 0) || (words <= MLAB_WORDS && (m10k, bits) == (0, width));
         if !whole {
             return Err(EstimateError::Implausible(format!(
-                "memory {name} of {module}, {words} x {width} bits, needs {want} M10K{}, and takes {m10k} M10K and {bits} bits of \
-                 MLAB: the rest became registers or logic",
+                "memory {name} of {module}, {words} x {width} bits, needs {want} M10K{}, and takes {m10k} M10K \
+                 and {bits} bits of MLAB: the rest became registers or logic",
                 if words <= MLAB_WORDS { format!(" or {width} bits of MLAB") } else { String::new() }
             )));
         }
@@ -95,8 +96,8 @@ mod tests {
 
     #[test]
     fn memories_are_read_off_their_declarations() {
-        let verilog = "module a (\n  input wire clock\n);\n\nreg [575:0] memory [0:1023];\nreg [17:0] y;\nreg flag [0:3];\nwire [3:0] x [0:1];\n\
-                       endmodule\nmodule b(\nreg [15:0] point_7_memory [0:12];\n";
+        let verilog = "module a (\n  input wire clock\n);\n\nreg [575:0] memory [0:1023];\nreg [17:0] y;\n\
+                       reg flag [0:3];\nwire [3:0] x [0:1];\nendmodule\nmodule b(\nreg [15:0] point_7_memory [0:12];\n";
         let of = |module: &str, name: &str, words, width| (module.to_owned(), name.to_owned(), words, width);
         assert_eq!(
             declared(verilog),

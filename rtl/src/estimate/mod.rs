@@ -1,6 +1,8 @@
-//! What the top takes of an Arria V, from Debian's Yosys 0.23 (`synth_intel_alm -family arriav -noflatten`): a *Yosys estimate*.
+//! What the top takes of an Arria V, from Debian's Yosys 0.23 (`synth_intel_alm -family arriav -noflatten`): a *Yosys
+//! estimate*.
 //!
-//! Yosys counts ALUTs, registers, memories and multipliers of each module. From them, for each instance of it, its children apart:
+//! Yosys counts ALUTs, registers, memories and multipliers of each module. From them, for each instance of it, its
+//! children apart:
 //!
 //! ```text
 //! ALM  = max(ceil(LUT), ceil(FF / 4)) + 10 MLAB       LUT  = ALUT6 + (ALUT2..5 + NOT + ALUT_ARITH) / 2
@@ -8,12 +10,14 @@
 //! DSP  = ceil(18x18 / 2) + ceil(9x9 / 3) + 27x27      for all instances of a module together
 //! ```
 //!
-//! An ALM holds one 6-input ALUT or two smaller ones, two bits of a carry chain and four registers; an MLAB is ten ALMs. No two instances
-//! share an ALM here, nothing is optimised across their borders, and registers that Quartus packs into multipliers and memories are counted:
-//! the estimate is high rather than low, and the parts add up to the whole.
+//! An ALM holds one 6-input ALUT or two smaller ones, two bits of a carry chain and four registers; an MLAB is ten
+//! ALMs. No two instances share an ALM here, nothing is optimised across their borders, and registers that Quartus
+//! packs into multipliers and memories are counted: the estimate is high rather than low, and the parts add up to the
+//! whole.
 //!
-//! What is estimated must be what is simulated: every cell must be known (no black box), and every memory of the Verilog must be
-//! found again as block memory or MLAB with all of its bits ([`memory`]). How deep the logic is says [`depth`].
+//! What is estimated must be what is simulated: every cell must be known (no black box), and every memory of the
+//! Verilog must be found again as block memory or MLAB with all of its bits ([`memory`]). How deep the logic is says
+//! [`depth`].
 
 mod depth;
 pub mod memory;
@@ -26,7 +30,7 @@ use serde::Serialize;
 
 use self::memory::Memory;
 use self::netlist::{Flat, Kind};
-use crate::emit::EmitError;
+use crate::emission::EmitError;
 
 pub use self::synthesis::{estimate, of};
 
@@ -37,11 +41,13 @@ pub const TARGET_MHZ: u32 = 100;
 pub const DSP_LIMIT: u64 = 60;
 
 /// How the ALMs are derived.
-pub const ALM_RULE: &str = "for each instance max(ALUT6 + half of the smaller ALUTs, inverters and carry bits; registers / 4) \
+pub const ALM_RULE: &str = "for each instance max(ALUT6 + half of the smaller ALUTs, inverters and carry bits; \
+                            registers / 4) \
                             + 10 for each MLAB of 20 bits x 32 words; no two instances share an ALM";
 
 /// What a level is.
-pub const LEVELS_RULE: &str = "longest path between registers, block memories, multipliers and pins that passes the module's logic; \
+pub const LEVELS_RULE: &str = "longest path between registers, block memories, multipliers and pins that passes the \
+                               module's logic; \
                                a LUT, an inverter, an MLAB's read or a whole carry chain is one level";
 
 /// What fits.
@@ -74,7 +80,7 @@ pub struct Device {
 pub struct ModuleEstimate {
     /// Name of the module, and of its file.
     pub name: String,
-    /// How often it stands in the top.
+    /// Number of instances in the top.
     pub instances: u64,
     /// Adaptive logic modules.
     pub alm: u64,
@@ -156,8 +162,14 @@ pub enum EstimateError {
         "yosys cannot be started ({0}): install Debian's package yosys (0.23), or run `make demo` once, which does"
     )]
     Missing(std::io::Error),
+    /// There is no folder for the netlist.
+    #[error(transparent)]
+    Cache(#[from] hoverlock_cache::NoCacheFolder),
     /// A file beside Yosys cannot be written or read.
-    #[error("{path}: {source}; the estimate works in the user's cache folder, see XDG_CACHE_HOME", path = path.display())]
+    #[error(
+        "{path}: {source}; the estimate works in the user's cache folder, see HOVERLOCK_CACHE",
+        path = path.display()
+    )]
     File {
         /// Which.
         path: std::path::PathBuf,

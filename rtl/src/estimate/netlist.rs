@@ -126,7 +126,7 @@ impl Kind {
     }
 }
 
-/// One place where a module stands.
+/// One instance of a module.
 #[derive(Debug)]
 pub struct Instance {
     /// Its module, an index.
@@ -140,7 +140,7 @@ pub struct Instance {
 pub struct FlatCell {
     /// What it is.
     pub kind: Kind,
-    /// Where it stands.
+    /// Its instance.
     pub instance: usize,
     /// Its name there.
     pub name: String,
@@ -199,8 +199,8 @@ impl Flat {
         self.cells.iter().filter(bare).count() as u64
     }
 
-    /// Where a cell stands, in words: instance and the signal it makes.
-    pub fn place(&self, cell: usize) -> String {
+    /// The path of a cell: instance and output signal.
+    pub fn path(&self, cell: usize) -> String {
         let cell = &self.cells[cell];
         let signal = cell.name.split("_MISTRAL").next().unwrap_or_default();
         let path = &self.instances[cell.instance].path;

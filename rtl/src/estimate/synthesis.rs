@@ -1,4 +1,5 @@
-//! Yosys is run once for a given Verilog: its netlist waits in the user's cache folder under the hash of all that it depends on.
+//! Yosys is run once for a given Verilog: its netlist waits in the user's cache folder under the hash of all that it
+//! depends on.
 
 use std::{
     fs,
@@ -14,15 +15,12 @@ use super::{
     memory::memories,
     netlist::{Flat, Netlist},
 };
-use crate::{
-    emit::{File, committed, files},
-    simulation::cache,
-};
+use crate::emission::{File, committed, files};
 
 const TOP: &str = "hoverlock_top";
 
-/// Sizes what is simulated: the committed Verilog, or far from the project what the sources give. `step` hears what Yosys is at, if it has
-/// to run: some minutes.
+/// Estimates the simulated Verilog: the committed files, or without the project folder the emission. `step` is called
+/// with the current pass of Yosys, if it has to run, which takes some minutes.
 ///
 /// # Errors
 /// Where Yosys is missing or fails, or what it made is not the design.
@@ -47,19 +45,27 @@ pub fn estimate(step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
 pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
     let version = Command::new("yosys").arg("-V").output().map_err(EstimateError::Missing)?;
     let version = String::from_utf8_lossy(&version.stdout).trim().to_owned();
+    if !version.starts_with("Yosys ") || version.lines().count() != 1 {
+        let reason = "`yosys -V` does not name a version, so this is no working Yosys; install Debian's package yosys";
+        return Err(EstimateError::Failed(reason.into()));
+    }
     let script = script(sources, top);
     let mut digest = Sha256::new();
     digest.update(&version);
     digest.update(&script);
     sources.iter().for_each(|file| digest.update(&file.text));
     let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let folder = cache().join("estimate");
+    let folder = hoverlock_cache::folder()?.join("estimate");
     let netlist = folder.join(format!("{name}.json"));
     if !netlist.exists() {
         fs::create_dir_all(&folder).map_err(at(&folder))?;
         let work = tempfile::tempdir_in(&folder).map_err(at(&folder))?;
         synthesise(work.path(), sources, &script, step)?;
         fs::rename(work.path().join("netlist.json"), &netlist).map_err(at(&netlist))?;
+        // A netlist of this design has 13 MB; those of earlier versions of it would pile up.
+        hoverlock_cache::prune(&folder, hoverlock_cache::KEPT);
+    } else {
+        hoverlock_cache::touch(&netlist);
     }
     step("reading the netlist");
     let text = fs::read(&netlist).map_err(at(&netlist))?;
@@ -76,18 +82,18 @@ fn at(path: &Path) -> impl FnOnce(std::io::Error) -> EstimateError {
 }
 
 /// The name of a source in the folder where Yosys runs.
-fn place(file: &File) -> &str {
+fn file_name(file: &File) -> &str {
     file.path.rsplit('/').next().unwrap_or_default()
 }
 
 fn script(sources: &[File], top: &str) -> String {
-    let read: String = sources.iter().map(|file| format!("read_verilog {}\n", place(file))).collect();
+    let read: String = sources.iter().map(|file| format!("read_verilog {}\n", file_name(file))).collect();
     format!("{read}synth_intel_alm -family arriav -noflatten -top {top}\nwrite_json netlist.json\n")
 }
 
 fn synthesise(folder: &Path, sources: &[File], script: &str, step: &mut dyn FnMut(&str)) -> Result<(), EstimateError> {
     for file in sources {
-        let path = folder.join(place(file));
+        let path = folder.join(file_name(file));
         fs::write(&path, &file.text).map_err(at(&path))?;
     }
     let (run, log) = (folder.join("run.ys"), folder.join("stderr"));

@@ -1,4 +1,5 @@
-//! The bench: one loop over clock cycles that drives source, sink and registers, and shows every cycle to the comparisons.
+//! The bench of the comparison with `bit_true`: a loop over clock cycles that drives source, sink and registers and
+//! compares.
 
 use std::collections::VecDeque;
 
@@ -8,7 +9,7 @@ use super::{
     Progress, SimulationError, Simulator,
     expect::Oracle,
     job::{Fault, Job, Map, Streams},
-    outcome::{FrameOutcome, Outcome, Place},
+    outcome::{FrameOutcome, Outcome, Position},
     planes::{Passing, Shown},
     records::{Records, Taken, Words},
     waves::{Recorder, time},
@@ -22,18 +23,18 @@ pub(super) const INTERNALS: [&str; 12] = [
     "core.extractor.smoothers.narrow",
     "core.extractor.smoothers.middle",
     "core.extractor.smoothers.wide",
-    "core.extractor.layer_0.response",
-    "core.extractor.layer_1.response",
-    "core.extractor.layer_0.ring",
-    "core.extractor.layer_1.ring",
+    "core.extractor.scale_pair_0.response",
+    "core.extractor.scale_pair_1.response",
+    "core.extractor.scale_pair_0.ring",
+    "core.extractor.scale_pair_1.ring",
     "core.extractor.write",
     "core.extractor.record",
 ];
 
-/// Cycles before the first that counts.
+/// Clock cycles of the reset, before cycle 0.
 pub(super) const RESET_CYCLES: u64 = 5;
 
-/// How often progress is told, in cycles: a power of two.
+/// Cycles between progress reports: a power of two.
 const PROGRESS_EVERY: u64 = 1 << 14;
 
 /// xorshift64*: enough for pauses.
@@ -129,8 +130,11 @@ impl<'a> Pins<'a> {
                 model.raw("core.extractor.smoothers.middle")?,
                 model.raw("core.extractor.smoothers.wide")?,
             ],
-            response: [model.raw("core.extractor.layer_0.response")?, model.raw("core.extractor.layer_1.response")?],
-            ring: [model.raw("core.extractor.layer_0.ring")?, model.raw("core.extractor.layer_1.ring")?],
+            response: [
+                model.raw("core.extractor.scale_pair_0.response")?,
+                model.raw("core.extractor.scale_pair_1.response")?,
+            ],
+            ring: [model.raw("core.extractor.scale_pair_0.ring")?, model.raw("core.extractor.scale_pair_1.ring")?],
             write: model.raw("core.extractor.write")?,
             record: model.find("core.extractor.record")?,
             model,
@@ -139,7 +143,7 @@ impl<'a> Pins<'a> {
         })
     }
 
-    /// Inputs are set: what hangs on them follows.
+    /// Falling clock edge: the inputs settle.
     fn settle(&mut self) -> Result<(), SimulationError> {
         set!(self.clock, 0);
         self.model.eval()?;
@@ -162,7 +166,7 @@ impl<'a> Pins<'a> {
         }
     }
 
-    /// Whoever records has all that was wanted.
+    /// The recorder has its whole window.
     fn is_recorded(&self) -> bool {
         self.recorder.as_ref().is_some_and(|recorder| recorder.is_past(self.now))
     }
@@ -204,14 +208,14 @@ impl<'a> Pins<'a> {
     }
 }
 
-/// The source: frames one after the other, each offered once its registers are written.
+/// The source: sends the frames in order, each after its registers are written.
 struct Source<'a> {
     jobs: &'a [Job],
     map: Map,
     writes: VecDeque<(u32, u32)>,
     frame: usize,
     pixel: usize,
-    /// Frames that have taken the registers over.
+    /// Frames that have captured their registers.
     begun: usize,
     offered: bool,
 }
@@ -224,7 +228,7 @@ impl<'a> Source<'a> {
         Ok(source)
     }
 
-    /// The registers of the frame that begins next.
+    /// Prepares the register writes of the next frame.
     fn prepare(&mut self) -> Result<(), SimulationError> {
         self.writes = match self.jobs.get(self.begun) {
             Some(job) => self.map.writes(job)?.into(),
@@ -237,7 +241,7 @@ impl<'a> Source<'a> {
         let write = self.writes.pop_front();
         pins.write(write);
         let may_begin = self.pixel > 0 || (self.begun == self.frame && write.is_none());
-        // An offer once made stands until it is taken.
+        // A beat once offered stays valid until it is accepted.
         self.offered = self.frame < self.jobs.len() && (self.offered || (may_begin && !pause));
         set!(pins.valid, u8::from(self.offered));
         if self.offered {
@@ -248,7 +252,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The beat was taken; gives the frame that was its last.
+    /// The beat was accepted. Returns the frame if this was its last beat.
     fn advance(&mut self) -> Option<&'a Job> {
         self.offered = false;
         self.pixel += 1;
@@ -261,7 +265,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// When a run is given up: no hardware that works takes so long.
+/// Timeouts of a run, far above what working hardware takes.
 struct Patience {
     quiet: u64,
     total: u64,
@@ -287,7 +291,7 @@ pub(super) struct Bench<'a> {
     source: Source<'a>,
     records: Records,
     passing: VecDeque<Passing>,
-    /// The frame whose samples come next.
+    /// The next frame to leave the smoothers.
     arriving: usize,
     smoothed_at: Option<u64>,
     cycle: u64,
@@ -322,16 +326,16 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Until the last frame's trailer is out.
+    /// Runs until the trailer of the last frame has left the FIFO.
     pub fn run(mut self, oracle: &mut Oracle, progress: &mut dyn FnMut(Progress)) -> Result<Outcome, SimulationError> {
         let patience = Patience::new(self.jobs, self.streams);
-        let mut heard = 0;
+        let mut accepted = 0;
         while self.records.done < self.jobs.len() && !self.pins.is_recorded() {
             if self.step(oracle)? {
-                heard = self.cycle;
+                accepted = self.cycle;
             }
-            if self.cycle - heard > patience.quiet || self.cycle > patience.total {
-                let at = Place { frame: self.records.done, x: 0, y: 0 };
+            if self.cycle - accepted > patience.quiet || self.cycle > patience.total {
+                let at = Position { frame: self.records.done, x: 0, y: 0 };
                 let texts = || ["trailer".into(), "one record".into(), "none: the pipeline hangs".into()];
                 self.outcome.differ("end of frame", at, self.cycle, texts);
                 break;
@@ -353,7 +357,7 @@ impl<'a> Bench<'a> {
         Progress { pixels: (before + self.source.pixel) as u64, frames: self.records.done, cycles: self.cycle }
     }
 
-    /// One clock cycle; whether a record came out.
+    /// One clock cycle. Returns whether a record was accepted.
     fn step(&mut self, oracle: &mut Oracle) -> Result<bool, SimulationError> {
         let pause = self.random.chance(self.streams.source_pause);
         self.source.drive(&mut self.pins, pause);
@@ -364,15 +368,15 @@ impl<'a> Bench<'a> {
             self.source.begun += 1;
             self.source.prepare()?;
         }
-        let mut struck = None;
+        let mut reset_by = None;
         if self.source.offered && get!(self.pins.ready) == 1 {
             if self.source.pixel == 0 {
                 self.outcome.frames[self.source.frame].began = self.cycle;
             }
-            struck = self.source.advance().filter(|job| job.is_lost());
+            reset_by = self.source.advance().filter(|job| job.is_lost());
         }
-        let heard = sink && get!(self.pins.feature_valid) == 1;
-        if heard {
+        let accepted = sink && get!(self.pins.feature_valid) == 1;
+        if accepted {
             self.take();
             oracle.forget(self.records.done.min(self.jobs.len() - 1));
         }
@@ -381,13 +385,13 @@ impl<'a> Bench<'a> {
         }
         self.pins.edge()?;
         self.cycle += 1;
-        if let Some(job) = struck {
-            self.strike(job.fault)?;
+        if let Some(job) = reset_by {
+            self.apply_reset(job.fault)?;
         }
-        Ok(heard)
+        Ok(accepted)
     }
 
-    /// The sink takes a record.
+    /// The sink accepts a record.
     fn take(&mut self) {
         let beat = Taken {
             words: self.pins.words(self.pins.feature_data),
@@ -431,15 +435,15 @@ impl<'a> Bench<'a> {
                         self.outcome.feature_latency_lines = Some(lines);
                     }
                 }
-                None => self.outcome.differ("end of frame", Place { frame, x: 0, y: 0 }, self.cycle, || {
+                None => self.outcome.differ("end of frame", Position { frame, x: 0, y: 0 }, self.cycle, || {
                     ["record".into(), "none".into(), format!("{words:08x?}")]
                 }),
             }
         }
     }
 
-    /// Empties the pipeline, and with it every frame that has not come out.
-    fn strike(&mut self, fault: Fault) -> Result<(), SimulationError> {
+    /// Resets the pipeline; all frames inside are lost.
+    fn apply_reset(&mut self, fault: Fault) -> Result<(), SimulationError> {
         set!(self.pins.valid, 0);
         set!(self.pins.feature_ready, 0);
         match fault {
@@ -470,16 +474,17 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Looks at what is only known at the end.
+    /// Final checks: rates, latencies and registers.
     fn finish(mut self, oracle: &mut Oracle) -> Result<Outcome, SimulationError> {
         self.outcome.cycles = self.cycle;
         let seen = self.arriving - self.passing.len();
         if self.records.done == self.jobs.len() && seen < self.jobs.len() {
             let samples = || ["samples".into(), "all of them".into(), "not all came by".into()];
-            self.outcome.differ("end of frame", Place { frame: seen, x: 0, y: 0 }, self.cycle, samples);
+            self.outcome.differ("end of frame", Position { frame: seen, x: 0, y: 0 }, self.cycle, samples);
         }
         let frames = &self.outcome.frames;
-        // A frame of a new size, as the first is, waits at the input until its size is taken over: not part of the rate.
+        // A frame of a new size, like the first one, waits at the input until its size is captured. It does not count
+        // for the rate.
         let steady = |i: &usize| {
             let around = &self.jobs[i - 1..=i + 1];
             around.iter().all(|job| job.fault == Fault::None && job.size() == around[0].size())
@@ -513,7 +518,7 @@ impl<'a> Bench<'a> {
                 let got = self.pins.read(self.source.map.address(name)?)?;
                 if want != got {
                     let text = |word: u32| format!("0x{word:08x}, {word}");
-                    let at = Place { frame: last, x: 0, y: 0 };
+                    let at = Position { frame: last, x: 0, y: 0 };
                     self.outcome.differ("registers", at, self.cycle, || [name.into(), text(want), text(got)]);
                 }
             }

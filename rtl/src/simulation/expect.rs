@@ -1,4 +1,4 @@
-//! What `bit_true` says of the frames, one after the other: planes, records, and the thresholds that follow the counts.
+//! The expected values of the frames in order: planes, records, and the thresholds that follow the counts.
 
 use std::{
     collections::VecDeque,

@@ -1,4 +1,4 @@
-//! What is sent: a frame, what the registers hold as it begins, what is wrong with it, and how the streams behave.
+//! The stimulus: a frame, its register values, its fault, and the pauses of the streams.
 
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_reference::image::plane::Plane;
@@ -6,7 +6,7 @@ use hoverlock_reference::image::plane::Plane;
 use super::SimulationError;
 use crate::registers::{COEFFICIENTS_AT, Register, default_coefficients, registers};
 
-/// A frame to be sent, with what the registers hold as it begins.
+/// A frame with the register values that it captures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
     /// The pixels.
@@ -15,13 +15,13 @@ pub struct Job {
     pub coefficients: Vec<u32>,
     /// `T_k`, 15 bits; in automatic mode those of the first such frame.
     pub thresholds: [u32; 2],
-    /// Where given, the thresholds follow the count of the frame before, towards so many features.
+    /// Automatic mode with this target: the thresholds follow the count of the previous frame.
     pub automatic: Option<u32>,
-    /// What is wrong with it.
+    /// Fault of the frame at the input.
     pub fault: Fault,
 }
 
-/// What can be wrong with a frame at the input.
+/// A fault of a frame at the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fault {
     /// Nothing.
@@ -33,7 +33,7 @@ pub enum Fault {
     Long(usize),
     /// Only so many pixels and no end: the next frame begins.
     Interrupted(usize),
-    /// After so many pixels the reset input: registers, pipeline and FIFO. What has not come out by then never does.
+    /// After so many pixels the reset input: registers, pipeline and FIFO. Records still inside are lost.
     Reset(usize),
     /// The same by the control register, which leaves the registers alone.
     Clear(usize),
@@ -70,7 +70,7 @@ impl Job {
         }
     }
 
-    /// One of them.
+    /// Beat `index` of the frame.
     pub(super) fn beat(&self, index: usize) -> Beat {
         let pixels = self.pixels.as_slice();
         let last = pixels.last().copied().unwrap_or_default();
@@ -90,7 +90,7 @@ impl Job {
         Plane::from_fn(w, h, |x, y| pixels[(y * w + x).min(sent - 1)])
     }
 
-    /// The pipeline is emptied in the middle of the frame.
+    /// A reset clears the pipeline during the frame.
     pub(super) fn is_lost(&self) -> bool {
         matches!(self.fault, Fault::Reset(_) | Fault::Clear(_))
     }
@@ -106,7 +106,7 @@ impl Job {
     }
 }
 
-/// How the bench treats the streams.
+/// Pauses of the streams.
 #[derive(Debug, Clone, Copy)]
 pub struct Streams {
     /// Chance that no pixel is offered in a cycle.
@@ -115,7 +115,7 @@ pub struct Streams {
     pub sink_pause: f64,
     /// No record is taken before this cycle.
     pub sink_opens: u64,
-    /// Seed of the pauses and of the registers' first content.
+    /// Seed of the pauses and of the initial register contents.
     pub seed: u64,
 }
 
@@ -132,7 +132,7 @@ impl Streams {
     }
 }
 
-/// The register map as the bench uses it: addresses and words by name.
+/// The register map of the bench: addresses and register values by name.
 #[derive(Debug)]
 pub(super) struct Map(Vec<Register>);
 
@@ -150,7 +150,7 @@ impl Map {
         Ok(self.register(name)?.offset)
     }
 
-    /// The address of a register and the word that has these values in its fields, in their order.
+    /// The address of a register and its value with these field values, in their order.
     fn word(&self, name: &'static str, values: &[u32]) -> Result<(u32, u32), SimulationError> {
         let register = self.register(name)?;
         let fields = register.fields.iter().zip(values);
@@ -160,14 +160,15 @@ impl Map {
     /// The register writes before a frame.
     pub fn writes(&self, job: &Job) -> Result<Vec<(u32, u32)>, SimulationError> {
         let (w, h) = job.size();
-        let codes = job.coefficients.iter().enumerate().map(|(i, code)| (COEFFICIENTS_AT + 4 * i as u32, *code));
-        let mut writes: Vec<_> = codes.collect();
+        let coefficients = job.coefficients.iter().enumerate();
+        let mut writes: Vec<_> = coefficients.map(|(i, raw)| (COEFFICIENTS_AT + 4 * i as u32, *raw)).collect();
         writes.push(self.word("size", &[w as u32, h as u32])?);
         writes.push(self.word("threshold", &job.thresholds)?);
         if let Some(target) = job.automatic {
             writes.push(self.word("target", &[target])?);
         }
         writes.push(self.word("control", &[1, u32::from(job.automatic.is_some())])?);
+        writes.push(self.word("commit", &[1])?);
         Ok(writes)
     }
 

@@ -1,16 +1,18 @@
-//! `rtl` against `bit_true`: frames through the Verilated top, every smoothed sample, DoG, MaxDOG and record compared bit for bit.
+//! `rtl` against `bit_true`: frames through the Verilated top, every smoothed sample, DoG, MaxDOG and record compared
+//! bit for bit.
 //!
-//! The bench sees the top as a system does: pixels by Avalon-ST, registers by Avalon-MM, records by Avalon-ST. Beside that it reads
-//! a few internal signals, so that a difference is found in the stage it comes from and not only in the records.
+//! The bench drives the top as a system does: pixels by Avalon-ST, registers by Avalon-MM, records by Avalon-ST. It
+//! also reads a few internal signals, so that a difference is reported at the stage that causes it and not only in the
+//! records.
 //!
-//! | module | idea |
+//! | module | content |
 //! |---|---|
-//! | `simulator` | Verilog to a model |
-//! | `job` | what is sent, and how the streams behave |
-//! | `expect` | what `bit_true` says of it |
+//! | `simulator` | from Verilog to a Verilated model |
+//! | `job` | the stimulus: frames, faults, pauses |
+//! | `expect` | the expected values, from `bit_true` |
 //! | `bench` | the loop over clock cycles |
 //! | `planes`, `records` | the comparisons |
-//! | `outcome` | what a run gave |
+//! | `outcome` | the result |
 //! | `waves` | a window of a run as a wave file, and GTKWave's view of it |
 
 mod bench;
@@ -33,13 +35,12 @@ pub use hoverlock_harness::build::Trace;
 pub use job::{Fault, Job, Streams};
 pub use outcome::{FrameOutcome, Mismatch, Outcome};
 pub use simulator::Simulator;
-pub(crate) use simulator::cache;
 use waves::Recorder;
 pub use waves::{Window, format_of, record, signals, view};
 
-use crate::emit::EmitError;
+use crate::emission::EmitError;
 
-/// Why there is no result.
+/// Why a run has no result.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
     /// Verilator or the compiler did not make a model.
@@ -60,6 +61,9 @@ pub enum SimulationError {
     /// The wave file cannot be written, or waves are not built in.
     #[error(transparent)]
     Waves(#[from] Error),
+    /// There is no folder for the emitted Verilog.
+    #[error(transparent)]
+    Cache(#[from] hoverlock_cache::NoCacheFolder),
     /// The Verilog cannot be put where Verilator reads it.
     #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
     Write {
@@ -70,7 +74,7 @@ pub enum SimulationError {
     },
 }
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Progress {
     /// Pixels sent.
@@ -81,7 +85,7 @@ pub struct Progress {
     pub cycles: u64,
 }
 
-/// Runs frames through the hardware, back to back as far as the pauses let them, and compares everything.
+/// Runs frames through the hardware, back to back apart from the pauses, and compares everything.
 ///
 /// # Errors
 /// Where the bench does not fit the model.
@@ -89,7 +93,7 @@ pub fn run(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Outc
     run_telling(simulator, jobs, streams, &mut |_| ())
 }
 
-/// [`run`], and `progress` hears now and then how far it is.
+/// [`run`] with progress reports.
 ///
 /// # Errors
 /// As [`run`].
@@ -119,7 +123,7 @@ fn record_window(
     beside(jobs, |oracle| bench.run(oracle, &mut |_| ()).map(|_| ()))
 }
 
-/// Does something while `bit_true` of the frames to come is computed beside it, two frames ahead.
+/// Runs `work` while another thread computes `bit_true`, two frames ahead.
 fn beside<T>(jobs: &[Job], work: impl FnOnce(&mut Oracle) -> Result<T, SimulationError>) -> Result<T, SimulationError> {
     let expectation = Expectation::new(jobs)?;
     let (sender, receiver) = sync_channel(1);

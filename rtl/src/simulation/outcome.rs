@@ -1,12 +1,12 @@
-//! What a run gave: counts, rates, and the first difference in words.
+//! The result of a run: counts, rates, and the first difference as text.
 
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Mismatch {
-    /// Stage: `smoother narrow`, `smoother middle`, `smoother wide`, `DoG 0`, `DoG 1`, `MaxDOG 0`, `MaxDOG 1`, `decision`, `record`, `descriptor`, `trailer`,
-    /// `feature FIFO`, `registers`, `end of frame`.
+    /// Stage: `smoother narrow`, `smoother middle`, `smoother wide`, `DoG 0`, `DoG 1`, `MaxDOG 0`, `MaxDOG 1`,
+    /// `decision`, `record`, `descriptor`, `trailer`, `feature FIFO`, `registers`, `end of frame`.
     pub stage: String,
     /// Frame, from 0.
     pub frame: usize,
@@ -16,23 +16,23 @@ pub struct Mismatch {
     pub y: usize,
     /// Clock cycle since reset.
     pub cycle: u64,
-    /// What of it differs.
+    /// The field that differs.
     pub field: String,
-    /// What `bit_true` says, in hex and in real units.
+    /// Value of `bit_true`, in hex and in DN.
     pub expected: String,
-    /// What the hardware says.
+    /// Value of the hardware.
     pub actual: String,
 }
 
-/// Where in the run something is looked at.
+/// Frame and pixel of a comparison.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct Position {
     pub frame: usize,
     pub x: usize,
     pub y: usize,
 }
 
-/// What became of a frame.
+/// The result of a frame.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct FrameOutcome {
     /// The cycle in which its first pixel was taken.
@@ -52,15 +52,15 @@ pub struct FrameOutcome {
     pub records: Vec<FeatureRecord>,
 }
 
-/// What a run gave.
+/// The result of a run.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct Outcome {
     /// Pixels sent.
     pub pixels: u64,
     /// Clock cycles.
     pub cycles: u64,
-    /// Cycles between the starts of consecutive frames of one size, over their pixels, the worst; nothing for fewer than
-    /// three, or where source or sink pause.
+    /// Cycles between the starts of consecutive frames of one size, over their pixels, the worst; nothing for fewer
+    /// than three, or where source or sink pause.
     pub cycles_per_pixel: Option<f64>,
     /// The sum over the frames; `features + dropped` where nothing differs.
     pub model_features: u64,
@@ -78,8 +78,8 @@ pub struct Outcome {
     pub cycles_per_second: f64,
     /// The status register at the end, see `registers/REGISTERS.md`.
     pub status: u32,
-    /// Lines from a frame's first pixel to its first smoothed sample, with the rest in pixels as a fraction; nothing where
-    /// source or sink pause.
+    /// Lines from a frame's first pixel to its first smoothed sample, with the rest in pixels as a fraction; nothing
+    /// where source or sink pause.
     pub latency_lines: Option<f64>,
     /// Lines from a feature's own pixel at the input to its record at the output, the last one's; nothing as above.
     pub feature_latency_lines: Option<f64>,
@@ -101,14 +101,14 @@ impl Outcome {
 
     /// Counts a difference; `texts` gives field, expected and actual of the first.
     #[cold]
-    pub(super) fn differ(&mut self, stage: &str, at: Place, cycle: u64, texts: impl FnOnce() -> [String; 3]) {
+    pub(super) fn differ(&mut self, stage: &str, at: Position, cycle: u64, texts: impl FnOnce() -> [String; 3]) {
         self.mismatches += 1;
         if let Some(frame) = self.frames.get_mut(at.frame) {
             frame.mismatches += 1;
         }
         if self.first_mismatch.is_none() {
             let [field, expected, actual] = texts();
-            let Place { frame, x, y } = at;
+            let Position { frame, x, y } = at;
             self.first_mismatch = Some(Mismatch { stage: stage.into(), frame, x, y, cycle, field, expected, actual });
         }
     }

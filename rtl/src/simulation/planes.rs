@@ -1,19 +1,20 @@
-//! Samples on their way: every smoothed sample, DoG and MaxDOG of a frame against `bit_true`, in the step that shows it.
+//! The sample comparisons: every smoothed sample, DoG and MaxDOG of a frame against `bit_true`, in the step where it is
+//! visible.
 //!
 //! One step after `start_out` the smoothers show sample `(0, 0)`, and one more with every step; the response follows
-//! [`RESPONSE_STEPS`] later, MaxDOG two lines and some steps after that. MaxDOG is compared where its window lies in the
-//! frame: nothing else of it is ever used.
+//! [`RESPONSE_STEPS`] later, MaxDOG two lines and some steps after that. MaxDOG is compared where its window lies in
+//! the frame: other values are never used.
 
 use std::sync::Arc;
 
 use hoverlock_fixed_point::model::bit_true::Planes;
 use hoverlock_reference::features::maxlbp::Layer;
 
-use super::outcome::{Outcome, Place};
+use super::outcome::{Outcome, Position};
 
 /// Steps from the smoothed sample to its response.
 const RESPONSE_STEPS: usize = 2;
-/// Steps from the response to the ring word of the same line.
+/// Steps from the response to the ring sample of the same line.
 const RING_STEPS: usize = 6;
 /// Half a window of MaxDOG.
 const RADIUS: usize = 2;
@@ -21,20 +22,20 @@ const RADIUS: usize = 2;
 /// The smoothers by name.
 const SMOOTHERS: [&str; 3] = ["narrow", "middle", "wide"];
 
-/// What the hardware shows in a step.
+/// The values of the hardware in a step.
 pub(super) struct Shown {
     pub smoothed: [u32; 3],
     pub response: [u16; 2],
     pub ring: [u16; 2],
 }
 
-/// A frame whose samples are passing the stages.
+/// A frame whose samples are in the pipeline.
 pub(super) struct Passing {
     pub frame: usize,
     planes: Arc<Planes>,
     /// Steps since its first smoothed sample.
     step: usize,
-    /// The place of the MaxDOG shown next.
+    /// Position of the next MaxDOG value.
     ring: (usize, usize),
     size: (usize, usize),
 }
@@ -49,40 +50,40 @@ impl Passing {
         RESPONSE_STEPS + RING_STEPS + RADIUS * self.size.0 + RADIUS
     }
 
-    /// Every sample was shown.
+    /// All samples were compared.
     pub fn is_through(&self) -> bool {
         self.ring.1 == self.size.1
     }
 
-    /// Compares what a step shows of the frame.
+    /// Compares the values of a step.
     #[inline]
     pub fn compare(&mut self, shown: &Shown, cycle: u64, outcome: &mut Outcome) {
         let (w, h) = self.size;
         let planes = &*self.planes;
         let samples = w * h;
-        let place = |index: usize| Place { frame: self.frame, x: index % w, y: index / w };
+        let position = |index: usize| Position { frame: self.frame, x: index % w, y: index / w };
         if self.step < samples {
             for (i, got) in shown.smoothed.into_iter().enumerate() {
                 let want = planes.smoothed[i].as_slice()[self.step];
                 if want != got {
-                    let units = |state: u32| format!("0x{state:05x}, {} codes", f64::from(state) / 4.0);
-                    outcome.differ(&format!("smoother {}", SMOOTHERS[i]), place(self.step), cycle, || {
+                    let units = |state: u32| format!("0x{state:05x}, {} DN", f64::from(state) / 4.0);
+                    outcome.differ(&format!("smoother {}", SMOOTHERS[i]), position(self.step), cycle, || {
                         ["sample".into(), units(want), units(got)]
                     });
                 }
             }
             outcome.samples += 3;
         }
-        let units = |word: u16| {
-            let sign = if word >> 15 == 1 { '+' } else { '-' };
-            format!("0x{word:04x}, {sign}{} codes", f64::from(word & 0x7fff) / 2.0)
+        let units = |sample: u16| {
+            let sign = if sample >> 15 == 1 { '+' } else { '-' };
+            format!("0x{sample:04x}, {sign}{} DN", f64::from(sample & 0x7fff) / 2.0)
         };
         if let Some(index) = self.step.checked_sub(RESPONSE_STEPS).filter(|index| *index < samples) {
             for (k, got) in shown.response.into_iter().enumerate() {
                 let Layer { dog, .. } = &planes.layers[k];
                 let want = dog.magnitude.as_slice()[index] | u16::from(dog.positive.as_slice()[index]) << 15;
                 if want != got {
-                    outcome.differ(&format!("DoG {k}"), place(index), cycle, || {
+                    outcome.differ(&format!("DoG {k}"), position(index), cycle, || {
                         ["sign and response".into(), units(want), units(got)]
                     });
                 }
@@ -97,7 +98,7 @@ impl Passing {
                     let Layer { dog, max_dog } = &planes.layers[k];
                     let want = max_dog.as_slice()[index] | u16::from(dog.positive.as_slice()[index]) << 15;
                     if want != got {
-                        outcome.differ(&format!("MaxDOG {k}"), place(index), cycle, || {
+                        outcome.differ(&format!("MaxDOG {k}"), position(index), cycle, || {
                             ["sign and maximum".into(), units(want), units(got)]
                         });
                     }

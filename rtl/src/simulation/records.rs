@@ -1,7 +1,9 @@
-//! Records: what the datapath writes against `bit_true`'s list, and what comes out of the FIFO against what was written.
+//! The record comparisons: records that the datapath writes against `bit_true`, and records that leave the FIFO against
+//! those written.
 //!
-//! Of `bit_true`'s list features may be missing, where the FIFO had no room; the trailer must count exactly those. The two checks
-//! name the fault: a record that is wrong when written is none of the FIFO's, one that changes on its way out is.
+//! Features of `bit_true`'s list may be missing where the FIFO had no room; the trailer must count exactly those. The
+//! two checks locate a fault: a record that is wrong when written is an error before the FIFO, one that changes later
+//! an error of the FIFO.
 
 use std::collections::VecDeque;
 
@@ -10,18 +12,18 @@ use hoverlock_fixed_point::model::bit_true::{FLAG_BRIGHT, FLAG_SCALE, FLAG_TRAIL
 use super::{
     expect::Expected,
     job::Job,
-    outcome::{Outcome, Place},
+    outcome::{Outcome, Position},
 };
 
-/// A record as the hardware has it.
+/// A record of the hardware: eight 32-bit words.
 pub(super) type Words = [u32; 8];
 
 fn is_trailer(words: &Words) -> bool {
     words[1] >> 16 & u32::from(FLAG_TRAILER) != 0
 }
 
-fn place(frame: usize, words: &Words) -> Place {
-    Place { frame, x: (words[0] & 0xffff) as usize, y: (words[0] >> 16) as usize }
+fn position(frame: usize, words: &Words) -> Position {
+    Position { frame, x: (words[0] & 0xffff) as usize, y: (words[0] >> 16) as usize }
 }
 
 /// One beat of the feature stream.
@@ -37,10 +39,10 @@ pub(super) struct Records {
     /// The frame whose records are written, and that of trailer number 0.
     frame: usize,
     origin: usize,
-    /// Of its list: how many are past, and those of them that are missing.
+    /// Of its list: the number of records already matched or skipped, and the indices of the skipped ones.
     past: usize,
     missing: Vec<usize>,
-    /// Written and not yet taken.
+    /// Records written and not yet read.
     fifo: VecDeque<Words>,
     /// The frame whose records are taken.
     pub done: usize,
@@ -73,16 +75,16 @@ impl Records {
             return;
         }
         let rest = &expected.records[self.past.min(expected.records.len())..];
-        let same_place = |feature: &&FeatureRecord| {
+        let same_position = |feature: &&FeatureRecord| {
             let packed = feature.pack();
             packed[0] == words[0] && (packed[1] ^ words[1]) >> 16 & u32::from(FLAG_SCALE) == 0
         };
         let found = rest.iter().position(|feature| feature.pack() == words);
-        match found.or_else(|| rest.iter().position(|feature| same_place(&feature))) {
+        match found.or_else(|| rest.iter().position(|feature| same_position(&feature))) {
             Some(ahead) => {
                 if found.is_none() {
                     let [stage, texts @ ..] = differences(&rest[ahead].pack(), &words);
-                    outcome.differ(&stage, place(self.frame, &words), cycle, || texts);
+                    outcome.differ(&stage, position(self.frame, &words), cycle, || texts);
                 }
                 self.missing.extend(self.past..self.past + ahead);
                 self.past += ahead + 1;
@@ -90,7 +92,8 @@ impl Records {
             None => {
                 let next = || rest.first().map_or("no more features".into(), described);
                 let actual = || FeatureRecord::unpack(&words).map_or(format!("{words:08x?}"), |r| described(&r));
-                outcome.differ("decision", place(self.frame, &words), cycle, || ["feature".into(), next(), actual()]);
+                outcome
+                    .differ("decision", position(self.frame, &words), cycle, || ["feature".into(), next(), actual()]);
             }
         }
     }
@@ -101,7 +104,7 @@ impl Records {
         let dropped = words[3] as usize;
         if dropped < self.missing.len() {
             let first = &list[self.missing[dropped]];
-            let at = Place { frame: self.frame, x: first.x.into(), y: first.y.into() };
+            let at = Position { frame: self.frame, x: first.x.into(), y: first.y.into() };
             outcome.differ("decision", at, cycle, || {
                 ["feature".into(), described(first), format!("none, and {dropped} counted as dropped")]
             });
@@ -115,7 +118,7 @@ impl Records {
             ("reserved", 0, words[5] | words[6] | words[7]),
         ];
         if let Some((field, want, got)) = fields.into_iter().find(|(_, want, got)| want != got) {
-            let at = Place { frame: self.frame, x: 0, y: 0 };
+            let at = Position { frame: self.frame, x: 0, y: 0 };
             let text = |word: u32| format!("0x{word:08x}, {word}");
             outcome.differ("trailer", at, cycle, || [field.into(), text(want), text(got)]);
         }
@@ -127,7 +130,7 @@ impl Records {
 
     /// The sink takes a record.
     pub fn taken(&mut self, beat: &Taken, cycle: u64, outcome: &mut Outcome) {
-        let at = place(self.done, &beat.words);
+        let at = position(self.done, &beat.words);
         match self.fifo.pop_front() {
             Some(words) if words == beat.words => {}
             Some(words) => {
@@ -165,19 +168,19 @@ impl Records {
     }
 }
 
-/// A record in words.
+/// A record as text.
 fn described(record: &FeatureRecord) -> String {
     let FeatureRecord { x, y, response, scale, .. } = record;
     let sign = if record.bright { '+' } else { '-' };
-    let codes = f64::from(*response) / 2.0;
-    format!("({x}, {y}), scale pair {scale}, response 0x{response:04x}, {sign}{codes} codes")
+    let dn = f64::from(*response) / 2.0;
+    format!("({x}, {y}), scale pair {scale}, response 0x{response:04x}, {sign}{dn} DN")
 }
 
-/// The stage that must be at fault, and all fields that differ, expected and actual.
+/// The faulty stage, and all fields that differ, expected and actual.
 fn differences(want: &Words, got: &Words) -> [String; 4] {
     let half = |words: &Words, word: usize, high: bool| if high { words[word] >> 16 } else { words[word] & 0xffff };
     let plain = |value: u32| format!("0x{value:04x}, {value}");
-    let codes = |value: u32| format!("0x{value:04x}, {} codes", f64::from(value) / 2.0);
+    let half_dn = |value: u32| format!("0x{value:04x}, {} DN", f64::from(value) / 2.0);
     let mut fields: Vec<(String, String, String)> = Vec::new();
     let mut stage = "descriptor";
     let halves = [
@@ -192,7 +195,7 @@ fn differences(want: &Words, got: &Words) -> [String; 4] {
     for (name, word, high) in halves {
         let (want, got) = (half(want, word, high), half(got, word, high));
         if want != got {
-            let text = if word == 0 { plain } else { codes };
+            let text = if word == 0 { plain } else { half_dn };
             fields.push((name.into(), text(want), text(got)));
         }
     }

@@ -1,4 +1,4 @@
-//! The Verilated top: from the emission, or from Verilog files, to a model that is built once and found again by its content.
+//! The Verilated top, from the emission or from Verilog files, cached by content.
 
 use std::{
     io::Write,
@@ -12,7 +12,7 @@ use hoverlock_harness::{
 use sha2::{Digest, Sha256};
 
 use super::{SimulationError, bench::INTERNALS};
-use crate::emit::{committed, files};
+use crate::emission::{committed, files};
 
 /// The Verilated top, built once and cached by content.
 #[derive(Debug, Clone)]
@@ -22,7 +22,8 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// Of the committed Verilog, so that what is simulated is what others build from; far from the project, of what the sources give.
+    /// A model of the committed Verilog, which is also what is synthesised. Without the project folder, of the
+    /// emission.
     ///
     /// # Errors
     /// Where Verilator or the compiler fails.
@@ -30,7 +31,7 @@ impl Simulator {
         Self::of(&sources()?)
     }
 
-    /// The same with waves built in: a model of its own, slower even where nothing is recorded.
+    /// [`Simulator::new`] with wave tracing: a separate model, slower even if nothing is recorded.
     ///
     /// # Errors
     /// As [`Simulator::new`].
@@ -38,7 +39,7 @@ impl Simulator {
         Self::build(&sources()?, trace)
     }
 
-    /// Of Verilog files.
+    /// A model of these Verilog files.
     ///
     /// # Errors
     /// Where Verilator or the compiler fails.
@@ -52,17 +53,17 @@ impl Simulator {
         Ok(Self { library: build.compile()?, plusargs: Vec::new() })
     }
 
-    /// The same model, run with arguments that `$value$plusargs` in its Verilog sees.
+    /// The same model with command-line arguments for `$value$plusargs`.
     pub fn with_plusargs(self, plusargs: Vec<String>) -> Self {
         Self { plusargs, ..self }
     }
 
-    /// The arguments its Verilog sees.
+    /// The command-line arguments.
     pub fn plusargs(&self) -> &[String] {
         &self.plusargs
     }
 
-    /// The Verilated top itself, for a bench of one's own.
+    /// The Verilated top itself, for another bench.
     pub fn library(&self) -> &Library {
         &self.library
     }
@@ -73,14 +74,15 @@ fn sources() -> Result<Vec<PathBuf>, SimulationError> {
     committed().map_or_else(emitted, Ok)
 }
 
-/// The emission as files: one folder for each, and files that keep their times, for the harness finds the built model by them.
+/// The emission as files in a folder named by content. Unchanged files keep their times, by which the harness finds the
+/// built model.
 fn emitted() -> Result<Vec<PathBuf>, SimulationError> {
     let files = files()?;
     let verilog: Vec<_> = files.iter().filter(|file| file.path.ends_with(".v")).collect();
     let mut digest = Sha256::new();
     verilog.iter().for_each(|file| digest.update(file.text.as_bytes()));
     let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let folder = cache().join("verilog").join(name);
+    let folder = hoverlock_cache::folder()?.join("verilog").join(name);
     let mut sources = Vec::new();
     for file in verilog {
         let path = folder.join(file.path.trim_start_matches("verilog/"));
@@ -88,13 +90,6 @@ fn emitted() -> Result<Vec<PathBuf>, SimulationError> {
         sources.push(path);
     }
     Ok(sources)
-}
-
-/// The user's cache, or where there is none the folder of temporary files.
-pub(crate) fn cache() -> PathBuf {
-    let set = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
-    let home = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
-    set.or_else(home).unwrap_or_else(std::env::temp_dir).join("hoverlock")
 }
 
 /// Writes a file whole, unless it is there already.

@@ -1,9 +1,9 @@
 //! Waves of a run: a window of clock cycles as FST or VCD, and GTKWave's view of it.
 //!
-//! Everything of every cycle would be gigabytes for a real frame, so a window is recorded: by default around what matters, the
-//! first mismatch or else the first feature at the output. A run repeats itself bit for bit under one seed, so it runs twice: once to
-//! learn where that is, and again up to the window's end. The view beside the file groups the signals along the pipeline, with
-//! samples in camera codes and the record's fields by name; its marker stands at the cycle the window was chosen for.
+//! All cycles of a real frame would be gigabytes, so a window is recorded: by default around the first mismatch, or
+//! else the first feature at the output. A run is repeatable bit for bit under one seed, so it runs twice: once to find
+//! that cycle and again up to the end of the window. The view file groups the signals along the pipeline, with samples
+//! in DN and the fields of the record by name. Its marker is at that cycle.
 
 use std::{fmt::Write as _, path::Path};
 
@@ -24,7 +24,7 @@ pub struct Window {
     pub from: u64,
     /// How many.
     pub cycles: u64,
-    /// The one the view shows.
+    /// The cycle that the view is centred on.
     pub focus: u64,
 }
 
@@ -51,7 +51,7 @@ pub fn record(
     record_window(simulator, jobs, streams, Recorder { window, path })
 }
 
-/// What writes the waves while the bench runs.
+/// Writes the waves while the bench runs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Recorder<'a> {
     window: Window,
@@ -73,33 +73,34 @@ impl Recorder<'_> {
         (self.window.from + RESET_CYCLES).saturating_add(self.window.cycles)
     }
 
-    /// Nothing more is to be written.
+    /// The window is complete.
     pub fn is_past(&self, cycle: u64) -> bool {
         cycle >= self.end()
     }
 }
 
-/// The time of a clock edge: a cycle begins with the falling one, where inputs change, and half a period later comes the rising one.
+/// The time of a clock edge: a cycle begins with the falling one, where inputs change, and half a period later comes
+/// the rising one.
 pub(super) fn time(cycle: u64, rising: bool) -> Time {
     Time::ns(cycle * PERIOD + if rising { PERIOD / 2 } else { 0 })
 }
 
-/// How a signal is shown.
+/// Format of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
     Bit,
     Hex,
     Decimal,
-    /// A binary fraction with so many bits after the point: camera codes.
-    Codes(u32),
-    /// The same as a curve.
+    /// DN with this many fraction bits.
+    Dn(u32),
+    /// DN as an analogue curve.
     Curve(u32),
 }
 
-/// A signal of the view: path below the top, bits, what it is called there, form.
+/// A signal of the view: path below the top, bits, label, form.
 type Shown = (&'static str, u32, &'static str, Form);
 
-use Form::{Bit, Codes, Curve, Decimal, Hex};
+use Form::{Bit, Curve, Decimal, Dn, Hex};
 
 /// The groups of the view, along the pipeline, and which of them are open at first.
 const GROUPS: [(&str, bool, &[Shown]); 13] = [
@@ -113,7 +114,7 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
             ("video_startofpacket", 1, "startofpacket", Bit),
             ("video_endofpacket", 1, "endofpacket", Bit),
             ("video_data", 16, "data", Hex),
-            ("video_data", 16, "data, codes", Curve(0)),
+            ("video_data", 16, "data, DN", Curve(0)),
         ],
     ),
     (
@@ -129,8 +130,8 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
             ("registers.control_automatic", 1, "control.automatic", Bit),
             ("registers.size_width", 11, "size.width", Decimal),
             ("registers.size_height", 12, "size.height", Decimal),
-            ("core.threshold_0", 15, "T 0 in use, codes", Codes(1)),
-            ("core.threshold_1", 15, "T 1 in use, codes", Codes(1)),
+            ("core.threshold_0", 15, "T 0 in use, DN", Dn(1)),
+            ("core.threshold_1", 15, "T 1 in use, DN", Dn(1)),
             ("core.begun", 1, "frame begun", Bit),
             ("core.done", 1, "frame done", Bit),
             ("core.errors", 4, "errors now", Hex),
@@ -144,12 +145,12 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
             ("core.sequencer.state", 2, "state: idle, frame, pad", Decimal),
             ("core.sequencer.x", 10, "x", Decimal),
             ("core.sequencer.y", 11, "y", Decimal),
-            ("core.sequencer.capture", 1, "takes registers over", Bit),
-            ("core.sequencer.advance", 1, "pipeline steps", Bit),
+            ("core.sequencer.capture", 1, "registers captured", Bit),
+            ("core.sequencer.advance", 1, "step (advance)", Bit),
             ("core.sequencer.start", 1, "start of frame", Bit),
             ("core.sequencer.pixel", 16, "pixel", Hex),
             ("core.sequencer.drain", 17, "steps left to drain", Decimal),
-            ("core.sequencer.stop", 1, "stopped by the FIFO", Bit),
+            ("core.sequencer.stall", 1, "stall by the FIFO", Bit),
         ],
     ),
     (
@@ -157,14 +158,14 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
         false,
         &[
             ("core.extractor.smoothers.narrow_smoother.start", 1, "start", Bit),
-            ("core.extractor.smoothers.narrow_smoother.x", 18, "in, codes", Codes(2)),
-            ("core.extractor.smoothers.narrow_smoother.recursion_y", 18, "recursion down, codes", Codes(2)),
-            ("core.extractor.smoothers.narrow_smoother.tail_outside", 6, "stages on the held row", Hex),
-            ("core.extractor.smoothers.narrow_smoother.column_4_y", 18, "columns done, codes", Codes(2)),
+            ("core.extractor.smoothers.narrow_smoother.x", 18, "in, DN", Dn(2)),
+            ("core.extractor.smoothers.narrow_smoother.recursion_y", 18, "recursion, DN", Dn(2)),
+            ("core.extractor.smoothers.narrow_smoother.tail_outside", 6, "stages that use the held row", Hex),
+            ("core.extractor.smoothers.narrow_smoother.column_look_ahead_4_y", 18, "column_look_ahead done, DN", Dn(2)),
             ("core.extractor.smoothers.narrow_smoother.row_cursor_x", 10, "row stages x", Decimal),
             ("core.extractor.smoothers.narrow_smoother.row_cursor_y", 11, "row stages y", Decimal),
-            ("core.extractor.smoothers.narrow_smoother.back_4_y", 18, "look-back done, codes", Codes(2)),
-            ("core.extractor.smoothers.narrow_smoother.ahead_4_y", 18, "look-ahead done, codes", Codes(2)),
+            ("core.extractor.smoothers.narrow_smoother.row_look_back_4_y", 18, "row_look_back done, DN", Dn(2)),
+            ("core.extractor.smoothers.narrow_smoother.row_look_ahead_4_y", 18, "row_look_ahead done, DN", Dn(2)),
         ],
     ),
     (
@@ -172,14 +173,14 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
         false,
         &[
             ("core.extractor.smoothers.middle_smoother.start", 1, "start", Bit),
-            ("core.extractor.smoothers.middle_smoother.x", 18, "in, codes", Codes(2)),
-            ("core.extractor.smoothers.middle_smoother.recursion_y", 18, "recursion down, codes", Codes(2)),
-            ("core.extractor.smoothers.middle_smoother.tail_outside", 6, "stages on the held row", Hex),
-            ("core.extractor.smoothers.middle_smoother.column_4_y", 18, "columns done, codes", Codes(2)),
+            ("core.extractor.smoothers.middle_smoother.x", 18, "in, DN", Dn(2)),
+            ("core.extractor.smoothers.middle_smoother.recursion_y", 18, "recursion, DN", Dn(2)),
+            ("core.extractor.smoothers.middle_smoother.tail_outside", 6, "stages that use the held row", Hex),
+            ("core.extractor.smoothers.middle_smoother.column_look_ahead_4_y", 18, "column_look_ahead done, DN", Dn(2)),
             ("core.extractor.smoothers.middle_smoother.row_cursor_x", 10, "row stages x", Decimal),
             ("core.extractor.smoothers.middle_smoother.row_cursor_y", 11, "row stages y", Decimal),
-            ("core.extractor.smoothers.middle_smoother.back_4_y", 18, "look-back done, codes", Codes(2)),
-            ("core.extractor.smoothers.middle_smoother.ahead_4_y", 18, "look-ahead done, codes", Codes(2)),
+            ("core.extractor.smoothers.middle_smoother.row_look_back_4_y", 18, "row_look_back done, DN", Dn(2)),
+            ("core.extractor.smoothers.middle_smoother.row_look_ahead_4_y", 18, "row_look_ahead done, DN", Dn(2)),
         ],
     ),
     (
@@ -187,14 +188,14 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
         false,
         &[
             ("core.extractor.smoothers.wide_smoother.start", 1, "start", Bit),
-            ("core.extractor.smoothers.wide_smoother.x", 18, "in, codes", Codes(2)),
-            ("core.extractor.smoothers.wide_smoother.recursion_y", 18, "recursion down, codes", Codes(2)),
-            ("core.extractor.smoothers.wide_smoother.tail_outside", 6, "stages on the held row", Hex),
-            ("core.extractor.smoothers.wide_smoother.column_5_y", 18, "columns done, codes", Codes(2)),
+            ("core.extractor.smoothers.wide_smoother.x", 18, "in, DN", Dn(2)),
+            ("core.extractor.smoothers.wide_smoother.recursion_y", 18, "recursion, DN", Dn(2)),
+            ("core.extractor.smoothers.wide_smoother.tail_outside", 6, "stages that use the held row", Hex),
+            ("core.extractor.smoothers.wide_smoother.column_look_ahead_5_y", 18, "column_look_ahead done, DN", Dn(2)),
             ("core.extractor.smoothers.wide_smoother.row_cursor_x", 10, "row stages x", Decimal),
             ("core.extractor.smoothers.wide_smoother.row_cursor_y", 11, "row stages y", Decimal),
-            ("core.extractor.smoothers.wide_smoother.back_5_y", 18, "look-back done, codes", Codes(2)),
-            ("core.extractor.smoothers.wide_smoother.ahead_5_y", 18, "look-ahead done, codes", Codes(2)),
+            ("core.extractor.smoothers.wide_smoother.row_look_back_5_y", 18, "row_look_back done, DN", Dn(2)),
+            ("core.extractor.smoothers.wide_smoother.row_look_ahead_5_y", 18, "row_look_ahead done, DN", Dn(2)),
         ],
     ),
     (
@@ -202,10 +203,10 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
         true,
         &[
             ("core.extractor.smoothers.start_out", 1, "start of frame", Bit),
-            ("core.extractor.smoothers.narrow", 18, "narrow, codes", Codes(2)),
+            ("core.extractor.smoothers.narrow", 18, "narrow, DN", Dn(2)),
             ("core.extractor.smoothers.narrow", 18, "narrow", Curve(2)),
-            ("core.extractor.smoothers.middle", 18, "middle, codes", Codes(2)),
-            ("core.extractor.smoothers.wide", 18, "wide, codes", Codes(2)),
+            ("core.extractor.smoothers.middle", 18, "middle, DN", Dn(2)),
+            ("core.extractor.smoothers.wide", 18, "wide, DN", Dn(2)),
         ],
     ),
     (
@@ -214,12 +215,12 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
         &[
             ("core.extractor.response_cursor.x", 10, "x", Decimal),
             ("core.extractor.response_cursor.y", 11, "y", Decimal),
-            ("core.extractor.layer_0.difference_positive", 1, "pair 0 bright", Bit),
-            ("core.extractor.layer_0.difference_magnitude", 15, "pair 0, codes", Codes(1)),
-            ("core.extractor.layer_0.difference_magnitude", 15, "pair 0", Curve(1)),
-            ("core.extractor.layer_1.difference_positive", 1, "pair 1 bright", Bit),
-            ("core.extractor.layer_1.difference_magnitude", 15, "pair 1, codes", Codes(1)),
-            ("core.extractor.layer_1.difference_magnitude", 15, "pair 1", Curve(1)),
+            ("core.extractor.scale_pair_0.difference_positive", 1, "pair 0 bright", Bit),
+            ("core.extractor.scale_pair_0.difference_magnitude", 15, "pair 0, DN", Dn(1)),
+            ("core.extractor.scale_pair_0.difference_magnitude", 15, "pair 0", Curve(1)),
+            ("core.extractor.scale_pair_1.difference_positive", 1, "pair 1 bright", Bit),
+            ("core.extractor.scale_pair_1.difference_magnitude", 15, "pair 1, DN", Dn(1)),
+            ("core.extractor.scale_pair_1.difference_magnitude", 15, "pair 1", Curve(1)),
         ],
     ),
     (
@@ -229,15 +230,15 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
             ("core.extractor.window_cursor.x", 10, "x", Decimal),
             ("core.extractor.window_cursor.y", 11, "y", Decimal),
             ("core.extractor.eligible.eligible", 1, "eligible", Bit),
-            ("core.extractor.decision_0.p", 15, "pair 0 centre, codes", Codes(1)),
-            ("core.extractor.decision_0.strict", 15, "pair 0 earlier maximum, codes", Codes(1)),
-            ("core.extractor.decision_0.loose", 15, "pair 0 later maximum, codes", Codes(1)),
-            ("core.extractor.decision_0.threshold", 15, "pair 0 T, codes", Codes(1)),
+            ("core.extractor.decision_0.p", 15, "pair 0 centre, DN", Dn(1)),
+            ("core.extractor.decision_0.strict", 15, "pair 0 earlier maximum, DN", Dn(1)),
+            ("core.extractor.decision_0.loose", 15, "pair 0 later maximum, DN", Dn(1)),
+            ("core.extractor.decision_0.threshold", 15, "pair 0 T, DN", Dn(1)),
             ("core.extractor.decision_0.hit", 1, "pair 0 feature", Bit),
-            ("core.extractor.decision_1.p", 15, "pair 1 centre, codes", Codes(1)),
-            ("core.extractor.decision_1.strict", 15, "pair 1 earlier maximum, codes", Codes(1)),
-            ("core.extractor.decision_1.loose", 15, "pair 1 later maximum, codes", Codes(1)),
-            ("core.extractor.decision_1.threshold", 15, "pair 1 T, codes", Codes(1)),
+            ("core.extractor.decision_1.p", 15, "pair 1 centre, DN", Dn(1)),
+            ("core.extractor.decision_1.strict", 15, "pair 1 earlier maximum, DN", Dn(1)),
+            ("core.extractor.decision_1.loose", 15, "pair 1 later maximum, DN", Dn(1)),
+            ("core.extractor.decision_1.threshold", 15, "pair 1 T, DN", Dn(1)),
             ("core.extractor.decision_1.hit", 1, "pair 1 feature", Bit),
         ],
     ),
@@ -245,8 +246,8 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
         "ring and descriptor",
         false,
         &[
-            ("core.extractor.layer_0.max_dog_y", 15, "MaxDOG 0, codes", Codes(1)),
-            ("core.extractor.layer_1.max_dog_y", 15, "MaxDOG 1, codes", Codes(1)),
+            ("core.extractor.scale_pair_0.max_dog_y", 15, "MaxDOG 0, DN", Dn(1)),
+            ("core.extractor.scale_pair_1.max_dog_y", 15, "MaxDOG 1, DN", Dn(1)),
             ("core.extractor.ring_cursor.x", 10, "x", Decimal),
             ("core.extractor.ring_cursor.y", 11, "y", Decimal),
             ("core.extractor.queue.waiting", 10, "candidates waiting", Decimal),
@@ -284,14 +285,14 @@ const GROUPS: [(&str, bool, &[Shown]); 13] = [
 const FIELDS: [(u32, u32, &str, Form); 13] = [
     (0, 16, "x", Decimal),
     (16, 16, "y", Decimal),
-    (32, 16, "response, codes", Codes(1)),
+    (32, 16, "response, DN", Dn(1)),
     (48, 1, "scale pair", Bit),
     (49, 1, "bright", Bit),
     (63, 1, "trailer", Bit),
-    (64, 16, "left, codes", Codes(1)),
-    (80, 16, "right, codes", Codes(1)),
-    (96, 16, "upper, codes", Codes(1)),
-    (112, 16, "lower, codes", Codes(1)),
+    (64, 16, "left, DN", Dn(1)),
+    (80, 16, "right, DN", Dn(1)),
+    (96, 16, "upper, DN", Dn(1)),
+    (112, 16, "lower, DN", Dn(1)),
     (128, 64, "MaxLBP 1, 0", Hex),
     (192, 64, "sign 1, 0", Hex),
     (0, 256, "record", Hex),
@@ -328,7 +329,7 @@ mod flag {
     pub const FIXED_POINT: u32 = 0x4000_0000;
 }
 
-/// Rows that a curve is high, beside its first.
+/// Additional rows of a curve.
 const CURVE_ROWS: usize = 2;
 
 /// GTKWave's view of a wave file: `hoverlock sim` writes it beside the file.
@@ -382,7 +383,7 @@ fn shown(line: &mut impl FnMut(std::fmt::Arguments<'_>), signal: &str, form: For
         Form::Bit => (flag::BINARY | flag::RIGHT, 0),
         Form::Hex => (flag::HEX | flag::RIGHT, 0),
         Form::Decimal => (flag::DECIMAL | flag::RIGHT, 0),
-        Form::Codes(bits) => (flag::DECIMAL | flag::RIGHT | fraction(bits), bits),
+        Form::Dn(bits) => (flag::DECIMAL | flag::RIGHT | fraction(bits), bits),
         Form::Curve(bits) => (flag::DECIMAL | flag::RIGHT | flag::STEPS | fraction(bits), bits),
     };
     line(format_args!("@{flags:x}"));

@@ -1,8 +1,9 @@
 //! Faults put into the emitted Verilog, many in one model.
 //!
-//! Each fault is another text for one expression of the committed files. All chosen faults go into one set of files, every expression
-//! `E` with faults `F_i` replaced by `mutation::id == i ? (F_i) : E`, and `+MUTANT=i` on the command line of the simulation chooses
-//! one. So Verilator runs once for all of them, and fault 0, no fault at all, is the control.
+//! Each fault replaces one expression of the committed files by another text. All chosen faults go into one set of
+//! files, every expression `E` with faults `F_i` replaced by `mutation::id == i ? (F_i) : E`, and `+MUTANT=i` on the
+//! command line of the simulation chooses one. So Verilator runs once for all of them, and fault 0, no fault at all, is
+//! the control.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -78,7 +79,7 @@ pub struct Mutant {
     pub fault: String,
     /// The instance whose port is wired wrongly, by its module.
     pub at: Option<String>,
-    /// The expression's place in the file.
+    /// Byte range of the expression in the file.
     site: (usize, usize),
 }
 
@@ -89,7 +90,7 @@ pub fn by_hand(source: &Source, mutant: &Mutant) -> String {
     text
 }
 
-/// Whether Yosys proves that the module does the same with the fault as without it, state by state. A module that holds others is not tried.
+/// Whether Yosys proves the module with the fault equivalent to the original. Modules with instances are not tried.
 pub fn is_proved_equivalent(sources: &[Source], mutant: &Mutant) -> bool {
     let Some(source) = sources.iter().find(|source| source.module == mutant.module) else { return false };
     if source.text.contains("\n  .clock(clock)") {
@@ -100,8 +101,8 @@ pub fn is_proved_equivalent(sources: &[Source], mutant: &Mutant) -> bool {
         |text: &str, name: &str| text.replacen(&format!("module {} ", mutant.module), &format!("module {name} "), 1);
     std::fs::write(folder.path().join("gold.v"), named(&source.text, "gold")).unwrap();
     std::fs::write(folder.path().join("gate.v"), named(&by_hand(source, mutant), "gate")).unwrap();
-    let script = "read_verilog gold.v gate.v; proc; memory_map; opt -full; equiv_make gold gate both; hierarchy -top both; \
-                  clean -purge; equiv_simple -undef; equiv_induct -undef; equiv_status -assert";
+    let script = "read_verilog gold.v gate.v; proc; memory_map; opt -full; equiv_make gold gate both; \
+                  hierarchy -top both; clean -purge; equiv_simple -undef; equiv_induct -undef; equiv_status -assert";
     let yosys = Command::new("timeout").args(["30", "yosys", "-q", "-p", script]).current_dir(folder.path()).output();
     yosys.is_ok_and(|output| output.status.success())
 }
@@ -480,7 +481,7 @@ impl<'a> Reader<'a> {
                 self.add(site.clone(), Kind::Swap, format!("{{{}}}", parts.join(", ")), None);
             }
         }
-        // A slice one bit short at its top, or one place further down.
+        // A slice one bit short at its top, or shifted down by one bit.
         for (at, _) in text.match_indices('[') {
             let Some(inside) = text[at + 1..].split(']').next() else { continue };
             let Some((high, low)) = inside.split_once(':') else { continue };
@@ -519,7 +520,7 @@ impl<'a> Reader<'a> {
             else {
                 continue;
             };
-            // The place of a slice is a number of 32 bits, of which the words have use for nine.
+            // The position of a slice is a constant of 32 bits, of which nine are used.
             let bit = self.draw.random_range(0..if width == 32 { 9 } else { width.min(120) });
             let most = u128::MAX >> (128 - width.min(120));
             for other in [value.wrapping_add(1) & most, value ^ 1 << bit] {
@@ -546,7 +547,7 @@ fn split(statement: &str) -> Option<(&str, &str)> {
     Some((target, value.trim_start()))
 }
 
-/// The place of the bracket that closes what is open before `from`.
+/// The index of the bracket that closes the one before `from`.
 fn closing(text: &str, from: usize) -> usize {
     let mut depth = 0;
     for (i, c) in text[from..].char_indices() {

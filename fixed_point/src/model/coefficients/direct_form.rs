@@ -1,32 +1,33 @@
-//! The direct form of any family in integers, with DC gain exactly 1 and all poles inside the unit circle.
+//! Integer direct forms of any filter family, with DC gain exactly 1 and all poles inside the unit circle.
 //!
 //! ```text
 //! A_i ~ 2^F a_i,    cascade:   B = 2^F - sum A_i,                             B >= 1
 //!                   parallel:  sum B_i + sum B_ahead_i = 2^F - sum A_i,       sum >= 1
 //! ```
 //!
-//! Rounding each coefficient by itself keeps neither promise: an error of one step in `sum A` changes the DC gain by `1/B`,
-//! which near `z = 1` is much. So all feedback codes within two steps of the exact values are tried; the sum of the
-//! feed-forward codes follows (in parallel one tap takes what its rounding leaves over, each in turn); what is not stable
-//! is dropped; and of the rest the one whose frequency response is nearest to the unquantised filter's is taken, which by
-//! Parseval's theorem is the one whose impulse response is nearest in the l2 norm.
+//! Rounding each coefficient separately guarantees neither: an error of one LSB in `sum A` changes the DC gain by
+//! `1/B`, which is large for poles near `z = 1`. Therefore all integer feedback coefficients within two LSB of the
+//! exact values are tried. The sum of the feed-forward coefficients follows from them (in parallel form one tap absorbs
+//! the rounding error, each tap in turn). Unstable candidates are discarded. Of the others the one with the frequency
+//! response nearest to the unquantised filter is selected; by Parseval's theorem its impulse response is nearest in the
+//! l2 norm.
 
 use super::{CoefficientError, check_fraction_bits};
 use hoverlock_reference::smoothing::recursive::direct_form::{DirectForm, Structure};
 use std::f64::consts::PI;
 
-/// How far from the exact value a feedback code may be, steps.
+/// Largest distance of a feedback coefficient from its exact value, LSB.
 const STEPS: i64 = 2;
 
-/// Samples of the frequency response two candidates are compared by.
+/// Samples of the frequency response in the comparison of candidates.
 const FREQUENCIES: usize = 96;
 
-/// The codes of [`DirectForm`], in units of `2^-F`.
+/// The raw integers of [`DirectForm`], in units of `2^-F`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IntegerDirectForm {
     /// `F`.
     pub frac_bits: u32,
-    /// How the passes work together.
+    /// Cascade or parallel.
     pub structure: Structure,
     /// `A[1 ..= order]`.
     pub a: Vec<i64>,
@@ -40,10 +41,10 @@ impl IntegerDirectForm {
     /// The best rounding of a filter of `sigma` pixels.
     ///
     /// # Errors
-    /// Where the number of bits is not possible, or no rounding near the exact values is stable with DC gain 1.
+    /// The number of bits is out of range, or no rounding near the exact values is stable with DC gain 1.
     pub fn round(exact: &DirectForm, sigma: f64, frac_bits: u32) -> Result<Self, CoefficientError> {
         check_fraction_bits(frac_bits)?;
-        // A smoother passes nothing worth comparing above 8 / sigma.
+        // The response of a smoother above 8 / sigma is negligible.
         let band = PI.min(8.0 / sigma);
         let wanted: Vec<(f64, _)> = (0..FREQUENCIES)
             .map(|k| (k as f64 + 0.5) / FREQUENCIES as f64 * band)
@@ -79,7 +80,8 @@ impl IntegerDirectForm {
         best.map(|(_, form)| form).ok_or(CoefficientError::NoRounding { order: exact.a.len(), sigma, frac_bits })
     }
 
-    /// The candidates with this feedback whose DC gain is 1: none where the feed-forward would have to sum to nothing.
+    /// The candidates with this feedback and DC gain 1; none where the feed-forward coefficients would sum to 0 or
+    /// less.
     fn with_feedback(&self, a: Vec<i64>) -> Vec<Self> {
         let sum = (1i64 << self.frac_bits) - a.iter().sum::<i64>();
         if sum < 1 {
@@ -93,7 +95,7 @@ impl IntegerDirectForm {
                     .map(|tap| {
                         let mut candidate = Self { a: a.clone(), ..self.clone() };
                         let taps = candidate.b.iter_mut().chain(&mut candidate.b_ahead);
-                        taps.skip(tap).take(1).for_each(|code| *code += left_over);
+                        taps.skip(tap).take(1).for_each(|raw| *raw += left_over);
                         candidate
                     })
                     .collect()
@@ -101,32 +103,32 @@ impl IntegerDirectForm {
         }
     }
 
-    /// What the codes are worth.
+    /// The values of the raw integers.
     pub fn real(&self) -> DirectForm {
         let scale = (-f64::from(self.frac_bits)).exp2();
-        let worth = |codes: &[i64]| codes.iter().map(|&code| code as f64 * scale).collect();
-        DirectForm { structure: self.structure, a: worth(&self.a), b: worth(&self.b), b_ahead: worth(&self.b_ahead) }
+        let values = |raw: &[i64]| raw.iter().map(|&raw| raw as f64 * scale).collect();
+        DirectForm { structure: self.structure, a: values(&self.a), b: values(&self.b), b_ahead: values(&self.b_ahead) }
     }
 
-    /// Numerator and denominator of the DC gain, in units of `2^-F`; equal, for the gain is exactly 1. In a cascade it is the
-    /// gain of either pass.
+    /// Numerator and denominator of the DC gain, in units of `2^-F`; equal, for the gain is exactly 1. In a cascade it
+    /// is the gain of either pass.
     pub fn dc_gain(&self) -> (i64, i64) {
         let feed_forward = self.b.iter().chain(&self.b_ahead).sum();
         (feed_forward, (1i64 << self.frac_bits) - self.a.iter().sum::<i64>())
     }
 
-    /// Bits of the narrowest two's complement word that holds every code.
+    /// Least number of bits for every coefficient in two's complement.
     pub fn width(&self) -> u32 {
-        let codes = self.a.iter().chain(&self.b).chain(&self.b_ahead);
-        codes.map(|&code| 65 - (if code < 0 { !code } else { code }).leading_zeros()).max().unwrap_or(1)
+        let raw = self.a.iter().chain(&self.b).chain(&self.b_ahead);
+        raw.map(|&raw| 65 - (if raw < 0 { !raw } else { raw }).leading_zeros()).max().unwrap_or(1)
     }
 }
 
-/// All codes within [`STEPS`] of the given ones, component by component.
-fn neighbours(codes: &[i64]) -> Vec<Vec<i64>> {
-    codes.iter().fold(vec![Vec::new()], |partial, &code| {
+/// All raw integers within [`STEPS`] of the given ones, component by component.
+fn neighbours(raw: &[i64]) -> Vec<Vec<i64>> {
+    raw.iter().fold(vec![Vec::new()], |partial, &raw| {
         let extended = |head: Vec<i64>| {
-            (code - STEPS..=code + STEPS).map(move |next| head.iter().copied().chain([next]).collect::<Vec<i64>>())
+            (raw - STEPS..=raw + STEPS).map(move |next| head.iter().copied().chain([next]).collect::<Vec<i64>>())
         };
         partial.into_iter().flat_map(extended).collect()
     })
@@ -151,14 +153,14 @@ mod tests {
     }
 
     #[test]
-    fn the_first_order_filter_is_rounded_to_the_nearest() {
+    fn the_first_order_filter_is_rounded_to_nearest() {
         let (_, form) = round(Family::FirstOrder, 2.0, 16).unwrap();
         // a = 0.625615: 41000.3 of 65536; B is what is left, the g of the lerp.
         assert_eq!((form.a, form.b), (vec![41000], vec![24536]));
     }
 
     #[test]
-    fn more_bits_are_nearer() {
+    fn more_bits_give_a_smaller_error() {
         for family in Family::all() {
             let error = |bits| {
                 let (exact, rounded) = round(family, 3.2, bits).unwrap();
@@ -179,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn widths_hold_their_codes() {
+    fn the_width_is_the_least_number_of_bits() {
         let form = |a: i64| IntegerDirectForm {
             frac_bits: 4,
             structure: Structure::Cascade,
@@ -187,8 +189,8 @@ mod tests {
             b: vec![1],
             b_ahead: vec![],
         };
-        for (code, width) in [(1, 2), (127, 8), (128, 9), (-128, 8), (-129, 9), (-1, 2)] {
-            assert_eq!(form(code).width(), width, "{code}");
+        for (raw, width) in [(1, 2), (127, 8), (128, 9), (-128, 8), (-129, 9), (-1, 2)] {
+            assert_eq!(form(raw).width(), width, "{raw}");
         }
     }
 
@@ -196,7 +198,9 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
         #[test]
-        fn dc_is_exact_and_poles_are_inside(family in any_family(), sigma in 0.5..10.0f64, bits in 1..=MAX_FRACTION_BITS) {
+        fn dc_is_exact_and_poles_are_inside(
+            family in any_family(), sigma in 0.5..10.0f64, bits in 1..=MAX_FRACTION_BITS,
+        ) {
             match round(family, sigma, bits) {
                 Ok((_, rounded)) => {
                     let (numerator, denominator) = rounded.dc_gain();
@@ -207,7 +211,7 @@ mod tests {
                     let dc_gain = Residuals::between(&response, &response).dc_gain;
                     prop_assert!((dc_gain - 1.0).abs() < 1e-6, "{}", dc_gain);
                 }
-                // With enough bits there always is one.
+                // With enough bits a rounding always exists.
                 Err(error) => prop_assert!(bits < 14, "{}", error),
             }
         }
@@ -218,8 +222,8 @@ mod tests {
         ) {
             let (_, rounded) = round(family, sigma, bits).unwrap();
             if rounded.structure == Structure::Cascade {
-                // Settled on a constant, the next word, rounded half up, is the constant.
-                let sum = rounded.a.iter().chain(&rounded.b).map(|code| code * value).sum::<i64>();
+                // In the settled state of a constant the next output, rounded half up, is the constant.
+                let sum = rounded.a.iter().chain(&rounded.b).map(|raw| raw * value).sum::<i64>();
                 prop_assert_eq!((sum + (1 << (bits - 1))) >> bits, value);
             }
         }

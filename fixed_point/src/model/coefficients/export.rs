@@ -1,21 +1,22 @@
-//! Coefficients as text for other tools: Verilog header, Intel memory initialisation file, C header, Rust constants, Markdown.
+//! Coefficients as text for other tools: Verilog header, Intel memory initialisation file, C header, Rust constants,
+//! Markdown.
 //!
-//! Each is a function from the sets to the whole text; all are written from [`CoefficientSet::words`], so no two can differ.
-//! Names are `SMOOTHER<i>_<word>`, `i` counting from 0 in the order the sigmas were given.
+//! Each function returns the whole text of one file. All use [`CoefficientSet::words`], so that the files agree. Names
+//! are `SMOOTHER<i>_<name>`, `i` from 0 in the order of the sigmas.
 
 use super::set::{CoefficientSet, Word};
 use std::fmt::Write as _;
 
-/// A file to be written.
+/// An export file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
-    /// Its name within the folder.
+    /// File name.
     pub name: &'static str,
-    /// All of it.
+    /// Content.
     pub text: String,
 }
 
-/// Every text format; `command` is the line that made them, for whoever finds the file later.
+/// All export files; `command` is the command line, which each file names as its origin.
 pub fn all(sets: &[CoefficientSet], command: &str) -> Vec<File> {
     vec![
         File { name: "coefficients.vh", text: verilog(sets, command) },
@@ -26,7 +27,7 @@ pub fn all(sets: &[CoefficientSet], command: &str) -> Vec<File> {
     ]
 }
 
-/// What a set is, in one line.
+/// The design of a set in one line.
 fn title(set: &CoefficientSet) -> String {
     let (width, signed) = set.word_format();
     let format = if signed {
@@ -37,9 +38,9 @@ fn title(set: &CoefficientSet) -> String {
     format!("sigma {} px, {} of order {}, {} fit, {format}", set.sigma, set.method, set.order, set.fit)
 }
 
-/// What a word is worth.
+/// The value of a coefficient.
 fn value(set: &CoefficientSet, word: &Word) -> f64 {
-    word.code as f64 * (-f64::from(set.quantised.frac_bits)).exp2()
+    word.raw as f64 * (-f64::from(set.quantised.frac_bits)).exp2()
 }
 
 /// A Verilog header of `localparam`s: to be included once, inside a module, or in SystemVerilog before the first.
@@ -58,13 +59,13 @@ pub fn verilog(sets: &[CoefficientSet], command: &str) -> String {
             let _ = writeln!(text, "localparam SMOOTHER{i}_LOOK_AHEAD = {};", lerp.look_ahead);
         }
         for word in set.words() {
-            let minus = if word.code < 0 { "-" } else { "" };
+            let minus = if word.raw < 0 { "-" } else { "" };
             let _ = writeln!(
                 text,
                 "localparam{sign} [{}:0] SMOOTHER{i}_{} = {minus}{width}'{base}{}; // {:.9}: {}",
                 width - 1,
                 word.name,
-                word.code.unsigned_abs(),
+                word.raw.unsigned_abs(),
                 value(set, &word),
                 word.meaning
             );
@@ -74,7 +75,7 @@ pub fn verilog(sets: &[CoefficientSet], command: &str) -> String {
     text
 }
 
-/// An Intel memory initialisation file: the words of all sets one after another, as wide as the widest.
+/// An Intel memory initialisation file: the coefficients of all sets in order, in memory words of the largest width.
 pub fn mif(sets: &[CoefficientSet], command: &str) -> String {
     let width = sets.iter().map(|set| set.word_format().0).max().unwrap_or(1);
     let depth: usize = sets.iter().map(|set| set.words().len()).sum();
@@ -87,7 +88,7 @@ pub fn mif(sets: &[CoefficientSet], command: &str) -> String {
     for (i, set) in sets.iter().enumerate() {
         let _ = writeln!(text, "-- {}", title(set));
         for word in set.words() {
-            let bits = word.code as u64 & (u64::MAX >> (64 - width));
+            let bits = word.raw as u64 & (u64::MAX >> (64 - width));
             let _ = writeln!(
                 text,
                 "  {address} : {bits:0digits$X}; -- SMOOTHER{i}_{} = {:.9}",
@@ -121,7 +122,7 @@ pub fn c(sets: &[CoefficientSet], command: &str) -> String {
                 text,
                 "#define HOVERLOCK_SMOOTHER{i}_{} {macro_name}({}) /* {:.9}: {} */",
                 word.name,
-                word.code,
+                word.raw,
                 value(set, &word),
                 word.meaning
             );
@@ -146,18 +147,19 @@ pub fn rust(sets: &[CoefficientSet], command: &str) -> String {
         }
         for word in set.words() {
             let _ = writeln!(text, "/// {:.9}: {}.", value(set, &word), word.meaning);
-            let _ = writeln!(text, "pub const SMOOTHER{i}_{}: {kind} = {};", word.name, word.code);
+            let _ = writeln!(text, "pub const SMOOTHER{i}_{}: {kind} = {};", word.name, word.raw);
         }
     }
     text
 }
 
-/// Tables for people.
+/// Markdown tables.
 pub fn markdown(sets: &[CoefficientSet], command: &str) -> String {
     let mut text = format!(
         "# Filter coefficients\n\nWritten by `{command}`.\n\n\
          Approximation: the unquantised filter against the sampled Gaussian of its sigma.\n\n\
-         | sigma, px | method | order | fit | parameter | effective sigma, px | l2 error, % | largest error, % of peak |\n\
+         | sigma, px | method | order | fit | parameter | effective sigma, px | l2 error, % | \
+         largest error, % of peak |\n\
          |---|---|---|---|---|---|---|---|\n"
     );
     for set in sets {
@@ -175,8 +177,9 @@ pub fn markdown(sets: &[CoefficientSet], command: &str) -> String {
             100.0 * set.linf
         );
     }
-    text += "\nQuantisation: the codes against the unquantised filter.\n\n\
-             | sigma, px | form | fraction bits | effective sigma, px | l2 error, % | DC gain |\n|---|---|---|---|---|---|\n";
+    text += "\nQuantisation: the raw coefficients against the unquantised filter.\n\n\
+             | sigma, px | form | fraction bits | effective sigma, px | l2 error, % | DC gain |\n\
+             |---|---|---|---|---|---|\n";
     for set in sets {
         let q = &set.quantised;
         let mut row = |form: String, sigma_eff: f64, l2: f64, dc: f64| {
@@ -190,16 +193,21 @@ pub fn markdown(sets: &[CoefficientSet], command: &str) -> String {
         };
         row("direct".to_owned(), q.sigma_eff, q.l2, q.dc_gain);
         if let Some(lerp) = &q.lerp {
-            // Exactly 1 by construction: every cell is y = p + c (q - p).
-            row(format!("lerp, columns, look-ahead {}", lerp.look_ahead), lerp.columns.sigma_eff, lerp.columns.l2, 1.0);
-            row(format!("lerp, rows, look-ahead {}", lerp.look_ahead), lerp.rows.sigma_eff, lerp.rows.l2, 1.0);
+            // Exactly 1 by construction: every stage is y = p + c (q - p).
+            row(
+                format!("lerp, vertical, look-ahead {}", lerp.look_ahead),
+                lerp.columns.sigma_eff,
+                lerp.columns.l2,
+                1.0,
+            );
+            row(format!("lerp, horizontal, look-ahead {}", lerp.look_ahead), lerp.rows.sigma_eff, lerp.rows.l2, 1.0);
         }
     }
     for (i, set) in sets.iter().enumerate() {
         let _ =
-            writeln!(text, "\n## Smoother {i}: {}\n\n| word | code | value | meaning |\n|---|---|---|---|", title(set));
+            writeln!(text, "\n## Smoother {i}: {}\n\n| name | raw | value | meaning |\n|---|---|---|---|", title(set));
         for word in set.words() {
-            let _ = writeln!(text, "| `{}` | {} | {:.9} | {} |", word.name, word.code, value(set, &word), word.meaning);
+            let _ = writeln!(text, "| `{}` | {} | {:.9} | {} |", word.name, word.raw, value(set, &word), word.meaning);
         }
     }
     text

@@ -1,7 +1,8 @@
-//! One smoother from `sigma` to codes, with what each step cost: the record that every export is written from.
+//! The coefficients of one smoother from `sigma` to raw integers, with the error of each step.
 //!
-//! Two errors, never mixed: `l2`, `linf` and `sigma_eff` of a [`CoefficientSet`] are its approximation, the unquantised filter
-//! against the sampled Gaussian; those of [`Quantised`] and [`Lerp`] are quantisation, codes against the unquantised filter.
+//! Two kinds of error are separate: `l2`, `linf` and `sigma_eff` of a [`CoefficientSet`] are approximation errors, the
+//! unquantised filter against the sampled Gaussian. Those of [`Quantised`] and [`Lerp`] are quantisation errors, the
+//! integer filter against the unquantised one.
 
 use super::direct_form::IntegerDirectForm;
 use super::{CoefficientError, LerpCoefficients, look_ahead_error, look_ahead_for};
@@ -10,27 +11,27 @@ use hoverlock_reference::smoothing::recursive::{Family, Fit, Recursive};
 use hoverlock_reference::smoothing::smoother::{Residuals, Response};
 use serde::Serialize;
 
-/// What is wanted of one smoother.
+/// The design parameters of one smoother.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wish {
-    /// Which approximation of the Gaussian.
+    /// Filter family.
     pub family: Family,
-    /// How its free parameter is chosen.
+    /// Fit of the free parameter.
     pub fit: Fit,
     /// `sigma`, pixels.
     pub sigma: f64,
-    /// `F`: fraction bits of every code.
+    /// `F`: fraction bits of the coefficients.
     pub frac_bits: u32,
     /// Look-ahead of the lerp form, which only the first-order filter has.
     pub look_ahead: LookAhead,
 }
 
-/// How the number of look-ahead stages is chosen.
+/// Number of look-ahead stages, or the error it follows from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LookAhead {
-    /// So many stages.
+    /// A number of stages.
     Stages(u32),
-    /// The fewest that leave out no more than this part of the sum.
+    /// The fewest stages that omit at most this part of the sum.
     Error(f64),
 }
 
@@ -38,13 +39,13 @@ pub enum LookAhead {
 /// [`direct_form`](hoverlock_reference::smoothing::recursive::direct_form).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CoefficientSet {
-    /// The family, as the command spells it.
+    /// Name of the family on the command line.
     pub method: &'static str,
     /// Poles of each side.
     pub order: usize,
-    /// The `sigma` asked for, pixels.
+    /// `sigma`, pixels.
     pub sigma: f64,
-    /// How the free parameter was chosen.
+    /// Fit of the free parameter.
     pub fit: &'static str,
     /// The free parameter.
     pub parameter: Parameter,
@@ -64,7 +65,7 @@ pub struct CoefficientSet {
     pub l2: f64,
     /// `sum h`.
     pub dc_gain: f64,
-    /// The same in integers.
+    /// The integer coefficients.
     pub quantised: Quantised,
 }
 
@@ -77,12 +78,12 @@ pub struct Parameter {
     pub value: f64,
 }
 
-/// The direct form in units of `2^-frac_bits`, and how far it is from the unquantised filter.
+/// The direct form in units of `2^-frac_bits`, and its error against the unquantised filter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantised {
     /// `F`.
     pub frac_bits: u32,
-    /// Bits of the narrowest two's complement word that holds every code of the direct form.
+    /// Least number of bits for every coefficient of the direct form in two's complement.
     pub width: u32,
     /// Codes of `a`.
     pub a: Vec<i64>,
@@ -96,13 +97,13 @@ pub struct Quantised {
     pub linf: f64,
     /// l2 norm of the deviation from the unquantised response, over its own.
     pub l2: f64,
-    /// Exactly 1: the integers' own quotient.
+    /// DC gain of the integer filter: exactly 1.
     pub dc_gain: f64,
-    /// The form that is built; the first-order filter only.
+    /// The lerp form of the hardware; first-order filter only.
     pub lerp: Option<Lerp>,
 }
 
-/// The lerp cells: the unsigned `u0.F` coefficients of the hardware.
+/// The lerp form: the unsigned `u0.F` coefficients of the hardware.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Lerp {
     /// `round(2^F (1 - a))`.
@@ -111,17 +112,17 @@ pub struct Lerp {
     pub g_j: Vec<u32>,
     /// `m`, stages.
     pub look_ahead: u32,
-    /// `a^(2^m)`: the part of the sum that the stages leave out.
+    /// `a^(2^m)`: the part of the sum that the stages omit.
     pub look_ahead_error: f64,
-    /// Stages whose coefficient rounds to 1 and is held at `2^F - 1`: a shorter look-ahead is as good.
+    /// Stages whose coefficient rounds to 1 and saturates at `2^F - 1`: use a shorter look-ahead.
     pub saturated: Vec<u32>,
-    /// Down the columns: recursion, then look-ahead.
+    /// Vertical: recursion, then column look-ahead.
     pub columns: Deviation,
-    /// Along the rows: look-back, then look-ahead.
+    /// Horizontal: row look-back, then row look-ahead.
     pub rows: Deviation,
 }
 
-/// How far a quantised, truncated filter is from the unquantised one of infinite reach.
+/// Error of a quantised, truncated filter against the unquantised filter of infinite length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
     /// `sqrt(sum n^2 h)`, pixels.
@@ -132,7 +133,7 @@ pub struct Deviation {
     pub l2: f64,
     /// `sum h`.
     pub dc_gain: f64,
-    /// `sum n h`, pixels: how far the picture is moved.
+    /// `sum n h`, pixels: shift of the picture.
     pub shift: f64,
 }
 
@@ -146,7 +147,7 @@ impl CoefficientSet {
     /// Designs, rounds and checks one smoother.
     ///
     /// # Errors
-    /// Where the filter, the number of bits or the look-ahead is not possible, or no rounding is stable with DC gain 1.
+    /// The filter, the number of bits or the look-ahead is out of range, or no rounding is stable with DC gain 1.
     pub fn design(wish: &Wish) -> Result<Self, CoefficientError> {
         let filter = Recursive::design(wish.family, wish.fit, wish.sigma)?;
         let (form, approximation) = (filter.direct_form(), filter.residuals());
@@ -190,23 +191,19 @@ impl CoefficientSet {
         })
     }
 
-    /// The coefficients that a machine is loaded with, in order: the lerp cells where there are any, the direct form elsewhere.
+    /// The coefficients as they are exported, in order: the lerp form where there is one, otherwise the direct form.
     pub fn words(&self) -> Vec<Word> {
         let q = &self.quantised;
-        let word = |name: String, code: i64, meaning: String| Word { name, code, meaning };
+        let word = |name: String, raw: i64, meaning: String| Word { name, raw, meaning };
         if let Some(lerp) = &q.lerp {
-            let stage = |(j, &code): (usize, &u32)| {
-                word(format!("G_{j}"), code.into(), format!("1 / (1 + a^{}), {} ahead", 1u64 << j, 1u64 << j))
+            let stage = |(j, &raw): (usize, &u32)| {
+                word(format!("G_{j}"), raw.into(), format!("1 / (1 + a^{}), {} ahead", 1u64 << j, 1u64 << j))
             };
             let recursion = word("G".to_owned(), lerp.g.into(), "1 - a, recursion".to_owned());
             return std::iter::once(recursion).chain(lerp.g_j.iter().enumerate().map(stage)).collect();
         }
-        let list = |name: &'static str, first: usize, codes: &[i64], meaning: &'static str| -> Vec<Word> {
-            codes
-                .iter()
-                .zip(first..)
-                .map(|(&code, i)| word(format!("{name}{i}"), code, format!("{meaning} {i}")))
-                .collect()
+        let list = |name: &'static str, first: usize, raw: &[i64], meaning: &'static str| -> Vec<Word> {
+            raw.iter().zip(first..).map(|(&raw, i)| word(format!("{name}{i}"), raw, format!("{meaning} {i}"))).collect()
         };
         [
             list("A", 1, &q.a, "feedback, output"),
@@ -216,20 +213,20 @@ impl CoefficientSet {
         .concat()
     }
 
-    /// Bits of a word, and whether it has a sign.
+    /// Bits of an exported coefficient, and whether it is signed.
     pub fn word_format(&self) -> (u32, bool) {
         if self.quantised.lerp.is_some() { (self.quantised.frac_bits, false) } else { (self.quantised.width, true) }
     }
 }
 
-/// One coefficient as it is loaded into a machine.
+/// One coefficient as it is exported.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Word {
-    /// Its name within the set, in capitals.
+    /// Name within the set, in upper case.
     pub name: String,
-    /// The integer, in units of `2^-F`.
-    pub code: i64,
-    /// What it is.
+    /// Raw integer, in units of `2^-F`.
+    pub raw: i64,
+    /// Meaning, for comments.
     pub meaning: String,
 }
 
@@ -265,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn the_design_point_holds_its_bound() {
+    fn the_design_point_is_within_its_bound() {
         for (sigma, stages) in [(2.0, 5), (3.2, 5), (5.12, 6)] {
             let set = first_order(sigma, LookAhead::Error(1e-4));
             let lerp = set.quantised.lerp.as_ref().unwrap();
@@ -276,20 +273,20 @@ mod tests {
                     relative <= Bounds::acceptance().coefficients.sigma_eff_relative,
                     "sigma {sigma}: {relative:e}"
                 );
-                // A chain of lerps has DC gain 1 whatever its coefficients: what is missing is rounding of f64.
+                // A chain of lerps has DC gain 1 with any coefficients; the rest is f64 rounding.
                 assert!((way.dc_gain - 1.0).abs() < 1e-12);
             }
         }
     }
 
     #[test]
-    fn a_shorter_look_ahead_is_seen() {
+    fn a_shorter_look_ahead_gives_a_larger_error() {
         let l2 = |stages| first_order(5.12, LookAhead::Stages(stages)).quantised.lerp.unwrap().rows.l2;
         assert!(l2(5) > 10.0 * l2(6), "{} {}", l2(5), l2(6));
     }
 
     #[test]
-    fn every_family_has_a_set() {
+    fn every_family_gives_a_set() {
         for family in Family::all() {
             for &fit in family.fits() {
                 let wish = Wish { family, fit, sigma: 2.0, frac_bits: 16, look_ahead: LookAhead::Error(1e-4) };
@@ -298,9 +295,9 @@ mod tests {
                 assert_eq!(set.quantised.dc_gain, 1.0);
                 assert!((set.dc_gain - 1.0).abs() < 1e-12);
                 assert!(set.quantised.l2 < 0.01, "{family:?}: {}", set.quantised.l2);
-                let codes = set.words().len();
+                let count = set.words().len();
                 let lerp = set.quantised.lerp.as_ref().map(|lerp| 1 + lerp.g_j.len());
-                assert_eq!(codes, lerp.unwrap_or(set.a.len() + set.b.len() + set.b_ahead.len()));
+                assert_eq!(count, lerp.unwrap_or(set.a.len() + set.b.len() + set.b_ahead.len()));
             }
         }
     }

@@ -1,10 +1,10 @@
-"""cocotb's names, for benches written for it: change the imports and run them.
+"""The names of cocotb, for benches that were written for it: import from here instead.
 
 >>> import hoverlock.cocotb as cocotb
 >>> from hoverlock.cocotb.clock import Clock
 >>> from hoverlock.cocotb.triggers import RisingEdge
 
-What differs, and why, stands in "Coming from cocotb".
+"Coming from cocotb" lists what differs, and why.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ SIM_VERSION = "5"
 
 
 def __getattr__(name: str) -> Any:
-    # What belongs to the test that runs.
+    # Properties of the running test.
     if name in ("top", "RANDOM_SEED", "random_seed", "plusargs", "argv"):
         now = running()
         if name == "top":

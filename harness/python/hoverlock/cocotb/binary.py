@@ -1,4 +1,4 @@
-"""``cocotb.binary`` of cocotb 1: values that a bench makes and may change.
+"""``cocotb.binary`` of cocotb 1: mutable binary values.
 
 >>> value = BinaryValue(n_bits=8, bigEndian=False)
 >>> value.integer = 200
@@ -16,7 +16,7 @@ __all__ = ["BinaryRepresentation", "BinaryValue"]
 
 
 class BinaryRepresentation:
-    """How negative numbers are meant."""
+    """The encoding of negative numbers."""
 
     UNSIGNED = 0
     SIGNED_MAGNITUDE = 1
@@ -24,7 +24,7 @@ class BinaryRepresentation:
 
 
 class BinaryValue(LogicArray):
-    """Digits of a width, as a number, a string or bytes; ``bigEndian`` decides what index 0 is: the highest digit, or the lowest."""
+    """A binary value as a number, a string or bytes. ``bigEndian``: index 0 is the highest digit, otherwise the lowest."""
 
     def __init__(
         self,
@@ -47,11 +47,11 @@ class BinaryValue(LogicArray):
 
     @property
     def n_bits(self) -> int:
-        """How many digits it has."""
+        """The number of digits."""
         return len(self)
 
     def assign(self, value: Any) -> None:
-        """Takes a number, a string of digits or bytes."""
+        """Sets the value from a number, a string of digits or bytes."""
         if isinstance(value, (bytes, bytearray)):
             value = int.from_bytes(value, "big")
         self._digits = LogicArray(value, None if isinstance(value, str) else len(self))._digits.rjust(len(self), "0")
@@ -59,12 +59,12 @@ class BinaryValue(LogicArray):
     set_value = assign
 
     def get_value(self) -> int:
-        """The number, signed or not as it was made."""
+        """The number, signed or unsigned as ``binaryRepresentation`` says."""
         return self.value
 
     @property
     def value(self) -> int:
-        """The number, signed or not as it was made."""
+        """The number, signed or unsigned as ``binaryRepresentation`` says."""
         unsigned = self.binaryRepresentation == BinaryRepresentation.UNSIGNED
         return self.to_unsigned() if unsigned else self.to_signed()
 

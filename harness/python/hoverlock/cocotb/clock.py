@@ -15,7 +15,7 @@ __all__ = ["Clock", "Timer"]
 
 
 class Clock(_clock.Clock):
-    """The engine's clock with cocotb's arguments."""
+    """`hoverlock.Clock` with cocotb's arguments; ``impl`` and ``set_action`` are ignored."""
 
     def __init__(
         self,
@@ -33,7 +33,7 @@ class Clock(_clock.Clock):
     def start(  # type: ignore[override]
         self, cycles: int | None = None, start_high: bool = True, *, phase: tuple[float, str] | None = None
     ) -> Clock:
-        """Starts it, for so many cycles if told; ``start_soon`` and ``await cocotb.start`` take what it gives."""
+        """Starts the clock, for ``cycles`` cycles if given, and returns it; ``start_soon`` and ``cocotb.start`` accept it."""
         if isinstance(cycles, bool):  # the first argument of hoverlock's own
             return self.start(start_high=cycles, phase=phase)
         super().start(start_high, phase=phase)

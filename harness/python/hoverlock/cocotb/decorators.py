@@ -1,4 +1,4 @@
-"""``cocotb.decorators``: coroutines made of ``yield``, as cocotb 1 had them before ``async``.
+"""``cocotb.decorators``: coroutines written with ``yield``, as in cocotb 1 before ``async``.
 
 >>> @cocotb.coroutine
 ... def reset(dut):
@@ -23,7 +23,7 @@ RunningTask = RunningCoroutine = Task
 
 
 def coroutine(function: Any) -> Any:
-    """Makes a coroutine of a generator function; an ``async def`` stays as it is."""
+    """Makes a coroutine function of a generator function; an ``async def`` is returned unchanged."""
     if not inspect.isgeneratorfunction(function):
         return function
 
@@ -34,7 +34,7 @@ def coroutine(function: Any) -> Any:
         try:
             while True:
                 wanted = generator.send(given)
-                # A list is the first of its parts, a generator a coroutine whose decorator was forgotten.
+                # A list means the first of its parts; a generator, a coroutine without its decorator.
                 if isinstance(wanted, (list, tuple)):
                     wanted = First(*wanted)
                 elif inspect.isgenerator(wanted):
@@ -53,11 +53,11 @@ def coroutine(function: Any) -> Any:
 
 
 def test(*args: Any, **kwargs: Any) -> Any:
-    """``hoverlock.test``, also of functions that ``yield``."""
+    """``hoverlock.test``, also for functions with ``yield``."""
     if len(args) == 1 and callable(args[0]) and not kwargs:
         return test()(args[0])
     if args:
-        # cocotb 1 took the timeout by place.
+        # cocotb 1 took the timeout as a positional argument.
         kwargs.update(zip(("timeout_time", "timeout_unit", "expect_fail", "expect_error", "skip"), args))
     if kwargs.get("expect_error") is False:
         del kwargs["expect_error"]
@@ -69,7 +69,7 @@ def test(*args: Any, **kwargs: Any) -> Any:
 
 
 def skipif(condition: bool, *, reason: str = "") -> Any:
-    """Leaves a test out where a condition holds; stands above or below ``test``.
+    """Skips a test if a condition is true; written above or below ``test``.
 
     >>> @cocotb.skipif(sys.platform == "win32", reason="has no such clock")
     ... @cocotb.test
@@ -79,7 +79,7 @@ def skipif(condition: bool, *, reason: str = "") -> Any:
 
 
 def xfail(condition: bool = True, *, reason: str = "", raises: type[BaseException] | tuple[type[BaseException], ...] = ()) -> Any:
-    """Says that a test is to fail, or to raise, where a condition holds; stands above or below ``test``.
+    """Expects a test to fail, or to raise, if a condition is true; written above or below ``test``.
 
     >>> @cocotb.test
     ... @cocotb.xfail(raises=KeyError)

@@ -1,4 +1,4 @@
-"""``cocotb.handle``: the names that benches use for annotations, and ways to write.
+"""``cocotb.handle``: names for annotations, and kinds of writes.
 
 >>> dut.data.value = Immediate(5)
 """
@@ -50,7 +50,7 @@ class Deposit:
 
 
 class Immediate(Deposit):
-    """A plain write: there is no delta cycle that it could save."""
+    """A plain write: there are no delta cycles here."""
 
 
 class _Refused:
@@ -61,12 +61,12 @@ class _Refused:
 
 
 class Force(_Refused):
-    """Not possible here: the error says so."""
+    """Not supported: raises ``NotImplementedError``."""
 
 
 class Freeze(_Refused):
-    """Not possible here: the error says so."""
+    """Not supported: raises ``NotImplementedError``."""
 
 
 class Release(_Refused):
-    """Not possible here: the error says so."""
+    """Not supported: raises ``NotImplementedError``."""

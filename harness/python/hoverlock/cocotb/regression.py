@@ -1,4 +1,4 @@
-"""``cocotb.regression``: tests made from a function and choices."""
+"""``cocotb.regression``: tests made from a function and lists of options."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ class TestFactory:
         self.options: list[list[dict[str, Any]]] = []
 
     def add_option(self, name: str | Sequence[str], optionlist: Sequence[Any]) -> None:
-        """A choice, or choices that go together."""
+        """Adds the values of an option, or of several options that vary together."""
         if isinstance(name, str):
             self.options.append([{name: value} for value in optionlist])
         else:
             self.options.append([dict(zip(name, values, strict=True)) for values in optionlist])
 
     def generate_tests(self, prefix: str = "", postfix: str = "") -> None:
-        """Puts the tests into the module that calls this, where they are found as any."""
+        """Adds the tests to the module that calls this."""
         module = sys.modules[sys._getframe(1).f_globals["__name__"]]
         for number, choice in enumerate(itertools.product(*self.options), start=1):
             arguments = {**self.fixed, **{key: value for chosen in choice for key, value in chosen.items()}}

@@ -26,7 +26,7 @@ class TestError(Exception):
 
 
 class ReturnValue(Exception):
-    """What a coroutine made of ``yield`` raised to return a value."""
+    """Raised by a coroutine with ``yield`` to return a value."""
 
     def __init__(self, retval: Any = None) -> None:
         super().__init__(retval)

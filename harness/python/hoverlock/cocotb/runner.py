@@ -1,4 +1,4 @@
-"""``cocotb.runner`` and ``cocotb_tools.runner``: the runner, on the one simulator there is.
+"""``cocotb.runner`` and ``cocotb_tools.runner``: the runner, for Verilator.
 
 >>> runner = get_runner("verilator")
 >>> runner.build(sources=["adder.sv"], hdl_toplevel="adder")
@@ -25,7 +25,7 @@ _OTHERS = ("icarus", "questa", "ghdl", "riviera", "activehdl", "vcs", "xcelium",
 
 
 class Verilator:
-    """Builds once, tests many times. Build folders are not used: models lie in hoverlock's cache."""
+    """Builds a design and runs its tests. The build folder only gets the results: models lie in the cache folder."""
 
     def __init__(self, arguments_are_verilators: bool = True) -> None:
         self.arguments_are_verilators = arguments_are_verilators
@@ -50,13 +50,13 @@ class Verilator:
         internals: Sequence[str] | None = None,
         **ignored: Any,
     ) -> None:
-        """Builds the model; what cocotb takes beyond this (``always``, ``clean``, ``log_file`` ...) has no meaning here.
+        """Builds the model. cocotb's other arguments (``always``, ``clean``, ``log_file`` ...) are ignored.
 
-        Internal signals are reached as ``internals`` names them. Where it is not given, a bench that asks for one is run
-        again on a model with all of them, which is slower.
+        ``internals`` names the internal signals to make accessible. If it is not given, and a bench uses an internal
+        signal, all tests run again on a slower model with all internal signals.
         """
         if hdl_toplevel is None:
-            raise HoverlockError("hdl_toplevel is wanted")
+            raise HoverlockError("build needs hdl_toplevel")
         if vhdl_sources:
             raise HoverlockError("vhdl_sources: Verilator reads Verilog only")
         self.build_dir = Path(build_dir)
@@ -87,7 +87,7 @@ class Verilator:
         extra_env: Mapping[str, str] | None = None,
         **ignored: Any,
     ) -> Path:
-        """Runs the tests of a module; gives the path of the results, raises if one failed."""
+        """Runs the tests of modules and returns the path of the results; ``SystemExit`` if a test failed."""
         if self.design is None:
             raise HoverlockError("build comes before test")
         before = dict(os.environ)
@@ -99,10 +99,10 @@ class Verilator:
             modules = [name for text in modules for name in text.split(",") if name.strip()]
             chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
             session_seed = new_seed() if chosen is None else int(chosen)
-            # Whether a bench asks for internals is seen when it does: a first run that ends so need not be looked at.
+            # Whether a bench uses internals shows only when it runs: the results of such a first run are not printed.
             results = run(modules, design, seed=session_seed, names=names, quiet=not self.internals_are_chosen)
             if not self.internals_are_chosen and any(isinstance(r.error, NoSuchSignal) for r in results):
-                text = "a bench asks for a signal that is no port: all runs again, with every internal signal to be reached; "
+                text = "a bench uses a signal that is not a port: all tests run again with all internal signals accessible; "
                 log.warning("%sfaster is build(..., internals=['u_core.state'])", text)
                 self.design, design = self.design.changed(internals=("*",)), design.changed(internals=("*",))
                 self.internals_are_chosen = True
@@ -122,7 +122,7 @@ class Verilator:
 
 
 def get_runner(simulator_name: str = "verilator") -> Verilator:
-    """The runner. Verilator is the only simulator: where another is named, it is taken, without the other's ``build_args``.
+    """The runner. Verilator is the only simulator: it is used whichever is named, without the ``build_args`` of another.
 
     >>> runner = get_runner(os.getenv("SIM", "icarus"))
     """
@@ -135,7 +135,7 @@ def get_runner(simulator_name: str = "verilator") -> Verilator:
 
 
 def get_results(results_xml: str | Path) -> tuple[int, int]:
-    """Tests and failures of a file of results.
+    """The number of tests and of failures in a results file.
 
     >>> assert get_results(path) == (3, 0)
     """

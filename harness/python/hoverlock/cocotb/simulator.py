@@ -1,4 +1,4 @@
-"""``cocotb.simulator``: what libraries ask of it.
+"""``cocotb.simulator``: the functions that libraries use.
 
 >>> if simulator.is_running():
 ...     ...
@@ -12,7 +12,7 @@ __all__ = ["get_precision", "is_running"]
 
 
 def is_running() -> bool:
-    """Whether a test runs."""
+    """Whether a test is running."""
     from ..testing import running
 
     try:
@@ -23,5 +23,5 @@ def is_running() -> bool:
 
 
 def get_precision() -> int:
-    """The step of time as a power of ten: a picosecond."""
+    """The time precision as a power of ten, in seconds: -12, a picosecond."""
     return -12

@@ -61,7 +61,7 @@ Waitable = GPITrigger = PythonTrigger = Trigger
 
 
 def Join(task: Task[Any]) -> Trigger:
-    """The end of a task; gives its result."""
+    """A trigger: the end of a task; its result is that of the task."""
     return task.join()
 
 
@@ -69,7 +69,7 @@ TaskComplete = Join
 
 
 async def gather(*awaitables: object, return_exceptions: bool = False) -> list[object]:
-    """Awaits all, and gives their results in order; a trigger gives itself.
+    """Awaits all, and returns their results in order; the result of a trigger is the trigger.
 
     >>> a, b = await gather(read(0), read(1))
     """
@@ -90,7 +90,7 @@ async def gather(*awaitables: object, return_exceptions: bool = False) -> list[o
 
 
 async def select(*awaitables: object) -> tuple[int, Any]:
-    """Awaits the first, and gives its place and its result; the others are given up.
+    """Awaits the first, and returns its index and its result; the others are cancelled.
 
     >>> which, _ = await select(RisingEdge(dut.done), Timer(1, "us"))
     """

@@ -1,7 +1,7 @@
-"""``cocotb.types``: values that benches make and calculate with.
+"""``cocotb.types``: values for calculations in benches.
 
-They have four states and more, as cocotb's do, so that a bench may compare with ``LogicArray("XXXX")``; a design has two, so
-writing such a value to a signal is an error that says so.
+Like cocotb's, they have more than two states, so that a bench may compare with ``LogicArray("XXXX")``. A design has two: a
+write of such a value to a signal is an error.
 
 >>> LogicArray("1010").to_unsigned()
 10
@@ -51,7 +51,7 @@ class Range:
         return self._range()[at]
 
     def index(self, value: int) -> int:
-        """The place of an index, from the left."""
+        """The position of an index, from the left."""
         return self._range().index(value)
 
     def __eq__(self, other: object) -> bool:
@@ -65,7 +65,7 @@ class Range:
 
 
 class Logic:
-    """One digit: ``0``, ``1``, or one that no signal here can have (``X``, ``Z`` ...).
+    """One digit: ``0``, ``1``, or one that a signal cannot have here (``X``, ``Z`` ...).
 
     >>> bool(Logic(1) & Logic("1"))
     True

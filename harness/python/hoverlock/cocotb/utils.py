@@ -8,7 +8,7 @@ __all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps"]
 
 
 def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, round_mode: str | None = None) -> int:
-    """A span in steps of a picosecond.
+    """A span of time in steps of 1 ps.
 
     >>> get_sim_steps(2, "ns")
     2000
@@ -17,7 +17,7 @@ def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, 
 
 
 def get_time_from_sim_steps(steps: int, unit: str | None = None, *, units: str | None = None) -> float:
-    """Steps of a picosecond in a unit.
+    """Steps of 1 ps, converted to a unit.
 
     >>> get_time_from_sim_steps(2500, "ns")
     2.5

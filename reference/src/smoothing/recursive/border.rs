@@ -1,24 +1,25 @@
-//! What a recursive filter takes to lie beyond the border of its line.
+//! Border rules of recursive filters.
 //!
-//! A two-sided filter runs a causal pass, `u[n]` from `x[0 ..= n]`, then an anticausal one, `v[n]` from `u[n ..]`. Before
-//! `x[0]` the border sample is repeated for ever, `u[-1] = u[-2] = .. = x[0]`; that is simple because the pass has settled
-//! on it. Behind `x[N-1]` there are two rules:
+//! A two-sided filter runs a causal pass, `u[n]` from `x[0 ..= n]`, then an anticausal one, `v[n]` from `u[n ..]`.
+//! Before `x[0]` the border sample is repeated for ever, `u[-1] = u[-2] = .. = x[0]`; that is simple because the pass
+//! has settled on it. After `x[N-1]` there are two rules:
 //!
-//! - [`Border::Held`]: each pass holds the last sample of *its own* input, `v[N] = v[N+1] = .. = u[N-1]`. This is what
-//!   hardware does, which knows nothing of the input any more.
-//! - [`Border::ConstantExtension`]: the *original* input goes on as `x[N-1]` for ever. Then `u` still moves towards `x[N-1]`
-//!   behind the border, and `v[N]`, `v[N+1]` are what the anticausal pass would have made of all of it (Triggs and Sdika
-//!   2006, "Boundary conditions for Young-van Vliet recursive filtering").
+//! - [`Border::Held`]: each pass repeats the last sample of *its own* input, `v[N] = v[N+1] = .. = u[N-1]`. The
+//!   hardware does this, because it no longer has the input.
+//! - [`Border::ConstantExtension`]: the *original* input goes on as `x[N-1]` for ever. Then `u` still moves towards
+//!   `x[N-1]` after the border, and `v[N]`, `v[N+1]` are the outputs of the anticausal pass over the extended signal
+//!   (Triggs and Sdika 2006, "Boundary conditions for Young-van Vliet recursive filtering").
 //!
 //! Triggs and Sdika give a closed form for one section of third order. Here it is found for any cascade: let
-//! `w` hold the last two outputs of every causal section less `x[N-1]`. Behind the border `w` moves by itself,
-//! `w[k+1] = F w[k]`. The anticausal section `v[k] = b u[k] + a1 v[k+1] + a2 v[k+2]` is linear in `w[k]` too, `v[k] = l w[k]` with a
-//! row `l`, so `l (I - a1 F - a2 F^2) = b l'` where `l'` is the row of its input. Hence `v[N] = x[N-1] + l F w[N-1]`, and so on.
+//! `w` hold the last two outputs of every causal section less `x[N-1]`. After the border `w` develops without input,
+//! `w[k+1] = F w[k]`. The anticausal section `v[k] = b u[k] + a1 v[k+1] + a2 v[k+2]` is linear in `w[k]` too, `v[k] = l
+//! w[k]` with a row `l`, so `l (I - a1 F - a2 F^2) = b l'` where `l'` is the row of its input. Hence `v[N] = x[N-1] + l
+//! F w[N-1]`, and so on.
 
 use super::cascade::Section;
 use nalgebra::{DMatrix, RowDVector};
 
-/// What lies behind the last sample of a line.
+/// The signal after the last sample of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Border {
     /// Each one-sided pass sees its own input with the border sample repeated.
@@ -31,7 +32,8 @@ pub enum Border {
 /// For each anticausal section of a cascade, the rows that give its first two outputs behind the border from `w`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Extension {
-    /// `[l F, l F^2]` of each section, each as long as `w`: two entries for each causal section, the later sample first.
+    /// `[l F, l F^2]` of each section, each as long as `w`: two entries for each causal section, the later sample
+    /// first.
     pub rows: Vec<[Vec<f64>; 2]>,
 }
 
@@ -46,7 +48,8 @@ impl Extension {
         let mut rows = Vec::with_capacity(sections.len());
         for section in sections {
             let system = DMatrix::identity(size, size) - &step * section.a[0] - &step_twice * section.a[1];
-            // l S = b l'  <=>  S^T l^T = b l'^T. The eigenvalues of S are products 1 - p_i p_j of poles inside the unit circle: never 0.
+            // l S = b l'  <=>  S^T l^T = b l'^T. The eigenvalues of S are products 1 - p_i p_j of poles inside the unit
+            // circle: never 0.
             let output = system
                 .transpose()
                 .lu()

@@ -4,9 +4,9 @@
 //! H(z) = H+(z) H+(z^-1),    H+(z) = prod_j b_j / (1 - a1_j z^-1 - a2_j z^-2),    b_j = 1 - a1_j - a2_j
 //! ```
 //!
-//! Every section has DC gain 1 and is computed as `y[n] = x[n] + a1 (y[n-1] - x[n]) + a2 (y[n-2] - x[n])`, so that a constant
-//! passes unchanged to the last bit, whatever the rounding of the coefficients. Poles are kept in sections because a
-//! product of many poles near 1 loses its digits when it is multiplied out.
+//! Every section has DC gain 1 and is computed as `y[n] = x[n] + a1 (y[n-1] - x[n]) + a2 (y[n-2] - x[n])`, so that a
+//! constant passes unchanged to the last bit, whatever the rounding of the coefficients. Poles are kept in sections
+//! because a product of many poles near 1 loses its digits when it is multiplied out.
 
 use super::border::{Border, Extension};
 use super::direct_form::{DirectForm, Structure, product};
@@ -135,7 +135,7 @@ fn extended(row: &[f64], tails: &[Lanes], last: Lanes) -> Lanes {
     sum
 }
 
-/// One section along a tile, in place; `state` is what it put out one and two samples before it begins.
+/// One section along a tile, in place; `state` has its outputs one and two samples before the tile.
 #[multiversion(targets("x86_64+avx2"))]
 fn pass(tile: &mut [Lanes], a: [f64; 2], state: [Lanes; 2], backwards: bool) {
     if backwards {

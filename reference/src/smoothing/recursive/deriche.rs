@@ -1,12 +1,12 @@
-//! Deriche's sums of damped waves, orders 2 to 4 (Deriche 1993, "Recursively implementing the Gaussian and its derivatives",
-//! INRIA report 1893):
+//! Deriche's sums of damped waves, orders 2 to 4 (Deriche 1993, "Recursively implementing the Gaussian and its
+//! derivatives", INRIA report 1893):
 //!
 //! ```text
 //! h+(t) = sum_j (A_j cos(W_j t) + B_j sin(W_j t)) e^(-L_j t),    t = n / scale >= 0
 //! ```
 //!
-//! fitted to `e^(-t^2/2)` once and for all; `scale` is `sigma` as published. Sampled at whole pixels and brought to DC gain 1.
-//! The two sides are added, each sees the original input.
+//! fitted to `e^(-t^2/2)` once and for all; `scale` is `sigma` as published. Sampled at whole pixels and brought to DC
+//! gain 1. The two sides are added, each sees the original input.
 
 use super::parallel::{Parallel, ParallelSection};
 
@@ -73,7 +73,8 @@ mod tests {
 
     #[test]
     fn the_constants_are_a_best_fit() {
-        // A constant that is wrong by more than a percent would be improved by a step of a percent towards the right one.
+        // A constant that is wrong by more than a percent would be improved by a step of a percent towards the right
+        // one.
         for (waves, known) in [(SECOND, 0.0212), (THIRD, 0.00252), (FOURTH, 0.000409)] {
             let published = error(waves);
             assert!((published / known - 1.0).abs() < 0.01, "{published}");

@@ -2,10 +2,12 @@
 //!
 //! ```text
 //! cascade:   u[n] = b[0] x[n] + sum_i a[i] u[n-i]            y[n] = b[0] u[n] + sum_i a[i] y[n+i]
-//! parallel:  u[n] = sum_i b[i] x[n-i] + sum_i a[i] u[n-i]    v[n] = sum_i b_ahead[i] x[n+i] + sum_i a[i] v[n+i]    y = u + v
+//! parallel:  u[n] = sum_i b[i] x[n-i] + sum_i a[i] u[n-i]    v[n] = sum_i b_ahead[i] x[n+i] + sum_i a[i] v[n+i]
+//!            y[n] = u[n] + v[n]
 //! ```
 //!
-//! Feedback is *added*: `a[i]` is the `b_i / b_0` of Young and van Vliet, and the pole itself in the first-order filter.
+//! Feedback is *added*: `a[i]` is the `b_i / b_0` of Young and van Vliet, and the pole itself in the first-order
+//! filter.
 
 use crate::smoothing::smoother::Response;
 use nalgebra::Complex;
@@ -47,7 +49,8 @@ impl DirectForm {
         }
     }
 
-    /// `h[n]` of both passes together, until what is left is below `1e-18`; of an unstable filter no more than a million samples.
+    /// `h[n]` of both passes together, until what is left is below `1e-18`; of an unstable filter no more than a
+    /// million samples.
     pub fn impulse_response(&self) -> Response {
         let order = self.a.len();
         // h+[n], as long as the last samples, which carry on all by themselves, are not negligible.

@@ -4,23 +4,24 @@
 //! H(z) = A^2 / ((b0 - b1 z)(b0 - b1 z^-1)),    A = b0 - b1,    a = b1/b0,    h[n] = (1 - a)/(1 + a) a^|n|
 //! ```
 //!
-//! The pole `a` makes `sum_n (h[n] - w[n])^2` smallest, `w` the unit-sum sampled Gaussian of `sigma` pixels, over `+-20 sigma`.
-//! Because `h` is fixed by `a` alone, the smallest sum is where its derivative
+//! The pole `a` makes `sum_n (h[n] - w[n])^2` smallest, `w` the unit-sum sampled Gaussian of `sigma` pixels, over `+-20
+//! sigma`. Because `h` is fixed by `a` alone, the smallest sum is where its derivative
 //!
 //! ```text
 //! sum_n (h[n] - w[n]) dh[n]/da = 0,    dh/da = -2/(1 + a)^2 a^|n| + (1 - a)/(1 + a) |n| a^(|n| - 1)
 //! ```
 //!
-//! vanishes: negative for small `a` (the exponential is too narrow), positive for large. The fit is far from perfect, an
-//! exponential has a peak and long tails: about 20 % in the l2 norm. What the features make of it is another matter.
+//! vanishes: negative for small `a` (the exponential is too narrow), positive for large. The fit is coarse, because
+//! an exponential has a peak and long tails: its l2 error is about 20 %. The stability of the features is measured
+//! separately.
 
+use crate::smoothing::design::{DesignError, SIGMA_MAX, check_sigma};
 use crate::smoothing::gaussian::{SIGMA_MIN, unit_sum_half};
-use crate::smoothing::smoother::{DesignError, SIGMA_MAX, check_sigma};
 
 /// `a = b1/b0` of the least-squares fit to the Gaussian of `sigma` pixels, to the last digits of an `f64`.
 ///
 /// # Errors
-/// Where `sigma` is not within `0.5 ..= 256`.
+/// `sigma` is not within `0.5 ..= 256`.
 pub fn pole(sigma: f64) -> Result<f64, DesignError> {
     check_sigma("the first-order filter", sigma, (SIGMA_MIN, SIGMA_MAX))?;
     let weights = unit_sum_half(sigma, (20.0 * sigma).ceil() as usize + 1);

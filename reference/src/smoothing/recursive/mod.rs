@@ -1,14 +1,14 @@
 //! Recursive approximations of the Gaussian, one file per family.
 //!
-//! Each family is a curve through the filters with one free parameter: the pole `a` of the first-order filters, `q` of Young
-//! and van Vliet, the scale of Deriche. Three ways to choose it:
+//! Each family is a curve through the filters with one free parameter: the pole `a` of the first-order filters, `q` of
+//! Young and van Vliet, the scale of Deriche. Three ways to choose it:
 //!
 //! - [`Fit::Published`]: by the formula its authors print,
 //! - [`Fit::Variance`]: so that `sum n^2 h[n] = sigma^2`,
 //! - [`Fit::LeastSquares`]: so that `sum (h[n] - w[n])^2` is smallest, `w` the unit-sum sampled Gaussian.
 //!
-//! Variance and least squares differ much where the shape is poor: an exponential of the right variance is too narrow at
-//! its shoulders.
+//! Variance and least squares differ much where the shape is poor: an exponential of the right variance is too narrow
+//! at its shoulders.
 
 pub mod alvarez_mazorra;
 pub mod border;
@@ -20,22 +20,23 @@ pub mod parallel;
 pub mod van_vliet_young_verbeek;
 pub mod young_van_vliet;
 
+use crate::smoothing::design::{DesignError, SIGMA_MAX, check_sigma};
 use crate::smoothing::gaussian::SIGMA_MIN;
 use crate::smoothing::separable::{Lanes, single_line};
-use crate::smoothing::smoother::{DesignError, Residuals, SIGMA_MAX, check_sigma};
+use crate::smoothing::smoother::Residuals;
 use border::Border;
 use cascade::Cascade;
 use direct_form::DirectForm;
 use parallel::Parallel;
 
-/// Which approximation.
+/// Filter family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Family {
     /// Two-sided first order.
     FirstOrder,
     /// First order repeated.
     AlvarezMazorra {
-        /// How often, 1 to 4.
+        /// Number of passes, 1 to 4.
         passes: usize,
     },
     /// Deriche's damped waves.
@@ -53,7 +54,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// Every filter there is.
+    /// All filters.
     pub fn all() -> impl Iterator<Item = Self> {
         let repeated = (1..=alvarez_mazorra::PASSES_MAX).map(|passes| Self::AlvarezMazorra { passes });
         let deriche = (deriche::ORDERS.0..=deriche::ORDERS.1).map(|order| Self::Deriche { order });
@@ -62,7 +63,7 @@ impl Family {
         std::iter::once(Self::FirstOrder).chain(repeated).chain(deriche).chain([Self::YoungVanVliet]).chain(vyv)
     }
 
-    /// What machines call it, the order apart.
+    /// Name in files and on the command line, without the order.
     pub fn key(self) -> &'static str {
         match self {
             Self::FirstOrder => "first-order",
@@ -73,7 +74,7 @@ impl Family {
         }
     }
 
-    /// What people call it.
+    /// Name for texts.
     pub fn name(self) -> String {
         match self {
             Self::FirstOrder => "the first-order filter".to_owned(),
@@ -94,7 +95,7 @@ impl Family {
         }
     }
 
-    /// The fits it has, the usual one first.
+    /// The fits of the family, the default first.
     pub fn fits(self) -> &'static [Fit] {
         match self {
             Self::FirstOrder => &[Fit::LeastSquares, Fit::Variance],
@@ -103,7 +104,7 @@ impl Family {
         }
     }
 
-    /// What its free parameter is called.
+    /// Name of the free parameter.
     pub fn parameter_name(self) -> &'static str {
         match self {
             Self::FirstOrder | Self::AlvarezMazorra { .. } => "a",
@@ -112,7 +113,7 @@ impl Family {
         }
     }
 
-    /// The narrowest and the widest `sigma` it can do, pixels.
+    /// Smallest and largest `sigma`, pixels.
     pub fn sigma_range(self) -> (f64, f64) {
         match self {
             Self::YoungVanVliet => young_van_vliet::SIGMA_RANGE,
@@ -163,7 +164,7 @@ pub enum Fit {
 }
 
 impl Fit {
-    /// What people call it.
+    /// Name for texts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Published => "published",
@@ -222,7 +223,7 @@ impl Recursive {
     /// Finds the coefficients for `sigma` pixels.
     ///
     /// # Errors
-    /// Where the family has no such order or fit, or cannot do this `sigma`.
+    /// The family does not have this order or fit, or `sigma` is out of range.
     pub fn design(family: Family, fit: Fit, sigma: f64) -> Result<Self, DesignError> {
         family.check_order()?;
         if !family.fits().contains(&fit) {
@@ -240,12 +241,12 @@ impl Recursive {
         Ok(Self { family, fit, sigma, parameter, passes: family.passes(parameter) })
     }
 
-    /// The family it belongs to.
+    /// Filter family.
     pub fn family(&self) -> Family {
         self.family
     }
 
-    /// How it was fitted.
+    /// Fit of the free parameter.
     pub fn fit(&self) -> Fit {
         self.fit
     }
@@ -268,7 +269,7 @@ impl Recursive {
         }
     }
 
-    /// `h[0 ..= reach]`; what lies beyond is below `2^-53` of the whole.
+    /// `h[0 ..= reach]`; the rest is below `2^-53` of the whole.
     pub fn impulse_response(&self) -> Vec<f64> {
         self.passes.impulse_response()
     }
@@ -281,7 +282,7 @@ impl Recursive {
         }
     }
 
-    /// How far it is from the Gaussian of its `sigma`.
+    /// Its error against the Gaussian of its `sigma`.
     pub fn residuals(&self) -> Residuals {
         Residuals::from_gaussian(&self.impulse_response(), self.sigma)
     }
@@ -292,9 +293,9 @@ impl Recursive {
     }
 }
 
-/// The parameter at which `variance` is `sigma^2`, by bisection to the last bit: it lies between 0 and `2 sigma + 1`, and the
-/// variance is above `sigma^2` on its right and below on its left for any `sigma` of 0.38 and more. (Below that the poles
-/// of van Vliet, Young and Verbeek turn once too often round the circle.)
+/// The parameter at which `variance` is `sigma^2`, by bisection to the last bit: it lies between 0 and `2 sigma + 1`,
+/// and the variance is above `sigma^2` on its right and below on its left for any `sigma` of 0.38 and more. (Below that
+/// the poles of van Vliet, Young and Verbeek turn once too often round the circle.)
 fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 2.0 * sigma + 1.0);
     loop {
@@ -306,9 +307,9 @@ fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
     }
 }
 
-/// The parameter of the least l2 error. The search is over the `sigma` whose variance fit it is, by golden section: from four
-/// fifths of the wanted one, as at half a pixel, where the sampled Gaussian is narrower than its name, to twice, for an
-/// exponential wants half as much again.
+/// The parameter of the least l2 error. The search is over the `sigma` whose variance fit it is, by golden section:
+/// from four fifths of the wanted one, as at half a pixel, where the sampled Gaussian is narrower than its name, to
+/// twice, for an exponential wants half as much again.
 fn least_squares(family: Family, sigma: f64) -> f64 {
     let error =
         |s: f64| Residuals::from_gaussian(&family.passes(family.parameter_of_variance(s)).impulse_response(), sigma).l2;
@@ -401,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_refused_by_name() {
+    fn unknown_orders_and_fits_are_refused_by_name() {
         let refused = |family, fit, sigma| Recursive::design(family, fit, sigma).unwrap_err().to_string();
         let message = refused(Family::Deriche { order: 5 }, Fit::Published, 2.0);
         assert_eq!(message, "Deriche has no order 5: choose one from 2 to 4");

@@ -1,14 +1,15 @@
 //! A causal and an anticausal pass over the same input, added, each a sum of sections of first and second order:
 //!
 //! ```text
-//! H(z) = H+(z) + H+(z^-1) - h[0],    H+(z) = sum_j (n0_j + n1_j z^-1) / (1 - a1_j z^-1 - a2_j z^-2),    h[0] = sum_j n0_j
+//! H(z) = H+(z) + H+(z^-1) - h[0],    h[0] = sum_j n0_j,
+//! H+(z) = sum_j (n0_j + n1_j z^-1) / (1 - a1_j z^-1 - a2_j z^-2)
 //! ```
 //!
 //! The middle sample is taken once, by the causal pass, so the anticausal section is
-//! `(m1 z + m2 z^2) / (1 - a1 z - a2 z^2)` with `m1 = n1 + a1 n0`, `m2 = a2 n0`. DC gain 1 by scaling `n0`, `n1`. Both passes see the
-//! original input: constant extension needs only the settled value `x (m1 + m2)/(1 - a1 - a2)` to start from, and both rules of
-//! [`Border`](super::border::Border) are the same. The line is filtered less its first sample, which is added at the end: a
-//! constant passes to the last bit.
+//! `(m1 z + m2 z^2) / (1 - a1 z - a2 z^2)` with `m1 = n1 + a1 n0`, `m2 = a2 n0`. DC gain 1 by scaling `n0`, `n1`. Both
+//! passes see the original input: constant extension needs only the settled value `x (m1 + m2)/(1 - a1 - a2)` to start
+//! from, and both rules of [`Border`](super::border::Border) are the same. The line is filtered less its first sample,
+//! which is added at the end: a constant passes to the last bit.
 
 use super::direct_form::{DirectForm, Structure, multiply, product};
 use crate::smoothing::separable::{LANES, Lanes};
@@ -40,7 +41,8 @@ impl ParallelSection {
         2.0 * (self.n[0] + self.n[1]) / self.b() - self.n[0]
     }
 
-    /// `sum_n n^2 h[n]` of both sides: twice the second derivative of `N/D` at 0, `N(s) = n0 + n1 e^-s`, `D(s) = 1 - a1 e^-s - a2 e^-2s`.
+    /// `sum_n n^2 h[n]` of both sides: twice the second derivative of `N/D` at 0, `N(s) = n0 + n1 e^-s`, `D(s) = 1 - a1
+    /// e^-s - a2 e^-2s`.
     fn second_moment(&self) -> f64 {
         let ([n0, n1], [a1, a2], d) = (self.n, self.a, self.b());
         let (n, slope_n, bend_n) = (n0 + n1, -n1, n1);
@@ -119,8 +121,8 @@ impl Parallel {
     }
 }
 
-/// Adds one section of one side to `out`. `feed` weighs the sample and the two passed before it; `start` is the input sample
-/// that went on for ever before, and the output it settled on.
+/// Adds one section of one side to `out`. `feed` weighs the sample and the two passed before it; `start` is the input
+/// sample that went on for ever before, and the output it settled on.
 #[multiversion(targets("x86_64+avx2"))]
 fn pass(input: &[Lanes], out: &mut [Lanes], feed: [f64; 3], a: [f64; 2], start: [Lanes; 2], backwards: bool) {
     if backwards {

@@ -4,8 +4,8 @@
 //! H+(z) = prod_i (1 - 1/d_i) / (1 - z^-1 / d_i),    d_i(q) = d_i^(1/q),    sigma^2 = sum_i 2 d_i(q) / (d_i(q) - 1)^2
 //! ```
 //!
-//! `d_i` are the inverse poles of the filter that is closest to the Gaussian of `sigma` 2 in the l2 norm (their table 1);
-//! `q` is 1 there, and is solved for any other `sigma` so that the variance is exact.
+//! `d_i` are the inverse poles of the filter that is closest to the Gaussian of `sigma` 2 in the l2 norm (their table
+//! 1); `q` is 1 there, and is solved for any other `sigma` so that the variance is exact.
 
 use super::cascade::{Cascade, Section};
 use nalgebra::Complex;

@@ -13,9 +13,9 @@
 //! q = 3.97156 - 4.14554 sqrt(1 - 0.26891 sigma)       where 0.5 <= sigma <= 2.5
 //! ```
 //!
-//! The two do not meet: at 2.5 they give 1.504 and 1.598; the first is taken. At `sigma` 5 the filter's own is 5.556; hence `q` for the
-//! exact variance is offered too. By the rounding of
-//! the printed digits `b0 - b1 - b2 - b3` is `1.57825 + 1e-5 q^2` and not constant: 3 % at `q` 64, which is where we stop.
+//! The two do not meet: at 2.5 they give 1.504 and 1.598; the first is taken. At `sigma` 5 the filter's own is 5.556;
+//! hence `q` for the exact variance is offered too. By the rounding of the printed digits `b0 - b1 - b2 - b3` is
+//! `1.57825 + 1e-5 q^2` and not constant: 3 % at `q` 64, which is where we stop.
 
 use super::cascade::{Cascade, Section};
 

@@ -1,0 +1,280 @@
+//! Messages on a byte stream that may lose, repeat, insert or change bytes.
+//!
+//! All numbers are little-endian, every part a multiple of four bytes:
+//!
+//! | bytes | part | |
+//! |---|---|---|
+//! | 4 | magic | `HLNV` |
+//! | 4 | kind | see [`crate::message`] |
+//! | 4 | length | bytes of the payload, a multiple of 4, at most [`MAX_PAYLOAD`] |
+//! | 4 | sequence | counts the messages of a source from 0 |
+//! | 4 | header check | CRC-32 of the 16 bytes before |
+//! | length | payload | |
+//! | 4 | check | CRC-32 of everything before, from the magic on |
+//!
+//! CRC-32 is that of IEEE 802.3 (polynomial 0x04c11db7, reflected, all ones before and after).
+//!
+//! **Resynchronisation.** A header counts only with its check, so a changed length is not waited for. Where a check
+//! fails, the
+//! search for the next magic begins one byte after the failed one, inside what looked like a message too: so damage
+//! costs the messages
+//! it touched and no other. Where bytes are missing in a payload, what follows is taken for the rest of it first, so
+//! a message behind the
+//! gap may come late by at most one message, and at the end of the stream nothing is held back.
+
+use std::io::{self, Read};
+
+/// Begins every message.
+pub const MAGIC: [u8; 4] = *b"HLNV";
+
+/// Bytes before the payload.
+pub const HEADER: usize = 20;
+
+/// Bytes after the payload.
+pub const TAIL: usize = 4;
+
+/// Bytes of the longest payload: 4095 features and a trailer of 32 bytes each.
+pub const MAX_PAYLOAD: usize = 4096 * 32;
+
+/// Bytes of the longest message.
+pub const MAX_MESSAGE: usize = HEADER + MAX_PAYLOAD + TAIL;
+
+/// A message whose checks passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Raw<'a> {
+    /// What the payload is.
+    pub kind: u32,
+    /// Number of the message at its source.
+    pub sequence: u32,
+    /// The final check; with the sequence it tells a repeated message from another.
+    pub check: u32,
+    /// What it says.
+    pub payload: &'a [u8],
+}
+
+/// Appends a message.
+///
+/// # Panics
+/// Where the payload is longer than [`MAX_PAYLOAD`] or not a multiple of 4 bytes.
+pub fn encode(kind: u32, sequence: u32, payload: &[u8], out: &mut Vec<u8>) {
+    assert!(payload.len() <= MAX_PAYLOAD && payload.len().is_multiple_of(4), "payload of {} bytes", payload.len());
+    let start = out.len();
+    out.extend(MAGIC);
+    for word in [kind, payload.len() as u32, sequence] {
+        out.extend(word.to_le_bytes());
+    }
+    out.extend(crc32fast::hash(&out[start..]).to_le_bytes());
+    out.extend(payload);
+    out.extend(crc32fast::hash(&out[start..]).to_le_bytes());
+}
+
+/// Takes bytes as they come and finds the messages in them. Its memory is that of two messages, allocated once.
+pub struct Decoder {
+    buffer: Box<[u8]>,
+    start: usize,
+    end: usize,
+    finished: bool,
+    skipped: u64,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self { buffer: vec![0; 2 * MAX_MESSAGE].into_boxed_slice(), start: 0, end: 0, finished: false, skipped: 0 }
+    }
+}
+
+/// What stands at the first byte not taken yet.
+enum Found {
+    /// A message with this length of payload.
+    Message(usize),
+    /// Too few bytes to tell.
+    Unknown,
+    /// No message begins here.
+    Nothing,
+}
+
+impl Decoder {
+    /// Reads once; false at the end of the stream. To be called when [`Decoder::message`] has no more, so that there
+    /// is room.
+    ///
+    /// # Errors
+    /// Where reading fails.
+    pub fn read(&mut self, source: &mut impl Read) -> io::Result<bool> {
+        self.buffer.copy_within(self.start..self.end, 0);
+        (self.start, self.end) = (0, self.end - self.start);
+        let read = loop {
+            match source.read(&mut self.buffer[self.end..]) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                outcome => break outcome?,
+            }
+        };
+        self.end += read;
+        self.finished = read == 0;
+        Ok(read > 0)
+    }
+
+    /// Bytes so far that belong to no message.
+    pub fn skipped(&self) -> u64 {
+        self.skipped
+    }
+
+    /// The next message of the bytes read so far.
+    pub fn message(&mut self) -> Option<Raw<'_>> {
+        let length = loop {
+            match self.found() {
+                Found::Message(length) => break length,
+                Found::Unknown if !self.finished => return None,
+                _ if self.start == self.end => return None,
+                _ => {
+                    // The next place a magic can begin.
+                    let rest = &self.buffer[self.start + 1..self.end];
+                    let step = 1 + rest.iter().position(|byte| *byte == MAGIC[0]).unwrap_or(rest.len());
+                    self.start += step;
+                    self.skipped += step as u64;
+                }
+            }
+        };
+        let start = self.start;
+        self.start += HEADER + length + TAIL;
+        let message = &self.buffer[start..self.start];
+        Some(Raw {
+            kind: word(message, 4),
+            sequence: word(message, 12),
+            check: word(message, HEADER + length),
+            payload: &message[HEADER..HEADER + length],
+        })
+    }
+
+    fn found(&self) -> Found {
+        let bytes = &self.buffer[self.start..self.end];
+        let known = bytes.len().min(MAGIC.len());
+        if bytes[..known] != MAGIC[..known] {
+            return Found::Nothing;
+        }
+        if bytes.len() < HEADER {
+            return Found::Unknown;
+        }
+        let length = word(bytes, 8) as usize;
+        let sound = crc32fast::hash(&bytes[..HEADER - 4]) == word(bytes, HEADER - 4);
+        if !sound || length > MAX_PAYLOAD || !length.is_multiple_of(4) {
+            return Found::Nothing;
+        }
+        let total = HEADER + length + TAIL;
+        if bytes.len() < total {
+            return Found::Unknown;
+        }
+        let sound = crc32fast::hash(&bytes[..total - TAIL]) == word(bytes, total - TAIL);
+        if sound { Found::Message(length) } else { Found::Nothing }
+    }
+}
+
+/// The 32 bits at a byte offset.
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Sequence numbers of the messages in `bytes`, read in pieces of at most `piece`, and the bytes that belong to
+    /// none.
+    fn decoded(mut bytes: &[u8], piece: usize) -> (Vec<(u32, Vec<u8>)>, u64) {
+        let mut decoder = Decoder::default();
+        let mut messages = Vec::new();
+        loop {
+            let mut part = &bytes[..bytes.len().min(piece)];
+            let length = part.len();
+            let more = decoder.read(&mut part).unwrap();
+            bytes = &bytes[length - part.len()..];
+            while let Some(raw) = decoder.message() {
+                messages.push((raw.sequence, raw.payload.to_vec()));
+            }
+            if !more {
+                return (messages, decoder.skipped());
+            }
+        }
+    }
+
+    #[test]
+    fn the_check_is_the_usual_crc_32() {
+        let mut out = Vec::new();
+        encode(1, 2, &[], &mut out);
+        assert_eq!(crc32fast::hash(b"123456789"), 0xcbf4_3926);
+        assert_eq!(out[..16], [b'H', b'L', b'N', b'V', 1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0]);
+        assert_eq!(out.len(), HEADER + TAIL);
+    }
+
+    #[test]
+    fn the_longest_message_passes_and_a_longer_header_is_none() {
+        let payload = vec![0x48; MAX_PAYLOAD];
+        let mut bytes = Vec::new();
+        encode(3, 7, &payload, &mut bytes);
+        assert_eq!(decoded(&bytes, 1000), (vec![(7, payload)], 0));
+        // A header that is sound but for its length.
+        let mut long = MAGIC.to_vec();
+        [3, MAX_PAYLOAD as u32 + 4, 0].iter().for_each(|word: &u32| long.extend(word.to_le_bytes()));
+        long.extend(crc32fast::hash(&long).to_le_bytes());
+        let mut bytes = long.clone();
+        encode(3, 8, &[1, 2, 3, 4], &mut bytes);
+        assert_eq!(decoded(&bytes, usize::MAX), (vec![(8, vec![1, 2, 3, 4])], long.len() as u64));
+    }
+
+    /// A message, or what may come in its place.
+    #[derive(Debug, Clone)]
+    enum Piece {
+        Good(Vec<u8>),
+        Flipped(Vec<u8>, prop::sample::Index),
+        CutAt(Vec<u8>, prop::sample::Index),
+        Noise(Vec<u8>),
+        Magic(Vec<u8>),
+    }
+
+    fn piece() -> impl Strategy<Value = Piece> {
+        let payload = || prop::collection::vec(any::<u8>(), 0..20).prop_map(|words| words.repeat(4));
+        let index = any::<prop::sample::Index>;
+        prop_oneof![
+            4 => payload().prop_map(Piece::Good),
+            1 => (payload(), index()).prop_map(|(p, i)| Piece::Flipped(p, i)),
+            1 => (payload(), index()).prop_map(|(p, i)| Piece::CutAt(p, i)),
+            1 => prop::collection::vec(any::<u8>(), 0..50).prop_map(Piece::Noise),
+            1 => prop::collection::vec(any::<u8>(), 0..8).prop_map(|rest| Piece::Magic([&MAGIC[..], &rest].concat())),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// Whatever is between them, all whole messages come, in order, and every other byte is counted.
+        #[test]
+        fn no_good_message_is_lost(pieces in prop::collection::vec(piece(), 0..12), size in 1..300usize) {
+            let (mut bytes, mut good, mut other) = (Vec::new(), Vec::new(), 0);
+            for (sequence, piece) in pieces.into_iter().enumerate() {
+                let mut message = Vec::new();
+                match piece {
+                    Piece::Good(payload) => {
+                        encode(1, sequence as u32, &payload, &mut message);
+                        good.push((sequence as u32, payload));
+                        bytes.extend(message);
+                        continue;
+                    }
+                    Piece::Flipped(payload, at) => {
+                        encode(1, sequence as u32, &payload, &mut message);
+                        let at = at.index(8 * message.len());
+                        message[at / 8] ^= 1 << (at % 8);
+                    }
+                    Piece::CutAt(payload, at) => {
+                        encode(1, sequence as u32, &payload, &mut message);
+                        // With one byte missing, one byte in 256 that follows makes it whole again.
+                        message.truncate(at.index(message.len() - TAIL));
+                    }
+                    Piece::Noise(noise) | Piece::Magic(noise) => message = noise,
+                }
+                other += message.len() as u64;
+                bytes.extend(message);
+            }
+            prop_assert_eq!(decoded(&bytes, size), (good, other));
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! What the messages say: registers, telemetry, the records of a frame, commands.
+//!
+//! | kind | message | payload, little-endian |
+//! |---|---|---|
+//! | 1 | registers | pairs of `u32`: byte address, value. The source sends all its registers when it starts |
+//! | 2 | telemetry | `u32` frame, `u32` 0, `u64` time in microseconds, then eight `f64`, see below |
+//! | 3 | frame | the records of one feature packet as the hardware emits them, eight `u32` each, the trailer last |
+//! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop |
+//!
+//! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
+//! heading (radians) and range (m). Telemetry is what the sensors read when the frame of that number was exposed: roll,
+//! pitch and yaw as in [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view across
+//! the columns. It may come before or after its frame. The standard errors are what IMU and laser are good for now:
+//! over rough ground the laser's is that of the relief.
+
+use hoverlock_fixed_point::model::bit_true::{FLAG_TRAILER, FeatureRecord};
+use hoverlock_reference::motion::orthophoto::Attitude;
+use hoverlock_reference::motion::pose::Sensors;
+
+/// Kind of a register block.
+pub const REGISTERS: u32 = 1;
+/// Kind of telemetry.
+pub const TELEMETRY: u32 = 2;
+/// Kind of a frame's records.
+pub const FRAME: u32 = 3;
+/// Kind of a command.
+pub const COMMAND: u32 = 4;
+
+/// Bytes of a record.
+pub const RECORD: usize = 32;
+
+/// Bytes of telemetry.
+const TELEMETRY_BYTES: usize = 80;
+
+/// Why a message whose checks passed is refused: its source is wrong, or sends another version.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MessageError {
+    /// A kind that is not in the table.
+    #[error("message of unknown kind {0}")]
+    Kind(u32),
+    /// The payload has another length than its kind.
+    #[error("message of kind {kind} with a payload of {bytes} bytes")]
+    Length {
+        /// Its kind.
+        kind: u32,
+        /// Bytes of its payload.
+        bytes: usize,
+    },
+    /// A command that is not in the table.
+    #[error("unknown command {0}")]
+    Command(u32),
+    /// A reading that no sensor gives.
+    #[error("telemetry: {0} is out of its range")]
+    Reading(&'static str),
+    /// The last record is no trailer, or the trailer counts other features than there are.
+    #[error("records without their trailer")]
+    Trailer,
+    /// A record is neither a feature of this frame nor its trailer.
+    #[error("record {0} is not a feature")]
+    Record(usize),
+}
+
+/// A register block.
+#[derive(Debug, Clone, Copy)]
+pub struct Registers<'a>(&'a [u8]);
+
+impl<'a> Registers<'a> {
+    /// The block of a payload.
+    ///
+    /// # Errors
+    /// Where the payload is not made of pairs.
+    pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
+        let sound = payload.len().is_multiple_of(8);
+        if sound { Ok(Self(payload)) } else { Err(MessageError::Length { kind: REGISTERS, bytes: payload.len() }) }
+    }
+
+    /// The value at a byte address.
+    pub fn get(&self, address: u32) -> Option<u32> {
+        self.0.chunks_exact(8).find(|pair| word(pair, 0) == address).map(|pair| word(pair, 1))
+    }
+}
+
+/// The payload of a register block: pairs of byte address and value.
+pub fn encode_registers(registers: &[(u32, u32)]) -> Vec<u8> {
+    registers.iter().flat_map(|(address, value)| [*address, *value]).flat_map(u32::to_le_bytes).collect()
+}
+
+/// What the sensors read when a frame was exposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Telemetry {
+    /// Number of the frame, as in its trailer.
+    pub frame: u32,
+    /// Time, microseconds.
+    pub time_us: u64,
+    /// Attitude of the camera.
+    pub attitude: Attitude,
+    /// Range along the optical axis, m.
+    pub range: f64,
+    /// Field of view across the columns, radians.
+    pub field_of_view: f64,
+    /// Standard errors of the readings.
+    pub sensors: Sensors,
+}
+
+impl Telemetry {
+    /// The telemetry of a payload.
+    ///
+    /// # Errors
+    /// Where the length is wrong, or a reading is not one that a sensor gives: not finite, tilted by a right angle or
+    /// more, a range of 0 or less, a field of view outside (0, 180) degrees.
+    pub fn parse(payload: &[u8]) -> Result<Self, MessageError> {
+        let bytes: &[u8; TELEMETRY_BYTES] =
+            payload.try_into().map_err(|_| MessageError::Length { kind: TELEMETRY, bytes: payload.len() })?;
+        let long = |i: usize| u64::from(word(bytes, i)) | u64::from(word(bytes, i + 1)) << 32;
+        let reading = |i: usize, name: &'static str, valid: fn(f64) -> bool| {
+            let value = f64::from_bits(long(4 + 2 * i));
+            if value.is_finite() && valid(value) { Ok(value) } else { Err(MessageError::Reading(name)) }
+        };
+        let error: fn(f64) -> bool = |sigma| sigma > 0.0;
+        let tilt: fn(f64) -> bool = |angle| angle.abs() < std::f64::consts::FRAC_PI_2;
+        Ok(Self {
+            frame: word(bytes, 0),
+            time_us: long(2),
+            attitude: Attitude {
+                roll: reading(0, "roll", tilt)?,
+                pitch: reading(1, "pitch", tilt)?,
+                yaw: reading(2, "yaw", |angle| angle.abs() <= std::f64::consts::TAU)?,
+            },
+            range: reading(3, "range", |range| range > 0.0 && range < 1e5)?,
+            field_of_view: reading(4, "field of view", |angle| angle > 1e-3 && angle < std::f64::consts::PI)?,
+            sensors: Sensors {
+                tilt: reading(5, "the standard error of tilt", error)?,
+                heading: reading(6, "the standard error of heading", error)?,
+                range: reading(7, "the standard error of range", error)?,
+            },
+        })
+    }
+
+    /// Its payload.
+    pub fn encode(&self) -> Vec<u8> {
+        let Attitude { roll, pitch, yaw } = self.attitude;
+        let mut payload = Vec::with_capacity(TELEMETRY_BYTES);
+        payload.extend(u64::from(self.frame).to_le_bytes());
+        payload.extend(self.time_us.to_le_bytes());
+        let Sensors { tilt, heading, range } = self.sensors;
+        let readings = [roll, pitch, yaw, self.range, self.field_of_view, tilt, heading, range];
+        payload.extend(readings.iter().flat_map(|reading| reading.to_le_bytes()));
+        payload
+    }
+}
+
+/// The last record of a frame's packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Trailer {
+    /// Frames finished since reset.
+    pub frame: u32,
+    /// Error bits, as in the status register.
+    pub errors: u16,
+    /// Features emitted.
+    pub count: u32,
+    /// Features dropped.
+    pub dropped: u32,
+    /// Thresholds of the frame: scale pair 1 above 0, 16 bits each.
+    pub thresholds: u32,
+}
+
+impl Trailer {
+    fn parse(words: &[u32; 8]) -> Option<Self> {
+        let flags = words[1] >> 16;
+        (flags == u32::from(FLAG_TRAILER)).then(|| Self {
+            frame: words[0],
+            errors: words[1] as u16,
+            count: words[2],
+            dropped: words[3],
+            thresholds: words[4],
+        })
+    }
+
+    fn pack(&self) -> [u32; 8] {
+        let flags = u32::from(FLAG_TRAILER) << 16 | u32::from(self.errors);
+        [self.frame, flags, self.count, self.dropped, self.thresholds, 0, 0, 0]
+    }
+}
+
+/// The records of a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame<'a> {
+    /// The trailer.
+    pub trailer: Trailer,
+    records: &'a [u8],
+}
+
+impl<'a> Frame<'a> {
+    /// The frame of a payload: whole records, the trailer last, as many features as it counts.
+    ///
+    /// # Errors
+    /// Where it is not so.
+    pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
+        if payload.is_empty() || !payload.len().is_multiple_of(RECORD) {
+            return Err(MessageError::Length { kind: FRAME, bytes: payload.len() });
+        }
+        let (records, last) = payload.split_at(payload.len() - RECORD);
+        let trailer = Trailer::parse(&record(last)).ok_or(MessageError::Trailer)?;
+        if trailer.count as usize != records.len() / RECORD {
+            return Err(MessageError::Trailer);
+        }
+        Ok(Self { trailer, records })
+    }
+
+    /// The features in order; for each record that is none, its index as an error.
+    pub fn features(&self) -> impl Iterator<Item = Result<FeatureRecord, MessageError>> {
+        let records = self.records.chunks_exact(RECORD).enumerate();
+        records.map(|(i, bytes)| FeatureRecord::unpack(&record(bytes)).ok_or(MessageError::Record(i)))
+    }
+}
+
+/// The payload of a frame: its features, then the trailer that counts them.
+pub fn encode_frame(
+    frame: u32,
+    features: &[FeatureRecord],
+    errors: u16,
+    dropped: u32,
+    thresholds: [u32; 2],
+) -> Vec<u8> {
+    let count = features.len() as u32;
+    let trailer = Trailer { frame, errors, count, dropped, thresholds: thresholds[1] << 16 | thresholds[0] };
+    let records = features.iter().map(FeatureRecord::pack).chain([trailer.pack()]);
+    records.flatten().flat_map(u32::to_le_bytes).collect()
+}
+
+/// What the pilot or the control system wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Command {
+    /// The next frame becomes the reference.
+    Capture,
+    /// The camera's widest view.
+    Wide,
+    /// The camera's narrowest view.
+    Narrow,
+    /// The program ends.
+    Stop,
+}
+
+impl Command {
+    /// The command of a payload.
+    ///
+    /// # Errors
+    /// Where it is not in the table.
+    pub fn parse(payload: &[u8]) -> Result<Self, MessageError> {
+        let bytes: [u8; 4] =
+            payload.try_into().map_err(|_| MessageError::Length { kind: COMMAND, bytes: payload.len() })?;
+        match u32::from_le_bytes(bytes) {
+            1 => Ok(Self::Capture),
+            2 => Ok(Self::Wide),
+            3 => Ok(Self::Narrow),
+            4 => Ok(Self::Stop),
+            other => Err(MessageError::Command(other)),
+        }
+    }
+
+    /// Its payload.
+    pub fn encode(self) -> [u8; 4] {
+        let code: u32 = match self {
+            Self::Capture => 1,
+            Self::Wide => 2,
+            Self::Narrow => 3,
+            Self::Stop => 4,
+        };
+        code.to_le_bytes()
+    }
+}
+
+/// The 32 bits at an index.
+fn word(bytes: &[u8], index: usize) -> u32 {
+    let at = 4 * index;
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+/// The eight words of a record of 32 bytes.
+fn record(bytes: &[u8]) -> [u32; 8] {
+    std::array::from_fn(|i| word(bytes, i))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TELEMETRY: Telemetry = Telemetry {
+        frame: 7,
+        time_us: 1 << 40,
+        attitude: Attitude { roll: 0.01, pitch: -0.02, yaw: 3.0 },
+        range: 100.0,
+        field_of_view: 0.87,
+        sensors: Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 },
+    };
+
+    proptest! {
+        /// What is written is read; no payload, whatever its bytes, makes a reader panic.
+        #[test]
+        fn any_payload_is_read_or_refused(payload in prop::collection::vec(any::<u8>(), 0..200)) {
+            let _ = Telemetry::parse(&payload);
+            let _ = Command::parse(&payload);
+            if let Ok(block) = Registers::parse(&payload) {
+                block.get(0);
+            }
+            if let Ok(frame) = Frame::parse(&payload) {
+                frame.features().count();
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        assert_eq!(Telemetry::parse(&TELEMETRY.encode()), Ok(TELEMETRY));
+        for command in [Command::Capture, Command::Wide, Command::Narrow, Command::Stop] {
+            assert_eq!(Command::parse(&command.encode()), Ok(command));
+        }
+        let payload = encode_registers(&[(0x10, 5), (0x14, 6)]);
+        let block = Registers::parse(&payload).unwrap();
+        assert_eq!([block.get(0x10), block.get(0x14), block.get(0x18)], [Some(5), Some(6), None]);
+        let mut words = [3, 1 << 16 | 9, 0, 0, 1, 2, 3, 4];
+        let feature = FeatureRecord::unpack(&words).unwrap();
+        let payload = encode_frame(4, &[feature], 2, 6, [100, 200]);
+        let frame = Frame::parse(&payload).unwrap();
+        assert_eq!(frame.trailer, Trailer { frame: 4, errors: 2, count: 1, dropped: 6, thresholds: 200 << 16 | 100 });
+        assert!(frame.features().eq([Ok(feature)]));
+        // A flag that no feature has.
+        words[1] |= 1 << 20;
+        let payload: Vec<u8> =
+            words.iter().flat_map(|w| w.to_le_bytes()).chain(payload[RECORD..].iter().copied()).collect();
+        assert!(Frame::parse(&payload).unwrap().features().eq([Err(MessageError::Record(0))]));
+    }
+
+    #[test]
+    fn readings_that_no_sensor_gives_are_refused() {
+        let refused = |telemetry: Telemetry, name| {
+            assert_eq!(Telemetry::parse(&telemetry.encode()), Err(MessageError::Reading(name)));
+        };
+        refused(Telemetry { range: 0.0, ..TELEMETRY }, "range");
+        refused(Telemetry { range: f64::NAN, ..TELEMETRY }, "range");
+        refused(Telemetry { field_of_view: 3.2, ..TELEMETRY }, "field of view");
+        refused(Telemetry { attitude: Attitude { roll: 1.6, ..TELEMETRY.attitude }, ..TELEMETRY }, "roll");
+        refused(Telemetry { attitude: Attitude { pitch: f64::INFINITY, ..TELEMETRY.attitude }, ..TELEMETRY }, "pitch");
+        refused(
+            Telemetry { sensors: Sensors { range: 0.0, ..TELEMETRY.sensors }, ..TELEMETRY },
+            "the standard error of range",
+        );
+        refused(Telemetry { attitude: Attitude { yaw: 7.0, ..TELEMETRY.attitude }, ..TELEMETRY }, "yaw");
+    }
+
+    #[test]
+    fn a_frame_without_its_trailer_is_refused() {
+        let payload = encode_frame(4, &[], 0, 0, [1, 1]);
+        assert_eq!(Frame::parse(&payload).map(|f| f.trailer.count), Ok(0));
+        let feature = FeatureRecord::unpack(&[0; 8]).unwrap();
+        let payload = encode_frame(4, &[feature, feature], 0, 0, [1, 1]);
+        assert_eq!(Frame::parse(&payload[RECORD..]).map(|_| ()), Err(MessageError::Trailer));
+        assert_eq!(Frame::parse(&payload[..2 * RECORD]).map(|_| ()), Err(MessageError::Trailer));
+        assert!(Frame::parse(&payload[4..]).is_err() && Frame::parse(&[]).is_err());
+    }
+}

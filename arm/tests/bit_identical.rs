@@ -1,0 +1,55 @@
+//! The ARM binary under qemu writes the same bytes as the host's.
+
+mod support;
+
+use hoverlock_reference::image::picture::data_dir;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The binary of `make arm`, where it and qemu are there.
+fn arm_binary() -> Option<PathBuf> {
+    let target = Path::new(env!("CARGO_BIN_EXE_hoverlock-nav")).ancestors().nth(2)?;
+    let binary = target.join("arm/armv7-unknown-linux-gnueabihf/release/hoverlock-nav");
+    let qemu = Command::new("qemu-arm").arg("--version").output().is_ok();
+    (qemu && binary.is_file()).then_some(binary)
+}
+
+fn run(command: &mut Command, stream: &Path) -> Output {
+    let output = command.arg(stream).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+/// Both programs on one stream: the lines, where they are the same.
+fn compare(arm: &Path, name: &str, bytes: &[u8]) -> String {
+    let stream = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("hln");
+    std::fs::write(&stream, bytes).unwrap();
+    let host = run(&mut Command::new(env!("CARGO_BIN_EXE_hoverlock-nav")), &stream);
+    let flown = run(Command::new("qemu-arm").args(["-cpu", "cortex-a9"]).arg(arm), &stream);
+    let text = |output: &Output| String::from_utf8(output.stdout.clone()).unwrap();
+    assert_eq!(text(&host), text(&flown), "{name}: run `make arm` if the sources have changed since");
+    assert_eq!(host.stderr, flown.stderr, "{name}");
+    text(&host)
+}
+
+#[test]
+fn host_and_arm_write_the_same_bytes() {
+    let Some(arm) = arm_binary() else {
+        eprintln!("SKIPPED: host_and_arm_write_the_same_bytes: no ARM binary or no qemu-arm; run `make arm`");
+        return;
+    };
+    let lines = compare(&arm, "scene", &support::scene::stream(800, 10).messages.concat());
+    assert_eq!(lines.matches("\"status\":\"estimate\"").count(), 9, "{lines}");
+    let Some(folder) = data_dir() else {
+        eprintln!("SKIPPED: host_and_arm_write_the_same_bytes: no folder of real pictures, set HOVERLOCK_DATA");
+        return;
+    };
+    let mut estimates = 0;
+    for name in ["caliterra", "copr_dunes", "drone_park", "forest_flight"] {
+        let source = support::sequence(&folder.join("sequences").join(name)).unwrap();
+        let lines = compare(&arm, name, &source.messages.concat());
+        estimates += lines.matches("x_e_m").count();
+    }
+    // Not the same reason for each: the search and the pose fit are compared too.
+    assert!(estimates >= 4, "{estimates} estimates");
+}

@@ -1,0 +1,340 @@
+//! Whole streams through the program's state: what comes out, how much memory and work it takes, and what damage does
+//! to it.
+
+mod support;
+
+use hoverlock_arm::framing::Decoder;
+use hoverlock_arm::line::{Line, Reason, Status};
+use hoverlock_arm::message::{self, Command, Telemetry};
+use hoverlock_arm::navigator::{Navigator, Next};
+use hoverlock_reference::motion::orthophoto::Attitude;
+use proptest::prelude::*;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::OnceLock;
+use support::Source;
+use support::scene::{self, displacement, records, stream, telemetry};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The system's allocator, with a count for each thread.
+struct Counting;
+
+// SAFETY: every call is handed on to the system's allocator as it came; counting does not allocate.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // A thread that ends has no counter any more, and is not counted.
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`, and the pointer came from the system.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller keeps the contract of `realloc`, and the pointer came from the system.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// All lines of a byte stream.
+fn flown(mut bytes: &[u8], mut navigator: Navigator) -> Vec<Line> {
+    let (mut decoder, mut lines) = (Decoder::default(), Vec::new());
+    'stream: loop {
+        let more = decoder.read(&mut bytes).unwrap();
+        while let Some(raw) = decoder.message() {
+            if navigator.take(&raw, &mut |line| lines.push(line.clone())).unwrap() == Next::Stop {
+                break 'stream;
+            }
+        }
+        if !more {
+            break;
+        }
+    }
+    navigator.finish(&mut |line| lines.push(line.clone()));
+    lines
+}
+
+fn lines(source: &Source) -> Vec<Line> {
+    flown(&source.messages.concat(), Navigator::default())
+}
+
+/// Every frame after the first has an estimate within 5 cm of the truth.
+fn assert_tracked(lines: &[Line]) {
+    assert_eq!(lines[0].status, Status::Reference, "{:?}", lines[0]);
+    for line in &lines[1..] {
+        let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
+        let (x, y) = displacement(line.frame.unwrap());
+        let miss = (estimate.x_e_m - x).hypot(estimate.y_e_m - y);
+        assert!(miss < 0.05, "{miss} m: {line:?}");
+    }
+}
+
+#[test]
+fn a_flight_over_flat_ground_is_tracked_to_centimetres() {
+    let lines = lines(&stream(600, 8));
+    assert_eq!(lines.len(), 8);
+    assert_tracked(&lines);
+    assert!(lines[1..].iter().all(|line| line.status == Status::Estimate), "{lines:?}");
+}
+
+#[test]
+fn after_the_first_frames_nothing_is_allocated() {
+    let source = stream(1400, 8);
+    let mut navigator = Navigator::default();
+    let mut text = Vec::with_capacity(4096);
+    let mut allocated = Vec::new();
+    let mut statuses = Vec::new();
+    for message in &source.messages {
+        let mut decoder = Decoder::default();
+        let before = ALLOCATIONS.get();
+        assert!(decoder.read(&mut &message[..]).unwrap());
+        let raw = decoder.message().unwrap();
+        navigator.take(&raw, &mut |line| line.write(&mut text)).unwrap();
+        if raw.kind == message::FRAME {
+            allocated.push(ALLOCATIONS.get() - before);
+            statuses.push(text.starts_with(b"{\"frame\":") && text.windows(5).any(|part| part == b"x_e_m"));
+        }
+    }
+    // The first frame is the reference; all others are estimated.
+    assert_eq!(allocated, [0; 8]);
+    assert_eq!(statuses, [false, true, true, true, true, true, true, true]);
+}
+
+#[test]
+fn a_frame_that_would_run_late_says_so_and_gives_its_best() {
+    let source = stream(600, 3);
+    let work = |limit: u64| flown(&source.messages.concat(), Navigator::with_work(limit))[2].clone();
+    let whole = work(u64::MAX);
+    assert_eq!(whole.status, Status::Estimate);
+    let late = work(whole.work - 1);
+    assert_eq!(late.status, Status::Late);
+    assert!(late.work < whole.work && late.estimate.is_some(), "{late:?}");
+    let none = work(1000);
+    assert_eq!(none.status, Status::None);
+    assert!(none.reason.as_ref().unwrap().to_string().contains("work allowed"), "{none:?}");
+    // Every limit is kept, and the work of an estimate is not spent for nothing.
+    for limit in (0..whole.work).step_by(20_000) {
+        let line = work(limit);
+        assert!(line.work <= limit && (line.estimate.is_some() || line.reason.is_some()), "{line:?}");
+    }
+}
+
+#[test]
+fn more_features_than_the_program_takes_are_counted_as_dropped() {
+    let source = stream(1400, 2);
+    let sent = records(1400, 1).len();
+    let line = lines(&source)[1].clone();
+    assert!(sent > 1024);
+    assert_eq!((line.features, line.dropped), (1024, sent - 1024));
+    assert!(line.estimate.is_some());
+}
+
+#[test]
+fn telemetry_may_come_after_its_frame_and_is_missed_where_it_does_not_come() {
+    let mut source = stream(300, 4);
+    // Telemetry of frame 1 after its records; that of frame 2 lost.
+    source.messages.swap(4, 5);
+    source.messages.remove(6);
+    let lines = lines(&source);
+    assert_eq!(lines.iter().map(|line| line.frame).collect::<Vec<_>>(), [Some(0), Some(1), Some(2), Some(3)]);
+    assert!(lines[1].estimate.is_some() && lines[3].estimate.is_some());
+    assert_eq!(lines[2].reason, Some(Reason::Telemetry));
+}
+
+#[test]
+fn a_restarted_source_keeps_the_reference() {
+    let mut source = stream(300, 3);
+    let mut again = Source::default();
+    again.start(scene::SIZE.0, scene::SIZE.1);
+    // The frame counter begins anew, the ground has not moved.
+    for frame in 0..2 {
+        let telemetry = Telemetry { frame, ..telemetry(frame + 3) };
+        again.frame(&telemetry, &records(300, frame + 3), [2000, 2000]);
+    }
+    source.messages.extend(again.messages);
+    let lines = lines(&source);
+    assert_eq!(lines.len(), 5);
+    let (x, _) = displacement(4);
+    assert!((lines[4].estimate.unwrap().x_e_m - x).abs() < 0.05);
+    assert_eq!(lines[4].frame, Some(1));
+}
+
+#[test]
+fn a_clock_that_jumps_costs_no_frame() {
+    let mut source = Source::default();
+    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send(message::COMMAND, &Command::Capture.encode());
+    for (frame, time_us) in [0, 66_667, 5, u64::MAX, 133_334, 0].into_iter().enumerate() {
+        let frame = frame as u32;
+        source.frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), [2000, 2000]);
+    }
+    assert_tracked(&lines(&source));
+}
+
+#[test]
+fn every_frame_without_an_estimate_has_its_reason() {
+    let reasons = |source: &Source| -> Vec<Option<Reason>> { lines(source).into_iter().map(|l| l.reason).collect() };
+    let mut source = Source::default();
+    source.frame(&telemetry(0), &records(300, 0), [2000, 2000]);
+    assert_eq!(reasons(&source), [Some(Reason::Registers)]);
+    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.frame(&telemetry(1), &records(300, 1), [2000, 2000]);
+    assert_eq!(reasons(&source)[1], Some(Reason::Reference));
+    source.send(message::COMMAND, &Command::Capture.encode());
+    source.frame(&telemetry(2), &records(300, 2), [2000, 2000]);
+    let zoomed = Telemetry { field_of_view: 0.1, ..telemetry(3) };
+    source.frame(&zoomed, &records(300, 3), [2000, 2000]);
+    source.frame(&telemetry(4), &[], [2000, 2000]);
+    source.send(message::FRAME, &message::encode_frame(5, &records(300, 5), 2, 0, [2000, 2000]));
+    let mut outside = records(300, 6);
+    outside[7].x = 1024;
+    source.send(message::FRAME, &message::encode_frame(6, &outside, 0, 0, [2000, 2000]));
+    source.send(message::FRAME, &[0; 32]);
+    // A level camera that claims to be turned by 20 degrees: the pictures know better.
+    let turned =
+        Telemetry { attitude: Attitude { yaw: 0.35, ..Attitude::default() }, time_us: 9_000_000, ..telemetry(7) };
+    source.frame(&turned, &records(300, 7), [2000, 2000]);
+    let reasons = reasons(&source);
+    let texts: Vec<String> = reasons[3..].iter().map(|reason| reason.as_ref().unwrap().to_string()).collect();
+    assert_eq!(reasons[2], None);
+    for (text, part) in texts.iter().zip([
+        "field of view has changed",
+        "0 matches",
+        "error bits 0x0002",
+        "feature 7 lies outside",
+        "without their trailer",
+        "pictures and sensors disagree",
+    ]) {
+        assert!(text.contains(part), "{text:?} does not say {part:?}");
+    }
+    assert_eq!(texts.len(), 6);
+}
+
+#[test]
+fn another_fpga_is_refused() {
+    let mut source = stream(10, 1);
+    let mut payload = message::encode_registers(&[(0, 0x484c_434c)]);
+    payload.extend([0; 8]);
+    let mut other = Source::default();
+    other.send(message::REGISTERS, &payload);
+    source.messages.splice(0..1, other.messages);
+    let bytes = source.messages.concat();
+    let mut decoder = Decoder::default();
+    decoder.read(&mut &bytes[..]).unwrap();
+    let refused = Navigator::default().take(&decoder.message().unwrap(), &mut |_| ());
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "register identification reads 0x484c434c, not 0x484c434b: no Hoverlock core at this address; correct the \
+         base address"
+    );
+}
+
+/// What happens to a message on the way.
+#[derive(Debug, Clone)]
+enum Fate {
+    Arrives,
+    IsLost,
+    ComesTwice,
+    IsFlipped(prop::sample::Index),
+    IsCut(prop::sample::Index),
+    FollowsNoise(Vec<u8>),
+    FollowsAFalseHeader(Vec<u8>),
+}
+
+fn fate() -> impl Strategy<Value = Fate> {
+    let noise = || prop::collection::vec(any::<u8>(), 0..40);
+    prop_oneof![
+        6 => Just(Fate::Arrives),
+        1 => Just(Fate::IsLost),
+        1 => Just(Fate::ComesTwice),
+        1 => any::<prop::sample::Index>().prop_map(Fate::IsFlipped),
+        1 => any::<prop::sample::Index>().prop_map(Fate::IsCut),
+        1 => noise().prop_map(Fate::FollowsNoise),
+        1 => noise().prop_map(Fate::FollowsAFalseHeader),
+    ]
+}
+
+/// A flight, and another after a restart: frame and message numbers begin anew, clock and ground go on.
+fn flight() -> &'static [Vec<u8>] {
+    static FLIGHT: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
+    FLIGHT.get_or_init(|| {
+        let mut again = Source::default();
+        again.start(scene::SIZE.0, scene::SIZE.1);
+        for frame in 0..3 {
+            again.frame(&Telemetry { frame, ..telemetry(frame + 4) }, &records(60, frame + 4), [2000, 2000]);
+        }
+        [stream(60, 4).messages, again.messages].concat()
+    })
+}
+
+/// The kind of a whole message, and its frame number where it is telemetry.
+fn kind(message: &[u8]) -> (u32, u32) {
+    let word = |at: usize| u32::from_le_bytes(message[at..at + 4].try_into().unwrap());
+    (word(4), word(20))
+}
+
+proptest! {
+    // Shrinking is of no use to a reader here, and takes as long as the search.
+    #![proptest_config(ProptestConfig { cases: 10_000, max_shrink_iters: 100, ..ProptestConfig::default() })]
+
+    /// Every frame whose message arrives whole has its line, once and in order, whatever happens to the others; and
+    /// where its telemetry
+    /// arrived too, it is not said to be missing.
+    #[test]
+    fn ten_thousand_damaged_streams_lose_no_good_frame(fates in prop::collection::vec(fate(), flight().len())) {
+        let mut bytes = Vec::new();
+        let mut expected: Vec<(u32, bool)> = Vec::new();
+        let mut telemetry = None;
+        for (message, fate) in flight().iter().zip(&fates) {
+            let (kind, first) = kind(message);
+            let mut damaged = message.clone();
+            let whole = match fate {
+                Fate::Arrives => true,
+                Fate::IsLost => { damaged.clear(); false }
+                Fate::ComesTwice => { damaged.extend(message); true }
+                Fate::IsFlipped(at) => {
+                    let at = at.index(8 * damaged.len());
+                    damaged[at / 8] ^= 1 << (at % 8);
+                    false
+                }
+                // With one byte missing, one byte in 256 that follows makes it whole again.
+                Fate::IsCut(at) => { damaged.truncate(at.index(damaged.len() - 4)); false }
+                Fate::FollowsNoise(noise) => { damaged.splice(0..0, noise.iter().copied()); true }
+                Fate::FollowsAFalseHeader(noise) => {
+                    damaged.splice(0..0, b"HLNV".iter().chain(noise).copied());
+                    true
+                }
+            };
+            bytes.extend(damaged);
+            if whole && kind == message::TELEMETRY {
+                telemetry = Some(first);
+            }
+            if kind == message::FRAME {
+                let trailer = message.len() - 4 - message::RECORD;
+                let number = u32::from_le_bytes(message[trailer..trailer + 4].try_into().unwrap());
+                if whole {
+                    expected.push((number, telemetry == Some(number)));
+                }
+                telemetry = None;
+            }
+        }
+        let lines = flown(&bytes, Navigator::with_work(60_000));
+        let found: Vec<_> = lines.iter().map(|line| line.frame).collect();
+        prop_assert_eq!(found, expected.iter().map(|(number, _)| Some(*number)).collect::<Vec<_>>());
+        for (line, (_, has_telemetry)) in lines.iter().zip(&expected) {
+            let missing = line.reason == Some(Reason::Telemetry);
+            prop_assert!(!(missing && *has_telemetry), "{:?}", line);
+            prop_assert!((line.status == Status::None) == line.reason.is_some());
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! A stream as the FPGA and the sensors of a flight would make it, out of a folder of real frames.
+
+#![allow(dead_code)] // each test uses a part of it
+
+pub mod scene;
+
+use hoverlock_arm::framing::encode;
+use hoverlock_arm::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
+use hoverlock_arm::message::{self, Command, Telemetry, encode_frame, encode_registers};
+use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_reference::image::picture::Picture;
+use hoverlock_reference::motion::orthophoto::Attitude;
+use hoverlock_reference::motion::pose::Sensors;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Range of the first frame, m: the pictures do not tell their height.
+const RANGE: f64 = 60.0;
+
+/// Field of view, radians.
+const FIELD_OF_VIEW: f64 = 0.87;
+
+/// Time between frames, microseconds.
+const FRAME_US: u64 = 66_667;
+
+/// The pictures come without the readings of an IMU and a laser: what is assumed of them is good for so much.
+const SENSORS: Sensors = Sensors { tilt: 0.06, heading: 0.02, range: 2.0 };
+
+/// Messages of one source, numbered from 0.
+#[derive(Default)]
+pub struct Source {
+    sequence: u32,
+    /// One message each.
+    pub messages: Vec<Vec<u8>>,
+}
+
+impl Source {
+    /// Appends a message.
+    pub fn send(&mut self, kind: u32, payload: &[u8]) {
+        let mut message = Vec::new();
+        encode(kind, self.sequence, payload, &mut message);
+        self.sequence += 1;
+        self.messages.push(message);
+    }
+
+    /// The register block of the emitted hardware.
+    pub fn start(&mut self, width: usize, height: usize) {
+        let block = [
+            (registers::IDENTIFICATION, IDENTIFICATION),
+            (registers::VERSION, VERSION),
+            (registers::EMISSION, EMISSION),
+            (registers::SIZE, (height as u32) << 16 | width as u32),
+        ];
+        self.send(message::REGISTERS, &encode_registers(&block));
+    }
+
+    /// Telemetry, then records.
+    pub fn frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: [u32; 2]) {
+        self.send(message::TELEMETRY, &telemetry.encode());
+        self.send(message::FRAME, &encode_frame(telemetry.frame, features, 0, 0, thresholds));
+    }
+}
+
+/// The stream of a folder `NN.png`: registers, the command to capture, then telemetry and records of each frame, out
+/// of the
+/// bit-true model with thresholds that have settled. Range and yaw follow the scale and rotation of `pseudo_gt.csv`
+/// where it has them; roll and
+/// pitch are 0, as the pictures do not tell them.
+///
+/// # Errors
+/// Where a file cannot be read.
+pub fn sequence(folder: &Path) -> io::Result<Source> {
+    let text = std::fs::read_to_string(folder.join("pseudo_gt.csv"))?;
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder)?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "png"));
+    files.sort();
+    let mut model = SimdBitTrue::new(&KT27).map_err(io::Error::other)?;
+    let mut controller = ThresholdController::new(&KT27);
+    let mut source = Source::default();
+    for (number, path) in files.iter().enumerate() {
+        let frame = Picture::open(path).map_err(io::Error::other)?.frame().luma;
+        if number == 0 {
+            source.start(frame.width(), frame.height());
+            source.send(message::COMMAND, &Command::Capture.encode());
+            // A camera that has looked at this ground for a while.
+            model.frame(&frame, controller.thresholds());
+            for _ in 0..100 {
+                controller.finish_frame(counts(&model.planes().features(controller.thresholds())));
+            }
+        }
+        let (rotation, scale) = motion(&text, number).unwrap_or((0.0, 1.0));
+        let telemetry = Telemetry {
+            frame: number as u32,
+            time_us: FRAME_US * number as u64,
+            attitude: Attitude { yaw: -rotation, ..Attitude::default() },
+            range: RANGE / scale,
+            field_of_view: FIELD_OF_VIEW,
+            sensors: SENSORS,
+        };
+        let thresholds = controller.thresholds();
+        let features = model.frame(&frame, thresholds);
+        source.frame(&telemetry, features, thresholds);
+        controller.finish_frame(counts(features));
+    }
+    Ok(source)
+}
+
+/// Rotation (radians) and scale of frame 0 to frame `number`, where they are known.
+fn motion(csv: &str, number: usize) -> Option<(f64, f64)> {
+    let row = csv.lines().find(|line| line.starts_with(&format!("0,{number},1,")))?;
+    let mut end = row.rsplit(',');
+    let scale: f64 = end.next()?.parse().ok()?;
+    let rotation: f64 = end.next()?.parse().ok()?;
+    Some((rotation.to_radians(), scale))
+}

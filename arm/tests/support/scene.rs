@@ -1,0 +1,105 @@
+//! Features of a made-up flat ground, and the stream of a camera that moves over it: known displacements, and quick
+//! enough for thousands.
+
+use super::Source;
+use hoverlock_arm::message::{self, Command, Telemetry};
+use hoverlock_fixed_point::model::bit_true::FeatureRecord;
+use hoverlock_reference::features::feature::Descriptor;
+use hoverlock_reference::motion::orthophoto::Attitude;
+use hoverlock_reference::motion::pose::Sensors;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Columns and rows of the camera.
+pub const SIZE: (usize, usize) = (1024, 768);
+
+/// Height over the ground, m.
+const HEIGHT: f64 = 100.0;
+
+/// Field of view, radians.
+const FIELD_OF_VIEW: f64 = 0.87;
+
+struct Point {
+    x: f64,
+    y: f64,
+    scale: u8,
+    bright: bool,
+    response: u16,
+    words: [u32; 4],
+}
+
+/// A record whose parabola has its vertex at the place, to 1/400 px.
+fn record(point: &Point, x: f64, y: f64, rng: &mut impl Rng) -> Option<FeatureRecord> {
+    let inside = x >= 18.0 && y >= 18.0 && x < SIZE.0 as f64 - 18.0 && y < SIZE.1 as f64 - 18.0;
+    let (column, row) = (x.round(), y.round());
+    let slope = |offset: f64| {
+        let lift = (200.0 * offset).round() as i32;
+        let beside = i32::from(point.response) - 100;
+        [(beside - lift) as u16, (beside + lift) as u16]
+    };
+    let ([left, right], [up, down]) = (slope(x - column), slope(y - row));
+    // Every bit flips with probability 1/16.
+    let mut flips = || rng.random::<u32>() & rng.random::<u32>() & rng.random::<u32>() & rng.random::<u32>();
+    let [a, b, c, d] = point.words.map(|word| word ^ flips());
+    inside.then_some(FeatureRecord {
+        x: column as u16,
+        y: row as u16,
+        response: point.response,
+        scale: point.scale,
+        bright: point.bright,
+        neighbours: [left, right, up, down],
+        descriptor: Descriptor { maxlbp: [a, b], sign: [c, d] },
+    })
+}
+
+/// Where the camera is at a frame, m along `X_e` and `Y_e` from frame 0.
+pub fn displacement(frame: u32) -> (f64, f64) {
+    let t = f64::from(frame);
+    (0.5 * t, -0.3 * t)
+}
+
+/// The telemetry of a frame.
+pub fn telemetry(frame: u32) -> Telemetry {
+    Telemetry {
+        frame,
+        time_us: 66_667 * u64::from(frame),
+        attitude: Attitude::default(),
+        range: HEIGHT,
+        field_of_view: FIELD_OF_VIEW,
+        sensors: Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 },
+    }
+}
+
+/// The records of a frame over `points` ground points.
+pub fn records(points: usize, frame: u32) -> Vec<FeatureRecord> {
+    let mut ground = ChaCha8Rng::seed_from_u64(points as u64);
+    let mut noise = ChaCha8Rng::seed_from_u64(u64::from(frame) + 1000);
+    let focal = SIZE.0 as f64 / 2.0 / (FIELD_OF_VIEW / 2.0).tan();
+    let (dx, dy) = displacement(frame);
+    let mut records: Vec<_> = (0..points)
+        .filter_map(|_| {
+            let point = Point {
+                x: SIZE.0 as f64 * ground.random::<f64>(),
+                y: SIZE.1 as f64 * ground.random::<f64>(),
+                scale: u8::from(ground.random::<bool>()),
+                bright: ground.random(),
+                response: 1000 + ground.random_range(0..500u16),
+                words: [ground.random(), ground.random(), ground.random(), ground.random()],
+            };
+            record(&point, point.x - focal * dx / HEIGHT, point.y - focal * dy / HEIGHT, &mut noise)
+        })
+        .collect();
+    records.sort_by_key(|record| (record.y, record.x, record.scale));
+    records
+}
+
+/// Registers, the command to capture, and `frames` frames of telemetry and records.
+pub fn stream(points: usize, frames: u32) -> Source {
+    let mut source = Source::default();
+    source.start(SIZE.0, SIZE.1);
+    source.send(message::COMMAND, &Command::Capture.encode());
+    for frame in 0..frames {
+        source.frame(&telemetry(frame), &records(points, frame), [2000, 2000]);
+    }
+    source
+}

@@ -1,0 +1,82 @@
+//! What is half-written when a signal comes: SIGINT (Ctrl-C) and SIGTERM remove it and then end the command as they
+//! always do.
+//!
+//! SIGBUS is the third: Verilator's FST writer maps its files into memory, and the system sends it where the disk is
+//! full.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, Once, PoisonError};
+
+use signal_hook::consts::{SIGBUS, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level;
+
+/// Temporary files and folders made, the latest last.
+static PENDING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+static WATCH: Once = Once::new();
+
+/// A file or folder that a signal removes, as long as this lives.
+pub struct Pending(PathBuf);
+
+impl Pending {
+    /// Begins to watch over `path`.
+    pub fn new(path: &Path) -> Self {
+        // Without a watch the files are still removed by everything but a signal.
+        WATCH.call_once(|| drop(watch()));
+        // Where the command is, not where it may go.
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        PENDING.lock().unwrap_or_else(PoisonError::into_inner).push(path.clone());
+        Self(path)
+    }
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        let mut pending = PENDING.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(at) = pending.iter().position(|path| *path == self.0) {
+            pending.remove(at);
+        }
+    }
+}
+
+fn remove(paths: &[PathBuf]) {
+    for path in paths.iter().filter(|path| !path.is_dir()) {
+        // The FST writer's second file.
+        let mut hierarchy = path.clone().into_os_string();
+        hierarchy.push(".hier");
+        let _ = (fs::remove_file(path), fs::remove_file(hierarchy));
+    }
+    // Only those that are empty go; they are registered from the deepest up.
+    for path in paths.iter().filter(|path| path.is_dir()) {
+        let _ = fs::remove_dir(path);
+    }
+}
+
+fn watch() -> io::Result<()> {
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    std::thread::Builder::new().name("signals".into()).spawn(move || {
+        for signal in signals.forever() {
+            remove(&PENDING.lock().unwrap_or_else(PoisonError::into_inner));
+            let _ = low_level::emulate_default_handler(signal);
+        }
+    })?;
+    let full = || {
+        // No lock is waited for, and nothing but system calls and short-lived strings: the thread that faulted is
+        // inside the FST writer, which holds no lock of the allocator while it stores samples.
+        if let Ok(pending) = PENDING.try_lock() {
+            remove(&pending);
+        }
+        let message =
+            b"hoverlock: the waves cannot be written: no space left on the disk; free some, or lower --wave-cycles\n";
+        let _ = rustix::io::write(rustix::stdio::stderr(), message);
+        low_level::exit(2);
+    };
+    // SAFETY: the handler ends the process. It reads a list behind `try_lock`, so it cannot wait for the thread it
+    // interrupted; what it allocates may meet an allocator in the middle of its work only where that work itself
+    // faulted, and then the process was lost in any case.
+    unsafe { low_level::register(SIGBUS, full) }?;
+    Ok(())
+}

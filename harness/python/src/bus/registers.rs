@@ -1,0 +1,280 @@
+//! Avalon-MM and AXI4-Lite: masters and memories.
+
+use std::cell::RefCell;
+use std::future::Future;
+use std::rc::Rc;
+
+use hoverlock_harness::Error;
+use hoverlock_harness::bus::{avalon_mm, axi_lite};
+use numpy::PyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+use super::{EngineTask, failed, pause_of, reset_of, signal_of};
+use crate::handle::Handle;
+use crate::simulation;
+use crate::trigger::Trigger;
+
+/// An access of a master in progress.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct Access {
+    task: EngineTask,
+    value: Rc<RefCell<Option<(u64, u64)>>>,
+}
+
+#[pymethods]
+impl Access {
+    fn ended(&self) -> Trigger {
+        self.task.ended()
+    }
+
+    /// The word read, and the response.
+    fn value(&self) -> (u64, u64) {
+        self.value.borrow().unwrap_or_default()
+    }
+}
+
+fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
+    let value = Rc::new(RefCell::new(None));
+    let slot = value.clone();
+    let dut = simulation::current()?;
+    let task = dut.spawn(name, async move {
+        *slot.borrow_mut() = Some(work.await?);
+        Ok::<(), Error>(())
+    });
+    Ok(Access { task: EngineTask { id: task.id(), dut }, value })
+}
+
+/// A burst of a master in progress.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct Burst {
+    task: EngineTask,
+    words: Rc<RefCell<Vec<u64>>>,
+}
+
+#[pymethods]
+impl Burst {
+    fn ended(&self) -> Trigger {
+        self.task.ended()
+    }
+
+    /// The words read; none of a write.
+    fn words<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_vec(py, self.words.take())
+    }
+}
+
+fn burst(name: &str, work: impl Future<Output = Result<Vec<u64>, Error>> + 'static) -> PyResult<Burst> {
+    let words = Rc::new(RefCell::default());
+    let slot = words.clone();
+    let dut = simulation::current()?;
+    let task = dut.spawn(name, async move {
+        *slot.borrow_mut() = work.await?;
+        Ok::<(), Error>(())
+    });
+    Ok(Burst { task: EngineTask { id: task.id(), dut }, words })
+}
+
+enum Speaks {
+    Avalon(avalon_mm::Master),
+    Axi(axi_lite::Master),
+}
+
+/// Reads and writes registers of the design.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct RawMaster {
+    speaks: Speaks,
+}
+
+#[pymethods]
+impl RawMaster {
+    #[new]
+    fn new(py: Python<'_>, prefix: &str, clock: &Handle, bus: &str, read_latency: u64) -> PyResult<RawMaster> {
+        let dut = simulation::current()?;
+        let clock = signal_of(&dut, clock)?;
+        let speaks = if bus == "axi" {
+            Speaks::Axi(axi_lite::Master::new(&dut, &clock, prefix).map_err(failed(py))?)
+        } else {
+            Speaks::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?)
+        };
+        Ok(RawMaster { speaks })
+    }
+
+    fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
+        match &self.speaks {
+            Speaks::Avalon(_) => {
+                Err(PyTypeError::new_err("an Avalon-MM master does not pause: await between accesses"))
+            }
+            Speaks::Axi(master) => {
+                master.set_pause(pause_of(pause, seed)?);
+                Ok(())
+            }
+        }
+    }
+
+    fn write(&self, address: u64, data: u64, bytes: Option<u64>) -> PyResult<Access> {
+        match &self.speaks {
+            Speaks::Avalon(master) => {
+                let master = master.clone();
+                access("write", async move {
+                    match bytes {
+                        Some(bytes) => master.write_bytes(address, data, bytes).await?,
+                        None => master.write(address, data).await?,
+                    }
+                    Ok((0, 0))
+                })
+            }
+            Speaks::Axi(master) => {
+                let master = master.clone();
+                access("write", async move {
+                    let response = match bytes {
+                        Some(bytes) => master.write_bytes(address, data, bytes).await?,
+                        None => master.write(address, data).await?,
+                    };
+                    Ok((0, response as u64))
+                })
+            }
+        }
+    }
+
+    fn read(&self, address: u64) -> PyResult<Access> {
+        match &self.speaks {
+            Speaks::Avalon(master) => {
+                let master = master.clone();
+                access("read", async move { Ok((master.read(address).await?, 0)) })
+            }
+            Speaks::Axi(master) => {
+                let master = master.clone();
+                access("read", async move {
+                    let (word, response) = master.read(address).await?;
+                    Ok((word, response as u64))
+                })
+            }
+        }
+    }
+
+    fn write_burst(
+        &self,
+        address: u64,
+        words: Vec<u64>,
+        pause: Option<&Bound<'_, PyAny>>,
+        seed: u64,
+    ) -> PyResult<Burst> {
+        let (master, pause) = (self.avalon()?.clone(), pause_of(pause, seed)?);
+        burst("write_burst", async move {
+            master.write_burst(address, &words, pause).await?;
+            Ok(Vec::new())
+        })
+    }
+
+    fn read_burst(&self, address: u64, count: usize) -> PyResult<Burst> {
+        let master = self.avalon()?.clone();
+        burst("read_burst", async move { master.read_burst(address, count).await })
+    }
+}
+
+impl RawMaster {
+    fn avalon(&self) -> PyResult<&avalon_mm::Master> {
+        match &self.speaks {
+            Speaks::Avalon(master) => Ok(master),
+            Speaks::Axi(_) => Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
+        }
+    }
+}
+
+enum Answers {
+    Avalon(avalon_mm::Memory),
+    Axi(axi_lite::Memory),
+}
+
+/// A memory that a master in the design reads and writes.
+#[pyclass(unsendable, module = "hoverlock._core")]
+pub struct RawMemory {
+    answers: Answers,
+}
+
+#[pymethods]
+impl RawMemory {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        prefix: &str,
+        clock: &Handle,
+        bus: &str,
+        reset: Option<PyRef<'_, Handle>>,
+        reset_active: bool,
+    ) -> PyResult<RawMemory> {
+        let dut = simulation::current()?;
+        let clock = signal_of(&dut, clock)?;
+        let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
+        let answers = if bus == "axi" {
+            Answers::Axi(axi_lite::Memory::new(&dut, &clock, prefix, reset).map_err(failed(py))?)
+        } else {
+            Answers::Avalon(avalon_mm::Memory::new(&dut, &clock, prefix, reset).map_err(failed(py))?)
+        };
+        Ok(RawMemory { answers })
+    }
+
+    fn set_stall(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
+        let pause = pause_of(pause, seed)?;
+        match &self.answers {
+            Answers::Avalon(memory) => memory.set_stall(pause),
+            Answers::Axi(memory) => memory.set_stall(pause),
+        }
+        Ok(())
+    }
+
+    /// How many cycles an answer takes, drawn anew for each read.
+    fn set_latency(&self, least: u64, most: u64, seed: u64) -> PyResult<()> {
+        if least == 0 || most < least {
+            return Err(PyValueError::new_err(format!("a latency of {least} to {most} cycles: 1 at least, most last")));
+        }
+        match &self.answers {
+            Answers::Avalon(memory) => memory.set_latency(least, most, seed),
+            Answers::Axi(_) => {
+                return Err(PyTypeError::new_err("AXI4-Lite: use `stall`"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the distance between the addresses of a burst's words.
+    fn set_step(&self, step: u64) -> PyResult<()> {
+        match &self.answers {
+            Answers::Avalon(memory) => memory.set_step(step),
+            Answers::Axi(_) => return Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
+        }
+        Ok(())
+    }
+
+    /// Words from an address on, `step` addresses apart.
+    fn read<'py>(&self, py: Python<'py>, address: u64, count: usize, step: u64) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_vec(py, (0..count as u64).map(|at| self.__getitem__(address + at * step)).collect())
+    }
+
+    /// Writes words from an address on.
+    fn write(&self, address: u64, words: Vec<u64>, step: u64) {
+        (0..).zip(words).for_each(|(at, word): (u64, u64)| self.__setitem__(address + at * step, word));
+    }
+
+    fn __getitem__(&self, address: u64) -> u64 {
+        match &self.answers {
+            Answers::Avalon(memory) => memory.get(address),
+            Answers::Axi(memory) => memory.get(address),
+        }
+    }
+
+    fn __setitem__(&self, address: u64, word: u64) {
+        match &self.answers {
+            Answers::Avalon(memory) => memory.set(address, word),
+            Answers::Axi(memory) => memory.set(address, word),
+        }
+    }
+
+    fn accesses(&self) -> u64 {
+        match &self.answers {
+            Answers::Avalon(memory) => memory.accesses(),
+            Answers::Axi(memory) => memory.accesses(),
+        }
+    }
+}

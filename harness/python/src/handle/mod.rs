@@ -1,0 +1,44 @@
+//! Handles of a design: signals, bits of a signal, memories, levels of the hierarchy; and the values read from them.
+
+mod array;
+mod bits;
+mod hierarchy;
+mod signal;
+mod value;
+
+use hoverlock_harness::model::{Direction, Storage};
+use hoverlock_harness::sim::Dut;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+pub use self::array::{ArrayHandle, Element};
+pub use self::bits::Bits;
+pub use self::hierarchy::HierarchyBase;
+pub use self::signal::Handle;
+pub use self::value::Value;
+
+/// Ports and internals of a simulation, by name, in the order of the Verilog.
+pub fn all<'py>(py: Python<'py>, dut: &Dut) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for info in dut.signals() {
+        let name = info.name.clone();
+        if info.range.is_some() {
+            if matches!(info.storage, Storage::Wide(_)) {
+                continue;
+            }
+            list.append((name, Bound::new(py, ArrayHandle::new(dut, info)?)?))?;
+        } else {
+            list.append((name, Bound::new(py, Handle::new(dut, info)?)?))?;
+        }
+    }
+    Ok(list)
+}
+
+fn direction_name(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Input => "input",
+        Direction::Output => "output",
+        Direction::Inout => "inout",
+        Direction::Internal => "internal",
+    }
+}

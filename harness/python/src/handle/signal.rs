@@ -1,0 +1,303 @@
+//! The handle of a signal: a port or an internal one.
+
+use std::sync::atomic::Ordering;
+
+use hoverlock_harness::model::{SignalId, SignalInfo, Storage};
+use hoverlock_harness::sim::{Dut, Signal, Wide};
+use pyo3::IntoPyObjectExt;
+use pyo3::basic::CompareOp;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyInt, PyString};
+
+use super::bits::{Bits, span};
+use super::direction_name;
+use super::value::{Stored, Value, word_of};
+use crate::errors::{self, RangeError};
+use crate::on_thread::OnThread;
+use crate::trigger::{FallingEdge, RisingEdge, ValueChange};
+
+pub(super) enum Access {
+    Word(Signal),
+    Wide(Wide),
+}
+
+/// A port or an internal signal.
+///
+/// >>> dut.enable.value = 1
+/// >>> int(dut.count.value)
+#[pyclass(frozen, module = "hoverlock", weakref)]
+pub struct Handle {
+    pub(super) access: OnThread<Access>,
+    info: OnThread<SignalInfo>,
+    id: SignalId,
+    width: u32,
+    pub rising: PyOnceLock<Py<RisingEdge>>,
+    pub falling: PyOnceLock<Py<FallingEdge>>,
+    pub change: PyOnceLock<Py<ValueChange>>,
+    spare: PyOnceLock<Py<Value>>,
+}
+
+impl Handle {
+    pub fn new(dut: &Dut, info: SignalInfo) -> PyResult<Handle> {
+        let (access, id) = if matches!(info.storage, Storage::Wide(_)) {
+            let wide = dut.wide(&info.name).map_err(|e| errors::of_model(&e))?;
+            let id = wide.id();
+            (Access::Wide(wide), id)
+        } else {
+            let signal = dut.signal(&info.name).map_err(|e| errors::of_model(&e))?;
+            let id = signal.id();
+            (Access::Word(signal), id)
+        };
+        let width = info.width;
+        let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        let (access, info) = (OnThread::new(access), OnThread::new(info));
+        Ok(Handle { access, info, id, width, rising, falling, change, spare: PyOnceLock::new() })
+    }
+
+    pub fn id(&self) -> SignalId {
+        self.id
+    }
+
+    pub fn name(&self) -> &str {
+        &self.info.get().name
+    }
+
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    #[cold]
+    fn write_other(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Ok(text) = value.cast::<PyString>() {
+            let text = text.to_str()?;
+            if let Ok(code) = self.info.get().value_of(text) {
+                return self.write_int(code.into_bound_py_any(value.py())?.cast::<PyInt>()?);
+            }
+            return self.write_int(&self.parse_binary(value.py(), text)?);
+        }
+        match value.call_method0("__index__") {
+            Ok(index) => self.write_int(index.cast::<PyInt>()?),
+            Err(_) => Err(PyTypeError::new_err(format!(
+                "'{}' takes an integer, a binary string or the name of an enumeration item, not {}",
+                self.info.get().name,
+                value.repr()?
+            ))),
+        }
+    }
+
+    fn parse_binary<'py>(&self, py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyInt>> {
+        let digits: String = text.chars().filter(|c| *c != '_').collect();
+        if digits.len() != self.width as usize || !digits.chars().all(|c| c == '0' || c == '1') {
+            let names: Vec<&str> = self.info.get().items.iter().map(|(name, _)| name.as_str()).collect();
+            let names = if names.is_empty() { String::new() } else { format!(", or one of {}", names.join(", ")) };
+            return Err(PyValueError::new_err(format!(
+                "'{text}' is not a value of '{}': {} digits 0 and 1 are expected{names} (Verilator has no X and no Z)",
+                self.info.get().name,
+                self.width
+            )));
+        }
+        Ok(py.get_type::<PyInt>().call1((digits, 2))?.cast_into::<PyInt>()?)
+    }
+
+    pub(super) fn write_int(&self, value: &Bound<'_, PyInt>) -> PyResult<()> {
+        match self.access.get() {
+            Access::Word(signal) => match value.extract::<u64>() {
+                Ok(word) => signal.set(word),
+                Err(_) => match value.extract::<i64>() {
+                    Ok(word) => signal.set_signed(word),
+                    Err(_) => return Err(self.out_of_range(value)),
+                },
+            }
+            .map_err(|e| errors::of_model(&e)),
+            Access::Wide(wide) => {
+                let py = value.py();
+                let negative = value.lt(0)?;
+                let value = if negative { value.add(self.modulus(py)?)? } else { value.clone().into_any() };
+                let half = value.rshift(self.width - 1)?.is_truthy()?;
+                if value.lt(0)? || value.rshift(self.width)?.is_truthy()? || (negative && !half) {
+                    return Err(self.out_of_range(&value));
+                }
+                let bytes = self.width.div_ceil(32) as usize * 4;
+                let bytes: Vec<u8> = value.call_method1("to_bytes", (bytes, "little"))?.extract()?;
+                let words: Vec<u32> = bytes.as_chunks::<4>().0.iter().map(|w| u32::from_le_bytes(*w)).collect();
+                wide.set(&words).map_err(|e| errors::of_model(&e))
+            }
+        }
+    }
+
+    fn modulus<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        1u32.into_bound_py_any(py)?.lshift(self.width)
+    }
+
+    fn out_of_range(&self, value: &Bound<'_, PyAny>) -> PyErr {
+        RangeError::new_err(format!(
+            "{value} does not fit '{}', which is {} bits wide",
+            self.info.get().name,
+            self.width
+        ))
+    }
+}
+
+#[pymethods]
+impl Handle {
+    /// The value. A write is put when all tasks of this round have run.
+    #[getter]
+    #[inline]
+    pub(super) fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
+        let bits = match self.access.get() {
+            Access::Word(signal) => {
+                let word = signal.get();
+                // Most values are used once: an object that nothing else refers to is reused, which halves the cost of
+                // a read.
+                if let Some(spare) = self.spare.get(py)
+                    // SAFETY: a live object, and the interpreter's lock is held, so nobody else counts meanwhile.
+                    && unsafe { pyo3::ffi::Py_REFCNT(spare.as_ptr()) } == 1
+                    && let Stored::Word(old) = &spare.get().bits
+                {
+                    old.store(word, Ordering::Relaxed);
+                    return Ok(spare.bind(py).clone());
+                }
+                Stored::word(word)
+            }
+            Access::Wide(wide) => Stored::Wide(wide.get().into_boxed_slice()),
+        };
+        let value = Bound::new(py, Value { bits, width: self.width, signed: self.info.get().signed })?;
+        // The first object is kept for reuse; while it is referred to elsewhere, reads allocate new ones.
+        let _ = self.spare.set(py, value.clone().unbind());
+        Ok(value)
+    }
+
+    #[setter]
+    #[inline]
+    fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Access::Word(signal) = self.access.get()
+            && let Some(word) = word_of(value)
+        {
+            return signal.set(word).map_err(|e| errors::of_model(&e));
+        }
+        if let Ok(read) = value.cast::<Value>() {
+            return self.write_int(read.borrow().int(value.py())?.cast::<PyInt>()?);
+        }
+        match value.cast::<PyInt>() {
+            Ok(whole) => self.write_int(whole),
+            Err(_) => self.write_other(value),
+        }
+    }
+
+    /// The same as assigning to `value`.
+    fn set(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_value(value)
+    }
+
+    /// The same as reading `value`.
+    fn get<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
+        self.get_value(py)
+    }
+
+    /// The same as assigning to `value`: there is no more immediate write.
+    fn setimmediatevalue(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_value(value)
+    }
+
+    /// `RisingEdge` of this signal.
+    #[getter]
+    fn rising_edge<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().get_type::<RisingEdge>().call1((slf,))
+    }
+
+    /// `FallingEdge` of this signal.
+    #[getter]
+    fn falling_edge<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().get_type::<FallingEdge>().call1((slf,))
+    }
+
+    /// `ValueChange` of this signal.
+    #[getter]
+    fn value_change<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().get_type::<ValueChange>().call1((slf,))
+    }
+
+    /// The name below the top module.
+    #[getter]
+    fn _name(&self) -> &str {
+        &self.info.get().name
+    }
+
+    /// The name below the top module.
+    #[getter]
+    fn _path(&self) -> &str {
+        &self.info.get().name
+    }
+
+    /// A logger with the name of the signal.
+    #[getter]
+    fn _log<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("hoverlock.log")?.getattr("log")?.call_method1("getChild", (self.name(),))
+    }
+
+    /// `input`, `output`, `inout` or `internal`.
+    #[getter]
+    fn direction(&self) -> &'static str {
+        direction_name(self.info.get().direction)
+    }
+
+    /// Whether the Verilog type is signed.
+    #[getter]
+    fn is_signed(&self) -> bool {
+        self.info.get().signed
+    }
+
+    /// The name of the value, if the type is an enumeration that has it; otherwise None.
+    #[getter]
+    fn value_name(&self) -> Option<&str> {
+        match self.access.get() {
+            Access::Word(signal) => self.info.get().item(signal.get()),
+            Access::Wide(_) => None,
+        }
+    }
+
+    fn __len__(&self) -> usize {
+        self.width as usize
+    }
+
+    /// `dut.bus[3]` is one bit, `dut.bus[7:4]` are several. They can be read and written, but not awaited.
+    fn __getitem__(slf: &Bound<'_, Self>, index: &Bound<'_, PyAny>) -> PyResult<Bits> {
+        let (low, width) = span(index, slf.get().width)?;
+        Ok(Bits { handle: slf.clone().unbind(), low, width })
+    }
+
+    /// Compares the value; with another handle, whether both are the same. `dut.bus <= 3` writes, as in early cocotb 1.
+    fn __richcmp__<'py>(
+        slf: &Bound<'py, Self>,
+        other: &Bound<'py, PyAny>,
+        op: CompareOp,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let is_handle = other.is_instance_of::<Handle>();
+        match op {
+            CompareOp::Eq | CompareOp::Ne if is_handle || other.is_none() => {
+                (slf.is(other) == matches!(op, CompareOp::Eq)).into_bound_py_any(py)
+            }
+            CompareOp::Eq | CompareOp::Ne => slf.get().get_value(py)?.into_any().rich_compare(other, op),
+            CompareOp::Le => {
+                slf.get().set_value(other)?;
+                Ok(py.None().into_bound(py))
+            }
+            _ => Ok(py.NotImplemented().into_bound(py)),
+        }
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> usize {
+        slf.as_ptr() as usize >> 4
+    }
+
+    fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.get_value(py)?.get().int(py)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<{} {} [{}:0]>", direction_name(self.info.get().direction), self.info.get().name, self.width - 1)
+    }
+}

@@ -1,0 +1,67 @@
+//! Avalon-ST and AXI4-Stream: frames of symbols, transferred in beats with `valid` and `ready`.
+//!
+//! A frame is a list of symbols (bytes, pixels). A beat carries as many as fit into `data`: in Avalon-ST the first in
+//! the highest bits, with `empty` counting the lanes that are not used at the end; in AXI4-Stream the first in the
+//! lowest byte, with `tkeep` marking the lanes that are.
+//!
+//! ```text
+//! clk    __/~~\__/~~\__/~~\__/~~\__/~~\__      a beat moves at an edge where valid and ready are 1;
+//! valid  ____/~~~~~~~~~~~~~~~~~\_________      with a ready latency of L, where valid is 1, and valid may
+//! ready  __________/~~~~~~~~~~~\_________      only be 1 L cycles after ready was
+//! data   ----< A       >< B   >----------
+//! ```
+
+mod checker;
+mod ports;
+mod sink;
+mod source;
+
+pub use self::checker::Rules;
+pub use self::ports::Ports;
+pub(super) use self::ports::ReadyHistory;
+pub use self::sink::{Monitor, Sink};
+pub use self::source::Source;
+
+/// The protocol: names of the signals, and order of the symbols in a beat.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dialect {
+    /// `valid ready data startofpacket endofpacket empty channel error`.
+    Avalon {
+        /// Cycles from `ready` to the beat it allows.
+        ready_latency: u32,
+    },
+    /// `tvalid tready tdata tlast tkeep tid tdest tuser`.
+    Axi,
+}
+
+/// A packet, or a part of a stream without packets.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Frame {
+    /// The symbols, in the order in which they are sent.
+    pub symbols: Vec<u64>,
+    /// `channel`, or `tid`.
+    pub channel: u64,
+    /// `error`, or `tuser`, of the last beat.
+    pub error: u64,
+    /// `tdest`.
+    pub destination: u64,
+}
+
+impl Frame {
+    /// A frame of symbols of any unsigned type.
+    pub fn new<T: Copy + Into<u64>>(symbols: &[T]) -> Frame {
+        Frame { symbols: symbols.iter().map(|s| (*s).into()).collect(), ..Frame::default() }
+    }
+
+    /// This frame on a channel.
+    pub fn on_channel(mut self, channel: u64) -> Frame {
+        self.channel = channel;
+        self
+    }
+
+    /// This frame with an `error` or `tuser`.
+    pub fn with_error(mut self, error: u64) -> Frame {
+        self.error = error;
+        self
+    }
+}

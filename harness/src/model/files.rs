@@ -1,0 +1,73 @@
+//! Files that Verilator's runtime writes: waves of a traced model, and coverage.
+
+use std::ffi::CString;
+use std::path::Path;
+
+use super::Model;
+use crate::build::Trace;
+use crate::error::{Error, ModelError};
+use crate::time::Time;
+
+impl Model {
+    /// Starts to write waves of everything below a scope (empty: all), `level` levels deep (0: all).
+    ///
+    /// # Errors
+    /// If the model was built without waves, or the file cannot be written.
+    pub fn trace_open(&mut self, path: &Path, level: u32, scope: &str) -> Result<(), Error> {
+        let not_built =
+            ModelError::NotBuiltIn { what: "a wave file", with: ".trace(Trace::Vcd) or .trace(Trace::Fst)" };
+        if self.library.trace() == Trace::None {
+            return Err(not_built.into());
+        }
+        let invalid = |text: &str| Error::File {
+            path: path.to_owned(),
+            source: std::io::Error::new(std::io::ErrorKind::InvalidInput, text.to_owned()),
+        };
+        let name = CString::new(path.as_os_str().as_encoded_bytes()).map_err(|_| invalid("zero byte in the name"))?;
+        let scope = CString::new(scope).map_err(|_| invalid("zero byte in the scope"))?;
+        self.bind();
+        // SAFETY: the strings live through the call.
+        match unsafe { (self.functions.hv_trace_open)(self.raw, name.as_ptr(), level as i32, scope.as_ptr()) } {
+            1 => Ok(()),
+            0 => Err(not_built.into()),
+            _ => Err(Error::File { path: path.to_owned(), source: std::io::Error::last_os_error() }),
+        }
+    }
+
+    /// Writes the present values into the open wave file; times must increase.
+    pub fn trace_dump(&mut self, time: Time) {
+        self.bind();
+        // SAFETY: the instance is alive; does nothing without an open file.
+        unsafe { (self.functions.hv_trace_dump)(self.raw, time.as_fs() / self.femtoseconds_per_tick) };
+    }
+
+    pub(crate) fn trace_flush(&mut self) {
+        self.bind();
+        // SAFETY: the instance is alive; does nothing without an open file.
+        unsafe { (self.functions.hv_trace_flush)(self.raw) };
+    }
+
+    /// Completes and closes the wave file.
+    pub fn trace_close(&mut self) {
+        self.bind();
+        // SAFETY: as above.
+        unsafe { (self.functions.hv_trace_close)(self.raw) };
+    }
+
+    /// Writes the coverage counted so far in Verilator's format.
+    ///
+    /// # Errors
+    /// If the model was built without coverage, or the file cannot be written.
+    pub fn write_coverage(&mut self, path: &Path) -> Result<(), Error> {
+        let name = CString::new(path.as_os_str().as_encoded_bytes()).map_err(|_| Error::File {
+            path: path.to_owned(),
+            source: std::io::Error::new(std::io::ErrorKind::InvalidInput, "zero byte in the name"),
+        })?;
+        self.bind();
+        // SAFETY: the string lives through the call.
+        if unsafe { (self.functions.hv_coverage_write)(self.raw, name.as_ptr()) } == 0 {
+            return Err(ModelError::NotBuiltIn { what: "coverage", with: ".coverage(Coverage::ALL)" }.into());
+        }
+        std::fs::metadata(path).map(|_| ()).map_err(|source| Error::File { path: path.to_owned(), source })
+    }
+}

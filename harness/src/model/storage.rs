@@ -1,0 +1,122 @@
+//! How Verilator stores values, and the functions that read and write its memory.
+
+/// How Verilator stores a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Storage {
+    /// Up to 8 bits.
+    U8,
+    /// Up to 16 bits.
+    U16,
+    /// Up to 32 bits.
+    U32,
+    /// Up to 64 bits.
+    U64,
+    /// More, in that many 32-bit words.
+    Wide(u32),
+}
+
+impl Storage {
+    pub(super) fn of(width: u32) -> Storage {
+        match width {
+            0..=8 => Storage::U8,
+            9..=16 => Storage::U16,
+            17..=32 => Storage::U32,
+            33..=64 => Storage::U64,
+            _ => Storage::Wide(width.div_ceil(32)),
+        }
+    }
+
+    pub(crate) fn bytes(self) -> usize {
+        match self {
+            Storage::U8 => 1,
+            Storage::U16 => 2,
+            Storage::U32 => 4,
+            Storage::U64 => 8,
+            Storage::Wide(words) => 4 * words as usize,
+        }
+    }
+}
+
+/// Reads a value of at most 64 bits.
+///
+/// # Safety
+/// `data` must point to a live value of that storage, which must not be wide.
+#[inline(always)]
+pub(crate) unsafe fn load(data: *const u8, storage: Storage) -> u64 {
+    // SAFETY: as the caller promises; Verilator aligns its variables.
+    unsafe {
+        match storage {
+            Storage::U8 => u64::from(*data),
+            Storage::U16 => u64::from(*data.cast::<u16>()),
+            Storage::U32 | Storage::Wide(_) => u64::from(*data.cast::<u32>()),
+            Storage::U64 => *data.cast::<u64>(),
+        }
+    }
+}
+
+/// Writes a value of at most 64 bits; bits above the storage are lost.
+///
+/// # Safety
+/// As [`load`], and nobody may be reading.
+#[inline(always)]
+pub(crate) unsafe fn store(data: *mut u8, storage: Storage, value: u64) {
+    // SAFETY: as the caller promises.
+    unsafe {
+        match storage {
+            Storage::U8 => *data = value as u8,
+            Storage::U16 => *data.cast::<u16>() = value as u16,
+            Storage::U32 | Storage::Wide(_) => *data.cast::<u32>() = value as u32,
+            Storage::U64 => *data.cast::<u64>() = value,
+        }
+    }
+}
+
+/// Reads a value of any width as 32-bit words, lowest first.
+///
+/// # Safety
+/// `data` must point to a live value of that storage.
+pub(crate) unsafe fn load_words(data: *const u8, storage: Storage) -> Vec<u32> {
+    // SAFETY: as the caller promises.
+    unsafe {
+        match storage {
+            Storage::Wide(words) => std::slice::from_raw_parts(data.cast::<u32>(), words as usize).to_vec(),
+            Storage::U64 => {
+                let value = load(data, storage);
+                vec![value as u32, (value >> 32) as u32]
+            }
+            _ => vec![load(data, storage) as u32],
+        }
+    }
+}
+
+/// Whether a value of any width equals `words`; words that are not given are 0.
+///
+/// # Safety
+/// As [`load_words`].
+pub(crate) unsafe fn has_words(data: *const u8, storage: Storage, words: &[u32]) -> bool {
+    let word = |at: usize| words.get(at).copied().unwrap_or(0);
+    // SAFETY: as the caller promises.
+    unsafe {
+        match storage {
+            Storage::Wide(count) => (0..count as usize).all(|at| *data.cast::<u32>().add(at) == word(at)),
+            _ => load(data, storage) == u64::from(word(0)) | u64::from(word(1)) << 32,
+        }
+    }
+}
+
+/// Writes a value of any width; words that are not given are 0.
+///
+/// # Safety
+/// As [`load_words`], and nobody may be reading. The words must fit the signal's width.
+pub(crate) unsafe fn store_words(data: *mut u8, storage: Storage, words: &[u32]) {
+    let word = |at: usize| words.get(at).copied().unwrap_or(0);
+    // SAFETY: as the caller promises.
+    unsafe {
+        match storage {
+            Storage::Wide(count) => {
+                (0..count as usize).for_each(|at| *data.cast::<u32>().add(at) = word(at));
+            }
+            _ => store(data, storage, u64::from(word(0)) | u64::from(word(1)) << 32),
+        }
+    }
+}

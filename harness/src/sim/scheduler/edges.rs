@@ -1,0 +1,283 @@
+//! Signals in the scheduler: which tasks wait for which change, buffered writes, detection of changes.
+
+use std::cell::{Cell, RefCell};
+
+use super::task_state::TaskWait;
+use super::wait_table::{Target, WaitId, Waiting};
+use super::{Core, LargeWrite, NONE, Ready, Write};
+use crate::error::SimError;
+use crate::model::{SignalId, Storage, load, load_words, store, store_words};
+use crate::sim::task::TaskId;
+use crate::sim::trigger::Edge;
+
+/// What an edge wakes.
+#[derive(Clone, Copy)]
+pub(super) enum Waiter {
+    /// A coroutine that waits for this edge and nothing else: the task's index, and the number of its wait. It needs no
+    /// slot in the table of waits, which is most of the cost of a wait.
+    Task(u32, u32),
+    Wait(WaitId),
+}
+
+pub(super) struct Watcher {
+    pub waiter: Waiter,
+    pub edge: Edge,
+    /// How many edges are still to come, this one included.
+    pub remaining: u64,
+}
+
+pub(super) struct SignalState {
+    pub data: *mut u8,
+    pub storage: Storage,
+    /// Whether the design may change the signal itself.
+    pub observed: bool,
+    pub last: Cell<u64>,
+    pub last_words: RefCell<Vec<u32>>,
+    pub watchers: RefCell<Vec<Watcher>>,
+    pub agents: RefCell<Vec<(u32, Edge)>>,
+    pub listed: Cell<bool>,
+    /// Index of this round's buffered write, or `NONE`.
+    pub pending: Cell<u32>,
+}
+
+impl SignalState {
+    pub fn new(data: *mut u8, storage: Storage, observed: bool) -> SignalState {
+        SignalState {
+            data,
+            storage,
+            observed,
+            last: Cell::new(0),
+            last_words: RefCell::default(),
+            watchers: RefCell::default(),
+            agents: RefCell::default(),
+            listed: Cell::new(false),
+            pending: Cell::new(NONE),
+        }
+    }
+
+    /// Whether this change wakes nothing; if so, watchers that count edges have counted it.
+    #[inline]
+    pub fn is_unheard(&self, old: u64, new: u64) -> bool {
+        if self.agents.borrow().iter().any(|(_, edge)| edge.is(old, new)) {
+            return false;
+        }
+        let mut watchers = self.watchers.borrow_mut();
+        if watchers.iter().any(|w| w.remaining == 1 && w.edge.is(old, new)) {
+            return false;
+        }
+        watchers.iter_mut().filter(|w| w.edge.is(old, new)).for_each(|w| w.remaining -= 1);
+        true
+    }
+}
+
+impl Core {
+    /// The index of a signal, which must be one of this simulation's model.
+    #[inline]
+    fn index_of(&self, signal: SignalId) -> Result<u32, SimError> {
+        if signal.model() == self.model_id { Ok(signal.index() as u32) } else { Err(SimError::OtherSimulation) }
+    }
+
+    /// Begins a wait for an edge that wakes `target`.
+    #[inline]
+    pub(super) fn arm_edge(
+        &self,
+        signal: SignalId,
+        edge: Edge,
+        count: u64,
+        target: Target,
+    ) -> Result<WaitId, SimError> {
+        let signal = self.begin_watching(signal, count)?;
+        let wait_id = self.new_wait(target, Waiting::Edge(signal, edge, count));
+        let watcher = Watcher { waiter: Waiter::Wait(wait_id), edge, remaining: count };
+        self.signals[signal as usize].watchers.borrow_mut().push(watcher);
+        Ok(wait_id)
+    }
+
+    /// Begins the wait of a coroutine for an edge alone.
+    #[inline]
+    pub(super) fn arm_task(&self, id: TaskId, signal: SignalId, edge: Edge, count: u64) -> Result<(), SimError> {
+        let signal = self.begin_watching(signal, count)?;
+        let mut tasks = self.tasks.borrow_mut();
+        let task = &mut tasks[id.index as usize];
+        task.waits = task.waits.wrapping_add(1);
+        task.wait = TaskWait::Edge(signal, edge, count);
+        let waiter = Waiter::Task(id.index, task.waits);
+        self.signals[signal as usize].watchers.borrow_mut().push(Watcher { waiter, edge, remaining: count });
+        Ok(())
+    }
+
+    #[inline]
+    fn begin_watching(&self, signal: SignalId, count: u64) -> Result<u32, SimError> {
+        let signal = self.index_of(signal)?;
+        if count == 0 {
+            return Err(SimError::BadTime("ClockCycles of 0 cycles: nothing to wait for".into()));
+        }
+        let state = &self.signals[signal as usize];
+        if state.observed && !state.listed.get() {
+            self.observe(signal);
+        }
+        Ok(signal)
+    }
+
+    /// From now on, looks for changes of the signal after each evaluation.
+    #[cold]
+    pub(super) fn observe(&self, signal: u32) {
+        let state = &self.signals[signal as usize];
+        state.listed.set(true);
+        self.remember(state);
+        self.observed.borrow_mut().push(signal);
+    }
+
+    fn remember(&self, state: &SignalState) {
+        // SAFETY: the model lives as long as the core.
+        unsafe {
+            state.last.set(load(state.data, state.storage));
+            if let Storage::Wide(_) = state.storage {
+                *state.last_words.borrow_mut() = load_words(state.data, state.storage);
+            }
+        }
+    }
+
+    #[inline]
+    fn still_waits(&self, waiter: Waiter) -> bool {
+        match waiter {
+            Waiter::Wait(wait_id) => self.is_armed(wait_id),
+            Waiter::Task(index, wait) => {
+                let tasks = self.tasks.borrow();
+                let task = &tasks[index as usize];
+                task.waits == wait && matches!(task.wait, TaskWait::Edge(..))
+            }
+        }
+    }
+
+    /// Drops watchers of cancelled waits, once they are many.
+    pub(super) fn compact(&self, signal: u32) {
+        if let Ok(mut list) = self.signals[signal as usize].watchers.try_borrow_mut()
+            && list.len() > 16
+        {
+            let before = list.len();
+            let stale = list.iter().filter(|w| !self.still_waits(w.waiter)).count();
+            if stale * 2 > before {
+                list.retain(|w| self.still_waits(w.waiter));
+            }
+        }
+    }
+
+    /// Puts the buffered writes; tasks that wait for an edge of a written signal become ready.
+    #[inline]
+    pub(super) fn apply_writes(&self) {
+        let mut applying = self.applying.borrow_mut();
+        std::mem::swap(&mut *applying, &mut *self.writes.borrow_mut());
+        for Write { signal, value } in applying.drain(..) {
+            let state = &self.signals[signal as usize];
+            state.pending.set(NONE);
+            // SAFETY: the model lives as long as the core; no reference into it exists.
+            let old = unsafe {
+                let old = load(state.data, state.storage);
+                store(state.data, state.storage, value);
+                old
+            };
+            state.last.set(value);
+            if old != value {
+                self.fire_edges(state, old, value);
+            }
+        }
+        if !self.large_writes.borrow().is_empty() {
+            self.apply_large_writes();
+        }
+    }
+
+    #[cold]
+    fn apply_large_writes(&self) {
+        for write in std::mem::take(&mut *self.large_writes.borrow_mut()) {
+            match write {
+                LargeWrite::Words(signal, words) => {
+                    let state = &self.signals[signal as usize];
+                    // SAFETY: as in `apply_writes`; the words fit the signal.
+                    let changed = unsafe {
+                        let old = load_words(state.data, state.storage);
+                        store_words(state.data, state.storage, &words);
+                        old != load_words(state.data, state.storage)
+                    };
+                    self.remember(state);
+                    if changed {
+                        self.fire_edges(state, 0, 1);
+                    }
+                }
+                LargeWrite::Element(signal, offset, value) => {
+                    let state = &self.signals[signal as usize];
+                    // SAFETY: the offset was checked when the write was buffered.
+                    unsafe { store(state.data.add(offset), state.storage, value) };
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn fire_edges(&self, state: &SignalState, old: u64, new: u64) {
+        {
+            let agents = state.agents.borrow();
+            if !agents.is_empty() {
+                let mut ready = self.ready.borrow_mut();
+                ready.extend(agents.iter().filter(|(_, e)| e.is(old, new)).map(|(index, _)| Ready::Agent(*index)));
+            }
+        }
+        let mut watchers = state.watchers.borrow_mut();
+        if watchers.is_empty() {
+            return;
+        }
+        watchers.retain_mut(|watcher| {
+            if !watcher.edge.is(old, new) {
+                return true;
+            }
+            watcher.remaining -= 1;
+            if watcher.remaining > 0 {
+                return true;
+            }
+            match watcher.waiter {
+                Waiter::Task(index, wait) => self.fire_task(index, wait),
+                Waiter::Wait(wait_id) => self.fire(wait_id, None),
+            }
+            false
+        });
+    }
+
+    /// Makes a coroutine ready whose edge has come, if it still waits for it.
+    #[inline]
+    fn fire_task(&self, index: u32, wait: u32) {
+        let mut tasks = self.tasks.borrow_mut();
+        let task = &mut tasks[index as usize];
+        if task.waits == wait && matches!(task.wait, TaskWait::Edge(..)) {
+            task.wait = TaskWait::Fired;
+            if !task.queued {
+                task.queued = true;
+                let id = TaskId { index, generation: task.generation };
+                self.ready.borrow_mut().push_back(Ready::Task(id));
+            }
+        }
+    }
+
+    /// Looks for changes of the outputs and internals that tasks wait for.
+    #[inline]
+    pub(super) fn fire_observed(&self) {
+        let observed = self.observed.borrow();
+        for &signal in observed.iter() {
+            let state = &self.signals[signal as usize];
+            // SAFETY: the model lives as long as the core.
+            let (old, new) = unsafe {
+                if let Storage::Wide(_) = state.storage {
+                    let new = load_words(state.data, state.storage);
+                    let changed = *state.last_words.borrow() != new;
+                    *state.last_words.borrow_mut() = new;
+                    (0, u64::from(changed))
+                } else {
+                    (state.last.get(), load(state.data, state.storage))
+                }
+            };
+            if old != new {
+                state.last.set(new);
+                self.fire_edges(state, old, new);
+            }
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Runs time steps, each with its regions, in the order that the documentation of `sim` gives.
+
+use std::cmp::Reverse;
+use std::sync::atomic::Ordering;
+
+use super::Core;
+use super::run_queue::MainTask;
+use super::wait_table::WaitId;
+use super::wall_clock::{WallClock, Watchdog};
+use crate::error::{Error, SimError};
+use crate::model::{load, store};
+use crate::sim::log::Level;
+use crate::sim::task::TaskId;
+use crate::sim::{EdgeOrder, Region};
+use crate::time::Time;
+
+impl Core {
+    /// Runs until task `id` has ended, then to the end of that time step. `main` is its future, if `run` has it.
+    pub fn run(&self, mut main: MainTask<'_>, id: TaskId) -> Result<(), Error> {
+        self.main.set(Some(id));
+        self.main_ended.set(false);
+        self.most_rounds.set(self.limits.borrow().rounds);
+        self.stop_flag.store(false, Ordering::Relaxed);
+        let mut watch = self.wall_clock();
+        let limit = self.limits.borrow().time.unwrap_or(Time::fs(u64::MAX));
+        loop {
+            self.time_step(&mut main)?;
+            if self.main_ended.get() {
+                return Ok(());
+            }
+            // Repeats quiet steps until something needs a whole step.
+            loop {
+                self.check_finished()?;
+                let Some(next) = self.next_time() else {
+                    return Err(SimError::Deadlock { report: self.report() }.into());
+                };
+                if next > limit {
+                    return Err(SimError::TimeLimit { limit, report: self.report() }.into());
+                }
+                if watch.is_due() {
+                    self.check_wall_clock(&mut watch)?;
+                }
+                match self.quiet_step(next)? {
+                    Quiet::Yes => {}
+                    Quiet::Woke => break,
+                    Quiet::No => {
+                        self.begin_step(next);
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    /// An error if the Verilog called `$finish` and no task waited for it.
+    pub fn check_finished(&self) -> Result<(), Error> {
+        if self.is_finished.replace(false)
+            && let Some((file, line, time)) = self.finish.take()
+        {
+            return Err(SimError::Finished { file, line, time }.into());
+        }
+        Ok(())
+    }
+
+    pub fn check_wall_clock(&self, watch: &mut WallClock) -> Result<(), Error> {
+        if let Some(seconds) = watch.check(self.now()) {
+            return Err(SimError::WallClock { seconds, report: self.report() }.into());
+        }
+        let asked = self.interrupt.borrow_mut().as_mut().is_some_and(|interrupt| interrupt());
+        if asked || self.stop_flag.load(Ordering::Relaxed) {
+            return Err(SimError::Interrupted { time: self.now() }.into());
+        }
+        Ok(())
+    }
+
+    pub fn wall_clock(&self) -> WallClock {
+        let limit = self.limits.borrow().wall_clock;
+        let dog = limit.and_then(|limit| Watchdog::start(limit, self.model.borrow().library().top()));
+        WallClock::new(limit, dog)
+    }
+
+    #[inline]
+    fn next_time(&self) -> Option<Time> {
+        let clocks = self.clocks.borrow();
+        let clock = clocks.iter().filter(|c| c.running).map(|c| c.next).min();
+        let mut timers = self.timers.borrow_mut();
+        while let Some(Reverse(entry)) = timers.peek() {
+            if self.is_armed(WaitId { index: entry.wait_id.0, generation: entry.wait_id.1 }) {
+                return Some(clock.map_or(entry.at, |c| c.min(entry.at)));
+            }
+            timers.pop();
+        }
+        clock
+    }
+
+    /// Advances time: clocks that are due change their level, timers that are due wake their tasks.
+    #[inline]
+    fn begin_step(&self, time: Time) {
+        self.now.set(time);
+        self.region.set(Region::Active);
+        let mut timed = false;
+        let mut clock_writes = 0;
+        for clock in self.clocks.borrow_mut().iter_mut().filter(|c| c.running && c.next == time) {
+            let span = if clock.level { clock.high } else { clock.low };
+            // Cannot fail: writes are allowed in this region.
+            let _ = self.write(clock.signal, u64::from(clock.level));
+            clock_writes += 1;
+            clock.next = time + span;
+            clock.level = !clock.level;
+        }
+        self.clock_writes.set(clock_writes);
+        if !self.next_step.borrow().is_empty() {
+            self.fire_list(&self.next_step);
+        }
+        loop {
+            let due = {
+                let mut timers = self.timers.borrow_mut();
+                match timers.peek() {
+                    Some(Reverse(entry)) if entry.at <= time => timers.pop(),
+                    _ => None,
+                }
+            };
+            let Some(Reverse(entry)) = due else { break };
+            timed = true;
+            self.fire(WaitId { index: entry.wait_id.0, generation: entry.wait_id.1 }, None);
+        }
+        self.timed.set(timed);
+    }
+
+    #[inline]
+    fn time_step(&self, main: &mut MainTask<'_>) -> Result<(), Error> {
+        self.region.set(Region::Active);
+        self.run_ready(main)?;
+        if self.timed.get() && self.clock_writes.get() > 0 {
+            self.warn_of_race();
+        }
+        let mut rounds = 0u32;
+        loop {
+            while !self.writes.borrow().is_empty() || !self.large_writes.borrow().is_empty() {
+                rounds += 1;
+                if rounds > self.most_rounds.get() {
+                    return Err(SimError::NoProgress { rounds, report: self.report() }.into());
+                }
+                match self.edge_order.get() {
+                    EdgeOrder::BeforeEval => {
+                        self.apply_writes();
+                        self.run_ready(main)?;
+                        self.evaluate()?;
+                    }
+                    EdgeOrder::AfterEval => {
+                        self.apply_writes();
+                        self.evaluate()?;
+                        self.run_ready(main)?;
+                    }
+                }
+                self.fire_observed();
+                self.run_ready(main)?;
+            }
+            if self.read_write.borrow().is_empty() {
+                break;
+            }
+            rounds += 1;
+            if rounds > self.most_rounds.get() {
+                return Err(SimError::NoProgress { rounds, report: self.report() }.into());
+            }
+            self.region.set(Region::ReadWrite);
+            self.fire_list(&self.read_write);
+            self.run_ready(main)?;
+            self.region.set(Region::Active);
+        }
+        if !self.read_only.borrow().is_empty() {
+            self.region.set(Region::ReadOnly);
+            self.fire_list(&self.read_only);
+            self.run_ready(main)?;
+        }
+        if self.has_waves.get() {
+            self.waves.borrow_mut().sample(&mut self.model.borrow_mut(), self.now())?;
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn warn_of_race(&self) {
+        let writes = self.writes.borrow();
+        let clocks = self.clocks.borrow();
+        for write in writes.iter().filter(|w| !clocks.iter().any(|c| c.running && c.signal == w.signal)) {
+            if !self.warned.borrow().contains(&write.signal) {
+                self.warned.borrow_mut().push(write.signal);
+                let text = format!(
+                    "'{}' was written after a Timer in the time step of a clock edge: the edge samples the new value; \
+                     wait for the clock's edge instead",
+                    self.signal_name(write.signal)
+                );
+                self.log.borrow_mut().put(self.now(), Level::Warning, "harness", &text);
+            }
+        }
+    }
+
+    /// A step in which one clock changes its level and nothing waits for it, such as most falling edges.
+    #[inline]
+    fn quiet_step(&self, time: Time) -> Result<Quiet, Error> {
+        if self.has_waves.get()
+            || !self.observed.borrow().is_empty()
+            || !self.next_step.borrow().is_empty()
+            || self.timers.borrow().peek().is_some_and(|Reverse(entry)| entry.at <= time)
+        {
+            return Ok(Quiet::No);
+        }
+        let mut clocks = self.clocks.borrow_mut();
+        // Several clocks take whole steps.
+        let [clock] = &mut clocks[..] else { return Ok(Quiet::No) };
+        let state = &self.signals[clock.signal as usize];
+        // SAFETY: the model lives as long as the core.
+        let (old, new) = (unsafe { load(state.data, state.storage) }, u64::from(clock.level));
+        if old == new || !state.is_unheard(old, new) {
+            return Ok(Quiet::No);
+        }
+        clock.next = time + if clock.level { clock.high } else { clock.low };
+        clock.level = !clock.level;
+        self.now.set(time);
+        self.region.set(Region::Active);
+        state.last.set(new);
+        // SAFETY: as above; a clock is one bit of an input.
+        unsafe { store(state.data, state.storage, new) };
+        drop(clocks);
+        self.evaluate()?;
+        if self.ready.borrow().is_empty() {
+            return Ok(Quiet::Yes);
+        }
+        self.clock_writes.set(0);
+        self.timed.set(false);
+        Ok(Quiet::Woke)
+    }
+}
+
+/// What became of an attempt at a quiet step.
+enum Quiet {
+    /// The step was quiet and is done.
+    Yes,
+    /// The step is not quiet; nothing was done.
+    No,
+    /// The step was done, and `$finish` in it woke a task.
+    Woke,
+}

@@ -1,0 +1,443 @@
+//! A file's bytes to luma, format by format, by rows or strips where the decoder allows it.
+
+use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use image::codecs::{bmp::BmpDecoder, pnm::PnmDecoder, tiff::TiffDecoder, webp::WebPDecoder};
+use image::metadata::Orientation;
+use image::{ColorType, ImageDecoder, ImageError};
+use tiff::decoder::{Decoder as Tiff, DecodingResult};
+use tiff::tags::Tag;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::{Limits, PictureError, Source, jpeg, pnm};
+
+/// To what a picture is converted that is not decoded here.
+const ANY: &str = "PNG, JPEG, TIFF, BMP, PNM or WebP";
+const INTEGERS: &str = "integers of 8 or 16 bits, grey or RGB";
+
+/// Why a file is refused, before its name is added.
+#[derive(Debug)]
+pub(super) enum Refusal {
+    Format,
+    Convert { what: String, to: &'static str },
+    Damaged(String),
+    Read(io::Error),
+}
+
+impl Refusal {
+    pub(super) fn damaged(reason: impl Into<String>) -> Self {
+        Self::Damaged(reason.into())
+    }
+
+    fn convert(what: impl Into<String>, to: &'static str) -> Self {
+        Self::Convert { what: what.into(), to }
+    }
+
+    pub(super) fn at(self, path: &Path) -> PictureError {
+        let path = path.to_path_buf();
+        match self {
+            Self::Format => PictureError::Format { path },
+            Self::Convert { what, to } => PictureError::Convert { path, what, to },
+            Self::Damaged(reason) => PictureError::Decode { path, reason },
+            Self::Read(reason) => PictureError::Read { path, reason },
+        }
+    }
+}
+
+impl From<io::Error> for Refusal {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::UnexpectedEof { cut() } else { Self::Read(error) }
+    }
+}
+
+fn cut() -> Refusal {
+    Refusal::damaged("it is cut short")
+}
+
+/// Luma in raster order, as it is stored.
+pub(super) struct Decoded {
+    pub(super) luma: Vec<u16>,
+    /// Bits of the source's samples, 8 or 16.
+    pub(super) source_bits: u32,
+}
+
+/// Samples of whole pixels.
+pub(super) enum Samples<'a> {
+    Eight(&'a [u8]),
+    Sixteen(&'a [u16]),
+    /// 16 bits in the order of this machine's bytes, or of the network's.
+    Native(&'a [u8]),
+    Big(&'a [u8]),
+}
+
+impl Decoded {
+    pub(super) fn with_capacity(pixels: usize, source_bits: u32) -> Self {
+        Self { luma: Vec::with_capacity(pixels), source_bits }
+    }
+
+    /// Adds the luma of pixels of 1 to 4 channels: grey, grey and alpha, RGB, RGB and alpha.
+    pub(super) fn push(&mut self, samples: Samples, channels: usize) {
+        let of = |pixel: &[u16]| match *pixel {
+            [r, g, b, ..] => ((299 * u32::from(r) + 587 * u32::from(g) + 114 * u32::from(b) + 500) / 1000) as u16,
+            [grey, ..] => grey,
+            [] => 0,
+        };
+        let fill = if self.source_bits == 8 { 257 } else { 1 };
+        let mut pixel = [0u16; 4];
+        let pixel = &mut pixel[..channels.min(4)];
+        match samples {
+            Samples::Eight(samples) => self.luma.extend(samples.chunks_exact(channels).map(|from| {
+                pixel.iter_mut().zip(from).for_each(|(to, from)| *to = u16::from(*from));
+                fill * of(pixel)
+            })),
+            Samples::Sixteen(samples) => self.luma.extend(samples.chunks_exact(channels).map(|from| fill * of(from))),
+            Samples::Native(bytes) => self.luma.extend(bytes.chunks_exact(2 * channels).map(|from| {
+                pixel.iter_mut().zip(from.as_chunks().0).for_each(|(to, from)| *to = u16::from_ne_bytes(*from));
+                of(pixel)
+            })),
+            Samples::Big(bytes) => self.luma.extend(bytes.chunks_exact(2 * channels).map(|from| {
+                pixel.iter_mut().zip(from.as_chunks().0).for_each(|(to, from)| *to = u16::from_be_bytes(*from));
+                of(pixel)
+            })),
+        }
+    }
+}
+
+/// A source of bytes for any decoder.
+trait Seekable: BufRead + Seek {}
+
+impl<T: BufRead + Seek> Seekable for T {}
+
+type Reader = Box<dyn Seekable>;
+
+/// A picture whose header was read.
+pub(super) struct Pending {
+    width: usize,
+    height: usize,
+    orientation: Orientation,
+    decoder: Decoder,
+}
+
+enum Decoder {
+    Png(Box<png::Reader<Reader>>),
+    Jpeg(Vec<u8>),
+    Tiff(Box<Tiff<Reader>>, Strips),
+    Pnm(Box<PnmDecoder<Reader>>),
+    /// What `image` decodes into one buffer.
+    Whole(Box<dyn ImageDecoder>),
+}
+
+/// How a TIFF that is read strip by strip keeps its pixels.
+#[derive(Clone, Copy)]
+struct Strips {
+    channels: usize,
+    bits: u32,
+}
+
+impl Pending {
+    /// Reads the header of whatever format the first bytes are of.
+    pub(super) fn new(source: Source, limits: &Limits) -> Result<Self, Refusal> {
+        let mut reader: Reader = match source {
+            Source::File(file) => Box::new(file) as Reader,
+            Source::Memory(bytes) => Box::new(bytes),
+        };
+        let mut first = Vec::new();
+        reader.by_ref().take(32).read_to_end(&mut first)?;
+        reader.seek(SeekFrom::Start(0))?;
+        match first[..] {
+            [0x89, b'P', b'N', b'G', ..] => Self::png(reader),
+            [0xff, 0xd8, ..] => Self::jpeg(reader),
+            [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Self::tiff(reader, limits),
+            [b'P', b'1'..=b'7', ..] => Self::pnm(reader),
+            [b'B', b'M', ..] => Self::whole(Box::new(BmpDecoder::new(reader).map_err(image_error)?)),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => {
+                Self::whole(Box::new(WebPDecoder::new(reader).map_err(image_error)?))
+            }
+            _ => Err(foreign(&first)),
+        }
+    }
+
+    /// Columns and rows as they are stored.
+    pub(super) fn stored_size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    pub(super) fn orientation(&self) -> Orientation {
+        self.orientation
+    }
+
+    fn png(reader: Reader) -> Result<Self, Refusal> {
+        let mut decoder = png::Decoder::new(reader);
+        decoder.set_transformations(png::Transformations::EXPAND);
+        decoder.set_ignore_text_chunk(true);
+        decoder.set_ignore_iccp_chunk(true);
+        // Otherwise only the chunks are checked, not the pixels.
+        decoder.ignore_checksums(false);
+        let reader = decoder.read_info().map_err(png_error)?;
+        let info = reader.info();
+        let exif = info.exif_metadata.as_deref().and_then(Orientation::from_exif_chunk);
+        Ok(Self {
+            width: info.width as usize,
+            height: info.height as usize,
+            orientation: exif.unwrap_or(Orientation::NoTransforms),
+            decoder: Decoder::Png(Box::new(reader)),
+        })
+    }
+
+    fn jpeg(mut reader: Reader) -> Result<Self, Refusal> {
+        let mut bytes = Vec::new();
+        reader.read_to_end(&mut bytes)?;
+        let header = jpeg::header(&bytes).map_err(Refusal::Damaged)?;
+        let exif = header.exif.and_then(|exif| Orientation::from_exif_chunk(&bytes[exif]));
+        Ok(Self {
+            width: header.width,
+            height: header.height,
+            orientation: exif.unwrap_or(Orientation::NoTransforms),
+            decoder: Decoder::Jpeg(bytes),
+        })
+    }
+
+    fn tiff(reader: Reader, limits: &Limits) -> Result<Self, Refusal> {
+        // A strip may be the whole picture: RGBA of 16 bits has 8 bytes a pixel.
+        let most = usize::try_from(8 * limits.pixels).unwrap_or(usize::MAX);
+        let mut within = tiff::decoder::Limits::default();
+        (within.decoding_buffer_size, within.intermediate_buffer_size) = (most, most);
+        let mut tiff = Tiff::new(reader).map_err(tiff_error)?.with_limits(within);
+        let (width, height) = tiff.dimensions().map_err(tiff_error)?;
+        let colour = tiff.colortype().map_err(tiff_error)?;
+        let formats = tiff.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).map_err(tiff_error)?;
+        match formats.iter().flatten().find(|&&format| format != 1) {
+            Some(3) => {
+                return Err(Refusal::convert("a TIFF of floating-point samples, which have no full scale", INTEGERS));
+            }
+            Some(2) => return Err(Refusal::convert("a TIFF of signed samples, which have no full scale", INTEGERS)),
+            Some(_) => return Err(Refusal::convert("a TIFF of samples that are no unsigned integers", INTEGERS)),
+            None => {}
+        }
+        let orientation = tiff.find_tag_unsigned::<u16>(Tag::Orientation).map_err(tiff_error)?;
+        let orientation = orientation.and_then(|value| Orientation::from_exif(value.min(255) as u8));
+        let planar = tiff.find_tag_unsigned::<u16>(Tag::PlanarConfiguration).map_err(tiff_error)? == Some(2);
+        let striped = tiff.get_chunk_type() == tiff::decoder::ChunkType::Strip;
+        use tiff::ColorType::{CMYK, Gray, GrayA, RGB, RGBA};
+        let strips = match colour {
+            Gray(bits @ (8 | 16)) => Some(Strips { channels: 1, bits: bits.into() }),
+            GrayA(bits @ (8 | 16)) => Some(Strips { channels: 2, bits: bits.into() }),
+            RGB(bits @ (8 | 16)) => Some(Strips { channels: 3, bits: bits.into() }),
+            RGBA(bits @ (8 | 16)) => Some(Strips { channels: 4, bits: bits.into() }),
+            Gray(1) | CMYK(8 | 16) => None,
+            other => return Err(Refusal::convert(format!("a TIFF of {}", tiff_colour(other)), INTEGERS)),
+        };
+        let orientation = orientation.unwrap_or(Orientation::NoTransforms);
+        let decoder = match strips {
+            Some(strips) if striped && !planar => Decoder::Tiff(Box::new(tiff), strips),
+            _ => {
+                let reader = std::mem::replace(tiff.inner(), Box::new(Cursor::new(Vec::new())));
+                return Ok(Self { orientation, ..Self::whole(Box::new(rewound(reader)?))? });
+            }
+        };
+        Ok(Self { width: width as usize, height: height as usize, orientation, decoder })
+    }
+
+    fn pnm(reader: Reader) -> Result<Self, Refusal> {
+        let decoder = PnmDecoder::new(reader).map_err(image_error)?;
+        let bitmap = decoder.header().as_bitmap().is_some();
+        if bitmap {
+            return Self::whole(Box::new(decoder));
+        }
+        let (width, height) = decoder.dimensions();
+        Ok(Self {
+            width: width as usize,
+            height: height as usize,
+            orientation: Orientation::NoTransforms,
+            decoder: Decoder::Pnm(Box::new(decoder)),
+        })
+    }
+
+    fn whole(mut decoder: Box<dyn ImageDecoder>) -> Result<Self, Refusal> {
+        let (width, height) = decoder.dimensions();
+        // No file is refused for metadata that cannot be read.
+        let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+        Ok(Self { width: width as usize, height: height as usize, orientation, decoder: Decoder::Whole(decoder) })
+    }
+
+    /// Decodes the pixels.
+    pub(super) fn decode(self) -> Result<Decoded, Refusal> {
+        let pixels = self.width * self.height;
+        match self.decoder {
+            Decoder::Png(reader) => decode_png(*reader, pixels),
+            Decoder::Jpeg(bytes) => decode_jpeg(&bytes, pixels),
+            Decoder::Tiff(tiff, strips) => decode_tiff(*tiff, strips, pixels),
+            Decoder::Pnm(decoder) => {
+                let (reader, header) = decoder.into_inner();
+                pnm::decode(reader, &header)
+            }
+            Decoder::Whole(decoder) => decode_whole(decoder, pixels),
+        }
+    }
+}
+
+/// What `image` needs to begin anew with a TIFF.
+fn rewound(mut reader: Reader) -> Result<TiffDecoder<Reader>, Refusal> {
+    reader.seek(SeekFrom::Start(0))?;
+    TiffDecoder::new(reader).map_err(image_error)
+}
+
+fn decode_png(mut reader: png::Reader<Reader>, pixels: usize) -> Result<Decoded, Refusal> {
+    let (colour, depth) = reader.output_color_type();
+    let channels = colour.samples();
+    let wide = depth == png::BitDepth::Sixteen;
+    let mut decoded = Decoded::with_capacity(pixels, if wide { 16 } else { 8 });
+    if reader.info().interlaced {
+        // Seven passes over the picture: it has to be held whole.
+        let size = reader.output_buffer_size().ok_or_else(|| Refusal::damaged("its header has an impossible size"))?;
+        let mut bytes = vec![0; size];
+        reader.next_frame(&mut bytes).map_err(png_error)?;
+        decoded.push(png_samples(&bytes, wide), channels);
+    } else {
+        while let Some(row) = reader.next_row().map_err(png_error)? {
+            decoded.push(png_samples(row.data(), wide), channels);
+        }
+    }
+    // What is left of the data holds the checksum of the pixels.
+    reader.finish().map_err(png_error)?;
+    Ok(decoded)
+}
+
+fn png_samples(bytes: &[u8], wide: bool) -> Samples<'_> {
+    if wide { Samples::Big(bytes) } else { Samples::Eight(bytes) }
+}
+
+fn decode_jpeg(bytes: &[u8], pixels: usize) -> Result<Decoded, Refusal> {
+    let bytes = &bytes[..jpeg::whole(bytes).map_err(Refusal::Damaged)?];
+    let options = DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    let refused = |error: zune_jpeg::errors::DecodeErrors| Refusal::damaged(plain(&error.to_string()));
+    decoder.decode_headers().map_err(refused)?;
+    let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
+    let to = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
+    decoder.set_options(decoder.options().jpeg_set_out_colorspace(to));
+    let size = decoder.output_buffer_size().ok_or_else(cut)?;
+    let mut samples = vec![0; size];
+    decoder.decode_into(&mut samples).map_err(refused)?;
+    drop(decoder);
+    let mut decoded = Decoded::with_capacity(pixels, 8);
+    decoded.push(Samples::Eight(&samples), if grey { 1 } else { 3 });
+    Ok(decoded)
+}
+
+fn decode_tiff(mut tiff: Tiff<Reader>, strips: Strips, pixels: usize) -> Result<Decoded, Refusal> {
+    let mut decoded = Decoded::with_capacity(pixels, strips.bits);
+    for strip in 0..tiff.strip_count().map_err(tiff_error)? {
+        match tiff.read_chunk(strip).map_err(tiff_error)? {
+            DecodingResult::U8(samples) => decoded.push(Samples::Eight(&samples), strips.channels),
+            DecodingResult::U16(samples) => decoded.push(Samples::Sixteen(&samples), strips.channels),
+            _ => return Err(Refusal::convert("a TIFF of samples that are no unsigned integers", INTEGERS)),
+        }
+    }
+    Ok(decoded)
+}
+
+fn decode_whole(decoder: Box<dyn ImageDecoder>, pixels: usize) -> Result<Decoded, Refusal> {
+    let (channels, wide) = match decoder.color_type() {
+        ColorType::L8 => (1, false),
+        ColorType::La8 => (2, false),
+        ColorType::Rgb8 => (3, false),
+        ColorType::Rgba8 => (4, false),
+        ColorType::L16 => (1, true),
+        ColorType::La16 => (2, true),
+        ColorType::Rgb16 => (3, true),
+        ColorType::Rgba16 => (4, true),
+        _ => return Err(Refusal::convert("a picture of floating-point samples, which have no full scale", INTEGERS)),
+    };
+    let mut bytes = vec![0; pixels * channels * if wide { 2 } else { 1 }];
+    decoder.read_image_boxed(&mut bytes).map_err(image_error)?;
+    let mut decoded = Decoded::with_capacity(pixels, if wide { 16 } else { 8 });
+    decoded.push(if wide { Samples::Native(&bytes) } else { Samples::Eight(&bytes) }, channels);
+    Ok(decoded)
+}
+
+/// A picture of a format that is known and not decoded, or no picture.
+fn foreign(first: &[u8]) -> Refusal {
+    let brand = first.get(4..12).unwrap_or_default();
+    match first {
+        [b'G', b'I', b'F', b'8', ..] => Refusal::convert("a GIF, which has at most 256 colours", ANY),
+        [0xff, 0x0a, ..] | [0, 0, 0, 12, b'J', b'X', b'L', b' ', ..] => Refusal::convert("a JPEG XL picture", ANY),
+        [0, 0, 0, 12, b'j', b'P', ..] => Refusal::convert("a JPEG 2000 picture", ANY),
+        _ if brand == b"ftypavif" || brand == b"ftypavis" => Refusal::convert("an AVIF picture", ANY),
+        _ if [&b"ftypheic"[..], b"ftypheix", b"ftypmif1", b"ftypmsf1"].contains(&brand) => {
+            Refusal::convert("a HEIF picture", ANY)
+        }
+        [b'%', b'P', b'D', b'F', ..] => Refusal::convert("a PDF document", ANY),
+        [0x76, 0x2f, 0x31, 0x01, ..] => Refusal::convert("an OpenEXR picture, which has no full scale", INTEGERS),
+        _ => Refusal::Format,
+    }
+}
+
+fn png_error(error: png::DecodingError) -> Refusal {
+    match error {
+        png::DecodingError::IoError(error) => error.into(),
+        png::DecodingError::LimitsExceeded => Refusal::damaged("its metadata are too large"),
+        error => {
+            let text = error.to_string();
+            let reason = [
+                ("CRC error", "the checksum of a chunk is wrong (CRC)"),
+                ("WrongChecksum", "the checksum of the pixels is wrong (Adler-32)"),
+                ("is invalid after", "a chunk stands where it must not"),
+                ("must appear", "a chunk stands where it must not, or twice"),
+                ("appeared before", "a chunk stands where it must not"),
+                ("Corrupt deflate stream", "the compressed pixels are damaged"),
+            ];
+            let known = reason.into_iter().find(|(sign, _)| text.contains(sign)).map(|(_, reason)| reason.to_owned());
+            Refusal::Damaged(known.unwrap_or_else(|| plain(&text)))
+        }
+    }
+}
+
+fn tiff_error(error: tiff::TiffError) -> Refusal {
+    match error {
+        tiff::TiffError::IoError(error) => error.into(),
+        tiff::TiffError::LimitsExceeded => Refusal::damaged("a strip or a tag is larger than the picture can be"),
+        tiff::TiffError::UnsupportedError(what) => {
+            Refusal::convert(format!("a TIFF that is not decoded here ({})", plain(&what.to_string())), ANY)
+        }
+        error => Refusal::Damaged(plain(&error.to_string())),
+    }
+}
+
+/// Samples that have no luma here.
+fn tiff_colour(colour: tiff::ColorType) -> String {
+    use tiff::ColorType::{CMYK, CMYKA, Gray, GrayA, Lab, Palette, RGB, RGBA, YCbCr};
+    match colour {
+        Palette(_) => "palette colours".into(),
+        YCbCr(_) => "YCbCr samples".into(),
+        Lab(_) => "CIE L*a*b* samples".into(),
+        Gray(bits) | GrayA(bits) | RGB(bits) | RGBA(bits) | CMYK(bits) | CMYKA(bits) => format!("{bits}-bit samples"),
+        _ => "several bands".into(),
+    }
+}
+
+fn image_error(error: ImageError) -> Refusal {
+    match error {
+        ImageError::IoError(error) => error.into(),
+        ImageError::Unsupported(what) => {
+            Refusal::convert(format!("a picture that is not decoded here ({})", plain(&what.to_string())), ANY)
+        }
+        error => Refusal::Damaged(plain(&error.to_string())),
+    }
+}
+
+/// A decoder's message on one line, without the insides of the decoder.
+fn plain(message: &str) -> String {
+    let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    let shown = match line.find(['{', '[']) {
+        // The name before the brace belongs to it.
+        Some(at) => line[..at].trim_end().trim_end_matches(|c: char| !c.is_whitespace()),
+        None => line.as_str(),
+    };
+    let shown = shown.trim_end_matches(['.', ':', ';', '(']).trim();
+    if shown.is_empty() { "its content is damaged".to_owned() } else { shown.to_owned() }
+}

@@ -1,0 +1,310 @@
+//! The comment above each emitted module: purpose, equation, pipeline, latency.
+//!
+//! Modules of a family share a text. `{0}` and `{1}` in it are the numbers in the module's name; `{2^0}` is two to the
+//! power of the first.
+
+/// The comment above a module.
+pub fn header(module: &str) -> String {
+    let text = HEADERS.iter().filter(|(name, _)| module.starts_with(name)).max_by_key(|(name, _)| name.len());
+    let filled = text.map(|(_, text)| filled(text, module)).unwrap_or_default();
+    filled.lines().map(|line| format!("// {line}").trim_end().to_owned() + "\n").collect()
+}
+
+fn filled(text: &str, module: &str) -> String {
+    let numbers = module.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse::<u32>().ok());
+    numbers.enumerate().fold(text.to_owned(), |text, (i, number)| {
+        let power = 1u64.checked_shl(number).unwrap_or_default();
+        // A smoother's look-ahead m: 2^m - 1 lines and 3 + 12 m + 2^m steps.
+        let steps = 3 + 12 * u64::from(number) + power;
+        text.replace(&format!("{{{i}}}"), &number.to_string())
+            .replace(&format!("{{2^{i}}}"), &power.to_string())
+            .replace(&format!("{{2^{i}-1}}"), &power.saturating_sub(1).to_string())
+            .replace(&format!("{{steps{i}}}"), &steps.to_string())
+    })
+}
+
+/// Texts by name prefix; the longest matching prefix counts.
+const HEADERS: &[(&str, &str)] = &[
+    (
+        "hoverlock_top",
+        "The feature extractor: Avalon-ST video in, Avalon-ST feature records out, Avalon-MM registers, an interrupt.
+  registers   control and status registers; a frame captures a committed set as it begins
+  core        everything between the two streams
+One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
+pipeline drains.
+Latency: 81 lines and some 175 steps from a pixel to its record; read data comes one clock after `csr_read`.",
+    ),
+    (
+        "hoverlock_core",
+        "The extractor between its two streams.
+  sequencer   beats to steps, every frame complete
+  frame_bank  the committed set as captured by the frame that enters
+  extractor   pixels to records
+  fifo        512 records
+`advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in steps
+and lines of W steps.
+Latency: 2 clocks in the sequencer, 81 lines and some 175 steps in the extractor, 3 clocks in the FIFO.",
+    ),
+    (
+        "extractor",
+        "From pixels to records.
+  lines       steps   from the pixel
+  0               1   input of the smoothers
+  63            140   smoothed states
+  63            142   response DOG and its sign, both scale pairs
+  65            150   MaxDOG and sign, input of the ring's line memories
+  66            152   operands of the decision at the centre of the 7x7 window; candidates enter the queue
+  81            165   the ring of the candidate is complete and its record is written
+Latency: 81 lines and some 175 steps from a pixel to the record at `record`.",
+    ),
+    (
+        "smoothers",
+        "The three smoothers on the same pixels, aligned: the pixels of the two short ones are delayed by 32 lines and
+44 steps.
+  pixel_line_delay, pixel_delay_0, pixel_delay_1   x[n - 32 W - 44]: 16-bit pixels in place of two smoothed states
+  delayed_bank   coefficients of the frame that leaves this delay, for the columns of the short smoothers
+  rows_bank      coefficients of the frame that leaves the columns, for all rows and the window
+`start` and `start_out` are one step before the first sample of a frame.
+Latency: 63 lines and 139 steps from `pixel` to `narrow`, `middle` and `wide`.",
+    ),
+    (
+        "smoother_",
+        "One two-sided first-order smoother of look-ahead m = {0}; every cell is a lerp, y = p + g (q - p).
+  recursion             s[r] = lerp(p = s[r-1], q = x[r], g)                          4 steps
+  column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and 4 steps, j = 0 .. m-1
+  row_look_back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            4 steps
+  row_look_ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + 4 steps
+Markers are one step before their sample.
+Latency: {2^0-1} lines and {steps0} steps.",
+    ),
+    (
+        "column_look_ahead",
+        "Column look-ahead stage {0}: y[r] = lerp(p = u[min(r + {2^0}, H - 1)], q = u[r], g_{0}).
+`x` is u[r + {2^0}], arriving; u[r] comes from the line memory; `held` is row H - 1 for the last {2^0} rows.
+  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
+Latency: {2^0} lines and 4 steps from a sample to its y.",
+    ),
+    (
+        "row_look_back",
+        "Row look-back stage {0}: y[c] = lerp(p = u[max(c - {2^0}, 0)], q = u[c], g_{0}).
+  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
+Latency: 4 steps.",
+    ),
+    (
+        "row_look_ahead",
+        "Row look-ahead stage {0}: y[c] = lerp(p = u[min(c + {2^0}, W - 1)], q = u[c], g_{0}).
+  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y, counted from {2^0} steps after u[c]
+Latency: {2^0} + 4 steps.",
+    ),
+    (
+        "lerp",
+        "y = p + round(g (q - p) / 2^16) on sign and magnitude, rounding half away from p; y lies between p and q.
+  step 1  distance = |q - p|   step 2  product = distance * g   step 3  y
+One 18 x 18 multiplier, registered at its inputs and its output. `g` belongs to step 2.
+Latency: 3 steps.",
+    ),
+    (
+        "column_border",
+        "The operands of a column cell: q = x, p = the neighbour, or the border sample where the neighbour lies outside
+the frame.
+Latency: 1 step.",
+    ),
+    (
+        "row_look_back_border",
+        "The operands of a row look-back cell: q[c] = x[c], p[c] = x[max(c - {0}, 0)].
+Latency: 1 step.",
+    ),
+    (
+        "row_look_ahead_border",
+        "The operands of a row look-ahead cell: q[c] = x[c], p[c] = x[min(c + {0}, W - 1)].
+Latency: 1 step from `x` and `delayed` to p and q.",
+    ),
+    (
+        "coefficient_register",
+        "The coefficient of a stage, loaded when the marker of a frame passes.
+Latency: 1 step.",
+    ),
+    (
+        "line_delay",
+        "y[n] = x[n - {1} W], {0} bits: all {1} rows of a column are one memory word, read, shifted by one row and
+written back.
+The address counts steps modulo W, so a frame may begin at any address. Only samples that the frame itself wrote are
+used.
+Latency: {1} lines.",
+    ),
+    (
+        "line_delay_16x6_all",
+        "y_k[n] = x[n - k W] for k = 1 .. {1}, the newest lowest: all rows of a column are one memory word, read,
+shifted by one row and
+written back. The address counts steps modulo W.
+Latency: 1 to {1} lines.",
+    ),
+    (
+        "line_delay_16x28_taps",
+        "y_i[n] = x[n - k_i W] for the {2} lines k_i of the fine ring, the newest lowest, {1} lines the oldest: all
+rows of a column are one
+memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: up to {1} lines.",
+    ),
+    (
+        "line_delay_16x32_taps",
+        "y_i[n] = x[n - k_i W] for the {2} lines k_i > 0 of the coarse ring, the newest lowest, {1} lines the oldest:
+all rows of a column are
+one memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: up to {1} lines.",
+    ),
+    (
+        "delay_",
+        "y[n] = x[n - {1}], {0} bits: registers up to 3 steps, beyond that a small memory, read and then written at the
+same address.
+The address may begin anywhere; its reset is for simulators with X.
+Latency: {1} steps.",
+    ),
+    ("flag_delay", "y[n] = x[n - {0}]; reset clears the bits in flight.\nLatency: {0} steps."),
+    (
+        "pulse_delay",
+        "y[n] = x[n - {0}] for a pulse, by a counter: at least {0} steps between pulses.
+Latency: {0} steps.",
+    ),
+    (
+        "frame_delay",
+        "y[n] = x[n - {0} W - {1}] for a marker, by a counter: at least as long between markers.
+Latency: {0} lines and {1} steps.",
+    ),
+    (
+        "cursor",
+        "Column x and row y of the current sample, counted from the marker one step before a frame's first sample; 0 <=
+x < W, 0 <= y < H.
+Latency: 1 step from `start` to position (0, 0); the border flags are combinational.",
+    ),
+    (
+        "address_counter",
+        "The address of all line memories: address[n] = n mod W, counted in steps, and delayed_k[n] = address[n - k].
+Latency: none; the counter is a register.",
+    ),
+    (
+        "tail_counter",
+        "Selects the column look-ahead stage that needs the held last row: stage j for 2^j <= n < 2^(j+1) lines n after
+that row, delayed by 4 j steps.
+Latency: `select` 1 step before the sample that needs the row, `outside` together with it.",
+    ),
+    (
+        "held_row",
+        "The last row of a frame as it left the recursion, one line with one read port for all stages: no two need it
+at the same time.
+A lerp of equal samples is that sample, so row H - 1 is the same after every stage.
+Latency: 1 step from `select` to y.",
+    ),
+    ("pixel_state", "A camera sample u16.0 as a state u16.2: y = 4 x.\nLatency: none."),
+    ("signed_response", "A response with its sign in bit 15: y = {positive, magnitude}.\nLatency: none."),
+    (
+        "neighbours",
+        "Left, right, upper and lower neighbour, 15 bits each from the lowest, without signs.
+Latency: none.",
+    ),
+    (
+        "ring_rows",
+        "The newest row of the coarse ring in the lowest bits, the older rows above: y = {older, newest}.
+Latency: none.",
+    ),
+    (
+        "difference",
+        "DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1), and the sign of narrow - wide before rounding.
+  step 1  distance = |narrow - wide|   step 2  rounded, saturated at 2^15 - 1
+Latency: 2 steps.",
+    ),
+    (
+        "scale_pair",
+        "One scale pair: DOG, the maxima of its 7x7 window split by raster order, and MaxDOG of 5x5.
+  step 2   response                          step 5   maxima of a column
+  step 8   ring (2 lines, 2 columns ago)     step 9   strict, loose and p of the centre (3 lines, 3 columns ago)
+  step 10  centre and its neighbours
+Latency: 2 steps to the response, 3 lines and 12 steps from a pixel's states to the operands of its decision.",
+    ),
+    (
+        "column_maximum",
+        "Maxima over the rows of one column, v0 the newest: later = max(v0 .. v2), middle = v3, earlier = max(v4 ..
+v6), five = max(v0 .. v4).
+  step 1  maxima of two   step 2  maxima of three   step 3  outputs
+Latency: 3 steps.",
+    ),
+    (
+        "window_maximum",
+        "y[n] = max(x[n] .. x[n - {0} + 1]) by doubling: maxima of 2, of 4, then of two overlapping windows.
+Latency: ceil(log2 {0}) steps.",
+    ),
+    ("maximum", "y = max(a, b).\nLatency: 1 step."),
+    (
+        "eligible",
+        "18 <= x < W - 18 and 18 <= y < H - 18: the ring of such a centre lies inside the frame.
+Latency: none for `eligible`, 1 step for `position`.",
+    ),
+    (
+        "decision",
+        "A feature: p > strict (samples earlier in raster order), p >= loose (later samples), p >= threshold, and
+eligible.
+Latency: 1 step.",
+    ),
+    (
+        "threshold",
+        "The threshold T of a frame: manual, at least 1; or by the count n of the previous frame and the target N
+  n > 5 N / 4   T + (T >> 3) + 1, at most 2^15 - 1        n < 3 N / 4   T - (T >> 3) - 1, at least 1
+Set at the marker of the window stage, when the count of the previous frame is complete. The first automatic frame uses
+the manual threshold.
+Latency: 1 step from the marker; the count must be stable for two clocks before it.",
+    ),
+    ("candidate_word", "A candidate as one memory word: neighbours, centres, hits, position.\nLatency: none."),
+    (
+        "candidate_queue",
+        "Candidates wait until their ring is complete, 15 lines and some steps, and are matched by their position.
+The memory has 512 entries and there are two output registers. Candidates are dropped and counted while the memory is
+full.
+Latency: 1 step from the position of the ring to `found` and `candidate`.",
+    ),
+    (
+        "ring_taps",
+        "The 32 points of a ring in parallel: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay,
+then delayed by
+the column of each point; the points of one row share a delay chain.
+Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.",
+    ),
+    ("ring_comparator", "maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i), i = 0 .. 31.\nLatency: 1 step."),
+    (
+        "record_writer",
+        "Feature records of 256 bits, scale pair 0 before 1, and the trailer that ends a frame: frame number, errors,
+count, dropped, thresholds.
+  step 1  candidate waits   step 2  ring bits arrive   step 3  record of pair 0   step 4  record of pair 1
+Latency: 3 steps from `found` to `write`.",
+    ),
+    (
+        "record_fifo",
+        "FIFO of 512 records. `room`: more than 16 entries are free, features may be written. `stall`: 3 or fewer are
+free, the datapath stalls.
+Without room features are dropped and counted; trailers never are.
+Latency: 3 clocks from `write` to `valid` when empty.",
+    ),
+    (
+        "sequencer",
+        "From Avalon-ST beats to steps: every frame that enters the datapath is complete, a short one is padded with
+its last pixel.
+  IDLE   waits for a start of packet and drops other beats; steps without pixels drain the pipeline, 96 lines at most
+  FRAME  one step per beat, until the last pixel
+  PAD    one step per clock, until the last pixel
+A frame of the same size begins at once, one of another size when the pipeline has drained. A skid buffer of two beats
+makes `ready` registered.
+Latency: 2 clocks from a beat to its step.",
+    ),
+    (
+        "csr",
+        "The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by
+hardware and cleared by writing 1; if both happen in one clock the bit stays set. A software reset clears the pipeline
+for one clock and leaves the registers.
+`committed`: the registers are a complete set for the next frame that begins; a write to one of them withdraws it.
+Latency: 1 clock from `read` to `readdata`.",
+    ),
+    (
+        "bank",
+        "The register values of a frame, 16 bits each from the lowest: 19 coefficients, two thresholds, target, mode.
+Latency: 1 clock from `load`.",
+    ),
+];

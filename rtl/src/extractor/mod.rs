@@ -1,0 +1,331 @@
+//! The datapath from pixels to records, without bus interfaces.
+//!
+//! | part | lines | steps |
+//! |---|---|---|
+//! | pixel delay before the narrow and the middle smoother | 32 | 44 |
+//! | smoothers narrow, middle, wide | 31, 31, 63 | 95, 95, 139 |
+//! | difference | 0 | 2 |
+//! | decision at the centre of the 7x7 window | 3 | 11 |
+//! | MaxDOG to the ring | 2 | 8 |
+//! | ring complete at its centre | 18 | 24 |
+
+pub mod scale_pair;
+pub mod smoothers;
+
+use rust_hdl::prelude::*;
+
+use self::{scale_pair::ScalePair, smoothers::Smoothers};
+use crate::cells::{
+    Height, Response, Width,
+    decision::{Decision, Eligible, Threshold},
+    delay::{Cursor, Delay, FlagDelay, FrameDelay},
+    join::RingRows,
+    line_delay::LineDelay,
+    queue::{CandidateQueue, CandidateWord, RecordWriter},
+    ring::{RingComparator, RingTaps, rows},
+};
+
+/// The extractor: pixels in, records out.
+#[derive(LogicBlock)]
+pub struct Extractor {
+    /// Clock.
+    pub clock: Signal<In, Clock>,
+    /// Synchronous reset, active high.
+    pub reset: Signal<In, Bit>,
+    /// Clock enable: one step.
+    pub advance: Signal<In, Bit>,
+    /// `W`.
+    pub width: Signal<In, Width>,
+    /// `H`.
+    pub height: Signal<In, Height>,
+    /// The pixel is the first of a frame.
+    pub start: Signal<In, Bit>,
+    /// One pixel per step.
+    pub pixel: Signal<In, Bits<16>>,
+    /// Register values captured for the frame.
+    pub frame_bank: Signal<In, Bits<368>>,
+    /// Input errors of the frame, sampled with its trailer.
+    pub errors: Signal<In, Bits<4>>,
+    /// The FIFO accepts features.
+    pub room: Signal<In, Bit>,
+    /// Write `record` in this cycle.
+    pub write: Signal<Out, Bit>,
+    /// Output record.
+    pub record: Signal<Out, Bits<256>>,
+    /// Pulse: a frame is complete.
+    pub done: Signal<Out, Bit>,
+    /// Features of the frame that were written to the FIFO.
+    pub count: Signal<Out, Bits<20>>,
+    /// Features of the frame that were dropped.
+    pub dropped: Signal<Out, Bits<20>>,
+    /// Number of complete frames.
+    pub frames: Signal<Out, Bits<32>>,
+    /// A response was saturated.
+    pub saturated: Signal<Out, Bit>,
+    /// Threshold `T_0` in use.
+    pub threshold_0: Signal<Out, Response>,
+    /// Threshold `T_1` in use.
+    pub threshold_1: Signal<Out, Response>,
+    pixels: Delay<16>,
+    smoothers: Smoothers,
+    response_start: FlagDelay,
+    response_cursor: Cursor,
+    scale_pair_0: ScalePair,
+    scale_pair_1: ScalePair,
+    window_start: FrameDelay,
+    window_cursor: Cursor,
+    eligible: Eligible,
+    decision_0: Decision,
+    decision_1: Decision,
+    controller_0: Threshold,
+    controller_1: Threshold,
+    candidate: CandidateWord,
+    ring_start: FrameDelay,
+    ring_cursor: Cursor,
+    queue: CandidateQueue,
+    ring_lines_0: LineDelay<16, 240>,
+    ring_lines_1: LineDelay<16, 224>,
+    ring_rows_1: RingRows,
+    ring_taps_0: RingTaps<240>,
+    ring_taps_1: RingTaps<240>,
+    ring_0: RingComparator,
+    ring_1: RingComparator,
+    writer: RecordWriter,
+}
+
+impl Default for Extractor {
+    fn default() -> Self {
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            width: Signal::default(),
+            height: Signal::default(),
+            start: Signal::default(),
+            pixel: Signal::default(),
+            frame_bank: Signal::default(),
+            errors: Signal::default(),
+            room: Signal::default(),
+            write: Signal::default(),
+            record: Signal::default(),
+            done: Signal::default(),
+            count: Signal::default(),
+            dropped: Signal::default(),
+            frames: Signal::default(),
+            saturated: Signal::default(),
+            threshold_0: Signal::default(),
+            threshold_1: Signal::default(),
+            pixels: Delay::new(1),
+            smoothers: Smoothers::default(),
+            response_start: FlagDelay::new(2),
+            response_cursor: Cursor::default(),
+            scale_pair_0: ScalePair::default(),
+            scale_pair_1: ScalePair::default(),
+            window_start: FrameDelay::new(3, 10),
+            window_cursor: Cursor::default(),
+            eligible: Eligible::default(),
+            decision_0: Decision::default(),
+            decision_1: Decision::default(),
+            controller_0: Threshold::default(),
+            controller_1: Threshold::default(),
+            candidate: CandidateWord::default(),
+            ring_start: FrameDelay::new(15, 13),
+            ring_cursor: Cursor::default(),
+            queue: CandidateQueue::default(),
+            ring_lines_0: LineDelay::new(&ring_lines(0)),
+            ring_lines_1: LineDelay::new(&ring_lines(1)),
+            ring_rows_1: RingRows::default(),
+            ring_taps_0: RingTaps::new(0),
+            ring_taps_1: RingTaps::new(1),
+            ring_0: RingComparator::default(),
+            ring_1: RingComparator::default(),
+            writer: RecordWriter::default(),
+        }
+    }
+}
+
+impl Logic for Extractor {
+    #[hdl_gen]
+    fn update(&mut self) {
+        comment!("module: extractor");
+        self.pixels.clock.next = self.clock.val();
+        self.pixels.reset.next = self.reset.val();
+        self.pixels.advance.next = self.advance.val();
+        self.pixels.x.next = self.pixel.val();
+        self.smoothers.clock.next = self.clock.val();
+        self.smoothers.reset.next = self.reset.val();
+        self.smoothers.advance.next = self.advance.val();
+        self.smoothers.width.next = self.width.val();
+        self.smoothers.height.next = self.height.val();
+        self.smoothers.start.next = self.start.val();
+        self.smoothers.pixel.next = self.pixels.y.val();
+        self.smoothers.frame_bank.next = self.frame_bank.val();
+        self.response_start.clock.next = self.clock.val();
+        self.response_start.reset.next = self.reset.val();
+        self.response_start.advance.next = self.advance.val();
+        self.response_start.x.next = self.smoothers.start_out.val();
+        self.scale_pair_0.clock.next = self.clock.val();
+        self.scale_pair_0.reset.next = self.reset.val();
+        self.scale_pair_0.advance.next = self.advance.val();
+        self.scale_pair_0.address.next = self.smoothers.address.val();
+        self.scale_pair_0.address_delayed_1.next = self.smoothers.address_delayed_1.val();
+        self.scale_pair_0.narrow.next = self.smoothers.narrow.val();
+        self.scale_pair_0.wide.next = self.smoothers.middle.val();
+        self.scale_pair_1.clock.next = self.clock.val();
+        self.scale_pair_1.reset.next = self.reset.val();
+        self.scale_pair_1.advance.next = self.advance.val();
+        self.scale_pair_1.address.next = self.smoothers.address.val();
+        self.scale_pair_1.address_delayed_1.next = self.smoothers.address_delayed_1.val();
+        self.scale_pair_1.narrow.next = self.smoothers.middle.val();
+        self.scale_pair_1.wide.next = self.smoothers.wide.val();
+        comment!("Samples between frames are undefined and must not set the status bit.");
+        self.response_cursor.clock.next = self.clock.val();
+        self.response_cursor.reset.next = self.reset.val();
+        self.response_cursor.advance.next = self.advance.val();
+        self.response_cursor.width.next = self.width.val();
+        self.response_cursor.height.next = self.height.val();
+        self.response_cursor.start.next = self.response_start.y.val();
+        self.saturated.next =
+            (self.scale_pair_0.saturated.val() | self.scale_pair_1.saturated.val()) & self.response_cursor.active.val();
+
+        comment!("The 7x7 window decides whether its centre is a feature.");
+        self.window_start.clock.next = self.clock.val();
+        self.window_start.reset.next = self.reset.val();
+        self.window_start.advance.next = self.advance.val();
+        self.window_start.width.next = self.width.val();
+        self.window_start.x.next = self.response_start.y.val();
+        self.window_cursor.clock.next = self.clock.val();
+        self.window_cursor.reset.next = self.reset.val();
+        self.window_cursor.advance.next = self.advance.val();
+        self.window_cursor.width.next = self.width.val();
+        self.window_cursor.height.next = self.height.val();
+        self.window_cursor.start.next = self.window_start.y.val();
+        self.eligible.clock.next = self.clock.val();
+        self.eligible.advance.next = self.advance.val();
+        self.eligible.width.next = self.width.val();
+        self.eligible.height.next = self.height.val();
+        self.eligible.active.next = self.window_cursor.active.val();
+        self.eligible.x.next = self.window_cursor.x.val();
+        self.eligible.y.next = self.window_cursor.y.val();
+        self.decision_0.clock.next = self.clock.val();
+        self.decision_0.reset.next = self.reset.val();
+        self.decision_0.advance.next = self.advance.val();
+        self.decision_0.eligible.next = self.eligible.eligible.val();
+        self.decision_0.p.next = self.scale_pair_0.p.val().get_bits::<15>(0);
+        self.decision_0.strict.next = self.scale_pair_0.strict.val();
+        self.decision_0.loose.next = self.scale_pair_0.loose.val();
+        self.decision_0.threshold.next = self.controller_0.threshold.val();
+        self.controller_0.clock.next = self.clock.val();
+        self.controller_0.reset.next = self.reset.val();
+        self.controller_0.advance.next = self.advance.val();
+        self.controller_0.start.next = self.window_start.y.val();
+        self.controller_0.hit.next = self.decision_0.hit.val();
+        self.controller_0.manual.next = self.smoothers.window_bank.val().get_bits::<15>(304);
+        self.controller_0.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
+        self.controller_0.follow.next = self.smoothers.window_bank.val().get_bit(352);
+        self.threshold_0.next = self.controller_0.threshold.val();
+        self.decision_1.clock.next = self.clock.val();
+        self.decision_1.reset.next = self.reset.val();
+        self.decision_1.advance.next = self.advance.val();
+        self.decision_1.eligible.next = self.eligible.eligible.val();
+        self.decision_1.p.next = self.scale_pair_1.p.val().get_bits::<15>(0);
+        self.decision_1.strict.next = self.scale_pair_1.strict.val();
+        self.decision_1.loose.next = self.scale_pair_1.loose.val();
+        self.decision_1.threshold.next = self.controller_1.threshold.val();
+        self.controller_1.clock.next = self.clock.val();
+        self.controller_1.reset.next = self.reset.val();
+        self.controller_1.advance.next = self.advance.val();
+        self.controller_1.start.next = self.window_start.y.val();
+        self.controller_1.hit.next = self.decision_1.hit.val();
+        self.controller_1.manual.next = self.smoothers.window_bank.val().get_bits::<15>(320);
+        self.controller_1.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
+        self.controller_1.follow.next = self.smoothers.window_bank.val().get_bit(352);
+        self.threshold_1.next = self.controller_1.threshold.val();
+
+        comment!("A candidate waits until its ring is complete.");
+        self.candidate.position.next = self.eligible.position.val();
+        self.candidate.hit_0.next = self.decision_0.hit.val();
+        self.candidate.hit_1.next = self.decision_1.hit.val();
+        self.candidate.centre_0.next = self.scale_pair_0.centre.val();
+        self.candidate.centre_1.next = self.scale_pair_1.centre.val();
+        self.candidate.neighbours_0.next = self.scale_pair_0.neighbours.val();
+        self.candidate.neighbours_1.next = self.scale_pair_1.neighbours.val();
+        self.ring_start.clock.next = self.clock.val();
+        self.ring_start.reset.next = self.reset.val();
+        self.ring_start.advance.next = self.advance.val();
+        self.ring_start.width.next = self.width.val();
+        self.ring_start.x.next = self.window_start.y.val();
+        self.ring_cursor.clock.next = self.clock.val();
+        self.ring_cursor.reset.next = self.reset.val();
+        self.ring_cursor.advance.next = self.advance.val();
+        self.ring_cursor.width.next = self.width.val();
+        self.ring_cursor.height.next = self.height.val();
+        self.ring_cursor.start.next = self.ring_start.y.val();
+        self.queue.clock.next = self.clock.val();
+        self.queue.reset.next = self.reset.val();
+        self.queue.advance.next = self.advance.val();
+        self.queue.word.next = self.candidate.word.val();
+        self.queue.active.next = self.ring_cursor.active.val();
+        self.queue.x.next = self.ring_cursor.x.val();
+        self.queue.y.next = self.ring_cursor.y.val();
+
+        comment!("The ring gives the descriptor of a feature.");
+        self.ring_lines_0.clock.next = self.clock.val();
+        self.ring_lines_0.advance.next = self.advance.val();
+        self.ring_lines_0.address.next = self.smoothers.address.val();
+        self.ring_lines_0.write_address.next = self.smoothers.address_delayed_1.val();
+        self.ring_lines_0.x.next = self.scale_pair_0.ring.val();
+        self.ring_lines_1.clock.next = self.clock.val();
+        self.ring_lines_1.advance.next = self.advance.val();
+        self.ring_lines_1.address.next = self.smoothers.address.val();
+        self.ring_lines_1.write_address.next = self.smoothers.address_delayed_1.val();
+        self.ring_lines_1.x.next = self.scale_pair_1.ring.val();
+        self.ring_rows_1.newest.next = self.scale_pair_1.ring.val();
+        self.ring_rows_1.older.next = self.ring_lines_1.y.val();
+        self.ring_taps_0.clock.next = self.clock.val();
+        self.ring_taps_0.reset.next = self.reset.val();
+        self.ring_taps_0.advance.next = self.advance.val();
+        self.ring_taps_0.rows.next = self.ring_lines_0.y.val();
+        self.ring_taps_1.clock.next = self.clock.val();
+        self.ring_taps_1.reset.next = self.reset.val();
+        self.ring_taps_1.advance.next = self.advance.val();
+        self.ring_taps_1.rows.next = self.ring_rows_1.y.val();
+        self.ring_0.clock.next = self.clock.val();
+        self.ring_0.advance.next = self.advance.val();
+        self.ring_0.centre.next = self.queue.centre_0.val();
+        self.ring_0.points.next = self.ring_taps_0.points.val();
+        self.ring_1.clock.next = self.clock.val();
+        self.ring_1.advance.next = self.advance.val();
+        self.ring_1.centre.next = self.queue.centre_1.val();
+        self.ring_1.points.next = self.ring_taps_1.points.val();
+
+        comment!("Feature records and trailers.");
+        self.writer.clock.next = self.clock.val();
+        self.writer.reset.next = self.reset.val();
+        self.writer.advance.next = self.advance.val();
+        self.writer.found.next = self.queue.found.val();
+        self.writer.candidate.next = self.queue.candidate.val();
+        self.writer.maxlbp_0.next = self.ring_0.maxlbp.val();
+        self.writer.maxlbp_1.next = self.ring_1.maxlbp.val();
+        self.writer.sign_0.next = self.ring_0.sign.val();
+        self.writer.sign_1.next = self.ring_1.sign.val();
+        self.writer.lost.next = self.queue.dropped.val();
+        self.writer.frame_end.next = self.ring_cursor.last_row.val() & self.ring_cursor.last_column.val();
+        self.writer.errors.next = self.errors.val();
+        self.writer.take.next = self.ring_cursor.first_row.val() & self.ring_cursor.last_column.val();
+        self.writer.threshold_0.next = self.controller_0.threshold.val();
+        self.writer.threshold_1.next = self.controller_1.threshold.val();
+        self.writer.room.next = self.room.val();
+        self.write.next = self.writer.write.val() & self.advance.val();
+        self.record.next = self.writer.record.val();
+        self.done.next = self.writer.done.val() & self.advance.val();
+        self.count.next = self.writer.count.val();
+        self.dropped.next = self.writer.dropped.val();
+        self.frames.next = self.writer.frames.val();
+    }
+}
+
+/// The lines of a ring that come from a line delay: all but the newest.
+fn ring_lines(scale: usize) -> Vec<usize> {
+    rows(scale).into_iter().map(|(line, _)| line).filter(|line| *line > 0).collect()
+}

@@ -1,0 +1,310 @@
+//! The stages `column_look_ahead_j`, `row_look_back_j` and `row_look_ahead_j`: delay, border, lerp and the coefficient
+//! of the frame.
+
+use rust_hdl::prelude::*;
+
+use super::CELL_STEPS;
+use crate::cells::{
+    Address, Coefficient, State, Width,
+    border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
+    delay::{Delay, FlagDelay, FrameDelay, PulseDelay},
+    lerp::Lerp,
+    line_delay::LineDelay,
+};
+
+/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`.
+#[derive(LogicBlock)]
+pub struct ColumnLookAhead {
+    /// Clock.
+    pub clock: Signal<In, Clock>,
+    /// Synchronous reset, active high.
+    pub reset: Signal<In, Bit>,
+    /// Clock enable: one step.
+    pub advance: Signal<In, Bit>,
+    /// `W`.
+    pub width: Signal<In, Width>,
+    /// Line memory address: the number of steps modulo `W`.
+    pub address: Signal<In, Address>,
+    /// The address one step ago.
+    pub write_address: Signal<In, Address>,
+    /// Arriving sample `u`.
+    pub x: Signal<In, State>,
+    /// Sample of row `H - 1`.
+    pub held: Signal<In, State>,
+    /// Row `r + 2^j` lies outside the frame.
+    pub outside: Signal<In, Bit>,
+    /// Marker: the previous stage loads its coefficient.
+    pub load: Signal<In, Bit>,
+    /// `g_j` of the frame.
+    pub g: Signal<In, Coefficient>,
+    /// `y`.
+    pub y: Signal<Out, State>,
+    /// Marker: this stage loads its coefficient.
+    pub loads: Signal<Out, Bit>,
+    line_delay: LineDelay<18, 18>,
+    border: ColumnBorder,
+    load_delay: FrameDelay,
+    coefficient: CoefficientRegister,
+    lerp: Lerp,
+}
+
+impl ColumnLookAhead {
+    /// Stage `j`.
+    pub fn new(stage: u32) -> Self {
+        let lines = 1 << stage;
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            width: Signal::default(),
+            address: Signal::default(),
+            write_address: Signal::default(),
+            x: Signal::default(),
+            held: Signal::default(),
+            outside: Signal::default(),
+            load: Signal::default(),
+            g: Signal::default(),
+            y: Signal::default(),
+            loads: Signal::default(),
+            line_delay: LineDelay::new(&[lines]),
+            border: ColumnBorder::default(),
+            load_delay: FrameDelay::new(lines as u64, CELL_STEPS),
+            coefficient: CoefficientRegister::default(),
+            lerp: Lerp::default(),
+        }
+    }
+}
+
+impl Logic for ColumnLookAhead {
+    #[hdl_gen]
+    fn update(&mut self) {
+        comment!("module: column_look_ahead_*");
+        self.line_delay.clock.next = self.clock.val();
+        self.line_delay.advance.next = self.advance.val();
+        self.line_delay.address.next = self.address.val();
+        self.line_delay.write_address.next = self.write_address.val();
+        self.line_delay.x.next = self.x.val();
+
+        self.border.clock.next = self.clock.val();
+        self.border.advance.next = self.advance.val();
+        self.border.x.next = self.line_delay.y.val();
+        self.border.neighbour.next = self.x.val();
+        self.border.border.next = self.held.val();
+        self.border.outside.next = self.outside.val();
+
+        self.load_delay.clock.next = self.clock.val();
+        self.load_delay.reset.next = self.reset.val();
+        self.load_delay.advance.next = self.advance.val();
+        self.load_delay.width.next = self.width.val();
+        self.load_delay.x.next = self.load.val();
+        self.loads.next = self.load_delay.y.val();
+
+        self.coefficient.clock.next = self.clock.val();
+        self.coefficient.advance.next = self.advance.val();
+        self.coefficient.load.next = self.load_delay.y.val();
+        self.coefficient.d.next = self.g.val();
+
+        self.lerp.clock.next = self.clock.val();
+        self.lerp.advance.next = self.advance.val();
+        self.lerp.p.next = self.border.p.val();
+        self.lerp.q.next = self.border.q.val();
+        self.lerp.g.next = self.coefficient.g.val();
+        self.y.next = self.lerp.y.val();
+    }
+}
+
+/// `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`: `row_look_back_j`.
+#[derive(LogicBlock)]
+pub struct RowLookBack {
+    /// Clock.
+    pub clock: Signal<In, Clock>,
+    /// Synchronous reset, active high.
+    pub reset: Signal<In, Bit>,
+    /// Clock enable: one step.
+    pub advance: Signal<In, Bit>,
+    /// `u`.
+    pub x: Signal<In, State>,
+    /// `u` is the first of its row.
+    pub first: Signal<In, Bit>,
+    /// Marker: load the coefficient.
+    pub load: Signal<In, Bit>,
+    /// `g_j` of the frame.
+    pub g: Signal<In, Coefficient>,
+    /// `y`.
+    pub y: Signal<Out, State>,
+    /// `y` is the first of its row.
+    pub first_out: Signal<Out, Bit>,
+    /// Marker: the next stage loads its coefficient.
+    pub load_out: Signal<Out, Bit>,
+    sample_delay: Delay<18>,
+    border: RowLookBackBorder,
+    first_delay: FlagDelay,
+    load_delay: FlagDelay,
+    coefficient: CoefficientRegister,
+    lerp: Lerp,
+}
+
+impl RowLookBack {
+    /// Stage `j`.
+    pub fn new(stage: u32) -> Self {
+        let reach = 1 << stage;
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            x: Signal::default(),
+            first: Signal::default(),
+            load: Signal::default(),
+            g: Signal::default(),
+            y: Signal::default(),
+            first_out: Signal::default(),
+            load_out: Signal::default(),
+            sample_delay: Delay::new(reach),
+            border: RowLookBackBorder::new(reach as u64),
+            first_delay: FlagDelay::new(CELL_STEPS as usize),
+            load_delay: FlagDelay::new(CELL_STEPS as usize),
+            coefficient: CoefficientRegister::default(),
+            lerp: Lerp::default(),
+        }
+    }
+}
+
+impl Logic for RowLookBack {
+    #[hdl_gen]
+    fn update(&mut self) {
+        comment!("module: row_look_back_*");
+        self.sample_delay.clock.next = self.clock.val();
+        self.sample_delay.reset.next = self.reset.val();
+        self.sample_delay.advance.next = self.advance.val();
+        self.sample_delay.x.next = self.x.val();
+
+        self.border.clock.next = self.clock.val();
+        self.border.reset.next = self.reset.val();
+        self.border.advance.next = self.advance.val();
+        self.border.first.next = self.first.val();
+        self.border.x.next = self.x.val();
+        self.border.delayed.next = self.sample_delay.y.val();
+
+        self.first_delay.clock.next = self.clock.val();
+        self.first_delay.reset.next = self.reset.val();
+        self.first_delay.advance.next = self.advance.val();
+        self.first_delay.x.next = self.first.val();
+        self.first_out.next = self.first_delay.y.val();
+
+        self.load_delay.clock.next = self.clock.val();
+        self.load_delay.reset.next = self.reset.val();
+        self.load_delay.advance.next = self.advance.val();
+        self.load_delay.x.next = self.load.val();
+        self.load_out.next = self.load_delay.y.val();
+
+        self.coefficient.clock.next = self.clock.val();
+        self.coefficient.advance.next = self.advance.val();
+        self.coefficient.load.next = self.load.val();
+        self.coefficient.d.next = self.g.val();
+
+        self.lerp.clock.next = self.clock.val();
+        self.lerp.advance.next = self.advance.val();
+        self.lerp.p.next = self.border.p.val();
+        self.lerp.q.next = self.border.q.val();
+        self.lerp.g.next = self.coefficient.g.val();
+        self.y.next = self.lerp.y.val();
+    }
+}
+
+/// `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`: `row_look_ahead_j`.
+#[derive(LogicBlock)]
+pub struct RowLookAhead {
+    /// Clock.
+    pub clock: Signal<In, Clock>,
+    /// Synchronous reset, active high.
+    pub reset: Signal<In, Bit>,
+    /// Clock enable: one step.
+    pub advance: Signal<In, Bit>,
+    /// Arriving sample `u`.
+    pub x: Signal<In, State>,
+    /// The arriving `u` is the last of its row.
+    pub last: Signal<In, Bit>,
+    /// Marker: the previous stage loads its coefficient.
+    pub load: Signal<In, Bit>,
+    /// `g_j` of the frame.
+    pub g: Signal<In, Coefficient>,
+    /// `y`.
+    pub y: Signal<Out, State>,
+    /// `y` is the last of its row.
+    pub last_out: Signal<Out, Bit>,
+    /// Marker: this stage loads its coefficient.
+    pub loads: Signal<Out, Bit>,
+    sample_delay: Delay<18>,
+    border: RowLookAheadBorder,
+    last_delay: PulseDelay,
+    load_delay: PulseDelay,
+    coefficient: CoefficientRegister,
+    lerp: Lerp,
+}
+
+impl RowLookAhead {
+    /// Stage `j`.
+    pub fn new(stage: u32) -> Self {
+        let reach = 1 << stage;
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            x: Signal::default(),
+            last: Signal::default(),
+            load: Signal::default(),
+            g: Signal::default(),
+            y: Signal::default(),
+            last_out: Signal::default(),
+            loads: Signal::default(),
+            sample_delay: Delay::new(reach),
+            border: RowLookAheadBorder::new(reach as u64),
+            last_delay: PulseDelay::new(CELL_STEPS + reach as u64),
+            load_delay: PulseDelay::new(CELL_STEPS + reach as u64),
+            coefficient: CoefficientRegister::default(),
+            lerp: Lerp::default(),
+        }
+    }
+}
+
+impl Logic for RowLookAhead {
+    #[hdl_gen]
+    fn update(&mut self) {
+        comment!("module: row_look_ahead_*");
+        self.sample_delay.clock.next = self.clock.val();
+        self.sample_delay.reset.next = self.reset.val();
+        self.sample_delay.advance.next = self.advance.val();
+        self.sample_delay.x.next = self.x.val();
+
+        self.border.clock.next = self.clock.val();
+        self.border.reset.next = self.reset.val();
+        self.border.advance.next = self.advance.val();
+        self.border.last.next = self.last.val();
+        self.border.x.next = self.x.val();
+        self.border.delayed.next = self.sample_delay.y.val();
+
+        self.last_delay.clock.next = self.clock.val();
+        self.last_delay.reset.next = self.reset.val();
+        self.last_delay.advance.next = self.advance.val();
+        self.last_delay.x.next = self.last.val();
+        self.last_out.next = self.last_delay.y.val();
+
+        self.load_delay.clock.next = self.clock.val();
+        self.load_delay.reset.next = self.reset.val();
+        self.load_delay.advance.next = self.advance.val();
+        self.load_delay.x.next = self.load.val();
+        self.loads.next = self.load_delay.y.val();
+
+        self.coefficient.clock.next = self.clock.val();
+        self.coefficient.advance.next = self.advance.val();
+        self.coefficient.load.next = self.load_delay.y.val();
+        self.coefficient.d.next = self.g.val();
+
+        self.lerp.clock.next = self.clock.val();
+        self.lerp.advance.next = self.advance.val();
+        self.lerp.p.next = self.border.p.val();
+        self.lerp.q.next = self.border.q.val();
+        self.lerp.g.next = self.coefficient.g.val();
+        self.y.next = self.lerp.y.val();
+    }
+}

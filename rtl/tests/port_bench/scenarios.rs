@@ -1,0 +1,471 @@
+//! The scenarios of the port bench. The everyday tests run them, and the mutation test runs them against every mutant.
+
+use std::sync::LazyLock;
+
+use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_harness::model::Library;
+use hoverlock_rtl::{
+    emission::emission,
+    registers::{Access, registers},
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+
+/// A scenario: a Verilated top and the arguments its Verilog sees.
+pub type Scenario = fn(&Library, &[String]) -> Outcome;
+
+/// All of them, the quick and telling ones first.
+pub const SCENARIOS: [(&str, Scenario); 10] = [
+    ("registers", register_map),
+    ("status", status_and_interrupt),
+    ("frames", frames_keep_their_registers),
+    ("faults", faulty_frames),
+    ("sizes", refused_and_changed_sizes),
+    ("gaps", gaps_of_every_kind),
+    ("disabled", a_disabled_core_drains),
+    ("resets", resets_at_any_moment),
+    ("automatic", automatic_thresholds),
+    ("overflow", a_sink_that_sleeps),
+];
+
+const THRESHOLDS: [u32; 2] = [60, 45];
+
+/// Three frames of the smallest size, every one different.
+static SMALL: LazyLock<[Frame; 3]> =
+    LazyLock::new(|| [1, 2, 3].map(|seed| Frame::new(noise(64, 64, seed), THRESHOLDS)));
+
+/// Every register: identification, values after reset, what can be written, and what must not change with it.
+pub fn register_map(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 1, plusargs);
+    let map = registers().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    let mut expected = [0u32; 64];
+    let mut writable = [0u32; 64];
+    for register in &map {
+        for field in &register.fields {
+            let word = register.offset as usize / 4;
+            let mask = (((1u64 << field.bits) - 1) as u32) << field.low;
+            expected[word] |= field.reset << field.low;
+            if field.access == Access::ReadWrite {
+                writable[word] |= mask;
+            }
+        }
+    }
+    expected[2] = emission().unwrap();
+    let reset = expected;
+    let all = |bench: &mut Bench, expected: &[u32; 64], when: &str| -> Outcome {
+        for (word, expected) in expected.iter().enumerate() {
+            let actual = bench.read(4 * word as u32);
+            equal("registers", &format!("address 0x{:02x} {when}", 4 * word), *expected, actual)?;
+        }
+        Ok(())
+    };
+    all(&mut bench, &expected, "after reset")?;
+    for round in 0..4 {
+        for (word, expected) in expected.iter_mut().enumerate() {
+            let value = match round {
+                0 => u32::MAX,
+                1 => 0,
+                _ => random.random(),
+            };
+            // Not the pulse that resets, and no frame is sent: enabled or not is the same.
+            bench.write(4 * word as u32, value & !if word == 3 { RESET } else { 0 });
+            *expected = *expected & !writable[word] | value & writable[word];
+        }
+        // The coefficients stand behind it and withdraw what was committed.
+        expected[COMMIT as usize / 4] = 0;
+        all(&mut bench, &expected, "after writes")?;
+    }
+    // A reset by software leaves the registers alone, one by hardware does not.
+    bench.write(CONTROL, expected[3] | RESET);
+    all(&mut bench, &expected, "after a software reset")?;
+    bench.reset(1);
+    all(&mut bench, &reset, "after a second reset")
+}
+
+fn status(bench: &mut Bench, expected: u32) -> Outcome {
+    let actual = bench.read(STATUS);
+    equal("status", "bits", expected, actual)
+}
+
+/// Each bit is set by its event only, stays, is cleared by a one and by nothing else; the interrupt follows.
+pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 3, plusargs);
+    let [frame, other, _] = &*SMALL;
+    status(&mut bench, 0)?;
+    bench.configure(frame);
+    bench.write(CONTROL, ENABLE);
+    bench.beats.extend(frame.beats());
+    bench.until("the frame is in", 10_000, |bench| bench.beats.is_empty())?;
+    status(&mut bench, BUSY | BEGUN)?;
+    equal("registers", "frames before the first is done", 0, bench.read(FRAMES))?;
+    bench.exactly(frame, 0, THRESHOLDS, 0)?;
+    bench.idle()?;
+    status(&mut bench, BEGUN | FRAME)?;
+    let now = THRESHOLDS[1] << 16 | THRESHOLDS[0];
+    equal("registers", "thresholds in use", now, bench.read(THRESHOLD_NOW))?;
+    equal("registers", "frames", 1, bench.read(FRAMES))?;
+    equal("registers", "features", frame.records(THRESHOLDS).len() as u32, bench.read(FEATURES))?;
+    equal("registers", "dropped", 0, bench.read(DROPPED))?;
+    // The interrupt is the frame's and masked by its bit.
+    let masks = [ENABLE, INTERRUPT_ERROR, INTERRUPT_FRAME, INTERRUPT_FRAME | ENABLE, AUTOMATIC, 0];
+    for control in masks {
+        bench.write(CONTROL, control);
+        equal("interrupt", "frame", u8::from(control & INTERRUPT_FRAME != 0), u8::from(bench.interrupt()))?;
+    }
+    // Zeros clear nothing, ones clear their own bit.
+    bench.write(STATUS, 0);
+    bench.write(STATUS, !FRAME & !BEGUN);
+    status(&mut bench, BEGUN | FRAME)?;
+    bench.write(STATUS, BEGUN);
+    status(&mut bench, FRAME)?;
+    bench.write(CONTROL, INTERRUPT_FRAME);
+    bench.write(STATUS, FRAME);
+    status(&mut bench, 0)?;
+    equal("interrupt", "after it was cleared", 0, u8::from(bench.interrupt()))?;
+
+    // Errors of all kinds, one after the other. Each raises the error interrupt only, and each is cleared alone.
+    bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
+    let size = frame.pixels.as_slice().len();
+    let stray = vec![(7, false, false), (7, false, true)];
+    let short: Vec<Beat> = frame.beats().into_iter().take(size / 2).chain([(9, false, true)]).collect();
+    let long: Vec<Beat> =
+        frame.beats().into_iter().take(size - 1).chain([(1, false, false), (2, false, true)]).collect();
+    let interrupted: Vec<Beat> = frame.beats().into_iter().take(200).chain(other.beats()).collect();
+    for (beats, bit, frames) in [(stray, REFUSED, 0), (short, SHORT, 1), (long, LONG, 1), (interrupted, INTERRUPTED, 2)]
+    {
+        equal("interrupt", "before an error", 0, u8::from(bench.interrupt()))?;
+        bench.beats.extend(beats);
+        for _ in 0..frames {
+            bench.packet()?;
+        }
+        bench.idle()?;
+        let done = if frames > 0 { BEGUN | FRAME } else { 0 };
+        status(&mut bench, bit | done)?;
+        equal("interrupt", "at an error", 1, u8::from(bench.interrupt()))?;
+        bench.write(CONTROL, ENABLE);
+        equal("interrupt", "of an error, masked", 0, u8::from(bench.interrupt()))?;
+        bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
+        equal("interrupt", "of an error, unmasked", 1, u8::from(bench.interrupt()))?;
+        bench.write(STATUS, bit);
+        status(&mut bench, done)?;
+        equal("interrupt", "of an error, cleared", 0, u8::from(bench.interrupt()))?;
+        bench.write(STATUS, u32::MAX);
+    }
+    equal("registers", "frames after errors", 5, bench.read(FRAMES))?;
+
+    // A white spot with coefficients near 1 exceeds the largest response.
+    let spot =
+        Plane::from_fn(64, 64, |x, y| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { u16::MAX } else { 0 });
+    let mut coefficients = default_coefficients().unwrap();
+    coefficients[..6].fill(0xffff);
+    let wide = Frame::with(spot, [3000, 2000], coefficients);
+    assert!(wide.saturates() && !wide.records(wide.thresholds).is_empty());
+    bench.begin(&wide, wide.beats())?;
+    bench.exactly(&wide, 5, wide.thresholds, 0)?;
+    bench.idle()?;
+    status(&mut bench, FRAME | SATURATED)?;
+    equal("interrupt", "at a saturated response", 1, u8::from(bench.interrupt()))?;
+    bench.write(STATUS, SATURATED);
+    status(&mut bench, FRAME)
+}
+
+/// Frames back to back, each with its own coefficients and thresholds, its own records and its own trailer.
+pub fn frames_keep_their_registers(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 9, plusargs);
+    bench.write(CONTROL, ENABLE);
+    let mut random = ChaCha8Rng::seed_from_u64(10);
+    let frame = |seed: u64, random: &mut ChaCha8Rng| {
+        // From a third to the whole: features are found with any such coefficients.
+        let coefficients = (0..19).map(|_| random.random_range(20_000..=0xffff)).collect();
+        Frame::with(noise(64, 64, seed), [random.random_range(1..90), random.random_range(1..90)], coefficients)
+    };
+    let frames: Vec<Frame> = (0..4).map(|seed| frame(seed, &mut random)).collect();
+    for frame in &frames {
+        bench.begin(frame, frame.beats())?;
+    }
+    for (number, frame) in frames.iter().enumerate() {
+        bench.exactly(frame, number as u32, frame.thresholds, 0)?;
+    }
+    bench.idle()
+}
+
+/// Short, long and interrupted frames at telling lengths: padded, cut, reported once, and their neighbours exact.
+pub fn faulty_frames(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 4, plusargs);
+    bench.write(CONTROL, ENABLE);
+    let [good, other, _] = &*SMALL;
+    let size = good.pixels.as_slice().len();
+    let mut number = 0;
+    for (length, extra, ends) in
+        [(1, 0, true), (size - 1, 0, true), (65, 0, false), (size - 1, 0, false), (size, 1, true), (size, 3000, true)]
+    {
+        let pixels = good.pixels.as_slice();
+        let completed = Plane::from_fn(64, 64, |x, y| pixels[(y * 64 + x).min(length - 1)]);
+        let faulty = Frame::new(completed, THRESHOLDS);
+        let count = length + extra;
+        let beat = |i: usize| (pixels.get(i).copied().unwrap_or(i as u16), i == 0, ends && i + 1 == count);
+        bench.begin(&faulty, (0..count).map(beat))?;
+        bench.begin(other, other.beats())?;
+        let (errors, bit) = if extra > 0 {
+            (2, LONG)
+        } else if ends {
+            (1, SHORT)
+        } else {
+            (4, INTERRUPTED)
+        };
+        bench.exactly(&faulty, number, THRESHOLDS, errors)?;
+        bench.exactly(other, number + 1, THRESHOLDS, 0)?;
+        number += 2;
+        equal("status", "after a faulty frame", bit, bench.read(STATUS) & (SHORT | LONG | INTERRUPTED | REFUSED))?;
+        bench.write(STATUS, bit);
+    }
+    // Three faults in a row, all three in the pipeline at once: each trailer says its own.
+    let cut: Vec<Beat> = good.beats().into_iter().take(4000).collect();
+    let mut ended = cut.clone();
+    ended[3999].2 = true;
+    let padded = Plane::from_fn(64, 64, |x, y| good.pixels.as_slice()[(y * 64 + x).min(3999)]);
+    let faulty = Frame::new(padded, THRESHOLDS);
+    bench.beats.extend(ended.iter().chain(&cut).chain(&cut).copied());
+    bench.beats.extend(good.beats());
+    for (errors, frame) in [(1, &faulty), (4, &faulty), (4, &faulty), (0, good)] {
+        bench.exactly(frame, number, THRESHOLDS, errors)?;
+        number += 1;
+    }
+    Ok(())
+}
+
+/// Invalid sizes are refused with a sticky bit and the next valid frame is exact; sizes change in all directions.
+pub fn refused_and_changed_sizes(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 5, plusargs);
+    bench.write(CONTROL, ENABLE);
+    let shapes = [(64, 64), (65, 64), (65, 66), (64, 66), (80, 64), (64, 70), (127, 64), (64, 64)];
+    let refused = [(63, 64), (64, 63), (1025, 64), (64, 2049), (0, 0), (2047, 64), (64, 4095), (1024, 63)];
+    for (number, ((w, h), (bad_w, bad_h))) in shapes.into_iter().zip(refused).enumerate() {
+        let frame = Frame::new(noise(w, h, number as u64), THRESHOLDS);
+        bench.write(SIZE, bad_h << 16 | bad_w);
+        bench.write(COMMIT, 1);
+        bench.beats.extend([(1, true, false), (2, false, false), (3, false, true)]);
+        bench.until("a refused frame is swallowed", 20_000, |bench| bench.beats.is_empty())?;
+        bench.run(4);
+        let seen = bench.read(STATUS) & (REFUSED | BEGUN);
+        equal("status", &format!("after a frame of {bad_w} x {bad_h}"), REFUSED, seen)?;
+        bench.write(STATUS, REFUSED);
+        // Two frames: one right after the change, one directly after it.
+        bench.begin(&frame, frame.beats())?;
+        bench.begin(&frame, frame.beats())?;
+        bench.exactly(&frame, 2 * number as u32, THRESHOLDS, 0)?;
+        bench.exactly(&frame, 2 * number as u32 + 1, THRESHOLDS, 0)?;
+        equal("status", "refused without reason", 0, bench.read(STATUS) & REFUSED)?;
+    }
+    // The limits themselves are possible: the first line of the largest frame is taken.
+    for (w, h) in [(1024, 64), (64, 2048)] {
+        bench.idle()?;
+        bench.write(SIZE, h << 16 | w);
+        bench.write(COMMIT, 1);
+        bench.beats.extend((0..w).map(|i| (0, i == 0, false)));
+        bench.run(8000);
+        equal("status", &format!("after a line of {w} x {h}"), BEGUN, bench.read(STATUS) & (REFUSED | BEGUN))?;
+        bench.clear(ENABLE);
+        bench.forget();
+        bench.write(STATUS, u32::MAX);
+    }
+    Ok(())
+}
+
+/// Two frames of one size with a gap, the second beginning at some step of the first one's drain.
+pub fn gap(library: &Library, plusargs: &[String], cycles: u64, pauses: f64, seed: u64) -> Outcome {
+    let mut bench = Bench::new(library, seed, plusargs);
+    (bench.source_pause, bench.sink_pause) = (pauses, pauses);
+    let [first, second, _] = &*SMALL;
+    bench.configure(first);
+    bench.write(CONTROL, ENABLE);
+    bench.beats.extend(first.beats());
+    bench.beats.extend(second.beats());
+    bench.gap = Some((second.pixels.as_slice().len(), cycles));
+    bench.exactly(first, 0, THRESHOLDS, 0)?;
+    bench.exactly(second, 1, THRESHOLDS, 0)?;
+    bench.idle()
+}
+
+/// Frames apart by everything from nothing to longer than the drain, which is 96 lines of 64.
+pub fn gaps_of_every_kind(library: &Library, plusargs: &[String]) -> Outcome {
+    for (i, cycles) in [0, 1, 2, 63, 1000, 5100, 5371, 6143, 6144, 6145, 7000].into_iter().enumerate() {
+        gap(library, plusargs, cycles, if i % 3 == 2 { 0.2 } else { 0.0 }, i as u64)?;
+    }
+    Ok(())
+}
+
+/// A core that is disabled between frames drops further frames without an error and still outputs the records of the
+/// last one.
+pub fn a_disabled_core_drains(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 6, plusargs);
+    let [frame, other, _] = &*SMALL;
+    bench.configure(frame);
+    bench.beats.extend(frame.beats());
+    bench.until("a frame is swallowed", 10_000, |bench| bench.beats.is_empty())?;
+    bench.run(4);
+    status(&mut bench, 0)?;
+    bench.write(CONTROL, ENABLE);
+    bench.begin(frame, frame.beats())?;
+    bench.write(CONTROL, 0);
+    // The frame in progress ends as it should; those that follow without a gap are dropped, but must not stop the
+    // drain.
+    for _ in 0..3 {
+        bench.beats.extend(other.beats());
+    }
+    bench.until("the packet of the frame before", 14_000, |bench| !bench.packets.is_empty())?;
+    bench.exactly(frame, 0, THRESHOLDS, 0)?;
+    bench.until("the others are swallowed", 14_000, |bench| bench.beats.is_empty())?;
+    bench.idle()?;
+    status(&mut bench, FRAME)?;
+    bench.write(CONTROL, ENABLE);
+    bench.begin(other, other.beats())?;
+    bench.exactly(other, 1, THRESHOLDS, 0)
+}
+
+/// Resets in the first line, in the middle, while draining, with records waiting, with registers being written.
+pub fn resets_at_any_moment(library: &Library, plusargs: &[String]) -> Outcome {
+    let moments =
+        [1, 5, 40, 100, 2000, 4096, 4100, 4096 + 2600, 4096 + 3900, 4096 + 5200, 4096 + 5371, 4096 + 6140, 12_000];
+    for (i, moment) in moments.into_iter().enumerate() {
+        for software in [false, true] {
+            reset_at(library, plusargs, moment, software, i as u64)?;
+        }
+    }
+    Ok(())
+}
+
+/// A reset at a moment of the second frame; then the data in flight are lost and the next frame is the first.
+pub fn reset_at(library: &Library, plusargs: &[String], moment: u64, software: bool, seed: u64) -> Outcome {
+    let mut bench = Bench::new(library, seed, plusargs);
+    let [before, lost, after] = &*SMALL;
+    bench.write(CONTROL, ENABLE);
+    bench.begin(before, before.beats())?;
+    // Records of the first frame wait in the FIFO.
+    bench.sink_pause = 1.0;
+    bench.beats.extend(lost.beats());
+    bench.until("the first frame is in", 10_000, |bench| bench.beats.len() <= 4096)?;
+    bench.run(moment);
+    if software {
+        // The source knows nothing of it and sends the rest of its frame, which is refused.
+        bench.clear(ENABLE);
+        let rest = !bench.beats.is_empty();
+        bench.sink_pause = 0.0;
+        bench.until("the rest of the frame is swallowed", 10_000, |bench| bench.beats.is_empty())?;
+        bench.run(4);
+        let refused = if rest { REFUSED } else { 0 };
+        equal("reset", "refused after a software reset", refused, bench.read(STATUS) & REFUSED)?;
+        bench.write(STATUS, u32::MAX);
+    } else {
+        // A write in the very cycle of the reset is lost with everything else.
+        bench.reset(1 + (seed % 3) as u32);
+        bench.sink_pause = 0.0;
+        equal("reset", "status", 0, bench.read(STATUS))?;
+        equal("reset", "size", 768 << 16 | 1024, bench.read(SIZE))?;
+        equal("reset", "frames", 0, bench.read(FRAMES))?;
+        equal("reset", "features", 0, bench.read(FEATURES))?;
+        bench.write(CONTROL, ENABLE);
+    }
+    bench.begin(after, after.beats())?;
+    bench.begin(before, before.beats())?;
+    bench.exactly(after, 0, THRESHOLDS, 0)?;
+    bench.exactly(before, 1, THRESHOLDS, 0)?;
+    bench.idle()?;
+    status(&mut bench, FRAME)
+}
+
+/// Thresholds that follow the count: up, down, held, from the manual one, and back to it.
+pub fn automatic_thresholds(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 7, plusargs);
+    let frame = &Frame::new(noise(80, 72, 9), [40, 300]);
+    let most = frame.records([1, 1]).len() as u32 / 2;
+    let mut number = 0;
+    // Targets that pull both down, hold, and push up; and what the model's controller would say.
+    for target in [most / 2, 0, 2000, most / 4] {
+        bench.write(TARGET, target);
+        bench.write(CONTROL, ENABLE);
+        bench.begin(frame, frame.beats())?;
+        bench.exactly(frame, number, frame.thresholds, 0)?;
+        number += 1;
+        // The first automatic frame takes the manual thresholds.
+        bench.write(CONTROL, ENABLE | AUTOMATIC);
+        let mut control = Thresholds(frame.thresholds, target);
+        for i in 0..8 {
+            bench.begin(frame, frame.beats())?;
+            if i % 3 == 2 {
+                bench.idle()?;
+            }
+            bench.exactly(frame, number, control.0, 0)?;
+            equal("registers", "thresholds in use", control.0[1] << 16 | control.0[0], bench.read(THRESHOLD_NOW))?;
+            control.follow(counts(&frame.planes.features(control.0)));
+            number += 1;
+        }
+    }
+    Ok(())
+}
+
+/// The controller of the model from any start: the model's own begins at its design point's thresholds.
+struct Thresholds([u32; 2], u32);
+
+impl Thresholds {
+    fn follow(&mut self, counts: [u32; 2]) {
+        for (k, threshold) in self.0.iter_mut().enumerate() {
+            let mut design = KT27.clone();
+            (design.threshold.target, design.threshold.initial) = (self.1, *threshold);
+            let mut control = ThresholdController::new(&design);
+            control.finish_frame([counts[k]; 2]);
+            *threshold = control.thresholds()[k];
+        }
+    }
+}
+
+/// The sink is not ready: features are dropped and counted, trailers wait, and then the video stalls. When the sink is
+/// ready again all records come out.
+pub fn a_sink_that_sleeps(library: &Library, plusargs: &[String]) -> Outcome {
+    let mut bench = Bench::new(library, 8, plusargs);
+    bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
+    bench.sink_pause = 1.0;
+    let large = Frame::new(noise(224, 170, 4), [1, 1]);
+    let fits = 496;
+    assert!(large.records([1, 1]).len() > fits, "{} features fill no FIFO", large.records([1, 1]).len());
+    bench.begin(&large, large.beats())?;
+    // Trailers fill the reserved entries; the 15th does not fit, so the video stalls before it.
+    let [small, ..] = &*SMALL;
+    let frames = 20;
+    bench.begin(small, std::iter::empty::<Beat>().chain(small.beats()))?;
+    for _ in 1..frames {
+        bench.beats.extend(small.beats());
+    }
+    bench.run(200_000);
+    if bench.beats.is_empty() {
+        return fail("feature FIFO", "the video was never stopped");
+    }
+    let standing = bench.beats.len();
+    bench.run(5000);
+    equal("feature FIFO", "beats accepted while there is no space for a trailer", standing, bench.beats.len())?;
+    equal("status", "dropped", DROPS, bench.read(STATUS) & DROPS)?;
+    equal("interrupt", "at drops", 1, u8::from(bench.interrupt()))?;
+    bench.sink_pause = 0.3;
+    let packet = bench.packet()?;
+    let dropped = packet.check(&large, 0, [1, 1], 0)?;
+    if dropped == 0 || packet.records.len() < fits {
+        return fail("feature FIFO", format!("{} records written, {dropped} dropped", packet.records.len()));
+    }
+    let mut total = 0;
+    for number in 1..=frames {
+        let packet = bench.packet()?;
+        total += packet.check(small, number, THRESHOLDS, 0)?;
+    }
+    if total == 0 {
+        return fail("feature FIFO", "nothing dropped with a full FIFO");
+    }
+    bench.idle()?;
+    bench.write(STATUS, u32::MAX);
+    bench.begin(small, small.beats())?;
+    bench.exactly(small, frames + 1, THRESHOLDS, 0)?;
+    equal("status", "drops after the FIFO was emptied", 0, bench.read(STATUS) & DROPS)
+}

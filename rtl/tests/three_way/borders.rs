@@ -1,0 +1,112 @@
+//! Borders of the frame, coefficients and positions.
+
+use hoverlock_rtl::cells::{
+    bank::Bank,
+    border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
+    decision::{Eligible, Threshold},
+    delay::Cursor,
+};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rust_hdl::prelude::*;
+
+use super::*;
+
+pub fn borders_and_positions() {
+    agree!(
+        ColumnBorder,
+        ColumnBorder::default(),
+        "column_border",
+        500,
+        [advance, x, neighbour, border, outside],
+        [p, q],
+        |_: &mut ColumnBorder, _, _: &mut ChaCha8Rng| {}
+    );
+    for (module, reach) in family("row_look_back_border_") {
+        agree!(
+            RowLookBackBorder,
+            RowLookBackBorder::new(reach as u64),
+            &module,
+            1500,
+            [reset, advance, first, x, delayed],
+            [p, q],
+            |cell: &mut RowLookBackBorder, cycle, draw: &mut ChaCha8Rng| {
+                resets!(cell, cycle, draw);
+                cell.first.next = draw.random_ratio(1, 40);
+            }
+        );
+    }
+    for (module, reach) in family("row_look_ahead_border_") {
+        agree!(
+            RowLookAheadBorder,
+            RowLookAheadBorder::new(reach as u64),
+            &module,
+            1500,
+            [reset, advance, last, x, delayed],
+            [p, q],
+            |cell: &mut RowLookAheadBorder, cycle, draw: &mut ChaCha8Rng| {
+                resets!(cell, cycle, draw);
+                cell.last.next = draw.random_ratio(1, 40);
+            }
+        );
+    }
+    agree!(
+        CoefficientRegister,
+        CoefficientRegister::default(),
+        "coefficient_register",
+        300,
+        [advance, load, d],
+        [g],
+        |_: &mut CoefficientRegister, _, _: &mut ChaCha8Rng| {}
+    );
+    agree!(Bank, Bank::default(), "bank", 100, [load, d], [q], |_: &mut Bank, _, _: &mut ChaCha8Rng| {});
+    agree!(
+        Cursor,
+        Cursor::default(),
+        "cursor",
+        9000,
+        [reset, advance, width, height, start],
+        [active, x, y, first_column, last_column, first_row, last_row],
+        |cell: &mut Cursor, cycle, draw: &mut ChaCha8Rng| {
+            cell.reset.next = cycle < 2 || draw.random_ratio(1, 3000);
+            cell.width.next = 64u64.into();
+            cell.height.next = 64u64.into();
+            cell.start.next = cycle == 5 || draw.random_ratio(1, 3000);
+        }
+    );
+    agree!(
+        Eligible,
+        Eligible::default(),
+        "eligible",
+        3000,
+        [advance, width, height, active, x, y],
+        [eligible, position],
+        |cell: &mut Eligible, _, draw: &mut ChaCha8Rng| {
+            cell.width.next = draw.random_range(64..=1024u64).into();
+            cell.height.next = draw.random_range(64..=2048u64).into();
+            cell.active.next = true;
+            if draw.random() {
+                cell.x.next = (cell.width.next.to_u64() - draw.random_range(16..21)).into();
+                cell.y.next = draw.random_range(16..21u64).into();
+            }
+        }
+    );
+    agree!(
+        Threshold,
+        Threshold::default(),
+        "threshold",
+        20_000,
+        [reset, advance, start, hit, follow, manual, target],
+        [threshold, count],
+        |cell: &mut Threshold, cycle, draw: &mut ChaCha8Rng| {
+            cell.reset.next = cycle < 2 || draw.random_ratio(1, 4000);
+            cell.advance.next = true;
+            cell.start.next = cycle == 2 || draw.random_ratio(1, 60);
+            cell.follow.next = draw.random_ratio(9, 10);
+            cell.target.next = draw.random_range(1..60u64).into();
+            if draw.random() {
+                cell.manual.next = draw.random_range(0..4u64).into();
+            }
+        }
+    );
+}

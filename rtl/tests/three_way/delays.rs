@@ -1,0 +1,241 @@
+//! Cells that wait: registers, memories, markers, lines.
+
+use hoverlock_rtl::cells::{
+    address::AddressCounter,
+    delay::{Delay, FlagDelay, FrameDelay, PulseDelay},
+    line_delay::LineDelay,
+    ring::{RingTaps, rows},
+    tail::{HeldRow, TailCounter},
+};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rust_hdl::prelude::*;
+
+use super::*;
+
+/// All emitted delays of this width.
+macro_rules! delay {
+    ($bits:literal, $family:expr) => {
+        for (module, steps) in $family {
+            let mut past = Vec::new();
+            alike!(
+                Delay::<$bits>::new(steps),
+                &module,
+                400,
+                [reset, advance, x],
+                [y],
+                |cell: &mut Delay<$bits>, cycle, _: &mut ChaCha8Rng| cell.reset.next = cycle < 2,
+                |cell: &Delay<$bits>, _| {
+                    if cell.advance.val() {
+                        past.push(cell.x.val());
+                        if past.len() >= steps {
+                            assert_eq!(cell.y.val(), past[past.len() - steps]);
+                        }
+                    }
+                }
+            );
+        }
+    };
+}
+
+pub fn delays() {
+    delay!(15, family("delay_15x"));
+    delay!(16, family("delay_16x"));
+    delay!(18, family("delay_18x"));
+    for (module, steps) in family("flag_delay_") {
+        agree!(
+            FlagDelay,
+            FlagDelay::new(steps),
+            &module,
+            1000,
+            [reset, advance, x],
+            [y],
+            |cell: &mut FlagDelay, cycle, draw: &mut ChaCha8Rng| {
+                resets!(cell, cycle, draw);
+            }
+        );
+    }
+    for (module, steps) in family("pulse_delay_") {
+        let mut last = None;
+        let mut step = 0;
+        alike!(
+            PulseDelay::new(steps as u64),
+            &module,
+            2000,
+            [reset, advance, x],
+            [y],
+            |cell: &mut PulseDelay, cycle, draw: &mut ChaCha8Rng| {
+                resets!(cell, cycle, draw);
+                cell.x.next = draw.random_ratio(1, 15);
+            },
+            |cell: &PulseDelay, _| {
+                if cell.reset.val() {
+                    last = None;
+                } else if cell.advance.val() {
+                    step += 1;
+                    // The pulse is seen with the step before the one it belongs to.
+                    assert_eq!(cell.y.val(), last.is_some_and(|last| step + 1 == last + steps), "{module}");
+                    if cell.x.val() {
+                        last = Some(step);
+                    }
+                }
+            }
+        );
+    }
+    // Lines and steps of each frame marker.
+    for (module, lines, steps) in [
+        ("frame_delay_1x4", 1, 4),
+        ("frame_delay_2x4", 2, 4),
+        ("frame_delay_4x4", 4, 4),
+        ("frame_delay_8x4", 8, 4),
+        ("frame_delay_16x4", 16, 4),
+        ("frame_delay_32x4", 32, 4),
+        ("frame_delay_32x44", 32, 44),
+        ("frame_delay_3x10", 3, 10),
+        ("frame_delay_15x13", 15, 13),
+    ] {
+        let (mut step, mut last) = (0u64, None);
+        let width = 66 + lines;
+        alike!(
+            FrameDelay::new(lines, steps),
+            module,
+            5000,
+            [reset, advance, width, x],
+            [y],
+            |cell: &mut FrameDelay, cycle, draw: &mut ChaCha8Rng| {
+                cell.reset.next = cycle < 2 || cycle == 4000;
+                cell.advance.next = draw.random_ratio(9, 10);
+                cell.width.next = width.into();
+                cell.x.next = [5, 3400, 3950].contains(&cycle);
+            },
+            |cell: &FrameDelay, _| {
+                if cell.reset.val() {
+                    last = None;
+                } else if cell.advance.val() {
+                    step += 1;
+                    assert_eq!(
+                        cell.y.val(),
+                        last.is_some_and(|last| step + 1 == last + lines * width + steps),
+                        "{module}"
+                    );
+                    if cell.x.val() {
+                        last = Some(step);
+                    }
+                }
+            }
+        );
+    }
+}
+
+pub fn lines_of_every_depth() {
+    /// A line memory of this width with these taps.
+    macro_rules! lines {
+        ($bits:literal, $out:literal, $module:expr, $taps:expr) => {
+            let (mut count, mut past) = (0u64, Vec::new());
+            let taps: &[usize] = $taps;
+            // As many steps as the oldest tap needs, and a hundred more.
+            let cycles = 64 * taps[taps.len() - 1] + 200;
+            alike!(
+                LineDelay::<$bits, $out>::new(taps),
+                $module,
+                cycles,
+                [advance, address, write_address, x],
+                [y],
+                |cell: &mut LineDelay<$bits, $out>, cycle, draw: &mut ChaCha8Rng| {
+                    cell.advance.next = cycle < 100 || draw.random_ratio(19, 20);
+                    cell.address.next = (count % 60).into();
+                    cell.write_address.next = ((count + 59) % 60).into();
+                    count += u64::from(cell.advance.next);
+                },
+                |cell: &LineDelay<$bits, $out>, _| {
+                    if cell.advance.val() {
+                        past.push(cell.x.val());
+                        for (i, tap) in taps.iter().enumerate().filter(|(_, tap)| past.len() > 60 * **tap) {
+                            assert_eq!(cell.y.val().get_bits::<$bits>($bits * i), past[past.len() - 60 * tap]);
+                        }
+                    }
+                }
+            );
+        };
+    }
+    for (module, rows) in family("line_delay_18x") {
+        lines!(18, 18, &module, &[rows]);
+    }
+    lines!(16, 16, "line_delay_16x32", &[32]);
+    lines!(16, 96, "line_delay_16x6_all", &[1, 2, 3, 4, 5, 6]);
+    let ring =
+        |scale: usize| rows(scale).into_iter().map(|(line, _)| line).filter(|line| *line > 0).collect::<Vec<_>>();
+    // The fine ring lies deeper inside: it has a newest line of its own to wait for.
+    lines!(16, 240, "line_delay_16x28_taps15", &ring(0));
+    lines!(16, 224, "line_delay_16x32_taps14", &ring(1));
+}
+
+pub fn lines_and_addresses() {
+    agree!(
+        AddressCounter,
+        AddressCounter::default(),
+        "address_counter",
+        1500,
+        [reset, advance, width],
+        [address, delayed_1, delayed_4, delayed_5, delayed_8, delayed_12, delayed_16, delayed_20],
+        |cell: &mut AddressCounter, cycle, draw: &mut ChaCha8Rng| {
+            resets!(cell, cycle, draw);
+            cell.width.next = if cycle < 700 { 100u64 } else { 64 }.into();
+        }
+    );
+    agree!(
+        HeldRow,
+        HeldRow::default(),
+        "held_row",
+        2000,
+        [advance, write, write_address, x, select, address_0, address_1, address_2, address_3, address_4, address_5],
+        [y],
+        |cell: &mut HeldRow, _, draw: &mut ChaCha8Rng| {
+            cell.select.next = (1u64 << draw.random_range(0..7) & 63).into();
+            let address = |draw: &mut ChaCha8Rng| Bits::<10>::from(draw.random_range(0..16u64));
+            cell.write_address.next = address(draw);
+            for port in [&mut cell.address_0, &mut cell.address_1, &mut cell.address_2, &mut cell.address_3] {
+                port.next = address(draw);
+            }
+        }
+    );
+    agree!(
+        TailCounter,
+        TailCounter::default(),
+        "tail_counter",
+        9000,
+        [reset, advance, width, start],
+        [select, outside],
+        |cell: &mut TailCounter, cycle, draw: &mut ChaCha8Rng| {
+            cell.reset.next = cycle < 2 || draw.random_ratio(1, 5000);
+            cell.width.next = 64u64.into();
+            cell.start.next = cycle == 10 || draw.random_ratio(1, 5000);
+        }
+    );
+    let lines: Vec<usize> = rows(1).into_iter().map(|(line, _)| line).collect();
+    assert_eq!((lines[0], lines[14], lines.len()), (0, 32, 15));
+    agree!(
+        RingTaps<240>,
+        RingTaps::<240>::new(0),
+        "ring_taps_0",
+        200,
+        [reset, advance, rows],
+        [points],
+        |cell: &mut RingTaps<240>, cycle, _: &mut ChaCha8Rng| {
+            cell.reset.next = cycle < 1;
+            cell.advance.next = cycle > 0;
+        }
+    );
+    agree!(
+        RingTaps<240>,
+        RingTaps::<240>::new(1),
+        "ring_taps_1",
+        200,
+        [reset, advance, rows],
+        [points],
+        |cell: &mut RingTaps<240>, cycle, _: &mut ChaCha8Rng| {
+            cell.reset.next = cycle < 1;
+            cell.advance.next = cycle > 0;
+        }
+    );
+}
