@@ -2,15 +2,16 @@
 //! program wrote.
 //!
 //! ```text
-//! accuracy simulate TEXTURES FOLDER [EVERY]   frames of every flight, 16-bit PGM, and its name on stdout; EVERY keeps
-//! one in so many accuracy score TEXTURES FOLDER [EVERY]      estimates with this project's estimator, scores them and
-//! what is found in FOLDER
+//! accuracy simulate TEXTURES FOLDER [EVERY]            frames of every flight, 16-bit PGM, and its name on stdout
+//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     this project's estimates and what is found in FOLDER, scored
 //! ```
 //!
+//! EVERY keeps one flight in so many. FLIGHTS is the number of flights of each texture and condition; frames of those
+//! after the first are made in memory, and peers have none of them.
+//!
 //! A method writes `NAME.METHOD.txt` for the flight `NAME`: `detect_ms match_ms features`, then nine numbers of the
-//! homography or
-//! `none`, then a line `x y x' y' inlier` for each first match. `benches/accuracy.py` does so with OpenCV, and calls
-//! both parts.
+//! homography or `none`, then a line `x y x' y' inlier` for each first match. `benches/accuracy.py` does so with
+//! OpenCV, and calls both parts.
 
 mod conditions;
 mod scene;
@@ -55,10 +56,11 @@ fn main() -> ExitCode {
 
 fn run(arguments: &[String]) -> Outcome<()> {
     let [verb, textures, folder, rest @ ..] = arguments else {
-        return Err("usage: accuracy simulate|score TEXTURES FOLDER [EVERY]".into());
+        return Err("usage: accuracy simulate|score TEXTURES FOLDER [EVERY [FLIGHTS]]".into());
     };
-    let every = rest.first().map_or(Ok(1), |n| n.parse::<usize>())?.max(1);
-    let runs = runs(Path::new(textures), every)?;
+    let number = |i: usize| rest.get(i).map_or(Ok(1), |n| n.parse::<usize>());
+    let (every, flights) = (number(0)?.max(1), number(1)?.max(1));
+    let runs = runs(Path::new(textures), every, flights)?;
     let folder = Path::new(folder);
     match verb.as_str() {
         "simulate" => {
@@ -83,7 +85,7 @@ struct Run {
     seed: u64,
 }
 
-fn runs(textures: &Path, every: usize) -> Outcome<Vec<Run>> {
+fn runs(textures: &Path, every: usize, flights: usize) -> Outcome<Vec<Run>> {
     let mut files: Vec<PathBuf> = fs::read_dir(textures)
         .map_err(|error| format!("{}: {error}", textures.display()))?
         .filter_map(|entry| Some(entry.ok()?.path()))
@@ -94,10 +96,14 @@ fn runs(textures: &Path, every: usize) -> Outcome<Vec<Run>> {
     for (t, texture) in files.iter().enumerate() {
         let stem = texture.file_stem().unwrap_or_default().to_string_lossy();
         for (c, case) in CASES.iter().enumerate() {
-            let seed = (t * CASES.len() + c) as u64;
-            let name = format!("{stem}.{}", case.name.replace(' ', "_"));
             // Neighbours in the alphabet are on different sides of the split, and share their conditions.
-            if (c + t / 2) % every == 0 {
+            if (c + t / 2) % every != 0 {
+                continue;
+            }
+            for flight in 0..flights {
+                let seed = ((flight * files.len() + t) * CASES.len() + c) as u64;
+                let number = if flight == 0 { String::new() } else { format!(".{flight}") };
+                let name = format!("{stem}.{}{number}", case.name.replace(' ', "_"));
                 runs.push(Run { texture: texture.clone(), tuning: is_tuning(t), case, name, seed });
             }
         }
@@ -110,23 +116,30 @@ impl Run {
         Flight::draw(&self.case.course, self.seed)
     }
 
+    /// Both frames.
+    fn frames(&self) -> Outcome<[Plane<u16>; 2]> {
+        let texture = Picture::open(&self.texture)?.luma;
+        let flight = self.flight();
+        // One texel is one pixel at the nominal height.
+        let texel = 100.0 / flight.places[0].camera.focal();
+        let conditions = [self.case.reference, self.case.current];
+        Ok(std::array::from_fn(|i| {
+            let frame = render(&flight.places[i], &flight.relief, &texture, texel);
+            conditions[i].apply(&frame, 2 * self.seed + i as u64)
+        }))
+    }
+
     fn simulate(&self, folder: &Path) -> Outcome<()> {
         let paths = self.paths(folder);
         if paths.iter().all(|path| path.exists()) {
             return Ok(());
         }
-        let texture = Picture::open(&self.texture)?.luma;
-        let flight = self.flight();
-        // One texel is one pixel at the nominal height.
-        let texel = 100.0 / flight.places[0].camera.focal();
-        for (i, condition) in [self.case.reference, self.case.current].iter().enumerate() {
-            let frame = render(&flight.places[i], &flight.relief, &texture, texel);
-            let frame = condition.apply(&frame, 2 * self.seed + i as u64);
+        for (frame, path) in self.frames()?.iter().zip(&paths) {
             let bytes: Vec<u8> = frame.as_slice().iter().flat_map(|v| v.to_be_bytes()).collect();
             let header = format!("P5\n{WIDTH} {HEIGHT}\n65535\n");
-            let part = paths[i].with_extension("part");
+            let part = path.with_extension("part");
             fs::write(&part, [header.as_bytes(), &bytes].concat())?;
-            fs::rename(part, &paths[i])?;
+            fs::rename(part, path)?;
         }
         Ok(())
     }
@@ -244,8 +257,12 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
         .par_iter()
         .map(|run| -> Outcome<Vec<Option<Score>>> {
             let flight = run.flight();
-            let [reference, current] = run.paths(folder);
-            let (reference, current) = (Picture::open(reference)?.luma, Picture::open(current)?.luma);
+            let [from, to] = run.paths(folder);
+            let [reference, current] = if from.exists() && to.exists() {
+                [Picture::open(from)?.luma, Picture::open(to)?.luma]
+            } else {
+                run.frames()?
+            };
             let mut extractor = FastExtractor::new(Selection::default())?;
             let mut scores = vec![Some(judge(&ours(&reference, &current, &mut extractor), &flight))];
             for method in METHODS {

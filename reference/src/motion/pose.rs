@@ -33,7 +33,7 @@
 use crate::motion::model::{Pair, transfer};
 use crate::motion::orthophoto::{Attitude, View};
 use crate::motion::refusal::{self, Refusal};
-use crate::motion::relief::{Cells, EVIDENCE, Linear, Noise, normal_equations};
+use crate::motion::relief::{self, Cells, EVIDENCE, Linear, Noise, normal_equations};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 /// Standard errors of one reading.
@@ -255,6 +255,8 @@ impl Problem<'_> {
             // A micrometre, and what tilts move the ground by as little at 100 m.
             if step.iter().zip(SETTLED).all(|(step, settled)| step.abs() < settled) {
                 let deviation = unknowns - self.readings;
+                let spread = normal / relief::excess(linear, &noise) + prior;
+                let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
                 return Ok(Solution {
                     unknowns,
                     covariance: factor.inverse().fixed_view::<2, 2>(0, 0).into_owned(),

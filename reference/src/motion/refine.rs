@@ -28,6 +28,10 @@ pub const HALF: usize = 8;
 /// Pairs that are refined, the best first; more gain nothing.
 pub const MOST: usize = 200;
 
+/// Refined pairs are further apart than this along one axis, px: patches that share most of their samples share their
+/// error, and count as one measurement.
+pub const APART: f64 = 10.0;
+
 /// Least NCC of a refined pair.
 pub const LEAST_NCC: f64 = 0.6;
 
@@ -87,7 +91,12 @@ pub fn refined_pair(reference: &Plane<u16>, current: &Plane<u16>, h: &Matrix3<f6
 /// comparison. Matches and pairs are then the refined ones.
 pub fn refined(estimate: Estimate, reference: &Plane<u16>, current: &Plane<u16>, dist: f64) -> Estimate {
     let (mut matches, mut pairs) = (Vec::with_capacity(MOST), Vec::with_capacity(MOST));
-    for &i in estimate.inliers.iter().take(MOST) {
+    for &i in &estimate.inliers {
+        let place = estimate.pairs[i].reference;
+        let taken = |pair: &Pair| (pair.reference - place).amax() < APART;
+        if pairs.len() == MOST || pairs.iter().any(taken) {
+            continue;
+        }
         if let Some(refined) = refined_pair(reference, current, &estimate.homography, &estimate.pairs[i]) {
             matches.push(estimate.matches[i]);
             pairs.push(refined.pair);

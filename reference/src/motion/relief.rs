@@ -100,6 +100,25 @@ impl Noise {
     }
 }
 
+/// By how much the variance of Huber's fit exceeds what the weights alone say, `E[psi^2] E[w] / E[psi']^2` with `psi =
+/// w e` (Huber, 1981, section 7.6): 1 for normal errors within 3 %, more where many pairs are further off. At least 1.
+pub fn excess<const N: usize>(pairs: &[Linear<N>], noise: &Noise) -> f64 {
+    let s2 = noise.places * noise.places;
+    let (mut force, mut weights, mut slope) = (0.0, 0.0, 0.0);
+    for pair in pairs {
+        let g = pair.parallax;
+        let variance = s2 + noise.relief * noise.relief * g.norm_squared();
+        let (along, across) = along_and_across(pair);
+        let length2 = along * along / variance + across * across / s2;
+        let w = weight(length2, 1.0);
+        // Two axes share `psi^2`; beyond the limit only the direction across the error is stiff.
+        force += 0.5 * w * w * length2;
+        weights += w;
+        slope += if w < 1.0 { 0.5 * w } else { 1.0 };
+    }
+    (force * weights / (slope * slope)).max(1.0)
+}
+
 /// `J^T W J` and `J^T W e` of all pairs, the heights of the cells taken out.
 pub fn normal_equations<const N: usize>(
     pairs: &[Linear<N>],
