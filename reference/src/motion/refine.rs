@@ -28,9 +28,8 @@ pub const HALF: usize = 8;
 /// Pairs that are refined, the best first; more gain nothing.
 pub const MOST: usize = 200;
 
-/// Refined pairs are further apart than this along one axis, px: patches that share most of their samples share their
-/// error, and count as one measurement.
-pub const APART: f64 = 10.0;
+/// Refined pairs are at least this far apart along one axis, px. Patches that share samples share their error.
+pub const APART: f64 = SIDE as f64;
 
 /// Least NCC of a refined pair.
 pub const LEAST_NCC: f64 = 0.6;
