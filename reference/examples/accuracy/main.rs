@@ -29,6 +29,7 @@ use nalgebra::{Matrix3, Vector2};
 use rayon::prelude::*;
 use scene::{Flight, HEIGHT, SENSORS, WIDTH, render};
 use std::error::Error;
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -252,6 +253,35 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
+/// All scores, a line for each method and flight, for the table and the plots of `benches/accuracy.py`.
+fn write_table(runs: &[Run], scores: &[Vec<Option<Score>>], path: &Path) -> Outcome<()> {
+    let names = "method,tuning,condition,first,correct,last,localisation,centre,pose,nees,detect,match,quality";
+    let mut text = format!("{names}\n");
+    let optional = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+    for (run, scores) in runs.iter().zip(scores) {
+        for (method, s) in ["hoverlock"].iter().chain(&METHODS).zip(scores).filter_map(|(m, s)| Some((m, (*s)?))) {
+            let (pose, nees) = (optional(s.pose.map(|p| p.0)), optional(s.pose.map(|p| p.1)));
+            writeln!(
+                text,
+                "{method},{},{},{},{},{},{},{},{pose},{nees},{},{},{}",
+                u8::from(run.tuning),
+                run.case.name,
+                s.precision,
+                s.correct,
+                s.last_precision,
+                s.localisation,
+                optional(s.centre),
+                s.detect_ms,
+                s.match_ms,
+                s.quality
+            )?;
+        }
+    }
+    let part = path.with_extension("part");
+    fs::write(&part, text)?;
+    Ok(fs::rename(part, path)?)
+}
+
 fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
     let scores: Vec<Vec<Option<Score>>> = runs
         .par_iter()
@@ -272,6 +302,7 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
             Ok(scores)
         })
         .collect::<Outcome<_>>()?;
+    write_table(runs, &scores, &folder.join("scores.csv"))?;
     for tuning in [true, false] {
         println!("\n{}", if tuning { "Tuning half" } else { "Held-back half" });
         println!(

@@ -4,7 +4,7 @@
 //!    sample of two pairs is more often free of outliers than one of four. This step alone decides whether there is an
 //!    estimate, and its quality.
 //! 2. Match again within [`GATES`] of where the motion so far takes each feature, which recovers matches that a wrong
-//!    candidate had displaced, and search the final model. Do this three times, each gate narrower. A round without
+//!    candidate had displaced, and search the final model. Do this twice; the second gate is narrow. A round without
 //!    consensus leaves the motion unchanged.
 //! 3. Refuse ground that repeats ([`crate::motion::refusal`]).
 //!
@@ -20,9 +20,8 @@ use crate::motion::refusal::{self, RepeatBuffers};
 use nalgebra::{Matrix3, Vector2};
 
 /// Radii of the gates of refinement, px. The first allows for the error of a similarity in an oblique view:
-/// a scale that changes by 10 % over 1000 px, at 500 px from the centre. The second allows for relief. The third is the
-/// radius of a vote: what remains is compared with nothing further away.
-pub const GATES: [f64; 3] = [48.0, 16.0, 3.0];
+/// a scale that changes by 10 % over 1000 px, at 500 px from the centre. The second allows for relief.
+pub const GATES: [f64; 2] = [48.0, 16.0];
 
 /// Largest ratio of a match's distance to that of the second best. It loses few right matches and half of the wrong.
 pub const DISTINCT: f64 = 0.9;

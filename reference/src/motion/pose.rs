@@ -255,7 +255,7 @@ impl Problem<'_> {
             // A micrometre, and what tilts move the ground by as little at 100 m.
             if step.iter().zip(SETTLED).all(|(step, settled)| step.abs() < settled) {
                 let deviation = unknowns - self.readings;
-                let spread = normal / relief::excess(linear, &noise) + prior;
+                let spread = normal / (relief::excess(linear, &noise) * relief::overlap(linear)) + prior;
                 let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
                 return Ok(Solution {
                     unknowns,

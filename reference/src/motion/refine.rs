@@ -32,7 +32,7 @@ pub const MOST: usize = 200;
 pub const APART: f64 = SIDE as f64;
 
 /// Least NCC of a refined pair.
-pub const LEAST_NCC: f64 = 0.6;
+pub const LEAST_NCC: f64 = 0.5;
 
 /// Furthest a pair is moved, px of REF: what the parabola leaves, and some.
 pub const REACH: f64 = 2.0;

@@ -35,6 +35,9 @@ const CLIP: f64 = 3.0;
 /// Rounds of the estimate of `rho`; its weights depend on it.
 const ROUNDS: usize = 4;
 
+/// Side of the square of samples that a place is measured on, px.
+pub const SUPPORT: f64 = 17.0;
+
 /// A pair, linearised.
 #[derive(Debug, Clone, Copy)]
 pub struct Linear<const N: usize> {
@@ -117,6 +120,21 @@ pub fn excess<const N: usize>(pairs: &[Linear<N>], noise: &Noise) -> f64 {
         slope += if w < 1.0 { 0.5 * w } else { 1.0 };
     }
     (force * weights / (slope * slope)).max(1.0)
+}
+
+/// By how much the variance of a sum of the pairs' errors exceeds that of independent ones. Errors of places nearer
+/// than [`SUPPORT`] along both axes come of the same samples, as far as their supports overlap: 1 where none do.
+pub fn overlap<const N: usize>(pairs: &[Linear<N>]) -> f64 {
+    let mut shared = 0.0;
+    for (i, a) in pairs.iter().enumerate() {
+        for b in &pairs[..i] {
+            let [x, y] = (a.place - b.place).abs().into();
+            if x < SUPPORT && y < SUPPORT {
+                shared += (1.0 - x / SUPPORT) * (1.0 - y / SUPPORT);
+            }
+        }
+    }
+    1.0 + 2.0 * shared / pairs.len().max(1) as f64
 }
 
 /// `J^T W J` and `J^T W e` of all pairs, the heights of the cells taken out.
