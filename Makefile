@@ -9,8 +9,9 @@ HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverl
 PYTHON := .venv/bin/python
 # Real ground for the accuracy benchmark; its textures are in the folder of that name.
 HOVERLOCK_DATA ?= ../shared/data
-# One flight in so many: 1 takes all 208.
+# One flight in so many: 1 takes all 208. Flights of each picture and condition, of which peers make the first.
 EVERY ?= 1
+FLIGHTS ?= 4
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
 LONG := ten_thousand_frames an_installed_command no_input_brings_the_command_down
@@ -59,7 +60,7 @@ bench: setup
 
 ## Accuracy over simulated flights above real ground, beside OpenCV's ORB, AKAZE, BRISK, SIFT and phase correlation.
 bench-accuracy: setup
-	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) $(HOVERLOCK_DATA)/textures target/accuracy
+	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) --flights $(FLIGHTS) $(HOVERLOCK_DATA)/textures target/accuracy
 
 ## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and the plain C++ loop, equal outputs checked.
 bench-harness:

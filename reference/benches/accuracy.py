@@ -1,6 +1,6 @@
 """Accuracy over simulated flights, side by side with OpenCV's ORB, AKAZE, BRISK, SIFT (MAGSAC) and phase correlation.
 
-Usage: python accuracy.py [--every N] [--peers orb,akaze,..] TEXTURES FOLDER
+Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] TEXTURES FOLDER
 
 The example `accuracy` simulates the frames into FOLDER once; this program writes what each method finds beside them, once, and
 then lets the example score everything. Each method gets the same frames, stretched to 8 bit between the percentiles 0.5 and 99.5,
@@ -15,6 +15,7 @@ import sys
 import time
 from pathlib import Path
 
+import accuracy_report
 import cv2
 import numpy as np
 
@@ -101,6 +102,7 @@ def main() -> int:
     parser.add_argument("textures", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--every", type=int, default=1, help="keep one flight in so many")
+    parser.add_argument("--flights", type=int, default=1, help="flights of each texture and condition, for hoverlock")
     parser.add_argument("--peers", default="orb,akaze,brisk,sift,phase")
     arguments = parser.parse_args()
     if not arguments.textures.is_dir():
@@ -119,7 +121,10 @@ def main() -> int:
         for method in missing:
             found = by_phase(*frames) if method == "phase" else by_features(method, *frames)
             write(arguments.folder / f"{name}.{method}.txt", *found)
-    return subprocess.run([program, "score", *common]).returncode
+    status = subprocess.run([program, "score", *common, str(arguments.flights)]).returncode
+    if status == 0:
+        accuracy_report.write(arguments.folder)
+    return status
 
 
 if __name__ == "__main__":

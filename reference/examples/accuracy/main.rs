@@ -83,6 +83,8 @@ struct Run {
     tuning: bool,
     case: &'static Case,
     name: String,
+    /// Among the flights of this texture and condition; peers have the first.
+    number: usize,
     seed: u64,
 }
 
@@ -101,11 +103,11 @@ fn runs(textures: &Path, every: usize, flights: usize) -> Outcome<Vec<Run>> {
             if (c + t / 2) % every != 0 {
                 continue;
             }
-            for flight in 0..flights {
-                let seed = ((flight * files.len() + t) * CASES.len() + c) as u64;
-                let number = if flight == 0 { String::new() } else { format!(".{flight}") };
-                let name = format!("{stem}.{}{number}", case.name.replace(' ', "_"));
-                runs.push(Run { texture: texture.clone(), tuning: is_tuning(t), case, name, seed });
+            for number in 0..flights {
+                let seed = ((number * files.len() + t) * CASES.len() + c) as u64;
+                let suffix = if number == 0 { String::new() } else { format!(".{number}") };
+                let name = format!("{stem}.{}{suffix}", case.name.replace(' ', "_"));
+                runs.push(Run { texture: texture.clone(), tuning: is_tuning(t), case, name, number, seed });
             }
         }
     }
@@ -255,7 +257,7 @@ fn median(values: &mut [f64]) -> f64 {
 
 /// All scores, a line for each method and flight, for the table and the plots of `benches/accuracy.py`.
 fn write_table(runs: &[Run], scores: &[Vec<Option<Score>>], path: &Path) -> Outcome<()> {
-    let names = "method,tuning,condition,first,correct,last,localisation,centre,pose,nees,detect,match,quality";
+    let names = "method,tuning,flight,condition,first,correct,last,localisation,centre,pose,nees,detect,match,quality";
     let mut text = format!("{names}\n");
     let optional = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     for (run, scores) in runs.iter().zip(scores) {
@@ -263,8 +265,9 @@ fn write_table(runs: &[Run], scores: &[Vec<Option<Score>>], path: &Path) -> Outc
             let (pose, nees) = (optional(s.pose.map(|p| p.0)), optional(s.pose.map(|p| p.1)));
             writeln!(
                 text,
-                "{method},{},{},{},{},{},{},{},{pose},{nees},{},{},{}",
+                "{method},{},{},{},{},{},{},{},{},{pose},{nees},{},{},{}",
                 u8::from(run.tuning),
+                run.number,
                 run.case.name,
                 s.precision,
                 s.correct,
@@ -324,10 +327,9 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
         );
         for (m, method) in ["hoverlock"].iter().chain(&METHODS).enumerate() {
             let of = |case: Option<&str>| -> Vec<Score> {
-                let chosen = runs
-                    .iter()
-                    .zip(&scores)
-                    .filter(|(run, _)| run.tuning == tuning && case.is_none_or(|name| run.case.name == name));
+                let chosen = runs.iter().zip(&scores).filter(|(run, _)| {
+                    run.number == 0 && run.tuning == tuning && case.is_none_or(|name| run.case.name == name)
+                });
                 chosen.filter_map(|(_, scores)| scores[m]).collect()
             };
             let all = of(None);
