@@ -11,7 +11,7 @@ PYTHON := .venv/bin/python
 HOVERLOCK_DATA ?= ../shared/data
 # One flight in so many: 1 takes all 208. Flights of each picture and condition, of which peers make the first.
 EVERY ?= 1
-FLIGHTS ?= 4
+FLIGHTS ?= 2
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
 LONG := ten_thousand_frames an_installed_command no_input_brings_the_command_down
