@@ -27,12 +27,14 @@ demo: build
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 
 ## Format, lints, and every test; the ignored ones take minutes each: real pictures, all frame sizes, faults put into the RTL.
-## Tests that found no pictures or no tool are named at the end.
+## Tests that found no pictures or no tool are named at the end. The flight program for the ARM is built first: one test compares it
+## with the host's, byte for byte.
 test: setup
 	@mkdir -p out && set -o pipefail && $(MAKE) --no-print-directory checks 2>&1 | tee out/test.log; \
 	status=$$?; setup/skipped.sh out/test.log; exit $$status
 
 checks:
+	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler cannot be had"; fi
 	cargo fmt --all -- --check
 	setup/line_length.sh
 	cargo clippy --workspace --all-targets --locked -- -D warnings
@@ -70,7 +72,8 @@ bench-harness:
 
 ## The flight program for the ARM Cortex-A9: one static file. Its own target folder, as it has a compiler of its own.
 arm:
-	@environment=$$(setup/arm.sh) && . "$$environment" && cargo build --release --locked --package hoverlock-arm \
+	@environment=$$(setup/arm.sh) && . "$$environment" && export CARGO_PROFILE_RELEASE_DEBUG=0 && \
+		cargo build --release --locked --package hoverlock-arm \
 		-Zbuild-std=std,panic_abort --target armv7-unknown-linux-gnueabihf --target-dir $(ARM_TARGET)
 	@echo "The flight program: $(ARM_TARGET)/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"
 

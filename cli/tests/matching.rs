@@ -1,6 +1,7 @@
 //! `hoverlock match` as its users run it: known motions, real neighbours, no estimate, bad input.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -209,7 +210,11 @@ fn sequence(data: &Path, name: &str) -> Vec<Neighbours> {
 #[ignore = "real pictures: 15 pairs, each with both sources of features"]
 fn real_neighbours_are_found_within_two_pixels() {
     let Some(data) = data_dir() else {
-        eprintln!("SKIPPED: no folder of real pictures (HOVERLOCK_DATA)");
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: real_neighbours_are_found_within_two_pixels: set HOVERLOCK_DATA to the picture folder"
+        )
+        .expect("stderr is open");
         return;
     };
     let naip = data.join("homography/naip_seasons");
@@ -251,7 +256,11 @@ fn real_neighbours_are_found_within_two_pixels() {
 #[ignore = "real pictures: 16 pairs of unrelated ground"]
 fn unrelated_real_ground_gives_no_estimate() {
     let Some(data) = data_dir() else {
-        eprintln!("SKIPPED: no folder of real pictures (HOVERLOCK_DATA)");
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: unrelated_real_ground_gives_no_estimate: set HOVERLOCK_DATA to the picture folder"
+        )
+        .expect("stderr is open");
         return;
     };
     let listed = fs::read_dir(data.join("textures")).unwrap().map(|entry| entry.unwrap().path());

@@ -1,6 +1,7 @@
 //! `hoverlock report` as a user runs it: status, streams and one clear line for bad input.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -97,7 +98,9 @@ fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
         .map(|path| path.to_str().unwrap().to_owned())
         .collect();
     let Some(first) = found.first() else {
-        eprintln!("SKIPPED: no real pictures; `make demo` fetches some, or name a folder in HOVERLOCK_DATA");
+        let test = "real_pictures_pass_and_a_dog_of_twelve_bits_does_not";
+        writeln!(std::io::stderr(), "SKIPPED: {test}: run `make demo` for the photographs, or set HOVERLOCK_DATA")
+            .expect("stderr is open");
         return;
     };
     let folder = tempfile::tempdir().unwrap();
@@ -119,7 +122,8 @@ fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
             assert!(run["cycles_per_pixel"].as_f64().unwrap() <= 1.01, "{run}");
         }
     } else {
-        eprintln!("SKIPPED: rtl was not run: {said}");
+        writeln!(std::io::stderr(), "SKIPPED: rtl within real_pictures_pass_and_a_dog_of_twelve_bits_does_not: {said}")
+            .expect("stderr is open");
     }
     let narrow = report(&[first, "--out", out, "--config", "dog_bits=12"]);
     let said = String::from_utf8_lossy(&narrow.stderr);

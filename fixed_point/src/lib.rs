@@ -2,6 +2,7 @@
 //!
 //! Word lengths are data, so that sweeps can vary them at run time. The design point of the hardware is one constant.
 
+#[cfg(feature = "analysis")]
 pub mod analysis;
 pub mod model;
 

@@ -1,5 +1,6 @@
 //! The acceptance bounds on real pictures, under three conditions.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use hoverlock_fixed_point::analysis::acceptance::{Comparison, check_coefficients, dog_lsb};
@@ -35,7 +36,11 @@ fn pictures(test: &str) -> Vec<PathBuf> {
     found.extend(in_folder(newcomer_dir(), "aero"));
     found.sort();
     if found.is_empty() {
-        eprintln!("SKIPPED: {test}: run `make demo` for the photographs, or set HOVERLOCK_DATA to the picture folder");
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: {test}: run `make demo` for the photographs, or set HOVERLOCK_DATA to the picture folder"
+        )
+        .expect("stderr is open");
     }
     found
 }

@@ -3,6 +3,7 @@
 use hoverlock_fixed_point::model::coefficients::export;
 use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, Wish};
 use hoverlock_reference::smoothing::recursive::{Family, Fit};
+use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
 
@@ -36,7 +37,7 @@ fn run(test: &str, folder: &Path, program: &str, arguments: &[&str]) {
     match Command::new(program).args(arguments).current_dir(folder).output() {
         Ok(output) => assert!(output.status.success(), "{program}: {}", String::from_utf8_lossy(&output.stderr)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            eprintln!("SKIPPED: {test}: install {program}");
+            writeln!(std::io::stderr(), "SKIPPED: {test}: install {program}").expect("stderr is open");
         }
         Err(error) => panic!("{program}: {error}"),
     }

@@ -4,15 +4,18 @@ use hoverlock_fixed_point::model::bit_true::{BitTrue, ThresholdController, count
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::picture::{Picture, data_dir};
+use std::io::Write as _;
 
 #[test]
 #[ignore = "some seconds: sixteen real pictures through the generic model"]
 fn simd_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
     let Some(folder) = data_dir() else {
-        eprintln!(
+        writeln!(
+            std::io::stderr(),
             "SKIPPED: simd_and_bit_true_agree_on_every_texture_and_thresholds_settle: \
              set HOVERLOCK_DATA to the picture folder"
-        );
+        )
+        .expect("stderr is open");
         return;
     };
     let files = std::fs::read_dir(folder.join("textures")).unwrap().map(|entry| entry.unwrap().path());

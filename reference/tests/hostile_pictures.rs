@@ -3,6 +3,7 @@
 
 use std::fs;
 use std::io::Cursor;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -89,7 +90,11 @@ fn every_format_and_depth_decodes_to_the_same_luma() {
 #[test]
 fn real_photographs_decode_as_image_decodes_them() {
     let Some(folder) = newcomer_dir() else {
-        eprintln!("SKIPPED: no photographs; `make demo` fetches them");
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: real_photographs_decode_as_image_decodes_them: run `make demo` for the photographs"
+        )
+        .expect("stderr is open");
         return;
     };
     for name in ["aero1.jpg", "aero3.jpg", "aloeL.jpg", "graf1.png"] {
@@ -101,7 +106,11 @@ fn real_photographs_decode_as_image_decodes_them() {
 #[test]
 fn every_kind_of_real_picture_opens() {
     let Some(data) = data_dir() else {
-        eprintln!("SKIPPED: no folder of real pictures (HOVERLOCK_DATA)");
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: every_kind_of_real_picture_opens: set HOVERLOCK_DATA to the picture folder"
+        )
+        .expect("stderr is open");
         return;
     };
     let listed = fs::read_dir(data.join("textures")).unwrap().map(|entry| entry.unwrap().path());

@@ -2,6 +2,7 @@
 //! limits.
 
 use std::collections::BTreeMap;
+use std::io::Write as _;
 
 use hoverlock_fixed_point::analysis::resources::{memories, resources};
 use hoverlock_fixed_point::model::design::KT27;
@@ -15,7 +16,7 @@ fn sized(verilog: &str) -> Option<Result<Estimate, EstimateError>> {
     let file = File { path: "verilog/top.v".into(), text: verilog.into() };
     match of(&[file], "top", &mut |_| ()) {
         Err(EstimateError::Missing(_)) => {
-            eprintln!("SKIPPED: no yosys; Debian's package yosys has it");
+            writeln!(std::io::stderr(), "SKIPPED: the estimate: install yosys").expect("stderr is open");
             None
         }
         other => Some(other),
@@ -147,7 +148,9 @@ fn the_memory_model_equals_it(estimate: &Estimate) {
 #[ignore = "Yosys on the whole top takes a minute"]
 fn the_top_fits_the_smallest_device_with_a_third_free() {
     let estimate = match estimate(&mut |_| ()) {
-        Err(EstimateError::Missing(_)) => return eprintln!("SKIPPED: no yosys; Debian's package yosys has it"),
+        Err(EstimateError::Missing(_)) => {
+            return writeln!(std::io::stderr(), "SKIPPED: the estimate: install yosys").expect("stderr is open");
+        }
         other => other.unwrap(),
     };
     sums_agree(&estimate);

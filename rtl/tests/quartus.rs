@@ -1,5 +1,6 @@
 //! What Quartus is given fits the emitted Verilog: ports, sources, names in the constraints; and the Tcl is Tcl.
 
+use std::io::Write as _;
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 fn read(path: &str) -> String {
@@ -82,7 +83,10 @@ fn the_tcl_runs_and_takes_every_source() {
         assert!(output.status.success(), "{files:?}: {}", String::from_utf8_lossy(&output.stderr));
         Some(String::from_utf8(output.stdout).unwrap())
     };
-    let Some(component) = run(&["hoverlock_hw.tcl"]) else { return eprintln!("SKIPPED: no tclsh") };
+    let Some(component) = run(&["hoverlock_hw.tcl"]) else {
+        return writeln!(std::io::stderr(), "SKIPPED: the Platform Designer component: install tcl for tclsh")
+            .expect("stderr is open");
+    };
     let list = read("verilog/hoverlock.f");
     let sources: Vec<&str> = list.lines().filter(|line| line.ends_with(".v")).collect();
     let taken: Vec<&str> = component

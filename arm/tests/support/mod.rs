@@ -22,11 +22,17 @@ const RANGE: f64 = 60.0;
 /// Field of view, radians.
 const FIELD_OF_VIEW: f64 = 0.87;
 
-/// Time between frames, microseconds.
-const FRAME_US: u64 = 66_667;
+/// Time between frames, microseconds. The pictures are seconds apart: up to 280 px, beyond the gate of a fresh
+/// displacement.
+const FRAME_US: u64 = 2_000_000;
 
-/// The pictures come without the readings of an IMU and a laser: what is assumed of them is good for so much.
-const SENSORS: Sensors = Sensors { tilt: 0.06, heading: 0.02, range: 2.0 };
+/// Frames from one reference to the next. Neighbours share half of their ground and more, frames further apart often
+/// too little.
+const REFERENCE: usize = 2;
+
+/// The pictures come without the readings of an IMU and a laser. Roll and pitch are not known at all: a drone leans by
+/// some degrees. Range and yaw are followed by `pseudo_gt.csv`.
+const SENSORS: Sensors = Sensors { tilt: 0.1, heading: 0.05, range: 2.0 };
 
 /// Messages of one source, numbered from 0.
 #[derive(Default)]
@@ -63,11 +69,9 @@ impl Source {
     }
 }
 
-/// The stream of a folder `NN.png`: registers, the command to capture, then telemetry and records of each frame, out
-/// of the
-/// bit-true model with thresholds that have settled. Range and yaw follow the scale and rotation of `pseudo_gt.csv`
-/// where it has them; roll and
-/// pitch are 0, as the pictures do not tell them.
+/// The stream of a folder `NN.png`: registers, then telemetry and records of each frame, out of the bit-true model with
+/// thresholds that have settled, and the command to capture before every second frame. Range and yaw follow scale and
+/// rotation of neighbours in `pseudo_gt.csv`; roll and pitch are 0, as the pictures do not tell them.
 ///
 /// # Errors
 /// Where a file cannot be read.
@@ -80,23 +84,29 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
     let mut model = SimdBitTrue::new(&KT27).map_err(io::Error::other)?;
     let mut controller = ThresholdController::new(&KT27);
     let mut source = Source::default();
+    let (mut yaw, mut range) = (0.0, RANGE);
     for (number, path) in files.iter().enumerate() {
         let frame = Picture::open(path).map_err(io::Error::other)?.frame().luma;
         if number == 0 {
             source.start(frame.width(), frame.height());
-            source.send(message::COMMAND, &Command::Capture.encode());
             // A camera that has looked at this ground for a while.
             model.frame(&frame, controller.thresholds());
             for _ in 0..100 {
                 controller.finish_frame(counts(&model.planes().features(controller.thresholds())));
             }
         }
-        let (rotation, scale) = motion(&text, number).unwrap_or((0.0, 1.0));
+        if number % REFERENCE == 0 {
+            source.send(message::COMMAND, &Command::Capture.encode());
+        }
+        if let Some((rotation, scale)) = motion(&text, number) {
+            yaw -= rotation;
+            range /= scale;
+        }
         let telemetry = Telemetry {
             frame: number as u32,
             time_us: FRAME_US * number as u64,
-            attitude: Attitude { yaw: -rotation, ..Attitude::default() },
-            range: RANGE / scale,
+            attitude: Attitude { yaw, ..Attitude::default() },
+            range,
             field_of_view: FIELD_OF_VIEW,
             sensors: SENSORS,
         };
@@ -108,9 +118,10 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
     Ok(source)
 }
 
-/// Rotation (radians) and scale of frame 0 to frame `number`, where they are known.
+/// Rotation (radians) and scale from the frame before to frame `number`, where they are known.
 fn motion(csv: &str, number: usize) -> Option<(f64, f64)> {
-    let row = csv.lines().find(|line| line.starts_with(&format!("0,{number},1,")))?;
+    let pair = format!("{},{number},1,", number.checked_sub(1)?);
+    let row = csv.lines().find(|line| line.starts_with(&pair))?;
     let mut end = row.rsplit(',');
     let scale: f64 = end.next()?.parse().ok()?;
     let rotation: f64 = end.next()?.parse().ok()?;

@@ -2,8 +2,7 @@
 //!
 //! `u16.2` has no sign, `i = 16` integer bits and `f = 2` fraction bits, so 18 bits in all: `0 ..= 2^16 - 2^-2` with an
 //! LSB of `2^-2`. `s14.1` is two's complement, sign bit not counted: `-2^14 ..= 2^14 - 2^-1`. Either number may be
-//! negative: `u14.-2` has 12 bits and an LSB of 4. The error of rounding is at most half an LSB, that of flooring less
-//! than one.
+//! negative: `u14.-2` has 12 bits and an LSB of 4.
 
 use std::fmt;
 use std::str::FromStr;
@@ -144,81 +143,6 @@ impl From<Format> for String {
     }
 }
 
-/// Rounding mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Rounding {
-    /// To the nearest raw integer, half away from zero: no bias on signed values.
-    HalfAwayFromZero,
-    /// Toward minus infinity: low bits are dropped, which gives a bias of half an LSB.
-    Floor,
-}
-
-/// Overflow mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Overflow {
-    /// Saturate at the end of the range.
-    Saturate,
-    /// Wrap: keep the low bits.
-    Wrap,
-}
-
-/// Converts real numbers to raw integers and counts overflows and underflows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Quantiser {
-    format: Format,
-    rounding: Rounding,
-    overflow: Overflow,
-    /// Values seen.
-    pub values: u64,
-    /// Values outside the range of the format, saturated or wrapped.
-    pub overflows: u64,
-    /// Values other than 0 whose raw integer is 0.
-    pub underflows: u64,
-}
-
-impl Quantiser {
-    /// A quantiser with all counters at 0.
-    pub fn new(format: Format, rounding: Rounding, overflow: Overflow) -> Self {
-        Self { format, rounding, overflow, values: 0, overflows: 0, underflows: 0 }
-    }
-
-    /// The raw integer of `value`; NaN counts as an overflow and has raw integer 0.
-    pub fn raw(&mut self, value: f64) -> i64 {
-        self.values += 1;
-        let scaled = value / self.format.lsb();
-        let whole = match self.rounding {
-            Rounding::HalfAwayFromZero => scaled.round(),
-            Rounding::Floor => scaled.floor(),
-        };
-        let (min, max) = (self.format.min_raw(), self.format.max_raw());
-        if whole >= min as f64 && whole <= max as f64 {
-            let raw = whole as i64;
-            self.underflows += u64::from(raw == 0 && value != 0.0);
-            return raw;
-        }
-        self.overflows += 1;
-        match self.overflow {
-            Overflow::Saturate if whole.is_nan() => 0,
-            Overflow::Saturate => (whole as i64).clamp(min, max),
-            // The remainder is exact in f64, whatever the size of the value; it is NaN, hence 0, for NaN and
-            // infinities.
-            Overflow::Wrap => {
-                let modulus = (self.format.bits() as f64).exp2();
-                let raw = whole.rem_euclid(modulus) as i64;
-                if raw > max { raw - modulus as i64 } else { raw }
-            }
-        }
-    }
-
-    /// `value` after quantisation.
-    pub fn value(&mut self, value: f64) -> f64 {
-        let raw = self.raw(value);
-        self.format.value(raw)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -248,32 +172,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn named_rounding_and_overflow() {
-        let format: Format = "s3.0".parse().unwrap();
-        let raw = |value, rounding, overflow| Quantiser::new(format, rounding, overflow).raw(value);
-        assert_eq!(raw(2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), 3);
-        assert_eq!(raw(-2.5, Rounding::HalfAwayFromZero, Overflow::Saturate), -3);
-        assert_eq!(raw(-2.5, Rounding::Floor, Overflow::Saturate), -3);
-        assert_eq!(raw(2.9, Rounding::Floor, Overflow::Saturate), 2);
-        assert_eq!(raw(9.0, Rounding::Floor, Overflow::Saturate), 7);
-        assert_eq!(raw(9.0, Rounding::Floor, Overflow::Wrap), -7);
-        assert_eq!(raw(-9.0, Rounding::Floor, Overflow::Wrap), 7);
-        assert_eq!(raw(f64::NEG_INFINITY, Rounding::Floor, Overflow::Saturate), -8);
-        assert_eq!(raw(f64::NAN, Rounding::Floor, Overflow::Saturate), 0);
-        assert_eq!(raw(f64::NAN, Rounding::Floor, Overflow::Wrap), 0);
-    }
-
-    #[test]
-    fn overflows_and_underflows_are_counted() {
-        let mut quantiser = Quantiser::new("u2.1".parse().unwrap(), Rounding::HalfAwayFromZero, Overflow::Saturate);
-        for value in [0.0, 0.1, 0.3, 3.6, 3.8, -1.0, 0.5] {
-            quantiser.value(value);
-        }
-        // 0.1 is under half a step; 3.8 rounds to 8 half steps of 7; -1 has no raw integer without sign.
-        assert_eq!((quantiser.values, quantiser.underflows, quantiser.overflows), (7, 1, 2));
-    }
-
     proptest! {
         #[test]
         fn text_and_format_convert_both_ways(signed: bool, integer in -20i8..=20, fraction in -20i8..=20) {
@@ -284,18 +182,6 @@ mod tests {
                 let bits = i32::from(signed) + i32::from(integer) + i32::from(fraction);
                 prop_assert!(!(1..=32).contains(&bits));
             }
-        }
-
-        #[test]
-        fn rounding_error_is_at_most_half_an_lsb(integer in 1i8..=20, fraction in -4i8..=12, part in 0.0..1.0f64) {
-            prop_assume!(integer + fraction >= 1);
-            let format = Format::unsigned(integer, fraction);
-            let value = part * format.value(format.max_raw());
-            let mut quantiser = Quantiser::new(format, Rounding::HalfAwayFromZero, Overflow::Saturate);
-            prop_assert!((quantiser.value(value) - value).abs() <= format.lsb() / 2.0);
-            let mut floor = Quantiser::new(format, Rounding::Floor, Overflow::Saturate);
-            let error = value - floor.value(value);
-            prop_assert!((0.0..format.lsb()).contains(&error));
         }
     }
 }

@@ -375,6 +375,7 @@ fn max_dog(planes: &[f32], pitch: usize, at: usize) -> f32 {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use std::io::Write as _;
 
     use super::*;
     use crate::features::extractor::{extract, features, layers};
@@ -517,10 +518,12 @@ mod tests {
         }
         paths.retain(|path| path.is_file());
         if paths.is_empty() {
-            eprintln!(
+            writeln!(
+                std::io::stderr(),
                 "SKIPPED: features_of_real_pictures_agree_with_the_f64_path: run `make demo` for the photographs, \
                  or set HOVERLOCK_DATA to the picture folder"
-            );
+            )
+            .expect("stderr is open");
         }
         for path in paths {
             let name = path.display();

@@ -9,4 +9,5 @@ pub mod feature;
 pub mod lbp;
 pub mod maxima;
 pub mod maxlbp;
+#[cfg(feature = "pictures")]
 pub mod repeatability;

@@ -328,6 +328,7 @@ fn repeated(reference: &[Point], current: &[Point], homography: &Matrix3<f64>) -
 mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use std::io::Write as _;
 
     use super::*;
     use crate::image::picture::{Picture, data_dir};
@@ -416,10 +417,12 @@ mod tests {
     #[ignore = "25 warps of real pictures, some 4 s each"]
     fn the_recursion_is_almost_as_stable_as_the_gaussian_within_the_envelope() {
         let Some(folder) = data_dir() else {
-            eprintln!(
+            writeln!(
+                std::io::stderr(),
                 "SKIPPED: the_recursion_is_almost_as_stable_as_the_gaussian_within_the_envelope: \
                  set HOVERLOCK_DATA to the picture folder"
-            );
+            )
+            .expect("stderr is open");
             return;
         };
         for name in ["farmstead", "pasture_low_texture", "urban_intersection_a"] {

@@ -173,8 +173,8 @@ Latency: {0} lines and {1} steps.",
     ),
     (
         "cursor",
-        "Column x and row y of the current sample, counted from the marker one step before a frame's first sample; 0 <=
-x < W, 0 <= y < H.
+        "Column x and row y of the current sample, counted from the marker one step before a frame's first sample:
+0 <= x < W and 0 <= y < H.
 Latency: 1 step from `start` to position (0, 0); the border flags are combinational.",
     ),
     (
