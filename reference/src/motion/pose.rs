@@ -191,7 +191,7 @@ pub fn fit_in(
         start.x, start.y, descent, to.roll, to.pitch, to.yaw, h, from.roll, from.pitch, from.yaw, 0.0, 0.0,
     ]);
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
-    let mut problem = Problem { scene, readings, pairs, buffers };
+    let mut problem = Problem { scene, readings, pairs, buffers, overlap: relief::overlap(pairs) };
     let plane = problem.solve(Ground::Plane, sensors);
     if let Ok(solution) = &plane
         && solution.evidence < EVIDENCE
@@ -221,6 +221,8 @@ struct Problem<'pairs> {
     readings: Unknowns,
     pairs: &'pairs [Pair],
     buffers: &'pairs mut PoseBuffers,
+    /// Of the pairs' supports ([`relief::overlap`]).
+    overlap: f64,
 }
 
 /// A minimum.
@@ -255,7 +257,7 @@ impl Problem<'_> {
             // A micrometre, and what tilts move the ground by as little at 100 m.
             if step.iter().zip(SETTLED).all(|(step, settled)| step.abs() < settled) {
                 let deviation = unknowns - self.readings;
-                let spread = normal / (relief::excess(linear, &noise) * relief::overlap(linear)) + prior;
+                let spread = normal / (relief::excess(linear, &noise) * self.overlap) + prior;
                 let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
                 return Ok(Solution {
                     unknowns,

@@ -14,6 +14,7 @@
 //! brings, at most [`EVIDENCE`] by chance. Where two frames are taken from one place `g` is 0, no relief can be seen,
 //! and none matters. Pairs weigh as in Huber's fit, by their length in the metric of `W`.
 
+use crate::motion::model::Pair;
 use crate::motion::robust::{scale, weight};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
@@ -124,11 +125,11 @@ pub fn excess<const N: usize>(pairs: &[Linear<N>], noise: &Noise) -> f64 {
 
 /// By how much the variance of a sum of the pairs' errors exceeds that of independent ones. Errors of places nearer
 /// than [`SUPPORT`] along both axes come of the same samples, as far as their supports overlap: 1 where none do.
-pub fn overlap<const N: usize>(pairs: &[Linear<N>]) -> f64 {
+pub fn overlap(pairs: &[Pair]) -> f64 {
     let mut shared = 0.0;
     for (i, a) in pairs.iter().enumerate() {
         for b in &pairs[..i] {
-            let [x, y] = (a.place - b.place).abs().into();
+            let [x, y] = (a.reference - b.reference).abs().into();
             if x < SUPPORT && y < SUPPORT {
                 shared += (1.0 - x / SUPPORT) * (1.0 - y / SUPPORT);
             }
@@ -221,4 +222,65 @@ fn along_and_across<const N: usize>(pair: &Linear<N>) -> (f64, f64) {
 fn given_back(pairs: usize, freedoms: usize) -> f64 {
     let n = 2 * pairs;
     (n as f64 / n.saturating_sub(freedoms).max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Sum of twelve uniform numbers: variance 1.
+    fn normal(rng: &mut ChaCha8Rng) -> f64 {
+        (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+    }
+
+    fn at(x: f64, y: f64) -> Linear<1> {
+        let zero = Vector2::zeros();
+        Linear { place: Vector2::new(x, y), slopes: [Vector2::x()], parallax: zero, error: zero }
+    }
+
+    /// 400 pairs, 0.05 px of noise, heights of `relief` m seen with a parallax of up to 2 px/m; every tenth pair has
+    /// `tail` times the noise.
+    fn pairs(relief: f64, tail: f64) -> Vec<Linear<1>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut pair = |i: usize| {
+            let parallax = Vector2::new(2.0 * rng.random::<f64>(), 1.0 - 2.0 * rng.random::<f64>());
+            let s = if i.is_multiple_of(10) { 0.05 * tail } else { 0.05 };
+            let noise = Vector2::new(normal(&mut rng), normal(&mut rng)) * s;
+            let error = noise + parallax * (relief * normal(&mut rng));
+            Linear { parallax, error, ..at(100.0 * (i % 20) as f64, 100.0 * (i / 20) as f64) }
+        };
+        (0..400).map(&mut pair).collect()
+    }
+
+    #[test]
+    fn relief_is_found_where_there_is_some() {
+        let mut values = Vec::new();
+        let hills = pairs(0.5, 1.0);
+        let noise = Noise::of_relief(&hills, 0.02, 8, &mut values);
+        assert!((noise.relief - 0.5).abs() < 0.05 && (noise.places - 0.05).abs() < 0.007, "{noise:?}");
+        assert!(noise.evidence(&hills) > 100.0 * EVIDENCE);
+        let flat = pairs(0.0, 1.0);
+        assert!(Noise::of_relief(&flat, 0.02, 8, &mut values).evidence(&flat) < EVIDENCE);
+    }
+
+    #[test]
+    fn tails_add_to_the_variance() {
+        let mut values = Vec::new();
+        let mut of = |tail: f64| {
+            let pairs = pairs(0.0, tail);
+            excess(&pairs, &Noise::of_plane(&pairs, 0.02, 8, &mut values))
+        };
+        assert!((1.0..1.1).contains(&of(1.0)), "{}", of(1.0));
+        assert!(of(10.0) > 1.15, "{}", of(10.0));
+    }
+
+    #[test]
+    fn pairs_of_the_same_samples_count_once() {
+        let apart = |x: f64| {
+            overlap(&[50.0, 50.0 + x].map(|x| Pair { reference: Vector2::new(x, 50.0), current: Vector2::zeros() }))
+        };
+        assert_eq!([0.0, 8.5, 17.0].map(apart), [2.0, 1.5, 1.0]);
+    }
 }
