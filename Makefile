@@ -7,13 +7,18 @@ CACHE := $(if $(HOVERLOCK_CACHE),$(HOVERLOCK_CACHE),$(if $(XDG_CACHE_HOME),$(XDG
 PICTURES := $(CACHE)/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
+# Real ground for the accuracy benchmark; its textures are in the folder of that name.
+HOVERLOCK_DATA ?= ../shared/data
+# One flight in so many: 1 takes all 208. Flights of each picture and condition, of which peers make the first.
+EVERY ?= 1
+FLIGHTS ?= 2
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
 LONG := ten_thousand_frames an_installed_command no_input_brings_the_command_down
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks test-long fuzz bench bench-harness bench-arm arm setup build
+.PHONY: demo test checks test-long fuzz bench bench-accuracy bench-harness bench-arm arm setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
 demo: build
@@ -54,6 +59,10 @@ fuzz:
 bench: setup
 	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
 	cargo bench --locked --package hoverlock-fixed-point --bench bit_true
+
+## Accuracy over simulated flights above real ground, beside OpenCV's ORB, AKAZE, BRISK, SIFT and phase correlation.
+bench-accuracy: setup
+	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) --flights $(FLIGHTS) $(HOVERLOCK_DATA)/textures target/accuracy
 
 ## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and the plain C++ loop, equal outputs checked.
 bench-harness:

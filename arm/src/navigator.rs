@@ -28,7 +28,7 @@ use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate};
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose;
+use hoverlock_reference::motion::pose::{self, PoseBuffers};
 use nalgebra::{Matrix3, Vector2};
 
 /// Features of a frame that are used; of more, those with the largest responses.
@@ -122,6 +122,7 @@ struct Memory {
     current: Vec<Feature>,
     inliers: Vec<Pair>,
     workspace: Workspace,
+    pose: PoseBuffers,
 }
 
 impl Default for Navigator {
@@ -151,6 +152,7 @@ impl Navigator {
                 current: Vec::with_capacity(MAX_FEATURES),
                 inliers: Vec::with_capacity(MAX_FEATURES),
                 workspace: Workspace::with_capacity(MAX_FEATURES),
+                pose: PoseBuffers::with_capacity(MAX_FEATURES),
             },
             work,
         }
@@ -339,7 +341,7 @@ impl Navigator {
         let camera =
             Camera::with_field_of_view(usize::from(size.width), usize::from(size.height), telemetry.field_of_view)?;
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
-        let Memory { reference: reference_features, current, inliers, workspace, .. } = &mut self.memory;
+        let Memory { reference: reference_features, current, inliers, workspace, pose, .. } = &mut self.memory;
         if self.capture {
             self.capture = false;
             self.reference = Some(Reference { view, field_of_view: telemetry.field_of_view });
@@ -364,7 +366,7 @@ impl Navigator {
         let motion = motion?;
         inliers.clear();
         inliers.extend(motion.inliers.iter().map(|&i| motion.pairs[i]));
-        let pose = pose::fit(&reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
+        let pose = pose::fit_in(pose, &reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
         self.last = Some(Last { time_us: telemetry.time_us, displacement: pose.displacement });
         Ok(Some(Estimate::of(&pose, inliers.len(), motion.matches.len(), telemetry.sensors)))
     }

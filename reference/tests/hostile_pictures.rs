@@ -221,6 +221,15 @@ fn an_orientation_is_honoured_in_jpeg_png_and_tiff() {
     let file = PictureFile::open(folder.put("a.png", bytes), &Limits::default()).unwrap();
     assert_eq!((file.size(), file.orientation()), ((64, 48), Some("turned by 180 degrees")));
     assert_eq!(file.decode().unwrap().luma[(63, 47)], 257 * u16::from(texture(0, 0)));
+
+    let mut bytes = Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).unwrap();
+    let mut image = encoder.new_image::<tiff::encoder::colortype::Gray8>(64, 48).unwrap();
+    image.encoder().write_tag(tiff::tags::Tag::Orientation, 3u16).unwrap();
+    image.write_data(wide.as_bytes()).unwrap();
+    let file = PictureFile::open(folder.put("a.tiff", bytes.into_inner()), &Limits::default()).unwrap();
+    assert_eq!((file.size(), file.orientation()), ((64, 48), Some("turned by 180 degrees")));
+    assert_eq!(file.decode().unwrap().luma[(63, 0)], 257 * 47);
 }
 
 fn stored_png() -> Vec<u8> {

@@ -20,7 +20,11 @@ pub const WINDOW_RADIUS: usize = 3;
 pub const MARGIN: usize = 18;
 
 /// Side of a cell of the grid that spreads the strongest features over the frame, in pixels.
-pub const CELL: u32 = 64;
+pub const CELL: u32 = 128;
+
+/// No feature below this part of the `n`-th strongest response is kept, however empty its cell: weak maxima are found
+/// again less often.
+pub const LEAST_STRENGTH: f64 = 0.7;
 
 /// Columns (or rows) in which a centre is eligible, for a frame of `size` columns (or rows).
 pub fn eligible(size: usize) -> Range<usize> {
@@ -85,13 +89,21 @@ pub fn strongest_per_cell(features: &[Feature], n: usize) -> Vec<Feature> {
     spread(features, n, |f| (f.x, f.y, f.response))
 }
 
-/// Selects `n` items in rounds: each round takes the strongest remaining item of every 64x64 cell. If the last round
-/// has too many items, its strongest are taken. Ties are decided by the order given, which the result keeps. `position`
-/// is column, row and response of an item.
+/// Selects `n` items in rounds, among those with at least [`LEAST_STRENGTH`] of the `n`-th strongest response: each
+/// round takes the strongest remaining item of every 128x128 cell. If the last round has too many items, its strongest
+/// are taken. Ties are decided by the order given, which the result keeps. `position` is column, row and response of an
+/// item.
 pub fn spread<T: Copy>(items: &[T], n: usize, position: impl Fn(&T) -> (u32, u32, f64)) -> Vec<T> {
     if items.len() <= n {
         return items.to_vec();
     }
+    if n == 0 {
+        return Vec::new();
+    }
+    let mut ranked: Vec<Ranked> =
+        items.iter().enumerate().map(|(index, item)| Ranked { response: position(item).2, index }).collect();
+    let floor = LEAST_STRENGTH * ranked.select_nth_unstable_by(n - 1, Ranked::stronger).1.response;
+    let strong = |item: &&T| position(item).2 >= floor;
     let cell = |item: &T| {
         let (x, y, _) = position(item);
         ((x / CELL) as usize, (y / CELL) as usize)
@@ -102,22 +114,22 @@ pub fn spread<T: Copy>(items: &[T], n: usize, position: impl Fn(&T) -> (u32, u32
 
     // Items by cell: where each cell ends in `ranked`, counted first, then filled from behind.
     let mut bounds = vec![0; cells + 1];
-    items.iter().for_each(|item| bounds[cell(item)] += 1);
+    items.iter().filter(strong).for_each(|item| bounds[cell(item)] += 1);
     let mut end = 0;
     for bound in &mut bounds {
         end += *bound;
         *bound = end;
     }
-    let mut ranked = vec![Ranked { response: 0.0, index: 0 }; items.len()];
-    for (index, item) in items.iter().enumerate() {
+    ranked.truncate(end);
+    for (index, item) in items.iter().enumerate().filter(|(_, item)| strong(item)) {
         let bound = &mut bounds[cell(item)];
         *bound -= 1;
         ranked[*bound] = Ranked { response: position(item).2, index };
     }
 
-    // As many rounds as can go whole. There is always one that cannot, for there are more than `n` items.
+    // As many rounds as can go whole: all of them where no more than `n` items are strong.
     let after = |rounds: usize| bounds.windows(2).map(|b| (b[1] - b[0]).min(rounds)).sum::<usize>();
-    let rounds = (1..).find(|&rounds| after(rounds) > n).unwrap_or(1) - 1;
+    let rounds = (1..=ranked.len()).find(|&rounds| after(rounds) > n).map_or(ranked.len(), |rounds| rounds - 1);
     let left = n - after(rounds);
 
     let mut kept = vec![false; items.len()];
@@ -267,21 +279,30 @@ mod tests {
 
     #[test]
     fn each_cell_gives_its_strongest_before_any_gives_its_second() {
-        // Three strong ones in one cell, weak ones in two others.
+        // Three strong ones in one cell, less strong ones in two others.
         let all = [
             feature(20, 20, 9.0),
-            feature(30, 20, 8.0),
-            feature(40, 20, 7.0),
-            feature(70, 20, 1.0),
-            feature(20, 70, 2.0),
+            feature(30, 20, 8.5),
+            feature(40, 20, 8.0),
+            feature(130, 20, 6.4),
+            feature(20, 130, 7.0),
         ];
         let kept = |n| strongest_per_cell(&all, n).iter().map(|f| f.response).collect::<Vec<_>>();
         assert_eq!(kept(0), []);
-        assert_eq!(kept(2), [9.0, 2.0]);
-        assert_eq!(kept(3), [9.0, 1.0, 2.0]);
-        assert_eq!(kept(4), [9.0, 8.0, 1.0, 2.0]);
-        assert_eq!(kept(5), [9.0, 8.0, 7.0, 1.0, 2.0]);
+        assert_eq!(kept(2), [9.0, 7.0]);
+        assert_eq!(kept(3), [9.0, 6.4, 7.0]);
+        assert_eq!(kept(4), [9.0, 8.5, 6.4, 7.0]);
+        assert_eq!(kept(5), [9.0, 8.5, 8.0, 6.4, 7.0]);
         assert_eq!(kept(6).len(), 5);
+    }
+
+    #[test]
+    fn a_weak_one_is_left_out_however_empty_its_cell() {
+        let all = [feature(20, 20, 9.0), feature(30, 20, 8.0), feature(40, 20, 7.0), feature(130, 20, 5.5)];
+        let kept = |n| strongest_per_cell(&all, n).iter().map(|f| f.response).collect::<Vec<_>>();
+        // 0.7 of the second strongest is 5.6, of the third 4.9.
+        assert_eq!(kept(2), [9.0, 8.0]);
+        assert_eq!(kept(3), [9.0, 8.0, 5.5]);
     }
 
     proptest! {
@@ -289,22 +310,27 @@ mod tests {
         fn spreading_takes_rounds_in_order(
             all in prop::collection::vec((0u32..200, 0u32..150, 0u8..9), 0..80), n in 0usize..90,
         ) {
-            // The definition: sort by round, then response, then position in the list; take the first n.
-            let all: Vec<Feature> = all.into_iter().map(|(x, y, r)| feature(x, y, f64::from(r))).collect();
+            // The definition: leave out the weak, sort by round, then response, then position in the list; take the
+            // first n.
+            let given: Vec<Feature> = all.into_iter().map(|(x, y, r)| feature(x, y, f64::from(r))).collect();
+            let mut responses: Vec<f64> = given.iter().map(|f| f.response).collect();
+            responses.sort_by(|a, b| b.total_cmp(a));
+            let nth = if n > 0 && given.len() > n { responses[n - 1] } else { 0.0 };
+            let all: Vec<Feature> = given.iter().filter(|f| f.response >= 0.7 * nth).copied().collect();
             let beats = |a: usize, b: usize| (all[b].response, a) < (all[a].response, b);
-            let cell = |i: usize| (all[i].x / 64, all[i].y / 64);
+            let cell = |i: usize| (all[i].x / 128, all[i].y / 128);
             let round = |i: usize| (0..all.len()).filter(|&j| j != i && cell(j) == cell(i) && beats(j, i)).count();
             let mut order: Vec<usize> = (0..all.len()).collect();
             order.sort_by(|&a, &b| round(a).cmp(&round(b)).then(all[b].response.total_cmp(&all[a].response)));
             order.truncate(n);
             order.sort_unstable();
-            prop_assert_eq!(strongest_per_cell(&all, n), order.into_iter().map(|i| all[i]).collect::<Vec<_>>());
+            prop_assert_eq!(strongest_per_cell(&given, n), order.into_iter().map(|i| all[i]).collect::<Vec<_>>());
         }
     }
 
     #[test]
     fn ties_between_features_fall_to_the_first() {
-        let all = [feature(20, 20, 1.0), feature(30, 20, 1.0), feature(70, 20, 1.0)];
+        let all = [feature(20, 20, 1.0), feature(30, 20, 1.0), feature(130, 20, 1.0)];
         assert_eq!(strongest_per_cell(&all, 1), [all[0]]);
         assert_eq!(strongest_per_cell(&all, 2), [all[0], all[2]]);
     }

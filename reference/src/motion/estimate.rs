@@ -6,6 +6,7 @@
 //! 2. Match again within [`GATES`] of where the motion so far takes each feature, which recovers matches that a wrong
 //!    candidate had displaced, and search the final model. Do this twice; the second gate is narrow. A round without
 //!    consensus leaves the motion unchanged.
+//! 3. Refuse ground that repeats ([`crate::motion::refusal`]).
 //!
 //! Real neighbours of a flight (turned up to 7 degrees, scale to 1.13, 300 px apart): a similarity alone misses the
 //! centre of the picture by up to 4 px where the ground is seen obliquely, the refined homography by at most 1 px.
@@ -15,11 +16,15 @@ use crate::motion::budget::Budget;
 use crate::motion::matching::{Gate, Match, MatchBuffers, Matching};
 use crate::motion::model::{Model, Pair};
 use crate::motion::ransac::{Consensus, Ransac, RansacError, SearchBuffers};
+use crate::motion::refusal::{self, RepeatBuffers};
 use nalgebra::{Matrix3, Vector2};
 
 /// Radii of the gates of refinement, px. The first allows for the error of a similarity in an oblique view:
 /// a scale that changes by 10 % over 1000 px, at 500 px from the centre. The second allows for relief.
 pub const GATES: [f64; 2] = [48.0, 16.0];
+
+/// Largest ratio of a match's distance to that of the second best. It loses few right matches and half of the wrong.
+pub const DISTINCT: f64 = 0.9;
 
 /// Settings of the estimation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +38,8 @@ pub struct Estimator {
 impl Default for Estimator {
     /// Final model: homography.
     fn default() -> Self {
-        Self { matching: Matching::default(), ransac: Ransac { model: Model::Homography, ..Ransac::default() } }
+        let matching = Matching { ratio: Some(DISTINCT), ..Matching::default() };
+        Self { matching, ransac: Ransac { model: Model::Homography, ..Ransac::default() } }
     }
 }
 
@@ -92,6 +98,7 @@ impl Estimator {
                 std::mem::swap(&mut workspace.best, &mut workspace.next);
             }
         }
+        refusal::repeats(&workspace.best, reference, current, budget, &mut workspace.repeats)?;
         Ok(&workspace.best)
     }
 }
@@ -101,6 +108,7 @@ pub struct Workspace {
     matching: MatchBuffers,
     search: SearchBuffers,
     consensus: Consensus,
+    repeats: RepeatBuffers,
     best: Estimate,
     next: Estimate,
 }
@@ -121,6 +129,7 @@ impl Workspace {
             matching: MatchBuffers::with_capacity(features),
             search: SearchBuffers::with_capacity(features),
             consensus: Consensus::with_capacity(features),
+            repeats: RepeatBuffers::with_capacity(features),
             best: empty(),
             next: empty(),
         }

@@ -8,3 +8,7 @@ pub mod model;
 pub mod orthophoto;
 pub mod pose;
 pub mod ransac;
+pub mod refine;
+pub mod refusal;
+pub mod relief;
+pub mod robust;

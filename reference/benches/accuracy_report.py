@@ -1,0 +1,127 @@
+"""The table (Markdown) and the plots (SVG) of `accuracy.py`, from the scores of all flights over held-back ground."""
+
+import csv
+import math
+from collections import defaultdict
+from pathlib import Path
+from statistics import mean, median
+
+METHODS = ["hoverlock", "orb", "akaze", "brisk", "sift", "phase"]
+COLOURS = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98"]
+
+
+def rms(values):
+    return math.sqrt(mean(v * v for v in values)) if values else math.nan
+
+
+def scores(folder: Path) -> list[dict]:
+    """Flights over ground that did not serve for tuning."""
+    with open(folder / "scores.csv", newline="") as file:
+        return [row for row in csv.DictReader(file) if row["tuning"] == "0"]
+
+
+def numbers(rows, name):
+    return [float(row[name]) for row in rows if row[name] not in ("", "NaN")]
+
+
+def first(rows):
+    """The flights that all methods made."""
+    return [row for row in rows if row["flight"] == "0"]
+
+
+def consistency(rows) -> str:
+    """NEES of the displacement by condition: 2 where the covariance is true, and within 4 / sqrt(flights) of it by chance."""
+    lines = ["| condition | flights | pose, cm | NEES |", "|---|---|---|---|"]
+    of = [row for row in rows if row["method"] == "hoverlock"]
+    for condition in dict.fromkeys(row["condition"] for row in of):
+        at = [row for row in of if row["condition"] == condition]
+        lines.append(f"| {condition} | {len(at)} | {100 * rms(numbers(at, 'pose')):.1f} | {mean(numbers(at, 'nees')):.1f} |")
+    return "\n".join(lines)
+
+
+def markdown(rows) -> str:
+    """One line a method; `-` where there is no value."""
+    lines = ["| method | first matches right | last | localisation, px | centre, px | pose wide, cm | narrow | relief "
+             "| no pose | features, ms | matching, ms |", "|---|" + "---|" * 10]
+    for method in METHODS:
+        of = [row for row in rows if row["method"] == method]
+        if not of:
+            continue
+        at = lambda condition: [row for row in of if row["condition"] == condition]
+        shown = lambda value, form: "-" if math.isnan(value) else format(value, form)
+        pose = [shown(100 * rms(numbers(at(c), "pose")), ".1f") for c in ("nominal", "narrow", "relief")]
+        local = numbers(at("nominal"), "localisation")
+        matched = mean(numbers(of, "first")) if method != "phase" else math.nan
+        last = mean(numbers(of, "last")) if method != "phase" else math.nan
+        cells = [method, shown(matched, ".3f"), shown(last, ".3f"), shown(mean(local) if local else math.nan, ".3f"),
+                 shown(rms(numbers(at("nominal"), "centre")), ".4f"), *pose,
+                 f"{sum(row['pose'] == '' for row in of)} of {len(of)}",
+                 f"{median(numbers(of, 'detect')):.0f}", f"{median(numbers(of, 'match')):.0f}"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def text(x, y, words, anchor="middle", extra=""):
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" {extra}>{words}</text>'
+
+
+def frame(width, height, body) -> str:
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" '
+            f'font-size="12"><rect width="{width}" height="{height}" fill="white"/>\n' + "\n".join(body) + "\n</svg>\n")
+
+
+def pose_plot(rows) -> str:
+    """Root mean square error of the displacement, by condition; every method's pairs go through the same pose fit."""
+    by = defaultdict(list)
+    for row in rows:
+        by[row["condition"], row["method"]] += numbers([row], "pose")
+    conditions = list(dict.fromkeys(row["condition"] for row in rows))
+    left, right, top, bottom = 60, 880, 40, 330
+    low, high = -2.3, 0.5
+    y = lambda v: bottom - (math.log10(v) - low) / (high - low) * (bottom - top)
+    x = lambda i: left + (i + 0.5) * (right - left) / len(conditions)
+    body = [text(470, 20, "Error of the displacement, rms of the flights over held-back ground, m")]
+    for v in (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2):
+        body += [f'<path d="M{left} {y(v):.1f}H{right}" stroke="#ddd"/>', text(left - 6, y(v) + 4, f"{v:g}", "end")]
+    for i, condition in enumerate(conditions):
+        body.append(text(x(i), bottom + 18, condition.replace("narrow noisy", "nar. noisy")))
+        for m, method in enumerate(METHODS[:5]):
+            values = by[condition, method]
+            if values:
+                v = min(max(rms(values), 10**low), 10**high)
+                radius = 5 if m == 0 else 3.5
+                body.append(f'<circle cx="{x(i) + 7 * (m - 2):.1f}" cy="{y(v):.1f}" r="{radius}" fill="{COLOURS[m]}"/>')
+    for m, method in enumerate(METHODS[:5]):
+        body += [f'<circle cx="{250 + 95 * m}" cy="{bottom + 42}" r="5" fill="{COLOURS[m]}"/>',
+                 text(260 + 95 * m, bottom + 46, method, "start")]
+    return frame(900, 390, body)
+
+
+def reliability_plot(rows) -> str:
+    """Part of the flights whose error lies within the ellipse that the covariance gives for a probability."""
+    told = sorted(1 - math.exp(-v / 2) for v in numbers([r for r in rows if r["method"] == "hoverlock"], "nees"))
+    left, top, side = 60, 40, 320
+    place = lambda p, q: f"{left + side * p:.1f} {top + side * (1 - q):.1f}"
+    body = [text(220, 20, f"Reliability of the covariance, {len(told)} flights")]
+    body.append(f'<rect x="{left}" y="{top}" width="{side}" height="{side}" fill="none" stroke="#999"/>')
+    for p in (0, 0.2, 0.4, 0.6, 0.8, 1):
+        body += [text(left + side * p, top + side + 18, f"{p:g}"), text(left - 6, top + side * (1 - p) + 4, f"{p:g}", "end")]
+    body.append(f'<path d="M{place(0, 0)}L{place(1, 1)}" stroke="#999" stroke-dasharray="4 4"/>')
+    steps = [place(p, (i + 1) / len(told)) for i, p in enumerate(told)]
+    body.append(f'<path d="M{place(0, 0)}L{"L".join(steps)}" fill="none" stroke="{COLOURS[0]}" stroke-width="2"/>')
+    body.append(text(left + side / 2, top + side + 38, "probability of the ellipse"))
+    body.append(text(0, 0, "part of the errors within it", extra=f'transform="translate(16 {top + side / 2}) rotate(-90)"'))
+    return frame(420, 410, body)
+
+
+def write(folder: Path) -> None:
+    """Prints the table and writes `accuracy.svg` and `reliability.svg` into the folder."""
+    rows = scores(folder)
+    if not rows:
+        return
+    print("\n" + markdown(first(rows)) + "\n\n" + consistency(rows))
+    for name, plot in (("accuracy.svg", pose_plot(first(rows))), ("reliability.svg", reliability_plot(rows))):
+        part = folder / (name + ".part")
+        part.write_text(plot)
+        part.rename(folder / name)
+        print(f"plot: {folder / name}")
