@@ -19,6 +19,7 @@ use hoverlock_reference::motion::model::{Model, Pair, transfer};
 use hoverlock_reference::motion::orthophoto::{Camera, View};
 use hoverlock_reference::motion::pose::{self, Pose, PoseError};
 use hoverlock_reference::motion::ransac::{Ransac, RansacError};
+use hoverlock_reference::motion::refine::refined;
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::smoother::Smoother;
 use hoverlock_reports::overlay::Overlay;
@@ -44,8 +45,8 @@ const LEAST_HARDWARE_SIDE: usize = 64;
 
 /// Find the motion between two pictures of the ground.
 ///
-/// The homography maps a pixel of REF to CUR, (0, 0) the centre of the top-left pixel. Status 1 where there is no
-/// estimate.
+/// The homography maps a pixel of REF to CUR, (0, 0) the centre of the top-left pixel. It is fitted to the matches that
+/// agree, after each was refined on the pictures themselves. Status 1 where there is no estimate.
 ///
 /// Examples:
 ///   hoverlock match ref.png cur.png --overlay match.png
@@ -168,15 +169,19 @@ pub fn run(args: &Args) -> Result<Verdict> {
             (pairs(&matches, &from, &to), Vec::new())
         }
     };
-    let homography = outcome.as_ref().ok().map(|estimate| estimate.homography);
+    let motion = outcome
+        .as_ref()
+        .ok()
+        .map(|estimate| refined(estimate.clone(), &reference.luma, &current.luma, estimator.ransac.dist));
+    let homography = motion.as_ref().map(|motion| motion.homography);
     if let Some(path) = &args.overlay {
         let (reference, current) = (&reference.luma, &current.luma);
         let overlay = Overlay { reference, current, pairs: &matched, inliers: &inliers, homography };
         let png = overlay.png().with_context(|| format!("{}: cannot be encoded", path.display()))?;
         write_file(path, &png)?;
     }
-    let pose = match (&telemetry, &outcome) {
-        (Some(readings), Ok(estimate)) => Some(located(readings, [&reference.luma, &current.luma], estimate)?),
+    let pose = match (&telemetry, &motion) {
+        (Some(readings), Some(motion)) => Some(located(readings, [&reference.luma, &current.luma], motion)?),
         _ => None,
     };
     let (pose, refused) = match pose {
@@ -195,7 +200,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         displacement_m: pose.map(|pose| pose.displacement.into()),
         covariance_m2: pose.map(|Pose { covariance: c, .. }| [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]]),
         quality: outcome.as_ref().map_or(0, |estimate| estimate.quality),
-        rms_px: outcome.as_ref().ok().map(|estimate| estimate.rms),
+        rms_px: motion.as_ref().map(|motion| motion.rms),
         features: [from.len(), to.len()],
         reason: outcome.as_ref().err().map(RansacError::to_string).or(refused),
     };

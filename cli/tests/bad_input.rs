@@ -10,8 +10,11 @@ use tempfile::TempDir;
 
 /// A 320 x 240 texture of smooth spots: bilinear interpolation of hashed lattice values, 7 px apart.
 fn texture(x: u32, y: u32) -> u8 {
+    // Mixed between the products: a linear hash repeats nearly, and ground that repeats is refused.
+    let mixed = |v: u32| (v ^ (v >> 15)).wrapping_mul(0x27D4_EB2F);
     let lattice = |i: u32, j: u32| {
-        f64::from(i.wrapping_mul(0x9E37_79B9).wrapping_add(j.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0x27D4_EB2F) >> 24)
+        let seed = i.wrapping_mul(0x9E37_79B9).wrapping_add(j.wrapping_mul(0x85EB_CA6B));
+        f64::from(mixed(mixed(seed)) >> 24)
     };
     let (i, j, u, v) = (x / 7, y / 7, f64::from(x % 7) / 7.0, f64::from(y % 7) / 7.0);
     let along = |j: u32| lattice(i, j) * (1.0 - u) + lattice(i + 1, j) * u;
