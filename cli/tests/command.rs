@@ -41,8 +41,11 @@ fn refusal<S: AsRef<OsStr>>(args: &[S]) -> String {
 
 /// Smooth spots, 7 px apart.
 fn texture(width: u32, height: u32) -> DynamicImage {
+    // Mixed between the products: a linear hash repeats nearly, and ground that repeats is refused.
+    let mixed = |v: u32| (v ^ (v >> 15)).wrapping_mul(0x27D4_EB2F);
     let lattice = |i: u32, j: u32| {
-        f64::from(i.wrapping_mul(0x9E37_79B9).wrapping_add(j.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0x27D4_EB2F) >> 24)
+        let seed = i.wrapping_mul(0x9E37_79B9).wrapping_add(j.wrapping_mul(0x85EB_CA6B));
+        f64::from(mixed(mixed(seed)) >> 24)
     };
     DynamicImage::ImageLuma8(ImageBuffer::from_fn(width, height, |x, y| {
         let (i, j, u, v) = (x / 7, y / 7, f64::from(x % 7) / 7.0, f64::from(y % 7) / 7.0);

@@ -127,7 +127,7 @@ fn match_tells_metres_where_telemetry_is_given() {
     turned.1[2] += 30.0;
     fs::write(&table, telemetry(&[FLIGHT[0], turned])).unwrap();
     let (report, _) = json(&["match", &picture(0), &picture(1), "--telemetry", table.to_str().unwrap()]);
-    assert_eq!((&report["ok"], &report["displacement_m"]), (&false.into(), &Value::Null));
+    assert_eq!((&report["ok"], &report["displacement_m"]), (&false.into(), &Value::Null), "{report}");
     assert!(report["homography"].is_array() && report["reason"].as_str().unwrap().contains("disagree"), "{report}");
 }
 
