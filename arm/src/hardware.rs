@@ -17,6 +17,19 @@ pub struct Size {
     pub height: u16,
 }
 
+impl Size {
+    /// A size.
+    ///
+    /// # Errors
+    /// Where the hardware does not take it.
+    pub fn new(width: u32, height: u32) -> Result<Self, HardwareError> {
+        if !(64..=1024).contains(&width) || !(64..=2048).contains(&height) {
+            return Err(HardwareError::Size { width, height });
+        }
+        Ok(Self { width: width as u16, height: height as u16 })
+    }
+}
+
 /// Why the FPGA cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum HardwareError {
@@ -41,7 +54,7 @@ pub enum HardwareError {
         advice: &'static str,
     },
     /// The frame size is not one that the hardware takes.
-    #[error("register size reads {width} x {height}; the hardware takes 64 x 64 to 1024 x 2048")]
+    #[error("a frame of {width} x {height} pixels; the hardware takes 64 x 64 to 1024 x 2048")]
     Size {
         /// Columns.
         width: u32,
@@ -50,12 +63,11 @@ pub enum HardwareError {
     },
 }
 
-/// The frame size of the FPGA, where it is the one this program was built for.
+/// Checks that it is the FPGA this program was built for; `read` takes a register's name and byte address.
 ///
 /// # Errors
-/// Where identification, version, emission hash or size are missing or not as expected.
-pub fn check(block: &Registers) -> Result<Size, HardwareError> {
-    let read = |name, address| block.get(address).ok_or(HardwareError::Missing { name, address });
+/// Where identification, version or emission hash are not as expected, or cannot be read.
+pub fn identify<E: From<HardwareError>>(mut read: impl FnMut(&'static str, u32) -> Result<u32, E>) -> Result<(), E> {
     let expected = [
         (
             "identification",
@@ -79,16 +91,22 @@ pub fn check(block: &Registers) -> Result<Size, HardwareError> {
     for (name, address, built, advice) in expected {
         let read = read(name, address)?;
         if read != built {
-            return Err(HardwareError::Different { name, read, built, advice });
+            return Err(HardwareError::Different { name, read, built, advice }.into());
         }
     }
+    Ok(())
+}
+
+/// The frame size of the FPGA, where it is the one this program was built for.
+///
+/// # Errors
+/// Where identification, version, emission hash or size are missing or not as expected.
+pub fn check(block: &Registers) -> Result<Size, HardwareError> {
+    let read = |name, address| block.get(address).ok_or(HardwareError::Missing { name, address });
+    identify(read)?;
     let size = read("size", registers::SIZE)?;
     let field = |mask: u32| (size & mask) >> mask.trailing_zeros();
-    let (width, height) = (field(registers::SIZE_WIDTH), field(registers::SIZE_HEIGHT));
-    if !(64..=1024).contains(&width) || !(64..=2048).contains(&height) {
-        return Err(HardwareError::Size { width, height });
-    }
-    Ok(Size { width: width as u16, height: height as u16 })
+    Size::new(field(registers::SIZE_WIDTH), field(registers::SIZE_HEIGHT))
 }
 
 #[cfg(test)]

@@ -5,6 +5,8 @@
 //! | [`framing`] | bytes of a link that may lose or corrupt them become whole messages |
 //! | [`message`] | what the messages say |
 //! | [`hardware`] | registers of the FPGA, and whether it is the one this program was built for |
+//! | [`bus`] | registers by byte address, mapped from a device |
+//! | [`setup`] | the order in which the FPGA is checked, written and enabled |
 //! | [`navigator`] | messages in, one line per frame out: reference, gate, search, pose |
 //! | [`line`] | the result of a frame as a JSON line |
 //! | [`mavlink`] | the result of a frame as a message to an autopilot |
@@ -18,10 +20,12 @@
 //! frame is bounded.
 
 pub mod arinc429;
+pub mod bus;
 pub mod framing;
 pub mod hardware;
 pub mod line;
 pub mod mavlink;
 pub mod message;
 pub mod navigator;
+pub mod setup;
 pub mod source;

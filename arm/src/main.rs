@@ -1,27 +1,34 @@
 //! `hoverlock-nav`: messages from a file or the standard input, JSON lines on the standard output.
 
+use hoverlock_arm::bus::Mapped;
 use hoverlock_arm::framing::Decoder;
+use hoverlock_arm::hardware::Size;
 use hoverlock_arm::line::Line;
 use hoverlock_arm::mavlink;
 use hoverlock_arm::navigator::{Navigator, Next};
+use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_reference::motion::mark::{Part, mark};
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const HELP: &str = "\
-hoverlock-nav [--mavlink FILE] [--camera FILE] [STREAM]
+hoverlock-nav [--mavlink FILE] [--camera FILE]
+              [--registers DEVICE[@OFFSET] --size WIDTHxHEIGHT [--thresholds FINE,COARSE]] [STREAM]
 
 Displacement from a reference, in metres, out of feature records and telemetry.
 Reads messages from the file STREAM, or from the standard input; writes one JSON line per frame.
 With --mavlink every estimate goes to FILE as a MAVLink 2 message ODOMETRY; FILE may be the autopilot's serial port.
 With --camera the ARINC 429 words of the commands wide and narrow go to FILE, four bytes each, least significant first.
+With --registers it first sets the FPGA up for frames of --size and enables it: DEVICE is /dev/uioN, or /dev/mem with
+the byte address of the registers as OFFSET. Thresholds are in 0.5 DN and fixed; without them the FPGA sets its own.
 Ends with status 0 at the end of the stream or the command to stop, with status 2 where the input cannot be
 read or the FPGA is not the one this program was built for.
 
 Example: hoverlock-nav flight.hln > track.jsonl
+Example: hoverlock-nav --registers /dev/mem@0xff200000 --size 1024x768 < /run/records > track.jsonl
 ";
 
 /// Bytes of the longest line, and more.
@@ -33,6 +40,10 @@ struct Arguments {
     stream: Option<PathBuf>,
     camera: Option<PathBuf>,
     mavlink: Option<PathBuf>,
+    /// Device and byte offset.
+    registers: Option<(PathBuf, u64)>,
+    size: Option<Size>,
+    thresholds: Option<[u32; 2]>,
     help: bool,
 }
 
@@ -50,21 +61,68 @@ fn main() -> ExitCode {
 fn arguments(mut given: impl Iterator<Item = OsString>) -> Result<Arguments, String> {
     let mut arguments = Arguments::default();
     while let Some(argument) = given.next() {
-        if argument == "--help" {
-            arguments.help = true;
-        } else if argument == "--camera" {
-            let file = given.next().ok_or("--camera takes a file; see hoverlock-nav --help")?;
-            arguments.camera = Some(file.into());
-        } else if argument == "--mavlink" {
-            let file = given.next().ok_or("--mavlink takes a file; see hoverlock-nav --help")?;
-            arguments.mavlink = Some(file.into());
-        } else if argument.as_encoded_bytes().starts_with(b"-") {
-            return Err(format!("unknown option {}; see hoverlock-nav --help", argument.display()));
-        } else if arguments.stream.replace(argument.into()).is_some() {
-            return Err("one stream at most; see hoverlock-nav --help".into());
+        let mut value = |what| given.next().ok_or_else(|| lacks(&argument, what));
+        match argument.to_str() {
+            Some("--help") => arguments.help = true,
+            Some("--camera") => arguments.camera = Some(value("a file")?.into()),
+            Some("--mavlink") => arguments.mavlink = Some(value("a file")?.into()),
+            Some("--registers") => arguments.registers = Some(device(value("a device")?)?),
+            Some("--size") => {
+                let [width, height] = pair(&argument, value("WIDTHxHEIGHT")?, 'x', "WIDTHxHEIGHT")?;
+                arguments.size = Some(Size::new(width, height).map_err(|error| format!("--size: {error}"))?);
+            }
+            Some("--thresholds") => {
+                let thresholds = pair(&argument, value("FINE,COARSE")?, ',', "FINE,COARSE")?;
+                if !thresholds.iter().all(|threshold| (1..=32767).contains(threshold)) {
+                    return Err(format!("--thresholds: {thresholds:?} are not both from 1 to 32767"));
+                }
+                arguments.thresholds = Some(thresholds);
+            }
+            _ if argument.as_encoded_bytes().starts_with(b"-") => {
+                return Err(format!("unknown option {}; see hoverlock-nav --help", argument.display()));
+            }
+            _ if arguments.stream.replace(PathBuf::from(&argument)).is_some() => {
+                return Err("one stream at most; see hoverlock-nav --help".into());
+            }
+            _ => {}
         }
     }
-    Ok(arguments)
+    match &arguments {
+        Arguments { registers: Some(_), size: None, .. } => {
+            Err("--registers needs --size WIDTHxHEIGHT; see hoverlock-nav --help".into())
+        }
+        Arguments { registers: None, size, thresholds, .. } if size.is_some() || thresholds.is_some() => {
+            Err("--size and --thresholds need --registers; see hoverlock-nav --help".into())
+        }
+        _ => Ok(arguments),
+    }
+}
+
+fn lacks(option: &OsStr, what: &str) -> String {
+    format!("{} takes {what}; see hoverlock-nav --help", option.display())
+}
+
+/// `DEVICE` or `DEVICE@OFFSET`.
+fn device(given: OsString) -> Result<(PathBuf, u64), String> {
+    let Some((device, offset)) = given.to_str().and_then(|text| text.rsplit_once('@')) else {
+        return Ok((given.into(), 0));
+    };
+    let parsed = match offset.strip_prefix("0x") {
+        Some(digits) => u64::from_str_radix(digits, 16),
+        None => offset.parse(),
+    };
+    let offset =
+        parsed.map_err(|_| format!("--registers: `{offset}` after the @ is no byte offset, as 0xff200000 is"))?;
+    Ok((device.into(), offset))
+}
+
+/// Two numbers.
+fn pair(option: &OsStr, given: OsString, between: char, form: &str) -> Result<[u32; 2], String> {
+    let parsed = given.to_str().and_then(|text| {
+        let (first, second) = text.split_once(between)?;
+        Some([first.parse().ok()?, second.parse().ok()?])
+    });
+    parsed.ok_or_else(|| format!("{}: `{}` is not {form}", option.display(), given.display()))
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
@@ -73,9 +131,14 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         return Ok(());
     }
     let named = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
-    // The stream first: no other file is emptied for a stream that is not there.
+    // The stream first, then the FPGA: no other file is emptied for a stream or an FPGA that is not there.
     let stream =
         arguments.stream.as_ref().map(|path| File::open(path).map_err(|error| named(path, error))).transpose()?;
+    if let (Some((device, offset)), Some(size)) = (&arguments.registers, arguments.size) {
+        let thresholds = arguments.thresholds.map_or_else(Thresholds::default, Thresholds::Fixed);
+        let mut bus = Mapped::open(device, *offset).map_err(|error| error.to_string())?;
+        set_up(&mut bus, size, thresholds).map_err(|error| format!("{}: {error}", device.display()))?;
+    }
     let created = |path: &Option<PathBuf>| {
         path.as_ref().map(|path| File::create(path).map_err(|error| named(path, error))).transpose()
     };

@@ -3,6 +3,7 @@
 mod support;
 
 use hoverlock_arm::arinc429::{Camera, Control, decode};
+use hoverlock_arm::hardware::{EMISSION, IDENTIFICATION, VERSION, registers as map};
 use hoverlock_arm::message;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -18,6 +19,62 @@ fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
+fn paths(arguments: [&str; 2]) -> Vec<&Path> {
+    arguments.map(Path::new).into()
+}
+
+/// A file with the identification of the emitted hardware, its register block from byte 8.
+fn registers(name: &str) -> PathBuf {
+    let mut bytes = vec![0; 8 + 0x100];
+    for (address, value) in [(map::IDENTIFICATION, IDENTIFICATION), (map::VERSION, VERSION), (map::EMISSION, EMISSION)]
+    {
+        bytes[8 + address as usize..][..4].copy_from_slice(&value.to_le_bytes());
+    }
+    file(name, &bytes)
+}
+
+/// The program with the registers at `device`, for frames of 320 x 240.
+fn nav_on(device: &str, stream: &Path) -> Output {
+    let setup = ["--thresholds", "700,900", "--size", "320x240", "--registers", device].map(Path::new);
+    nav(&[&setup[..], &[stream]].concat())
+}
+
+#[test]
+fn the_registers_are_set_up_before_the_stream_is_read() {
+    let device = registers("device.registers");
+    let input = file("set_up.hln", &stream(300, 2).messages.concat());
+    let output = nav_on(&format!("{}@0x8", device.display()), &input);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2);
+    let block = std::fs::read(device).unwrap();
+    let register = |address: u32| u32::from_le_bytes(block[8 + address as usize..][..4].try_into().unwrap());
+    assert_eq!((register(map::SIZE), register(map::THRESHOLD)), (240 << 16 | 320, 900 << 16 | 700));
+    assert_eq!((register(map::CONTROL), register(map::COMMIT), register(map::TARGET)), (0b101, 1, 512));
+    assert_eq!(map::COEFFICIENTS.map(|(address, _)| register(address)), map::COEFFICIENTS.map(|(_, value)| value));
+}
+
+#[test]
+fn registers_that_cannot_be_used_are_one_line_and_status_2() {
+    let device = registers("refused.registers");
+    let untouched = std::fs::read(&device).unwrap();
+    let short = file("short.registers", &untouched[..0x100]);
+    let input = file("not_read.hln", &stream(50, 1).messages.concat());
+    for (device, part) in [
+        (format!("{}", device.display()), "identification reads 0x00000000, not 0x484c434b: no Hoverlock core"),
+        (format!("{}@8", short.display()), "short.registers: 256 bytes, too few for 256 bytes of registers at offset"),
+        (format!("{}@6", device.display()), "offset 0x6 of the registers is no multiple of 4"),
+        ("no/such/device".into(), "no/such/device: cannot open the registers"),
+        ("/dev/null".into(), "/dev/null: cannot map 256 bytes at offset 0x0"),
+    ] {
+        let output = nav_on(&device, &input);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.lines().count() == 1 && text.contains(part), "{text}");
+        assert!(output.stdout.is_empty());
+    }
+    assert!(std::fs::read(device).unwrap() == untouched, "nothing is written to another device");
+}
+
 #[test]
 fn bad_usage_is_one_clear_line_and_status_2() {
     let missing = Path::new("no/such/stream.hln");
@@ -26,6 +83,12 @@ fn bad_usage_is_one_clear_line_and_status_2() {
         (vec![Path::new("--fast")], "unknown option --fast"),
         (vec![Path::new("--camera")], "--camera takes a file"),
         (vec![Path::new("a"), Path::new("b")], "one stream at most"),
+        (paths(["--registers", "/dev/uio0"]), "--registers needs --size"),
+        (paths(["--size", "64x64"]), "--size and --thresholds need --registers"),
+        (paths(["--size", "64*64"]), "--size: `64*64` is not WIDTHxHEIGHT"),
+        (paths(["--size", "63x64"]), "--size: a frame of 63 x 64 pixels"),
+        (paths(["--thresholds", "0,9"]), "--thresholds: [0, 9] are not both from 1 to 32767"),
+        (paths(["--registers", "/dev/mem@base"]), "--registers: `base` after the @ is no byte offset"),
     ] {
         let output = nav(&arguments);
         let text = String::from_utf8(output.stderr).unwrap();

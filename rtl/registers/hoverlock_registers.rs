@@ -161,3 +161,25 @@ pub const WIDE_G4_VALUE: u32 = 0x0000ffff;
 pub const WIDE_G5: u32 = 0x88;
 /// `g_5` of the look-ahead, u0.16 (read, write).
 pub const WIDE_G5_VALUE: u32 = 0x0000ffff;
+/// Byte address and value of each coefficient of the design point.
+pub const COEFFICIENTS: [(u32, u32); 19] = [
+    (NARROW_G, 24536),
+    (NARROW_G0, 40315),
+    (NARROW_G1, 47101),
+    (NARROW_G2, 56830),
+    (NARROW_G3, 64033),
+    (NARROW_G4, 65500),
+    (MIDDLE_G, 17102),
+    (MIDDLE_G0, 37685),
+    (MIDDLE_G1, 42386),
+    (MIDDLE_G2, 50478),
+    (MIDDLE_G3, 60180),
+    (MIDDLE_G4, 65021),
+    (WIDE_G, 11450),
+    (WIDE_G0, 35905),
+    (WIDE_G1, 38984),
+    (WIDE_G2, 44768),
+    (WIDE_G3, 53931),
+    (WIDE_G4, 62636),
+    (WIDE_G5, 65396),
+];

@@ -5,7 +5,10 @@ use std::slice::Iter;
 
 use anyhow::{Result, anyhow};
 use clap::ValueEnum;
+use hoverlock_arm::bus::Bus;
+use hoverlock_arm::hardware::Size;
 use hoverlock_arm::message::encode_frame;
+use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
@@ -13,8 +16,8 @@ use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::simulation::Simulator;
-use hoverlock_rtl::simulation::board::{Driver, Settings};
+use hoverlock_rtl::simulation::board::{Driver, RegisterPort};
+use hoverlock_rtl::simulation::{SimulationError, Simulator};
 
 use crate::output::spinning;
 use crate::sim::settled;
@@ -71,9 +74,13 @@ impl<'a> Extractor<'a> {
                 model(Box::new(move |frame, thresholds| simd.frame(frame, thresholds).to_vec()), settled(first)?)
             }
             Source::Rtl => {
-                let settings = Settings { thresholds: settled(first)?, latency: LATENCY };
+                let size = Size::new(first.width() as u32, first.height() as u32)?;
+                let thresholds = Thresholds::Automatic(settled(first)?);
                 let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
-                Self::Rtl(Box::new(Driver::start(&simulator, frames, settings)?))
+                let driver = Driver::start(&simulator, frames, LATENCY, |port| {
+                    Ok::<_, anyhow::Error>(set_up(&mut Port(port), size, thresholds)?)
+                });
+                Self::Rtl(Box::new(driver?))
             }
         })
     }
@@ -105,6 +112,21 @@ impl<'a> Extractor<'a> {
                 encode_frame(number as u32, &found, 0, 0, thresholds)
             })),
         }
+    }
+}
+
+/// The registers of the simulated board, for the flight program.
+struct Port<'p, 'f, 'a>(&'p mut RegisterPort<'f, 'a>);
+
+impl Bus for Port<'_, '_, '_> {
+    type Error = SimulationError;
+
+    fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
+        self.0.read(address)
+    }
+
+    fn write(&mut self, address: u32, value: u32) -> Result<(), SimulationError> {
+        self.0.write(address, value)
     }
 }
 

@@ -19,7 +19,7 @@ use self::{
     post_pass::{EmissionError, Module, readable},
 };
 use crate::{
-    registers::{Access, Register, registers},
+    registers::{Access, COEFFICIENTS_AT, Register, registers},
     top::Top,
 };
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
@@ -188,5 +188,15 @@ fn rust_constants(map: &[Register]) -> String {
             );
         }
     }
-    text
+    let coefficients: Vec<_> = map.iter().filter(|register| register.offset >= COEFFICIENTS_AT).collect();
+    text += &format!(
+        "/// Byte address and value of each coefficient of the design point.\n\
+         pub const COEFFICIENTS: [(u32, u32); {}] = [\n",
+        coefficients.len()
+    );
+    for register in coefficients {
+        let value = register.fields.iter().fold(0, |value, field| value | field.reset << field.low);
+        text += &format!("    ({}, {value}),\n", register.name.to_uppercase());
+    }
+    text + "];\n"
 }

@@ -1,8 +1,7 @@
-//! What the CPU does, in its order. This module alone knows it.
+//! What the CPU does, in its order, but for the registers' set-up, which belongs to the flight program.
 //!
-//! **At start.** Give the DMA the buffers of the ring. Write the set: `size`, `threshold`, `control.automatic`; then 1
-//! to `commit`; then switch on `control.enable` and the interrupt. Read every register, for the program to check. Then
-//! the camera may send.
+//! **At start.** Give the DMA the buffers of the ring. The flight program sets the registers up, through a
+//! [`RegisterPort`]. Read every register, for the program to check. Then the camera may send.
 //!
 //! **For each frame.** The interrupt. Read `status` and write the same bits back, so that a frame that ends from now on
 //! raises the interrupt again. Read `frames`: so many packets are due since the start; the interrupt comes when the
@@ -35,15 +34,6 @@ const BRIDGE: usize = 20;
 /// Clock cycles without an interrupt, beside those of a frame, after which the hardware is taken to hang.
 const PATIENCE: u64 = 1_000_000;
 
-/// How the hardware is set up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Settings {
-    /// Thresholds of the first frame, 0.5 DN; the following frames' follow the counts.
-    pub thresholds: [u32; 2],
-    /// Clock cycles from an interrupt to the first access of the CPU.
-    pub latency: u64,
-}
-
 /// A frame as the CPU finds it in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Packet {
@@ -53,10 +43,34 @@ pub struct Packet {
     pub cycle: u64,
 }
 
+/// The registers as the CPU reaches them, over the bridge.
+pub struct RegisterPort<'f, 'a>(&'f mut Fpga<'a>);
+
+impl RegisterPort<'_, '_> {
+    /// The register at a byte address.
+    ///
+    /// # Errors
+    /// Where the model fails.
+    pub fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
+        wait(self.0, BRIDGE)?;
+        self.0.read(address)
+    }
+
+    /// Writes the register at a byte address.
+    ///
+    /// # Errors
+    /// Where the model fails.
+    pub fn write(&mut self, address: u32, value: u32) -> Result<(), SimulationError> {
+        wait(self.0, BRIDGE)?;
+        self.0.write(address, value)
+    }
+}
+
 /// The CPU's side of the FPGA.
 pub struct Driver<'a> {
     fpga: Fpga<'a>,
-    settings: Settings,
+    /// Clock cycles from an interrupt to the first access of the CPU.
+    latency: u64,
     /// Registers at start: byte address and value.
     block: Vec<(u32, u32)>,
     /// The descriptors that the DMA has, the oldest first.
@@ -71,35 +85,30 @@ pub struct Driver<'a> {
 }
 
 impl<'a> Driver<'a> {
-    /// Starts the hardware; the camera sends `frames`, all of one size.
+    /// Starts the hardware; the camera sends `frames`, all of one size. `set_up` commits that size and the thresholds,
+    /// and enables frames and their interrupt. The CPU's first access comes `latency` clock cycles after an interrupt.
     ///
     /// # Errors
-    /// Where the bench does not fit the model.
-    pub fn start(simulator: &Simulator, frames: &'a [Plane<u16>], settings: Settings) -> Result<Self, SimulationError> {
+    /// Where the bench does not fit the model, or `set_up` fails.
+    pub fn start<E: From<SimulationError>>(
+        simulator: &Simulator,
+        frames: &'a [Plane<u16>],
+        latency: u64,
+        set_up: impl FnOnce(&mut RegisterPort<'_, 'a>) -> Result<(), E>,
+    ) -> Result<Self, E> {
         let mut fpga = Fpga::new(simulator, frames, BUFFERS * BUFFER)?;
-        let mut block = Vec::new();
-        let (width, height) = frames.first().map_or((0, 0), |frame| (frame.width(), frame.height()));
-        let [fine, coarse] = settings.thresholds;
-        let writes = [
-            (map::SIZE, (height as u32) << map::SIZE_HEIGHT.trailing_zeros() | width as u32),
-            (map::THRESHOLD, coarse << map::THRESHOLD_COARSE.trailing_zeros() | fine),
-            (map::CONTROL, map::CONTROL_AUTOMATIC),
-            (map::COMMIT, 1),
-            (map::CONTROL, map::CONTROL_AUTOMATIC | map::CONTROL_ENABLE | map::CONTROL_INTERRUPT_FRAME),
-        ];
         let ring: VecDeque<_> = (0..BUFFERS).map(|i| Descriptor { offset: i * BUFFER, bytes: BUFFER }).collect();
         ring.iter().for_each(|descriptor| fpga.dma.give(*descriptor));
-        for (address, value) in writes {
-            wait(&mut fpga, BRIDGE)?;
-            fpga.write(address, value)?;
-        }
-        for register in registers()? {
-            block.push((register.offset, fpga.read(register.offset)?));
-        }
+        let mut port = RegisterPort(&mut fpga);
+        set_up(&mut port)?;
+        let map = registers().map_err(SimulationError::from)?;
+        let block = map.iter().map(|register| Ok((register.offset, port.read(register.offset)?)));
+        let block = block.collect::<Result<Vec<_>, SimulationError>>()?;
         fpga.expose();
-        let patience = settings.latency + PATIENCE + 4 * (width * height) as u64;
+        let pixels = frames.first().map_or(0, |frame| frame.as_slice().len());
+        let patience = latency + PATIENCE + 4 * pixels as u64;
         let frames = frames.len();
-        Ok(Self { fpga, settings, block, ring, frames, patience, copied: 0, finished: 0, status: 0 })
+        Ok(Self { fpga, latency, block, ring, frames, patience, copied: 0, finished: 0, status: 0 })
     }
 
     /// All registers as they were read before the first frame: byte address and value.
@@ -127,11 +136,11 @@ impl<'a> Driver<'a> {
         }
         while self.finished == self.copied {
             self.until(|fpga| fpga.interrupt())?;
-            wait(&mut self.fpga, self.settings.latency as usize)?;
-            let status = self.read(map::STATUS)?;
-            self.write(map::STATUS, status)?;
+            wait(&mut self.fpga, self.latency as usize)?;
+            let status = RegisterPort(&mut self.fpga).read(map::STATUS)?;
+            RegisterPort(&mut self.fpga).write(map::STATUS, status)?;
             self.status |= status;
-            self.finished = self.read(map::FRAMES)? as usize;
+            self.finished = RegisterPort(&mut self.fpga).read(map::FRAMES)? as usize;
         }
         let mut bytes = Vec::new();
         loop {
@@ -162,16 +171,6 @@ impl<'a> Driver<'a> {
             }
         }
         Ok(())
-    }
-
-    fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
-        wait(&mut self.fpga, BRIDGE)?;
-        self.fpga.read(address)
-    }
-
-    fn write(&mut self, address: u32, value: u32) -> Result<(), SimulationError> {
-        wait(&mut self.fpga, BRIDGE)?;
-        self.fpga.write(address, value)
     }
 }
 

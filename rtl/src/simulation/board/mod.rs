@@ -6,10 +6,10 @@
 //! |---|---|
 //! | `fpga` | the Verilated top, the camera and the DMA, clocked together |
 //! | `dma` | descriptors, beats, responses: what of the modular scatter-gather DMA is used |
-//! | `driver` | what the CPU does: registers, interrupt, ring |
+//! | `driver` | what the CPU does: register port, interrupt, ring |
 
 mod dma;
 mod driver;
 mod fpga;
 
-pub use driver::{Driver, Packet, Settings};
+pub use driver::{Driver, Packet, RegisterPort};

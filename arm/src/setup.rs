@@ -1,0 +1,181 @@
+//! Sets the FPGA up: what is checked, written and read back before the first frame, in this order.
+//!
+//! | step | access |
+//! |---|---|
+//! | 1 | read `identification`, `version`, `emission`: nothing is written where they differ |
+//! | 2 | `control`: not enabled, `automatic` as wanted; `size`, the coefficients, `threshold`, `target` |
+//! | 3 | 1 to `commit`: the next frame captures the whole set |
+//! | 4 | read the set and `commit` back |
+//! | 5 | `control`: `enable` and `interrupt_frame` too, and read back |
+//!
+//! So `control.enable` reads 1 only after everything else is as wanted.
+
+use crate::bus::Bus;
+use crate::hardware::{HardwareError, Size, identify, registers as map};
+use hoverlock_fixed_point::model::design::KT27;
+
+/// Thresholds of the two scale pairs, fine and coarse, in 0.5 DN, 1 to 32767.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Thresholds {
+    /// The same for all frames.
+    Fixed([u32; 2]),
+    /// They follow the feature count towards the design point's target; these are the first frame's.
+    Automatic([u32; 2]),
+}
+
+impl Default for Thresholds {
+    /// Automatic, from the design point's first threshold.
+    fn default() -> Self {
+        Self::Automatic([KT27.threshold.initial; 2])
+    }
+}
+
+/// Why the FPGA is not set up; it is not enabled then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum SetupError<E: std::error::Error> {
+    /// An access failed.
+    #[error(transparent)]
+    Bus(E),
+    /// It is not the FPGA this program was built for.
+    #[error(transparent)]
+    Hardware(#[from] HardwareError),
+    /// A register reads another value than was written.
+    #[error("the register at 0x{address:02x} reads 0x{read:08x} after 0x{wrote:08x} was written; correct the bridge")]
+    ReadBack {
+        /// Its byte address.
+        address: u32,
+        /// As written.
+        wrote: u32,
+        /// As read.
+        read: u32,
+    },
+}
+
+/// Sets the FPGA up for frames of one size, and enables it. The coefficients are those of the design point.
+///
+/// # Errors
+/// Where it is another FPGA, an access fails, or a register does not keep what is written.
+pub fn set_up<B: Bus>(bus: &mut B, size: Size, thresholds: Thresholds) -> Result<(), SetupError<B::Error>> {
+    identify(|_, address| bus.read(address).map_err(SetupError::Bus))?;
+    let (automatic, [fine, coarse]) = match thresholds {
+        Thresholds::Fixed(thresholds) => (0, thresholds),
+        Thresholds::Automatic(thresholds) => (map::CONTROL_AUTOMATIC, thresholds),
+    };
+    let set = [
+        (map::CONTROL, automatic),
+        (map::SIZE, field(map::SIZE_WIDTH, size.width.into()) | field(map::SIZE_HEIGHT, size.height.into())),
+    ]
+    .into_iter()
+    .chain(map::COEFFICIENTS)
+    .chain([
+        (map::THRESHOLD, field(map::THRESHOLD_FINE, fine) | field(map::THRESHOLD_COARSE, coarse)),
+        (map::TARGET, field(map::TARGET_COUNT, KT27.threshold.target)),
+    ]);
+    let commit = (map::COMMIT, map::COMMIT_PENDING);
+    for (address, value) in set.clone().chain([commit]) {
+        bus.write(address, value).map_err(SetupError::Bus)?;
+    }
+    for (address, wrote) in set.chain([commit]) {
+        read_back(bus, address, wrote)?;
+    }
+    let enabled = automatic | map::CONTROL_ENABLE | map::CONTROL_INTERRUPT_FRAME;
+    bus.write(map::CONTROL, enabled).map_err(SetupError::Bus)?;
+    read_back(bus, map::CONTROL, enabled)
+}
+
+fn field(mask: u32, value: u32) -> u32 {
+    value << mask.trailing_zeros() & mask
+}
+
+fn read_back<B: Bus>(bus: &mut B, address: u32, wrote: u32) -> Result<(), SetupError<B::Error>> {
+    let read = bus.read(address).map_err(SetupError::Bus)?;
+    if read == wrote { Ok(()) } else { Err(SetupError::ReadBack { address, wrote, read }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hardware::{EMISSION, IDENTIFICATION, VERSION};
+    use hoverlock_fixed_point::model::coefficients::LerpCoefficients;
+    use hoverlock_fixed_point::model::stages::StageCoefficients;
+    use std::collections::BTreeMap;
+    use std::convert::Infallible;
+
+    const SIZE: Size = Size { width: 640, height: 480 };
+
+    /// Registers that remember, a list of the writes, and one address whose bit 0 is stuck.
+    struct Recorded {
+        registers: BTreeMap<u32, u32>,
+        writes: Vec<(u32, u32)>,
+        stuck: Option<u32>,
+    }
+
+    impl Recorded {
+        fn new() -> Self {
+            let built = [(map::IDENTIFICATION, IDENTIFICATION), (map::VERSION, VERSION), (map::EMISSION, EMISSION)];
+            Self { registers: built.into(), writes: Vec::new(), stuck: None }
+        }
+    }
+
+    impl Bus for Recorded {
+        type Error = Infallible;
+
+        fn read(&mut self, address: u32) -> Result<u32, Infallible> {
+            let stuck = u32::from(self.stuck == Some(address));
+            Ok(self.registers.get(&address).copied().unwrap_or_default() ^ stuck)
+        }
+
+        fn write(&mut self, address: u32, value: u32) -> Result<(), Infallible> {
+            self.writes.push((address, value));
+            self.registers.insert(address, value);
+            Ok(())
+        }
+    }
+
+    /// As the design point has them, from the model and not from the map.
+    fn coefficients() -> Vec<(u32, u32)> {
+        let stages = KT27.sigmas.into_iter().zip(KT27.look_ahead).flat_map(|(sigma, look_ahead)| {
+            let designed = LerpCoefficients::design(sigma, look_ahead, KT27.coefficient.bits()).unwrap();
+            let stages = StageCoefficients::from(designed);
+            [stages.g].into_iter().chain(stages.g_j).collect::<Vec<_>>()
+        });
+        (0x40..).step_by(4).zip(stages).collect()
+    }
+
+    #[test]
+    fn the_set_is_written_then_committed_then_enabled() {
+        for (thresholds, automatic) in [(Thresholds::Fixed([700, 900]), 0), (Thresholds::Automatic([700, 900]), 2)] {
+            let mut bus = Recorded::new();
+            set_up(&mut bus, SIZE, thresholds).unwrap();
+            let mut expected = vec![(0x0c, automatic), (0x14, 480 << 16 | 640)];
+            expected.extend(coefficients());
+            expected.extend([(0x18, 900 << 16 | 700), (0x1c, 512), (0x30, 1), (0x0c, automatic | 0b101)]);
+            assert_eq!(bus.writes, expected);
+        }
+        assert_eq!(Thresholds::default(), Thresholds::Automatic([2048; 2]));
+    }
+
+    #[test]
+    fn another_fpga_is_never_written() {
+        for (address, wanted) in [(0x00, "identification"), (0x04, "version"), (0x08, "emission")] {
+            let mut bus = Recorded { stuck: Some(address), ..Recorded::new() };
+            let outcome = set_up(&mut bus, SIZE, Thresholds::default());
+            let Err(SetupError::Hardware(HardwareError::Different { name, .. })) = outcome else {
+                panic!("{outcome:?}")
+            };
+            assert_eq!((name, bus.writes.len()), (wanted, 0));
+        }
+    }
+
+    #[test]
+    fn a_register_that_does_not_keep_its_value_is_named_and_nothing_is_enabled() {
+        let all = [map::CONTROL, map::SIZE, map::THRESHOLD, map::TARGET, map::COMMIT];
+        for address in all.into_iter().chain(map::COEFFICIENTS.map(|(address, _)| address)) {
+            let mut bus = Recorded { stuck: Some(address), ..Recorded::new() };
+            let outcome = set_up(&mut bus, SIZE, Thresholds::default());
+            assert!(matches!(outcome, Err(SetupError::ReadBack { address: a, .. }) if a == address), "{outcome:?}");
+            let enabled = bus.registers[&map::CONTROL] & map::CONTROL_ENABLE;
+            assert_eq!(enabled, 0, "0x{address:02x}");
+        }
+    }
+}
