@@ -26,6 +26,9 @@ pub const GATES: [f64; 2] = [48.0, 16.0];
 /// Largest ratio of a match's distance to that of the second best. It loses few right matches and half of the wrong.
 pub const DISTINCT: f64 = 0.9;
 
+/// Work units of a feature in a matching beside its comparisons, by instructions on the ARM.
+const FEATURE_WORK: usize = 80;
+
 /// Settings of the estimation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimator {
@@ -98,7 +101,8 @@ impl Estimator {
                 std::mem::swap(&mut workspace.best, &mut workspace.next);
             }
         }
-        refusal::repeats(&workspace.best, reference, current, budget, &mut workspace.repeats)?;
+        let Workspace { best, matching, repeats, .. } = &mut *workspace;
+        refusal::repeats(best, reference, current, budget, matching, repeats)?;
         Ok(&workspace.best)
     }
 }
@@ -144,7 +148,8 @@ impl Workspace {
         reference: &[Feature],
         current: &[Feature],
     ) -> Result<(), RansacError> {
-        if !budget.spend(self.matching.comparisons(reference, current)) {
+        let comparisons = self.matching.comparisons(reference, current);
+        if !budget.spend(comparisons + FEATURE_WORK * (reference.len() + current.len())) {
             return Err(RansacError::Late);
         }
         let next = &mut self.next;

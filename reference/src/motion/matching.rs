@@ -13,6 +13,7 @@
 //! the two pictures.
 
 use crate::features::feature::Feature;
+use crate::motion::budget::Budget;
 use crate::motion::mark::{Part, mark};
 use crate::motion::model::transfer;
 use nalgebra::{Matrix3, Vector2};
@@ -210,6 +211,41 @@ impl MatchBuffers {
         groups(reference, &mut self.groups);
         let members = |features: &[Feature], group| features.iter().filter(|f| (f.scale, f.bright) == group).count();
         self.groups.iter().map(|&group| members(reference, group) * members(current, group)).sum()
+    }
+
+    /// Hands `found` every feature of CUR whose descriptor is near one of REF: the number of the query and the
+    /// position. A query is an index in REF and the largest Hamming distance; only features of its scale and polarity
+    /// are compared. Whether `budget` allowed all of that.
+    pub fn alike(
+        &mut self,
+        reference: &[Feature],
+        current: &[Feature],
+        queries: impl Iterator<Item = (usize, u8)> + Clone,
+        budget: &mut Budget,
+        mut found: impl FnMut(usize, Vector2<f64>),
+    ) -> bool {
+        groups(reference, &mut self.groups);
+        for group in 0..self.groups.len() {
+            let group = self.groups[group];
+            let member = |f: &Feature| (f.scale, f.bright) == group;
+            let queries = queries.clone().enumerate().filter(|(_, (i, _))| member(&reference[*i]));
+            if !budget.spend(queries.clone().count() * current.iter().filter(|f| member(f)).count()) {
+                return false;
+            }
+            self.fill(group, reference, current, false);
+            for (query, (i, limit)) in queries {
+                let bytes = Candidate::of(i, &reference[i], false).bytes;
+                for (near, features) in self.blocks.iter_mut().zip(self.to.chunks(BLOCK)) {
+                    near.limits = [0; BLOCK];
+                    let (mut closer, _) = near.closer(&bytes, limit);
+                    while closer != 0 {
+                        found(query, features[closer.trailing_zeros() as usize].position);
+                        closer &= closer - 1;
+                    }
+                }
+            }
+        }
+        true
     }
 
     /// The features of one scale and polarity, without partners yet.

@@ -81,7 +81,7 @@ impl Model {
     /// # Errors
     /// Where there are too few pairs or they do not determine the model.
     pub fn fit(self, pairs: &[Pair]) -> Result<Matrix3<f64>, MotionError> {
-        self.fit_by(pairs, |_| 1.0)
+        self.fit_by(pairs, |_| 1.0, HOMOGRAPHY_ROUNDS)
     }
 
     /// Least squares with a weight for each pair; weight 0 leaves a pair out.
@@ -92,10 +92,22 @@ impl Model {
         if weights.len() != pairs.len() || weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
             return Err(MotionError::NotFinite);
         }
-        self.fit_by(pairs, |i| weights[i])
+        self.fit_by(pairs, |i| weights[i], HOMOGRAPHY_ROUNDS)
     }
 
-    fn fit_by(self, pairs: &[Pair], weight: impl Fn(usize) -> f64) -> Result<Matrix3<f64>, MotionError> {
+    /// A single round of the fit, for a caller that iterates: `weights` already contain one over the square of each
+    /// pair's denominator under the motion before.
+    ///
+    /// # Errors
+    /// As [`Model::fit_weighted`].
+    pub fn fit_round(self, pairs: &[Pair], weights: &[f64]) -> Result<Matrix3<f64>, MotionError> {
+        if weights.len() != pairs.len() || weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
+            return Err(MotionError::NotFinite);
+        }
+        self.fit_by(pairs, |i| weights[i], 1)
+    }
+
+    fn fit_by(self, pairs: &[Pair], weight: impl Fn(usize) -> f64, rounds: usize) -> Result<Matrix3<f64>, MotionError> {
         let given = (0..pairs.len()).filter(|&i| weight(i) > 0.0).count();
         if given < self.minimal_pairs() {
             return Err(MotionError::TooFew { needed: self.minimal_pairs(), given });
@@ -113,7 +125,7 @@ impl Model {
         let h = match self {
             Self::Shift | Self::Similarity => similarity(pairs, &weight, normal),
             Self::Affine => affine(pairs, &weight, normal)?,
-            Self::Homography => homography(pairs, &weight, normal, given)?,
+            Self::Homography => homography(pairs, &weight, normal, given, rounds)?,
         };
         let h = to.leave() * h * from.matrix();
         let h = h / h[(2, 2)];
@@ -231,6 +243,7 @@ fn homography(
     weight: impl Fn(usize) -> f64,
     normal: impl Fn(&Pair) -> (Vector2<f64>, Vector2<f64>),
     given: usize,
+    rounds: usize,
 ) -> Result<Matrix3<f64>, MotionError> {
     let exact = given == Model::Homography.minimal_pairs();
     if exact && has_three_on_a_line(pairs, &weight, &normal) {
@@ -238,7 +251,7 @@ fn homography(
     }
     let mut bottom = (0.0, 0.0);
     let mut h = Matrix3::identity();
-    for _ in 0..if exact { 1 } else { HOMOGRAPHY_ROUNDS } {
+    for _ in 0..if exact { 1 } else { rounds } {
         let mut moments = Moments::default();
         for (i, pair) in pairs.iter().enumerate() {
             let (p, q) = normal(pair);

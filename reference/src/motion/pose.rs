@@ -30,10 +30,11 @@
 //! Quality 0 ..= 255 is the smaller of that of the match and `255 (1 - sigma / 1 m)`, `sigma` the standard error along
 //! the worse direction; 0 is no estimate. The plane-induced homography: Hartley and Zisserman, 2004, section 13.1.
 
+use crate::motion::budget::Budget;
 use crate::motion::model::{Pair, transfer};
 use crate::motion::orthophoto::{Attitude, View};
 use crate::motion::refusal::{self, Refusal};
-use crate::motion::relief::{self, Cells, EVIDENCE, Linear, Noise, normal_equations};
+use crate::motion::relief::{self, Cells, EVIDENCE, Noise, Residual, normal_equations};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 /// Standard errors of one reading.
@@ -78,6 +79,9 @@ pub enum PoseError {
     /// A pair does not lie on the ground, or the iteration found no minimum.
     #[error("no estimate: the pose does not converge")]
     NotConverged,
+    /// The work that was allowed ended before the pose settled.
+    #[error("no estimate: the work allowed ended before the pose settled")]
+    Late,
     /// The pairs contradict the attitude or height of IMU and laser.
     #[error("no estimate: pictures and sensors disagree (chi squared {chi2:.1}, at most {CHI2_LIMIT} by chance)")]
     Disagreement {
@@ -122,9 +126,18 @@ const LEAST_RESIDUAL: f64 = 0.02;
 
 const ITERATIONS: usize = 50;
 
-/// Iterations that update the residual. Then it is constant, because with few pairs residual and unknowns may
-/// oscillate.
-const RESIDUAL_ITERATIONS: usize = 10;
+/// Iterations that update the noise. Then it is constant, because with few pairs noise and unknowns may oscillate.
+const NOISE_ITERATIONS: usize = 10;
+
+/// The pose has settled when a step is shorter than this, in standard errors: its squared length in the metric of the
+/// normal equations is that of the unknowns' covariance.
+const SETTLED: f64 = 1e-3;
+
+/// Work units of an iteration, by instructions on the ARM: homography, derivatives and solution.
+const ITERATION_WORK: usize = 3000;
+
+/// Work units of a pair in an iteration.
+const RESIDUAL_WORK: usize = 40;
 
 /// The displacement that IMU and laser alone give: mean difference of the rectified positions, m.
 pub fn rectified_displacement(reference: &View, current: &View, pairs: &[Pair]) -> Option<Vector2<f64>> {
@@ -139,15 +152,21 @@ pub fn rectified_displacement(reference: &View, current: &View, pairs: &[Pair]) 
 /// Memory of [`fit_in`], to be used again: after a first fit of as many pairs none is allocated.
 #[derive(Debug, Clone)]
 pub struct PoseBuffers {
-    linear: Vec<Linear<UNKNOWNS>>,
-    across: Vec<f64>,
-    cells: Cells<UNKNOWNS>,
+    residuals: Vec<Residual>,
+    values: Vec<f64>,
+    places: Vec<Vector2<f64>>,
+    cells: Cells,
 }
 
 impl PoseBuffers {
     /// Memory for `pairs` pairs.
     pub fn with_capacity(pairs: usize) -> Self {
-        Self { linear: Vec::with_capacity(pairs), across: Vec::with_capacity(pairs), cells: Cells::new() }
+        Self {
+            residuals: Vec::with_capacity(pairs),
+            values: Vec::with_capacity(pairs),
+            places: Vec::with_capacity(pairs),
+            cells: Cells::new(),
+        }
     }
 }
 
@@ -162,15 +181,17 @@ pub fn fit(
     pairs: &[Pair],
     match_quality: u8,
 ) -> Result<Pose, PoseError> {
-    fit_in(&mut PoseBuffers::with_capacity(pairs.len()), reference, current, sensors, pairs, match_quality)
+    let (mut buffers, mut budget) = (PoseBuffers::with_capacity(pairs.len()), Budget::UNLIMITED);
+    fit_in(&mut buffers, &mut budget, reference, current, sensors, pairs, match_quality)
 }
 
-/// The same with memory that is used again.
+/// The same with memory that is used again and with bounded work.
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`fit`], and where `budget` ends before the pose has settled: a pose on its way has no covariance.
 pub fn fit_in(
     buffers: &mut PoseBuffers,
+    budget: &mut Budget,
     reference: &View,
     current: &View,
     sensors: &Sensors,
@@ -191,15 +212,17 @@ pub fn fit_in(
         start.x, start.y, descent, to.roll, to.pitch, to.yaw, h, from.roll, from.pitch, from.yaw, 0.0, 0.0,
     ]);
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
-    let mut problem = Problem { scene, readings, pairs, buffers, overlap: relief::overlap(pairs) };
-    let plane = problem.solve(Ground::Plane, sensors);
+    let overlap = relief::overlap(pairs, &mut buffers.places, budget).ok_or(PoseError::Late)?;
+    let mut problem = Problem { scene, readings, pairs, buffers, budget, overlap };
+    let plane = problem.solve(Ground::Plane, sensors, readings);
     if let Ok(solution) = &plane
         && solution.evidence < EVIDENCE
         && solution.chi2 < CHI2_SUSPECT
     {
         return solution.pose(match_quality);
     }
-    match problem.solve(Ground::Relief, sensors) {
+    let start = plane.map_or(readings, |solution| solution.unknowns);
+    match problem.solve(Ground::Relief, sensors, start) {
         Ok(solution) if solution.chi2 > CHI2_LIMIT => Err(PoseError::Disagreement { chi2: solution.chi2 }),
         Ok(solution) => solution.pose(match_quality),
         Err(error) => Err(error),
@@ -221,6 +244,7 @@ struct Problem<'pairs> {
     readings: Unknowns,
     pairs: &'pairs [Pair],
     buffers: &'pairs mut PoseBuffers,
+    budget: &'pairs mut Budget,
     /// Of the pairs' supports ([`relief::overlap`]).
     overlap: f64,
 }
@@ -237,34 +261,40 @@ struct Solution {
 }
 
 impl Problem<'_> {
-    fn solve(&mut self, ground: Ground, sensors: &Sensors) -> Result<Solution, PoseError> {
-        let PoseBuffers { linear, across, cells } = &mut *self.buffers;
+    fn solve(&mut self, ground: Ground, sensors: &Sensors, start: Unknowns) -> Result<Solution, PoseError> {
+        let PoseBuffers { residuals, values, cells, .. } = &mut *self.buffers;
         let prior = information(sensors, ground);
-        let mut unknowns = self.readings;
+        let mut unknowns = start;
         let mut noise = Noise { places: LEAST_RESIDUAL, relief: 0.0 };
         for iteration in 0..ITERATIONS {
-            self.scene.linearised(&unknowns, self.pairs, linear).ok_or(PoseError::NotConverged)?;
-            if iteration < RESIDUAL_ITERATIONS {
+            if !self.budget.spend(ITERATION_WORK + RESIDUAL_WORK * self.pairs.len()) {
+                return Err(PoseError::Late);
+            }
+            let (homography, derivatives) = self.scene.homography(&unknowns);
+            let parallax = &derivatives[HEIGHT];
+            linearised(&homography, parallax, self.pairs, residuals).ok_or(PoseError::NotConverged)?;
+            if iteration < NOISE_ITERATIONS {
                 noise = match ground {
-                    Ground::Plane => Noise::of_plane(linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, across),
-                    Ground::Relief => Noise::of_relief(linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, across),
+                    Ground::Plane => Noise::of_plane(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values),
+                    Ground::Relief => Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values),
                 };
             }
-            let (normal, gradient) = normal_equations(linear, &noise, cells);
+            let (normal, gradient) = normal_equations(residuals, &derivatives, &noise, cells);
             let factor = (normal + prior).cholesky().ok_or(PoseError::NotConverged)?;
-            let step = factor.solve(&(gradient + prior * (self.readings - unknowns)));
+            let gradient = gradient + prior * (self.readings - unknowns);
+            let step = factor.solve(&gradient);
             unknowns += step;
-            // A micrometre, and what tilts move the ground by as little at 100 m.
-            if step.iter().zip(SETTLED).all(|(step, settled)| step.abs() < settled) {
+            if step.dot(&gradient) < SETTLED * SETTLED {
                 let deviation = unknowns - self.readings;
-                let spread = normal / (relief::excess(linear, &noise) * self.overlap) + prior;
+                let spread = normal / (relief::excess(residuals, &noise) * self.overlap) + prior;
                 let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
+                let hills = Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values);
                 return Ok(Solution {
                     unknowns,
                     covariance: factor.inverse().fixed_view::<2, 2>(0, 0).into_owned(),
                     noise,
                     chi2: deviation.dot(&(prior * deviation)),
-                    evidence: Noise::of_relief(linear, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, across).evidence(linear),
+                    evidence: hills.evidence(residuals),
                 });
             }
         }
@@ -282,8 +312,6 @@ const UNKNOWNS: usize = 12;
 type Unknowns = SVector<f64, UNKNOWNS>;
 
 type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
-
-const SETTLED: [f64; UNKNOWNS] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8, 1e-6, 1e-8, 1e-8, 1e-8, 1e-8, 1e-8];
 
 /// What the readings tell: one of each angle, one of `h`, one of `h - tz`; nothing of `tx` and `ty`. And what is known
 /// of the ground.
@@ -326,24 +354,18 @@ impl Scene {
     /// `H` and its derivatives by the unknowns.
     fn homography(&self, unknowns: &Unknowns) -> (Matrix3<f64>, [Matrix3<f64>; UNKNOWNS]) {
         let [tx, ty, tz, roll_c, pitch_c, yaw_c, h, roll_r, pitch_r, yaw_r, slope_x, slope_y] = (*unknowns).into();
-        let into_current = Attitude { roll: roll_c, pitch: pitch_c, yaw: yaw_c };
-        let from_reference = Attitude { roll: roll_r, pitch: pitch_r, yaw: yaw_r };
-        let left = |changed: Option<usize>| self.to * rotation(&into_current, changed).transpose();
-        let right = |changed: Option<usize>| rotation(&from_reference, changed) * self.from;
+        let into_current = Attitude { roll: roll_c, pitch: pitch_c, yaw: yaw_c }.factors();
+        let from_reference = Attitude { roll: roll_r, pitch: pitch_r, yaw: yaw_r }.factors();
+        let left = self.to * rotation(&into_current, None).transpose();
+        let right = rotation(&from_reference, None) * self.from;
         let (t, normal) = (Vector3::new(tx, ty, tz), Vector3::new(slope_x, slope_y, 1.0));
         let b = Matrix3::identity() * h - t * normal.transpose();
-        let by_place = |row: usize| {
-            let mut change = Matrix3::zeros();
-            change.set_row(row, &-normal.transpose());
-            left(None) * change * right(None)
-        };
-        let by_slope = |column: usize| {
-            let mut change = Matrix3::zeros();
-            change.set_column(column, &-t);
-            left(None) * change * right(None)
-        };
-        let by_current = |k: usize| left(Some(k)) * b * right(None);
-        let by_reference = |k: usize| left(None) * b * right(Some(k));
+        let (b_right, left_b) = (b * right, left * b);
+        let (seen, moved) = (normal.transpose() * right, left * t);
+        let by_place = |row: usize| left.column(row) * -seen;
+        let by_slope = |column: usize| -moved * right.row(column);
+        let by_current = |k: usize| self.to * rotation(&into_current, Some(k)).transpose() * b_right;
+        let by_reference = |k: usize| left_b * rotation(&from_reference, Some(k)) * self.from;
         let derivatives = [
             by_place(0),
             by_place(1),
@@ -351,44 +373,45 @@ impl Scene {
             by_current(0),
             by_current(1),
             by_current(2),
-            left(None) * right(None),
+            left * right,
             by_reference(0),
             by_reference(1),
             by_reference(2),
             by_slope(0),
             by_slope(1),
         ];
-        (left(None) * b * right(None), derivatives)
+        (left * b_right, derivatives)
     }
+}
 
-    /// The errors `p' - H p` of the pairs and their derivatives into `linear`; `None` where a position is not in view.
-    fn linearised(&self, unknowns: &Unknowns, pairs: &[Pair], linear: &mut Vec<Linear<UNKNOWNS>>) -> Option<()> {
-        let (h, derivatives) = self.homography(unknowns);
-        linear.clear();
-        for pair in pairs {
-            let p = pair.reference.push(1.0);
-            let position = transfer(&h, pair.reference)?;
-            let depth = (h * p).z;
-            let error = pair.current - position;
-            if !(error.x.is_finite() && error.y.is_finite()) {
-                return None;
-            }
-            let slopes = derivatives.map(|derivative| {
-                let change = derivative * p;
-                (change.xy() - position * change.z) / depth
-            });
-            // Ground that is a metre higher moves as if the camera were a metre lower.
-            linear.push(Linear { place: pair.reference, slopes, parallax: -slopes[HEIGHT], error });
+/// The errors `p' - H p` of the pairs into `residuals`; `None` where a position is not in view. `by_height` is the
+/// derivative of `H` by the height of the camera.
+fn linearised(h: &Matrix3<f64>, by_height: &Matrix3<f64>, pairs: &[Pair], residuals: &mut Vec<Residual>) -> Option<()> {
+    residuals.clear();
+    for pair in pairs {
+        let p = pair.reference.push(1.0);
+        let image = h * p;
+        if image.z.is_nan() || image.z <= 0.0 {
+            return None;
         }
-        Some(())
+        let position = image.xy() / image.z;
+        let error = pair.current - position;
+        if !(error.x.is_finite() && error.y.is_finite()) {
+            return None;
+        }
+        let change = by_height * p;
+        // Ground that is a metre higher moves as if the camera were a metre lower.
+        let parallax = (position * change.z - change.xy()) / image.z;
+        residuals.push(Residual::new(pair.reference, image, parallax, error));
     }
+    Some(())
 }
 
 /// `R`, or its derivative by roll (0), pitch (1) or yaw (2): a rotation about an axis changes with its angle by the
 /// cross product with the axis times itself.
-fn rotation(attitude: &Attitude, changed: Option<usize>) -> Matrix3<f64> {
+fn rotation(factors: &[Matrix3<f64>; 3], changed: Option<usize>) -> Matrix3<f64> {
     let about = [Vector3::<f64>::y(), -Vector3::x(), Vector3::z()];
-    let mut factors = attitude.factors();
+    let mut factors = *factors;
     if let Some(k) = changed {
         factors[k] = about[k].cross_matrix() * factors[k];
     }

@@ -174,6 +174,9 @@ impl SearchBuffers {
 /// Pairs of the largest sample, that of a homography.
 const LARGEST_SAMPLE: usize = 4;
 
+/// The last least squares end when the motion moves by less, px: positions of features are known to tenths.
+const SETTLED: f64 = 0.01;
+
 /// Work units of comparing a pair with a motion, by instructions on the ARM.
 pub(crate) const PAIR_WORK: usize = 4;
 
@@ -329,7 +332,7 @@ impl Ransac {
             let Ok(h) = self.model.fit(sample) else { continue };
             let hypothesis = Hypothesis::of(h, pairs, self.dist, factor);
             if best.as_ref().is_none_or(|best| hypothesis.functional > best.functional) {
-                let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers);
+                let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers, &mut settling.weights);
                 enough = enough.min(self.sufficient(optimised.score.votes, n).saturating_mul(2));
                 best = Some(optimised);
             }
@@ -379,6 +382,7 @@ impl Ransac {
         factor: f64,
         budget: &mut Budget,
         inliers: &mut Vec<Pair>,
+        weights: &mut Vec<f64>,
     ) -> Hypothesis {
         let value = |score: &Score| score.votes as f64 - factor.abs() * score.squared_errors;
         let mut best = drawn;
@@ -389,7 +393,9 @@ impl Ransac {
             }
             inliers.clear();
             inliers.extend(pairs.iter().filter(|pair| squared_error(&best.h, pair) < self.dist));
-            let Ok(h) = self.model.fit(inliers) else { break };
+            weights.clear();
+            weights.extend(inliers.iter().map(|pair| robust::by_denominator(&best.h, pair)));
+            let Ok(h) = self.model.fit_round(inliers, weights) else { break };
             let refitted = Hypothesis::of(h, pairs, self.dist, factor);
             if value(&refitted.score) < value(&best.score) {
                 break;
@@ -412,7 +418,7 @@ impl Ransac {
         if self.local_optimisation == 0 {
             return best;
         }
-        let h = robust::settle_in(self.model, best.h, pairs, self.dist, budget, buffers);
+        let h = robust::settle_in(self.model, best.h, pairs, self.dist, SETTLED, budget, buffers);
         let settled = Hypothesis::of(h, pairs, self.dist, factor);
         if 20 * settled.score.votes < 19 * best.score.votes { best } else { settled }
     }
@@ -850,7 +856,7 @@ mod tests {
     }
 
     /// Pairs of a homography, all right, noise 0.08 px, in raster order, shuffled, or sorted by error with the worst
-    /// first: the search starts from other samples and ends in the same motion.
+    /// first: the search starts from other samples and ends in the same motion, as nearly as it settles.
     #[test]
     fn the_order_of_the_pairs_does_not_matter() {
         let truth = Matrix3::new(1.02, -0.05, 12.0, 0.05, 1.01, -7.0, 4e-5, -3e-5, 1.0);
@@ -867,7 +873,7 @@ mod tests {
                 assert_eq!(found.inliers.len(), 300);
                 centre_miss(&found.homography, &truth)
             });
-            assert!(misses.iter().all(|miss| *miss < 0.03 && (miss - misses[0]).abs() < 1e-4), "{misses:?}");
+            assert!(misses.iter().all(|miss| *miss < 0.03 && (miss - misses[0]).abs() < 0.1 * SETTLED), "{misses:?}");
         }
     }
 

@@ -14,6 +14,7 @@
 use crate::features::feature::Feature;
 use crate::motion::budget::Budget;
 use crate::motion::estimate::Estimate;
+use crate::motion::matching::{Match, MatchBuffers};
 use crate::motion::model::{Pair, transfer};
 use crate::motion::orthophoto::View;
 use crate::motion::pose::Sensors;
@@ -102,37 +103,32 @@ pub fn repeats(
     reference: &[Feature],
     current: &[Feature],
     budget: &mut Budget,
+    matching: &mut MatchBuffers,
     buffers: &mut RepeatBuffers,
 ) -> Result<(), Refusal> {
-    let inliers = estimate.inliers.len().min(MOST);
-    if !budget.spend(inliers * current.len()) {
-        return Ok(());
-    }
+    let inliers = &estimate.inliers[..estimate.inliers.len().min(MOST)];
+    let queries = inliers.iter().map(|&i| {
+        let Match { reference: a, current: b, .. } = estimate.matches[i];
+        // At most 128 + 8.
+        (a, (reference[a].descriptor.hamming(&current[b].descriptor, false) + MARGIN) as u8)
+    });
     let RepeatBuffers { votes, touched } = buffers;
-    for &i in &estimate.inliers[..inliers] {
-        let (pairing, expected) = (estimate.matches[i], estimate.pairs[i].current);
-        let a = &reference[pairing.reference];
-        let limit = a.descriptor.hamming(&current[pairing.current].descriptor, false) + MARGIN;
-        for b in current.iter().filter(|b| (b.scale, b.bright) == (a.scale, a.bright)) {
-            if a.descriptor.hamming(&b.descriptor, false) > limit {
-                continue;
+    let all = matching.alike(reference, current, queries, budget, |query, position| {
+        let away = position - estimate.pairs[inliers[query]].current;
+        if away.norm_squared() > NEAR * NEAR && away.amax() < REACH {
+            let bin = away.map(|v| ((v + REACH) / BIN) as usize);
+            let bin = bin.y * BINS + bin.x;
+            if votes[bin] == 0 {
+                touched.push(bin);
             }
-            let (x, y) = b.subpixel();
-            let away = Vector2::new(x, y) - expected;
-            if away.norm_squared() > NEAR * NEAR && away.amax() < REACH {
-                let bin = away.map(|v| ((v + REACH) / BIN) as usize);
-                let bin = bin.y * BINS + bin.x;
-                if votes[bin] == 0 {
-                    touched.push(bin);
-                }
-                votes[bin] += 1;
-            }
+            votes[bin] += 1;
         }
-    }
+    });
     // Of four bins about a corner the first voted one is the upper left, or the mode starts beside it.
     let block = |bin: usize| [0, 1, BINS, BINS + 1].map(|step| votes.get(bin + step).copied().map_or(0, usize::from));
     let corners = touched.iter().flat_map(|&bin| [0, 1, BINS, BINS + 1].map(|step| bin.saturating_sub(step)));
-    let largest = corners.map(|bin| (block(bin).iter().sum::<usize>(), std::cmp::Reverse(bin))).max();
+    let largest = corners.map(|bin| (block(bin).iter().sum::<usize>(), std::cmp::Reverse(bin))).max().filter(|_| all);
+    let inliers = inliers.len();
     for bin in touched.drain(..) {
         votes[bin] = 0;
     }

@@ -9,14 +9,19 @@
 //! `N = sum J^T W J - sum_cells b b^T / D`, `b = sum J^T W g`, `D = sum g^T W g + 2 / rho^2`, `W = (s^2 I + rho^2 g g^T
 //! / 2)^-1`.
 //!
+//! **Moments.** The unknowns move a place only through the homography, `J = M D` with `D = dH / d unknowns` (9 x N, the
+//! same for all pairs) and `M = A (x) p^T / z`, `A = (1, 0, -x'; 0, 1, -y')`, where `(x', y')` is the place in CUR and
+//! `z` its depth. So `sum J^T W J = D^T (sum A^T W A (x) p p^T / z^2) D`: 36 sums over the pairs, whatever N is.
+//!
 //! `s` and `rho` are estimated from the residuals: across `g` there is `s` alone; along it `e^2` is `s^2 + rho^2 |g|^2`
 //! on the mean. Whether there is relief at all is a question of evidence: twice the gain in log likelihood that `rho`
 //! brings, at most [`EVIDENCE`] by chance. Where two frames are taken from one place `g` is 0, no relief can be seen,
 //! and none matters. Pairs weigh as in Huber's fit, by their length in the metric of `W`.
 
+use crate::motion::budget::Budget;
 use crate::motion::model::Pair;
 use crate::motion::robust::{scale, weight};
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 /// Side of a cell of common height, px of REF.
 pub const CELL: f64 = 128.0;
@@ -39,17 +44,37 @@ const ROUNDS: usize = 4;
 /// Side of the square of samples that a place is measured on, px.
 pub const SUPPORT: f64 = 17.0;
 
-/// A pair, linearised.
+/// Work units of sorting a place among the others and looking at it, by instructions on the ARM.
+const PLACE_WORK: usize = 64;
+
+/// A pair under the present homography.
 #[derive(Debug, Clone, Copy)]
-pub struct Linear<const N: usize> {
+pub struct Residual {
     /// Place in REF, px.
-    pub place: Vector2<f64>,
-    /// By how much the place in CUR moves with each unknown.
-    pub slopes: [Vector2<f64>; N],
+    place: Vector2<f64>,
+    /// `H p`, homogeneous.
+    image: Vector3<f64>,
     /// `g`, px/m.
-    pub parallax: Vector2<f64>,
+    parallax: Vector2<f64>,
     /// `e`, px.
-    pub error: Vector2<f64>,
+    error: Vector2<f64>,
+    /// `|g|^2`.
+    g2: f64,
+    /// `e^2` along `g`, px^2.
+    along2: f64,
+    /// `|e|` across `g`, px.
+    across: f64,
+}
+
+impl Residual {
+    /// Of the place `p` (px of REF) with the image `H p` (homogeneous), `g` (px/m) and `e` (px).
+    pub fn new(place: Vector2<f64>, image: Vector3<f64>, parallax: Vector2<f64>, error: Vector2<f64>) -> Self {
+        let g2 = parallax.norm_squared();
+        // Without parallax both axes are noise; which is called which does not matter.
+        let g = if g2 > 0.0 { parallax / g2.sqrt() } else { Vector2::x() };
+        let along = error.dot(&g);
+        Self { place, image, parallax, error, g2, along2: along * along, across: error.perp(&g).abs() }
+    }
 }
 
 /// `s` and `rho`.
@@ -63,7 +88,7 @@ pub struct Noise {
 
 impl Noise {
     /// The noise of a plane's pairs: `least` at least, and `freedoms` of the fit given back. `values` is memory.
-    pub fn of_plane<const N: usize>(pairs: &[Linear<N>], least: f64, freedoms: usize, values: &mut Vec<f64>) -> Self {
+    pub fn of_plane(pairs: &[Residual], least: f64, freedoms: usize, values: &mut Vec<f64>) -> Self {
         values.clear();
         values.extend(pairs.iter().map(|pair| pair.error.norm_squared()));
         let s = scale(values) * given_back(pairs.len(), freedoms);
@@ -71,21 +96,22 @@ impl Noise {
     }
 
     /// The noise of pairs over relief.
-    pub fn of_relief<const N: usize>(pairs: &[Linear<N>], least: f64, freedoms: usize, values: &mut Vec<f64>) -> Self {
+    pub fn of_relief(pairs: &[Residual], least: f64, freedoms: usize, values: &mut Vec<f64>) -> Self {
         values.clear();
-        values.extend(pairs.iter().map(|pair| along_and_across(pair).1.abs()));
+        values.extend(pairs.iter().map(|pair| pair.across));
         let middle = values.len() / 2;
         let median = values.select_nth_unstable_by(middle, f64::total_cmp).1;
         let s = (*median / MEDIAN_NORMAL * given_back(pairs.len(), freedoms)).max(least);
+        let s2 = s * s;
         let mut rho2 = 0.0;
         for _ in 0..ROUNDS {
             let (mut above, mut below) = (0.0, 0.0);
-            for pair in pairs {
-                let g2 = pair.parallax.norm_squared();
-                let v = s * s + rho2 * g2;
-                let e2 = along_and_across(pair).0.powi(2).min(if rho2 > 0.0 { CLIP * CLIP * v } else { f64::INFINITY });
-                above += (e2 - s * s) * g2 / (v * v);
-                below += g2 * g2 / (v * v);
+            for &Residual { g2, along2, .. } in pairs {
+                let v = s2 + rho2 * g2;
+                let e2 = if rho2 > 0.0 { along2.min(CLIP * CLIP * v) } else { along2 };
+                let share = g2 / (v * v);
+                above += (e2 - s2) * share;
+                below += g2 * share;
             }
             rho2 = if below > 0.0 { (above / below).max(0.0) } else { 0.0 };
         }
@@ -93,27 +119,29 @@ impl Noise {
     }
 
     /// Twice the gain in log likelihood over the same noise without relief.
-    pub fn evidence<const N: usize>(&self, pairs: &[Linear<N>]) -> f64 {
+    pub fn evidence(&self, pairs: &[Residual]) -> f64 {
         let s2 = self.places * self.places;
-        let gain = |pair: &Linear<N>| {
-            let v = s2 + self.relief * self.relief * pair.parallax.norm_squared();
-            let e2 = along_and_across(pair).0.powi(2).min(CLIP * CLIP * v);
+        let gain = |pair: &Residual| {
+            let v = s2 + self.relief * self.relief * pair.g2;
+            let e2 = pair.along2.min(CLIP * CLIP * v);
             e2 / s2 - e2 / v - libm::log(v / s2)
         };
         pairs.iter().map(gain).sum()
+    }
+
+    /// Squared length of a pair's error in the metric of its whole noise.
+    fn length2(&self, pair: &Residual) -> f64 {
+        let s2 = self.places * self.places;
+        pair.along2 / (s2 + self.relief * self.relief * pair.g2) + pair.across * pair.across / s2
     }
 }
 
 /// By how much the variance of Huber's fit exceeds what the weights alone say, `E[psi^2] E[w] / E[psi']^2` with `psi =
 /// w e` (Huber, 1981, section 7.6): 1 for normal errors within 3 %, more where many pairs are further off. At least 1.
-pub fn excess<const N: usize>(pairs: &[Linear<N>], noise: &Noise) -> f64 {
-    let s2 = noise.places * noise.places;
+pub fn excess(pairs: &[Residual], noise: &Noise) -> f64 {
     let (mut force, mut weights, mut slope) = (0.0, 0.0, 0.0);
     for pair in pairs {
-        let g = pair.parallax;
-        let variance = s2 + noise.relief * noise.relief * g.norm_squared();
-        let (along, across) = along_and_across(pair);
-        let length2 = along * along / variance + across * across / s2;
+        let length2 = noise.length2(pair);
         let w = weight(length2, 1.0);
         // Two axes share `psi^2`; beyond the limit only the direction across the error is stiff.
         force += 0.5 * w * w * length2;
@@ -125,97 +153,131 @@ pub fn excess<const N: usize>(pairs: &[Linear<N>], noise: &Noise) -> f64 {
 
 /// By how much the variance of a sum of the pairs' errors exceeds that of independent ones. Errors of places nearer
 /// than [`SUPPORT`] along both axes come of the same samples, as far as their supports overlap: 1 where none do.
-pub fn overlap(pairs: &[Pair]) -> f64 {
-    let mut shared = 0.0;
-    for (i, a) in pairs.iter().enumerate() {
-        for b in &pairs[..i] {
-            let [x, y] = (a.reference - b.reference).abs().into();
-            if x < SUPPORT && y < SUPPORT {
-                shared += (1.0 - x / SUPPORT) * (1.0 - y / SUPPORT);
+/// `places` is memory. Nothing where `budget` ends.
+pub fn overlap(pairs: &[Pair], places: &mut Vec<Vector2<f64>>, budget: &mut Budget) -> Option<f64> {
+    places.clear();
+    places.extend(pairs.iter().map(|pair| pair.reference));
+    places.sort_unstable_by(|a, b| a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x)));
+    let (mut shared, mut first) = (0.0, 0);
+    for (i, a) in places.iter().enumerate() {
+        while a.y - places[first].y >= SUPPORT {
+            first += 1;
+        }
+        if !budget.spend(PLACE_WORK + i - first) {
+            return None;
+        }
+        for b in &places[first..i] {
+            let x = (a.x - b.x).abs();
+            if x < SUPPORT {
+                shared += (1.0 - x / SUPPORT) * (1.0 - (a.y - b.y) / SUPPORT);
             }
         }
     }
-    1.0 + 2.0 * shared / pairs.len().max(1) as f64
+    Some(1.0 + 2.0 * shared / pairs.len().max(1) as f64)
 }
 
-/// `J^T W J` and `J^T W e` of all pairs, the heights of the cells taken out.
+/// `J^T W J` and `J^T W e` of all pairs, the heights of the cells taken out. `derivatives` are those of `H` by the
+/// unknowns.
 pub fn normal_equations<const N: usize>(
-    pairs: &[Linear<N>],
+    pairs: &[Residual],
+    derivatives: &[Matrix3<f64>; N],
     noise: &Noise,
-    cells: &mut Cells<N>,
+    cells: &mut Cells,
 ) -> (SMatrix<f64, N, N>, SVector<f64, N>) {
-    let (mut normal, mut gradient) = (SMatrix::zeros(), SVector::zeros());
+    // Blocks of the symmetric A^T W A, and in each the sums of x^2, x y, x, y^2, y, 1.
+    let mut blocks = [[0.0; 6]; 6];
+    let mut gradient = Moments::zeros();
     let s2 = noise.places * noise.places;
     let half = 0.5 * noise.relief * noise.relief;
     cells.clear();
     for pair in pairs {
         let (g, e) = (pair.parallax, pair.error);
-        let w = (Matrix2::identity() - g * g.transpose() * (half / (s2 + half * g.norm_squared()))) / s2;
-        // The cell's height belongs to the expected length.
-        let v = Matrix2::identity() - g * g.transpose() * (2.0 * half / (s2 + 2.0 * half * g.norm_squared()));
-        let w = w * weight(e.dot(&(v * e)) / s2, 1.0);
-        let j = SMatrix::<f64, 2, N>::from_fn(|axis, k| pair.slopes[k][axis]);
-        let weighted = j.transpose() * w;
-        normal += weighted * j;
-        gradient += weighted * e;
-        if noise.relief > 0.0 {
+        let [x, y] = pair.place.into();
+        let inverse = 1.0 / pair.image.z;
+        let [u, v] = [pair.image.x * inverse, pair.image.y * inverse];
+        // The cell's height belongs to the expected length, not to the noise.
+        let k = weight(noise.length2(pair), 1.0) / s2;
+        let own = k * half / (s2 + half * pair.g2);
+        let (xx, xy, yy) = (k - own * g.x * g.x, -own * g.x * g.y, k - own * g.y * g.y);
+        // M^T of a force, as three rows of three.
+        let moment = |force: Vector2<f64>| {
+            let a = [force.x * inverse, force.y * inverse];
+            let a = [a[0], a[1], -(u * a[0] + v * a[1])];
+            Moments::from([a[0] * x, a[0] * y, a[0], a[1] * x, a[1] * y, a[1], a[2] * x, a[2] * y, a[2]])
+        };
+        gradient += moment(Vector2::new(xx * e.x + xy * e.y, xy * e.x + yy * e.y));
+        if half > 0.0 {
+            let weighted = Vector2::new(xx * g.x + xy * g.y, xy * g.x + yy * g.y);
             let cell = cells.of(pair.place);
-            cell.b += weighted * g;
-            cell.d += g.dot(&(w * g));
-            cell.e += g.dot(&(w * e));
+            cell.b += moment(weighted);
+            cell.d += weighted.dot(&g);
+            cell.e += weighted.dot(&e);
+        }
+        let [xx, xy, yy] = [xx, xy, yy].map(|w| w * inverse * inverse);
+        let (xz, yz) = (-(u * xx + v * xy), -(u * xy + v * yy));
+        let zz = -(u * xz + v * yz);
+        for (sums, a) in blocks.iter_mut().zip([xx, xy, xz, yy, yz, zz]) {
+            let (ax, ay) = (a * x, a * y);
+            sums[0] += ax * x;
+            sums[1] += ax * y;
+            sums[2] += ax;
+            sums[3] += ay * y;
+            sums[4] += ay;
+            sums[5] += a;
         }
     }
-    if noise.relief > 0.0 {
+    /// Of the elements of a symmetric 3 x 3 matrix among the six that it has.
+    const PLACES: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+    let mut normal =
+        SMatrix::<f64, 9, 9>::from_fn(|row, column| blocks[PLACES[row / 3][column / 3]][PLACES[row % 3][column % 3]]);
+    if half > 0.0 {
         for cell in cells.all.iter().filter(|cell| cell.d > 0.0) {
             let d = cell.d + 1.0 / half;
-            normal -= cell.b * cell.b.transpose() / d;
+            normal -= cell.b * (cell.b / d).transpose();
             gradient -= cell.b * (cell.e / d);
         }
     }
-    (normal, gradient)
+    let by = SMatrix::<f64, 9, N>::from_fn(|element, k| derivatives[k][(element / 3, element % 3)]);
+    (by.transpose() * (normal * by), by.transpose() * gradient)
 }
+
+/// Of the elements of `H`, row by row.
+type Moments = SVector<f64, 9>;
 
 /// Sums of the cells, to be used again and again.
 #[derive(Debug, Clone)]
-pub struct Cells<const N: usize> {
-    all: Vec<Cell<N>>,
+pub struct Cells {
+    all: Vec<Cell>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Cell<const N: usize> {
-    b: SVector<f64, N>,
+struct Cell {
+    b: Moments,
     d: f64,
     e: f64,
 }
 
-impl<const N: usize> Cells<N> {
+impl Cells {
     /// Room for all cells.
     pub fn new() -> Self {
-        Self { all: vec![Cell { b: SVector::zeros(), d: 0.0, e: 0.0 }; CELLS * CELLS] }
+        Self { all: vec![Cell { b: Moments::zeros(), d: 0.0, e: 0.0 }; CELLS * CELLS] }
     }
 
     fn clear(&mut self) {
-        self.all.fill(Cell { b: SVector::zeros(), d: 0.0, e: 0.0 });
+        self.all.fill(Cell { b: Moments::zeros(), d: 0.0, e: 0.0 });
     }
 
-    fn of(&mut self, place: Vector2<f64>) -> &mut Cell<N> {
+    fn of(&mut self, place: Vector2<f64>) -> &mut Cell {
         // `as` takes what is negative or not a number to the first cell.
         let index = |v: f64| ((v / CELL) as usize).min(CELLS - 1);
         &mut self.all[index(place.y) * CELLS + index(place.x)]
     }
 }
 
-impl<const N: usize> Default for Cells<N> {
+impl Default for Cells {
     fn default() -> Self {
         Self::new()
     }
-}
-
-fn along_and_across<const N: usize>(pair: &Linear<N>) -> (f64, f64) {
-    let length = pair.parallax.norm();
-    // Without parallax both axes are noise; which is called which does not matter.
-    let g = if length > 0.0 { pair.parallax / length } else { Vector2::x() };
-    (pair.error.dot(&g), pair.error.perp(&g))
 }
 
 /// Of `2 n` errors the fit has made `freedoms` vanish.
@@ -235,21 +297,17 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    fn at(x: f64, y: f64) -> Linear<1> {
-        let zero = Vector2::zeros();
-        Linear { place: Vector2::new(x, y), slopes: [Vector2::x()], parallax: zero, error: zero }
-    }
-
     /// 400 pairs, 0.05 px of noise, heights of `relief` m seen with a parallax of up to 2 px/m; every third pair has
     /// `tail` times the noise.
-    fn pairs(relief: f64, tail: f64) -> Vec<Linear<1>> {
+    fn pairs(relief: f64, tail: f64) -> Vec<Residual> {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut pair = |i: usize| {
             let parallax = Vector2::new(2.0 * rng.random::<f64>(), 1.0 - 2.0 * rng.random::<f64>());
             let s = if i.is_multiple_of(3) { 0.05 * tail } else { 0.05 };
             let noise = Vector2::new(normal(&mut rng), normal(&mut rng)) * s;
             let error = noise + parallax * (relief * normal(&mut rng));
-            Linear { parallax, error, ..at(100.0 * (i % 20) as f64, 100.0 * (i / 20) as f64) }
+            let place = Vector2::new(100.0 * (i % 20) as f64, 100.0 * (i / 20) as f64);
+            Residual::new(place, place.push(1.0), parallax, error)
         };
         (0..400).map(&mut pair).collect()
     }
@@ -279,7 +337,8 @@ mod tests {
     #[test]
     fn pairs_of_the_same_samples_count_once() {
         let apart = |x: f64| {
-            overlap(&[50.0, 50.0 + x].map(|x| Pair { reference: Vector2::new(x, 50.0), current: Vector2::zeros() }))
+            let pairs = [50.0, 50.0 + x].map(|x| Pair { reference: Vector2::new(x, 50.0), current: Vector2::zeros() });
+            overlap(&pairs, &mut Vec::new(), &mut Budget::UNLIMITED.clone()).unwrap()
         };
         assert_eq!([0.0, 8.5, 17.0].map(apart), [2.0, 1.5, 1.0]);
     }

@@ -25,8 +25,8 @@ const LEAST_SCALE: f64 = 1e-6;
 /// Rounds at most; each gains a digit at least where few pairs are outliers.
 const ROUNDS: usize = 30;
 
-/// The motion has settled when no corner of the pairs' bounding box moves by more, px.
-const SETTLED: f64 = 1e-5;
+/// [`settle`] ends when no corner of the pairs' bounding box moves by more, px.
+const SETTLED: f64 = 1e-4;
 
 /// Standard deviation of an axis of the errors `|e|^2`, px, by their median; the order of `squared` changes. 0 without
 /// errors.
@@ -44,11 +44,18 @@ pub fn weight(e2: f64, s: f64) -> f64 {
     if e2 <= limit * limit { 1.0 } else { limit / e2.sqrt() }
 }
 
+/// One over the square of the denominator of `H p`, for [`Model::fit_round`].
+pub(crate) fn by_denominator(h: &Matrix3<f64>, pair: &Pair) -> f64 {
+    let [x, y] = pair.reference.into();
+    let denominator = h[(2, 0)] * x + h[(2, 1)] * y + h[(2, 2)];
+    1.0 / (denominator * denominator)
+}
+
 /// Memory of [`settle_in`], to be used again.
 #[derive(Debug, Clone, Default)]
 pub struct SettleBuffers {
     squared: Vec<f64>,
-    weights: Vec<f64>,
+    pub(crate) weights: Vec<f64>,
 }
 
 impl SettleBuffers {
@@ -61,37 +68,39 @@ impl SettleBuffers {
 /// The motion near `start` that fits the pairs with `e^2 < dist` (px^2) best; `start` where they determine none.
 pub fn settle(model: Model, start: Matrix3<f64>, pairs: &[Pair], dist: f64) -> Matrix3<f64> {
     let (mut budget, mut buffers) = (Budget::UNLIMITED, SettleBuffers::default());
-    settle_in(model, start, pairs, dist, &mut budget, &mut buffers)
+    settle_in(model, start, pairs, dist, SETTLED, &mut budget, &mut buffers)
 }
 
 /// The same with memory that is used again and with bounded work: where `budget` ends it, the motion of the last round.
+/// It ends when no corner moves by more than `tolerance` (px).
 pub fn settle_in(
     model: Model,
     start: Matrix3<f64>,
     pairs: &[Pair],
     dist: f64,
+    tolerance: f64,
     budget: &mut Budget,
     buffers: &mut SettleBuffers,
 ) -> Matrix3<f64> {
     let corners = corners(pairs);
     let mut best = start;
     let SettleBuffers { squared, weights } = buffers;
-    weights.clear();
-    weights.resize(pairs.len(), 0.0);
     for _ in 0..ROUNDS {
-        if !budget.spend(FIT_WORK + 4 * PAIR_WORK * pairs.len()) {
+        if !budget.spend(FIT_WORK + 8 * PAIR_WORK * pairs.len()) {
             break;
         }
+        // First the squared errors, then the weights.
+        weights.clear();
+        weights.extend(pairs.iter().map(|pair| squared_error(&best, pair)));
         squared.clear();
-        squared.extend(pairs.iter().map(|pair| squared_error(&best, pair)).filter(|e2| *e2 < dist));
+        squared.extend(weights.iter().filter(|e2| **e2 < dist));
         let s = scale(squared).max(LEAST_SCALE);
         for (w, pair) in weights.iter_mut().zip(pairs) {
-            let e2 = squared_error(&best, pair);
-            *w = if e2 < dist { weight(e2, s) } else { 0.0 };
+            *w = if *w < dist { weight(*w, s) * by_denominator(&best, pair) } else { 0.0 };
         }
-        let Ok(h) = model.fit_weighted(pairs, weights) else { break };
+        let Ok(h) = model.fit_round(pairs, weights) else { break };
         let settled = corners.iter().all(|&corner| match (transfer(&h, corner), transfer(&best, corner)) {
-            (Some(a), Some(b)) => (a - b).norm_squared() < SETTLED * SETTLED,
+            (Some(a), Some(b)) => (a - b).norm_squared() < tolerance * tolerance,
             _ => false,
         });
         best = h;
