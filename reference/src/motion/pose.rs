@@ -88,6 +88,12 @@ pub enum PoseError {
         /// Sum of squared deviations over their variances.
         chi2: f64,
     },
+    /// No pose near the readings explains the pairs.
+    #[error("no estimate: pictures and sensors disagree (the pairs are {residual:.1} px off the pose that fits best)")]
+    Unexplained {
+        /// Residual of the pairs, px per axis.
+        residual: f64,
+    },
     /// The pairs do not show the ground.
     #[error(transparent)]
     Refused(#[from] Refusal),
@@ -123,6 +129,10 @@ const HEIGHT: usize = 6;
 
 /// The residual is not believed to be below this, px an axis: no comparison of frames with noise knows better.
 const LEAST_RESIDUAL: f64 = 0.02;
+
+/// Largest residual, px an axis. Pairs of a consensus are within 3 px of a homography, and a pose has all its freedoms:
+/// a larger residual is not noise, but what the readings forbid.
+const MOST_RESIDUAL: f64 = 3.0;
 
 const ITERATIONS: usize = 50;
 
@@ -428,6 +438,9 @@ fn worse_direction(covariance: &Matrix2<f64>) -> f64 {
 
 impl Solution {
     fn pose(&self, match_quality: u8) -> Result<Pose, PoseError> {
+        if self.noise.places > MOST_RESIDUAL {
+            return Err(PoseError::Unexplained { residual: self.noise.places });
+        }
         let sigma = worse_direction(&self.covariance).sqrt();
         let precision = 255.0 * (1.0 - sigma / USELESS);
         if precision.is_nan() || precision < 1.0 {
@@ -621,6 +634,12 @@ mod tests {
         let wrong = View::new(*current.camera(), tilted, current.height()).unwrap();
         let outcome = fit(&reference, &wrong, &SENSORS, &good.pairs, 255);
         assert!(matches!(outcome, Err(PoseError::Disagreement { .. })), "{outcome:?}");
+        // And 30 degrees more yaw, of which a fit that takes the residual for noise leaves the most as it is.
+        let turned = Attitude { yaw: current.attitude().yaw + 30.0 * DEGREE, ..*current.attitude() };
+        let wrong = View::new(*current.camera(), turned, current.height()).unwrap();
+        let outcome = fit(&reference, &wrong, &SENSORS, &good.pairs, 255);
+        let refused = matches!(outcome, Err(PoseError::Disagreement { .. } | PoseError::Unexplained { .. }));
+        assert!(refused, "{outcome:?}");
         // Five pairs in a corner, 0.7 px off to either side, and an IMU of 3 degrees: 100 m tan 3 degrees is 5 m.
         let aside = [0.7, -0.7, 0.7, -0.7, 0.7].map(|x| Vector2::new(x, 0.0));
         let corner: Vec<Pair> = good
