@@ -167,9 +167,7 @@ fn picture() -> Result<Sample, Box<dyn Error>> {
     }
     let planes = BitTrue::new(&KT27)?.planes(&frame);
     let mut controller = ThresholdController::new(&KT27);
-    for _ in 0..100 {
-        controller.finish_frame(counts(&planes.features(controller.thresholds())));
-    }
+    controller.settle(|thresholds| counts(&planes.features(thresholds)));
     let thresholds = controller.thresholds();
     let pixels = frame.as_slice().iter().flat_map(|sample| sample.to_le_bytes()).collect();
     Ok(Sample { path, pixels, thresholds, features: planes.features(thresholds) })

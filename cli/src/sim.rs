@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
-use hoverlock_fixed_point::model::bit_true::ThresholdController;
+use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::picture::{FRAME_HEIGHT, FRAME_WIDTH};
@@ -252,14 +252,7 @@ pub fn settled(plane: &Plane<u16>) -> Result<[u32; 2]> {
     let mut simd = SimdBitTrue::new(&KT27)?;
     let mut control = ThresholdController::new(&KT27);
     simd.frame(plane, control.thresholds());
-    for _ in 0..64 {
-        let before = control.thresholds();
-        let features = simd.planes().features(before);
-        control.finish_frame(hoverlock_fixed_point::model::bit_true::counts(&features));
-        if control.thresholds() == before {
-            break;
-        }
-    }
+    control.settle(|thresholds| counts(&simd.planes().features(thresholds)));
     Ok(control.thresholds())
 }
 

@@ -55,9 +55,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
             source.start(frame.width(), frame.height());
             // A camera that has looked at this ground for a while.
             model.frame(&frame, controller.thresholds());
-            for _ in 0..100 {
-                controller.finish_frame(counts(&model.planes().features(controller.thresholds())));
-            }
+            controller.settle(|thresholds| counts(&model.planes().features(thresholds)));
         }
         if number % REFERENCE == 0 {
             source.send(message::COMMAND, &Command::Capture.encode());

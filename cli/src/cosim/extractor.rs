@@ -62,9 +62,7 @@ impl<'a> Extractor<'a> {
                 let mut extractor = FastExtractor::new(Selection { thresholds: [LEAST; 2], count: usize::MAX })?;
                 let all = records(&extractor.extract(first));
                 let mut control = ThresholdController::new(&KT27);
-                for _ in 0..64 {
-                    control.finish_frame(counts(&above(&all, control.thresholds())));
-                }
+                control.settle(|thresholds| counts(&above(&all, thresholds)));
                 let features =
                     move |frame: &Plane<u16>, thresholds| above(&records(&extractor.extract(frame)), thresholds);
                 model(Box::new(features), control.thresholds())

@@ -182,7 +182,22 @@ impl ThresholdController {
             }
         }
     }
+
+    /// Updates the thresholds until they rest, as of a camera that has looked at one picture for a while. `counts`
+    /// tells the features of each scale in that picture at given thresholds.
+    pub fn settle(&mut self, mut counts: impl FnMut([u32; SCALES]) -> [u32; SCALES]) {
+        for _ in 0..SETTLING {
+            let before = self.thresholds;
+            self.finish_frame(counts(before));
+            if self.thresholds == before {
+                break;
+            }
+        }
+    }
 }
+
+/// Frames in which thresholds settle: steps of an eighth lead from one end of their range to the other in fewer.
+const SETTLING: usize = 100;
 
 /// The number of features of each scale.
 pub fn counts(features: &[FeatureRecord]) -> [u32; SCALES] {
@@ -496,6 +511,23 @@ mod tests {
         assert_eq!(FeatureRecord::unpack(&trailer), None);
         let feature = Feature::from(&record);
         assert_eq!((feature.x, feature.response), (0x0a0b, f64::from(0x7abc) / 2.0));
+    }
+
+    #[test]
+    fn thresholds_settle_where_the_count_is_near_the_target() {
+        let mut controller = ThresholdController::new(&KT27);
+        let mut asked = 0;
+        // 512 features at a threshold of 300; none ever at the other scale.
+        let counts = |[fine, _]: [u32; 2]| [512 * 300 / fine, 0];
+        controller.settle(|thresholds| {
+            asked += 1;
+            counts(thresholds)
+        });
+        let [fine, coarse] = controller.thresholds();
+        assert!((384..=640).contains(&counts([fine, coarse])[0]) && coarse == 1, "{fine}, {coarse}");
+        assert!(asked < SETTLING, "{asked} frames");
+        controller.settle(|_| [u32::MAX, 512]);
+        assert_eq!(controller.thresholds(), [32767, 1]);
     }
 
     #[test]

@@ -1,0 +1,43 @@
+//! Ground that is computed, as pictures in files; and what a refusal looks like.
+
+use std::path::Path;
+use std::process::Output;
+
+use hoverlock_reference::image::plane::Plane;
+
+/// Saves 16-bit samples as a picture; its path.
+pub fn save(folder: &Path, name: &str, picture: &Plane<u16>) -> String {
+    let path = folder.join(name);
+    let (width, height) = (picture.width() as u32, picture.height() as u32);
+    image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, picture.as_slice().to_vec())
+        .unwrap()
+        .save(&path)
+        .unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// Ground without an end, the same wherever it is looked at: noise of 3 px, smooth between its nodes.
+pub fn ground(x: f64, y: f64) -> u16 {
+    let node = |x: i64, y: i64| {
+        let mut bits = (x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (y as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
+        bits = (bits ^ (bits >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        ((bits >> 40) & 0xffff) as f64
+    };
+    let (u, v) = (x / 3.0, y / 3.0);
+    let (i, j) = (u.floor(), v.floor());
+    let ease = |t: f64| t * t * (3.0 - 2.0 * t);
+    let (s, t) = (ease(u - i), ease(v - j));
+    let (i, j) = (i as i64, j as i64);
+    let upper = (1.0 - s) * node(i, j) + s * node(i + 1, j);
+    let lower = (1.0 - s) * node(i, j + 1) + s * node(i + 1, j + 1);
+    ((1.0 - t) * upper + t * lower) as u16
+}
+
+/// Status 2 and one line that names the file or the argument; nothing on stdout.
+#[track_caller]
+pub fn assert_refused(output: &Output, named: &str) {
+    let line = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{named}: {line}");
+    assert!(line.contains(named) && line.trim_end().lines().count() == 1, "{named}: {line}");
+    assert!(output.stdout.is_empty());
+}
