@@ -233,10 +233,11 @@ impl MatchBuffers {
                 return false;
             }
             self.fill(group, reference, current, false);
+            // The query's limit alone decides.
+            self.blocks.iter_mut().for_each(|block| block.limits = [0; BLOCK]);
             for (query, (i, limit)) in queries {
                 let bytes = Candidate::of(i, &reference[i], false).bytes;
-                for (near, features) in self.blocks.iter_mut().zip(self.to.chunks(BLOCK)) {
-                    near.limits = [0; BLOCK];
+                for (near, features) in self.blocks.iter().zip(self.to.chunks(BLOCK)) {
                     let (mut closer, _) = near.closer(&bytes, limit);
                     while closer != 0 {
                         found(query, features[closer.trailing_zeros() as usize].position);

@@ -226,8 +226,8 @@ pub fn fit_in(
     let mut problem = Problem { scene, readings, pairs, buffers, budget, overlap };
     let plane = problem.solve(Ground::Plane, sensors, readings);
     if let Ok(solution) = &plane
-        && solution.evidence < EVIDENCE
         && solution.chi2 < CHI2_SUSPECT
+        && problem.evidence() < EVIDENCE
     {
         return solution.pose(match_quality);
     }
@@ -266,8 +266,6 @@ struct Solution {
     noise: Noise,
     /// Sum of squared deviations from the readings over their variances.
     chi2: f64,
-    /// For relief.
-    evidence: f64,
 }
 
 impl Problem<'_> {
@@ -298,17 +296,21 @@ impl Problem<'_> {
                 let deviation = unknowns - self.readings;
                 let spread = normal / (relief::excess(residuals, &noise) * self.overlap) + prior;
                 let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
-                let hills = Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values);
                 return Ok(Solution {
                     unknowns,
                     covariance: factor.inverse().fixed_view::<2, 2>(0, 0).into_owned(),
                     noise,
                     chi2: deviation.dot(&(prior * deviation)),
-                    evidence: hills.evidence(residuals),
                 });
             }
         }
         Err(PoseError::NotConverged)
+    }
+
+    /// For relief, by the residuals of the last solution.
+    fn evidence(&mut self) -> f64 {
+        let PoseBuffers { residuals, values, .. } = &mut *self.buffers;
+        Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values).evidence(residuals)
     }
 }
 
