@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use hoverlock_harness::model::{InstanceOptions, Model, RawSignal, SignalId};
 
 use super::{
-    Progress, SimulationError, Simulator,
+    Ports, Progress, SimulationError, Simulator,
     expect::Oracle,
     job::{Fault, Job, Map, Streams},
     outcome::{FrameOutcome, Outcome, Position},
@@ -56,23 +56,7 @@ struct Pins<'a> {
     recorder: Option<Recorder<'a>>,
     /// Clock cycles, those of the reset included.
     now: u64,
-    clock: RawSignal<u8>,
-    reset: RawSignal<u8>,
-    valid: RawSignal<u8>,
-    data: RawSignal<u16>,
-    first: RawSignal<u8>,
-    last: RawSignal<u8>,
-    ready: RawSignal<u8>,
-    feature_ready: RawSignal<u8>,
-    feature_valid: RawSignal<u8>,
-    feature_first: RawSignal<u8>,
-    feature_last: RawSignal<u8>,
-    feature_data: SignalId,
-    csr_address: RawSignal<u8>,
-    csr_write: RawSignal<u8>,
-    csr_read: RawSignal<u8>,
-    csr_readdata: RawSignal<u32>,
-    csr_data: RawSignal<u32>,
+    ports: Ports,
     capture: RawSignal<u8>,
     advance: RawSignal<u8>,
     start: RawSignal<u8>,
@@ -105,23 +89,7 @@ impl<'a> Pins<'a> {
             recorder.open(&mut model)?;
         }
         Ok(Self {
-            clock: model.raw("clock")?,
-            reset: model.raw("reset")?,
-            valid: model.raw("video_valid")?,
-            data: model.raw("video_data")?,
-            first: model.raw("video_startofpacket")?,
-            last: model.raw("video_endofpacket")?,
-            ready: model.raw("video_ready")?,
-            feature_ready: model.raw("feature_ready")?,
-            feature_valid: model.raw("feature_valid")?,
-            feature_first: model.raw("feature_startofpacket")?,
-            feature_last: model.raw("feature_endofpacket")?,
-            feature_data: model.find("feature_data")?,
-            csr_address: model.raw("csr_address")?,
-            csr_write: model.raw("csr_write")?,
-            csr_read: model.raw("csr_read")?,
-            csr_readdata: model.raw("csr_readdata")?,
-            csr_data: model.raw("csr_writedata")?,
+            ports: Ports::find(&model)?,
             capture: model.raw("core.sequencer.capture")?,
             advance: model.raw("core.sequencer.advance")?,
             start: model.raw("core.extractor.smoothers.start_out")?,
@@ -145,14 +113,14 @@ impl<'a> Pins<'a> {
 
     /// Falling clock edge: the inputs settle.
     fn settle(&mut self) -> Result<(), SimulationError> {
-        set!(self.clock, 0);
+        set!(self.ports.clock, 0);
         self.model.eval()?;
         self.dump(false);
         Ok(())
     }
 
     fn edge(&mut self) -> Result<(), SimulationError> {
-        set!(self.clock, 1);
+        set!(self.ports.clock, 1);
         self.model.eval()?;
         self.dump(true);
         self.now += 1;
@@ -177,21 +145,21 @@ impl<'a> Pins<'a> {
     }
 
     fn write(&mut self, write: Option<(u32, u32)>) {
-        set!(self.csr_write, u8::from(write.is_some()));
+        set!(self.ports.csr_write, u8::from(write.is_some()));
         if let Some((address, word)) = write {
-            set!(self.csr_address, (address >> 2) as u8);
-            set!(self.csr_data, word);
+            set!(self.ports.csr_address, (address >> 2) as u8);
+            set!(self.ports.csr_writedata, word);
         }
     }
 
     fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
-        set!(self.valid, 0);
-        set!(self.csr_write, 0);
-        set!(self.csr_address, (address >> 2) as u8);
-        set!(self.csr_read, 1);
+        set!(self.ports.valid, 0);
+        set!(self.ports.csr_write, 0);
+        set!(self.ports.csr_address, (address >> 2) as u8);
+        set!(self.ports.csr_read, 1);
         self.cycle()?;
-        set!(self.csr_read, 0);
-        Ok(get!(self.csr_readdata))
+        set!(self.ports.csr_read, 0);
+        Ok(get!(self.ports.csr_readdata))
     }
 
     fn words(&self, signal: SignalId) -> Words {
@@ -243,12 +211,12 @@ impl<'a> Source<'a> {
         let may_begin = self.pixel > 0 || (self.begun == self.frame && write.is_none());
         // A beat once offered stays valid until it is accepted.
         self.offered = self.frame < self.jobs.len() && (self.offered || (may_begin && !pause));
-        set!(pins.valid, u8::from(self.offered));
+        set!(pins.ports.valid, u8::from(self.offered));
         if self.offered {
             let beat = self.jobs[self.frame].beat(self.pixel);
-            set!(pins.data, beat.data);
-            set!(pins.first, u8::from(beat.first));
-            set!(pins.last, u8::from(beat.last));
+            set!(pins.ports.data, beat.data);
+            set!(pins.ports.first, u8::from(beat.first));
+            set!(pins.ports.last, u8::from(beat.last));
         }
     }
 
@@ -306,9 +274,9 @@ impl<'a> Bench<'a> {
         recorder: Option<Recorder<'a>>,
     ) -> Result<Self, SimulationError> {
         let mut pins = Pins::new(simulator, streams.seed, recorder)?;
-        set!(pins.reset, 1);
+        set!(pins.ports.reset, 1);
         (1..RESET_CYCLES).try_for_each(|_| pins.cycle())?;
-        set!(pins.reset, 0);
+        set!(pins.ports.reset, 0);
         pins.cycle()?;
         let pixels = jobs.iter().map(|job| job.pixels.as_slice().len() as u64).sum();
         Ok(Self {
@@ -362,20 +330,20 @@ impl<'a> Bench<'a> {
         let pause = self.random.chance(self.streams.source_pause);
         self.source.drive(&mut self.pins, pause);
         let sink = self.cycle >= self.streams.sink_opens && !self.random.chance(self.streams.sink_pause);
-        set!(self.pins.feature_ready, u8::from(sink));
+        set!(self.pins.ports.feature_ready, u8::from(sink));
         self.pins.settle()?;
         if get!(self.pins.capture) == 1 {
             self.source.begun += 1;
             self.source.prepare()?;
         }
         let mut reset_by = None;
-        if self.source.offered && get!(self.pins.ready) == 1 {
+        if self.source.offered && get!(self.pins.ports.ready) == 1 {
             if self.source.pixel == 0 {
                 self.outcome.frames[self.source.frame].began = self.cycle;
             }
             reset_by = self.source.advance().filter(|job| job.is_lost());
         }
-        let accepted = sink && get!(self.pins.feature_valid) == 1;
+        let accepted = sink && get!(self.pins.ports.feature_valid) == 1;
         if accepted {
             self.take();
             oracle.forget(self.records.done.min(self.jobs.len() - 1));
@@ -394,9 +362,9 @@ impl<'a> Bench<'a> {
     /// The sink accepts a record.
     fn take(&mut self) {
         let beat = Taken {
-            words: self.pins.words(self.pins.feature_data),
-            first: get!(self.pins.feature_first) == 1,
-            last: get!(self.pins.feature_last) == 1,
+            words: self.pins.words(self.pins.ports.feature_data),
+            first: get!(self.pins.ports.feature_first) == 1,
+            last: get!(self.pins.ports.feature_last) == 1,
         };
         self.outcome.first_feature.get_or_insert(self.cycle);
         self.records.taken(&beat, self.cycle, &mut self.outcome);
@@ -444,12 +412,12 @@ impl<'a> Bench<'a> {
 
     /// Resets the pipeline; all frames inside are lost.
     fn apply_reset(&mut self, fault: Fault) -> Result<(), SimulationError> {
-        set!(self.pins.valid, 0);
-        set!(self.pins.feature_ready, 0);
+        set!(self.pins.ports.valid, 0);
+        set!(self.pins.ports.feature_ready, 0);
         match fault {
             Fault::Reset(_) => {
                 self.pins.write(None);
-                set!(self.pins.reset, 1);
+                set!(self.pins.ports.reset, 1);
             }
             _ => {
                 let write = self.source.map.clear()?;
@@ -457,7 +425,7 @@ impl<'a> Bench<'a> {
             }
         }
         self.pins.cycle()?;
-        set!(self.pins.reset, 0);
+        set!(self.pins.ports.reset, 0);
         self.pins.write(None);
         (0..4).try_for_each(|_| self.pins.cycle())?;
         self.cycle += 5;

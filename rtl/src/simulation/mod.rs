@@ -10,6 +10,7 @@
 //! | `simulator` | from Verilog to a Verilated model |
 //! | `job` | the stimulus: frames, faults, pauses |
 //! | `expect` | the expected values, from `bit_true` |
+//! | `ports` | the ports of the top by their names |
 //! | `bench` | the loop over clock cycles |
 //! | `planes`, `records` | the comparisons |
 //! | `outcome` | the result |
@@ -22,6 +23,7 @@ mod expect;
 mod job;
 mod outcome;
 mod planes;
+mod ports;
 mod records;
 mod simulator;
 mod waves;
@@ -36,6 +38,7 @@ use expect::{Expectation, Oracle};
 pub use hoverlock_harness::build::Trace;
 pub use job::{Fault, Job, Streams};
 pub use outcome::{FrameOutcome, Mismatch, Outcome};
+pub use ports::Ports;
 pub use simulator::Simulator;
 use waves::Recorder;
 pub use waves::{Window, format_of, record, signals, view};

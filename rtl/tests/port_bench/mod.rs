@@ -12,9 +12,10 @@ use std::{collections::VecDeque, fmt};
 
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER, Planes};
 use hoverlock_fixed_point::model::design::KT27;
-use hoverlock_harness::model::{InstanceOptions, Library, Model, RawSignal, SignalId};
+use hoverlock_harness::model::{InstanceOptions, Library, Model};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
+use hoverlock_rtl::simulation::Ports;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -119,24 +120,7 @@ pub enum Access {
 
 pub struct Bench {
     model: Model,
-    clock: RawSignal<u8>,
-    reset: RawSignal<u8>,
-    valid: RawSignal<u8>,
-    data: RawSignal<u16>,
-    first: RawSignal<u8>,
-    last: RawSignal<u8>,
-    ready: RawSignal<u8>,
-    feature_ready: RawSignal<u8>,
-    feature_valid: RawSignal<u8>,
-    feature_first: RawSignal<u8>,
-    feature_last: RawSignal<u8>,
-    feature_data: SignalId,
-    csr_address: RawSignal<u8>,
-    csr_write: RawSignal<u8>,
-    csr_read: RawSignal<u8>,
-    csr_readdata: RawSignal<u32>,
-    csr_writedata: RawSignal<u32>,
-    irq: RawSignal<u8>,
+    ports: Ports,
     random: ChaCha8Rng,
     /// Chance that no beat is offered in a cycle.
     pub source_pause: f64,
@@ -179,30 +163,8 @@ impl Bench {
     pub fn new(library: &Library, seed: u64, plusargs: &[String]) -> Self {
         let options = InstanceOptions { seed, plusargs: plusargs.to_vec() };
         let model = library.instance_with(&options).unwrap();
-        macro_rules! port {
-            ($name:literal) => {
-                model.raw($name).unwrap()
-            };
-        }
         let mut bench = Self {
-            clock: port!("clock"),
-            reset: port!("reset"),
-            valid: port!("video_valid"),
-            data: port!("video_data"),
-            first: port!("video_startofpacket"),
-            last: port!("video_endofpacket"),
-            ready: port!("video_ready"),
-            feature_ready: port!("feature_ready"),
-            feature_valid: port!("feature_valid"),
-            feature_first: port!("feature_startofpacket"),
-            feature_last: port!("feature_endofpacket"),
-            feature_data: model.find("feature_data").unwrap(),
-            csr_address: port!("csr_address"),
-            csr_write: port!("csr_write"),
-            csr_read: port!("csr_read"),
-            csr_readdata: port!("csr_readdata"),
-            csr_writedata: port!("csr_writedata"),
-            irq: port!("irq"),
+            ports: Ports::find(&model).unwrap(),
             model,
             random: ChaCha8Rng::seed_from_u64(seed),
             source_pause: 0.0,
@@ -223,12 +185,12 @@ impl Bench {
 
     /// Asserts reset for some cycles. Transfers in progress on the streams are lost.
     pub fn reset(&mut self, cycles: u32) {
-        set!(self.reset, 1);
+        set!(self.ports.reset, 1);
         self.forget();
         for _ in 0..cycles {
             self.cycle(None);
         }
-        set!(self.reset, 0);
+        set!(self.ports.reset, 0);
         self.forget();
         // The reset of the pipeline is registered: one cycle later.
         self.cycle(None);
@@ -255,17 +217,17 @@ impl Bench {
 
     /// One clock cycle.
     pub fn cycle(&mut self, access: Option<Access>) -> u32 {
-        set!(self.clock, 0);
+        set!(self.ports.clock, 0);
         // Address and data are random while neither `read` nor `write` is set.
         let (address, word, read, write) = match access {
             Some(Access::Read(address)) => (address, self.random.random(), 1, 0),
             Some(Access::Write(address, word)) => (address, word, 0, 1),
             None => (self.random.random(), self.random.random(), 0, 0),
         };
-        set!(self.csr_address, (address >> 2) as u8 & 63);
-        set!(self.csr_writedata, word);
-        set!(self.csr_read, read);
-        set!(self.csr_write, write);
+        set!(self.ports.csr_address, (address >> 2) as u8 & 63);
+        set!(self.ports.csr_writedata, word);
+        set!(self.ports.csr_read, read);
+        set!(self.ports.csr_write, write);
         let pause = match &mut self.gap {
             Some((left, cycles)) if *left == self.beats.len() && *cycles > 0 => {
                 *cycles -= 1;
@@ -279,38 +241,38 @@ impl Bench {
             // The video signals are random while `valid` is low.
             _ => (self.random.random(), self.random.random(), self.random.random()),
         };
-        set!(self.valid, u8::from(self.offered));
-        set!(self.data, data);
-        set!(self.first, u8::from(first));
-        set!(self.last, u8::from(last));
+        set!(self.ports.valid, u8::from(self.offered));
+        set!(self.ports.data, data);
+        set!(self.ports.first, u8::from(first));
+        set!(self.ports.last, u8::from(last));
         let sink = !self.chance(self.sink_pause);
-        set!(self.feature_ready, u8::from(sink));
+        set!(self.ports.feature_ready, u8::from(sink));
         self.model.eval().unwrap();
-        if self.offered && get!(self.ready) == 1 {
+        if self.offered && get!(self.ports.ready) == 1 {
             self.beats.pop_front();
             self.offered = false;
         }
         self.watch(sink);
-        set!(self.clock, 1);
+        set!(self.ports.clock, 1);
         self.model.eval().unwrap();
         self.cycle += 1;
-        get!(self.csr_readdata)
+        get!(self.ports.csr_readdata)
     }
 
     /// The protocol of the feature stream: an offered record is stable, packets begin and end correctly.
     fn watch(&mut self, sink: bool) {
-        if self.deaf || get!(self.reset) == 1 {
+        if self.deaf || get!(self.ports.reset) == 1 {
             return;
         }
-        if get!(self.feature_valid) == 0 {
+        if get!(self.ports.feature_valid) == 0 {
             if self.standing.is_some() {
                 self.broken.get_or_insert_with(|| "a record that was offered has gone".into());
             }
             return;
         }
-        let words = self.model.get_words(self.feature_data);
+        let words = self.model.get_words(self.ports.feature_data);
         let words: [u32; 8] = std::array::from_fn(|i| words[i]);
-        let (first, last) = (get!(self.feature_first), get!(self.feature_last));
+        let (first, last) = (get!(self.ports.feature_first), get!(self.ports.feature_last));
         if self.standing.is_some_and(|standing| standing != (words, first, last)) {
             self.broken.get_or_insert_with(|| "a record changed while it was offered".into());
         }
@@ -345,7 +307,7 @@ impl Bench {
     }
 
     pub fn interrupt(&mut self) -> bool {
-        get!(self.irq) == 1
+        get!(self.ports.irq) == 1
     }
 
     /// No protocol error on the feature stream so far.

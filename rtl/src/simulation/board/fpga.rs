@@ -1,9 +1,9 @@
 //! The Verilated top with a camera at its pixel port and a DMA behind its feature port, one clock for all of them.
 
-use hoverlock_harness::model::{InstanceOptions, Model, RawSignal, SignalId};
+use hoverlock_harness::model::{InstanceOptions, Model};
 use hoverlock_reference::image::plane::Plane;
 
-use super::super::{SimulationError, Simulator, bench::RESET_CYCLES};
+use super::super::{Ports, SimulationError, Simulator, bench::RESET_CYCLES};
 use super::dma::Dma;
 
 /// Clock cycles from the last pixel of a frame to the first of the next, beside 100 lines: long enough for the frame
@@ -39,29 +39,10 @@ impl Camera<'_> {
     }
 }
 
-struct Pins {
-    clock: RawSignal<u8>,
-    valid: RawSignal<u8>,
-    data: RawSignal<u16>,
-    first: RawSignal<u8>,
-    last: RawSignal<u8>,
-    ready: RawSignal<u8>,
-    feature_ready: RawSignal<u8>,
-    feature_valid: RawSignal<u8>,
-    feature_last: RawSignal<u8>,
-    feature_data: SignalId,
-    address: RawSignal<u8>,
-    read: RawSignal<u8>,
-    readdata: RawSignal<u32>,
-    write: RawSignal<u8>,
-    writedata: RawSignal<u32>,
-    irq: RawSignal<u8>,
-}
-
 /// The FPGA and what it is wired to.
 pub struct Fpga<'a> {
     model: Model,
-    pins: Pins,
+    ports: Ports,
     camera: Camera<'a>,
     /// The DMA of the features.
     pub dma: Dma,
@@ -73,36 +54,23 @@ impl<'a> Fpga<'a> {
     /// After its reset, with a camera that sends `frames` once it is switched on.
     pub fn new(simulator: &Simulator, frames: &'a [Plane<u16>], memory: usize) -> Result<Self, SimulationError> {
         let options = InstanceOptions { seed: 1, plusargs: simulator.plusargs().to_vec() };
-        let mut model = simulator.library().instance_with(&options)?;
-        let reset = model.find("reset")?;
-        let pins = Pins {
-            clock: model.raw("clock")?,
-            valid: model.raw("video_valid")?,
-            data: model.raw("video_data")?,
-            first: model.raw("video_startofpacket")?,
-            last: model.raw("video_endofpacket")?,
-            ready: model.raw("video_ready")?,
-            feature_ready: model.raw("feature_ready")?,
-            feature_valid: model.raw("feature_valid")?,
-            feature_last: model.raw("feature_endofpacket")?,
-            feature_data: model.find("feature_data")?,
-            address: model.raw("csr_address")?,
-            read: model.raw("csr_read")?,
-            readdata: model.raw("csr_readdata")?,
-            write: model.raw("csr_write")?,
-            writedata: model.raw("csr_writedata")?,
-            irq: model.raw("irq")?,
-        };
-        model.set(reset, 1)?;
+        let model = simulator.library().instance_with(&options)?;
+        let ports = Ports::find(&model)?;
         let camera = Camera { frames, frame: 0, pixel: 0, gap: usize::MAX };
-        let mut fpga = Self { model, pins, camera, dma: Dma::new(memory), cycles: 0 };
+        let mut fpga = Self { model, ports, camera, dma: Dma::new(memory), cycles: 0 };
+        fpga.set_reset(true);
         for _ in 0..RESET_CYCLES {
             fpga.clock()?;
         }
-        fpga.model.set(reset, 0)?;
+        fpga.set_reset(false);
         fpga.clock()?;
         fpga.cycles = 0;
         Ok(fpga)
+    }
+
+    fn set_reset(&mut self, reset: bool) {
+        // SAFETY: the model lives in the same structure and never leaves this thread.
+        unsafe { self.ports.reset.set(u8::from(reset)) };
     }
 
     /// Switches the camera on.
@@ -113,40 +81,40 @@ impl<'a> Fpga<'a> {
     /// The interrupt line.
     pub fn interrupt(&self) -> bool {
         // SAFETY: the model lives in the same structure and never leaves this thread.
-        unsafe { self.pins.irq.get() == 1 }
+        unsafe { self.ports.irq.get() == 1 }
     }
 
     /// One clock cycle of everything.
     pub fn clock(&mut self) -> Result<(), SimulationError> {
         let offered = self.camera.offer();
         let taking = self.dma.ready();
-        let pins = &self.pins;
+        let ports = &self.ports;
         // SAFETY: the model lives in the same structure and never leaves this thread; the values fit the signals.
         unsafe {
-            pins.valid.set(u8::from(offered.is_some()));
+            ports.valid.set(u8::from(offered.is_some()));
             if let Some((data, first, last)) = offered {
-                pins.data.set(data);
-                pins.first.set(u8::from(first));
-                pins.last.set(u8::from(last));
+                ports.data.set(data);
+                ports.first.set(u8::from(first));
+                ports.last.set(u8::from(last));
             }
-            pins.feature_ready.set(u8::from(taking));
-            pins.clock.set(0);
+            ports.feature_ready.set(u8::from(taking));
+            ports.clock.set(0);
         }
         self.model.eval()?;
         // SAFETY: as above.
         let (accepted, record, last) = unsafe {
             (
-                offered.is_some() && pins.ready.get() == 1,
-                taking && pins.feature_valid.get() == 1,
-                pins.feature_last.get() == 1,
+                offered.is_some() && ports.ready.get() == 1,
+                taking && ports.feature_valid.get() == 1,
+                ports.feature_last.get() == 1,
             )
         };
         let record = record.then(|| {
-            let words = self.model.get_words(self.pins.feature_data);
+            let words = self.model.get_words(self.ports.feature_data);
             (std::array::from_fn(|i| words[i]), last)
         });
         // SAFETY: as above.
-        unsafe { self.pins.clock.set(1) };
+        unsafe { self.ports.clock.set(1) };
         self.model.eval()?;
         self.camera.clock(accepted);
         self.dma.clock(record);
@@ -158,13 +126,13 @@ impl<'a> Fpga<'a> {
     pub fn write(&mut self, address: u32, value: u32) -> Result<(), SimulationError> {
         // SAFETY: as above; the address has six bits.
         unsafe {
-            self.pins.address.set((address >> 2 & 0x3f) as u8);
-            self.pins.writedata.set(value);
-            self.pins.write.set(1);
+            self.ports.csr_address.set((address >> 2 & 0x3f) as u8);
+            self.ports.csr_writedata.set(value);
+            self.ports.csr_write.set(1);
         }
         self.clock()?;
         // SAFETY: as above.
-        unsafe { self.pins.write.set(0) };
+        unsafe { self.ports.csr_write.set(0) };
         Ok(())
     }
 
@@ -172,14 +140,14 @@ impl<'a> Fpga<'a> {
     pub fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
         // SAFETY: as above; the address has six bits.
         unsafe {
-            self.pins.address.set((address >> 2 & 0x3f) as u8);
-            self.pins.read.set(1);
+            self.ports.csr_address.set((address >> 2 & 0x3f) as u8);
+            self.ports.csr_read.set(1);
         }
         self.clock()?;
         // SAFETY: as above.
         unsafe {
-            self.pins.read.set(0);
-            Ok(self.pins.readdata.get())
+            self.ports.csr_read.set(0);
+            Ok(self.ports.csr_readdata.get())
         }
     }
 }
