@@ -3,7 +3,7 @@
 Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] TEXTURES FOLDER
 
 The example `accuracy` simulates the frames into FOLDER once; this program writes what each method finds beside them, once, and
-then lets the example score everything. Each method gets the same frames, stretched to 8 bit between the percentiles 0.5 and 99.5,
+then lets the example score everything, and `accuracy_report.py` make tables and plots of the scores. Each method gets the same frames, stretched to 8 bit between the percentiles 0.5 and 99.5,
 at most a thousand features (the strongest), the same matching (each other's best, at most 0.9 of the second best's distance, both
 ways) and MAGSAC with 2 px; fewer than 8 inliers are no estimate. Exit status 2 on bad usage.
 """

@@ -1,4 +1,4 @@
-"""The table (Markdown) and the plots (SVG) of `accuracy.py`, from the scores of all flights over held-back ground."""
+"""The tables (Markdown) and the plots (SVG) of `accuracy.py`, from the scores of all flights; the plots show held-back ground."""
 
 import csv
 import math
@@ -8,16 +8,18 @@ from statistics import mean, median
 
 METHODS = ["hoverlock", "orb", "akaze", "brisk", "sift", "phase"]
 COLOURS = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98"]
+# A motion whose centre is off by more counts as wrong, px.
+WRONG = 2.0
 
 
 def rms(values):
     return math.sqrt(mean(v * v for v in values)) if values else math.nan
 
 
-def scores(folder: Path) -> list[dict]:
-    """Flights over ground that did not serve for tuning."""
+def scores(folder: Path, tuning: bool) -> list[dict]:
+    """Flights over ground that served for tuning, or over the other half."""
     with open(folder / "scores.csv", newline="") as file:
-        return [row for row in csv.DictReader(file) if row["tuning"] == "0"]
+        return [row for row in csv.DictReader(file) if row["tuning"] == str(int(tuning))]
 
 
 def numbers(rows, name):
@@ -58,6 +60,17 @@ def markdown(rows) -> str:
                  f"{sum(row['pose'] == '' for row in of)} of {len(of)}",
                  f"{median(numbers(of, 'detect')):.0f}", f"{median(numbers(of, 'match')):.0f}"]
         lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def failures(rows) -> str:
+    """Flights without a motion, and those whose centre is off by more than WRONG."""
+    lines = [f"| method | no motion | centre off by more than {WRONG:g} px | flights |", "|---|---|---|---|"]
+    for method in METHODS:
+        of = [row for row in rows if row["method"] == method]
+        if of:
+            centres = numbers(of, "centre")
+            lines.append(f"| {method} | {len(of) - len(centres)} | {sum(c > WRONG for c in centres)} | {len(of)} |")
     return "\n".join(lines)
 
 
@@ -115,13 +128,14 @@ def reliability_plot(rows) -> str:
 
 
 def write(folder: Path) -> None:
-    """Prints the table and writes `accuracy.svg` and `reliability.svg` into the folder."""
-    rows = scores(folder)
-    if not rows:
-        return
-    print("\n" + markdown(first(rows)) + "\n\n" + consistency(rows))
-    for name, plot in (("accuracy.svg", pose_plot(first(rows))), ("reliability.svg", reliability_plot(rows))):
-        part = folder / (name + ".part")
-        part.write_text(plot)
-        part.rename(folder / name)
-        print(f"plot: {folder / name}")
+    """Prints the tables of both halves and writes `accuracy.svg` and `reliability.svg` into the folder."""
+    for half, tuning in (("Ground that served for tuning", True), ("Held-back ground", False)):
+        rows = scores(folder, tuning)
+        if rows:
+            print(f"\n## {half}\n\n" + "\n\n".join((markdown(first(rows)), failures(first(rows)), consistency(rows))))
+    if rows:
+        for name, plot in (("accuracy.svg", pose_plot(first(rows))), ("reliability.svg", reliability_plot(rows))):
+            part = folder / (name + ".part")
+            part.write_text(plot)
+            part.rename(folder / name)
+            print(f"plot: {folder / name}")

@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! accuracy simulate TEXTURES FOLDER [EVERY]            frames of every flight, 16-bit PGM, and its name on stdout
-//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     this project's estimates and what is found in FOLDER, scored
+//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     this project's estimates and what is found in FOLDER, scored in
+//!                                                      FOLDER/scores.csv
 //! ```
 //!
 //! EVERY keeps one flight in so many. FLIGHTS is the number of flights of each texture and condition; frames of those
@@ -21,8 +22,7 @@ use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::image::picture::Picture;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_reference::motion::estimate::Estimator;
-use hoverlock_reference::motion::estimate::pairs;
+use hoverlock_reference::motion::estimate::{Estimator, pairs};
 use hoverlock_reference::motion::model::{Pair, transfer};
 use hoverlock_reference::motion::{pose, refine};
 use nalgebra::{Matrix3, Vector2};
@@ -41,9 +41,6 @@ const METHODS: [&str; 5] = ["orb", "akaze", "brisk", "sift", "phase"];
 
 /// A match counts as right within this of the truth, px.
 const RIGHT: f64 = 2.0;
-
-/// An estimate whose centre is off by more counts as wrong, px.
-const WRONG: f64 = 2.0;
 
 fn main() -> ExitCode {
     match run(&std::env::args().skip(1).collect::<Vec<_>>()) {
@@ -255,7 +252,7 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// All scores, a line for each method and flight, for the table and the plots of `benches/accuracy.py`.
+/// All scores, a line for each method and flight: `benches/accuracy_report.py` makes tables and plots of it.
 fn write_table(runs: &[Run], scores: &[Vec<Option<Score>>], path: &Path) -> Outcome<()> {
     let names = "method,tuning,flight,condition,first,correct,last,localisation,centre,pose,nees,detect,match,quality";
     let mut text = format!("{names}\n");
@@ -305,94 +302,5 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
             Ok(scores)
         })
         .collect::<Outcome<_>>()?;
-    write_table(runs, &scores, &folder.join("scores.csv"))?;
-    for tuning in [true, false] {
-        println!("\n{}", if tuning { "Tuning half" } else { "Held-back half" });
-        println!(
-            "{:<10} {:>5} {:>7} {:>5} {:>6} {:>7} {:>6} {:>6} {:>6} {:>5} {:>5} {:>5} {:>6} {:>6}",
-            "method",
-            "first",
-            "correct",
-            "last",
-            "loc.",
-            "centre",
-            "wide",
-            "narrow",
-            "relief",
-            "no p.",
-            "none",
-            "wrong",
-            "det ms",
-            "mat ms"
-        );
-        for (m, method) in ["hoverlock"].iter().chain(&METHODS).enumerate() {
-            let of = |case: Option<&str>| -> Vec<Score> {
-                let chosen = runs.iter().zip(&scores).filter(|(run, _)| {
-                    run.number == 0 && run.tuning == tuning && case.is_none_or(|name| run.case.name == name)
-                });
-                chosen.filter_map(|(_, scores)| scores[m]).collect()
-            };
-            let all = of(None);
-            if all.is_empty() {
-                continue;
-            }
-            let nominal = of(Some("nominal"));
-            println!(
-                "{method:<10} {:>5.3} {:>7.0} {:>5.3} {:>6.3} {:>7.4} {:>6.3} {:>6.3} {:>6.3} {:>5} {:>5} {:>5} \
-                 {:>6.1} {:>6.1}",
-                mean(all.iter().map(|s| s.precision)),
-                mean(all.iter().map(|s| s.correct)),
-                mean(all.iter().map(|s| s.last_precision)),
-                mean(nominal.iter().map(|s| s.localisation)),
-                rms(nominal.iter().filter_map(|s| s.centre)),
-                rms(nominal.iter().filter_map(|s| Some(s.pose?.0))),
-                rms(of(Some("narrow")).iter().filter_map(|s| Some(s.pose?.0))),
-                rms(of(Some("relief")).iter().filter_map(|s| Some(s.pose?.0))),
-                all.iter().filter(|s| s.pose.is_none()).count(),
-                all.iter().filter(|s| s.centre.is_none()).count(),
-                all.iter().filter(|s| s.centre.is_some_and(|c| c > WRONG)).count(),
-                median(&mut all.iter().map(|s| s.detect_ms).collect::<Vec<_>>()),
-                median(&mut all.iter().map(|s| s.match_ms).collect::<Vec<_>>()),
-            );
-        }
-        println!(
-            "\nhoverlock by condition: first, correct, last, localisation, centre rms, pose rms, NEES, refused, \
-             worst NEES, least quality"
-        );
-        for case in &CASES {
-            let of: Vec<Score> = runs
-                .iter()
-                .zip(&scores)
-                .filter(|(run, _)| run.tuning == tuning && run.case.name == case.name)
-                .filter_map(|(_, scores)| scores[0])
-                .collect();
-            if of.is_empty() {
-                continue;
-            }
-            println!(
-                "{:<13} {:>5.3} {:>5.0} {:>5.3} {:>6.3} {:>7.4} {:>6.3} {:>6.2} {:>3} {:>6.1} {:>4}",
-                case.name,
-                mean(of.iter().map(|s| s.precision)),
-                mean(of.iter().map(|s| s.correct)),
-                mean(of.iter().map(|s| s.last_precision)),
-                mean(of.iter().map(|s| s.localisation)),
-                rms(of.iter().filter_map(|s| s.centre)),
-                rms(of.iter().filter_map(|s| Some(s.pose?.0))),
-                mean(of.iter().filter_map(|s| Some(s.pose?.1))),
-                of.iter().filter(|s| s.pose.is_none()).count(),
-                of.iter().filter_map(|s| Some(s.pose?.1)).fold(0.0, f64::max),
-                of.iter().map(|s| s.quality).min().unwrap_or(0),
-            );
-        }
-    }
-    Ok(())
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
-    sum / count
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    mean(values.map(|v| v * v)).sqrt()
+    write_table(runs, &scores, &folder.join("scores.csv"))
 }
