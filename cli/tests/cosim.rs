@@ -1,7 +1,7 @@
 //! Metres: `hoverlock match --telemetry` and `hoverlock cosim` on ground that is rendered from known positions, and on
 //! real sequences.
 
-mod ground;
+mod common;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -15,7 +15,7 @@ use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use ground::{ground, save};
+use common::{assert_refused, ground, save};
 
 const WIDTH: usize = 320;
 const HEIGHT: usize = 240;
@@ -191,14 +191,9 @@ fn homographies_beside_the_frames_tell_the_error() {
     assert!(accuracy["rms_m"].as_f64().unwrap() > 0.0 && accuracy["max_m"].as_f64().unwrap() < 0.1, "{text}");
 }
 
-/// Status 2 and one line that names what is wrong; nothing on stdout.
 #[track_caller]
 fn refused(arguments: &[&str], named: &str) {
-    let output = hoverlock(arguments);
-    let line = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {line}");
-    assert!(line.contains(named) && line.trim_end().lines().count() == 1, "{arguments:?}: {line}");
-    assert!(output.stdout.is_empty());
+    assert_refused(&hoverlock(arguments), named);
 }
 
 #[test]

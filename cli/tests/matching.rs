@@ -1,6 +1,6 @@
 //! `hoverlock match` as its users run it: known motions, real neighbours, no estimate, bad input.
 
-mod ground;
+mod common;
 
 use std::fs;
 use std::io::Write as _;
@@ -12,7 +12,7 @@ use hoverlock_reference::image::plane::Plane;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 
-use ground::{ground, save};
+use common::{assert_refused, ground, save};
 
 fn hoverlock(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hoverlock")).arg("match").args(arguments).output().unwrap()
@@ -117,13 +117,9 @@ fn different_ground_gives_no_estimate() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("no estimate"));
 }
 
-/// Status 2 and one line that names the file or the argument; nothing on stdout, no file left behind.
+#[track_caller]
 fn refused(arguments: &[&str], named: &str) {
-    let output = hoverlock(arguments);
-    let line = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {line}");
-    assert!(line.contains(named) && line.trim_end().lines().count() == 1, "{arguments:?}: {line}");
-    assert!(output.stdout.is_empty());
+    assert_refused(&hoverlock(arguments), named);
 }
 
 #[test]
