@@ -182,10 +182,12 @@ impl Output {
 fn navigate(source: &mut impl Read, mut camera: Option<File>, mut output: Output) -> Result<(), String> {
     let mut decoder = Decoder::default();
     let mut navigator = Navigator::default();
+    let mut messages = false;
     mark(Part::Frame);
     'stream: loop {
         let more = decoder.read(source).map_err(|error| format!("reading the stream: {error}"))?;
         while let Some(raw) = decoder.message() {
+            messages = true;
             let next = navigator.take(&raw, &mut |line| {
                 output.write(line);
                 mark(Part::End);
@@ -206,6 +208,9 @@ fn navigate(source: &mut impl Read, mut camera: Option<File>, mut output: Output
     navigator.finish(&mut |line| output.write(line));
     output.written?;
     output.lines.flush().map_err(|error| format!("writing lines: {error}"))?;
+    if !messages && decoder.skipped() > 0 {
+        return Err(format!("no message in {} bytes; give a stream of framed messages", decoder.skipped()));
+    }
     let counts = navigator.counts();
     eprintln!(
         "hoverlock-nav: {} frames; {} messages repeated, {} refused, {} bytes skipped",

@@ -78,8 +78,10 @@ fn registers_that_cannot_be_used_are_one_line_and_status_2() {
 #[test]
 fn bad_usage_is_one_clear_line_and_status_2() {
     let missing = Path::new("no/such/stream.hln");
+    let text = file("text.hln", b"This is no stream.\n");
     for (arguments, part) in [
         (vec![missing], "no/such/stream.hln"),
+        (vec![&text], "no message in 19 bytes"),
         (vec![Path::new("--fast")], "unknown option --fast"),
         (vec![Path::new("--camera")], "--camera takes a file"),
         (vec![Path::new("a"), Path::new("b")], "one stream at most"),
