@@ -31,6 +31,19 @@ missing=""
 command -v arm-linux-gnueabihf-gcc >/dev/null || missing+="gcc-arm-linux-gnueabihf "
 [ -e /usr/arm-linux-gnueabihf/lib/libc.a ] || missing+="libc6-dev-armhf-cross "
 command -v qemu-arm >/dev/null || missing+="qemu-user "
+# What libllvm22 is linked with: extracted beside the compiler it brings none of these.
+libraries=$(/sbin/ldconfig -p)
+while read -r library package; do
+    [[ $libraries == *"$library "* ]] || missing+="$package "
+done <<LIBRARIES
+libedit.so.2 libedit2
+libffi.so.8 libffi8
+libxml2.so.2 libxml2
+libz3.so.4 libz3-4
+libzstd.so.1 libzstd1
+libz.so.1 zlib1g
+libstdc++.so.6 libstdc++6
+LIBRARIES
 if [ -n "$missing" ]; then
     say "installing Debian packages: $missing"
     apt update
@@ -72,4 +85,5 @@ ENVIRONMENT
     mv "$work" "$home"
     trap - EXIT
 fi
+"$home/rustc" --version >/dev/null || stop "the Rust compiler for the ARM does not run; remove $home and run this again"
 echo "$home/cargo.env"
