@@ -8,6 +8,7 @@
 //! | [`bus`] | registers by byte address, mapped from a device |
 //! | [`setup`] | the order in which the FPGA is checked, written and enabled |
 //! | [`navigator`] | messages in, one line per frame out: reference, gate, search, pose |
+//! | [`reference`] | what frames are compared with, and when another takes its place without a jump |
 //! | [`line`] | the result of a frame as a JSON line |
 //! | [`mavlink`] | the result of a frame as a message to an autopilot |
 //! | [`arinc429`] | the words that control the camera |
@@ -27,5 +28,6 @@ pub mod line;
 pub mod mavlink;
 pub mod message;
 pub mod navigator;
+pub mod reference;
 pub mod setup;
 pub mod source;

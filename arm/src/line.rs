@@ -69,6 +69,8 @@ pub struct Line {
     pub frame: Option<u32>,
     /// Time of the telemetry, microseconds.
     pub time_us: Option<u64>,
+    /// Number of the frame that this one was compared with; null where there is none.
+    pub reference: Option<u32>,
     /// Whether there is an estimate.
     pub status: Status,
     /// Why there is none.
@@ -85,7 +87,7 @@ pub struct Line {
     pub work: u64,
 }
 
-/// Where the camera is, seen from the reference.
+/// Where the camera is, seen from the origin: the reference that was captured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
     /// Along `X_e`, m.
@@ -137,6 +139,7 @@ impl Line {
         Self {
             frame: trailer.map(|trailer| trailer.frame),
             time_us: None,
+            reference: None,
             status: Status::None,
             reason: None,
             estimate: None,

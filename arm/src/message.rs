@@ -5,7 +5,7 @@
 //! | 1 | registers | pairs of `u32`: byte address, value. The source sends all its registers when it starts |
 //! | 2 | telemetry | `u32` frame, `u32` 0, `u64` time in microseconds, then eight `f64`, see below |
 //! | 3 | frame | the records of one feature packet as the hardware emits them, eight `u32` each, the trailer last |
-//! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop |
+//! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop, 5 renew the reference |
 //!
 //! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
 //! heading (radians) and range (m). Telemetry is what the sensors read when the frame of that number was exposed: roll,
@@ -231,8 +231,10 @@ pub fn encode_frame(
 /// What the pilot or the control system wants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
-    /// The next frame becomes the reference.
+    /// The next frame becomes the reference, and the origin of the displacement.
     Capture,
+    /// The next frame with an estimate becomes the reference; the origin stays.
+    Renew,
     /// The camera's widest view.
     Wide,
     /// The camera's narrowest view.
@@ -254,6 +256,7 @@ impl Command {
             2 => Ok(Self::Wide),
             3 => Ok(Self::Narrow),
             4 => Ok(Self::Stop),
+            5 => Ok(Self::Renew),
             other => Err(MessageError::Command(other)),
         }
     }
@@ -265,6 +268,7 @@ impl Command {
             Self::Wide => 2,
             Self::Narrow => 3,
             Self::Stop => 4,
+            Self::Renew => 5,
         };
         code.to_le_bytes()
     }
@@ -313,7 +317,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         assert_eq!(Telemetry::parse(&TELEMETRY.encode()), Ok(TELEMETRY));
-        for command in [Command::Capture, Command::Wide, Command::Narrow, Command::Stop] {
+        for command in [Command::Capture, Command::Wide, Command::Narrow, Command::Stop, Command::Renew] {
             assert_eq!(Command::parse(&command.encode()), Ok(command));
         }
         let payload = encode_registers(&[(0x10, 5), (0x14, 6)]);

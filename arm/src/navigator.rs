@@ -7,7 +7,7 @@
 //! gives and `t` the last
 //! displacement, predicts where a feature of the reference is now. It is used while the last displacement is at most
 //! [`FRESH_US`] old.
-//! After that, after a clock that jumped, and after a new reference there is no gate.
+//! After that, and after a clock that jumped, there is no gate.
 //!
 //! **Links that fail.** A message that repeats one of the last [`REMEMBERED`] is left out. Telemetry belongs to the
 //! frame of its
@@ -20,6 +20,7 @@ use crate::framing::Raw;
 use crate::hardware::{self, HardwareError, Size, registers};
 use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, MessageError, Registers, Telemetry};
+use crate::reference::{Reference, ZOOM_TOLERANCE, is_anchor};
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
@@ -53,9 +54,6 @@ pub const REMEMBERED: usize = 16;
 
 /// From the message before its frame, telemetry that comes late is among so many further ones.
 const LATE: u32 = 4;
-
-/// Part by which the field of view may differ from the reference's.
-const ZOOM_TOLERANCE: f64 = 0.01;
 
 /// Field of view of the wide view, degrees.
 pub const WIDE: f64 = 50.0;
@@ -93,6 +91,7 @@ pub enum Next {
 pub struct Navigator {
     size: Option<Size>,
     capture: bool,
+    renew: bool,
     reference: Option<Reference>,
     last: Option<Last>,
     telemetry: [Option<Telemetry>; REMEMBERED],
@@ -105,12 +104,6 @@ pub struct Navigator {
     counts: Counts,
     memory: Memory,
     work: u64,
-}
-
-#[derive(Clone, Copy)]
-struct Reference {
-    view: View,
-    field_of_view: f64,
 }
 
 #[derive(Clone, Copy)]
@@ -141,6 +134,7 @@ impl Navigator {
         Self {
             size: None,
             capture: false,
+            renew: false,
             reference: None,
             last: None,
             telemetry: [None; REMEMBERED],
@@ -248,6 +242,7 @@ impl Navigator {
     fn command(&mut self, command: Command) {
         match command {
             Command::Capture => self.capture = true,
+            Command::Renew => self.renew = true,
             Command::Wide => self.zoom = Some(WIDE),
             Command::Narrow => self.zoom = Some(NARROW),
             Command::Stop => (),
@@ -325,7 +320,9 @@ impl Navigator {
     fn located(&mut self, line: Line, telemetry: &Telemetry, out: &mut impl FnMut(&Line)) {
         let mut line = Line { time_us: Some(telemetry.time_us), ..line };
         let (mut search, mut fit) = (Budget::new(self.work.saturating_sub(POSE_WORK)), Budget::new(0));
-        let outcome = self.estimate(telemetry, &mut search, &mut fit);
+        // The frame it is compared with, before it may take that one's place.
+        line.reference = self.reference.filter(|_| !self.capture).and_then(|reference| reference.frame);
+        let outcome = self.estimate(line.frame, telemetry, &mut search, &mut fit);
         mark(Part::Frame);
         match outcome {
             Ok(Some(estimate)) => {
@@ -339,9 +336,10 @@ impl Navigator {
         self.emit(line, out);
     }
 
-    /// The estimate; nothing where the frame became the reference.
+    /// The estimate, from the origin; nothing where the frame became the origin.
     fn estimate(
         &mut self,
+        frame: Option<u32>,
         telemetry: &Telemetry,
         search: &mut Budget,
         fit: &mut Budget,
@@ -353,20 +351,22 @@ impl Navigator {
         let Memory { reference: reference_features, current, inliers, workspace, pose, .. } = &mut self.memory;
         if self.capture {
             self.capture = false;
-            self.reference = Some(Reference { view, field_of_view: telemetry.field_of_view });
+            self.renew = false;
+            self.reference = Some(Reference::origin(frame, view, telemetry));
             self.last = Some(Last { time_us: telemetry.time_us, displacement: Vector2::zeros() });
             std::mem::swap(reference_features, current);
             return Ok(None);
         }
-        let reference = self.reference.as_ref().ok_or(Reason::Reference)?;
-        if (telemetry.field_of_view / reference.field_of_view - 1.0).abs() > ZOOM_TOLERANCE {
+        let reference = self.reference.as_mut().ok_or(Reason::Reference)?;
+        if reference.zoom(telemetry.field_of_view) > ZOOM_TOLERANCE {
             return Err(Reason::Zoom);
         }
         let fresh = |last: &Last| telemetry.time_us.checked_sub(last.time_us).is_some_and(|age| age <= FRESH_US);
         let gate = self
             .last
             .filter(fresh)
-            .map(|last| Gate { prediction: predicted(&reference.view, &view, last.displacement), radius: GATE_RADIUS });
+            .map(|last| last.displacement - reference.base.displacement)
+            .map(|moved| Gate { prediction: predicted(&reference.view, &view, moved), radius: GATE_RADIUS });
         let mut estimator = Estimator::default();
         estimator.matching.gate = gate;
         mark(Part::Search);
@@ -377,8 +377,18 @@ impl Navigator {
         inliers.clear();
         inliers.extend(motion.inliers.iter().map(|&i| motion.pairs[i]));
         let pose = pose::fit_in(pose, fit, &reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
-        self.last = Some(Last { time_us: telemetry.time_us, displacement: pose.displacement });
-        Ok(Some(Estimate::of(&pose, inliers.len(), motion.matches.len(), telemetry.sensors)))
+        let step = Estimate::of(&pose, inliers.len(), motion.matches.len(), telemetry.sensors);
+        let estimate = reference.base.add(step);
+        let displacement = Vector2::new(estimate.x_e_m, estimate.y_e_m);
+        self.last = Some(Last { time_us: telemetry.time_us, displacement });
+        let homography = predicted(&reference.view, &view, pose.displacement);
+        let worn = reference.is_worn(&estimate, &homography, (size.width, size.height), telemetry);
+        if (worn || self.renew) && is_anchor(&step) {
+            self.renew = false;
+            *reference = Reference::renewed(frame, view, telemetry, &estimate);
+            std::mem::swap(reference_features, current);
+        }
+        Ok(Some(estimate))
     }
 }
 

@@ -183,6 +183,78 @@ fn a_clock_that_jumps_costs_no_frame() {
     assert_tracked(&lines(&source));
 }
 
+/// Three footprints away, and back: the reference is renewed and the estimate goes on from the same origin. Each
+/// reference adds the error of one estimate.
+#[test]
+fn the_reference_is_renewed_without_a_jump() {
+    let place = |frame: u32| {
+        let t = f64::from(if frame <= 60 { frame } else { 120 - frame });
+        (4.0 * t, -t)
+    };
+    let mut source = Source::default();
+    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send(message::COMMAND, &Command::Capture.encode());
+    for frame in 0..120 {
+        let records = scene::seen(4000, 4.0, place(frame), scene::FIELD_OF_VIEW, frame);
+        source.frame(&telemetry(frame), &records, [2000, 2000]);
+    }
+    let lines = lines(&source);
+    let mut references = Vec::new();
+    for line in &lines[1..] {
+        let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
+        let (x, y) = place(line.frame.unwrap());
+        let miss = (estimate.x_e_m - x).hypot(estimate.y_e_m - y);
+        let [xx, .., yy] = estimate.covariance_m2;
+        assert!(miss < 0.2 && miss < 5.0 * (xx + yy).sqrt(), "{miss} m: {line:?}");
+        references.extend(line.reference);
+    }
+    references.dedup();
+    assert!(references.len() > 6 && references.len() < 24, "{references:?}");
+    let variance = |line: &Line| line.estimate.unwrap().covariance_m2[0];
+    assert!(variance(&lines[119]) > variance(&lines[1]), "errors of references add up");
+}
+
+/// On command without a jump; the command to capture makes a new origin.
+#[test]
+fn a_reference_renewed_on_command_keeps_the_origin() {
+    let mut source = stream(600, 5);
+    source.send(message::COMMAND, &Command::Renew.encode());
+    for frame in 5..8 {
+        source.frame(&telemetry(frame), &records(600, frame), [2000, 2000]);
+    }
+    source.send(message::COMMAND, &Command::Capture.encode());
+    for frame in 8..10 {
+        source.frame(&telemetry(frame), &records(600, frame), [2000, 2000]);
+    }
+    let lines = lines(&source);
+    assert_tracked(&lines[..8]);
+    let references: Vec<_> = lines.iter().map(|line| line.reference).collect();
+    let expected = [None, Some(0), Some(0), Some(0), Some(0), Some(0), Some(5), Some(5), None, Some(8)];
+    assert_eq!(references, expected);
+    assert_eq!(lines[8].status, Status::Reference);
+    let (step, _) = displacement(1);
+    assert!((lines[9].estimate.unwrap().x_e_m - step).abs() < 0.05);
+}
+
+/// From the wide view to half of it at 2 % a frame: features are not invariant to scale, so the references follow.
+#[test]
+fn the_estimate_goes_on_through_a_zoom() {
+    let mut source = Source::default();
+    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send(message::COMMAND, &Command::Capture.encode());
+    for frame in 0..35 {
+        let field_of_view = scene::FIELD_OF_VIEW * 0.98f64.powi(frame as i32);
+        let place = (0.02 * f64::from(frame), 0.0);
+        let records = scene::seen(3000, 1.0, place, field_of_view, frame);
+        source.frame(&Telemetry { field_of_view, ..telemetry(frame) }, &records, [2000, 2000]);
+    }
+    for line in &lines(&source)[1..] {
+        let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
+        let miss = (estimate.x_e_m - 0.02 * f64::from(line.frame.unwrap())).hypot(estimate.y_e_m);
+        assert!(miss < 0.3, "{miss} m: {line:?}");
+    }
+}
+
 #[test]
 fn every_frame_without_an_estimate_has_its_reason() {
     let reasons = |source: &Source| -> Vec<Option<Reason>> { lines(source).into_iter().map(|l| l.reason).collect() };

@@ -7,6 +7,7 @@
 #[macro_use]
 mod telemetry;
 
+mod chain;
 mod coeffs;
 mod cosim;
 mod doctor;

@@ -2,11 +2,13 @@
 //!
 //! | module | its one reason |
 //! |---|---|
+//! | [`camera`] | radiance becomes a frame of 16-bit samples |
 //! | [`pose`] | where a camera is and how it is turned |
 //! | [`random`] | one seeded stream of numbers for each purpose |
 //!
 //! **World.** `X_e` and `Y_e` horizontal, `Z` down, metres, as in [`hoverlock_reference::motion::orthophoto`]; `Z = 0`
 //! is the mean ground, so that a camera 50 m up has `Z = -50`. Everything is a function of its inputs and of a seed.
 
+pub mod camera;
 pub mod pose;
 pub mod random;

@@ -1,18 +1,16 @@
 //! The page of a co-simulation: where the camera was over the ground, how far from what else is known, and frames with
 //! the matches that agree.
 
-use std::fmt::Write as _;
-
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, context};
 use serde::Serialize;
 
-use crate::figures::background;
 use crate::page::{PageError, STYLE, typeset};
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series};
 use crate::provenance::COMMIT;
+use crate::still::{Still, reduced, still};
 
 const TEMPLATE: &str = include_str!("../templates/flight.html");
 
@@ -91,13 +89,6 @@ impl Frame<'_> {
     }
 }
 
-/// A frame with its matches, for the page.
-#[derive(Debug, Serialize)]
-struct Still {
-    caption: String,
-    svg: String,
-}
-
 /// The page as HTML, with style, plots and pictures inside it.
 ///
 /// # Errors
@@ -109,7 +100,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
     let errors: Vec<f64> = flight.frames.iter().filter_map(Frame::error).map(|[x, y]| x.hypot(y)).collect();
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
     let step = flight.frames.len().div_ceil(SHOWN).max(1);
-    let stills = flight.frames.iter().step_by(step).map(still).collect::<Result<Vec<_>, PlotError>>()?;
+    let stills = flight.frames.iter().step_by(step).map(shown).collect::<Result<Vec<_>, PlotError>>()?;
     Ok(environment.get_template("flight.html")?.render(context! {
         style => STYLE,
         commit => COMMIT,
@@ -239,43 +230,16 @@ fn inliers(flight: &Flight<'_>) -> Result<String, PlotError> {
     .svg()
 }
 
-/// A frame, with a line from where each inlier was in the reference to where it is.
-fn still(frame: &Frame<'_>) -> Result<Still, PlotError> {
-    let (width, height) = (frame.picture.width(), frame.picture.height());
-    let step = width.div_ceil(COLUMNS);
-    let small = Plane::from_fn(width / step, height / step, |x, y| mean(frame.picture, x * step, y * step, step));
-    let image = background(&small).map_err(|error| crate::plot::failed(&frame.name, error))?;
-    let mut path = String::new();
-    let mut ends = String::new();
-    if frame.estimate.is_some() {
-        for Pair { reference, current } in &frame.inliers {
-            // Writing to a String cannot fail.
-            let _ = write!(path, "M{:.1} {:.1}L{:.1} {:.1}", reference.x, reference.y, current.x, current.y);
-            let _ = write!(ends, "M{:.1} {:.1}h.01", current.x, current.y);
-        }
-    }
-    let pen = width as f64 / 400.0;
-    let svg = format!(
-        "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{name}\">\
-         <image width=\"{width}\" height=\"{height}\" href=\"{image}\"/>\
-         <path d=\"{path}\" fill=\"none\" stroke=\"#ffcd28\" stroke-width=\"{pen:.2}\" stroke-opacity=\"0.55\"/>\
-         <path d=\"{ends}\" fill=\"none\" stroke=\"#28eb5a\" stroke-width=\"{dot:.2}\" stroke-linecap=\"round\"/>\
-         </svg>",
-        name = minijinja::HtmlEscape(&frame.name),
-        dot = 2.5 * pen,
-    );
+/// A frame as it is shown.
+fn shown(frame: &Frame<'_>) -> Result<Still, PlotError> {
+    let inliers = if frame.estimate.is_some() { &frame.inliers[..] } else { &[] };
     let told = match (&frame.estimate, &frame.reason) {
         (Some(estimate), _) => format!("{} of {} matches agree", estimate.inliers, estimate.matches),
         (None, Some(reason)) => reason.clone(),
         (None, None) => frame.status.clone(),
     };
-    Ok(Still { caption: format!("{}: {told}", frame.name), svg })
-}
-
-/// The mean of a square of pixels.
-fn mean(picture: &Plane<u16>, x: usize, y: usize, side: usize) -> u16 {
-    let sum: u32 = (0..side * side).map(|i| u32::from(picture[(x + i % side, y + i / side)])).sum();
-    (sum / (side * side) as u32) as u16
+    let (step, small) = reduced(frame.picture, COLUMNS);
+    still(&frame.name, &small, step, inliers, format!("{}: {told}", frame.name))
 }
 
 #[cfg(test)]

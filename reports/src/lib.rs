@@ -2,17 +2,21 @@
 //!
 //! The HTML page is one file without network access: pictures are `data:` URLs, plots are inline SVG.
 
+pub mod animation;
+mod canvas;
 pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
 pub mod figures;
 pub mod flight;
 pub mod hardware;
+pub mod hover;
 pub mod output;
 pub mod overlay;
 pub mod page;
 pub mod plot;
 pub mod provenance;
 pub mod ranges;
+pub mod still;
 pub mod study;
 pub mod sweep;

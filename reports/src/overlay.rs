@@ -4,8 +4,8 @@
 //! green arrow is the displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th
 //! percentile of each picture, so that pictures of low contrast stay visible. A legend below names the colours.
 
+use crate::canvas::{Area, Canvas, Pen};
 use crate::colour::Rgb;
-use font8x8::legacy::BASIC_LEGACY;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::{Pair, transfer};
 use image::{ExtendedColorType, ImageEncoder as _, ImageError, codecs::png::PngEncoder};
@@ -15,7 +15,6 @@ const INLIER: Rgb = [255, 205, 40];
 const OUTLIER: Rgb = [90, 150, 255];
 const OUTLINE: Rgb = [40, 235, 90];
 const PAPER: Rgb = [255, 255, 255];
-const INK: Rgb = [30, 30, 30];
 
 /// Gap between the two pictures, px.
 const GAP: usize = 12;
@@ -101,7 +100,7 @@ impl Overlay<'_> {
             self.outline(&mut canvas, &h, to_right, pen);
         }
         for (index, (colour, text)) in legend.iter().enumerate() {
-            canvas.text(text, *colour, (letter, foot + line / 2 + index * line), letter / 8);
+            canvas.legend(text, *colour, (letter, foot + line / 2 + index * line), letter / 8);
         }
         canvas.picture
     }
@@ -143,130 +142,10 @@ impl Overlay<'_> {
     }
 }
 
-/// Columns `x0 .. x1`, rows `y0 .. y1`.
-#[derive(Clone, Copy)]
-struct Area {
-    x0: usize,
-    y0: usize,
-    x1: usize,
-    y1: usize,
-}
-
-impl Area {
-    fn of(picture: &Plane<u16>, x0: usize) -> Self {
-        Self { x0, y0: 0, x1: x0 + picture.width(), y1: picture.height() }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Pen {
-    thickness: f64,
-    colour: Rgb,
-    opacity: f64,
-}
-
-struct Canvas {
-    picture: Plane<Rgb>,
-    clip: Area,
-}
-
-impl Canvas {
-    fn grey(&mut self, source: &Plane<u16>, area: &Area) {
-        let mut sorted = source.as_slice().to_vec();
-        let mut percentile = |part: f64| {
-            let at = (part * (sorted.len() - 1) as f64) as usize;
-            f64::from(*sorted.select_nth_unstable(at).1)
-        };
-        let (dark, light) = (percentile(0.005), percentile(0.995));
-        for y in 0..source.height() {
-            for x in 0..source.width() {
-                let part = (f64::from(source[(x, y)]) - dark) / (light - dark).max(1.0);
-                // The brightest grey stays below white, so that lines remain visible.
-                let grey = (225.0 * part.clamp(0.0, 1.0)) as u8;
-                self.picture[(area.x0 + x, area.y0 + y)] = [grey; 3];
-            }
-        }
-    }
-
-    /// A square of `colour` and a text after it, its letters 8 x 8 squares of `scale` pixels; what does not fit is cut
-    /// off.
-    fn text(&mut self, text: &str, colour: Rgb, (x0, y0): (usize, usize), scale: usize) {
-        let mut dot = |column: usize, row: usize, colour: Rgb| {
-            for (x, y) in (0..scale * scale).map(|i| (x0 + column * scale + i % scale, y0 + row * scale + i / scale)) {
-                if x < self.picture.width() && y < self.picture.height() {
-                    self.picture[(x, y)] = colour;
-                }
-            }
-        };
-        for (row, column) in (0..7).flat_map(|row| (0..7).map(move |column| (row, column))) {
-            dot(column, row, colour);
-        }
-        for (place, glyph) in text.bytes().filter_map(|byte| BASIC_LEGACY.get(usize::from(byte))).enumerate() {
-            for (row, bits) in glyph.iter().enumerate() {
-                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
-                    dot(8 * (place + 2) + column, row, INK);
-                }
-            }
-        }
-    }
-
-    /// Blends `colour` into a pixel: `opacity` times the part of the pixel within `radius`, at `distance` from the
-    /// centre line.
-    fn cover(&mut self, x: usize, y: usize, distance: f64, radius: f64, colour: Rgb, opacity: f64) {
-        let part = opacity * (radius + 0.5 - distance).clamp(0.0, 1.0) * (2.0 * radius).min(1.0);
-        let pixel = &mut self.picture[(x, y)];
-        for channel in 0..3 {
-            let (old, new) = (f64::from(pixel[channel]), f64::from(colour[channel]));
-            pixel[channel] = (old + part * (new - old)).round() as u8;
-        }
-    }
-
-    /// The whole pixels of `clip` within `reach` of `a .. b` along one axis.
-    fn span(a: f64, b: f64, reach: f64, clip: (usize, usize)) -> std::ops::Range<usize> {
-        let from = (a.min(b) - reach).floor().max(clip.0 as f64) as usize;
-        // The cast of a negative number is 0, which gives an empty range.
-        let to = ((a.max(b) + reach).ceil() + 1.0).min(clip.1 as f64) as usize;
-        from..to
-    }
-
-    fn line(&mut self, a: Vector2<f64>, b: Vector2<f64>, pen: Pen) {
-        let along = b - a;
-        let length2 = along.norm_squared();
-        if length2 == 0.0 || !length2.is_finite() {
-            return;
-        }
-        let radius = pen.thickness / 2.0;
-        let steep = along.y.abs() > along.x.abs();
-        let clip = self.clip;
-        let (major, minor) = if steep { (1, 0) } else { (0, 1) };
-        let (clips, clips_minor) =
-            if steep { ((clip.y0, clip.y1), (clip.x0, clip.x1)) } else { ((clip.x0, clip.x1), (clip.y0, clip.y1)) };
-        let slope = along[minor] / along[major];
-        for m in Self::span(a[major], b[major], radius + 1.0, clips) {
-            let middle = a[minor] + slope * (m as f64 - a[major]);
-            // A line at 45 degrees extends sqrt(2) times its radius along an axis.
-            for n in Self::span(middle, middle, 1.5 * (radius + 1.0), clips_minor) {
-                let (x, y) = if steep { (n, m) } else { (m, n) };
-                let p = Vector2::new(x as f64, y as f64) - a;
-                let t = (p.dot(&along) / length2).clamp(0.0, 1.0);
-                self.cover(x, y, (p - t * along).norm(), radius, pen.colour, pen.opacity);
-            }
-        }
-    }
-
-    fn dot(&mut self, centre: Vector2<f64>, radius: f64, colour: Rgb, opacity: f64) {
-        for y in Self::span(centre.y, centre.y, radius + 1.0, (self.clip.y0, self.clip.y1)) {
-            for x in Self::span(centre.x, centre.x, radius + 1.0, (self.clip.x0, self.clip.x1)) {
-                let distance = (Vector2::new(x as f64, y as f64) - centre).norm();
-                self.cover(x, y, distance, radius, colour, opacity);
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::canvas::INK;
 
     const SIDE: usize = 100;
 

@@ -38,7 +38,7 @@ fn expected(frames: &[Plane<u16>], thresholds: [u32; 2]) -> Vec<(Vec<FeatureReco
 }
 
 /// Size, thresholds of the first frame, automatic; commit; enabled, with the interrupt.
-fn set_up(port: &mut RegisterPort<'_, '_>, thresholds: [u32; 2]) -> Result<(), SimulationError> {
+fn set_up(port: &mut RegisterPort<'_>, thresholds: [u32; 2]) -> Result<(), SimulationError> {
     let [fine, coarse] = thresholds;
     let writes = [(0x14, 140 << 16 | 200), (0x18, coarse << 16 | fine), (0x0c, 0b010), (0x30, 1), (0x0c, 0b111)];
     writes.into_iter().try_for_each(|(address, value)| port.write(address, value))
@@ -51,7 +51,8 @@ fn the_memory_holds_the_list_of_the_model() {
     let simulator = Simulator::new().unwrap();
     // At once, later than the DMA, and later than three frames, so that the ring is full.
     for latency in [0, 3_000, 300_000] {
-        let mut driver = Driver::start(&simulator, &frames, latency, |port| set_up(port, thresholds)).unwrap();
+        let mut driver = Driver::start(&simulator, latency, |port| set_up(port, thresholds)).unwrap();
+        frames.iter().cloned().for_each(|frame| driver.send(frame));
         let register = |address: u32| driver.registers().iter().find(|(at, _)| *at == address).unwrap().1;
         assert_eq!((register(0x00), register(0x14)), (u32::from_be_bytes(*b"HLCK"), 140 << 16 | 200));
         let mut dropped = 0;

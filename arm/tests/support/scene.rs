@@ -17,7 +17,7 @@ pub const SIZE: (usize, usize) = (1024, 768);
 const HEIGHT: f64 = 100.0;
 
 /// Field of view, radians.
-const FIELD_OF_VIEW: f64 = 0.87;
+pub const FIELD_OF_VIEW: f64 = 0.87;
 
 struct Point {
     x: f64,
@@ -72,21 +72,31 @@ pub fn telemetry(frame: u32) -> Telemetry {
 
 /// The records of a frame over `points` ground points.
 pub fn records(points: usize, frame: u32) -> Vec<FeatureRecord> {
+    seen(points, 1.0, displacement(frame), FIELD_OF_VIEW, frame)
+}
+
+/// The records at a place, m, through a field of view, radians, of `points` points that lie on `extent` times the first
+/// frame's ground to the right and to the top; `noise` names the draw of the flipped bits.
+pub fn seen(points: usize, extent: f64, place: (f64, f64), field_of_view: f64, noise: u32) -> Vec<FeatureRecord> {
     let mut ground = ChaCha8Rng::seed_from_u64(points as u64);
-    let mut noise = ChaCha8Rng::seed_from_u64(u64::from(frame) + 1000);
-    let focal = SIZE.0 as f64 / 2.0 / (FIELD_OF_VIEW / 2.0).tan();
-    let (dx, dy) = displacement(frame);
+    let mut noise = ChaCha8Rng::seed_from_u64(u64::from(noise) + 1000);
+    let focal = |field_of_view: f64| SIZE.0 as f64 / 2.0 / (field_of_view / 2.0).tan();
+    let (metre, zoom) = (focal(field_of_view) / HEIGHT, focal(field_of_view) / focal(FIELD_OF_VIEW));
+    let centre = [SIZE.0, SIZE.1].map(|side| (side as f64 - 1.0) / 2.0);
+    let (dx, dy) = place;
     let mut records: Vec<_> = (0..points)
         .filter_map(|_| {
             let point = Point {
-                x: SIZE.0 as f64 * ground.random::<f64>(),
-                y: SIZE.1 as f64 * ground.random::<f64>(),
+                x: SIZE.0 as f64 * extent * ground.random::<f64>(),
+                y: SIZE.1 as f64 * (1.0 - extent * ground.random::<f64>()),
                 scale: u8::from(ground.random::<bool>()),
                 bright: ground.random(),
                 response: 1000 + ground.random_range(0..500u16),
                 words: [ground.random(), ground.random(), ground.random(), ground.random()],
             };
-            record(&point, point.x - focal * dx / HEIGHT, point.y - focal * dy / HEIGHT, &mut noise)
+            let [x, y] = [(point.x, dx, centre[0]), (point.y, dy, centre[1])]
+                .map(|(first, moved, centre)| centre + zoom * (first - centre) - metre * moved);
+            record(&point, x, y, &mut noise)
         })
         .collect();
     records.sort_by_key(|record| (record.y, record.x, record.scale));

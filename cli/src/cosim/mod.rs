@@ -1,30 +1,23 @@
 //! `hoverlock cosim`: a folder of frames through extractor and flight program together.
 
-mod estimator;
-mod extractor;
 mod sequence;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
-use hoverlock_arm::message::{self, Command, encode_registers};
-use hoverlock_arm::source::Source as Stream;
+use anyhow::Result;
 use hoverlock_reference::motion::model::Pair;
-use hoverlock_reports::flight::{Estimate, Flight, Frame, html};
+use hoverlock_reports::flight::{Flight, Frame, html};
 use hoverlock_reports::output::PAGE;
 use nalgebra::Vector2;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::Serialize;
 use serde_json::value::RawValue;
 
 use crate::Verdict;
+use crate::chain::{Chain, Line, Program, Source, Written, named, told};
 use crate::output::{Folder, command, lossy, print, print_json, shown, spinning, verdict, write_file};
 use crate::picture::Limit;
-use estimator::{Arm, Host, Program};
-use extractor::{Extractor, Source};
 use sequence::{ASSUMED_TEXT, Sequence, Truth};
 
 /// Run a folder of frames through extractor and flight program together, and show where the camera was.
@@ -130,44 +123,12 @@ impl Row {
     }
 }
 
-/// A line of the flight program, as far as it is shown here.
-#[derive(Debug, Clone, Deserialize)]
-struct Line {
-    status: String,
-    reason: Option<String>,
-    x_e_m: Option<f64>,
-    y_e_m: Option<f64>,
-    covariance_m2: Option<[f64; 4]>,
-    quality: Option<u8>,
-    inliers: Option<usize>,
-    matches: Option<usize>,
-    features: usize,
-}
-
-impl Line {
-    fn displacement(&self) -> Option<Vector2<f64>> {
-        Some(Vector2::new(self.x_e_m?, self.y_e_m?))
-    }
-
-    /// The same for the page.
-    fn estimate(&self) -> Option<Estimate> {
-        let [xx, _, _, yy] = self.covariance_m2?;
-        Some(Estimate {
-            displacement: self.displacement()?.into(),
-            sigma: [xx.sqrt(), yy.sqrt()],
-            quality: self.quality?,
-            inliers: self.inliers?,
-            matches: self.matches?,
-        })
-    }
-}
-
 pub fn run(args: &Args) -> Result<Verdict> {
     // A missing binary is told before anything is computed.
-    let arm = (args.estimator == Program::Arm).then(Arm::start).transpose()?;
+    args.estimator.find()?;
     let sequence = sequence::read(&args.sequence, &args.limit)?;
     let folder = args.out.as_deref().map(Folder::new).transpose()?;
-    let report = spinning("frames through extractor and flight program", || fly(args, &sequence, arm))?;
+    let report = spinning("frames through extractor and flight program", || fly(args, &sequence))?;
     if let Some(out) = &args.out {
         write_file(&out.join(PAGE), report.page(&sequence)?.as_bytes())?;
     }
@@ -180,46 +141,17 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(report.ok.into())
 }
 
-/// The frames in order: each packet with its telemetry to the flight program, its lines back.
-fn fly(args: &Args, sequence: &Sequence, mut arm: Option<Arm>) -> Result<Report> {
+/// The frames in order, each with its telemetry.
+fn fly(args: &Args, sequence: &Sequence) -> Result<Report> {
     let started = Instant::now();
-    let mut extractor = Extractor::new(args.features, &sequence.frames)?;
-    let (mut stream, mut host, mut written) = (Stream::default(), Host::default(), Vec::new());
-    let mut send = |stream: &mut Stream| -> Result<()> {
-        for message in stream.messages.drain(..) {
-            written.extend(host.take(&message)?);
-            if let Some(arm) = &mut arm {
-                arm.send(&message)?;
-            }
-        }
-        Ok(())
-    };
-    match extractor.registers() {
-        Some(block) => stream.send(message::REGISTERS, &encode_registers(block)),
-        None => stream.start(sequence.frames[0].width(), sequence.frames[0].height()),
+    let mut chain = Chain::start(args.features, args.estimator, &sequence.frames[0])?;
+    let (mut rows, mut estimates) = (Vec::new(), Vec::new());
+    for (i, (telemetry, frame)) in sequence.telemetry.iter().zip(&sequence.frames).enumerate() {
+        let Written { line, read, inliers } = chain.frame(telemetry, frame)?;
+        rows.push(Row { name: sequence.names[i].clone(), line: read, truth: sequence.truths[i], inliers });
+        estimates.push(RawValue::from_string(line)?);
     }
-    stream.send(message::COMMAND, &Command::Capture.encode());
-    send(&mut stream)?;
-    for readings in &sequence.telemetry {
-        stream.send(message::TELEMETRY, &readings.encode());
-        let Some(packet) = extractor.packet()? else { break };
-        stream.send(message::FRAME, &packet);
-        send(&mut stream)?;
-    }
-    let lines: Vec<String> = match arm {
-        Some(arm) => arm.finish()?,
-        None => written.iter().map(|written| written.line.clone()).collect(),
-    };
-    if lines.len() != sequence.frames.len() || written.len() != lines.len() {
-        bail!("the flight program wrote {} lines for {} frames", lines.len(), sequence.frames.len());
-    }
-    let differs = lines.iter().zip(&written).position(|(line, written)| *line != written.line);
-    let mut rows = Vec::new();
-    for (i, (line, written)) in lines.iter().zip(written).enumerate() {
-        let line = serde_json::from_str(line).with_context(|| format!("the flight program wrote no line: {line}"))?;
-        rows.push(Row { name: sequence.names[i].clone(), line, truth: sequence.truths[i], inliers: written.inliers });
-    }
-    let reason = match differs {
+    let reason = match chain.differs() {
         Some(frame) => {
             Some(format!("frame {frame}: the ARM binary's line is not the host's; is `make arm` up to date?"))
         }
@@ -235,7 +167,7 @@ fn fly(args: &Args, sequence: &Sequence, mut arm: Option<Arm>) -> Result<Report>
         features: args.features,
         estimator: args.estimator,
         telemetry: if sequence.assumed { ASSUMED_TEXT } else { "telemetry.csv" },
-        estimates: lines.into_iter().map(RawValue::from_string).collect::<Result<_, _>>()?,
+        estimates,
         pseudo_truth: rows
             .iter()
             .map(|row| {
@@ -243,7 +175,7 @@ fn fly(args: &Args, sequence: &Sequence, mut arm: Option<Arm>) -> Result<Report>
             })
             .collect(),
         against_truth: accuracy(&rows),
-        cycles: extractor.cycles(),
+        cycles: chain.cycles(),
         seconds: started.elapsed().as_secs_f64(),
         reason,
         page: args.out.as_ref().map(|out| out.join(PAGE)),
@@ -261,27 +193,10 @@ fn accuracy(rows: &[Row]) -> Option<Accuracy> {
     })
 }
 
-/// A choice as it is written on the command line.
-fn named<S: Serializer>(choice: &impl ValueEnum, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(choice.to_possible_value().as_ref().map_or("", |value| value.get_name()))
-}
-
 impl Report {
     /// The run as a page.
     fn page(&self, sequence: &Sequence) -> Result<String> {
-        let name = |choice: Option<PossibleValue>, help: &str| {
-            let name = choice.map(|value| value.get_name().to_owned()).unwrap_or_default();
-            format!("{name}, {help}")
-        };
-        let features = match self.features {
-            Source::Float => "the reference in f32",
-            Source::Fixed => "the bit-true model",
-            Source::Rtl => "the emitted Verilog under Verilator, records through a DMA and a ring of buffers",
-        };
-        let estimator = match self.estimator {
-            Program::Host => "in the process of the command",
-            Program::Arm => "the ARM binary under qemu; its lines are the host's, compared byte for byte",
-        };
+        let [features, estimator] = told(self.features, self.estimator);
         let frames = self.rows.iter().zip(&sequence.frames).map(|(row, picture)| Frame {
             name: row.name.clone(),
             status: row.line.status.clone(),
@@ -297,8 +212,8 @@ impl Report {
         Ok(html(&Flight {
             name: folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned(),
             command: command(),
-            features: name(self.features.to_possible_value(), features),
-            estimator: name(self.estimator.to_possible_value(), estimator),
+            features,
+            estimator,
             telemetry: self.telemetry.into(),
             failure: self.reason.clone(),
             cycles: self.cycles,

@@ -44,9 +44,9 @@ pub struct Packet {
 }
 
 /// The registers as the CPU reaches them, over the bridge.
-pub struct RegisterPort<'f, 'a>(&'f mut Fpga<'a>);
+pub struct RegisterPort<'f>(&'f mut Fpga);
 
-impl RegisterPort<'_, '_> {
+impl RegisterPort<'_> {
     /// The register at a byte address.
     ///
     /// # Errors
@@ -67,15 +67,16 @@ impl RegisterPort<'_, '_> {
 }
 
 /// The CPU's side of the FPGA.
-pub struct Driver<'a> {
-    fpga: Fpga<'a>,
+pub struct Driver {
+    fpga: Fpga,
     /// Clock cycles from an interrupt to the first access of the CPU.
     latency: u64,
     /// Registers at start: byte address and value.
     block: Vec<(u32, u32)>,
     /// The descriptors that the DMA has, the oldest first.
     ring: VecDeque<Descriptor>,
-    frames: usize,
+    /// Frames given to the camera.
+    sent: usize,
     patience: u64,
     /// Packets copied, and frames that the hardware has finished.
     copied: usize,
@@ -84,19 +85,18 @@ pub struct Driver<'a> {
     status: u32,
 }
 
-impl<'a> Driver<'a> {
-    /// Starts the hardware; the camera sends `frames`, all of one size. `set_up` commits that size and the thresholds,
-    /// and enables frames and their interrupt. The CPU's first access comes `latency` clock cycles after an interrupt.
+impl Driver {
+    /// Starts the hardware. `set_up` commits the size of the frames and the thresholds, and enables frames and their
+    /// interrupt. The CPU's first access comes `latency` clock cycles after an interrupt.
     ///
     /// # Errors
     /// Where the bench does not fit the model, or `set_up` fails.
     pub fn start<E: From<SimulationError>>(
         simulator: &Simulator,
-        frames: &'a [Plane<u16>],
         latency: u64,
-        set_up: impl FnOnce(&mut RegisterPort<'_, 'a>) -> Result<(), E>,
+        set_up: impl FnOnce(&mut RegisterPort<'_>) -> Result<(), E>,
     ) -> Result<Self, E> {
-        let mut fpga = Fpga::new(simulator, frames, BUFFERS * BUFFER)?;
+        let mut fpga = Fpga::new(simulator, BUFFERS * BUFFER)?;
         let ring: VecDeque<_> = (0..BUFFERS).map(|i| Descriptor { offset: i * BUFFER, bytes: BUFFER }).collect();
         ring.iter().for_each(|descriptor| fpga.dma.give(*descriptor));
         let mut port = RegisterPort(&mut fpga);
@@ -105,10 +105,15 @@ impl<'a> Driver<'a> {
         let block = map.iter().map(|register| Ok((register.offset, port.read(register.offset)?)));
         let block = block.collect::<Result<Vec<_>, SimulationError>>()?;
         fpga.expose();
-        let pixels = frames.first().map_or(0, |frame| frame.as_slice().len());
-        let patience = latency + PATIENCE + 4 * pixels as u64;
-        let frames = frames.len();
-        Ok(Self { fpga, latency, block, ring, frames, patience, copied: 0, finished: 0, status: 0 })
+        let patience = latency + PATIENCE;
+        Ok(Self { fpga, latency, block, ring, sent: 0, patience, copied: 0, finished: 0, status: 0 })
+    }
+
+    /// Gives the camera a frame, which it sends after those it has. All are of the size that was set up.
+    pub fn send(&mut self, frame: Plane<u16>) {
+        self.patience = self.latency + PATIENCE + 4 * frame.as_slice().len() as u64;
+        self.sent += 1;
+        self.fpga.send(frame);
     }
 
     /// All registers as they were read before the first frame: byte address and value.
@@ -126,12 +131,12 @@ impl<'a> Driver<'a> {
         self.status
     }
 
-    /// The packet of the next frame; nothing after the last.
+    /// The packet of the next frame; nothing where all that were sent have come.
     ///
     /// # Errors
     /// Where the hardware hangs.
     pub fn packet(&mut self) -> Result<Option<Packet>, SimulationError> {
-        if self.copied == self.frames {
+        if self.copied == self.sent {
             return Ok(None);
         }
         while self.finished == self.copied {
@@ -162,7 +167,7 @@ impl<'a> Driver<'a> {
     }
 
     /// Clocks until something is so.
-    fn until(&mut self, mut so: impl FnMut(&mut Fpga<'a>) -> bool) -> Result<(), SimulationError> {
+    fn until(&mut self, mut so: impl FnMut(&mut Fpga) -> bool) -> Result<(), SimulationError> {
         let from = self.fpga.cycles;
         while !so(&mut self.fpga) {
             self.fpga.clock()?;
@@ -174,6 +179,6 @@ impl<'a> Driver<'a> {
     }
 }
 
-fn wait(fpga: &mut Fpga<'_>, cycles: usize) -> Result<(), SimulationError> {
+fn wait(fpga: &mut Fpga, cycles: usize) -> Result<(), SimulationError> {
     (0..cycles).try_for_each(|_| fpga.clock())
 }

@@ -1,5 +1,7 @@
 //! The Verilated top with a camera at its pixel port and a DMA behind its feature port, one clock for all of them.
 
+use std::collections::VecDeque;
+
 use hoverlock_harness::model::{InstanceOptions, Model};
 use hoverlock_reference::image::plane::Plane;
 
@@ -11,52 +13,51 @@ use super::dma::Dma;
 /// A camera of 15 frames a second leaves more: 58.8 of 66.7 ms at 100 MHz.
 const GAP: usize = 40_000;
 
-/// The camera: frames one after the other.
-struct Camera<'a> {
-    frames: &'a [Plane<u16>],
-    frame: usize,
+/// The camera: frames one after the other, as they are given.
+struct Camera {
+    frames: VecDeque<Plane<u16>>,
     pixel: usize,
     gap: usize,
 }
 
-impl Camera<'_> {
+impl Camera {
     /// The beat on offer.
     fn offer(&self) -> Option<(u16, bool, bool)> {
-        let pixels = self.frames.get(self.frame).filter(|_| self.gap == 0)?.as_slice();
+        let pixels = self.frames.front().filter(|_| self.gap == 0)?.as_slice();
         Some((pixels[self.pixel], self.pixel == 0, self.pixel + 1 == pixels.len()))
     }
 
     /// A clock edge; `accepted` says that the beat on offer was taken.
     fn clock(&mut self, accepted: bool) {
         self.gap = self.gap.saturating_sub(1);
-        if accepted {
-            self.pixel += 1;
-            if self.pixel == self.frames[self.frame].as_slice().len() {
-                self.gap = GAP + 100 * self.frames[self.frame].width();
-                (self.frame, self.pixel) = (self.frame + 1, 0);
-            }
+        if !accepted {
+            return;
+        }
+        self.pixel += 1;
+        if let Some(sent) = self.frames.pop_front_if(|frame| self.pixel == frame.as_slice().len()) {
+            (self.pixel, self.gap) = (0, GAP + 100 * sent.width());
         }
     }
 }
 
 /// The FPGA and what it is wired to.
-pub struct Fpga<'a> {
+pub struct Fpga {
     model: Model,
     ports: Ports,
-    camera: Camera<'a>,
+    camera: Camera,
     /// The DMA of the features.
     pub dma: Dma,
     /// Clock cycles since the reset.
     pub cycles: u64,
 }
 
-impl<'a> Fpga<'a> {
-    /// After its reset, with a camera that sends `frames` once it is switched on.
-    pub fn new(simulator: &Simulator, frames: &'a [Plane<u16>], memory: usize) -> Result<Self, SimulationError> {
+impl Fpga {
+    /// After its reset, with a camera that sends what it is given once it is switched on.
+    pub fn new(simulator: &Simulator, memory: usize) -> Result<Self, SimulationError> {
         let options = InstanceOptions { seed: 1, plusargs: simulator.plusargs().to_vec() };
         let model = simulator.library().instance_with(&options)?;
         let ports = Ports::find(&model)?;
-        let camera = Camera { frames, frame: 0, pixel: 0, gap: usize::MAX };
+        let camera = Camera { frames: VecDeque::new(), pixel: 0, gap: usize::MAX };
         let mut fpga = Self { model, ports, camera, dma: Dma::new(memory), cycles: 0 };
         fpga.set_reset(true);
         for _ in 0..RESET_CYCLES {
@@ -76,6 +77,11 @@ impl<'a> Fpga<'a> {
     /// Switches the camera on.
     pub fn expose(&mut self) {
         self.camera.gap = 0;
+    }
+
+    /// Gives the camera a frame to send after those it has.
+    pub fn send(&mut self, frame: Plane<u16>) {
+        self.camera.frames.push_back(frame);
     }
 
     /// The interrupt line.

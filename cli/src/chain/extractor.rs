@@ -1,9 +1,6 @@
 //! Where the feature packets of the frames come from: floating point, integers, or the hardware.
 
-use std::iter::Enumerate;
-use std::slice::Iter;
-
-use anyhow::{Result, anyhow};
+use anyhow::{Result, bail};
 use clap::ValueEnum;
 use hoverlock_arm::bus::Bus;
 use hoverlock_arm::hardware::Size;
@@ -39,23 +36,22 @@ pub enum Source {
 }
 
 /// The features of a frame at its thresholds.
-type Features = Box<dyn FnMut(&Plane<u16>, [u32; 2]) -> Vec<FeatureRecord>>;
+pub type Features = Box<dyn FnMut(&Plane<u16>, [u32; 2]) -> Vec<FeatureRecord>>;
 
-/// The packets of the frames in order, each with the thresholds that follow the count of the frame before.
-pub enum Extractor<'a> {
-    /// A model, and the control of its thresholds.
-    Model { features: Features, control: ThresholdController, frames: Enumerate<Iter<'a, Plane<u16>>> },
+/// A packet for each frame, with the thresholds that follow the count of the frame before.
+pub enum Extractor {
+    /// A model, the control of its thresholds, and how many frames it has had.
+    Model { features: Features, control: ThresholdController, frames: u32 },
     /// The hardware, which has its own control.
-    Rtl(Box<Driver<'a>>),
+    Rtl(Box<Driver>),
 }
 
-impl<'a> Extractor<'a> {
+impl Extractor {
     /// An extractor whose thresholds have settled on the first frame, as of a camera that has looked at it for a while.
-    pub fn new(source: Source, frames: &'a [Plane<u16>]) -> Result<Self> {
-        let first = frames.first().ok_or_else(|| anyhow!("a sequence without frames"))?;
+    pub fn new(source: Source, first: &Plane<u16>) -> Result<Self> {
         let model = |features, thresholds| {
             let control = ThresholdController::resumed(&KT27, thresholds);
-            Self::Model { features, control, frames: frames.iter().enumerate() }
+            Self::Model { features, control, frames: 0 }
         };
         Ok(match source {
             Source::Float => {
@@ -75,7 +71,7 @@ impl<'a> Extractor<'a> {
                 let size = Size::new(first.width() as u32, first.height() as u32)?;
                 let thresholds = Thresholds::Automatic(settled(first)?);
                 let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
-                let driver = Driver::start(&simulator, frames, LATENCY, |port| {
+                let driver = Driver::start(&simulator, LATENCY, |port| {
                     Ok::<_, anyhow::Error>(set_up(&mut Port(port), size, thresholds)?)
                 });
                 Self::Rtl(Box::new(driver?))
@@ -99,24 +95,31 @@ impl<'a> Extractor<'a> {
         }
     }
 
-    /// The next packet: the records, the trailer last; nothing after the last frame.
-    pub fn packet(&mut self) -> Result<Option<Vec<u8>>> {
+    /// The packet of the next frame: its records, the trailer last.
+    pub fn packet(&mut self, frame: &Plane<u16>) -> Result<Vec<u8>> {
         match self {
-            Self::Rtl(driver) => Ok(driver.packet()?.map(|packet| packet.bytes)),
-            Self::Model { features, control, frames } => Ok(frames.next().map(|(number, frame)| {
+            Self::Rtl(driver) => {
+                driver.send(frame.clone());
+                match driver.packet()? {
+                    Some(packet) => Ok(packet.bytes),
+                    None => bail!("the hardware gives no packet for a frame"),
+                }
+            }
+            Self::Model { features, control, frames } => {
                 let thresholds = control.thresholds();
                 let found = features(frame, thresholds);
                 control.finish_frame(counts(&found));
-                encode_frame(number as u32, &found, 0, 0, thresholds)
-            })),
+                *frames += 1;
+                Ok(encode_frame(*frames - 1, &found, 0, 0, thresholds))
+            }
         }
     }
 }
 
 /// The registers of the simulated board, for the flight program.
-struct Port<'p, 'f, 'a>(&'p mut RegisterPort<'f, 'a>);
+struct Port<'p, 'f>(&'p mut RegisterPort<'f>);
 
-impl Bus for Port<'_, '_, '_> {
+impl Bus for Port<'_, '_> {
     type Error = SimulationError;
 
     fn read(&mut self, address: u32) -> Result<u32, SimulationError> {

@@ -1,9 +1,8 @@
 //! The flight program, in this process or as the ARM binary under qemu: messages in, one line per frame out.
 
-use std::io::{ErrorKind, Write as _};
+use std::io::{BufRead as _, BufReader, ErrorKind, Lines, Read as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::{ChildStdin, Command, Output, Stdio};
-use std::thread::{JoinHandle, spawn};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
@@ -25,6 +24,13 @@ pub enum Program {
     Arm,
 }
 
+impl Program {
+    /// Whether it can be had, before anything is computed.
+    pub fn find(self) -> Result<()> {
+        (self == Self::Arm).then(binary).transpose().map(|_| ())
+    }
+}
+
 /// The flight program's code in this process.
 #[derive(Default)]
 pub struct Host {
@@ -32,15 +38,9 @@ pub struct Host {
     navigator: Navigator,
 }
 
-/// A line, and the pairs of which its estimate was made.
-pub struct Written {
-    pub line: String,
-    pub inliers: Vec<Pair>,
-}
-
 impl Host {
     /// Takes a message; the lines that it completes.
-    pub fn take(&mut self, message: &[u8]) -> Result<Vec<Written>> {
+    pub fn take(&mut self, message: &[u8]) -> Result<Vec<String>> {
         let mut rest = message;
         let mut lines = Vec::new();
         while !rest.is_empty() {
@@ -53,15 +53,25 @@ impl Host {
                 })?;
             }
         }
-        let inliers = self.navigator.inliers();
-        Ok(lines.into_iter().map(|line| Written { line, inliers: inliers.to_vec() }).collect())
+        Ok(lines)
+    }
+
+    /// The pairs that the last estimate was made of.
+    pub fn inliers(&self) -> &[Pair] {
+        self.navigator.inliers()
+    }
+
+    /// The word that has become due for the camera, once.
+    pub fn camera_word(&mut self) -> Result<Option<u32>> {
+        Ok(self.navigator.camera_word()?)
     }
 }
 
 /// The ARM binary, in progress.
 pub struct Arm {
-    stdin: ChildStdin,
-    end: JoinHandle<std::io::Result<Output>>,
+    child: Child,
+    stdin: Option<ChildStdin>,
+    lines: Lines<BufReader<ChildStdout>>,
 }
 
 impl Arm {
@@ -81,29 +91,45 @@ impl Arm {
             }
             child => child.context("--estimator arm: qemu-arm cannot be run")?,
         };
-        let stdin = child.stdin.take().ok_or_else(|| anyhow!("--estimator arm: no pipe to the flight program"))?;
-        Ok(Self { stdin, end: spawn(|| child.wait_with_output()) })
+        let stdout = child.stdout.take().ok_or_else(|| anyhow!("--estimator arm: no pipe from the flight program"))?;
+        Ok(Self { stdin: child.stdin.take(), child, lines: BufReader::new(stdout).lines() })
     }
 
-    /// Sends a message. Why the program has ended, if it has, is told at the end.
+    /// Sends a message, of which it makes no line.
     pub fn send(&mut self, message: &[u8]) -> Result<()> {
-        match self.stdin.write_all(message) {
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        match self.stdin.as_mut().map_or(Ok(()), |stdin| stdin.write_all(message)) {
+            // It has ended, and tells why.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => self.failed(),
             other => other.context("--estimator arm: the flight program takes no more messages"),
         }
     }
 
-    /// Ends the stream; all lines.
-    pub fn finish(self) -> Result<Vec<String>> {
-        drop(self.stdin);
-        let output = self.end.join().map_err(|_| anyhow!("the reader of the flight program has panicked"))?;
-        let output = output.context("--estimator arm: the flight program's lines cannot be read")?;
-        if !output.status.success() {
-            let said = String::from_utf8_lossy(&output.stderr);
-            let last = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it says nothing");
-            bail!("--estimator arm: the flight program has failed ({}): {last}", output.status);
+    /// The next line that it writes.
+    pub fn line(&mut self) -> Result<String> {
+        match self.lines.next() {
+            Some(line) => line.context("--estimator arm: the flight program's lines cannot be read"),
+            None => Err(self.failed().err().unwrap_or_else(|| anyhow!("--estimator arm: a line is missing"))),
         }
-        Ok(String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect())
+    }
+
+    /// Why it has ended: its last words.
+    fn failed(&mut self) -> Result<()> {
+        drop(self.stdin.take());
+        let status = self.child.wait().context("--estimator arm: the flight program is lost")?;
+        let mut said = String::new();
+        if let Some(stderr) = &mut self.child.stderr {
+            stderr.read_to_string(&mut said).context("--estimator arm: the flight program's words cannot be read")?;
+        }
+        let last = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it says nothing");
+        bail!("--estimator arm: the flight program has failed ({status}): {last}");
+    }
+}
+
+impl Drop for Arm {
+    fn drop(&mut self) {
+        // The end of the stream ends the program; a status that nobody waits for would leave a zombie.
+        drop(self.stdin.take());
+        let _ = self.child.wait();
     }
 }
 

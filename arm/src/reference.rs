@@ -1,0 +1,157 @@
+//! The reference frame: where it lies from the origin of the displacement, and when another takes its place.
+//!
+//! ```text
+//! displacement of a frame = base of the reference + displacement from the reference
+//! covariance              = base covariance       + covariance from the reference
+//! ```
+//!
+//! The command to capture makes the next frame the origin: base 0. A frame with an estimate may take the reference's
+//! place without moving the origin. Its own displacement becomes the base, so the estimate goes on without a jump; the
+//! price is that errors add up, hence it happens only where the old reference is about to be of no use:
+//!
+//! - on command ([`Command::Renew`](crate::message::Command::Renew)),
+//! - the frames have less than [`LEAST_SHARED`] of the reference's picture in common,
+//! - the field of view differs by more than [`ZOOM_RENEWS`], because features are not invariant to scale,
+//! - quality is below half of the best with this reference, for [`SETTLING_US`] at least.
+//!
+//! A frame whose displacement from the reference is known to more than [`ANCHOR`] only is not taken.
+
+use crate::line::Estimate;
+use crate::message::Telemetry;
+use hoverlock_reference::motion::model::transfer;
+use hoverlock_reference::motion::orthophoto::View;
+use nalgebra::{Matrix3, Vector2};
+
+/// Part of the reference's picture that a frame sees, below which the frame takes its place.
+pub const LEAST_SHARED: f64 = 0.6;
+
+/// Part by which the field of view may differ from the reference's before the reference is renewed.
+pub const ZOOM_RENEWS: f64 = 0.02;
+
+/// Part by which the field of view may differ from the reference's at all: at 5 % some 96 % of the descriptors are
+/// still found again.
+pub const ZOOM_TOLERANCE: f64 = 0.08;
+
+/// Time that a reference is kept before a fall of quality renews it, microseconds.
+pub const SETTLING_US: u64 = 1_000_000;
+
+/// Largest standard error, from the reference before it, of a frame that becomes the reference, m.
+pub const ANCHOR: f64 = 0.3;
+
+/// Columns and rows of points at which the common part is counted.
+const GRID: (u32, u32) = (16, 12);
+
+/// A displacement and how well it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Base {
+    /// Along `X_e` and `Y_e`, m.
+    pub displacement: Vector2<f64>,
+    /// Downwards, m.
+    pub descent: f64,
+    /// Covariance of the displacement, xx, xy, yx, yy, m^2.
+    pub covariance: [f64; 4],
+}
+
+impl Base {
+    /// The estimate from the reference, seen from the origin.
+    pub fn add(&self, estimate: Estimate) -> Estimate {
+        Estimate {
+            x_e_m: self.displacement.x + estimate.x_e_m,
+            y_e_m: self.displacement.y + estimate.y_e_m,
+            z_e_m: self.descent + estimate.z_e_m,
+            covariance_m2: std::array::from_fn(|i| self.covariance[i] + estimate.covariance_m2[i]),
+            ..estimate
+        }
+    }
+
+    /// Where an estimate is.
+    fn of(estimate: &Estimate) -> Self {
+        Self {
+            displacement: Vector2::new(estimate.x_e_m, estimate.y_e_m),
+            descent: estimate.z_e_m,
+            covariance: estimate.covariance_m2,
+        }
+    }
+}
+
+/// The frame that others are compared with.
+#[derive(Debug, Clone, Copy)]
+pub struct Reference {
+    /// Number of the frame.
+    pub frame: Option<u32>,
+    /// Where its camera looked.
+    pub view: View,
+    /// Its field of view, radians.
+    pub field_of_view: f64,
+    /// Where it lies from the origin.
+    pub base: Base,
+    since_us: u64,
+    best_quality: u8,
+}
+
+impl Reference {
+    /// The origin.
+    pub fn origin(frame: Option<u32>, view: View, telemetry: &Telemetry) -> Self {
+        let (field_of_view, since_us) = (telemetry.field_of_view, telemetry.time_us);
+        Self { frame, view, field_of_view, base: Base::default(), since_us, best_quality: 0 }
+    }
+
+    /// The frame of `estimate`, which is seen from the origin.
+    pub fn renewed(frame: Option<u32>, view: View, telemetry: &Telemetry, estimate: &Estimate) -> Self {
+        Self { base: Base::of(estimate), ..Self::origin(frame, view, telemetry) }
+    }
+
+    /// Part by which a field of view differs from this one's.
+    pub fn zoom(&self, field_of_view: f64) -> f64 {
+        (field_of_view / self.field_of_view - 1.0).abs()
+    }
+
+    /// Whether the frame of `estimate`, `moved` from this one, should take its place. `homography` maps this picture to
+    /// that one, of `size` pixels.
+    pub fn is_worn(
+        &mut self,
+        estimate: &Estimate,
+        homography: &Matrix3<f64>,
+        size: (u16, u16),
+        telemetry: &Telemetry,
+    ) -> bool {
+        self.best_quality = self.best_quality.max(estimate.quality);
+        let settled = telemetry.time_us.checked_sub(self.since_us).is_none_or(|age| age >= SETTLING_US);
+        let faded = settled && 2 * u16::from(estimate.quality) < u16::from(self.best_quality);
+        faded || self.zoom(telemetry.field_of_view) > ZOOM_RENEWS || shared(homography, size) < LEAST_SHARED
+    }
+}
+
+/// Whether the frame of an estimate from the reference is known well enough to take its place.
+pub fn is_anchor(estimate: &Estimate) -> bool {
+    let [xx, xy, _, yy] = estimate.covariance_m2;
+    let largest = (xx + yy) / 2.0 + ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
+    largest <= ANCHOR * ANCHOR
+}
+
+/// Part of a picture of `size` pixels that `homography` maps into another of that size.
+fn shared(homography: &Matrix3<f64>, (width, height): (u16, u16)) -> f64 {
+    let (right, bottom) = (f64::from(width) - 1.0, f64::from(height) - 1.0);
+    let place = |i: u32, n: u32, side: f64| side * (f64::from(i) + 0.5) / f64::from(n);
+    let inside = |p: Vector2<f64>| (0.0..=right).contains(&p.x) && (0.0..=bottom).contains(&p.y);
+    let points = (0..GRID.1).flat_map(|y| (0..GRID.0).map(move |x| (x, y)));
+    let seen = points.filter(|&(x, y)| {
+        let point = Vector2::new(place(x, GRID.0, right), place(y, GRID.1, bottom));
+        transfer(homography, point).is_some_and(inside)
+    });
+    seen.count() as f64 / f64::from(GRID.0 * GRID.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_common_part_is_that_of_the_rectangles() {
+        let moved = |x: f64, y: f64| Matrix3::new(1.0, 0.0, x, 0.0, 1.0, y, 0.0, 0.0, 1.0);
+        assert_eq!(shared(&moved(0.0, 0.0), (1024, 768)), 1.0);
+        // A quarter of the columns and a half of the rows are lost.
+        assert_eq!(shared(&moved(256.0, -384.0), (1024, 768)), 0.375);
+        assert_eq!(shared(&moved(1100.0, 0.0), (1024, 768)), 0.0);
+    }
+}

@@ -1,0 +1,361 @@
+//! The camera KT-27: radiance on the sensor becomes a frame of 16-bit samples.
+//!
+//! ```text
+//! vignetting   v <- v cos^4(angle off the axis), softened          natural fall-off of a lens
+//! motion       v <- mean of v along the motion during the exposure
+//! electrons    e = v t s                                           t exposure, s electrons a second at radiance 1
+//! noise        e <- e + N(0, e + r^2)                              shot noise (Poisson), read noise r
+//! sample       round(e g), clipped to 0 ..= 65535                  g so that the full well is full scale at gain 1
+//! ```
+//!
+//! Shot and read noise are one draw, a sum of four uniform numbers: variance exact, excess kurtosis -0.3, reach +-3.46.
+//! Zoom moves at a limited rate. Exposure and gain follow the mean of the last frame, unless the exposure is
+//! commanded. Figures of the maker are few (1024 x 768, 16 bit, 5.4 to 50 degrees, 15 frames a second); the others are
+//! assumptions, and stand in [`Optics`].
+
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::orthophoto::{Camera, ViewError};
+use nalgebra::Vector2;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::Rng;
+use rayon::prelude::*;
+
+use crate::random::Purpose;
+
+/// Columns and rows of a frame.
+pub const SIZE: (usize, usize) = (1024, 768);
+/// Frames a second.
+pub const FRAME_RATE: f64 = 15.0;
+/// Least and largest field of view across the columns, degrees.
+pub const ZOOM: [f64; 2] = [5.4, 50.0];
+/// Full scale of a sample, DN.
+const FULL_SCALE: f64 = 65535.0;
+
+/// What is assumed of lens, sensor and control.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Optics {
+    /// Zoom rate, degrees a second at most. At 15 frames a second, 6 degrees a second change a view of 20 degrees by
+    /// 2 % a frame.
+    pub zoom_rate: f64,
+    /// Part of the natural fall-off of the light to the edges that the lens has not corrected.
+    pub vignetting: f64,
+    /// Radial distortion that calibration has left, of coordinates over the focal length (Brown 1966).
+    pub distortion: [f64; 2],
+    /// From the read-out of the first row to that of the last, s; 0 for a global shutter.
+    pub rolling: f64,
+    /// Electrons of a full well.
+    pub full_well: f64,
+    /// Read noise, electrons rms.
+    pub read_noise: f64,
+    /// Exposure that radiance 1 takes to fill the well, s.
+    pub filling: f64,
+    /// Exposure at most, s: longer ones blur.
+    pub longest: f64,
+    /// Mean of a frame that the exposure control keeps, of full scale.
+    pub mean: f64,
+    /// Gain at most.
+    pub most_gain: f64,
+}
+
+impl Default for Optics {
+    fn default() -> Self {
+        Self {
+            zoom_rate: 6.0,
+            vignetting: 0.5,
+            distortion: [0.0; 2],
+            rolling: 0.0,
+            full_well: 20_000.0,
+            read_noise: 12.0,
+            filling: 2e-3,
+            longest: 4e-3,
+            mean: 0.45,
+            most_gain: 4.0,
+        }
+    }
+}
+
+/// How the picture moves during an exposure, px: `v(p) = centre + linear (p - c)`, `c` the middle of the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// In the middle.
+    pub centre: Vector2<f64>,
+    /// Change along the columns' direction and along the rows', px a pixel.
+    pub linear: [Vector2<f64>; 2],
+}
+
+/// Motion below this, px at the corners, is not drawn: its blur has a standard deviation of 0.06 px.
+const STILL: f64 = 0.2;
+
+/// The camera.
+#[derive(Debug, Clone)]
+pub struct Kt27 {
+    optics: Optics,
+    seed: u64,
+    frames: u64,
+    field_of_view: f64,
+    wanted: f64,
+    exposure: f64,
+    commanded: Option<f64>,
+    gain: f64,
+}
+
+impl Kt27 {
+    /// A camera with a field of view, degrees, that has not seen anything yet.
+    pub fn new(optics: Optics, field_of_view: f64, seed: u64) -> Self {
+        let field_of_view = field_of_view.clamp(ZOOM[0], ZOOM[1]);
+        let exposure = (optics.mean * optics.filling).min(optics.longest);
+        Self { optics, seed, frames: 0, field_of_view, wanted: field_of_view, exposure, commanded: None, gain: 1.0 }
+    }
+
+    /// What is assumed of it.
+    pub fn optics(&self) -> &Optics {
+        &self.optics
+    }
+
+    /// The field of view across the columns, radians.
+    pub fn field_of_view(&self) -> f64 {
+        self.field_of_view.to_radians()
+    }
+
+    /// The pinhole of the present zoom.
+    ///
+    /// # Errors
+    /// None within [`ZOOM`].
+    pub fn pinhole(&self) -> Result<Camera, ViewError> {
+        Camera::with_field_of_view(SIZE.0, SIZE.1, self.field_of_view())
+    }
+
+    /// Exposure of the next frame, s.
+    pub fn exposure(&self) -> f64 {
+        self.exposure
+    }
+
+    /// The field of view to move to, degrees; the limits hold it.
+    pub fn zoom(&mut self, degrees: f64) {
+        self.wanted = degrees.clamp(ZOOM[0], ZOOM[1]);
+    }
+
+    /// The exposure, s, in place of the camera's own control.
+    pub fn expose(&mut self, seconds: f64) {
+        self.commanded = Some(seconds.clamp(1e-6, 1.0 / FRAME_RATE));
+    }
+
+    /// Lets time pass, s: the zoom moves.
+    pub fn advance(&mut self, seconds: f64) {
+        let most = self.optics.zoom_rate * seconds;
+        self.field_of_view += (self.wanted - self.field_of_view).clamp(-most, most);
+    }
+
+    /// The frame of a radiance, which is used up. The gain and exposure of the next frame follow from it.
+    pub fn read_out(&mut self, radiance: &mut Plane<f32>, motion: &Motion) -> Plane<u16> {
+        let (width, height) = (radiance.width(), radiance.height());
+        if let Some(blurred) = blurred(radiance, motion) {
+            *radiance = blurred;
+        }
+        let optics = self.optics;
+        let electrons = (optics.full_well * self.exposure / optics.filling) as f32;
+        let per_electron = (FULL_SCALE / optics.full_well * self.gain) as f32;
+        let read = (optics.read_noise * optics.read_noise) as f32;
+        let focal = (width as f64 / 2.0 / libm::tan(self.field_of_view() / 2.0)) as f32;
+        let loss = optics.vignetting as f32;
+        let middle = ((width as f32 - 1.0) / 2.0, (height as f32 - 1.0) / 2.0);
+        let seed = self.seed;
+        let first = self.frames * height as u64;
+        let mut frame = Plane::filled(width, height, 0u16);
+        let rows = frame.as_mut_slice().par_chunks_exact_mut(width);
+        let sum: u64 = rows
+            .zip(radiance.as_slice().par_chunks_exact(width))
+            .enumerate()
+            .map(|(y, (to, from))| {
+                let mut random = row_stream(seed, first + y as u64);
+                let mut bytes = vec![0u8; 8 * width];
+                random.fill_bytes(&mut bytes);
+                let dy = (y as f32 - middle.1) / focal;
+                let mut sum = 0u64;
+                for (x, (to, &value)) in to.iter_mut().zip(from).enumerate() {
+                    let dx = (x as f32 - middle.0) / focal;
+                    let cos2 = 1.0 / (1.0 + dx * dx + dy * dy);
+                    let light = value * (1.0 - loss * (1.0 - cos2 * cos2));
+                    let mean = (light * electrons).max(0.0);
+                    let draw = deviate(&bytes[8 * x..8 * x + 8]);
+                    let noisy = mean + (mean + read).sqrt() * draw;
+                    // `as` clips to 0 ..= 65535.
+                    *to = (noisy * per_electron + 0.5) as u16;
+                    sum += u64::from(*to);
+                }
+                sum
+            })
+            .sum();
+        self.frames += 1;
+        self.control(sum as f64 / (width * height) as f64 / FULL_SCALE);
+        frame
+    }
+
+    /// Exposure, then gain, follow the mean of a frame, a fifth of the way each.
+    fn control(&mut self, mean: f64) {
+        if let Some(commanded) = self.commanded {
+            (self.exposure, self.gain) = (commanded, 1.0);
+            return;
+        }
+        let wanted = self.exposure * self.gain * (self.optics.mean / mean.max(0.01)).clamp(0.5, 2.0);
+        let light = self.exposure * self.gain + 0.2 * (wanted - self.exposure * self.gain);
+        self.exposure = light.min(self.optics.longest);
+        self.gain = (light / self.exposure).clamp(1.0, self.optics.most_gain);
+    }
+}
+
+/// Its own numbers for each row of each frame, so that rows may be drawn in any order.
+fn row_stream(seed: u64, row: u64) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream((Purpose::Camera as u64) << 56 | row);
+    random
+}
+
+/// Four uniform numbers of 16 bits, less their mean, over their standard deviation.
+fn deviate(bytes: &[u8]) -> f32 {
+    let sum: u32 = bytes.chunks_exact(2).map(|pair| u32::from(u16::from_le_bytes([pair[0], pair[1]]))).sum();
+    // 2 x 65535, and sqrt(4 (65536^2 - 1) / 12).
+    (sum as f32 - 131_070.0) * (1.0 / 37_837.227)
+}
+
+/// The mean along the motion; nothing where the picture stands still.
+fn blurred(radiance: &Plane<f32>, motion: &Motion) -> Option<Plane<f32>> {
+    let (width, height) = (radiance.width(), radiance.height());
+    let middle = Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0;
+    let at =
+        |p: Vector2<f64>| motion.centre + motion.linear[0] * (p.x - middle.x) + motion.linear[1] * (p.y - middle.y);
+    let corners = [(0.0, 0.0), (2.0, 0.0), (0.0, 2.0), (2.0, 2.0)];
+    let longest = corners.iter().map(|(x, y)| at(Vector2::new(x * middle.x, y * middle.y)).norm()).fold(0.0, f64::max);
+    if longest < STILL {
+        return None;
+    }
+    // A point every half pixel or closer; the mid-points of equal parts have the mean and, nearly, the variance.
+    let taps = ((2.0 * longest).ceil() as usize).clamp(2, 64);
+    let mut blurred = Plane::filled(width, height, 0f32);
+    blurred.as_mut_slice().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        let first = at(Vector2::new(0.0, y as f64));
+        for (x, to) in row.iter_mut().enumerate() {
+            let v = first + motion.linear[0] * x as f64;
+            let mut sum = 0.0;
+            for tap in 0..taps {
+                let part = ((tap as f64 + 0.5) / taps as f64) - 0.5;
+                sum += bilinear(radiance, x as f32 + (part * v.x) as f32, y as f32 + (part * v.y) as f32);
+            }
+            *to = sum / taps as f32;
+        }
+    });
+    Some(blurred)
+}
+
+fn bilinear(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
+    let (right, bottom) = (plane.width() - 1, plane.height() - 1);
+    let (x, y) = (x.clamp(0.0, right as f32), y.clamp(0.0, bottom as f32));
+    let (left, top) = ((x as usize).min(right.saturating_sub(1)), (y as usize).min(bottom.saturating_sub(1)));
+    let (s, t) = (x - left as f32, y - top as f32);
+    let (upper, lower) = (plane.row(top), plane.row((top + 1).min(bottom)));
+    let beside = (left + 1).min(right);
+    let above = upper[left] + s * (upper[beside] - upper[left]);
+    let below = lower[left] + s * (lower[beside] - lower[left]);
+    above + t * (below - above)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quiet() -> Optics {
+        Optics { vignetting: 0.0, ..Optics::default() }
+    }
+
+    fn statistics(samples: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+        let n = samples.clone().count() as f64;
+        let mean = samples.clone().sum::<f64>() / n;
+        (mean, samples.map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0))
+    }
+
+    /// A grey wall: the variance of a sample is that of its electrons and of the read-out. 786 432 samples know a
+    /// variance to 0.16 %.
+    #[test]
+    fn the_noise_is_that_of_electrons_and_read_out() {
+        for grey in [0.02f32, 0.3, 0.8] {
+            let mut camera = Kt27::new(quiet(), 50.0, 5);
+            let exposure = camera.exposure();
+            let frame = camera.read_out(&mut Plane::filled(SIZE.0, SIZE.1, grey), &Motion::default());
+            let (mean, variance) = statistics(frame.as_slice().iter().map(|&dn| f64::from(dn)));
+            let electrons = 20_000.0 * exposure / 2e-3 * f64::from(grey);
+            let dn = 65535.0 / 20_000.0;
+            assert!((mean / (electrons * dn) - 1.0).abs() < 1e-3, "{grey}: {mean}");
+            // Rounding adds a twelfth.
+            let expected = (electrons + 144.0) * dn * dn + 1.0 / 12.0;
+            assert!((variance / expected - 1.0).abs() < 0.01, "{grey}: {variance} {expected}");
+        }
+    }
+
+    #[test]
+    fn frames_differ_and_seeds_repeat() {
+        let frames = |seed| {
+            let mut camera = Kt27::new(quiet(), 50.0, seed);
+            [0, 1].map(|_| camera.read_out(&mut Plane::filled(64, 48, 0.5), &Motion::default()))
+        };
+        assert_eq!(frames(1), frames(1));
+        assert_ne!(frames(1)[0], frames(1)[1]);
+        assert_ne!(frames(1)[0], frames(2)[0]);
+    }
+
+    #[test]
+    fn the_light_falls_off_with_the_fourth_power_of_the_cosine() {
+        let silent = Optics { full_well: 1e9, read_noise: 0.0, vignetting: 1.0, ..Optics::default() };
+        let mut camera = Kt27::new(silent, 50.0, 0);
+        let frame = camera.read_out(&mut Plane::filled(SIZE.0, SIZE.1, 0.9), &Motion::default());
+        let focal = 512.0 / 25f64.to_radians().tan();
+        let angle = (512.0f64.hypot(384.0) / focal).atan();
+        let measured = f64::from(frame[(0, 0)]) / f64::from(frame[(512, 384)]);
+        assert!((measured - angle.cos().powi(4)).abs() < 2e-3, "{measured}");
+    }
+
+    /// A step moved by 6 px during the exposure becomes a ramp of 6 px about its middle.
+    #[test]
+    fn motion_blurs_along_its_direction() {
+        let silent = Optics { full_well: 1e9, read_noise: 0.0, ..quiet() };
+        let mut camera = Kt27::new(silent, 50.0, 0);
+        let mut step = Plane::from_fn(64, 48, |x, _| if x < 32 { 0.0f32 } else { 0.8 });
+        let motion = Motion { centre: Vector2::new(6.0, 0.0), ..Motion::default() };
+        let frame = camera.read_out(&mut step, &motion);
+        let full = f64::from(frame[(60, 20)]);
+        // The step lies between columns 31 and 32.
+        for x in 26..38usize {
+            let ramp = ((x as f64 - 31.5) / 6.0 + 0.5).clamp(0.0, 1.0);
+            let measured = f64::from(frame[(x, 20)]) / full;
+            assert!((measured - ramp).abs() < 0.06, "{x}: {measured} {ramp}");
+        }
+        let along = Motion { centre: Vector2::new(0.0, 6.0), ..Motion::default() };
+        let mut step = Plane::from_fn(64, 48, |x, _| if x < 32 { 0.0f32 } else { 0.8 });
+        assert_eq!(camera.read_out(&mut step, &along)[(31, 20)], 0, "a step along the motion stays");
+    }
+
+    #[test]
+    fn zoom_is_limited_in_range_and_rate() {
+        let mut camera = Kt27::new(quiet(), 50.0, 0);
+        camera.zoom(1.0);
+        camera.advance(1.0);
+        assert!((camera.field_of_view().to_degrees() - 44.0).abs() < 1e-9);
+        camera.advance(100.0);
+        assert!((camera.field_of_view().to_degrees() - ZOOM[0]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn exposure_brings_the_mean_to_its_aim_and_obeys_a_command() {
+        let mut camera = Kt27::new(quiet(), 50.0, 0);
+        let mut mean = 0.0;
+        for _ in 0..60 {
+            let frame = camera.read_out(&mut Plane::filled(256, 192, 0.15), &Motion::default());
+            mean = statistics(frame.as_slice().iter().map(|&dn| f64::from(dn))).0 / 65535.0;
+        }
+        assert!((mean - 0.45).abs() < 0.01, "{mean}");
+        assert!(camera.exposure() <= 4e-3);
+        camera.expose(1e-3);
+        camera.read_out(&mut Plane::filled(256, 192, 0.15), &Motion::default());
+        assert_eq!(camera.exposure(), 1e-3);
+    }
+}
