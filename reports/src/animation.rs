@@ -88,7 +88,7 @@ fn draw(scenes: &[Scene], (dark, light): (f64, f64), reach: f64) -> Plane<Rgb> {
     }
     canvas.clip = Area { x1: width, ..whole };
     for &place in &scene.inliers {
-        canvas.dot(place, 1.2, INLIER, 0.9);
+        canvas.dot(place, 1.2, INLIER, 1.0);
     }
 
     canvas.clip = Area { x0: width, y1: side, ..whole };
