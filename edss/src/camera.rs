@@ -15,12 +15,13 @@
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::{Camera, ViewError};
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
 
+use crate::pose::Pose;
 use crate::random::Purpose;
 
 /// Columns and rows of a frame.
@@ -82,6 +83,26 @@ pub struct Motion {
     pub centre: Vector2<f64>,
     /// Change along the columns' direction and along the rows', px a pixel.
     pub linear: [Vector2<f64>; 2],
+}
+
+impl Motion {
+    /// Of a camera over level ground during `seconds`: each pixel's ground, seen from the later pose.
+    pub fn of(pinhole: &Camera, pose: &Pose, velocity: &Vector3<f64>, rates: &Vector3<f64>, seconds: f64) -> Self {
+        let later = pose.moved(velocity, rates, seconds);
+        let rays = pose.attitude.rotation() * pinhole.inverse();
+        let back = pinhole.matrix() * later.attitude.rotation().transpose();
+        let moved = |p: Vector2<f64>| {
+            let ray = rays * p.push(1.0);
+            let point = pose.position + ray * (pose.height() / ray.z);
+            let image = back * (point - later.position);
+            image.xy() / image.z - p
+        };
+        let middle = Vector2::new(SIZE.0 as f64 - 1.0, SIZE.1 as f64 - 1.0) / 2.0;
+        let centre = moved(middle);
+        let step = 200.0;
+        let slope = |axis: Vector2<f64>| (moved(middle + step * axis) - centre) / step;
+        Self { centre, linear: [slope(Vector2::x()), slope(Vector2::y())] }
+    }
 }
 
 /// Motion below this, px at the corners, is not drawn: its blur has a standard deviation of 0.06 px.
@@ -263,6 +284,7 @@ fn bilinear(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hoverlock_reference::motion::orthophoto::Attitude;
 
     fn quiet() -> Optics {
         Optics { vignetting: 0.0, ..Optics::default() }
@@ -332,6 +354,24 @@ mod tests {
         let along = Motion { centre: Vector2::new(0.0, 6.0), ..Motion::default() };
         let mut step = Plane::from_fn(64, 48, |x, _| if x < 32 { 0.0f32 } else { 0.8 });
         assert_eq!(camera.read_out(&mut step, &along)[(31, 20)], 0, "a step along the motion stays");
+    }
+
+    /// Level, 50 m up: 1 m/s to the right moves the ground to the left by f / 50 px a second; a yaw turns the picture the
+    /// other way; a descent opens it.
+    #[test]
+    fn the_picture_moves_against_the_camera() {
+        let pinhole = Camera::with_field_of_view(SIZE.0, SIZE.1, 50f64.to_radians()).unwrap();
+        let position = Vector3::new(0.0, 0.0, -50.0);
+        let pose = Pose { position, attitude: Attitude::default() };
+        let of = |velocity, rates| Motion::of(&pinhole, &pose, &velocity, &rates, 1e-3);
+        let right = of(Vector3::x(), Vector3::zeros());
+        assert!((right.centre - Vector2::new(-pinhole.focal() / 50.0 * 1e-3, 0.0)).norm() < 1e-6);
+        assert!(right.linear[0].norm() < 1e-9 && right.linear[1].norm() < 1e-9);
+        let yaw = of(Vector3::zeros(), Vector3::z());
+        assert!((yaw.linear[0] - Vector2::new(0.0, -1e-3)).norm() < 1e-5, "{yaw:?}");
+        assert!((yaw.linear[1] - Vector2::new(1e-3, 0.0)).norm() < 1e-5);
+        let down = of(Vector3::z(), Vector3::zeros());
+        assert!((down.linear[0] - Vector2::new(1e-3 / 50.0, 0.0)).norm() < 1e-7, "{down:?}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Where a camera is and how it is turned: a point `p` of the world is seen in the direction `R^T (p - position)`.
 
 use hoverlock_reference::motion::orthophoto::Attitude;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Position and attitude of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,5 +30,47 @@ impl Pose {
         let (a, b) = (self.attitude, end.attitude);
         let attitude = Attitude { roll: mix(a.roll, b.roll), pitch: mix(a.pitch, b.pitch), yaw: mix(a.yaw, b.yaw) };
         Self { position: self.position.lerp(&end.position, t), attitude }
+    }
+
+    /// The pose a short time later: `velocity` over the ground, m/s, `rates` about the camera's axes, rad/s. Exact to
+    /// second order in the angle turned.
+    pub fn moved(&self, velocity: &Vector3<f64>, rates: &Vector3<f64>, seconds: f64) -> Self {
+        let turn = self.attitude.rotation() * (Matrix3::identity() + rates.cross_matrix() * seconds);
+        // R e_y = R_yaw (0, cos pitch, -sin pitch); the last row of R is (-cos pitch sin roll, -sin pitch, ..).
+        let attitude = Attitude {
+            roll: libm::atan2(-turn[(2, 0)], turn[(2, 2)]),
+            pitch: libm::asin((-turn[(2, 1)]).clamp(-1.0, 1.0)),
+            yaw: libm::atan2(-turn[(0, 1)], turn[(1, 1)]),
+        };
+        Self { position: self.position + velocity * seconds, attitude }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Angles come back from a rotation; a turn about an axis of the camera leaves that axis where it is.
+        #[test]
+        fn a_pose_moves_as_its_rates_say(
+            roll in -0.5..0.5f64, pitch in -0.5..0.5f64, yaw in -3.0..3.0f64, axis in 0..3usize, rate in -1.0..1.0f64,
+        ) {
+            let pose = Pose { position: Vector3::new(1.0, 2.0, -50.0), attitude: Attitude { roll, pitch, yaw } };
+            let still = pose.moved(&Vector3::new(0.0, 0.0, 2.0), &Vector3::zeros(), 0.5);
+            prop_assert!((still.attitude.rotation() - pose.attitude.rotation()).norm() < 1e-12);
+            prop_assert_eq!(still.position.z, -49.0);
+            let mut rates = Vector3::zeros();
+            rates[axis] = rate;
+            let (seconds, kept) = (1e-3, Vector3::ith(axis, 1.0));
+            let turned = pose.moved(&Vector3::zeros(), &rates, seconds).attitude.rotation();
+            let before = pose.attitude.rotation();
+            prop_assert!((turned * kept - before * kept).norm() < 1e-6);
+            // The next axis goes towards the one after it.
+            let (next, after) = (Vector3::ith((axis + 1) % 3, 1.0), Vector3::ith((axis + 2) % 3, 1.0));
+            let expected = before * (next + after * rate * seconds);
+            prop_assert!((turned * next - expected).norm() < 2e-6);
+        }
     }
 }
