@@ -1,0 +1,419 @@
+//! What a camera sees of a scene: `radiance = T albedo light + (1 - T) air`, one ray a pixel, filtered textures.
+//!
+//! A pixel's ray is intersected with the ground in closed form, or with the relief by Newton's iteration at every 8th
+//! pixel of a row and linearly between. The ground's brightness comes from textures that are filtered beforehand for
+//! every distance ([`mip`]), so that one sample a pixel is enough; only the edges of things are sampled more often.
+//! Light is Lambert's (1760) on the slope of the ground. Mist weakens contrast along the ray by `T = exp(-b r)`
+//! (Koschmieder 1924).
+//!
+//! | module | its one reason |
+//! |---|---|
+//! | [`view`] | from pixel to ray and back |
+//! | [`mip`] | a texture filtered beforehand for every distance |
+//! | [`noise`] | gradient noise |
+//! | [`grain`] | fine structure of the ground |
+//! | [`land`] | larger structure of the ground |
+//! | [`relief`] | height of the ground |
+//!
+//! A frame is a function of scene, seed and shot: rows are computed independently, so that it has the same bits for
+//! every number of threads.
+
+#![allow(dead_code)]
+
+mod grain;
+mod land;
+mod mip;
+mod noise;
+mod relief;
+mod view;
+
+use hoverlock_reference::image::picture::{Picture, PictureError};
+use hoverlock_reference::image::plane::Plane;
+use multiversion::multiversion;
+use nalgebra::{Matrix3, Vector2, Vector3};
+use rand::RngExt;
+use rayon::prelude::*;
+
+use crate::pose::Pose;
+use crate::random::{Purpose, stream};
+use crate::scene::{Ground, Scene};
+use grain::{GREEN, Grain, HARD, NearGrain, SOIL};
+use land::Material;
+use mip::{Border, Laid, Mip, Near};
+use relief::{Height, Relief};
+use view::Corrections;
+pub use view::Lens;
+
+/// One exposure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shot {
+    /// Camera and lens.
+    pub lens: Lens,
+    /// Where the camera is at the first row.
+    pub first: Pose,
+    /// Where it is at the last row; equal for a global shutter.
+    pub last: Pose,
+    /// From the start of the scene, s.
+    pub time: f64,
+}
+
+/// Why a scene cannot be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// A picture of the scene is damaged.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A camera could not see all of the ground.
+    #[error(
+        "relief: slopes up to {slope:.2} are too steep: at most 1; lower rms_m or height_m, or lengthen wavelength_m"
+    )]
+    Steep {
+        /// Greatest, m/m.
+        slope: f64,
+    },
+}
+
+/// A scene made ready: textures, their filtered levels, heights.
+pub struct Renderer {
+    surface: Surface,
+    grain: Grain,
+    relief: Option<Relief>,
+    to_sun: Vector3<f64>,
+    brightness: f32,
+    extinction: f64,
+}
+
+/// What gives the ground its brightness.
+enum Surface {
+    Picture { picture: Laid<1>, grain: f32 },
+    Land(Laid<4>),
+}
+
+/// Scattered light relative to white ground in full sun, as in `hoverlock_reference::image::conditions`.
+const AIR_LIGHT: f32 = 0.55;
+/// Light from the sky: what is left of the sunlight in a shadow.
+const SKY: f32 = 0.3;
+/// Pixels from one exact intersection of a row to the next.
+const KNOT: usize = 8;
+/// Rays are followed this far, m.
+const FARTHEST: f64 = 10_000.0;
+/// Least part of a ray's motion that must be downwards; what looks higher sees far ground.
+const DOWNWARDS: f32 = 0.02;
+
+impl Renderer {
+    /// Makes a scene ready; what is random in it follows from `seed`.
+    ///
+    /// # Errors
+    /// A picture is damaged, or the relief is too steep.
+    pub fn new(scene: &Scene, seed: u64) -> Result<Self, RenderError> {
+        let mut random = stream(seed, Purpose::Scene);
+        let [grain_seed, relief_seed] = [random.random(), random.random()];
+        let relief = match &scene.relief {
+            None => None,
+            Some(crate::scene::Relief::Hills(hills)) if hills.rms_m == 0.0 => None,
+            Some(crate::scene::Relief::Hills(hills)) => Some(Relief::hills(hills, relief_seed)),
+            Some(crate::scene::Relief::Map(map)) => {
+                Some(Relief::map(&Picture::open(&map.file)?.luma, map.texel_m, map.height_m))
+            }
+        };
+        if let Some(slope) = relief.as_ref().map(Relief::steepest).filter(|&slope| slope > 1.0) {
+            return Err(RenderError::Steep { slope });
+        }
+        let surface = match &scene.ground {
+            Ground::Picture(ground) => {
+                let luma = Picture::open(&ground.file)?.luma;
+                let (width, height) = (luma.width(), luma.height());
+                let texels = luma.into_vec().into_iter().map(|v| [v]).collect();
+                let middle = Vector2::new(width as f64, height as f64) / 2.0;
+                let picture = Laid::new(Mip::new(width, height, texels, Border::Mirrored), ground.texel_m, 0.0, middle);
+                Surface::Picture { picture, grain: ground.grain as f32 }
+            }
+            Ground::Field(field) => {
+                let landscape = land::field::Landscape::new(field.parcel_m as f32, &mut random);
+                Surface::Land(land::map(|p| landscape.at(p)))
+            }
+            Ground::Town(_) | Ground::Water(_) | Ground::Grass(_) => {
+                let meadow = land::apron::Apron::new(0.0, &mut random);
+                Surface::Land(land::map(|p| meadow.at(p)))
+            }
+            Ground::Asphalt(asphalt) => {
+                let apron = land::apron::Apron::new(asphalt.side_m as f32, &mut random);
+                Surface::Land(land::map(|p| apron.at(p)))
+            }
+        };
+        Ok(Self {
+            surface,
+            grain: Grain::new(grain_seed),
+            relief,
+            to_sun: scene.to_sun(),
+            brightness: scene.brightness as f32,
+            extinction: scene.mist.map_or(0.0, |mist| mist.extinction_per_m),
+        })
+    }
+
+    /// What the camera sees: radiance, 1 for white ground in full sun at brightness 1.
+    pub fn render(&self, shot: &Shot, out: &mut Plane<f32>) {
+        let (width, height) = (out.width(), out.height());
+        let corrections = Corrections::new(&shot.lens, width, height);
+        let inverse = shot.lens.camera.inverse();
+        let rolling = shot.first != shot.last;
+        let global = Viewpoint::new(&shot.first);
+        out.as_mut_slice().par_chunks_mut(width).enumerate().for_each_init(
+            || Row::new(width),
+            |row, (y, out)| {
+                let viewpoint = if rolling {
+                    let part = if height > 1 { y as f64 / (height - 1) as f64 } else { 0.0 };
+                    Viewpoint::new(&shot.first.towards(&shot.last, part))
+                } else {
+                    global
+                };
+                row.aim(&inverse, corrections.as_ref(), &viewpoint.rotation, y);
+                self.meet(row, &viewpoint, 1.0 / shot.lens.camera.focal());
+                let anchor = viewpoint.origin.xy();
+                let grain = self.grain.near(anchor);
+                match &self.surface {
+                    Surface::Picture { picture, grain: weight } => {
+                        shade_picture(row, out, &picture.near(anchor), *weight, &grain);
+                    }
+                    Surface::Land(land) => shade_land(row, out, &land.near(anchor), &grain),
+                }
+                self.light(row, out);
+            },
+        );
+    }
+
+    /// Distance, m, from `origin` along a `direction` of length 1 to the first terrain or thing; `None` where nothing
+    /// is met within 10 km.
+    pub fn range(&self, _time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
+        self.terrain(origin, direction)
+    }
+
+    /// The point of the scene that a pixel sees at `time`, m; `None` where it sees nothing.
+    pub fn ground(&self, lens: &Lens, pose: &Pose, pixel: Vector2<f64>, time: f64) -> Option<Vector3<f64>> {
+        let direction = (pose.attitude.rotation() * lens.direction(pixel)).normalize();
+        let range = self.range(time, pose.position, direction)?;
+        Some(pose.position + direction * range)
+    }
+
+    /// Distance to the terrain, m.
+    fn terrain(&self, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
+        let [low, high] = self.relief.as_ref().map_or([0.0; 2], Relief::limits);
+        let top = -origin.z;
+        // Above the highest ground and not going down, or below the lowest.
+        if direction.z <= 1e-9 || top < low {
+            return None;
+        }
+        let range = match &self.relief {
+            None => top / direction.z,
+            Some(relief) => {
+                let motion = direction.xy() / direction.z;
+                let depth = if relief.steepest() * motion.norm() < 0.9 {
+                    relief.depth(origin.xy(), top, motion, top, 16).0
+                } else {
+                    march(relief, origin.xy(), top, motion, [(top - high).max(0.0), top - low])?
+                };
+                depth / direction.z
+            }
+        };
+        (0.0..=FARTHEST).contains(&range).then_some(range)
+    }
+
+    /// Where the rays of a row meet the ground, and how it is lit there.
+    fn meet(&self, row: &mut Row, viewpoint: &Viewpoint, pixel: f64) {
+        let top = -viewpoint.origin.z;
+        let from = viewpoint.origin.xy();
+        let mut depth = top;
+        let mut height = Height::default();
+        for k in 0..row.knots.len() {
+            let x = k * KNOT;
+            let direction = row.knot_direction(x).map(f64::from);
+            let down = direction.z.max(DOWNWARDS.into());
+            if let Some(relief) = &self.relief {
+                let steps = if k == 0 { 12 } else { 2 };
+                (depth, height) = relief.depth(from, top, direction.xy() / down, depth, steps);
+            }
+            let range = depth / down * direction.norm();
+            row.knots[k] = Knot {
+                depth: depth as f32,
+                light: self.sunlight(height.slope),
+                transmission: if self.extinction > 0.0 { libm::expf((-self.extinction * range) as f32) } else { 1.0 },
+            };
+        }
+        land_points(row, pixel as f32);
+    }
+
+    /// Sunlight on a slope relative to level ground, without what the sky gives.
+    fn sunlight(&self, slope: [f64; 2]) -> f32 {
+        // The normal is (-dh/dX, -dh/dY, 1) with height upwards, and Z is downwards.
+        let normal = Vector3::new(-slope[0], -slope[1], -1.0).normalize();
+        (normal.dot(&self.to_sun).max(0.0) / -self.to_sun.z) as f32
+    }
+
+    /// Albedo becomes radiance.
+    fn light(&self, row: &Row, out: &mut [f32]) {
+        let brightness = self.brightness;
+        for (x, out) in out.iter_mut().enumerate() {
+            let (knot, part) = (x / KNOT, (x % KNOT) as f32 / KNOT as f32);
+            let (a, b) = (&row.knots[knot], &row.knots[knot + 1]);
+            let light = SKY + (1.0 - SKY) * (a.light + part * (b.light - a.light));
+            let transmission = a.transmission + part * (b.transmission - a.transmission);
+            *out = brightness * (AIR_LIGHT + transmission * (*out * light - AIR_LIGHT));
+        }
+    }
+}
+
+/// Crossing of a ray with a relief between two depths, by steps of half a cell and bisection.
+fn march(relief: &Relief, from: Vector2<f64>, top: f64, motion: Vector2<f64>, depths: [f64; 2]) -> Option<f64> {
+    let above = |depth: f64| top - depth - relief.at(from + motion * depth).h;
+    let step = 0.5 * relief.cell() / motion.norm();
+    let [first, last] = depths;
+    let (mut before, end) = (first, last.min(first + FARTHEST / motion.norm()));
+    if above(before) < 0.0 {
+        return None;
+    }
+    loop {
+        let after = (before + step).min(end);
+        if above(after) <= 0.0 {
+            let (mut high, mut low) = (before, after);
+            for _ in 0..40 {
+                let middle = 0.5 * (high + low);
+                if above(middle) > 0.0 { high = middle } else { low = middle }
+            }
+            return Some(low);
+        }
+        if after >= end {
+            return None;
+        }
+        before = after;
+    }
+}
+
+/// A camera's position and rotation.
+#[derive(Clone, Copy)]
+struct Viewpoint {
+    origin: Vector3<f64>,
+    rotation: Matrix3<f64>,
+}
+
+impl Viewpoint {
+    fn new(pose: &Pose) -> Self {
+        Self { origin: pose.position, rotation: pose.attitude.rotation() }
+    }
+}
+
+/// What is known exactly at every 8th pixel of a row.
+#[derive(Debug, Clone, Copy, Default)]
+struct Knot {
+    depth: f32,
+    light: f32,
+    transmission: f32,
+}
+
+/// The rays of a row of pixels and where they meet the ground; all lengths are m from below the camera.
+struct Row {
+    width: usize,
+    /// Direction of each ray in the world, with 1 along the optical axis; as far as the last knot.
+    direction: [Vec<f32>; 3],
+    knots: Vec<Knot>,
+    x: Vec<f32>,
+    y: Vec<f32>,
+    /// Way along the ray's direction.
+    along: Vec<f32>,
+    /// `log2` of the width of a pixel on the ground in m.
+    footprint: Vec<f32>,
+}
+
+impl Row {
+    fn new(width: usize) -> Self {
+        let knots = (width - 1) / KNOT + 2;
+        let rays = (knots - 1) * KNOT + 1;
+        let zeros = |count: usize| vec![0f32; count];
+        Self {
+            width,
+            direction: [zeros(rays), zeros(rays), zeros(rays)],
+            knots: vec![Knot::default(); knots],
+            x: zeros(width),
+            y: zeros(width),
+            along: zeros(width),
+            footprint: zeros(width),
+        }
+    }
+
+    fn aim(&mut self, inverse: &Matrix3<f64>, corrections: Option<&Corrections>, rotation: &Matrix3<f64>, y: usize) {
+        // f64 along the row keeps the pixel grid regular to 1e-9.
+        let start = inverse * Vector3::new(0.0, y as f64, 1.0);
+        let step = inverse[(0, 0)];
+        let [dx, dy, dz] = &mut self.direction;
+        let rotation = rotation.map(|v| v as f32);
+        for (x, ((dx, dy), dz)) in dx.iter_mut().zip(dy).zip(dz).enumerate() {
+            let (mut u, mut v) = ((start.x + step * x as f64) as f32, start.y as f32);
+            if let Some(corrections) = corrections {
+                let scale = corrections.at(u * u + v * v);
+                (u, v) = (u * scale, v * scale);
+            }
+            *dx = rotation[(0, 0)] * u + rotation[(0, 1)] * v + rotation[(0, 2)];
+            *dy = rotation[(1, 0)] * u + rotation[(1, 1)] * v + rotation[(1, 2)];
+            *dz = rotation[(2, 0)] * u + rotation[(2, 1)] * v + rotation[(2, 2)];
+        }
+    }
+
+    fn knot_direction(&self, x: usize) -> Vector3<f32> {
+        let [dx, dy, dz] = &self.direction;
+        Vector3::new(dx[x], dy[x], dz[x])
+    }
+}
+
+/// Points on the ground between the knots.
+#[multiversion(targets("x86_64+avx2"))]
+fn land_points(row: &mut Row, pixel: f32) {
+    let [dx, dy, dz] = &row.direction;
+    for (k, pair) in row.knots.windows(2).enumerate() {
+        let first = k * KNOT;
+        for x in first..(first + KNOT).min(row.width) {
+            let part = (x - first) as f32 / KNOT as f32;
+            let depth = (pair[0].depth + part * (pair[1].depth - pair[0].depth)).max(0.01);
+            let along = depth / dz[x].max(DOWNWARDS);
+            row.along[x] = along;
+            row.x[x] = dx[x] * along;
+            row.y[x] = dy[x] * along;
+            row.footprint[x] = log2(along * pixel);
+        }
+    }
+}
+
+/// `log2` to 0.01, continuous: exponent and a parabola through the mantissa.
+#[inline(always)]
+fn log2(v: f32) -> f32 {
+    let bits = v.to_bits();
+    let exponent = (bits >> 23) as i32 - 127;
+    let m = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000);
+    exponent as f32 + (2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn shade_picture(row: &Row, out: &mut [f32], picture: &Near<'_, 1>, weight: f32, grain: &NearGrain<'_>) {
+    for (x, out) in out.iter_mut().enumerate() {
+        let (px, py, footprint) = (row.x[x], row.y[x], row.footprint[x]);
+        let [value] = picture.sample(px, py, footprint);
+        *out = value / 65535.0;
+        if weight > 0.0 {
+            let fine = grain.sample(px, py, footprint);
+            *out *= (1.0 + weight * 0.7 * (fine[GREEN] + fine[HARD])).max(0.0);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn shade_land(row: &Row, out: &mut [f32], land: &Near<'_, 4>, grain: &NearGrain<'_>) {
+    for (x, out) in out.iter_mut().enumerate() {
+        let (px, py, footprint) = (row.x[x], row.y[x], row.footprint[x]);
+        let material = land::material(land.sample(px, py, footprint));
+        *out = ground_albedo(&material, grain.sample(px, py, footprint));
+    }
+}
+
+#[inline(always)]
+fn ground_albedo(material: &Material, fine: [f32; 4]) -> f32 {
+    let [green, soil, hard] = material.grain;
+    material.albedo * (1.0 + green * fine[GREEN] + soil * fine[SOIL] + hard * fine[HARD]).max(0.05)
+}

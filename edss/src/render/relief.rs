@@ -1,0 +1,156 @@
+//! Height of the ground, `Z = -h(X_e, Y_e)`: a lattice of heights, bilinear between its points.
+//!
+//! A ray from height `H` meets it where `F(v) = H - h(p + v s) - v = 0`, `v` the way down and `s` the ray's motion along
+//! the ground for each metre down. Newton's step `v -= F / F'` takes the slope from the same four heights. It converges
+//! from anywhere as long as slope times `|s|` stays below 1, which is so for a down-looking camera.
+
+use hoverlock_reference::image::plane::Plane;
+use nalgebra::Vector2;
+use rayon::prelude::*;
+
+use super::mip::Border;
+use super::noise::octaves;
+use crate::scene::Hills;
+
+/// A lattice of heights.
+pub struct Relief {
+    side: [usize; 2],
+    border: Border,
+    /// Side of a cell, m.
+    cell: f64,
+    /// Lattice point at the origin of the world.
+    origin: [f64; 2],
+    /// Height, m, and its slopes along the lattice.
+    points: Vec<[f32; 3]>,
+    /// Lowest and highest, m.
+    limits: [f64; 2],
+    steepest: f64,
+}
+
+/// Height of a point, m, and its slopes along `X_e` and `Y_e`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Height {
+    /// Over the mean ground, m.
+    pub h: f64,
+    /// `dh/dX`, `dh/dY`.
+    pub slope: [f64; 2],
+}
+
+/// Points of the lattice along a side.
+const SIDE: usize = 1024;
+/// Points for each wavelength of the longest hills.
+const POINTS: f64 = 64.0;
+
+impl Relief {
+    /// Hills of a seed. They repeat after 16 wavelengths.
+    pub fn hills(hills: &Hills, seed: u32) -> Self {
+        let mut heights = vec![0f32; SIDE * SIDE];
+        heights.par_chunks_exact_mut(SIDE).enumerate().for_each(|(y, row)| {
+            for (x, height) in row.iter_mut().enumerate() {
+                // The spectrum of gradient noise peaks at about one cell and a half a wave.
+                let scale = 2.0 / POINTS as f32;
+                let period = 2 * SIDE as u32 / POINTS as u32;
+                *height = octaves(x as f32 * scale, y as f32 * scale, period, seed, hills.octaves, 0.35);
+            }
+        });
+        let count = heights.len() as f64;
+        let mean = heights.iter().map(|&h| f64::from(h)).sum::<f64>() / count;
+        let square = heights.iter().map(|&h| (f64::from(h) - mean).powi(2)).sum::<f64>() / count;
+        let gain = hills.rms_m / square.sqrt();
+        heights.iter_mut().for_each(|h| *h = ((f64::from(*h) - mean) * gain) as f32);
+        Self::new([SIDE, SIDE], heights, Border::Repeated, hills.wavelength_m / POINTS, [0.0, 0.0])
+    }
+
+    /// A picture, black to white `height` m, its mean at 0 and its middle at the origin, mirrored at its borders.
+    pub fn map(picture: &Plane<u16>, texel: f64, height: f64) -> Self {
+        let side = [picture.width(), picture.height()];
+        let samples = picture.as_slice();
+        let mean = samples.iter().map(|&v| f64::from(v)).sum::<f64>() / samples.len() as f64;
+        let heights = samples.iter().map(|&v| ((f64::from(v) - mean) * height / 65535.0) as f32).collect();
+        Self::new(side, heights, Border::Mirrored, texel, side.map(|side| (side as f64 - 1.0) / 2.0))
+    }
+
+    fn new(side: [usize; 2], heights: Vec<f32>, border: Border, cell: f64, origin: [f64; 2]) -> Self {
+        let at = |x: i64, y: i64| heights[index(y, side[1], border).0 * side[0] + index(x, side[0], border).0];
+        let points: Vec<[f32; 3]> = (0..side[0] * side[1])
+            .map(|i| {
+                let (x, y) = ((i % side[0]) as i64, (i / side[0]) as i64);
+                let slope = |a: f32, b: f32| (b - a) / (2.0 * cell as f32);
+                [at(x, y), slope(at(x - 1, y), at(x + 1, y)), slope(at(x, y - 1), at(x, y + 1))]
+            })
+            .collect();
+        let limits = points.iter().fold([0f64; 2], |[low, high], p| [low.min(p[0].into()), high.max(p[0].into())]);
+        let steepest = points.iter().map(|p| p[1].hypot(p[2])).fold(0.0, f32::max).into();
+        Self { side, border, cell, origin, points, limits, steepest }
+    }
+
+    /// Lowest and highest, m.
+    pub fn limits(&self) -> [f64; 2] {
+        self.limits
+    }
+
+    /// Greatest slope, m/m.
+    pub fn steepest(&self) -> f64 {
+        self.steepest
+    }
+
+    /// Side of a cell, m.
+    pub fn cell(&self) -> f64 {
+        self.cell
+    }
+
+    /// Height and slopes at a point; the slopes are smooth, for light, and not those of the bilinear surface.
+    pub fn at(&self, p: Vector2<f64>) -> Height {
+        self.bilinear(p).0
+    }
+
+    /// What is asked of a point, and the slopes of the bilinear surface itself.
+    fn bilinear(&self, p: Vector2<f64>) -> (Height, [f64; 2]) {
+        let (x, y) = (p.x / self.cell + self.origin[0], p.y / self.cell + self.origin[1]);
+        let (left, top) = (x.floor(), y.floor());
+        let (s, t) = (x - left, y - top);
+        let ((x0, fx), (x1, _)) = (self.index(left, 0), self.index(left + 1.0, 0));
+        let ((y0, fy), (y1, _)) = (self.index(top, 1), self.index(top + 1.0, 1));
+        let at = |x: usize, y: usize| self.points[y * self.side[0] + x].map(f64::from);
+        let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
+        let mix = |n: usize| {
+            let upper = a[n] + s * (b[n] - a[n]);
+            upper + t * (c[n] + s * (d[n] - c[n]) - upper)
+        };
+        let along = [
+            ((b[0] - a[0]) + t * ((d[0] - c[0]) - (b[0] - a[0]))) / self.cell,
+            ((c[0] - a[0]) + s * ((d[0] - b[0]) - (c[0] - a[0]))) / self.cell,
+        ];
+        (Height { h: mix(0), slope: [fx * mix(1), fy * mix(2)] }, along)
+    }
+
+    fn index(&self, i: f64, axis: usize) -> (usize, f64) {
+        index(i as i64, self.side[axis], self.border)
+    }
+
+    /// The way down, m, from a point at height `top` along `motion` m for each metre down, started from a guess.
+    #[inline]
+    pub fn depth(&self, from: Vector2<f64>, top: f64, motion: Vector2<f64>, guess: f64, steps: usize) -> (f64, Height) {
+        let mut depth = guess;
+        let mut height = Height::default();
+        for _ in 0..steps {
+            let (here, slope) = self.bilinear(from + motion * depth);
+            height = here;
+            let rate = (slope[0] * motion.x + slope[1] * motion.y + 1.0).max(0.1);
+            depth += (top - here.h - depth) / rate;
+        }
+        (depth, height)
+    }
+}
+
+/// The lattice point that stands for one beyond the edge, and the sign of the slope there.
+fn index(i: i64, side: usize, border: Border) -> (usize, f64) {
+    match border {
+        Border::Repeated => (i.rem_euclid(side as i64) as usize, 1.0),
+        // The mirror stands on the lattice point, or a hill would have a flat top there.
+        Border::Mirrored => {
+            let turn = i.rem_euclid(2 * (side as i64 - 1).max(1)) as usize;
+            if turn < side { (turn, 1.0) } else { (2 * (side - 1) - turn, -1.0) }
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! From pixel to ray and back: `d = R (x s, y s, 1)`, with `(x, y) = K^-1 pixel` and `s` the lens's correction.
+//!
+//! Brown (1966): a direction with normalised coordinates at the radius `r` is seen at `r (1 + k1 r^2 + k2 r^4)`. The
+//! way back has no closed form; it is Newton's, once for each radius of a table.
+
+use hoverlock_reference::motion::orthophoto::Camera;
+use nalgebra::{Vector2, Vector3};
+
+/// A camera and the radial distortion of its lens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lens {
+    /// The camera without distortion.
+    pub camera: Camera,
+    /// Second-order term of the radial distortion of normalised coordinates; 0 for a pinhole.
+    pub k1: f64,
+    /// Fourth-order term.
+    pub k2: f64,
+}
+
+impl Lens {
+    /// Direction in the camera frame, with `z = 1`, that a pixel sees.
+    pub fn direction(&self, pixel: Vector2<f64>) -> Vector3<f64> {
+        let seen = self.camera.inverse() * pixel.push(1.0);
+        let scale = self.correction(seen.xy().norm_squared());
+        Vector3::new(seen.x * scale, seen.y * scale, 1.0)
+    }
+
+    /// Pixel at which a direction in the camera frame is seen; its `z` must be positive.
+    pub fn pixel(&self, direction: Vector3<f64>) -> Vector2<f64> {
+        let straight = direction.xy() / direction.z;
+        let q = straight.norm_squared();
+        let seen = straight * (1.0 + q * (self.k1 + q * self.k2));
+        (self.camera.matrix() * seen.push(1.0)).xy()
+    }
+
+    /// Undistorted over seen radius, for a squared seen radius.
+    fn correction(&self, squared: f64) -> f64 {
+        if self.k1 == 0.0 && self.k2 == 0.0 {
+            return 1.0;
+        }
+        let seen = squared.sqrt();
+        let mut r = seen;
+        for _ in 0..12 {
+            let q = r * r;
+            let error = r * (1.0 + q * (self.k1 + q * self.k2)) - seen;
+            // A lens that folds over has no inverse beyond the fold; the bound keeps the result finite there.
+            let rate = (1.0 + q * (3.0 * self.k1 + 5.0 * q * self.k2)).max(0.1);
+            r -= error / rate;
+        }
+        if seen > 0.0 { r / seen } else { 1.0 }
+    }
+}
+
+/// Corrections over the squared radius, for all pixels of a frame.
+pub struct Corrections {
+    table: Vec<f32>,
+    per_square: f32,
+}
+
+/// Steps of the table: linear interpolation errs by less than 1e-7 at a distortion of 10 %.
+const STEPS: usize = 1024;
+
+impl Corrections {
+    /// For a frame of `width` x `height`; `None` without distortion.
+    pub fn new(lens: &Lens, width: usize, height: usize) -> Option<Self> {
+        if lens.k1 == 0.0 && lens.k2 == 0.0 {
+            return None;
+        }
+        let corner = |x: usize, y: usize| (lens.camera.inverse() * Vector3::new(x as f64, y as f64, 1.0)).xy();
+        let corners = [corner(0, 0), corner(width, 0), corner(0, height), corner(width, height)];
+        let most = corners.iter().map(|c| c.norm_squared()).fold(1e-9, f64::max) * 1.01;
+        let table = (0..=STEPS + 1).map(|i| lens.correction(most * i as f64 / STEPS as f64) as f32).collect();
+        Some(Self { table, per_square: (STEPS as f64 / most) as f32 })
+    }
+
+    /// The correction for a squared radius.
+    #[inline(always)]
+    pub fn at(&self, squared: f32) -> f32 {
+        let place = (squared * self.per_square).min(STEPS as f32);
+        let step = place as usize;
+        let (a, b) = (self.table[step], self.table[step + 1]);
+        a + (place - step as f32) * (b - a)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_pixel_comes_back(
+            x in 0.0..1023.0f64, y in 0.0..767.0f64, k1 in -0.15..0.15f64, k2 in -0.05..0.05f64,
+        ) {
+            let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
+            let lens = Lens { camera, k1, k2 };
+            let pixel = Vector2::new(x, y);
+            let direction = lens.direction(pixel);
+            prop_assert!((lens.pixel(direction) - pixel).norm() < 1e-6);
+            // The table against Newton: 1e-6 of the radius is less than 0.001 px.
+            let seen = (camera.inverse() * pixel.push(1.0)).xy();
+            if let Some(table) = Corrections::new(&lens, 1024, 768) {
+                let from_table = f64::from(table.at(seen.norm_squared() as f32));
+                prop_assert!((from_table * seen.norm() - direction.xy().norm()).abs() < 1e-6);
+            }
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! What is seen: ground, relief, things on the ground, sun and weather, read from a text file that a user can write.
+//!
+//! A file is TOML; every key with a dimension has its unit in its name. The whole of it is in `edss/README.md`. A key
+//! that is unknown, of the wrong type or out of range is refused with its line, so that a scene is never half obeyed.
+
+#![allow(dead_code)]
+
+mod check;
+mod kind;
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector2;
+use serde::Deserialize;
+
+pub use check::SceneError;
+
+/// A scene, read and checked.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    pub(crate) ground: Ground,
+    #[serde(default)]
+    pub(crate) relief: Option<Relief>,
+    #[serde(default)]
+    pub(crate) sun: Sun,
+    #[serde(default = "one")]
+    pub(crate) brightness: f64,
+    #[serde(default)]
+    pub(crate) mist: Option<Mist>,
+    #[serde(default)]
+    pub(crate) rain: Option<Fall>,
+    #[serde(default)]
+    pub(crate) snow: Option<Fall>,
+    #[serde(default)]
+    pub(crate) building: Vec<Building>,
+    #[serde(default)]
+    pub(crate) tree: Vec<Tree>,
+    #[serde(default)]
+    pub(crate) car: Vec<Car>,
+    #[serde(default)]
+    pub(crate) helipad: Vec<Helipad>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// What the ground is made of.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Ground {
+    Picture(PictureGround),
+    Field(Field),
+    Town(Town),
+    Asphalt(Asphalt),
+    Grass(Grass),
+    Water(Water),
+}
+
+/// A picture laid on the ground, its middle at the origin, columns along `X_e`, mirrored at its borders.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PictureGround {
+    pub file: PathBuf,
+    pub texel_m: f64,
+    /// Fine structure added to it, relative to its brightness.
+    #[serde(default)]
+    pub grain: f64,
+}
+
+/// Parcels of about `parcel_m`, tracks between them, trees along their edges.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Field {
+    #[serde(default = "Field::parcel")]
+    pub parcel_m: f64,
+    #[serde(default)]
+    pub trees: u32,
+}
+
+impl Field {
+    fn parcel() -> f64 {
+        40.0
+    }
+}
+
+/// Blocks of about `block_m` between streets, with houses, gardens, trees and cars.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Town {
+    #[serde(default = "Town::block")]
+    pub block_m: f64,
+    #[serde(default)]
+    pub trees: u32,
+    #[serde(default)]
+    pub moving_cars: u32,
+    #[serde(default)]
+    pub parked_cars: u32,
+}
+
+impl Town {
+    fn block() -> f64 {
+        62.0
+    }
+}
+
+/// A paved square with grass around it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Asphalt {
+    pub side_m: f64,
+}
+
+/// Grass without end.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Grass {}
+
+/// Waves of about `wave_m` and shorter that run downwind, with an rms slope of `slope`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Water {
+    #[serde(default = "Water::wave")]
+    pub wave_m: f64,
+    #[serde(default = "Water::slope")]
+    pub slope: f64,
+    #[serde(default)]
+    pub wind_to_deg: f64,
+}
+
+impl Water {
+    fn wave() -> f64 {
+        6.0
+    }
+
+    /// Cox and Munk (1954): mean square slope 0.003 + 0.00512 U, here for a wind of 4 m/s.
+    fn slope() -> f64 {
+        0.15
+    }
+}
+
+/// Heights of the ground about its mean.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Relief {
+    Hills(Hills),
+    Map(HeightMap),
+}
+
+/// Smooth hills, `octaves` of them, each half as long as the one before.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Hills {
+    pub rms_m: f64,
+    pub wavelength_m: f64,
+    #[serde(default = "Hills::octaves")]
+    pub octaves: u32,
+}
+
+impl Hills {
+    fn octaves() -> u32 {
+        3
+    }
+}
+
+/// A picture whose black and white are `height_m` apart, its mean at `Z = 0`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct HeightMap {
+    pub file: PathBuf,
+    pub texel_m: f64,
+    pub height_m: f64,
+}
+
+/// Where the sun stands: azimuth from `X_e` towards `Y_e`, elevation over the horizon.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Sun {
+    pub azimuth_deg: f64,
+    pub elevation_deg: f64,
+}
+
+impl Default for Sun {
+    fn default() -> Self {
+        Self { azimuth_deg: 300.0, elevation_deg: 45.0 }
+    }
+}
+
+/// Extinction along the ray.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Mist {
+    pub extinction_per_m: f64,
+}
+
+/// Drops or flakes in a cubic metre of air.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Fall {
+    pub per_m3: f64,
+}
+
+/// A box with a roof; `size_m` is along and across `yaw_deg`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Building {
+    pub at_m: [f64; 2],
+    pub size_m: [f64; 2],
+    pub height_m: f64,
+    #[serde(default)]
+    pub yaw_deg: f64,
+    #[serde(default)]
+    pub roof: Roof,
+}
+
+/// Form of a roof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Roof {
+    #[default]
+    Flat,
+    Gable,
+}
+
+/// A crown of leaves.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Tree {
+    pub at_m: [f64; 2],
+    pub radius_m: f64,
+    pub height_m: f64,
+}
+
+/// A car that drives from one point to another and begins anew.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Car {
+    pub from_m: [f64; 2],
+    pub to_m: [f64; 2],
+    pub speed_m_per_s: f64,
+}
+
+/// A disc with a ring and an H, painted on the ground; `heading_deg` is the upright of the H.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Helipad {
+    pub at_m: [f64; 2],
+    pub diameter_m: f64,
+    #[serde(default)]
+    pub heading_deg: f64,
+}
+
+impl Scene {
+    /// The scenes that come with the simulator.
+    pub const NAMES: [&str; 5] = ["field", "town", "helipad-in-mist", "open-water", "aerial"];
+
+    /// The text of a scene that comes with the simulator.
+    pub fn named(name: &str) -> Option<&'static str> {
+        match name {
+            "field" => Some(include_str!("../scenes/field.toml")),
+            "town" => Some(include_str!("../scenes/town.toml")),
+            "helipad-in-mist" => Some(include_str!("../scenes/helipad-in-mist.toml")),
+            "open-water" => Some(include_str!("../scenes/open-water.toml")),
+            "aerial" => Some(include_str!("../scenes/aerial.toml")),
+            _ => None,
+        }
+    }
+
+    /// Reads a scene. Picture files are looked for in `folder`, then among the photographs that `make demo` fetches.
+    ///
+    /// # Errors
+    /// What the text has wrong, with its line; put `scene FILE ` before it.
+    pub fn parse(text: &str, folder: &Path) -> Result<Self, SceneError> {
+        check::parse(text, folder)
+    }
+
+    /// Direction to the sun, of length 1.
+    pub(crate) fn to_sun(&self) -> nalgebra::Vector3<f64> {
+        let (sa, ca) = libm::sincos(self.sun.azimuth_deg.to_radians());
+        let (se, ce) = libm::sincos(self.sun.elevation_deg.to_radians());
+        nalgebra::Vector3::new(ca * ce, sa * ce, -se)
+    }
+}
+
+/// A point of the ground, m.
+pub(crate) fn point(at: [f64; 2]) -> Vector2<f64> {
+    Vector2::new(at[0], at[1])
+}

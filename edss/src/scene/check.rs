@@ -1,0 +1,230 @@
+//! Refusals with their line.
+
+use std::path::{Path, PathBuf};
+
+use hoverlock_reference::image::picture::{Limits, PictureFile, newcomer_dir};
+use toml::de::{DeTable, DeValue};
+
+use super::{Ground, Relief, Scene};
+
+/// What is wrong with a scene file, and where: `line N: KEY: why`.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("line {line}: {key}{}{why}", if key.is_empty() { "" } else { ": " })]
+pub struct SceneError {
+    /// Counted from 1.
+    pub line: usize,
+    /// The key with its tables, as in `relief.hills.rms_m`; empty where the file is not TOML.
+    pub key: String,
+    /// What is wrong, and what is allowed.
+    pub why: String,
+}
+
+/// Most things of a kind in one scene.
+const MOST: usize = 2000;
+
+pub(super) fn parse(text: &str, folder: &Path) -> Result<Scene, SceneError> {
+    let line = |offset: usize| text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count() + 1;
+    let table = DeTable::parse(text);
+    let mut scene: Scene = toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start);
+        let key = table.as_ref().map(|table| key_at(table.get_ref(), start)).unwrap_or_default();
+        // The message of an enumeration or of a wrong type may have several lines; a refusal has one.
+        SceneError { line: line(start), key, why: error.message().split_whitespace().collect::<Vec<_>>().join(" ") }
+    })?;
+    let checked = check(&mut scene, folder);
+    checked
+        .map_err(|Refusal { path, why }| {
+            let start = table.as_ref().map_or(0, |table| offset_of(table.get_ref(), &path));
+            SceneError { line: line(start), key: path.join("."), why }
+        })
+        .map(|()| scene)
+}
+
+struct Refusal {
+    path: Vec<String>,
+    why: String,
+}
+
+/// Where the value stands that the path of keys and indices leads to, or the last of the tables on the way.
+fn offset_of(table: &DeTable<'_>, path: &[String]) -> usize {
+    let mut offset = 0;
+    let mut tables = Some(table);
+    let mut array = None;
+    for step in path {
+        let value = match (tables, array) {
+            (Some(table), _) => match table.get_key_value(step.as_str()) {
+                Some((key, value)) => {
+                    offset = key.span().start;
+                    value
+                }
+                None => return offset,
+            },
+            (_, Some(values)) => {
+                let values: &toml::de::DeArray<'_> = values;
+                let Some(value) = step.parse().ok().and_then(|index: usize| values.get(index)) else { return offset };
+                offset = value.span().start;
+                value
+            }
+            _ => return offset,
+        };
+        (tables, array) = (value.get_ref().as_table(), value.get_ref().as_array());
+    }
+    offset
+}
+
+/// The key whose value, or whose name, stands at an offset.
+fn key_at(table: &DeTable<'_>, offset: usize) -> String {
+    for (key, value) in table {
+        if key.span().contains(&offset) {
+            return key.get_ref().to_string();
+        }
+        let inner = match value.get_ref() {
+            DeValue::Table(inner) => key_at(inner, offset),
+            DeValue::Array(values) => values
+                .iter()
+                .enumerate()
+                .filter_map(|(i, value)| value.get_ref().as_table().map(|inner| (i, key_at(inner, offset))))
+                .find(|(_, inner)| !inner.is_empty())
+                .map(|(i, inner)| format!("{i}.{inner}"))
+                .unwrap_or_default(),
+            _ => String::new(),
+        };
+        if !inner.is_empty() {
+            return format!("{}.{inner}", key.get_ref());
+        }
+        if value.span().contains(&offset) {
+            return key.get_ref().to_string();
+        }
+    }
+    String::new()
+}
+
+type Checked = Result<(), Refusal>;
+
+fn path_of(path: &str) -> Vec<String> {
+    path.split('.').map(str::to_owned).collect()
+}
+
+fn within(path: &str, value: f64, least: f64, most: f64) -> Checked {
+    // Not-a-number fails both comparisons.
+    let passes = value >= least && value <= most;
+    let why = || format!("{value} is out of range: {least} to {most}");
+    if passes { Ok(()) } else { Err(Refusal { path: path_of(path), why: why() }) }
+}
+
+fn point_within(path: &str, at: [f64; 2]) -> Checked {
+    at.iter().enumerate().try_for_each(|(i, &value)| within(&format!("{path}.{i}"), value, -10_000.0, 10_000.0))
+}
+
+fn check(scene: &mut Scene, folder: &Path) -> Checked {
+    match &mut scene.ground {
+        Ground::Picture(picture) => {
+            within("ground.picture.texel_m", picture.texel_m, 1e-4, 10.0)?;
+            within("ground.picture.grain", picture.grain, 0.0, 1.0)?;
+            find("ground.picture.file", &mut picture.file, folder)?;
+        }
+        Ground::Field(field) => {
+            within("ground.field.parcel_m", field.parcel_m, 10.0, 100.0)?;
+            within("ground.field.trees", field.trees.into(), 0.0, MOST as f64)?;
+        }
+        Ground::Town(town) => {
+            within("ground.town.block_m", town.block_m, 40.0, 100.0)?;
+            let counts = [("trees", town.trees), ("moving_cars", town.moving_cars), ("parked_cars", town.parked_cars)];
+            for (key, count) in counts {
+                within(&format!("ground.town.{key}"), count.into(), 0.0, MOST as f64)?;
+            }
+        }
+        Ground::Asphalt(asphalt) => within("ground.asphalt.side_m", asphalt.side_m, 0.0, 10_000.0)?,
+        Ground::Grass(_) => {}
+        Ground::Water(water) => {
+            within("ground.water.wave_m", water.wave_m, 0.5, 100.0)?;
+            within("ground.water.slope", water.slope, 0.01, 0.5)?;
+            within("ground.water.wind_to_deg", water.wind_to_deg, -360.0, 360.0)?;
+        }
+    }
+    match &mut scene.relief {
+        None => {}
+        Some(Relief::Hills(hills)) => {
+            within("relief.hills.rms_m", hills.rms_m, 0.0, 50.0)?;
+            within("relief.hills.wavelength_m", hills.wavelength_m, 10.0, 10_000.0)?;
+            within("relief.hills.octaves", hills.octaves.into(), 1.0, 5.0)?;
+        }
+        Some(Relief::Map(map)) => {
+            within("relief.map.texel_m", map.texel_m, 0.01, 1000.0)?;
+            within("relief.map.height_m", map.height_m, 0.0, 200.0)?;
+            find("relief.map.file", &mut map.file, folder)?;
+        }
+    }
+    within("sun.azimuth_deg", scene.sun.azimuth_deg, -360.0, 360.0)?;
+    within("sun.elevation_deg", scene.sun.elevation_deg, 5.0, 90.0)?;
+    within("brightness", scene.brightness, 0.0, 10.0)?;
+    if let Some(mist) = scene.mist {
+        within("mist.extinction_per_m", mist.extinction_per_m, 0.0, 1.0)?;
+    }
+    for (key, fall) in [("rain", scene.rain), ("snow", scene.snow)] {
+        if let Some(fall) = fall {
+            within(&format!("{key}.per_m3"), fall.per_m3, 0.0, 20.0)?;
+        }
+    }
+    things(scene)
+}
+
+fn things(scene: &Scene) -> Checked {
+    let counts = [
+        ("building", scene.building.len()),
+        ("tree", scene.tree.len()),
+        ("car", scene.car.len()),
+        ("helipad", scene.helipad.len()),
+    ];
+    for (key, count) in counts {
+        if count > MOST {
+            return Err(Refusal { path: vec![key.into()], why: format!("{count} are too many: at most {MOST}") });
+        }
+    }
+    for (i, building) in scene.building.iter().enumerate() {
+        point_within(&format!("building.{i}.at_m"), building.at_m)?;
+        for side in 0..2 {
+            within(&format!("building.{i}.size_m.{side}"), building.size_m[side], 0.1, 500.0)?;
+        }
+        within(&format!("building.{i}.height_m"), building.height_m, 0.05, 200.0)?;
+        within(&format!("building.{i}.yaw_deg"), building.yaw_deg, -360.0, 360.0)?;
+    }
+    for (i, tree) in scene.tree.iter().enumerate() {
+        point_within(&format!("tree.{i}.at_m"), tree.at_m)?;
+        within(&format!("tree.{i}.radius_m"), tree.radius_m, 0.1, 20.0)?;
+        within(&format!("tree.{i}.height_m"), tree.height_m, 0.2, 60.0)?;
+    }
+    for (i, car) in scene.car.iter().enumerate() {
+        point_within(&format!("car.{i}.from_m"), car.from_m)?;
+        point_within(&format!("car.{i}.to_m"), car.to_m)?;
+        within(&format!("car.{i}.speed_m_per_s"), car.speed_m_per_s, 0.0, 100.0)?;
+        if car.from_m == car.to_m {
+            let path = path_of(&format!("car.{i}.to_m"));
+            return Err(Refusal { path, why: "must differ from from_m: a standing car has speed_m_per_s = 0".into() });
+        }
+    }
+    for (i, pad) in scene.helipad.iter().enumerate() {
+        point_within(&format!("helipad.{i}.at_m"), pad.at_m)?;
+        within(&format!("helipad.{i}.diameter_m"), pad.diameter_m, 1.0, 100.0)?;
+        within(&format!("helipad.{i}.heading_deg"), pad.heading_deg, -360.0, 360.0)?;
+    }
+    Ok(())
+}
+
+/// Replaces a file's name by the path at which it is, and reads its header.
+fn find(path: &str, file: &mut PathBuf, folder: &Path) -> Checked {
+    let refuse = |why: String| Err(Refusal { path: path_of(path), why });
+    let fetched = newcomer_dir().map(|pictures| pictures.join(&*file));
+    let Some(found) = [Some(folder.join(&*file)), fetched].into_iter().flatten().find(|path| path.is_file()) else {
+        return refuse(format!(
+            "{} is neither in {} nor among the photographs that `make demo` fetches: name a picture file, or run `make demo`",
+            file.display(),
+            if folder.as_os_str().is_empty() { Path::new(".") } else { folder }.display(),
+        ));
+    };
+    match PictureFile::open(&found, &Limits::default()) {
+        Ok(_) => *file = found,
+        Err(error) => return refuse(error.to_string()),
+    }
+    Ok(())
+}
