@@ -128,5 +128,5 @@ fn commands_reach_the_camera_and_stop_ends_the_stream() {
     let [(Camera::All, Control::Zoom(narrow)), (Camera::All, Control::Zoom(wide))] = views[..] else {
         panic!("{views:?}")
     };
-    assert!((narrow - 5.4).abs() < 1e-3 && (wide - 50.0).abs() < 1e-3);
+    assert!((narrow - 10.0).abs() < 1e-3 && (wide - 50.0).abs() < 1e-3);
 }

@@ -10,7 +10,9 @@ mod telemetry;
 mod chain;
 mod coeffs;
 mod cosim;
+mod design;
 mod doctor;
+mod hover;
 mod interrupt;
 mod matching;
 mod output;
@@ -20,6 +22,7 @@ mod rtl;
 mod rtl_level;
 mod shell;
 mod sim;
+mod sweep;
 
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -46,11 +49,13 @@ enum Verb {
     Completions(shell::CompletionsArgs),
     Cosim(cosim::Args),
     Doctor(doctor::Args),
+    Hover(hover::Args),
     Man(shell::ManArgs),
     Match(matching::Args),
     Report(report::Args),
     Rtl(rtl::Args),
     Sim(sim::Args),
+    Sweep(sweep::Args),
 }
 
 /// Whether a verb's checks pass.
@@ -72,11 +77,13 @@ fn main() -> ExitCode {
         Verb::Completions(args) => shell::completions(&args),
         Verb::Cosim(args) => cosim::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
+        Verb::Hover(args) => hover::run(&args),
         Verb::Man(args) => shell::man(&args),
         Verb::Match(args) => matching::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Rtl(args) => rtl::run(&args),
         Verb::Sim(args) => sim::run(&args),
+        Verb::Sweep(args) => sweep::run(&args),
     });
     match outcome {
         Ok(Verdict::Pass) => ExitCode::SUCCESS,

@@ -13,6 +13,7 @@ use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
+use crate::design::configured;
 use crate::output::{Folder, command, print, say, shown, verdict};
 use crate::picture::{Limit, listed, open};
 use crate::rtl_level;
@@ -88,28 +89,6 @@ pub fn run(args: &Args) -> Result<Verdict> {
         print(&summary(&study, &args.out))?;
     }
     Ok(study.pass.into())
-}
-
-/// The default design point, changed by files and by single keys in the order given.
-fn configured(changes: &[OsString]) -> Result<DesignPoint> {
-    let mut design = KT27;
-    for change in changes {
-        let path = Path::new(change);
-        design = match change.to_str() {
-            Some(change) if change.contains('=') && !path.exists() => design.with_override(change)?,
-            _ => {
-                let name = path.display();
-                // A device or a FIFO may never end.
-                if path.exists() && !path.is_file() {
-                    bail!("{name}: the configuration is not a regular file");
-                }
-                let text = std::fs::read_to_string(path)
-                    .with_context(|| format!("{name}: the configuration cannot be read"))?;
-                design.with_toml(&text).with_context(|| name.to_string())?
-            }
-        };
-    }
-    Ok(design)
 }
 
 /// Opens all pictures before any work begins, cuts each to the frame of the design, and gives it a name of its own.

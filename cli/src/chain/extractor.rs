@@ -6,8 +6,8 @@ use hoverlock_arm::bus::Bus;
 use hoverlock_arm::hardware::Size;
 use hoverlock_arm::message::encode_frame;
 use hoverlock_arm::setup::{Thresholds, set_up};
-use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
@@ -48,9 +48,10 @@ pub enum Extractor {
 
 impl Extractor {
     /// An extractor whose thresholds have settled on the first frame, as of a camera that has looked at it for a while.
-    pub fn new(source: Source, first: &Plane<u16>) -> Result<Self> {
+    /// `design` is that of the fixed point.
+    pub fn new(source: Source, design: &DesignPoint, first: &Plane<u16>) -> Result<Self> {
         let model = |features, thresholds| {
-            let control = ThresholdController::resumed(&KT27, thresholds);
+            let control = ThresholdController::resumed(design, thresholds);
             Self::Model { features, control, frames: 0 }
         };
         Ok(match source {
@@ -63,9 +64,20 @@ impl Extractor {
                     move |frame: &Plane<u16>, thresholds| above(&records(&extractor.extract(frame)), thresholds);
                 model(Box::new(features), control.thresholds())
             }
-            Source::Fixed => {
+            Source::Fixed if *design == KT27 => {
                 let mut simd = SimdBitTrue::new(&KT27)?;
                 model(Box::new(move |frame, thresholds| simd.frame(frame, thresholds).to_vec()), settled(first)?)
+            }
+            Source::Fixed => {
+                let bit_true = BitTrue::new(design)?;
+                let planes = bit_true.planes(first);
+                let mut control = ThresholdController::new(design);
+                control.settle(|thresholds| counts(&planes.features(thresholds)));
+                let features = move |frame: &Plane<u16>, thresholds| bit_true.planes(frame).features(thresholds);
+                model(Box::new(features), control.thresholds())
+            }
+            Source::Rtl if *design != KT27 => {
+                bail!("--features rtl: the Verilog is that of the design point kt27; leave --config out")
             }
             Source::Rtl => {
                 let size = Size::new(first.width() as u32, first.height() as u32)?;

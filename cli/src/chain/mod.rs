@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use hoverlock_arm::message::{self, Command, Telemetry, encode_registers};
 use hoverlock_arm::source::Source as Stream;
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reports::flight::Estimate;
@@ -78,9 +79,9 @@ impl Line {
 
 impl Chain {
     /// Starts extractor and flight program, which captures the first frame as its reference.
-    pub fn start(features: Source, program: Program, first: &Plane<u16>) -> Result<Self> {
+    pub fn start(features: Source, design: &DesignPoint, program: Program, first: &Plane<u16>) -> Result<Self> {
         let arm = (program == Program::Arm).then(Arm::start).transpose()?;
-        let extractor = Extractor::new(features, first)?;
+        let extractor = Extractor::new(features, design, first)?;
         let mut stream = Stream::default();
         match extractor.registers() {
             Some(block) => stream.send(message::REGISTERS, &encode_registers(block)),
@@ -161,4 +162,9 @@ pub fn told(features: Source, program: Program) -> [String; 2] {
         Program::Arm => "the ARM binary under qemu; its lines are the host's, compared byte for byte",
     };
     [name(features.to_possible_value(), features_help), name(program.to_possible_value(), program_help)]
+}
+
+/// The name of a choice on the command line.
+pub fn name(choice: &impl ValueEnum) -> String {
+    choice.to_possible_value().as_ref().map_or("", |value| value.get_name()).to_owned()
 }

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reports::flight::{Flight, Frame, html};
 use hoverlock_reports::output::PAGE;
@@ -144,7 +145,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 /// The frames in order, each with its telemetry.
 fn fly(args: &Args, sequence: &Sequence) -> Result<Report> {
     let started = Instant::now();
-    let mut chain = Chain::start(args.features, args.estimator, &sequence.frames[0])?;
+    let mut chain = Chain::start(args.features, &KT27, args.estimator, &sequence.frames[0])?;
     let (mut rows, mut estimates) = (Vec::new(), Vec::new());
     for (i, (telemetry, frame)) in sequence.telemetry.iter().zip(&sequence.frames).enumerate() {
         let Written { line, read, inliers } = chain.frame(telemetry, frame)?;
