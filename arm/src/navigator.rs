@@ -35,14 +35,14 @@ use nalgebra::{Matrix3, Vector2};
 /// Features of a frame that are used; of more, those with the largest responses.
 pub const MAX_FEATURES: usize = 1024;
 
-/// Work units of a frame. Three rounds of matching take 1.3 million where the features are spread evenly over scales
+/// Work units of a frame. Three rounds of matching take 0.9 million where the features are spread evenly over scales
 /// and polarities. A unit is at most twelve instructions of the Cortex-A9, counted by `make bench-arm`, so that these
-/// are up to 38 million.
-pub const WORK: u64 = 3_200_000;
+/// are up to 24 million; one more goes to records and output.
+pub const WORK: u64 = 2_000_000;
 
-/// What the search leaves of these to the pose fit at least: 1024 pairs take 44 thousand an iteration. With half a
-/// million three of thirteen real frames had no pose in time.
-pub const POSE_WORK: u64 = 1_400_000;
+/// What the search leaves of these to the pose fit at least: 1024 pairs take 44 thousand an iteration, and a fit takes
+/// seven of them and some among fewer pairs.
+pub const POSE_WORK: u64 = 440_000;
 
 /// Age up to which a displacement predicts the next, microseconds. A helicopter that gains 2 m/s in a second moves
 /// the ground by less than

@@ -23,11 +23,15 @@ use nalgebra::{Matrix3, Vector2};
 /// a scale that changes by 10 % over 1000 px, at 500 px from the centre. The second allows for relief.
 pub const GATES: [f64; 2] = [48.0, 16.0];
 
+/// Samples of a round of refinement, at most. The motion before is its first hypothesis; samples only have to escape
+/// where that leads nowhere.
+const REFINING_DRAWS: usize = 64;
+
+/// Before the last round the motion settles to this, px: it serves as the next gate's middle alone.
+const NEARLY: f64 = 1.0;
+
 /// Largest ratio of a match's distance to that of the second best. It loses few right matches and half of the wrong.
 pub const DISTINCT: f64 = 0.9;
-
-/// Work units of a feature in a matching beside its comparisons, by instructions on the ARM.
-const FEATURE_WORK: usize = 80;
 
 /// Settings of the estimation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,13 +94,18 @@ impl Estimator {
         reference: &[Feature],
         current: &[Feature],
     ) -> Result<&'workspace Estimate, RansacError> {
-        let search = Ransac { model: self.ransac.model.min(Model::Similarity), ..self.ransac };
-        workspace.round(&self.matching, &search, budget, reference, current)?;
+        let (settled, draws) = (NEARLY.max(self.ransac.settled), self.ransac.draws.min(REFINING_DRAWS));
+        let search = Ransac { model: self.ransac.model.min(Model::Similarity), settled, ..self.ransac };
+        let refining = Ransac { draws, ..self.ransac };
+        if !workspace.matching.fill(reference, current, self.matching.strict, budget) {
+            return Err(RansacError::Late);
+        }
+        workspace.round(&self.matching, &search, None, budget, reference, current)?;
         std::mem::swap(&mut workspace.best, &mut workspace.next);
-        for radius in GATES {
-            let gate = Gate { prediction: workspace.best.homography, radius };
-            let matching = Matching { gate: Some(gate), ..self.matching };
-            if workspace.round(&matching, &self.ransac, budget, reference, current).is_ok() {
+        for (radius, ransac) in GATES.into_iter().zip([Ransac { settled, ..refining }, refining]) {
+            let prediction = workspace.best.homography;
+            let matching = Matching { gate: Some(Gate { prediction, radius }), ..self.matching };
+            if workspace.round(&matching, &ransac, Some(&prediction), budget, reference, current).is_ok() {
                 workspace.next.quality = workspace.best.quality;
                 std::mem::swap(&mut workspace.best, &mut workspace.next);
             }
@@ -139,25 +148,24 @@ impl Workspace {
         }
     }
 
-    /// One matching and one search, into `next`.
+    /// One matching and one search, which improves on `start`, into `next`.
     fn round(
         &mut self,
         matching: &Matching,
         ransac: &Ransac,
+        start: Option<&Matrix3<f64>>,
         budget: &mut Budget,
         reference: &[Feature],
         current: &[Feature],
     ) -> Result<(), RansacError> {
-        let comparisons = self.matching.comparisons(reference, current);
-        if !budget.spend(comparisons + FEATURE_WORK * (reference.len() + current.len())) {
+        let next = &mut self.next;
+        if !matching.matches_into(budget, &mut self.matching, &mut next.matches) {
             return Err(RansacError::Late);
         }
-        let next = &mut self.next;
-        matching.matches_into(reference, current, &mut self.matching, &mut next.matches);
         next.pairs.clear();
         next.pairs.extend(located(&next.matches, reference, current));
         let gate_radius = matching.gate.map(|gate| gate.radius);
-        ransac.run_into(&next.pairs, gate_radius, budget, &mut self.search, &mut self.consensus)?;
+        ransac.run_into(&next.pairs, gate_radius, start, budget, &mut self.search, &mut self.consensus)?;
         let Consensus { homography, inliers, rms, quality, .. } = &mut self.consensus;
         (next.homography, next.model, next.rms, next.quality) = (*homography, ransac.model, *rms, *quality);
         std::mem::swap(&mut next.inliers, inliers);

@@ -18,9 +18,19 @@ use crate::motion::mark::{Part, mark};
 use crate::motion::model::transfer;
 use nalgebra::{Matrix3, Vector2};
 use std::cmp::Ordering;
+use std::ops::Range;
 
 /// Radius of the gate about a predicted position, px.
 pub const GATE_RADIUS: f64 = 192.0;
+
+/// Work units of a feature in a matching beside its comparisons, by instructions on the ARM.
+const FEATURE_WORK: usize = 72;
+
+/// Work units of preparing a feature, once for all matchings of a frame.
+const FILL_WORK: usize = 24;
+
+/// Work units of a comparison where the place decides too.
+const GATED_WORK: usize = 2;
 
 /// How the two terms of the distance are combined.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -73,40 +83,50 @@ impl Matching {
     /// All matches, the best first: by distance, then difference of responses, then index in REF.
     pub fn matches(&self, reference: &[Feature], current: &[Feature]) -> Vec<Match> {
         let mut found = Vec::new();
-        self.matches_into(reference, current, &mut MatchBuffers::default(), &mut found);
+        let (mut budget, mut buffers) = (Budget::UNLIMITED, MatchBuffers::default());
+        buffers.fill(reference, current, self.strict, &mut budget);
+        self.matches_into(&mut budget, &mut buffers, &mut found);
         found
     }
 
-    /// The same into `found`, whose content is replaced, with memory that is used again.
-    pub fn matches_into(
-        &self,
-        reference: &[Feature],
-        current: &[Feature],
-        buffers: &mut MatchBuffers,
-        found: &mut Vec<Match>,
-    ) {
-        mark(Part::Matching);
+    /// The same of the features that `buffers` were filled with, into `found`, whose content is replaced, and with
+    /// bounded work: whether `budget` allowed all of it. Where not, what is found is of no use.
+    pub fn matches_into(&self, budget: &mut Budget, buffers: &mut MatchBuffers, found: &mut Vec<Match>) -> bool {
         found.clear();
-        groups(reference, &mut buffers.groups);
-        for group in 0..buffers.groups.len() {
-            buffers.fill(buffers.groups[group], reference, current, self.strict);
-            match self.distance {
-                Distance::Lexicographic => self.mutual(buffers, found, |hamming, _| f64::from(hamming)),
-                Distance::Sum(c) => {
-                    self.mutual(buffers, found, |hamming, difference| f64::from(hamming) + c * difference * difference);
-                }
-            }
+        if !budget.spend(FEATURE_WORK * (buffers.from.len() + buffers.to.len())) {
+            return false;
         }
+        mark(Part::Matching);
+        buffers.blocks.iter_mut().for_each(|block| block.limits = [u8::MAX; BLOCK]);
+        let whole = (0..buffers.groups.len()).all(|group| match self.distance {
+            Distance::Lexicographic => self.mutual(budget, buffers, group, found, |hamming, _| f64::from(hamming)),
+            Distance::Sum(c) => self.mutual(budget, buffers, group, found, |hamming, difference| {
+                f64::from(hamming) + c * difference * difference
+            }),
+        });
         // The index decides last, so no two are equal and the order is that of a stable sort.
         found.sort_unstable_by(Match::best_first);
         mark(Part::Search);
+        whole
     }
 
     /// Adds the mutual best of one scale and polarity; `sum` puts Hamming distance and difference of responses
-    /// together.
-    fn mutual(&self, buffers: &mut MatchBuffers, found: &mut Vec<Match>, sum: impl Fn(u32, f64) -> f64) {
-        let MatchBuffers { from, to, blocks, best_from, best_to, .. } = buffers;
-        let in_row_order = to.is_sorted_by_key(|candidate| candidate.row);
+    /// together. Whether `budget` allowed all comparisons.
+    fn mutual(
+        &self,
+        budget: &mut Budget,
+        buffers: &mut MatchBuffers,
+        group: usize,
+        found: &mut Vec<Match>,
+        sum: impl Fn(u32, f64) -> f64,
+    ) -> bool {
+        let MatchBuffers { groups, from, to, blocks, best_from, best_to, .. } = buffers;
+        let Group { from: from_range, to: to_range, blocks: block_range, in_row_order, .. } = groups[group].clone();
+        let (from, to, blocks) = (&from[from_range], &to[to_range], &mut blocks[block_range]);
+        for (best, candidates) in [(&mut *best_from, from), (&mut *best_to, to)] {
+            best.clear();
+            best.resize(candidates.len(), Best::NONE);
+        }
         // The second best only matters for the ratio.
         let limit = |best: &Best| if self.ratio.is_some() { best.second } else { best.distance };
         for (i, a) in from.iter().enumerate() {
@@ -124,14 +144,18 @@ impl Matching {
                 }
                 _ => 0,
             };
-            for (block, near) in blocks.iter_mut().enumerate().skip(first / BLOCK) {
-                let Some(top) = to.get(block * BLOCK) else { break };
-                if let Some((position, _)) = expected
-                    && in_row_order
-                    && f64::from(top.row) > position.y + self.reach()
-                {
-                    break;
+            let end = match expected {
+                Some((position, _)) if in_row_order => {
+                    to.partition_point(|b| f64::from(b.row) <= position.y + self.reach())
                 }
+                _ => to.len(),
+            };
+            let looked_at = first / BLOCK..end.div_ceil(BLOCK);
+            let each = if expected.is_some() { GATED_WORK } else { 1 };
+            if !budget.spend(each * BLOCK * looked_at.len()) {
+                return false;
+            }
+            for (block, near) in blocks.iter_mut().enumerate().take(looked_at.end).skip(looked_at.start) {
                 let (mut closer, hamming) = near.closer(&a.bytes, floor(limit(&best_from[i])));
                 while closer != 0 {
                     let lane = closer.trailing_zeros() as usize;
@@ -163,6 +187,7 @@ impl Matching {
                 });
             }
         }
+        true
     }
 }
 
@@ -182,10 +207,13 @@ impl Match {
     }
 }
 
-/// Memory of a matching, to be used again for the next: after a first matching of as many features none is allocated.
+/// Features that are compared, and memory of a matching, to be used again for the next: after a first matching of as
+/// many features none is allocated.
 #[derive(Default)]
 pub struct MatchBuffers {
-    groups: Vec<(u8, bool)>,
+    /// As in [`Matching`].
+    pub(crate) strict: bool,
+    groups: Vec<Group>,
     from: Vec<Candidate>,
     to: Vec<Candidate>,
     blocks: Vec<Block>,
@@ -197,47 +225,38 @@ impl MatchBuffers {
     /// Memory for lists of `features` features each.
     pub fn with_capacity(features: usize) -> Self {
         Self {
+            strict: false,
             groups: Vec::with_capacity(features),
             from: Vec::with_capacity(features),
             to: Vec::with_capacity(features),
-            blocks: Vec::with_capacity(features.div_ceil(BLOCK)),
+            // Each group may have a block that is not full.
+            blocks: Vec::with_capacity(features),
             best_from: Vec::with_capacity(features),
             best_to: Vec::with_capacity(features),
         }
     }
 
-    /// Comparisons of descriptors that a matching makes at most: only within one scale and polarity.
-    pub fn comparisons(&mut self, reference: &[Feature], current: &[Feature]) -> usize {
-        groups(reference, &mut self.groups);
-        let members = |features: &[Feature], group| features.iter().filter(|f| (f.scale, f.bright) == group).count();
-        self.groups.iter().map(|&group| members(reference, group) * members(current, group)).sum()
-    }
-
     /// Hands `found` every feature of CUR whose descriptor is near one of REF: the number of the query and the
-    /// position. A query is an index in REF and the largest Hamming distance; only features of its scale and polarity
+    /// position. The buffers were filled with `reference`. A query is an index in REF and the largest Hamming distance; only features of its scale and polarity
     /// are compared. Whether `budget` allowed all of that.
     pub fn alike(
         &mut self,
         reference: &[Feature],
-        current: &[Feature],
         queries: impl Iterator<Item = (usize, u8)> + Clone,
         budget: &mut Budget,
         mut found: impl FnMut(usize, Vector2<f64>),
     ) -> bool {
-        groups(reference, &mut self.groups);
-        for group in 0..self.groups.len() {
-            let group = self.groups[group];
-            let member = |f: &Feature| (f.scale, f.bright) == group;
-            let queries = queries.clone().enumerate().filter(|(_, (i, _))| member(&reference[*i]));
-            if !budget.spend(queries.clone().count() * current.iter().filter(|f| member(f)).count()) {
+        // The query's limit alone decides.
+        self.blocks.iter_mut().for_each(|block| block.limits = [0; BLOCK]);
+        for Group { kind, to, blocks, .. } in &self.groups {
+            let to = &self.to[to.clone()];
+            let queries = queries.clone().enumerate().filter(|(_, (i, _))| kind_of(&reference[*i]) == *kind);
+            if !budget.spend(queries.clone().count() * to.len()) {
                 return false;
             }
-            self.fill(group, reference, current, false);
-            // The query's limit alone decides.
-            self.blocks.iter_mut().for_each(|block| block.limits = [0; BLOCK]);
             for (query, (i, limit)) in queries {
-                let bytes = Candidate::of(i, &reference[i], false).bytes;
-                for (near, features) in self.blocks.iter().zip(self.to.chunks(BLOCK)) {
+                let bytes = Candidate::of(i, &reference[i], self.strict).bytes;
+                for (near, features) in self.blocks[blocks.clone()].iter().zip(to.chunks(BLOCK)) {
                     let (mut closer, _) = near.closer(&bytes, limit);
                     while closer != 0 {
                         found(query, features[closer.trailing_zeros() as usize].position);
@@ -249,28 +268,56 @@ impl MatchBuffers {
         true
     }
 
-    /// The features of one scale and polarity, without partners yet.
-    fn fill(&mut self, group: (u8, bool), reference: &[Feature], current: &[Feature], strict: bool) {
-        let fill = |candidates: &mut Vec<Candidate>, best: &mut Vec<Best>, features: &[Feature]| {
-            let member = |(_, f): &(usize, &Feature)| (f.scale, f.bright) == group;
-            candidates.clear();
-            candidates.extend(features.iter().enumerate().filter(member).map(|(i, f)| Candidate::of(i, f, strict)));
-            best.clear();
-            best.resize(candidates.len(), Best::NONE);
-        };
-        fill(&mut self.from, &mut self.best_from, reference);
-        fill(&mut self.to, &mut self.best_to, current);
-        self.blocks.clear();
-        self.blocks.extend(self.to.chunks(BLOCK).map(Block::of));
+    /// Takes the features to be compared, sorted by scale and polarity; `strict` as in [`Matching`]. Whether `budget`
+    /// allowed that.
+    pub fn fill(&mut self, reference: &[Feature], current: &[Feature], strict: bool, budget: &mut Budget) -> bool {
+        if !budget.spend(FILL_WORK * (reference.len() + current.len())) {
+            return false;
+        }
+        mark(Part::Matching);
+        self.strict = strict;
+        let Self { groups, from, to, blocks, .. } = self;
+        groups.clear();
+        from.clear();
+        to.clear();
+        blocks.clear();
+        for feature in reference {
+            let kind = kind_of(feature);
+            if groups.iter().all(|group| group.kind != kind) {
+                let first = (from.len(), to.len(), blocks.len());
+                let member = |(_, f): &(usize, &Feature)| kind_of(f) == kind;
+                let candidate = |(i, f): (usize, &Feature)| Candidate::of(i, f, strict);
+                from.extend(reference.iter().enumerate().filter(member).map(candidate));
+                to.extend(current.iter().enumerate().filter(member).map(candidate));
+                blocks.extend(to[first.1..].chunks(BLOCK).map(Block::of));
+                groups.push(Group {
+                    kind,
+                    from: first.0..from.len(),
+                    to: first.1..to.len(),
+                    blocks: first.2..blocks.len(),
+                    in_row_order: to[first.1..].is_sorted_by_key(|candidate| candidate.row),
+                });
+            }
+        }
+        mark(Part::Search);
+        true
     }
 }
 
-/// Every scale and polarity that occurs.
-fn groups(features: &[Feature], groups: &mut Vec<(u8, bool)>) {
-    groups.clear();
-    groups.extend(features.iter().map(|f| (f.scale, f.bright)));
-    groups.sort_unstable();
-    groups.dedup();
+/// Only features of one scale and polarity are compared.
+fn kind_of(feature: &Feature) -> (u8, bool) {
+    (feature.scale, feature.bright)
+}
+
+/// Where the features of one scale and polarity are among all.
+#[derive(Clone)]
+struct Group {
+    kind: (u8, bool),
+    from: Range<usize>,
+    to: Range<usize>,
+    blocks: Range<usize>,
+    /// Those of CUR.
+    in_row_order: bool,
 }
 
 /// What the inner loop needs of a feature.

@@ -124,6 +124,9 @@ const SLOPE: f64 = 0.052;
 /// The same of a level plane: none, within rounding.
 const PLANE_SLOPE: f64 = 1e-5;
 
+/// Evidence of relief in a part of the pairs above which the plane is not tried with all: the pose is not settled yet.
+const CLEAR_EVIDENCE: f64 = 3.0 * EVIDENCE;
+
 /// Index of `h` among the unknowns.
 const HEIGHT: usize = 6;
 
@@ -141,7 +144,13 @@ const NOISE_ITERATIONS: usize = 10;
 
 /// The pose has settled when a step is shorter than this, in standard errors: its squared length in the metric of the
 /// normal equations is that of the unknowns' covariance.
-const SETTLED: f64 = 1e-3;
+const SETTLED: f64 = 1e-2;
+
+/// The same among a part of the pairs, where the fit starts.
+const APPROACHED: f64 = 1.0;
+
+/// Pairs of that part: they bring the pose within some standard errors of all pairs.
+const FEW: usize = 128;
 
 /// Work units of an iteration, by instructions on the ARM: homography, derivatives and solution.
 const ITERATION_WORK: usize = 3000;
@@ -224,14 +233,10 @@ pub fn fit_in(
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
     let overlap = relief::overlap(pairs, &mut buffers.places, budget).ok_or(PoseError::Late)?;
     let mut problem = Problem { scene, readings, pairs, buffers, budget, overlap };
-    let plane = problem.solve(Ground::Plane, sensors, readings);
-    if let Ok(solution) = &plane
-        && solution.chi2 < CHI2_SUSPECT
-        && problem.evidence() < EVIDENCE
-    {
-        return solution.pose(match_quality);
-    }
-    let start = plane.map_or(readings, |solution| solution.unknowns);
+    let start = match problem.plane(sensors) {
+        Ok(solution) => return solution.pose(match_quality),
+        Err(start) => start,
+    };
     match problem.solve(Ground::Relief, sensors, start) {
         Ok(solution) if solution.chi2 > CHI2_LIMIT => Err(PoseError::Disagreement { chi2: solution.chi2 }),
         Ok(solution) => solution.pose(match_quality),
@@ -269,18 +274,57 @@ struct Solution {
 }
 
 impl Problem<'_> {
+    /// Over a level plane; where that does not explain the pairs, the unknowns so far. A part of the pairs often shows
+    /// the relief already.
+    fn plane(&mut self, sensors: &Sensors) -> Result<Solution, Unknowns> {
+        let mut start = self.readings;
+        if self.stride() > 1 {
+            if let Ok(solution) = self.settle(Ground::Plane, sensors, start, self.stride(), APPROACHED) {
+                start = solution.unknowns;
+            }
+            if self.evidence() > CLEAR_EVIDENCE {
+                return Err(start);
+            }
+        }
+        let solution = self.settle(Ground::Plane, sensors, start, 1, SETTLED).map_err(|_| start)?;
+        let plane = solution.chi2 < CHI2_SUSPECT && self.evidence() < EVIDENCE;
+        if plane { Ok(solution) } else { Err(solution.unknowns) }
+    }
+
+    /// One in so many pairs is [`FEW`] of them.
+    fn stride(&self) -> usize {
+        (self.pairs.len() / FEW).max(1)
+    }
+
     fn solve(&mut self, ground: Ground, sensors: &Sensors, start: Unknowns) -> Result<Solution, PoseError> {
+        let near = match self.stride() {
+            1 => start,
+            stride => self.settle(ground, sensors, start, stride, APPROACHED).map_or(start, |near| near.unknowns),
+        };
+        self.settle(ground, sensors, near, 1, SETTLED)
+    }
+
+    /// Iterates with one in `stride` pairs until a step is shorter than `settled` standard errors.
+    fn settle(
+        &mut self,
+        ground: Ground,
+        sensors: &Sensors,
+        start: Unknowns,
+        stride: usize,
+        settled: f64,
+    ) -> Result<Solution, PoseError> {
         let PoseBuffers { residuals, values, cells, .. } = &mut *self.buffers;
         let prior = information(sensors, ground);
         let mut unknowns = start;
         let mut noise = Noise { places: LEAST_RESIDUAL, relief: 0.0 };
         for iteration in 0..ITERATIONS {
-            if !self.budget.spend(ITERATION_WORK + RESIDUAL_WORK * self.pairs.len()) {
+            if !self.budget.spend(ITERATION_WORK + RESIDUAL_WORK * self.pairs.len().div_ceil(stride)) {
                 return Err(PoseError::Late);
             }
             let (homography, derivatives) = self.scene.homography(&unknowns);
             let parallax = &derivatives[HEIGHT];
-            linearised(&homography, parallax, self.pairs, residuals).ok_or(PoseError::NotConverged)?;
+            let pairs = self.pairs.iter().step_by(stride);
+            linearised(&homography, parallax, pairs, residuals).ok_or(PoseError::NotConverged)?;
             if iteration < NOISE_ITERATIONS {
                 noise = match ground {
                     Ground::Plane => Noise::of_plane(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values),
@@ -292,7 +336,7 @@ impl Problem<'_> {
             let gradient = gradient + prior * (self.readings - unknowns);
             let step = factor.solve(&gradient);
             unknowns += step;
-            if step.dot(&gradient) < SETTLED * SETTLED {
+            if step.dot(&gradient) < settled * settled {
                 let deviation = unknowns - self.readings;
                 let spread = normal / (relief::excess(residuals, &noise) * self.overlap) + prior;
                 let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
@@ -398,7 +442,12 @@ impl Scene {
 
 /// The errors `p' - H p` of the pairs into `residuals`; `None` where a position is not in view. `by_height` is the
 /// derivative of `H` by the height of the camera.
-fn linearised(h: &Matrix3<f64>, by_height: &Matrix3<f64>, pairs: &[Pair], residuals: &mut Vec<Residual>) -> Option<()> {
+fn linearised<'pairs>(
+    h: &Matrix3<f64>,
+    by_height: &Matrix3<f64>,
+    pairs: impl Iterator<Item = &'pairs Pair>,
+    residuals: &mut Vec<Residual>,
+) -> Option<()> {
     residuals.clear();
     for pair in pairs {
         let p = pair.reference.push(1.0);

@@ -98,12 +98,15 @@ pub struct Ransac {
     pub draws: usize,
     /// Probability with which the search may stop only after a sample without outliers, in [0, 1).
     pub confidence: f64,
+    /// The last least squares end when the motion moves by less, px.
+    pub settled: f64,
     /// Seed of the samples.
     pub seed: u64,
 }
 
 impl Default for Ransac {
-    /// Similarity, MSAC, 3 px, three rounds, best first.
+    /// Similarity, MSAC, 3 px, three rounds, best first. Positions of features are known to tenths of a pixel: the
+    /// motion settles to 0.01 px.
     fn default() -> Self {
         Self {
             model: Model::Similarity,
@@ -113,6 +116,7 @@ impl Default for Ransac {
             order: Order::BestFirst,
             draws: 20_000,
             confidence: 0.9999,
+            settled: 0.01,
             seed: 1,
         }
     }
@@ -173,9 +177,6 @@ impl SearchBuffers {
 
 /// Pairs of the largest sample, that of a homography.
 const LARGEST_SAMPLE: usize = 4;
-
-/// The last least squares end when the motion moves by less, px: positions of features are known to tenths.
-const SETTLED: f64 = 0.01;
 
 /// Work units of comparing a pair with a motion, by instructions on the ARM.
 pub(crate) const PAIR_WORK: usize = 4;
@@ -294,13 +295,13 @@ impl Ransac {
     pub fn run(&self, pairs: &[Pair], gate_radius: Option<f64>) -> Result<Consensus, RansacError> {
         let mut found = Consensus::with_capacity(pairs.len());
         let (mut budget, mut buffers) = (Budget::UNLIMITED, SearchBuffers::default());
-        self.run_into(pairs, gate_radius, &mut budget, &mut buffers, &mut found)?;
+        self.run_into(pairs, gate_radius, None, &mut budget, &mut buffers, &mut found)?;
         Ok(found)
     }
 
     /// The same into `found`, with memory that is used again and with bounded work: where `budget` ends the search,
-    /// the best so far is
-    /// what is found. Without an estimate `found` is as it was.
+    /// the best so far is what is found. `start` is a motion to improve on, the first hypothesis. Without an estimate
+    /// `found` is as it was.
     ///
     /// # Errors
     /// As [`Ransac::run`], and where the work ends before the first hypothesis.
@@ -308,6 +309,7 @@ impl Ransac {
         &self,
         pairs: &[Pair],
         gate_radius: Option<f64>,
+        start: Option<&Matrix3<f64>>,
         budget: &mut Budget,
         buffers: &mut SearchBuffers,
         found: &mut Consensus,
@@ -321,10 +323,18 @@ impl Ransac {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let mut sampler = Sampler::new(self.order, n, m, self.draws);
         let mut uniform = Sampler::new(Order::Uniform, n, m, self.draws);
-        let mut best: Option<Hypothesis> = None;
         let SearchBuffers { sample, inliers, settling } = buffers;
         let mut drawn = 0;
         let mut enough = self.draws;
+        // Only every other sample is one of all pairs.
+        let sufficient = |best: &Hypothesis| self.sufficient(best.score.votes, n).saturating_mul(2);
+        let mut best: Option<Hypothesis> = None;
+        if let Some(h) = start.filter(|_| budget.spend(PAIR_WORK * n)) {
+            let hypothesis = Hypothesis::of(*h, pairs, self.dist, factor);
+            let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers, &mut settling.weights);
+            enough = enough.min(sufficient(&optimised));
+            best = Some(optimised);
+        }
         while drawn < enough && budget.spend(FIT_WORK + PAIR_WORK * n) {
             drawn += 1;
             let sampler = if drawn % 2 == 0 { &mut uniform } else { &mut sampler };
@@ -333,7 +343,7 @@ impl Ransac {
             let hypothesis = Hypothesis::of(h, pairs, self.dist, factor);
             if best.as_ref().is_none_or(|best| hypothesis.functional > best.functional) {
                 let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers, &mut settling.weights);
-                enough = enough.min(self.sufficient(optimised.score.votes, n).saturating_mul(2));
+                enough = enough.min(sufficient(&optimised));
                 best = Some(optimised);
             }
         }
@@ -418,17 +428,20 @@ impl Ransac {
         if self.local_optimisation == 0 {
             return best;
         }
-        let h = robust::settle_in(self.model, best.h, pairs, self.dist, SETTLED, budget, buffers);
+        let h = robust::settle_in(self.model, best.h, pairs, self.dist, self.settled, budget, buffers);
         let settled = Hypothesis::of(h, pairs, self.dist, factor);
         if 20 * settled.score.votes < 19 * best.score.votes { best } else { settled }
     }
 
     /// Samples after which one without outliers has been drawn with the wanted confidence, when `votes` of `n` are
-    /// inliers.
+    /// inliers. Where all are inliers no sample can have more.
     fn sufficient(&self, votes: usize, n: usize) -> usize {
         let clean: f64 = (0..self.model.minimal_pairs()).map(|_| votes as f64 / n as f64).product();
+        if votes == n {
+            return 0;
+        }
         let needed = libm::log(1.0 - self.confidence) / libm::log1p(-clean);
-        // A float beyond the range saturates; without voters it is infinite, with voters alone 0.
+        // A float beyond the range saturates; without voters it is infinite.
         (needed.ceil() as usize).max(1)
     }
 }
@@ -500,12 +513,16 @@ fn distinct<const N: usize>(rng: &mut impl Rng, of: usize) -> impl Iterator<Item
 /// Probability that a wrong match agrees with a given motion within `dist`.
 fn agreement_by_chance(pairs: &[Pair], dist: f64, gate_radius: Option<f64>) -> f64 {
     let crowd2 = CROWD_RADIUS * CROWD_RADIUS;
+    let within_gate = gate_radius.map_or(0.0, |radius| dist / (radius * radius));
+    if within_gate >= dist / crowd2 {
+        // Not even features that all crowd agree more often.
+        return within_gate.min(1.0);
+    }
     let close = close_pairs(pairs);
     let all = pairs.len() * pairs.len().saturating_sub(1) / 2;
     // One more than counted: few pairs cannot show that nothing crowds.
     let crowding = (close + 1) as f64 / (all + 1) as f64;
     let anywhere = crowding * dist / crowd2;
-    let within_gate = gate_radius.map_or(0.0, |radius| dist / (radius * radius));
     anywhere.max(within_gate).min(1.0)
 }
 
@@ -873,7 +890,10 @@ mod tests {
                 assert_eq!(found.inliers.len(), 300);
                 centre_miss(&found.homography, &truth)
             });
-            assert!(misses.iter().all(|miss| *miss < 0.03 && (miss - misses[0]).abs() < 0.1 * SETTLED), "{misses:?}");
+            assert!(
+                misses.iter().all(|miss| *miss < 0.03 && (miss - misses[0]).abs() < 0.1 * search.settled),
+                "{misses:?}"
+            );
         }
     }
 
@@ -885,7 +905,7 @@ mod tests {
         // ln(1e-4) / ln(1 - 1/4) = 32.02, and every other sample is one from among all pairs.
         assert_eq!(Ransac::default().sufficient(100, 200), 33);
         assert_eq!(Ransac::default().run(&pairs, None).unwrap().draws, 66);
-        assert_eq!(Ransac::default().sufficient(200, 200), 1);
+        assert_eq!(Ransac::default().sufficient(200, 200), 0);
         assert_eq!(Ransac::default().sufficient(0, 200), usize::MAX);
     }
 }

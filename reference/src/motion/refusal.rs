@@ -107,13 +107,14 @@ pub fn repeats(
     buffers: &mut RepeatBuffers,
 ) -> Result<(), Refusal> {
     let inliers = &estimate.inliers[..estimate.inliers.len().min(MOST)];
+    let strict = matching.strict;
     let queries = inliers.iter().map(|&i| {
         let Match { reference: a, current: b, .. } = estimate.matches[i];
         // At most 128 + 8.
-        (a, (reference[a].descriptor.hamming(&current[b].descriptor, false) + MARGIN) as u8)
+        (a, (reference[a].descriptor.hamming(&current[b].descriptor, strict) + MARGIN) as u8)
     });
     let RepeatBuffers { votes, touched } = buffers;
-    let all = matching.alike(reference, current, queries, budget, |query, position| {
+    let all = matching.alike(reference, queries, budget, |query, position| {
         let away = position - estimate.pairs[inliers[query]].current;
         if away.norm_squared() > NEAR * NEAR && away.amax() < REACH {
             let bin = away.map(|v| ((v + REACH) / BIN) as usize);
