@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use hoverlock_fixed_point::analysis::levels::Levels;
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;
 use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};

@@ -243,7 +243,7 @@ fn flown(point: &Point) -> Result<Finished> {
 }
 
 /// As many at a time as there are cores.
-fn on_this_machine(points: &[Point], keep: &mut dyn FnMut(Finished) -> Result<()>) -> Result<()> {
+fn on_this_machine(points: &[Point], keep: &mut (dyn FnMut(Finished) -> Result<()> + Send)) -> Result<()> {
     let next = AtomicUsize::new(0);
     let keep = Mutex::new(keep);
     let work = || -> Result<()> {

@@ -707,4 +707,80 @@ mod tests {
         let pose = with(&good.pairs, &SENSORS).unwrap();
         assert!(pose.quality > 230, "{pose:?}");
     }
+
+    /// Hills of 3 m rms and 120 m, which the laser hits, from 50 m: the frame is smaller than a hill. Small displacements
+    /// between frames that tilt by up to 3 degrees; readings with their errors; pairs with a noise of 0.15 px.
+    fn hover_over_hills(seed: u64, reach: f64, rms: f64, wavelength: f64) -> Flight {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut within = |most: f64| most * (2.0 * rng.random::<f64>() - 1.0);
+        let camera = Camera::with_field_of_view(1024, 768, 50.0 * DEGREE).unwrap();
+        let waves: [(f64, f64, f64, f64); 8] = std::array::from_fn(|i| {
+            let turn = within(std::f64::consts::PI);
+            let k = std::f64::consts::TAU / wavelength * if i < 4 { 1.0 } else { 2.0 };
+            let amplitude = rms * (2.0f64 / 4.0).sqrt() * if i < 4 { 0.9 } else { 0.45 };
+            (k * turn.cos(), k * turn.sin(), within(3.0), amplitude)
+        });
+        let ground = |p: Vector2<f64>| waves.iter().map(|(a, b, c, h)| h * (a * p.x + b * p.y + c).sin()).sum::<f64>();
+        let mut tilts = || Attitude { roll: within(3.0 * DEGREE), pitch: within(3.0 * DEGREE), yaw: 0.2 + within(0.02) };
+        let attitudes = [tilts(), tilts()];
+        let displacement = Vector2::new(within(reach), within(reach));
+        let positions = [Vector2::zeros(), displacement];
+        let heights = [50.0, 50.0 + within(0.3)];
+        let hit = |place: Vector2<f64>, height: f64, ray: Vector3<f64>| {
+            let mut depth = height - ground(place);
+            for _ in 0..60 {
+                depth = height - ground(place + ray.xy() / ray.z * depth);
+            }
+            (place + ray.xy() / ray.z * depth, depth)
+        };
+        let rotation = attitudes.map(|attitude| attitude.rotation());
+        let mut pairs = Vec::new();
+        while pairs.len() < 500 {
+            let pixel = Vector2::new(1024.0 * rng.random::<f64>(), 768.0 * rng.random::<f64>());
+            let (point, _) = hit(positions[0], heights[0], rotation[0] * (camera.inverse() * pixel.push(1.0)));
+            let seen = rotation[1].transpose() * (point - positions[1]).push(heights[1] - ground(point));
+            let image = (camera.matrix() * seen / seen.z).xy();
+            if (0.0..1024.0).contains(&image.x) && (0.0..768.0).contains(&image.y) {
+                let mut noisy = |p: Vector2<f64>| p + 0.15 * Vector2::new(normal(&mut rng), normal(&mut rng));
+                pairs.push(Pair { reference: noisy(pixel), current: noisy(image) });
+            }
+        }
+        let views = [0, 1].map(|i| {
+            let mut error = |sigma: f64| sigma * normal(&mut rng);
+            let told = Attitude {
+                roll: attitudes[i].roll + error(SENSORS.tilt),
+                pitch: attitudes[i].pitch + error(SENSORS.tilt),
+                yaw: attitudes[i].yaw + error(SENSORS.heading),
+            };
+            let axis = rotation[i] * Vector3::z();
+            let (_, depth) = hit(positions[i], heights[i], axis);
+            View::new(camera, told, depth / axis.z + error(0.1)).unwrap()
+        });
+        Flight { views, pairs, displacement, descent: heights[0] - heights[1], attitude: attitudes[1] }
+    }
+
+    #[test]
+    fn a_hover_over_hills_dbg() {
+        for (rms, wavelength) in [(3.0, 120.0), (0.5, 150.0)] {
+        for reach in [0.1, 0.4, 1.5] {
+            let (mut squares, mut nees, mut refused, mut worst) = (0.0, 0.0, 0, 0f64);
+            let flights = 60;
+            for seed in 0..flights {
+                let flight = hover_over_hills(seed, reach, rms, wavelength);
+                let sensors = Sensors { range: 0.1, ..SENSORS };
+                match fit(&flight.views[0], &flight.views[1], &sensors, &flight.pairs, 255) {
+                    Ok(pose) => {
+                        let error = pose.displacement - flight.displacement;
+                        squares += error.norm_squared();
+                        worst = worst.max(error.norm());
+                        nees += error.dot(&(pose.covariance.try_inverse().unwrap() * error));
+                    }
+                    Err(_) => refused += 1,
+                }
+            }
+            let n = (flights - refused) as f64;
+            eprintln!("rms {rms} wave {wavelength} reach {reach}: error {:.3} worst {worst:.3} nees {:.1} refused {refused}", (squares / n).sqrt(), nees / n);
+        }
+        }
+    }
 }
