@@ -26,8 +26,12 @@ pub const STEP: f64 = 0.005;
 pub const SETTLING: f64 = 20.0;
 /// Steps from one reading of the laser to the next: 20 a second.
 const LASER: i64 = 10;
-/// By how much the height changes, m, and how long a change takes there and back, s.
-const ALTITUDE: [f64; 2] = [5.0, 20.0];
+/// By how much the height changes, m.
+const CHANGE: f64 = 5.0;
+/// Period of the smooth change, s.
+const SMOOTH: f64 = 20.0;
+/// From one abrupt change to the next, s.
+const ABRUPT: f64 = 10.0;
 
 /// The true range along the optical axis from a pose, m; none where the axis meets nothing.
 pub type Range<'a> = dyn FnMut(Pose) -> Option<f64> + 'a;
@@ -40,7 +44,7 @@ pub enum Altitude {
     Hold,
     /// A sine of 5 m and 20 s.
     Smooth,
-    /// 5 m up, back, 5 m down, back, or first down, every 5 s at once.
+    /// 5 m up, back, 5 m down, back, or first down: at once, every 10 s.
     Abrupt,
 }
 
@@ -246,16 +250,16 @@ impl Flight {
 
     /// The height that is asked for at a time, m, and its rate, m/s.
     fn height(&self, time: f64) -> [f64; 2] {
-        let [change, period] = ALTITUDE;
-        let change = change * self.upwards;
-        let turns = time.max(0.0) / period;
+        let change = CHANGE * self.upwards;
         let [above, climb] = match self.setup.altitude {
+            _ if time < 0.0 => [0.0, 0.0],
             Altitude::Hold => [0.0, 0.0],
             Altitude::Smooth => {
-                let (sin, cos) = libm::sincos(std::f64::consts::TAU * turns);
-                [change * sin, if time > 0.0 { change * cos * std::f64::consts::TAU / period } else { 0.0 }]
+                let turns = std::f64::consts::TAU / SMOOTH;
+                let (sin, cos) = libm::sincos(turns * time);
+                [change * sin, change * turns * cos]
             }
-            Altitude::Abrupt => [[0.0, change, 0.0, -change][(4.0 * turns) as usize % 4], 0.0],
+            Altitude::Abrupt => [[0.0, change, 0.0, -change][(time / ABRUPT) as usize % 4], 0.0],
         };
         [self.setup.height + above, climb]
     }

@@ -96,7 +96,7 @@ fn the_spectrum_is_drydens_over_octaves() {
             let expected = lines.iter().map(of).sum::<f64>() / lines.len() as f64;
             let ratio = sum[axis] / f64::from(seeds as u32) / expected;
             eprintln!("axis {axis}, from {first:.2} rad/s: {ratio:.3} of Dryden's");
-            // A line of one flight is exponential, and neighbours share the window: some 24 * 4 free ones or more, 10 %.
+            // A line of one flight is exponential, and neighbours share the window: 24 * 4 free ones, 10 %.
             assert!((0.7..1.35).contains(&ratio), "axis {axis}, from {first:.2} rad/s: {ratio} of Dryden's");
         }
     }
