@@ -305,6 +305,28 @@ mod tests {
             let turned = rotation * (Matrix3::identity() + aircraft.rates(&state).cross_matrix() * h);
             prop_assert!((later - turned).abs().max() < 1e-10);
         }
+
+        /// Newton in the world: the velocity changes by what the accelerometer reads, and by gravity.
+        #[test]
+        fn the_velocity_changes_by_force_and_gravity(
+            roll in -0.3..0.3f64, pitch in -0.3..0.3f64, yaw in -3.0..3.0f64,
+            motion in prop::array::uniform6(-2.0..2.0f64), blades in prop::array::uniform4(-0.05..0.05f64),
+            wind in prop::array::uniform3(-5.0..5.0f64),
+        ) {
+            let aircraft = Aircraft::lynx();
+            let mut state = aircraft.trimmed(50.0);
+            state[3] = roll;
+            state[4] = pitch;
+            state[5] = yaw;
+            state.fixed_rows_mut::<6>(6).copy_from_slice(&motion);
+            let (wind, blades, h) = (Vector3::from(wind), SVector::from(blades), 1e-6);
+            let rate = aircraft.derivative(&state, &wind, &blades);
+            let change = (aircraft.velocity(&(state + rate * h)) - aircraft.velocity(&(state - rate * h))) / (2.0 * h);
+            let force = aircraft.camera(&state).attitude.rotation() * aircraft.specific_force(&state, &wind, &blades);
+            prop_assert!((change - force - Vector3::new(0.0, 0.0, GRAVITY)).norm() < 1e-6);
+            let moved = rate.fixed_rows::<3>(0) - aircraft.velocity(&state);
+            prop_assert!(moved.norm() < 1e-12);
+        }
     }
 
     /// Right wing down and nose up are what the camera calls negative roll and negative pitch.
