@@ -133,7 +133,7 @@ mod tests {
     use crate::random::{Purpose, normal, stream};
 
     const STEP: f64 = 0.005;
-    const QUALITY: Quality = Quality { white: 0.05, constant: 0.03, wander: 0.02, time: 5.0 };
+    const QUALITY: Quality = Quality { white: 1.0, constant: 0.03, wander: 0.02, time: 5.0 };
 
     fn axis() -> Axis {
         Axis::new(QUALITY, STEP, 0.0, 0.0, [0.05, 0.1])
