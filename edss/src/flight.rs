@@ -84,6 +84,42 @@ impl Default for Setup {
     }
 }
 
+/// Why there is no such flight.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("{name} must lie between {least} and {most} {unit}, not {value}")]
+pub struct SetupError {
+    /// What is out of its range.
+    pub name: &'static str,
+    /// Its least value.
+    pub least: f64,
+    /// Its largest value.
+    pub most: f64,
+    /// Of both.
+    pub unit: &'static str,
+    /// As given.
+    pub value: f64,
+}
+
+impl Setup {
+    /// Whether a flight can be had: the gusts' formulas are those of low altitude, up to 1000 feet; the helicopter is
+    /// one about hover, and a side wind of 10 m/s takes 2.2 of the 3.5 degrees that the place loop may tilt it.
+    ///
+    /// # Errors
+    /// A value is out of its range, or no number.
+    pub fn check(&self) -> Result<(), SetupError> {
+        let bounds = [
+            ("height", self.height, 10.0, 300.0, "m"),
+            ("rms of gusts", self.gust_rms, 0.0, 8.0, "m/s"),
+            ("mean wind", self.mean_wind.norm(), 0.0, 10.0, "m/s"),
+            ("tilt noise", self.tilt_noise, 0.0, 0.05, "rad"),
+            ("heading noise", self.heading_noise, 0.0, 0.1, "rad"),
+            ("laser noise", self.laser_noise, 0.0, 5.0, "m"),
+        ];
+        let wrong = bounds.into_iter().find(|(_, value, least, most, _)| !(least..=most).contains(&value));
+        wrong.map_or(Ok(()), |(name, value, least, most, unit)| Err(SetupError { name, least, most, unit, value }))
+    }
+}
+
 /// The truth of a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
@@ -201,7 +237,7 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// The flight of a seed.
+    /// The flight of a seed, for a setup that passes [`Setup::check`].
     ///
     /// # Panics
     /// Never: the blade angles of the published derivatives command all four accelerations, which a test shows.

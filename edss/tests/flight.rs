@@ -189,6 +189,24 @@ fn two_flights_of_a_seed_are_the_same_bits() {
     let fly = |seed| -> Vec<_> { fly(&Setup::default(), seed, 10.0, |_| true).iter().flat_map(bits).collect() };
     assert_eq!(fly(4), fly(4));
     assert_ne!(fly(4), fly(5));
+    // Not the sensors alone: each seed has its own wind.
+    let wind = |seed| Flight::new(&Setup::default(), seed).advance(1.0, &mut level).wind;
+    assert_ne!(wind(4), wind(5));
+}
+
+#[test]
+fn a_setup_out_of_range_is_refused_by_name() {
+    assert_eq!(Setup::default().check(), Ok(()));
+    let refused = |setup: Setup| setup.check().unwrap_err().to_string();
+    let base = Setup::default();
+    assert_eq!(refused(Setup { height: 2.0, ..base }), "height must lie between 10 and 300 m, not 2");
+    assert_eq!(refused(Setup { height: f64::NAN, ..base }), "height must lie between 10 and 300 m, not NaN");
+    assert!(refused(Setup { gust_rms: -1.0, ..base }).starts_with("rms of gusts must lie between 0 and 8 m/s"));
+    let strong = Vector2::new(15.0, 15.0);
+    assert!(refused(Setup { mean_wind: strong, ..base }).starts_with("mean wind must lie between 0 and 10 m/s"));
+    assert!(refused(Setup { tilt_noise: 1.0, ..base }).starts_with("tilt noise must"));
+    assert!(refused(Setup { heading_noise: f64::INFINITY, ..base }).starts_with("heading noise must"));
+    assert!(refused(Setup { laser_noise: -0.1, ..base }).starts_with("laser noise must"));
 }
 
 /// Moments between the points of the grid, as a rolling shutter asks for, do not change the flight, and lie on it.
