@@ -109,11 +109,11 @@ impl Setup {
     pub fn check(&self) -> Result<(), SetupError> {
         let bounds = [
             ("height", self.height, 10.0, 300.0, "m"),
-            ("rms of gusts", self.gust_rms, 0.0, 8.0, "m/s"),
+            ("rms of gusts", self.gust_rms, 0.0, 5.0, "m/s"),
             ("mean wind", self.mean_wind.norm(), 0.0, 10.0, "m/s"),
-            ("tilt noise", self.tilt_noise, 0.0, 0.05, "rad"),
-            ("heading noise", self.heading_noise, 0.0, 0.1, "rad"),
-            ("laser noise", self.laser_noise, 0.0, 5.0, "m"),
+            ("tilt noise", self.tilt_noise, 0.0, 0.02, "rad"),
+            ("heading noise", self.heading_noise, 0.0, 0.05, "rad"),
+            ("laser noise", self.laser_noise, 0.0, 1.0, "m"),
         ];
         let wrong = bounds.into_iter().find(|(_, value, least, most, _)| !(least..=most).contains(&value));
         wrong.map_or(Ok(()), |(name, value, least, most, unit)| Err(SetupError { name, least, most, unit, value }))
@@ -143,33 +143,56 @@ pub struct Moment {
     pub hold: f64,
 }
 
-/// A [`Moment`] as a row of a table; SI units and radians.
+/// A [`Moment`] as a row of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[allow(missing_docs)]
 pub struct Row {
+    /// Since the start, s.
     pub time: f64,
+    /// `X_e`, m.
     pub x: f64,
+    /// `Y_e`, m.
     pub y: f64,
+    /// Down from the mean ground, m.
     pub z: f64,
+    /// Of the camera, rad.
     pub roll: f64,
+    /// Of the camera, rad.
     pub pitch: f64,
+    /// Of the camera, rad.
     pub yaw: f64,
+    /// Along `X_e`, m/s.
     pub vx: f64,
+    /// Along `Y_e`, m/s.
     pub vy: f64,
+    /// Down, m/s.
     pub vz: f64,
+    /// About the camera's axis along columns, rad/s.
     pub rate_x: f64,
+    /// About its axis along rows, rad/s.
     pub rate_y: f64,
+    /// About its optical axis, rad/s.
     pub rate_z: f64,
+    /// Towards `X_e`, m/s.
     pub wind_x: f64,
+    /// Towards `Y_e`, m/s.
     pub wind_y: f64,
+    /// Down, m/s.
     pub wind_z: f64,
+    /// From trim, rad.
     pub collective: f64,
+    /// From trim, rad.
     pub longitudinal: f64,
+    /// From trim, rad.
     pub lateral: f64,
+    /// From trim, rad.
     pub tail: f64,
+    /// Over the mean ground, m.
     pub height_wanted: f64,
+    /// From the place that is held, along `X_e`, m.
     pub believed_x: f64,
+    /// Along `Y_e`, m.
     pub believed_y: f64,
+    /// 1 where the place is held, 0 in attitude hold.
     pub hold: f64,
 }
 

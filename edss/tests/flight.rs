@@ -104,6 +104,27 @@ fn a_wind_is_trimmed_out() {
     }
 }
 
+/// The strongest wind, gusts and noise that a setup may have, all at once: the bounds are no more kept, the loops are.
+#[test]
+fn the_corners_of_a_setup_are_flown() {
+    for height in [10.0, 300.0] {
+        let setup = Setup {
+            height,
+            gust_rms: 5.0,
+            mean_wind: Vector2::new(7.0, -7.0),
+            tilt_noise: 0.02,
+            heading_noise: 0.05,
+            laser_noise: 1.0,
+            ..Setup::default()
+        };
+        assert_eq!(setup.check(), Ok(()));
+        let moments = fly(&setup, 1, 60.0, |_| true);
+        let told = format!("{height} m: {:.3} m, {:.2} degrees", rms(&moments), tilt(&moments));
+        eprintln!("{told}");
+        assert!(rms(&moments) < 0.3 && tilt(&moments) < 12.0, "{told}");
+    }
+}
+
 #[test]
 fn height_follows_and_the_place_is_held_meanwhile() {
     for seed in 0..2 {
@@ -131,7 +152,7 @@ fn height_follows_and_the_place_is_held_meanwhile() {
 /// Ten seconds without an estimate: place held on for one, then attitude hold; taken up again after. Nothing jumps.
 #[test]
 fn without_fixes_it_falls_back_to_attitude_hold_and_comes_back() {
-    for seed in 0..5 {
+    for seed in 0..3 {
         let moments = fly(&Setup::default(), seed, 60.0, |t| !(20.0..30.0).contains(&t));
         let between = |from: f64, to: f64| -> Vec<Moment> {
             moments.iter().filter(|m| (from..to).contains(&m.time)).copied().collect()
@@ -201,7 +222,7 @@ fn a_setup_out_of_range_is_refused_by_name() {
     let base = Setup::default();
     assert_eq!(refused(Setup { height: 2.0, ..base }), "height must lie between 10 and 300 m, not 2");
     assert_eq!(refused(Setup { height: f64::NAN, ..base }), "height must lie between 10 and 300 m, not NaN");
-    assert!(refused(Setup { gust_rms: -1.0, ..base }).starts_with("rms of gusts must lie between 0 and 8 m/s"));
+    assert!(refused(Setup { gust_rms: -1.0, ..base }).starts_with("rms of gusts must lie between 0 and 5 m/s"));
     let strong = Vector2::new(15.0, 15.0);
     assert!(refused(Setup { mean_wind: strong, ..base }).starts_with("mean wind must lie between 0 and 10 m/s"));
     assert!(refused(Setup { tilt_noise: 1.0, ..base }).starts_with("tilt noise must"));
@@ -234,7 +255,7 @@ fn what_is_asked_between_does_not_change_what_follows() {
 fn readings_are_the_truth_with_the_stated_errors() {
     let setup = Setup::default();
     let (mut tilts, mut ranges) = (0.0, 0.0);
-    let flights = 150;
+    let flights = 60;
     for seed in 0..flights {
         let mut flight = Flight::new(&setup, seed);
         let truth = flight.advance(0.5, &mut level);
@@ -244,7 +265,7 @@ fn readings_are_the_truth_with_the_stated_errors() {
         ranges += (readings.range.unwrap() - level(truth.camera).unwrap()).powi(2);
         assert_eq!(flight.readings(&mut |_| None).range, None);
     }
-    // 150 flights know a root mean square to 6 %; the latency adds its share.
+    // 60 flights know a root mean square to 9 %; the latency adds its share.
     let (tilts, ranges) = ((tilts / flights as f64).sqrt(), (ranges / flights as f64).sqrt());
     assert!((tilts / setup.tilt_noise - 1.0).abs() < 0.25, "{tilts}");
     assert!((ranges / setup.laser_noise - 1.0).abs() < 0.25, "{ranges}");
