@@ -4,8 +4,8 @@
 //! |---|---|---|
 //! | attitude ([`attitude`]) | inertial sensor | every step |
 //! | heading | its yaw | every step |
-//! | height | laser range times the cosine of tilt, accelerometer between | every step, range when it comes |
-//! | place | vision's displacement, late; accelerometer and attitude between ([`navigation`]) | every step, fixes when they come |
+//! | height | laser range times the cosine of tilt; accelerometer between | every step |
+//! | place | vision's displacement, late; accelerometer and attitude between ([`navigation`]) | every step |
 //!
 //! **Place.** With the estimated position `e` and velocity `v` over the ground, and `d` the acceleration that is not
 //! from tilt (the gust's drag, as the accelerometer feels it, and what the attitude is wrong by, as the filter found):
@@ -13,6 +13,8 @@
 //! ```text
 //! a = K_v (limit(-K_x e) - v),    tilt = (d - a) / g
 //! ```
+//!
+//! Height is held in the same way, `d` being the downward acceleration that the blades were not asked for.
 //!
 //! **Without fixes** it flies on by the inertial sensor for [`COAST`], then holds a level attitude: the weight of the
 //! place loop's tilt runs from 1 to 0 within [`FADE`], and back when fixes return, so that no command jumps.
@@ -31,19 +33,23 @@ use navigation::{Axis, Quality};
 pub const COAST: f64 = 1.0;
 /// How long the place loop takes to let go and to take hold again, s.
 pub const FADE: f64 = 2.0;
-/// Largest tilt the place loop asks for, rad: 4 degrees, so that gusts and overshoot leave it within 5.
-pub const TILT: f64 = 4.0 * std::f64::consts::PI / 180.0;
+/// Largest tilt the place loop asks for, rad: 3.5 degrees, so that gusts and overshoot leave it within 5.
+pub const TILT: f64 = 3.5 * std::f64::consts::PI / 180.0;
 
 /// `K_x` (1/s), `K_v` (1/s) and the speed towards the place that is never exceeded (m/s).
-const PLACE: [f64; 3] = [0.8, 2.0, 0.7];
+const PLACE: [f64; 3] = [0.8, 1.8, 0.7];
 /// Largest rate of the tilt command, rad/s: 15 degrees a second.
 const TILT_RATE: f64 = 15.0 * std::f64::consts::PI / 180.0;
 /// Time constant in which the drag is felt, s.
-const DRAG: f64 = 0.15;
-/// Height: acceleration by error (1/s^2), by climb rate (1/s), by integral (1/s^3); largest error counted (m).
-const HEIGHT: [f64; 4] = [1.2, 2.0, 0.3, 2.0];
+const DRAG: f64 = 0.3;
+/// `K_z` (1/s), `K_w` (1/s), the climb rate (m/s) and the vertical acceleration (m/s^2) that are never exceeded.
+const HEIGHT: [f64; 4] = [0.8, 2.0, 2.5, 1.5];
+/// Time constant in which a vertical gust is felt, s.
+const HEAVE: f64 = 0.5;
 /// Standard errors of a vision fix and of a laser reading are never taken for less, m.
 const LEAST_ERROR: [f64; 2] = [0.005, 0.2];
+/// A laser reading counts as no farther off than this, m: what the beam meets may be a roof.
+const ROOF: f64 = 0.5;
 
 /// From what the place is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -81,7 +87,8 @@ pub struct Autopilot {
     vertical: Axis,
     drag: Vector2<f64>,
     tilt: Vector2<f64>,
-    height_integral: f64,
+    heave: f64,
+    downward: f64,
     weight: f64,
     newest: f64,
 }
@@ -106,7 +113,8 @@ impl Autopilot {
             vertical: Axis::new(quality, step, time, -height, [0.5, 0.1]),
             drag: Vector2::zeros(),
             tilt: Vector2::zeros(),
-            height_integral: 0.0,
+            heave: 0.0,
+            downward: 0.0,
             weight: 1.0,
             newest: time,
         })
@@ -123,9 +131,9 @@ impl Autopilot {
         self.hold = hold;
     }
 
-    /// A fix.
+    /// A fix. One that is no number is left aside.
     pub fn take(&mut self, fix: &Fix) {
-        if self.hold == Hold::ImuOnly {
+        if self.hold == Hold::ImuOnly || !fix.displacement.iter().all(|along| along.is_finite()) {
             return;
         }
         for (i, axis) in self.place.iter_mut().enumerate() {
@@ -138,7 +146,9 @@ impl Autopilot {
     /// A reading of the laser, m, at a time, s.
     pub fn range(&mut self, time: f64, range: f64, inertial: &Inertial) {
         let downwards = inertial.attitude.rotation()[(2, 2)];
-        self.vertical.correct(time, -range * downwards, LEAST_ERROR[1] * LEAST_ERROR[1]);
+        let (expected, told) = (self.vertical.position(), -range * downwards);
+        let position = told.clamp(expected - ROOF, expected + ROOF);
+        self.vertical.correct(time, position, LEAST_ERROR[1] * LEAST_ERROR[1]);
     }
 
     /// Where it believes to be, from the place it holds, m.
@@ -172,8 +182,8 @@ impl Autopilot {
         // Forward, right and down: the signs of roll and pitch, and of the axis they are about, change.
         let error = Vector3::new(attitude.roll - self.tilt.x, attitude.pitch - self.tilt.y, -attitude.yaw);
         let rates = Vector3::new(-rates.y, rates.x, rates.z);
-        let downward = self.downward(height);
-        self.attitude.blades(&error, &rates, downward, self.step)
+        self.downward = self.wanted_downward(acceleration.z, height);
+        self.attitude.blades(&error, &rates, self.downward, self.step)
     }
 
     /// Roll and pitch, in the camera's signs.
@@ -189,14 +199,33 @@ impl Autopilot {
         tilt.map(|angle| angle.clamp(-TILT, TILT))
     }
 
-    /// Downward acceleration, m/s^2.
-    fn downward(&mut self, [height, climb]: [f64; 2]) -> f64 {
-        let [by_error, by_speed, by_integral, largest] = HEIGHT;
-        let error = self.vertical.position() + height;
-        if error.abs() < largest {
-            self.height_integral += error * self.step;
+    /// What the blades are to add to the downward acceleration, m/s^2, for a measured one.
+    fn wanted_downward(&mut self, measured: f64, [height, climb]: [f64; 2]) -> f64 {
+        let [by_error, by_speed, fastest, strongest] = HEIGHT;
+        let gust = measured + self.vertical.correction() - self.downward;
+        self.heave += (gust - self.heave) * (self.step / HEAVE);
+        let speed = (-by_error * (self.vertical.position() + height)).clamp(-fastest, fastest) - climb;
+        let acceleration = (speed - self.vertical.velocity()) * by_speed;
+        acceleration.clamp(-strongest, strongest) - self.heave
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::attitude::tests::{loops, margins};
+    use super::*;
+    use nalgebra::Complex;
+
+    /// `tilt -> -g tilt -> v -> x`, the attitude loop between: 41 degrees and 9 dB at least.
+    #[test]
+    fn the_place_loop_has_margins() {
+        let [by_place, by_speed, _] = PLACE;
+        for axis in [0, 1] {
+            let open = |s: Complex<f64>| (s + by_place) * by_speed / (s * s) * loops(axis, s)[1] * (-s * 0.0075).exp();
+            let [phase, gain] = margins(open);
+            let told = format!("axis {axis}: {phase:.1} degrees, {gain:.1} dB");
+            eprintln!("{told}");
+            assert!(phase > 40.0 && gain > 9.0, "{told}");
         }
-        let speed = self.vertical.velocity() + climb;
-        -by_error * error.clamp(-largest, largest) - by_speed * speed - by_integral * self.height_integral
     }
 }

@@ -26,8 +26,12 @@ pub const STEP: f64 = 0.005;
 pub const SETTLING: f64 = 20.0;
 /// Steps from one reading of the laser to the next: 20 a second.
 const LASER: i64 = 10;
-/// By how much the height changes, m, and how long a change takes there and back, s.
-const ALTITUDE: [f64; 2] = [5.0, 20.0];
+/// By how much the height changes, m.
+const CHANGE: f64 = 5.0;
+/// Period of the smooth change, s.
+const SMOOTH: f64 = 20.0;
+/// From one abrupt change to the next, s.
+const ABRUPT: f64 = 10.0;
 
 /// The true range along the optical axis from a pose, m; none where the axis meets nothing.
 pub type Range<'a> = dyn FnMut(Pose) -> Option<f64> + 'a;
@@ -40,7 +44,7 @@ pub enum Altitude {
     Hold,
     /// A sine of 5 m and 20 s.
     Smooth,
-    /// 5 m up, back, 5 m down, back, or first down, every 5 s at once.
+    /// 5 m up, back, 5 m down, back, or first down: at once, every 10 s.
     Abrupt,
 }
 
@@ -80,6 +84,42 @@ impl Default for Setup {
     }
 }
 
+/// Why there is no such flight.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("{name} must lie between {least} and {most} {unit}, not {value}")]
+pub struct SetupError {
+    /// What is out of its range.
+    pub name: &'static str,
+    /// Its least value.
+    pub least: f64,
+    /// Its largest value.
+    pub most: f64,
+    /// Of both.
+    pub unit: &'static str,
+    /// As given.
+    pub value: f64,
+}
+
+impl Setup {
+    /// Whether a flight can be had: the gusts' formulas are those of low altitude, up to 1000 feet; the helicopter is
+    /// one about hover, and a side wind of 10 m/s takes 2.2 of the 3.5 degrees that the place loop may tilt it.
+    ///
+    /// # Errors
+    /// A value is out of its range, or no number.
+    pub fn check(&self) -> Result<(), SetupError> {
+        let bounds = [
+            ("height", self.height, 10.0, 300.0, "m"),
+            ("rms of gusts", self.gust_rms, 0.0, 5.0, "m/s"),
+            ("mean wind", self.mean_wind.norm(), 0.0, 10.0, "m/s"),
+            ("tilt noise", self.tilt_noise, 0.0, 0.02, "rad"),
+            ("heading noise", self.heading_noise, 0.0, 0.05, "rad"),
+            ("laser noise", self.laser_noise, 0.0, 1.0, "m"),
+        ];
+        let wrong = bounds.into_iter().find(|(_, value, least, most, _)| !(least..=most).contains(&value));
+        wrong.map_or(Ok(()), |(name, value, least, most, unit)| Err(SetupError { name, least, most, unit, value }))
+    }
+}
+
 /// The truth of a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
@@ -103,33 +143,56 @@ pub struct Moment {
     pub hold: f64,
 }
 
-/// A [`Moment`] as a row of a table; SI units and radians.
+/// A [`Moment`] as a row of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[allow(missing_docs)]
 pub struct Row {
+    /// Since the start, s.
     pub time: f64,
+    /// `X_e`, m.
     pub x: f64,
+    /// `Y_e`, m.
     pub y: f64,
+    /// Down from the mean ground, m.
     pub z: f64,
+    /// Of the camera, rad.
     pub roll: f64,
+    /// Of the camera, rad.
     pub pitch: f64,
+    /// Of the camera, rad.
     pub yaw: f64,
+    /// Along `X_e`, m/s.
     pub vx: f64,
+    /// Along `Y_e`, m/s.
     pub vy: f64,
+    /// Down, m/s.
     pub vz: f64,
+    /// About the camera's axis along columns, rad/s.
     pub rate_x: f64,
+    /// About its axis along rows, rad/s.
     pub rate_y: f64,
+    /// About its optical axis, rad/s.
     pub rate_z: f64,
+    /// Towards `X_e`, m/s.
     pub wind_x: f64,
+    /// Towards `Y_e`, m/s.
     pub wind_y: f64,
+    /// Down, m/s.
     pub wind_z: f64,
+    /// From trim, rad.
     pub collective: f64,
+    /// From trim, rad.
     pub longitudinal: f64,
+    /// From trim, rad.
     pub lateral: f64,
+    /// From trim, rad.
     pub tail: f64,
+    /// Over the mean ground, m.
     pub height_wanted: f64,
+    /// From the place that is held, along `X_e`, m.
     pub believed_x: f64,
+    /// Along `Y_e`, m.
     pub believed_y: f64,
+    /// 1 where the place is held, 0 in attitude hold.
     pub hold: f64,
 }
 
@@ -197,7 +260,7 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// The flight of a seed.
+    /// The flight of a seed, for a setup that passes [`Setup::check`].
     ///
     /// # Panics
     /// Never: the blade angles of the published derivatives command all four accelerations, which a test shows.
@@ -246,16 +309,16 @@ impl Flight {
 
     /// The height that is asked for at a time, m, and its rate, m/s.
     fn height(&self, time: f64) -> [f64; 2] {
-        let [change, period] = ALTITUDE;
-        let change = change * self.upwards;
-        let turns = time.max(0.0) / period;
+        let change = CHANGE * self.upwards;
         let [above, climb] = match self.setup.altitude {
+            _ if time < 0.0 => [0.0, 0.0],
             Altitude::Hold => [0.0, 0.0],
             Altitude::Smooth => {
-                let (sin, cos) = libm::sincos(std::f64::consts::TAU * turns);
-                [change * sin, if time > 0.0 { change * cos * std::f64::consts::TAU / period } else { 0.0 }]
+                let turns = std::f64::consts::TAU / SMOOTH;
+                let (sin, cos) = libm::sincos(turns * time);
+                [change * sin, change * turns * cos]
             }
-            Altitude::Abrupt => [[0.0, change, 0.0, -change][(4.0 * turns) as usize % 4], 0.0],
+            Altitude::Abrupt => [[0.0, change, 0.0, -change][(time / ABRUPT) as usize % 4], 0.0],
         };
         [self.setup.height + above, climb]
     }

@@ -170,3 +170,29 @@ fn lower_triangle(covariance: &Matrix2<f64>) -> Matrix2<f64> {
     let below = if first > 0.0 { covariance[(1, 0)] / first } else { 0.0 };
     Matrix2::new(first, 0.0, below, (covariance[(1, 1)] - below * below).max(0.0).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COMPONENT: Component = Component { rms: 3.0, time: 2.7 };
+
+    /// A step leaves the stationary covariance as it is, and two steps are one of twice the length.
+    #[test]
+    fn steps_are_exact() {
+        let mut random = stream(1, Purpose::Wind);
+        for step in [0.005, 0.1, 3.0] {
+            let first = [step, 2.0 * step].map(|step| FirstOrder::new(COMPONENT, step, &mut random));
+            let variance = first[0].kept.powi(2) + (first[0].fresh / COMPONENT.rms).powi(2);
+            assert!((variance - 1.0).abs() < 1e-12, "{step} s: {variance}");
+            assert!((first[0].kept.powi(2) - first[1].kept).abs() < 1e-12);
+            let second = [step, 2.0 * step].map(|step| SecondOrder::new(COMPONENT, step, &mut random));
+            let stationary = Matrix2::new(1.0, 0.5, 0.5, 0.5);
+            let SecondOrder { transition, fresh, output, .. } = second[0];
+            let after = transition * stationary * transition.transpose() + fresh * fresh.transpose();
+            assert!((after - stationary).norm() < 1e-12, "{step} s: {after}");
+            assert!((transition * transition - second[1].transition).norm() < 1e-12);
+            assert!((output.dot(&(stationary * output)) - COMPONENT.rms.powi(2)).abs() < 1e-12);
+        }
+    }
+}
