@@ -49,7 +49,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value = "2", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: u64,
     /// Gusts, m/s rms
-    #[arg(long, value_name = "V", value_delimiter = ',', default_value = "3", value_parser = between(0.0, 10.0))]
+    #[arg(long, value_name = "V", value_delimiter = ',', default_value = "3", value_parser = between(0.0, 5.0))]
     gusts: Vec<f64>,
     /// Heights over the mean ground, m
     #[arg(long, value_name = "M", value_delimiter = ',', default_value = "50", value_parser = between(20.0, 300.0))]

@@ -168,6 +168,15 @@ impl Kt27 {
         self.field_of_view += (self.wanted - self.field_of_view).clamp(-most, most);
     }
 
+    /// Exposure and gain as they are once the camera has looked at this for a while.
+    pub fn settle(&mut self, radiance: &Plane<f32>) {
+        let samples = radiance.as_slice();
+        let mean = samples.iter().map(|&value| f64::from(value)).sum::<f64>() / samples.len() as f64;
+        let light = self.optics.mean * self.optics.filling / mean.max(0.01);
+        self.exposure = light.min(self.optics.longest);
+        self.gain = (light / self.exposure).clamp(1.0, self.optics.most_gain);
+    }
+
     /// The frame of a radiance, which is used up. The gain and exposure of the next frame follow from it.
     pub fn read_out(&mut self, radiance: &mut Plane<f32>, motion: &Motion) -> Plane<u16> {
         let (width, height) = (radiance.width(), radiance.height());

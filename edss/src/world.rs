@@ -30,6 +30,8 @@ pub struct World {
     flight: Flight,
     radiance: Plane<f32>,
     time: f64,
+    /// The camera has seen something, and its exposure follows.
+    awake: bool,
 }
 
 impl World {
@@ -37,7 +39,7 @@ impl World {
     pub fn new(renderer: Renderer, setup: &Setup, optics: Optics, field_of_view: f64, seed: u64) -> Self {
         let camera = Kt27::new(optics, field_of_view, seed);
         let radiance = Plane::filled(SIZE.0, SIZE.1, 0.0);
-        Self { renderer, camera, flight: Flight::new(setup, seed), radiance, time: 0.0 }
+        Self { renderer, camera, flight: Flight::new(setup, seed), radiance, time: 0.0, awake: false }
     }
 
     /// Flies on to a time, s, and takes a frame there.
@@ -55,6 +57,10 @@ impl World {
         let [k1, k2] = optics.distortion;
         let shot = Shot { lens: Lens { camera: pinhole, k1, k2 }, first: pose, last, time };
         self.renderer.render(&shot, &mut self.radiance);
+        if !self.awake {
+            self.awake = true;
+            self.camera.settle(&self.radiance);
+        }
         let motion = Motion::of(&pinhole, &pose, &velocity, &rates, self.camera.exposure());
         let field_of_view = self.camera.field_of_view();
         let frame = self.camera.read_out(&mut self.radiance, &motion);

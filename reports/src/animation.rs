@@ -23,6 +23,9 @@ const GREYS: u32 = 24;
 /// Rows for the words below the map.
 const WORDS: usize = 62;
 
+/// Columns that the words take.
+const LETTERS: usize = 176;
+
 /// A frame of the animation.
 #[derive(Debug, Clone)]
 pub struct Scene {
@@ -77,7 +80,7 @@ fn draw(scenes: &[Scene], (dark, light): (f64, f64), reach: f64) -> Plane<Rgb> {
     let scene = &scenes[scenes.len() - 1];
     let (width, height) = (scene.picture.width(), scene.picture.height());
     let side = height - WORDS;
-    let whole = Area { x0: 0, y0: 0, x1: width + side, y1: height };
+    let whole = Area { x0: 0, y0: 0, x1: width + side.max(LETTERS), y1: height };
     let mut canvas = Canvas { picture: Plane::filled(whole.x1, whole.y1, PAPER), clip: whole };
     for y in 0..height {
         for x in 0..width {
@@ -162,7 +165,7 @@ mod tests {
             reader.next_frame(&mut last).unwrap();
         }
         // The map is 98 px wide: 43 px are half a metre.
-        let at = |x: usize, y: usize| &last[3 * ((120 + 98) * y + x)..][..3];
+        let at = |x: usize, y: usize| &last[3 * ((120 + LETTERS) * y + x)..][..3];
         assert_eq!(at(120 + 49 + (0.4f64 * 43.0 / 0.5) as usize, 49), TRUE);
         assert_eq!(at(20, 30), INLIER);
     }

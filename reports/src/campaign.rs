@@ -131,9 +131,9 @@ pub fn designs(points: &[Finished]) -> Vec<Design> {
     let costs: Vec<_> = designs.iter().map(|design| (design.m10k, design.error())).collect();
     for (i, design) in designs.iter_mut().enumerate() {
         let (m10k, error) = costs[i];
-        design.pareto = !costs.iter().any(|&(less, smaller)| {
-            (less <= m10k && smaller < error) || (less < m10k && smaller <= error)
-        });
+        design.pareto = !costs
+            .iter()
+            .any(|&(less, smaller)| (less <= m10k && smaller < error) || (less < m10k && smaller <= error));
     }
     designs
 }
@@ -147,9 +147,8 @@ impl Design {
 
 fn design(name: &str, points: &[Finished]) -> Design {
     let own: Vec<&Finished> = points.iter().filter(|point| point.design == name).collect();
-    let rms = |values: Vec<f64>| {
-        (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
-    };
+    let rms =
+        |values: Vec<f64>| (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt();
     let errors: Vec<f64> = own.iter().filter_map(|point| point.error_rms_m).collect();
     Design {
         name: name.to_owned(),

@@ -37,7 +37,7 @@ const STILL_COLUMNS: usize = 480;
 
 /// Frames of the animation at most, and their columns.
 const SCENES: usize = 60;
-const SCENE_COLUMNS: usize = 341;
+const SCENE_COLUMNS: usize = 342;
 
 /// Standard error of a range that is not a reading, m.
 const GUESSED: f64 = 10.0;
@@ -59,6 +59,7 @@ pub fn fly(
     let started = Instant::now();
     let setup =
         Setup { height: course.height, gust_rms: course.gusts, altitude: course.altitude.into(), ..Setup::default() };
+    setup.check()?;
     let mut world = World::new(renderer, &setup, Optics::default(), ZOOM[1], course.seed);
     let mut blind = Flight::new(&Setup { mode: Hold::ImuOnly, ..setup }, course.seed);
     let mut flight_program: Option<Chain> = None;

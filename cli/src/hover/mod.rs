@@ -71,7 +71,7 @@ pub struct Course {
     #[arg(long, value_name = "M", default_value = "50", value_parser = between(20.0, 300.0))]
     pub height: f64,
     /// Gusts, root mean square of each horizontal component, m/s
-    #[arg(long, value_name = "V", default_value = "3", value_parser = between(0.0, 10.0))]
+    #[arg(long, value_name = "V", default_value = "3", value_parser = between(0.0, 5.0))]
     pub gusts: f64,
     /// Whether the height is held, changes by 5 m up and down as a sine, or in steps
     #[arg(long, value_enum, default_value = "hold")]
