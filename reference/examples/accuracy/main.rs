@@ -160,7 +160,8 @@ struct Found {
     quality: u8,
 }
 
-fn ours(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtractor) -> Found {
+/// With refinement on the frames, and by features alone as the flight program does it.
+fn ours(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtractor) -> [Found; 2] {
     let estimator = Estimator::default();
     let start = Instant::now();
     let from = extractor.extract(reference);
@@ -170,19 +171,21 @@ fn ours(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtrac
     let first = pairs(&first, &from, &to);
     let start = Instant::now();
     let dist = estimator.ransac.dist;
-    let estimate = estimator.estimate(&from, &to).map(|found| refine::refined(found, reference, current, dist));
-    let match_ms = 1e3 * start.elapsed().as_secs_f64();
-    match estimate {
-        Ok(estimate) => Found {
+    let alone = estimator.estimate(&from, &to).ok();
+    let alone_ms = 1e3 * start.elapsed().as_secs_f64();
+    let refined = alone.clone().map(|found| refine::refined(found, reference, current, dist));
+    let refined_ms = 1e3 * start.elapsed().as_secs_f64();
+    [(refined, refined_ms), (alone, alone_ms)].map(|(estimate, match_ms)| match estimate {
+        Some(estimate) => Found {
             detect_ms,
             match_ms,
-            first,
+            first: first.clone(),
             last: estimate.inliers.iter().map(|&i| estimate.pairs[i]).collect(),
             homography: Some(estimate.homography),
             quality: estimate.quality,
         },
-        Err(_) => Found { detect_ms, match_ms, first, last: Vec::new(), homography: None, quality: 0 },
-    }
+        None => Found { detect_ms, match_ms, first: first.clone(), last: Vec::new(), homography: None, quality: 0 },
+    })
 }
 
 fn read(path: &Path) -> Outcome<Found> {
@@ -258,7 +261,9 @@ fn write_table(runs: &[Run], scores: &[Vec<Option<Score>>], path: &Path) -> Outc
     let mut text = format!("{names}\n");
     let optional = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     for (run, scores) in runs.iter().zip(scores) {
-        for (method, s) in ["hoverlock"].iter().chain(&METHODS).zip(scores).filter_map(|(m, s)| Some((m, (*s)?))) {
+        for (method, s) in
+            ["hoverlock", "features"].iter().chain(&METHODS).zip(scores).filter_map(|(m, s)| Some((m, (*s)?)))
+        {
             let (pose, nees) = (optional(s.pose.map(|p| p.0)), optional(s.pose.map(|p| p.1)));
             writeln!(
                 text,
@@ -294,7 +299,8 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
                 run.frames()?
             };
             let mut extractor = FastExtractor::new(Selection::default())?;
-            let mut scores = vec![Some(judge(&ours(&reference, &current, &mut extractor), &flight))];
+            let ours = ours(&reference, &current, &mut extractor);
+            let mut scores: Vec<_> = ours.iter().map(|found| Some(judge(found, &flight))).collect();
             for method in METHODS {
                 let path = folder.join(format!("{}.{method}.txt", run.name));
                 scores.push(path.exists().then(|| read(&path)).transpose()?.map(|found| judge(&found, &flight)));

@@ -237,8 +237,8 @@ impl MatchBuffers {
     }
 
     /// Hands `found` every feature of CUR whose descriptor is near one of REF: the number of the query and the
-    /// position. The buffers were filled with `reference`. A query is an index in REF and the largest Hamming distance; only features of its scale and polarity
-    /// are compared. Whether `budget` allowed all of that.
+    /// position. The buffers were filled with `reference`. A query is an index in REF and the largest Hamming distance;
+    /// only features of its scale and polarity are compared. Whether `budget` allowed all of that.
     pub fn alike(
         &mut self,
         reference: &[Feature],
