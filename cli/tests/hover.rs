@@ -1,6 +1,7 @@
 //! `hoverlock hover` and `hoverlock sweep`: the closed loop from the command line.
 
-mod common;
+#[path = "common/refusal.rs"]
+mod refusal;
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use common::assert_refused;
+use refusal::assert_refused;
 
 fn hoverlock(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(args).output().unwrap()

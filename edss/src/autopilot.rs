@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | attitude ([`attitude`]) | inertial sensor | every step |
 //! | heading | its yaw | every step |
-//! | height | laser range times the cosine of tilt; accelerometer between | every step |
+//! | height | barometer; accelerometer between | every step |
 //! | place | vision's displacement, late; accelerometer and attitude between ([`navigation`]) | every step |
 //!
 //! **Place.** With the estimated position `e` and velocity `v` over the ground, and `d` the acceleration that is not
@@ -46,10 +46,8 @@ const DRAG: f64 = 0.3;
 const HEIGHT: [f64; 4] = [0.8, 2.0, 2.5, 1.5];
 /// Time constant in which a vertical gust is felt, s.
 const HEAVE: f64 = 0.5;
-/// Standard errors of a vision fix and of a laser reading are never taken for less, m.
+/// Standard errors of a vision fix and of a reading of the barometer are never taken for less, m.
 const LEAST_ERROR: [f64; 2] = [0.005, 0.2];
-/// A laser reading counts as no farther off than this, m: what the beam meets may be a roof.
-const ROOF: f64 = 0.5;
 
 /// From what the place is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -143,12 +141,10 @@ impl Autopilot {
         self.newest = self.newest.max(fix.exposed);
     }
 
-    /// A reading of the laser, m, at a time, s.
-    pub fn range(&mut self, time: f64, range: f64, inertial: &Inertial) {
-        let downwards = inertial.attitude.rotation()[(2, 2)];
-        let (expected, told) = (self.vertical.position(), -range * downwards);
-        let position = told.clamp(expected - ROOF, expected + ROOF);
-        self.vertical.correct(time, position, LEAST_ERROR[1] * LEAST_ERROR[1]);
+    /// A reading of the barometer, m, at a time, s. Height is not the laser's: its beam sweeps over hills and roofs, and
+    /// a helicopter that followed it would climb and sink with every tilt.
+    pub fn height(&mut self, time: f64, height: f64) {
+        self.vertical.correct(time, -height, LEAST_ERROR[1] * LEAST_ERROR[1]);
     }
 
     /// Where it believes to be, from the place it holds, m.

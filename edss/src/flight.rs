@@ -13,7 +13,7 @@ use crate::aircraft::{Aircraft, State};
 use crate::autopilot::Autopilot;
 use crate::pose::Pose;
 use crate::random::{Purpose, stream};
-use crate::sensors::{Imu, Inertial, Laser};
+use crate::sensors::{Barometer, Imu, Inertial, Laser};
 use crate::wind::{Climate, Wind};
 use hoverlock_reference::motion::orthophoto::Attitude;
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
@@ -24,8 +24,8 @@ use serde::Serialize;
 pub const STEP: f64 = 0.005;
 /// How long the helicopter hovers before time 0, s.
 pub const SETTLING: f64 = 20.0;
-/// Steps from one reading of the laser to the next: 20 a second.
-const LASER: i64 = 10;
+/// Steps from one reading of the barometer to the next: 20 a second.
+const BAROMETER: i64 = 10;
 /// By how much the height changes, m.
 const CHANGE: f64 = 5.0;
 /// Period of the smooth change, s.
@@ -250,6 +250,7 @@ pub struct Flight {
     wind: Wind,
     imu: Imu,
     laser: Laser,
+    barometer: Barometer,
     autopilot: Autopilot,
     state: State,
     /// Number of the point of the grid that the state is at; 0 at time 0.
@@ -279,6 +280,7 @@ impl Flight {
             actuators,
             imu: Imu::new(setup.tilt_noise, setup.heading_noise, &truth, seed, STEP),
             laser: Laser::new(setup.laser_noise, seed),
+            barometer: Barometer::new(seed, BAROMETER as f64 * STEP),
             autopilot: pilot.expect("the blade angles command the four accelerations"),
             wind,
             state,
@@ -291,15 +293,14 @@ impl Flight {
         flight
     }
 
-    /// The pilot's hover, until time 0, over level ground.
+    /// The pilot's hover, until time 0.
     fn settle(&mut self) {
-        let mut level = |pose: Pose| Some(pose.height() / pose.attitude.rotation()[(2, 2)]);
         while self.point < 0 {
             let displacement = self.aircraft.camera(&self.state).ground();
             let covariance = Matrix2::identity() * 1e-4;
             let exposed = self.point as f64 * STEP;
             self.autopilot.take(&Fix { displacement, covariance, height: None, yaw: None, exposed });
-            self.step(&mut level);
+            self.step();
         }
         self.state[0] = 0.0;
         self.state[1] = 0.0;
@@ -324,28 +325,25 @@ impl Flight {
     }
 
     /// From one point of the grid to the next.
-    fn step(&mut self, laser: &mut Range) {
+    fn step(&mut self) {
         self.state = self.aircraft.advance(&self.state, &self.wind.velocity(), &self.actuators.angles(), STEP);
         self.point += 1;
         let time = self.point as f64 * STEP;
         self.wind.advance();
         self.imu.advance(&inertial(&self.aircraft, &self.state, &self.wind, &self.actuators));
         let reading = self.imu.reading();
-        if self.point % LASER == 0
-            && let Some(range) = laser(self.aircraft.camera(&self.state))
-        {
-            self.autopilot.range(time, self.laser.read(range), reading);
+        if self.point % BAROMETER == 0 {
+            self.autopilot.height(time, self.barometer.read(self.aircraft.camera(&self.state).height()));
         }
         let height = self.height(time);
         let command = self.autopilot.advance(time, reading, height);
         self.actuators.advance(&command);
     }
 
-    /// The truth at a time, s, which must not lie before the one last asked for. `laser` is called where the autopilot
-    /// reads it.
-    pub fn advance(&mut self, to: f64, laser: &mut Range) -> Moment {
+    /// The truth at a time, s, which must not lie before the one last asked for.
+    pub fn advance(&mut self, to: f64) -> Moment {
         while (self.point + 1) as f64 * STEP <= to {
-            self.step(laser);
+            self.step();
         }
         self.now = to;
         let state = self.present();
@@ -368,7 +366,7 @@ impl Flight {
         self.aircraft.advance(&self.state, &self.wind.velocity(), &self.actuators.angles(), rest)
     }
 
-    /// What the sensors say at the moment last asked for.
+    /// What the sensors say of a frame at the moment last asked for.
     pub fn readings(&mut self, laser: &mut Range) -> Readings {
         let range = laser(self.aircraft.camera(&self.present())).map(|range| self.laser.read(range));
         Readings { attitude: self.imu.reading().attitude, range, time: self.now }

@@ -18,6 +18,8 @@ pub enum Purpose {
     Scene,
     /// What is still to be drawn about the flight: phases, changes of altitude.
     Flight,
+    /// Barometer.
+    Barometer,
 }
 
 /// The stream of a purpose.

@@ -130,9 +130,57 @@ impl Laser {
     }
 }
 
+/// Drift of the barometer, m rms, and its time constant, s: weather and the rotor's own pressure.
+const DRIFT: [f64; 2] = [0.3, 60.0];
+/// White noise of a reading of it, m rms.
+const PRESSURE_NOISE: f64 = 0.1;
+
+/// The barometric altimeter: the true height, a drift (Gauss-Markov, first order) and white noise.
+#[derive(Debug, Clone)]
+pub struct Barometer {
+    drift: f64,
+    keep: f64,
+    random: ChaCha8Rng,
+}
+
+impl Barometer {
+    /// One that is read every `interval` seconds.
+    pub fn new(seed: u64, interval: f64) -> Self {
+        let mut random = stream(seed, Purpose::Barometer);
+        let drift = DRIFT[0] * normal(&mut random);
+        Self { drift, keep: libm::exp(-interval / DRIFT[1]), random }
+    }
+
+    /// What it reads at a true height, m.
+    pub fn read(&mut self, height: f64) -> f64 {
+        let reading = height + self.drift + PRESSURE_NOISE * normal(&mut self.random);
+        let grown = (1.0 - self.keep * self.keep).sqrt();
+        self.drift = self.keep * self.drift + DRIFT[0] * grown * normal(&mut self.random);
+        reading
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Over flights the error has the variances of drift and noise together; within a second hardly more than the
+    /// noise's. 2000 flights know a standard deviation to 1.6 %.
+    #[test]
+    fn the_barometer_drifts_slowly() {
+        let (mut whole, mut within) = (0.0, 0.0);
+        for seed in 0..2000 {
+            let mut barometer = Barometer::new(seed, 0.05);
+            let first = barometer.read(50.0) - 50.0;
+            let last = (0..20).map(|_| barometer.read(50.0) - 50.0).last().unwrap_or(first);
+            whole += first * first;
+            within += (last - first).powi(2);
+        }
+        let rms = |sum: f64| (sum / 2000.0f64).sqrt();
+        assert!((rms(whole) - 0.1f64.hypot(0.3)).abs() < 0.02, "{}", rms(whole));
+        // 2 x 0.1^2, and 2 x 0.3^2 (1 - exp(-1 / 60)).
+        assert!((rms(within) - 0.1517).abs() < 0.01, "{}", rms(within));
+    }
 
     const STEP: f64 = 0.005;
     const TILT: f64 = 0.0035;

@@ -81,8 +81,7 @@ impl World {
     fn advance(&mut self, time: f64) -> Moment {
         self.camera.advance(time - self.time);
         self.time = time;
-        let renderer = &self.renderer;
-        self.flight.advance(time, &mut |pose| range(renderer, time, pose))
+        self.flight.advance(time)
     }
 }
 

@@ -22,7 +22,7 @@ fn fly(setup: &Setup, seed: u64, seconds: f64, sees: impl Fn(f64) -> bool) -> Ve
     (0..frames)
         .map(|frame| {
             let time = frame as f64 * FRAME;
-            let moment = flight.advance(time, &mut level);
+            let moment = flight.advance(time);
             let noise = Vector2::new(normal(&mut random), normal(&mut random)) * 0.02;
             let fix = Fix {
                 displacement: moment.camera.ground() + noise,
@@ -33,7 +33,7 @@ fn fly(setup: &Setup, seed: u64, seconds: f64, sees: impl Fn(f64) -> bool) -> Ve
             };
             late.push_back(sees(time).then_some(fix));
             if late.len() > 1 {
-                flight.advance(time + 0.1 - FRAME, &mut level);
+                flight.advance(time + 0.1 - FRAME);
                 flight.take(late.pop_front().flatten());
             }
             moment
@@ -190,11 +190,11 @@ fn a_short_gap_is_not_seen() {
 #[test]
 fn a_fix_that_is_no_number_is_left_aside() {
     let mut flight = Flight::new(&Setup::default(), 3);
-    flight.advance(1.0, &mut level);
+    flight.advance(1.0);
     let displacement = Vector2::new(f64::NAN, 0.0);
     let covariance = Matrix2::identity();
     flight.take(Some(Fix { displacement, covariance, height: None, yaw: None, exposed: 0.9 }));
-    let moment = flight.advance(1.5, &mut level);
+    let moment = flight.advance(1.5);
     assert!(moment.believed.norm() < 1.0 && distance(&moment) < 1.0, "{moment:?}");
 }
 
@@ -211,7 +211,7 @@ fn two_flights_of_a_seed_are_the_same_bits() {
     assert_eq!(fly(4), fly(4));
     assert_ne!(fly(4), fly(5));
     // Not the sensors alone: each seed has its own wind.
-    let wind = |seed| Flight::new(&Setup::default(), seed).advance(1.0, &mut level).wind;
+    let wind = |seed| Flight::new(&Setup::default(), seed).advance(1.0).wind;
     assert_ne!(wind(4), wind(5));
 }
 
@@ -237,7 +237,7 @@ fn what_is_asked_between_does_not_change_what_follows() {
     let mut dense = sparse.clone();
     let mut before: Option<Moment> = None;
     for i in 0..4000 {
-        let moment = dense.advance(f64::from(i) * 0.0005, &mut level);
+        let moment = dense.advance(f64::from(i) * 0.0005);
         if let Some(before) = before {
             let moved = moment.camera.position - before.camera.position;
             assert!((moved - moment.velocity * 0.0005).norm() < 1e-5, "{moment:?} after {before:?}");
@@ -248,7 +248,7 @@ fn what_is_asked_between_does_not_change_what_follows() {
         before = Some(moment);
     }
     let at = 2.0;
-    assert_eq!(bits(&sparse.advance(at, &mut level)), bits(&dense.advance(at, &mut level)));
+    assert_eq!(bits(&sparse.advance(at)), bits(&dense.advance(at)));
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn readings_are_the_truth_with_the_stated_errors() {
     let flights = 60;
     for seed in 0..flights {
         let mut flight = Flight::new(&setup, seed);
-        let truth = flight.advance(0.5, &mut level);
+        let truth = flight.advance(0.5);
         let readings = flight.readings(&mut level);
         assert_eq!(readings.time, 0.5);
         tilts += (readings.attitude.roll - truth.camera.attitude.roll).powi(2);
@@ -280,12 +280,12 @@ fn hold_starts_where_it_is_told_to() {
     let mut last = Vec::new();
     for frame in 0..600 {
         let time = f64::from(frame) * FRAME;
-        let moment = flight.advance(time, &mut level);
+        let moment = flight.advance(time);
         if frame == 150 {
             assert!((moment.camera.ground() - zero).norm() < 0.2, "{moment:?}");
             zero = moment.camera.ground();
             flight.engage();
-            assert!(flight.advance(time, &mut level).believed.norm() < 1e-12);
+            assert!(flight.advance(time).believed.norm() < 1e-12);
         }
         let displacement = moment.camera.ground() - zero;
         let covariance = Matrix2::identity() * 4e-4;

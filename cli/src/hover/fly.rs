@@ -77,7 +77,7 @@ pub fn fly(
             world.engage();
             blind.engage();
         }
-        let without = blind.advance(time, &mut level);
+        let without = blind.advance(time);
         let telemetry = telemetry(number, &exposure, &setup, &mut range);
         let chain = match &mut flight_program {
             Some(chain) => chain,
@@ -111,11 +111,6 @@ pub fn fly(
     }
     outcome.finish(&chain, scene, started.elapsed().as_secs_f64());
     Ok(outcome)
-}
-
-/// The laser of the helicopter that sees nothing: level ground.
-fn level(pose: hoverlock_edss::pose::Pose) -> Option<f64> {
-    Some(pose.height() / pose.attitude.rotation()[(2, 2)])
 }
 
 /// What the sensors say of a frame. Where the laser has met nothing its last range goes on, known to little.

@@ -1,9 +1,11 @@
 //! Ground that is computed, as pictures in files; and what a refusal looks like.
 
+mod refusal;
+
 use std::path::Path;
-use std::process::Output;
 
 use hoverlock_reference::image::plane::Plane;
+pub use refusal::assert_refused;
 
 /// Saves 16-bit samples as a picture; its path.
 pub fn save(folder: &Path, name: &str, picture: &Plane<u16>) -> String {
@@ -31,13 +33,4 @@ pub fn ground(x: f64, y: f64) -> u16 {
     let upper = (1.0 - s) * node(i, j) + s * node(i + 1, j);
     let lower = (1.0 - s) * node(i, j + 1) + s * node(i + 1, j + 1);
     ((1.0 - t) * upper + t * lower) as u16
-}
-
-/// Status 2 and one line that names the file or the argument; nothing on stdout.
-#[track_caller]
-pub fn assert_refused(output: &Output, named: &str) {
-    let line = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{named}: {line}");
-    assert!(line.contains(named) && line.trim_end().lines().count() == 1, "{named}: {line}");
-    assert!(output.stdout.is_empty());
 }

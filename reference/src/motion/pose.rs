@@ -721,7 +721,8 @@ mod tests {
             (k * turn.cos(), k * turn.sin(), within(3.0), amplitude)
         });
         let ground = |p: Vector2<f64>| waves.iter().map(|(a, b, c, h)| h * (a * p.x + b * p.y + c).sin()).sum::<f64>();
-        let mut tilts = || Attitude { roll: within(3.0 * DEGREE), pitch: within(3.0 * DEGREE), yaw: 0.2 + within(0.02) };
+        let mut tilts =
+            || Attitude { roll: within(3.0 * DEGREE), pitch: within(3.0 * DEGREE), yaw: 0.2 + within(0.02) };
         let attitudes = [tilts(), tilts()];
         let displacement = Vector2::new(within(reach), within(reach));
         let positions = [Vector2::zeros(), displacement];
@@ -762,25 +763,29 @@ mod tests {
     #[test]
     fn a_hover_over_hills_dbg() {
         for (rms, wavelength) in [(3.0, 120.0), (0.5, 150.0)] {
-        for reach in [0.1, 0.4, 1.5] {
-            let (mut squares, mut nees, mut refused, mut worst) = (0.0, 0.0, 0, 0f64);
-            let flights = 60;
-            for seed in 0..flights {
-                let flight = hover_over_hills(seed, reach, rms, wavelength);
-                let sensors = Sensors { range: 0.1, ..SENSORS };
-                match fit(&flight.views[0], &flight.views[1], &sensors, &flight.pairs, 255) {
-                    Ok(pose) => {
-                        let error = pose.displacement - flight.displacement;
-                        squares += error.norm_squared();
-                        worst = worst.max(error.norm());
-                        nees += error.dot(&(pose.covariance.try_inverse().unwrap() * error));
+            for reach in [0.1, 0.4, 1.5] {
+                let (mut squares, mut nees, mut refused, mut worst) = (0.0, 0.0, 0, 0f64);
+                let flights = 60;
+                for seed in 0..flights {
+                    let flight = hover_over_hills(seed, reach, rms, wavelength);
+                    let sensors = Sensors { range: 0.1, ..SENSORS };
+                    match fit(&flight.views[0], &flight.views[1], &sensors, &flight.pairs, 255) {
+                        Ok(pose) => {
+                            let error = pose.displacement - flight.displacement;
+                            squares += error.norm_squared();
+                            worst = worst.max(error.norm());
+                            nees += error.dot(&(pose.covariance.try_inverse().unwrap() * error));
+                        }
+                        Err(_) => refused += 1,
                     }
-                    Err(_) => refused += 1,
                 }
+                let n = (flights - refused) as f64;
+                eprintln!(
+                    "rms {rms} wave {wavelength} reach {reach}: error {:.3} worst {worst:.3} nees {:.1} refused {refused}",
+                    (squares / n).sqrt(),
+                    nees / n
+                );
             }
-            let n = (flights - refused) as f64;
-            eprintln!("rms {rms} wave {wavelength} reach {reach}: error {:.3} worst {worst:.3} nees {:.1} refused {refused}", (squares / n).sqrt(), nees / n);
-        }
         }
     }
 }
