@@ -18,7 +18,7 @@
 //! A frame is a function of scene, seed and shot: rows are computed independently, so that it has the same bits for
 //! every number of threads.
 
-#![allow(dead_code)]
+#![allow(dead_code, clippy::needless_range_loop)]
 
 mod grain;
 mod land;
@@ -39,7 +39,7 @@ use crate::random::{Purpose, stream};
 use crate::scene::{Ground, Scene};
 use grain::{GREEN, Grain, HARD, NearGrain, SOIL};
 use land::Material;
-use mip::{Border, Laid, Mip, Near};
+use mip::{Laid, MIRRORED, Mip, Near};
 use relief::{Height, Relief};
 use view::Corrections;
 pub use view::Lens;
@@ -85,8 +85,8 @@ pub struct Renderer {
 
 /// What gives the ground its brightness.
 enum Surface {
-    Picture { picture: Laid<1>, grain: f32 },
-    Land(Laid<4>),
+    Picture { picture: Laid<u16, 1, MIRRORED>, grain: f32 },
+    Land(Laid<u32, 4, MIRRORED>),
 }
 
 /// Scattered light relative to white ground in full sun, as in `hoverlock_reference::image::conditions`.
@@ -123,9 +123,8 @@ impl Renderer {
             Ground::Picture(ground) => {
                 let luma = Picture::open(&ground.file)?.luma;
                 let (width, height) = (luma.width(), luma.height());
-                let texels = luma.into_vec().into_iter().map(|v| [v]).collect();
                 let middle = Vector2::new(width as f64, height as f64) / 2.0;
-                let picture = Laid::new(Mip::new(width, height, texels, Border::Mirrored), ground.texel_m, 0.0, middle);
+                let picture = Laid::new(Mip::new(width, height, luma.as_slice()), ground.texel_m, 0.0, middle);
                 Surface::Picture { picture, grain: ground.grain as f32 }
             }
             Ground::Field(field) => {
@@ -236,10 +235,11 @@ impl Renderer {
             row.knots[k] = Knot {
                 depth: depth as f32,
                 light: self.sunlight(height.slope),
+                footprint: libm::log2f((depth.max(0.01) / down * pixel) as f32),
                 transmission: if self.extinction > 0.0 { libm::expf((-self.extinction * range) as f32) } else { 1.0 },
             };
         }
-        land_points(row, pixel as f32);
+        land_points(row);
     }
 
     /// Sunlight on a slope relative to level ground, without what the sky gives.
@@ -307,20 +307,19 @@ struct Knot {
     depth: f32,
     light: f32,
     transmission: f32,
+    /// `log2` of the width of a pixel on the ground in m.
+    footprint: f32,
 }
 
 /// The rays of a row of pixels and where they meet the ground; all lengths are m from below the camera.
 struct Row {
-    width: usize,
     /// Direction of each ray in the world, with 1 along the optical axis; as far as the last knot.
     direction: [Vec<f32>; 3],
     knots: Vec<Knot>,
-    x: Vec<f32>,
-    y: Vec<f32>,
+    x: Vec<[f32; KNOT]>,
+    y: Vec<[f32; KNOT]>,
     /// Way along the ray's direction.
-    along: Vec<f32>,
-    /// `log2` of the width of a pixel on the ground in m.
-    footprint: Vec<f32>,
+    along: Vec<[f32; KNOT]>,
 }
 
 impl Row {
@@ -329,13 +328,11 @@ impl Row {
         let rays = (knots - 1) * KNOT + 1;
         let zeros = |count: usize| vec![0f32; count];
         Self {
-            width,
             direction: [zeros(rays), zeros(rays), zeros(rays)],
             knots: vec![Knot::default(); knots],
-            x: zeros(width),
-            y: zeros(width),
-            along: zeros(width),
-            footprint: zeros(width),
+            x: vec![[0.0; KNOT]; knots - 1],
+            y: vec![[0.0; KNOT]; knots - 1],
+            along: vec![[0.0; KNOT]; knots - 1],
         }
     }
 
@@ -365,50 +362,47 @@ impl Row {
 
 /// Points on the ground between the knots.
 #[multiversion(targets("x86_64+avx2"))]
-fn land_points(row: &mut Row, pixel: f32) {
+fn land_points(row: &mut Row) {
     let [dx, dy, dz] = &row.direction;
-    for (k, pair) in row.knots.windows(2).enumerate() {
-        let first = k * KNOT;
-        for x in first..(first + KNOT).min(row.width) {
-            let part = (x - first) as f32 / KNOT as f32;
-            let depth = (pair[0].depth + part * (pair[1].depth - pair[0].depth)).max(0.01);
-            let along = depth / dz[x].max(DOWNWARDS);
-            row.along[x] = along;
-            row.x[x] = dx[x] * along;
-            row.y[x] = dy[x] * along;
-            row.footprint[x] = log2(along * pixel);
+    let directions = dx.chunks_exact(KNOT).zip(dy.chunks_exact(KNOT)).zip(dz.chunks_exact(KNOT));
+    let points = row.along.iter_mut().zip(row.x.iter_mut().zip(&mut row.y));
+    for ((pair, ((dx, dy), dz)), (along, (x, y))) in row.knots.windows(2).zip(directions).zip(points) {
+        let (first, slope) = (pair[0].depth, (pair[1].depth - pair[0].depth) * (1.0 / KNOT as f32));
+        for l in 0..KNOT {
+            let depth = (first + l as f32 * slope).max(0.01);
+            along[l] = depth / dz[l].max(DOWNWARDS);
+            x[l] = dx[l] * along[l];
+            y[l] = dy[l] * along[l];
         }
     }
 }
 
-/// `log2` to 0.01, continuous: exponent and a parabola through the mantissa.
-#[inline(always)]
-fn log2(v: f32) -> f32 {
-    let bits = v.to_bits();
-    let exponent = (bits >> 23) as i32 - 127;
-    let m = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000);
-    exponent as f32 + (2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0
-}
-
 #[multiversion(targets("x86_64+avx2"))]
-fn shade_picture(row: &Row, out: &mut [f32], picture: &Near<'_, 1>, weight: f32, grain: &NearGrain<'_>) {
-    for (x, out) in out.iter_mut().enumerate() {
-        let (px, py, footprint) = (row.x[x], row.y[x], row.footprint[x]);
-        let [value] = picture.sample(px, py, footprint);
-        *out = value / 65535.0;
+fn shade_picture(row: &Row, out: &mut [f32], picture: &Near<'_, u16, 1, MIRRORED>, weight: f32, grain: &NearGrain<'_>) {
+    for (k, out) in out.chunks_mut(KNOT).enumerate() {
+        let (x, y, footprint) = (&row.x[k], &row.y[k], row.knots[k].footprint);
+        let mut albedo = picture.sample(x, y, footprint);
         if weight > 0.0 {
-            let fine = grain.sample(px, py, footprint);
-            *out *= (1.0 + weight * 0.7 * (fine[GREEN] + fine[HARD])).max(0.0);
+            let fine = grain.sample(x, y, footprint);
+            for l in 0..KNOT {
+                albedo[l][0] *= (1.0 + weight * 0.7 * (fine[l][GREEN] + fine[l][HARD])).max(0.0);
+            }
+        }
+        for (out, [albedo]) in out.iter_mut().zip(albedo) {
+            *out = albedo;
         }
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn shade_land(row: &Row, out: &mut [f32], land: &Near<'_, 4>, grain: &NearGrain<'_>) {
-    for (x, out) in out.iter_mut().enumerate() {
-        let (px, py, footprint) = (row.x[x], row.y[x], row.footprint[x]);
-        let material = land::material(land.sample(px, py, footprint));
-        *out = ground_albedo(&material, grain.sample(px, py, footprint));
+fn shade_land(row: &Row, out: &mut [f32], land: &Near<'_, u32, 4, MIRRORED>, grain: &NearGrain<'_>) {
+    for (k, out) in out.chunks_mut(KNOT).enumerate() {
+        let (x, y, footprint) = (&row.x[k], &row.y[k], row.knots[k].footprint);
+        let material = land.sample(x, y, footprint);
+        let fine = grain.sample(x, y, footprint);
+        for (out, (material, fine)) in out.iter_mut().zip(material.into_iter().zip(fine)) {
+            *out = ground_albedo(&land::material(material), fine);
+        }
     }
 }
 

@@ -8,14 +8,13 @@ use hoverlock_reference::image::plane::Plane;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-use super::mip::Border;
 use super::noise::octaves;
 use crate::scene::Hills;
 
 /// A lattice of heights.
 pub struct Relief {
     side: [usize; 2],
-    border: Border,
+    mirrored: bool,
     /// Side of a cell, m.
     cell: f64,
     /// Lattice point at the origin of the world.
@@ -58,7 +57,7 @@ impl Relief {
         let square = heights.iter().map(|&h| (f64::from(h) - mean).powi(2)).sum::<f64>() / count;
         let gain = hills.rms_m / square.sqrt();
         heights.iter_mut().for_each(|h| *h = ((f64::from(*h) - mean) * gain) as f32);
-        Self::new([SIDE, SIDE], heights, Border::Repeated, hills.wavelength_m / POINTS, [0.0, 0.0])
+        Self::new([SIDE, SIDE], heights, false, hills.wavelength_m / POINTS, [0.0, 0.0])
     }
 
     /// A picture, black to white `height` m, its mean at 0 and its middle at the origin, mirrored at its borders.
@@ -67,11 +66,11 @@ impl Relief {
         let samples = picture.as_slice();
         let mean = samples.iter().map(|&v| f64::from(v)).sum::<f64>() / samples.len() as f64;
         let heights = samples.iter().map(|&v| ((f64::from(v) - mean) * height / 65535.0) as f32).collect();
-        Self::new(side, heights, Border::Mirrored, texel, side.map(|side| (side as f64 - 1.0) / 2.0))
+        Self::new(side, heights, true, texel, side.map(|side| (side as f64 - 1.0) / 2.0))
     }
 
-    fn new(side: [usize; 2], heights: Vec<f32>, border: Border, cell: f64, origin: [f64; 2]) -> Self {
-        let at = |x: i64, y: i64| heights[index(y, side[1], border).0 * side[0] + index(x, side[0], border).0];
+    fn new(side: [usize; 2], heights: Vec<f32>, mirrored: bool, cell: f64, origin: [f64; 2]) -> Self {
+        let at = |x: i64, y: i64| heights[index(y, side[1], mirrored).0 * side[0] + index(x, side[0], mirrored).0];
         let points: Vec<[f32; 3]> = (0..side[0] * side[1])
             .map(|i| {
                 let (x, y) = ((i % side[0]) as i64, (i / side[0]) as i64);
@@ -81,7 +80,7 @@ impl Relief {
             .collect();
         let limits = points.iter().fold([0f64; 2], |[low, high], p| [low.min(p[0].into()), high.max(p[0].into())]);
         let steepest = points.iter().map(|p| p[1].hypot(p[2])).fold(0.0, f32::max).into();
-        Self { side, border, cell, origin, points, limits, steepest }
+        Self { side, mirrored, cell, origin, points, limits, steepest }
     }
 
     /// Lowest and highest, m.
@@ -125,7 +124,7 @@ impl Relief {
     }
 
     fn index(&self, i: f64, axis: usize) -> (usize, f64) {
-        index(i as i64, self.side[axis], self.border)
+        index(i as i64, self.side[axis], self.mirrored)
     }
 
     /// The way down, m, from a point at height `top` along `motion` m for each metre down, started from a guess.
@@ -144,13 +143,11 @@ impl Relief {
 }
 
 /// The lattice point that stands for one beyond the edge, and the sign of the slope there.
-fn index(i: i64, side: usize, border: Border) -> (usize, f64) {
-    match border {
-        Border::Repeated => (i.rem_euclid(side as i64) as usize, 1.0),
-        // The mirror stands on the lattice point, or a hill would have a flat top there.
-        Border::Mirrored => {
-            let turn = i.rem_euclid(2 * (side as i64 - 1).max(1)) as usize;
-            if turn < side { (turn, 1.0) } else { (2 * (side - 1) - turn, -1.0) }
-        }
+fn index(i: i64, side: usize, mirrored: bool) -> (usize, f64) {
+    if !mirrored {
+        return (i.rem_euclid(side as i64) as usize, 1.0);
     }
+    // The mirror stands on the lattice point, or a hill would have a flat top there.
+    let turn = i.rem_euclid(2 * (side as i64 - 1).max(1)) as usize;
+    if turn < side { (turn, 1.0) } else { (2 * (side - 1) - turn, -1.0) }
 }
