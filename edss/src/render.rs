@@ -14,6 +14,8 @@
 //! | [`grain`] | fine structure of the ground |
 //! | [`land`] | larger structure of the ground |
 //! | [`relief`] | height of the ground |
+//! | [`thing`] | what stands, lies or drives on the ground |
+//! | [`overlay`] | which things a pixel sees, edges and shadows |
 //!
 //! A frame is a function of scene, seed and shot: rows are computed independently, so that it has the same bits for
 //! every number of threads.
@@ -24,7 +26,9 @@ mod grain;
 mod land;
 mod mip;
 mod noise;
+mod overlay;
 mod relief;
+mod thing;
 mod view;
 
 use hoverlock_reference::image::picture::{Picture, PictureError};
@@ -36,11 +40,13 @@ use rayon::prelude::*;
 
 use crate::pose::Pose;
 use crate::random::{Purpose, stream};
-use crate::scene::{Ground, Scene};
+use crate::scene::{Ground, Scene, Tree};
 use grain::{GREEN, Grain, HARD, NearGrain, SOIL};
 use land::Material;
 use mip::{Laid, MIRRORED, Mip, Near};
+use overlay::{BAND, Cast, Seen};
 use relief::{Height, Relief};
+use thing::Thing;
 use view::Corrections;
 pub use view::Lens;
 
@@ -78,6 +84,7 @@ pub struct Renderer {
     surface: Surface,
     grain: Grain,
     relief: Option<Relief>,
+    things: Vec<Thing>,
     to_sun: Vector3<f64>,
     brightness: f32,
     extinction: f64,
@@ -119,6 +126,7 @@ impl Renderer {
         if let Some(slope) = relief.as_ref().map(Relief::steepest).filter(|&slope| slope > 1.0) {
             return Err(RenderError::Steep { slope });
         }
+        let mut things = things(scene);
         let surface = match &scene.ground {
             Ground::Picture(ground) => {
                 let luma = Picture::open(&ground.file)?.luma;
@@ -129,6 +137,12 @@ impl Renderer {
             }
             Ground::Field(field) => {
                 let landscape = land::field::Landscape::new(field.parcel_m as f32, &mut random);
+                for at in landscape.edges(&mut random, field.trees as usize) {
+                    let radius_m = random.random_range(1.4..3.6);
+                    let tree =
+                        Tree { at_m: [at.x, at.y], radius_m, height_m: radius_m * random.random_range(2.0..3.0) };
+                    things.push(Thing::tree(&tree, random.random()));
+                }
                 Surface::Land(land::map(|p| landscape.at(p)))
             }
             Ground::Town(_) | Ground::Water(_) | Ground::Grass(_) => {
@@ -144,6 +158,7 @@ impl Renderer {
             surface,
             grain: Grain::new(grain_seed),
             relief,
+            things,
             to_sun: scene.to_sun(),
             brightness: scene.brightness as f32,
             extinction: scene.mist.map_or(0.0, |mist| mist.extinction_per_m),
@@ -152,39 +167,72 @@ impl Renderer {
 
     /// What the camera sees: radiance, 1 for white ground in full sun at brightness 1.
     pub fn render(&self, shot: &Shot, out: &mut Plane<f32>) {
-        let (width, height) = (out.width(), out.height());
-        let corrections = Corrections::new(&shot.lens, width, height);
-        let inverse = shot.lens.camera.inverse();
-        let rolling = shot.first != shot.last;
-        let global = Viewpoint::new(&shot.first);
-        out.as_mut_slice().par_chunks_mut(width).enumerate().for_each_init(
-            || Row::new(width),
-            |row, (y, out)| {
-                let viewpoint = if rolling {
-                    let part = if height > 1 { y as f64 / (height - 1) as f64 } else { 0.0 };
-                    Viewpoint::new(&shot.first.towards(&shot.last, part))
-                } else {
-                    global
-                };
-                row.aim(&inverse, corrections.as_ref(), &viewpoint.rotation, y);
-                self.meet(row, &viewpoint, 1.0 / shot.lens.camera.focal());
-                let anchor = viewpoint.origin.xy();
-                let grain = self.grain.near(anchor);
+        let frame = Frame::new(self, shot, [out.width(), out.height()]);
+        let bands = out.as_mut_slice().par_chunks_mut(frame.size[0] * BAND);
+        bands.enumerate().for_each(|(band, out)| self.band(&frame, band * BAND, out));
+    }
+
+    /// The rows of a frame from `first` on.
+    fn band(&self, frame: &Frame<'_>, first: usize, out: &mut [f32]) {
+        let width = frame.size[0];
+        let rows = out.len() / width;
+        // Edges are found by the rows above and below, too.
+        let mut seen: Vec<Seen> = Vec::with_capacity(rows + 2);
+        for k in 0..rows + 2 {
+            let y = (first + k).saturating_sub(1).min(frame.size[1] - 1);
+            let viewpoint = frame.viewpoint(y);
+            let mut row = Row::new(width);
+            row.aim(&frame.inverse, frame.corrections.as_ref(), &viewpoint.rotation, y);
+            self.meet(&mut row, &viewpoint, frame.pixel);
+            let mut here = Seen { row, viewpoint, marks: vec![0; width], albedo: vec![0.0; width] };
+            let anchor = viewpoint.origin.xy();
+            let grain = self.grain.near(anchor);
+            if k == 0 || k == rows + 1 {
+                self.look(&frame.cast, &mut here, y, &grain, None);
+            } else {
+                let out = &mut out[(k - 1) * width..k * width];
                 match &self.surface {
                     Surface::Picture { picture, grain: weight } => {
-                        shade_picture(row, out, &picture.near(anchor), *weight, &grain);
+                        shade_picture(&here.row, &mut here.albedo, &picture.near(anchor), *weight, &grain);
                     }
-                    Surface::Land(land) => shade_land(row, out, &land.near(anchor), &grain),
+                    Surface::Land(land) => shade_land(&here.row, &mut here.albedo, &land.near(anchor), &grain),
                 }
-                self.light(row, out);
-            },
-        );
+                self.paint(&frame.cast, &mut here, y, frame.pixel as f32);
+                self.light(&here.row, &here.albedo, out);
+                self.look(&frame.cast, &mut here, y, &grain, Some(out));
+            }
+            seen.push(here);
+        }
+        for (k, out) in out.chunks_exact_mut(width).enumerate() {
+            let grain = self.grain.near(seen[k + 1].viewpoint.origin.xy());
+            let rows = [&seen[k], &seen[k + 1], &seen[k + 2]];
+            self.refine(&frame.cast, rows, first + k, &frame.inverse, &grain, out);
+        }
+    }
+
+    /// Where the centre of a thing is at a time.
+    fn centre(&self, thing: &Thing, time: f64) -> Vector3<f64> {
+        thing.centre(time, |p| self.relief.as_ref().map_or(0.0, |relief| relief.at(p).h))
+    }
+
+    /// Height of the lowest ground, m.
+    fn lowest(&self) -> f64 {
+        self.relief.as_ref().map_or(0.0, |relief| relief.limits()[0])
     }
 
     /// Distance, m, from `origin` along a `direction` of length 1 to the first terrain or thing; `None` where nothing
     /// is met within 10 km.
-    pub fn range(&self, _time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
-        self.terrain(origin, direction)
+    pub fn range(&self, time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
+        let ray = direction.map(|v| v as f32);
+        let mut nearest = self.terrain(origin, direction);
+        for thing in self.things.iter().filter(|thing| thing.is_solid()) {
+            let from = (origin - self.centre(thing, time)).map(|v| v as f32);
+            let limit = nearest.map_or(FARTHEST as f32, |range| range as f32);
+            if let Some(hit) = thing.hit(&from, &ray, limit) {
+                nearest = Some(hit.along.into());
+            }
+        }
+        nearest
     }
 
     /// The point of the scene that a pixel sees at `time`, m; `None` where it sees nothing.
@@ -225,7 +273,7 @@ impl Renderer {
         let mut height = Height::default();
         for k in 0..row.knots.len() {
             let x = k * KNOT;
-            let direction = row.knot_direction(x).map(f64::from);
+            let direction = row.direction(x).map(f64::from);
             let down = direction.z.max(DOWNWARDS.into());
             if let Some(relief) = &self.relief {
                 let steps = if k == 0 { 12 } else { 2 };
@@ -249,17 +297,64 @@ impl Renderer {
         (normal.dot(&self.to_sun).max(0.0) / -self.to_sun.z) as f32
     }
 
-    /// Albedo becomes radiance.
-    fn light(&self, row: &Row, out: &mut [f32]) {
-        let brightness = self.brightness;
-        for (x, out) in out.iter_mut().enumerate() {
-            let (knot, part) = (x / KNOT, (x % KNOT) as f32 / KNOT as f32);
-            let (a, b) = (&row.knots[knot], &row.knots[knot + 1]);
-            let light = SKY + (1.0 - SKY) * (a.light + part * (b.light - a.light));
-            let transmission = a.transmission + part * (b.transmission - a.transmission);
-            *out = brightness * (AIR_LIGHT + transmission * (*out * light - AIR_LIGHT));
+    /// Albedo of the ground becomes radiance.
+    fn light(&self, row: &Row, albedo: &[f32], out: &mut [f32]) {
+        let blocks = out.chunks_mut(KNOT).zip(albedo.chunks(KNOT)).zip(row.knots.windows(2));
+        for ((out, albedo), pair) in blocks {
+            let (a, b) = (&pair[0], &pair[1]);
+            for (l, (out, albedo)) in out.iter_mut().zip(albedo).enumerate() {
+                let part = l as f32 / KNOT as f32;
+                let light = SKY + (1.0 - SKY) * (a.light + part * (b.light - a.light));
+                *out = self.radiance(albedo * light, a.transmission + part * (b.transmission - a.transmission));
+            }
         }
     }
+
+    /// `T L + (1 - T) air`, at the brightness of the scene.
+    #[inline(always)]
+    fn radiance(&self, reflected: f32, transmission: f32) -> f32 {
+        self.brightness * (AIR_LIGHT + transmission * (reflected - AIR_LIGHT))
+    }
+}
+
+/// What is the same for all rows of a frame.
+struct Frame<'a> {
+    shot: &'a Shot,
+    size: [usize; 2],
+    inverse: Matrix3<f64>,
+    corrections: Option<Corrections>,
+    /// Width of a pixel at a distance of 1.
+    pixel: f64,
+    cast: Cast,
+}
+
+impl<'a> Frame<'a> {
+    fn new(renderer: &Renderer, shot: &'a Shot, size: [usize; 2]) -> Self {
+        let ends = [&Viewpoint::new(&shot.first), &Viewpoint::new(&shot.last)];
+        Self {
+            shot,
+            size,
+            inverse: shot.lens.camera.inverse(),
+            corrections: Corrections::new(&shot.lens, size[0], size[1]),
+            pixel: 1.0 / shot.lens.camera.focal(),
+            cast: Cast::new(renderer, shot.time, &shot.lens, ends, size),
+        }
+    }
+
+    /// Where the camera is at a row.
+    fn viewpoint(&self, y: usize) -> Viewpoint {
+        let part = if self.size[1] > 1 { y as f64 / (self.size[1] - 1) as f64 } else { 0.0 };
+        Viewpoint::new(&self.shot.first.towards(&self.shot.last, part))
+    }
+}
+
+/// What a scene names one by one.
+fn things(scene: &Scene) -> Vec<Thing> {
+    let pads = scene.helipad.iter().map(Thing::helipad);
+    let buildings = scene.building.iter().map(Thing::building);
+    let trees = scene.tree.iter().enumerate().map(|(k, tree)| Thing::tree(tree, k as u32));
+    let cars = scene.car.iter().map(|car| Thing::car(car, 0.0));
+    pads.chain(buildings).chain(trees).chain(cars).collect()
 }
 
 /// Crossing of a ray with a relief between two depths, by steps of half a cell and bisection.
@@ -314,7 +409,7 @@ struct Knot {
 /// The rays of a row of pixels and where they meet the ground; all lengths are m from below the camera.
 struct Row {
     /// Direction of each ray in the world, with 1 along the optical axis; as far as the last knot.
-    direction: [Vec<f32>; 3],
+    directions: [Vec<f32>; 3],
     knots: Vec<Knot>,
     x: Vec<[f32; KNOT]>,
     y: Vec<[f32; KNOT]>,
@@ -328,7 +423,7 @@ impl Row {
         let rays = (knots - 1) * KNOT + 1;
         let zeros = |count: usize| vec![0f32; count];
         Self {
-            direction: [zeros(rays), zeros(rays), zeros(rays)],
+            directions: [zeros(rays), zeros(rays), zeros(rays)],
             knots: vec![Knot::default(); knots],
             x: vec![[0.0; KNOT]; knots - 1],
             y: vec![[0.0; KNOT]; knots - 1],
@@ -340,7 +435,7 @@ impl Row {
         // f64 along the row keeps the pixel grid regular to 1e-9.
         let start = inverse * Vector3::new(0.0, y as f64, 1.0);
         let step = inverse[(0, 0)];
-        let [dx, dy, dz] = &mut self.direction;
+        let [dx, dy, dz] = &mut self.directions;
         let rotation = rotation.map(|v| v as f32);
         for (x, ((dx, dy), dz)) in dx.iter_mut().zip(dy).zip(dz).enumerate() {
             let (mut u, mut v) = ((start.x + step * x as f64) as f32, start.y as f32);
@@ -354,8 +449,8 @@ impl Row {
         }
     }
 
-    fn knot_direction(&self, x: usize) -> Vector3<f32> {
-        let [dx, dy, dz] = &self.direction;
+    fn direction(&self, x: usize) -> Vector3<f32> {
+        let [dx, dy, dz] = &self.directions;
         Vector3::new(dx[x], dy[x], dz[x])
     }
 }
@@ -363,7 +458,7 @@ impl Row {
 /// Points on the ground between the knots.
 #[multiversion(targets("x86_64+avx2"))]
 fn land_points(row: &mut Row) {
-    let [dx, dy, dz] = &row.direction;
+    let [dx, dy, dz] = &row.directions;
     let directions = dx.chunks_exact(KNOT).zip(dy.chunks_exact(KNOT)).zip(dz.chunks_exact(KNOT));
     let points = row.along.iter_mut().zip(row.x.iter_mut().zip(&mut row.y));
     for ((pair, ((dx, dy), dz)), (along, (x, y))) in row.knots.windows(2).zip(directions).zip(points) {
