@@ -15,6 +15,7 @@
 //! | [`land`] | larger structure of the ground |
 //! | [`relief`] | height of the ground |
 //! | [`thing`] | what stands, lies or drives on the ground |
+//! | [`water`] | waves and glint |
 //! | [`overlay`] | which things a pixel sees, edges and shadows |
 //!
 //! A frame is a function of scene, seed and shot: rows are computed independently, so that it has the same bits for
@@ -30,6 +31,7 @@ mod overlay;
 mod relief;
 mod thing;
 mod view;
+mod water;
 
 use hoverlock_reference::image::picture::{Picture, PictureError};
 use hoverlock_reference::image::plane::Plane;
@@ -49,6 +51,7 @@ use relief::{Height, Relief};
 use thing::Thing;
 use view::Corrections;
 pub use view::Lens;
+use water::{Mirror, NearWaves, Waves};
 
 /// One exposure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,6 +97,7 @@ pub struct Renderer {
 enum Surface {
     Picture { picture: Laid<u16, 1, MIRRORED>, grain: f32 },
     Land(Laid<u32, 4, MIRRORED>),
+    Water(Waves),
 }
 
 /// Scattered light relative to white ground in full sun, as in `hoverlock_reference::image::conditions`.
@@ -145,7 +149,13 @@ impl Renderer {
                 }
                 Surface::Land(land::map(|p| landscape.at(p)))
             }
-            Ground::Town(_) | Ground::Water(_) | Ground::Grass(_) => {
+            Ground::Town(keys) => {
+                let town = land::town::Town::new(keys.block_m as f32, &mut random);
+                things.extend(town.things(keys, &mut random));
+                Surface::Land(land::map(|p| town.at(p)))
+            }
+            Ground::Water(water) => Surface::Water(Waves::new(water, random.random())),
+            Ground::Grass(_) => {
                 let meadow = land::apron::Apron::new(0.0, &mut random);
                 Surface::Land(land::map(|p| meadow.at(p)))
             }
@@ -196,6 +206,10 @@ impl Renderer {
                         shade_picture(&here.row, &mut here.albedo, &picture.near(anchor), *weight, &grain);
                     }
                     Surface::Land(land) => shade_land(&here.row, &mut here.albedo, &land.near(anchor), &grain),
+                    Surface::Water(waves) => {
+                        let mirrors = self.mirrors(&here.row);
+                        shade_water(&here.row, &mut here.albedo, &waves.near(anchor, frame.shot.time), &mirrors);
+                    }
                 }
                 self.paint(&frame.cast, &mut here, y, frame.pixel as f32);
                 self.light(&here.row, &here.albedo, out);
@@ -295,6 +309,17 @@ impl Renderer {
         // The normal is (-dh/dX, -dh/dY, 1) with height upwards, and Z is downwards.
         let normal = Vector3::new(-slope[0], -slope[1], -1.0).normalize();
         (normal.dot(&self.to_sun).max(0.0) / -self.to_sun.z) as f32
+    }
+
+    /// The slope that mirrors the sun into the camera, at each knot.
+    fn mirrors(&self, row: &Row) -> Vec<Mirror> {
+        let mirror = |k: usize| {
+            let to_camera = -row.direction(k * KNOT).map(f64::from).normalize();
+            let half = to_camera + self.to_sun;
+            // A slope s has its normal along (-s, 1) with height upwards.
+            Mirror { slope: [(half.x / half.z) as f32, (half.y / half.z) as f32] }
+        };
+        (0..row.knots.len()).map(mirror).collect()
     }
 
     /// Albedo of the ground becomes radiance.
@@ -497,6 +522,16 @@ fn shade_land(row: &Row, out: &mut [f32], land: &Near<'_, u32, 4, MIRRORED>, gra
         let fine = grain.sample(x, y, footprint);
         for (out, (material, fine)) in out.iter_mut().zip(material.into_iter().zip(fine)) {
             *out = ground_albedo(&land::material(material), fine);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn shade_water(row: &Row, out: &mut [f32], waves: &NearWaves<'_>, mirrors: &[Mirror]) {
+    for (k, out) in out.chunks_mut(KNOT).enumerate() {
+        let radiance = waves.radiance(&row.x[k], &row.y[k], row.knots[k].footprint, [mirrors[k], mirrors[k + 1]]);
+        for (out, radiance) in out.iter_mut().zip(radiance) {
+            *out = radiance;
         }
     }
 }

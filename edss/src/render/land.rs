@@ -4,6 +4,7 @@
 
 pub mod apron;
 pub mod field;
+pub mod town;
 
 use nalgebra::Vector2;
 use rayon::prelude::*;

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::grain::{LEAF, NearGrain};
+use super::grain::{HARD, LEAF, NearGrain};
 use super::thing::{Hit, Thing};
 use super::view::Lens;
 use super::{KNOT, Renderer, Row, SKY, Viewpoint};
@@ -215,11 +215,11 @@ impl Renderer {
         x: usize,
         grain: &NearGrain<'_>,
     ) -> (Mark, f32) {
-        let mut first: Option<(Hit, Mark)> = None;
+        let mut first: Option<(Hit, &Near<'_>)> = None;
         for thing in near {
             let limit = first.map_or(ray.ground, |(hit, _)| hit.along);
             if let Some(hit) = thing.thing.hit(&-thing.centre, &ray.direction, limit) {
-                first = Some((hit, thing.mark));
+                first = Some((hit, thing));
             }
         }
         let (block, part) = (x / KNOT, (x % KNOT) as f32 / KNOT as f32);
@@ -228,10 +228,14 @@ impl Renderer {
         let point = ray.direction * along;
         let (facing, albedo) = match first {
             None => (a.light + part * (b.light - a.light), albedo),
-            Some((hit, _)) => {
+            Some((hit, thing)) => {
                 let facing = (hit.normal.dot(&self.to_sun.map(|v| v as f32)) / -self.to_sun.z as f32).max(0.0);
                 if !hit.leaves {
-                    (facing, hit.albedo)
+                    let [fine] = grain.sample(&[point.x], &[point.y], a.footprint);
+                    (
+                        facing,
+                        hit.albedo * (1.0 + 0.07 * fine[HARD] + courses(&hit, &(point - thing.centre), a.footprint)),
+                    )
                 } else {
                     // Leaves let light through, and lie at all angles.
                     let [fine] = grain.sample(&[point.x + 0.7 * point.z], &[point.y - 0.5 * point.z], a.footprint);
@@ -242,7 +246,7 @@ impl Renderer {
         let lifted = first.map_or(point, |(hit, _)| point + hit.normal * 0.02);
         let shaded = facing > 0.0 && self.is_shaded(near, &lifted);
         let light = SKY + (1.0 - SKY) * if shaded { 0.0 } else { facing };
-        let mark = first.map_or(0, |(hit, thing)| (thing << 8) | (hit.part << 1) | 0x80) | u32::from(shaded);
+        let mark = first.map_or(0, |(hit, thing)| (thing.mark << 8) | (hit.part << 1) | 0x80) | u32::from(shaded);
         let transmission = a.transmission + part * (b.transmission - a.transmission);
         // What stands above the ground is nearer.
         let transmission =
@@ -254,6 +258,16 @@ impl Renderer {
         let sun = self.to_sun.map(|v| v as f32);
         near.iter().any(|thing| thing.thing.hit(&(point - thing.centre), &sun, f32::INFINITY).is_some())
     }
+}
+
+/// Brightness of courses of tiles on a roof, at a point of the thing; a pixel as wide as a course sees their mean.
+fn courses(hit: &Hit, point: &Vector3<f32>, footprint: f32) -> f32 {
+    if hit.course == 0.0 {
+        return 0.0;
+    }
+    let down = hit.normal.xy().normalize().dot(&point.xy()) / hit.course;
+    let seen = (1.0 - 1.5 * libm::exp2f(footprint) / hit.course).max(0.0);
+    0.16 * seen * (2.0 * (down - down.floor()) - 1.0)
 }
 
 struct Near<'a> {

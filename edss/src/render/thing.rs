@@ -41,6 +41,8 @@ pub struct Face {
     normal: Vector3<f32>,
     offset: f32,
     albedo: f32,
+    /// Distance of courses of tiles, m; 0 for a plain face.
+    course: f32,
 }
 
 /// A ball of leaves.
@@ -75,6 +77,8 @@ pub struct Hit {
     pub albedo: f32,
     /// Which face or ball.
     pub part: u32,
+    /// Distance of courses of tiles, m; 0 for a plain face.
+    pub course: f32,
     /// Whether it is of leaves.
     pub leaves: bool,
 }
@@ -116,8 +120,8 @@ impl Thing {
                 for (k, faces) in solids.iter().enumerate() {
                     let limit = first.map_or(nearest, |hit| hit.along);
                     if let Some((along, face)) = enter(faces, from, direction, limit) {
-                        let Face { normal, albedo, .. } = faces[face];
-                        first = Some(Hit { along, normal, albedo, part: (8 * k + face) as u32, leaves: false });
+                        let Face { normal, albedo, course, .. } = faces[face];
+                        first = Some(Hit { along, normal, albedo, part: (8 * k + face) as u32, course, leaves: false });
                     }
                 }
                 first
@@ -130,7 +134,7 @@ impl Thing {
                         let normal = (from + direction * along - ball.centre) / ball.radius;
                         // Neighbouring balls differ in brightness, or a crown would be one smooth dome.
                         let albedo = 0.19 + 0.022 * (k * 7 % 5) as f32;
-                        first = Some(Hit { along, normal, albedo, part: k as u32, leaves: true });
+                        first = Some(Hit { along, normal, albedo, part: k as u32, course: 0.0, leaves: true });
                     }
                 }
                 first
@@ -181,10 +185,10 @@ impl Thing {
                 // The roof falls from the ridge, at `height`, to the walls, along the second axis.
                 let across = Vector3::new(-sin * side * slope, cos * side * slope, -1.0) / length;
                 let albedo = 0.24 + 0.16 * tone;
-                faces.push(Face { normal: across, offset: (height - rise) / length, albedo });
+                faces.push(Face { normal: across, offset: (height - rise) / length, albedo, course: 0.4 });
             }
         } else {
-            faces.push(Face { normal: -Vector3::z(), offset: walls - rise, albedo: 0.30 + 0.40 * tone });
+            faces.push(Face { normal: -Vector3::z(), offset: walls - rise, albedo: 0.30 + 0.40 * tone, course: 0.0 });
         }
         let mut solids = vec![faces];
         if top == 0.0 && half[0] > 4.0 && half[1] > 4.0 {
@@ -277,16 +281,16 @@ impl Thing {
 /// The four upright sides of a box, and its bottom `below` its centre.
 fn prism(cos: f32, sin: f32, half: [f32; 2], albedo: f32, below: f32) -> Vec<Face> {
     let sides = [(cos, sin, half[0]), (-cos, -sin, half[0]), (-sin, cos, half[1]), (sin, -cos, half[1])];
-    let side = |(x, y, offset)| Face { normal: Vector3::new(x, y, 0.0), offset, albedo };
+    let side = |(x, y, offset)| Face { normal: Vector3::new(x, y, 0.0), offset, albedo, course: 0.0 };
     let mut faces: Vec<Face> = sides.into_iter().map(side).collect();
-    faces.push(Face { normal: Vector3::z(), offset: below, albedo });
+    faces.push(Face { normal: Vector3::z(), offset: below, albedo, course: 0.0 });
     faces
 }
 
 /// A box about a point between two heights over the centre; brightness of sides and top.
 fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2], albedo: [f32; 2]) -> Vec<Face> {
     let mut faces = prism(cos, sin, half, albedo[0], -heights[0]);
-    faces.push(Face { normal: -Vector3::z(), offset: heights[1], albedo: albedo[1] });
+    faces.push(Face { normal: -Vector3::z(), offset: heights[1], albedo: albedo[1], course: 0.0 });
     for face in &mut faces {
         face.offset += face.normal.dot(&at.push(0.0));
     }
