@@ -16,13 +16,15 @@
 //! | [`relief`] | height of the ground |
 //! | [`thing`] | what stands, lies or drives on the ground |
 //! | [`water`] | waves and glint |
+//! | [`fall`] | rain and snow |
 //! | [`overlay`] | which things a pixel sees, edges and shadows |
 //!
 //! A frame is a function of scene, seed and shot: rows are computed independently, so that it has the same bits for
 //! every number of threads.
 
-#![allow(dead_code, clippy::needless_range_loop)]
+#![allow(clippy::needless_range_loop)]
 
+mod fall;
 mod grain;
 mod land;
 mod mip;
@@ -43,6 +45,7 @@ use rayon::prelude::*;
 use crate::pose::Pose;
 use crate::random::{Purpose, stream};
 use crate::scene::{Ground, Scene, Tree};
+use fall::Drops;
 use grain::{GREEN, Grain, HARD, NearGrain, SOIL};
 use land::Material;
 use mip::{Laid, MIRRORED, Mip, Near};
@@ -88,6 +91,7 @@ pub struct Renderer {
     grain: Grain,
     relief: Option<Relief>,
     things: Vec<Thing>,
+    drops: Vec<Drops>,
     to_sun: Vector3<f64>,
     brightness: f32,
     extinction: f64,
@@ -164,13 +168,17 @@ impl Renderer {
                 Surface::Land(land::map(|p| apron.at(p)))
             }
         };
+        let brightness = scene.brightness as f32;
+        let rain = scene.rain.map(|fall| Drops::rain(&fall, brightness, random.random()));
+        let snow = scene.snow.map(|fall| Drops::snow(&fall, brightness, random.random()));
         Ok(Self {
             surface,
             grain: Grain::new(grain_seed),
             relief,
             things,
+            drops: rain.into_iter().chain(snow).collect(),
             to_sun: scene.to_sun(),
-            brightness: scene.brightness as f32,
+            brightness,
             extinction: scene.mist.map_or(0.0, |mist| mist.extinction_per_m),
         })
     }
@@ -180,6 +188,7 @@ impl Renderer {
         let frame = Frame::new(self, shot, [out.width(), out.height()]);
         let bands = out.as_mut_slice().par_chunks_mut(frame.size[0] * BAND);
         bands.enumerate().for_each(|(band, out)| self.band(&frame, band * BAND, out));
+        self.drops.iter().for_each(|drops| drops.draw(shot, out));
     }
 
     /// The rows of a frame from `first` on.

@@ -8,7 +8,7 @@ use hoverlock_reference::image::plane::Plane;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-use super::noise::octaves;
+use super::noise::unit;
 use crate::scene::Hills;
 
 /// A lattice of heights.
@@ -40,18 +40,42 @@ const SIDE: usize = 1024;
 /// Points for each wavelength of the longest hills.
 const POINTS: f64 = 64.0;
 
+/// Sine waves in an octave.
+const WAVES: u32 = 16;
+/// Amplitude of an octave over that of the one twice as long.
+const GAIN: f64 = 0.3;
+
+/// Adds `gain cos(a x + b y + phase)`, a product of tables along both sides.
+fn add_wave(heights: &mut [f32], numbers: [f64; 2], phase: f64, gain: f64) {
+    let table = |number: f64, phase: f64| -> Vec<(f64, f64)> {
+        let step = std::f64::consts::TAU * number / SIDE as f64;
+        (0..SIDE).map(|i| libm::sincos(step * i as f64 + phase)).collect()
+    };
+    let (across, down) = (table(numbers[0], phase), table(numbers[1], 0.0));
+    heights.par_chunks_exact_mut(SIDE).zip(&down).for_each(|(row, (sin_y, cos_y))| {
+        for (height, (sin_x, cos_x)) in row.iter_mut().zip(&across) {
+            *height += (gain * (cos_x * cos_y - sin_x * sin_y)) as f32;
+        }
+    });
+}
+
 impl Relief {
-    /// Hills of a seed. They repeat after 16 wavelengths.
+    /// Hills of a seed, a sum of sine waves: of Gaussian height, their slope `2 pi / wavelength` times as large. They repeat after 16 wavelengths.
     pub fn hills(hills: &Hills, seed: u32) -> Self {
         let mut heights = vec![0f32; SIDE * SIDE];
-        heights.par_chunks_exact_mut(SIDE).enumerate().for_each(|(y, row)| {
-            for (x, height) in row.iter_mut().enumerate() {
-                // The spectrum of gradient noise peaks at about one cell and a half a wave.
-                let scale = 2.0 / POINTS as f32;
-                let period = 2 * SIDE as u32 / POINTS as u32;
-                *height = octaves(x as f32 * scale, y as f32 * scale, period, seed, hills.octaves, 0.35);
+        for octave in 0..hills.octaves {
+            let gain = libm::pow(GAIN, octave.into());
+            for wave in 0..WAVES {
+                let draw = |n: u32| f64::from(unit(wave, n, seed.wrapping_add(octave)));
+                // Even directions, and a length within a quarter of the mean.
+                let turn = std::f64::consts::PI * (f64::from(wave) + draw(0)) / f64::from(WAVES);
+                let number = SIDE as f64 / POINTS * f64::from(1u32 << octave) * (0.8 + 0.45 * draw(1));
+                let (sin, cos) = libm::sincos(turn);
+                // Whole numbers of waves, so that the lattice repeats.
+                let numbers = [(number * cos).round(), (number * sin).round()];
+                add_wave(&mut heights, numbers, std::f64::consts::TAU * draw(2), gain);
             }
-        });
+        }
         let count = heights.len() as f64;
         let mean = heights.iter().map(|&h| f64::from(h)).sum::<f64>() / count;
         let square = heights.iter().map(|&h| (f64::from(h) - mean).powi(2)).sum::<f64>() / count;
