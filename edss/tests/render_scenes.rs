@@ -47,7 +47,8 @@ fn what_is_wrong_is_refused_by_line() {
         ("[ground.grass]\n[mist]\nextinction_per_m = nan\n", "line 3: mist.extinction_per_m: NaN is out of range"),
         ("[ground.field]\nparcel_m = 5.0\n", "line 2: ground.field.parcel_m: 5 is out of range: 10 to 100"),
         (
-            "[ground.grass]\n[[tree]]\nat_m = [0, 0]\nradius_m = 2\nheight_m = 5\n[[tree]]\nat_m = [0, 0]\nradius_m = 0\nheight_m = 5\n",
+            "[ground.grass]\n[[tree]]\nat_m = [0, 0]\nradius_m = 2\nheight_m = 5\n\
+             [[tree]]\nat_m = [0, 0]\nradius_m = 0\nheight_m = 5\n",
             "line 8: tree.1.radius_m: 0 is out of range: 0.1 to 20",
         ),
         (
@@ -56,7 +57,7 @@ fn what_is_wrong_is_refused_by_line() {
         ),
         (
             "[ground.picture]\ntexel_m = 0.1\nfile = \"none.png\"\n",
-            "line 3: ground.picture.file: none.png is neither in nowhere nor among the photographs that `make demo` fetches",
+            "line 3: ground.picture.file: none.png is neither in nowhere nor among the photographs that `make demo`",
         ),
         ("[ground.grass]\nthis is not TOML\n", "line 2: "),
         ("[ground.grass]\n[relief.hills]\nrms_m = 3\n", "line 2: relief.hills: missing field `wavelength_m`"),

@@ -1,4 +1,4 @@
-//! Gradient noise (Perlin, 1985) over an integer lattice, periodic where a tile needs it, with the same bits everywhere.
+//! Gradient noise (Perlin 1985) over an integer lattice, periodic where a tile needs it, the same bits everywhere.
 
 /// A well mixed 32-bit number for a lattice point (finaliser of MurmurHash3, Appleby 2008).
 #[inline(always)]
