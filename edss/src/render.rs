@@ -14,18 +14,26 @@
 //! | [`grain`] | fine structure of the ground |
 //! | [`land`] | larger structure of the ground |
 //! | [`relief`] | height of the ground |
+//! | [`thing`] | what stands, lies or drives on the ground |
+//! | [`water`] | waves and glint |
+//! | [`fall`] | rain and snow |
+//! | [`overlay`] | which things a pixel sees, edges and shadows |
 //!
 //! A frame is a function of scene, seed and shot: rows are computed independently, so that it has the same bits for
 //! every number of threads.
 
-#![allow(dead_code)]
+#![allow(clippy::needless_range_loop)]
 
+mod fall;
 mod grain;
 mod land;
 mod mip;
 mod noise;
+mod overlay;
 mod relief;
+mod thing;
 mod view;
+mod water;
 
 use hoverlock_reference::image::picture::{Picture, PictureError};
 use hoverlock_reference::image::plane::Plane;
@@ -36,13 +44,17 @@ use rayon::prelude::*;
 
 use crate::pose::Pose;
 use crate::random::{Purpose, stream};
-use crate::scene::{Ground, Scene};
+use crate::scene::{Ground, Scene, Tree};
+use fall::Drops;
 use grain::{GREEN, Grain, HARD, NearGrain, SOIL};
 use land::Material;
-use mip::{Border, Laid, Mip, Near};
+use mip::{Laid, MIRRORED, Mip, Near};
+use overlay::{BAND, Cast, Seen};
 use relief::{Height, Relief};
+use thing::Thing;
 use view::Corrections;
 pub use view::Lens;
+use water::{Mirror, NearWaves, Waves};
 
 /// One exposure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +90,8 @@ pub struct Renderer {
     surface: Surface,
     grain: Grain,
     relief: Option<Relief>,
+    things: Vec<Thing>,
+    drops: Vec<Drops>,
     to_sun: Vector3<f64>,
     brightness: f32,
     extinction: f64,
@@ -85,8 +99,9 @@ pub struct Renderer {
 
 /// What gives the ground its brightness.
 enum Surface {
-    Picture { picture: Laid<1>, grain: f32 },
-    Land(Laid<4>),
+    Picture { picture: Laid<u16, 1, MIRRORED>, grain: f32 },
+    Land(Laid<u32, 4, MIRRORED>),
+    Water(Waves),
 }
 
 /// Scattered light relative to white ground in full sun, as in `hoverlock_reference::image::conditions`.
@@ -119,20 +134,32 @@ impl Renderer {
         if let Some(slope) = relief.as_ref().map(Relief::steepest).filter(|&slope| slope > 1.0) {
             return Err(RenderError::Steep { slope });
         }
+        let mut things = things(scene);
         let surface = match &scene.ground {
             Ground::Picture(ground) => {
                 let luma = Picture::open(&ground.file)?.luma;
                 let (width, height) = (luma.width(), luma.height());
-                let texels = luma.into_vec().into_iter().map(|v| [v]).collect();
                 let middle = Vector2::new(width as f64, height as f64) / 2.0;
-                let picture = Laid::new(Mip::new(width, height, texels, Border::Mirrored), ground.texel_m, 0.0, middle);
+                let picture = Laid::new(Mip::new(width, height, luma.as_slice()), ground.texel_m, 0.0, middle);
                 Surface::Picture { picture, grain: ground.grain as f32 }
             }
             Ground::Field(field) => {
                 let landscape = land::field::Landscape::new(field.parcel_m as f32, &mut random);
+                for at in landscape.edges(&mut random, field.trees as usize) {
+                    let radius_m = random.random_range(1.4..3.6);
+                    let tree =
+                        Tree { at_m: [at.x, at.y], radius_m, height_m: radius_m * random.random_range(2.0..3.0) };
+                    things.push(Thing::tree(&tree, random.random()));
+                }
                 Surface::Land(land::map(|p| landscape.at(p)))
             }
-            Ground::Town(_) | Ground::Water(_) | Ground::Grass(_) => {
+            Ground::Town(keys) => {
+                let town = land::town::Town::new(keys.block_m as f32, &mut random);
+                things.extend(town.things(keys, &mut random));
+                Surface::Land(land::map(|p| town.at(p)))
+            }
+            Ground::Water(water) => Surface::Water(Waves::new(water, random.random())),
+            Ground::Grass(_) => {
                 let meadow = land::apron::Apron::new(0.0, &mut random);
                 Surface::Land(land::map(|p| meadow.at(p)))
             }
@@ -141,51 +168,94 @@ impl Renderer {
                 Surface::Land(land::map(|p| apron.at(p)))
             }
         };
+        let brightness = scene.brightness as f32;
+        let rain = scene.rain.map(|fall| Drops::rain(&fall, brightness, random.random()));
+        let snow = scene.snow.map(|fall| Drops::snow(&fall, brightness, random.random()));
         Ok(Self {
             surface,
             grain: Grain::new(grain_seed),
             relief,
+            things,
+            drops: rain.into_iter().chain(snow).collect(),
             to_sun: scene.to_sun(),
-            brightness: scene.brightness as f32,
+            brightness,
             extinction: scene.mist.map_or(0.0, |mist| mist.extinction_per_m),
         })
     }
 
     /// What the camera sees: radiance, 1 for white ground in full sun at brightness 1.
     pub fn render(&self, shot: &Shot, out: &mut Plane<f32>) {
-        let (width, height) = (out.width(), out.height());
-        let corrections = Corrections::new(&shot.lens, width, height);
-        let inverse = shot.lens.camera.inverse();
-        let rolling = shot.first != shot.last;
-        let global = Viewpoint::new(&shot.first);
-        out.as_mut_slice().par_chunks_mut(width).enumerate().for_each_init(
-            || Row::new(width),
-            |row, (y, out)| {
-                let viewpoint = if rolling {
-                    let part = if height > 1 { y as f64 / (height - 1) as f64 } else { 0.0 };
-                    Viewpoint::new(&shot.first.towards(&shot.last, part))
-                } else {
-                    global
-                };
-                row.aim(&inverse, corrections.as_ref(), &viewpoint.rotation, y);
-                self.meet(row, &viewpoint, 1.0 / shot.lens.camera.focal());
-                let anchor = viewpoint.origin.xy();
-                let grain = self.grain.near(anchor);
+        let frame = Frame::new(self, shot, [out.width(), out.height()]);
+        let bands = out.as_mut_slice().par_chunks_mut(frame.size[0] * BAND);
+        bands.enumerate().for_each(|(band, out)| self.band(&frame, band * BAND, out));
+        self.drops.iter().for_each(|drops| drops.draw(shot, out));
+    }
+
+    /// The rows of a frame from `first` on.
+    fn band(&self, frame: &Frame<'_>, first: usize, out: &mut [f32]) {
+        let width = frame.size[0];
+        let rows = out.len() / width;
+        // Edges are found by the rows above and below, too.
+        let mut seen: Vec<Seen> = Vec::with_capacity(rows + 2);
+        for k in 0..rows + 2 {
+            let y = (first + k).saturating_sub(1).min(frame.size[1] - 1);
+            let viewpoint = frame.viewpoint(y);
+            let mut row = Row::new(width);
+            row.aim(&frame.inverse, frame.corrections.as_ref(), &viewpoint.rotation, y);
+            self.meet(&mut row, &viewpoint, frame.pixel);
+            let mut here = Seen { row, viewpoint, marks: vec![0; width], albedo: vec![0.0; width] };
+            let anchor = viewpoint.origin.xy();
+            let grain = self.grain.near(anchor);
+            if k == 0 || k == rows + 1 {
+                self.look(&frame.cast, &mut here, y, &grain, None);
+            } else {
+                let out = &mut out[(k - 1) * width..k * width];
                 match &self.surface {
                     Surface::Picture { picture, grain: weight } => {
-                        shade_picture(row, out, &picture.near(anchor), *weight, &grain);
+                        shade_picture(&here.row, &mut here.albedo, &picture.near(anchor), *weight, &grain);
                     }
-                    Surface::Land(land) => shade_land(row, out, &land.near(anchor), &grain),
+                    Surface::Land(land) => shade_land(&here.row, &mut here.albedo, &land.near(anchor), &grain),
+                    Surface::Water(waves) => {
+                        let mirrors = self.mirrors(&here.row);
+                        shade_water(&here.row, &mut here.albedo, &waves.near(anchor, frame.shot.time), &mirrors);
+                    }
                 }
-                self.light(row, out);
-            },
-        );
+                self.paint(&frame.cast, &mut here, y, frame.pixel as f32);
+                self.light(&here.row, &here.albedo, out);
+                self.look(&frame.cast, &mut here, y, &grain, Some(out));
+            }
+            seen.push(here);
+        }
+        for (k, out) in out.chunks_exact_mut(width).enumerate() {
+            let grain = self.grain.near(seen[k + 1].viewpoint.origin.xy());
+            let rows = [&seen[k], &seen[k + 1], &seen[k + 2]];
+            self.refine(&frame.cast, rows, first + k, &frame.inverse, &grain, out);
+        }
+    }
+
+    /// Where the centre of a thing is at a time.
+    fn centre(&self, thing: &Thing, time: f64) -> Vector3<f64> {
+        thing.centre(time, |p| self.relief.as_ref().map_or(0.0, |relief| relief.at(p).h))
+    }
+
+    /// Height of the lowest ground, m.
+    fn lowest(&self) -> f64 {
+        self.relief.as_ref().map_or(0.0, |relief| relief.limits()[0])
     }
 
     /// Distance, m, from `origin` along a `direction` of length 1 to the first terrain or thing; `None` where nothing
     /// is met within 10 km.
-    pub fn range(&self, _time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
-        self.terrain(origin, direction)
+    pub fn range(&self, time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
+        let ray = direction.map(|v| v as f32);
+        let mut nearest = self.terrain(origin, direction);
+        for thing in self.things.iter().filter(|thing| thing.is_solid()) {
+            let from = (origin - self.centre(thing, time)).map(|v| v as f32);
+            let limit = nearest.map_or(FARTHEST as f32, |range| range as f32);
+            if let Some(hit) = thing.hit(&from, &ray, limit) {
+                nearest = Some(hit.along.into());
+            }
+        }
+        nearest
     }
 
     /// The point of the scene that a pixel sees at `time`, m; `None` where it sees nothing.
@@ -226,7 +296,7 @@ impl Renderer {
         let mut height = Height::default();
         for k in 0..row.knots.len() {
             let x = k * KNOT;
-            let direction = row.knot_direction(x).map(f64::from);
+            let direction = row.direction(x).map(f64::from);
             let down = direction.z.max(DOWNWARDS.into());
             if let Some(relief) = &self.relief {
                 let steps = if k == 0 { 12 } else { 2 };
@@ -236,10 +306,11 @@ impl Renderer {
             row.knots[k] = Knot {
                 depth: depth as f32,
                 light: self.sunlight(height.slope),
+                footprint: libm::log2f((depth.max(0.01) / down * pixel) as f32),
                 transmission: if self.extinction > 0.0 { libm::expf((-self.extinction * range) as f32) } else { 1.0 },
             };
         }
-        land_points(row, pixel as f32);
+        land_points(row);
     }
 
     /// Sunlight on a slope relative to level ground, without what the sky gives.
@@ -249,17 +320,75 @@ impl Renderer {
         (normal.dot(&self.to_sun).max(0.0) / -self.to_sun.z) as f32
     }
 
-    /// Albedo becomes radiance.
-    fn light(&self, row: &Row, out: &mut [f32]) {
-        let brightness = self.brightness;
-        for (x, out) in out.iter_mut().enumerate() {
-            let (knot, part) = (x / KNOT, (x % KNOT) as f32 / KNOT as f32);
-            let (a, b) = (&row.knots[knot], &row.knots[knot + 1]);
-            let light = SKY + (1.0 - SKY) * (a.light + part * (b.light - a.light));
-            let transmission = a.transmission + part * (b.transmission - a.transmission);
-            *out = brightness * (AIR_LIGHT + transmission * (*out * light - AIR_LIGHT));
+    /// The slope that mirrors the sun into the camera, at each knot.
+    fn mirrors(&self, row: &Row) -> Vec<Mirror> {
+        let mirror = |k: usize| {
+            let to_camera = -row.direction(k * KNOT).map(f64::from).normalize();
+            let half = to_camera + self.to_sun;
+            // A slope s has its normal along (-s, 1) with height upwards.
+            Mirror { slope: [(half.x / half.z) as f32, (half.y / half.z) as f32] }
+        };
+        (0..row.knots.len()).map(mirror).collect()
+    }
+
+    /// Albedo of the ground becomes radiance.
+    fn light(&self, row: &Row, albedo: &[f32], out: &mut [f32]) {
+        let blocks = out.chunks_mut(KNOT).zip(albedo.chunks(KNOT)).zip(row.knots.windows(2));
+        for ((out, albedo), pair) in blocks {
+            let (a, b) = (&pair[0], &pair[1]);
+            for (l, (out, albedo)) in out.iter_mut().zip(albedo).enumerate() {
+                let part = l as f32 / KNOT as f32;
+                let light = SKY + (1.0 - SKY) * (a.light + part * (b.light - a.light));
+                *out = self.radiance(albedo * light, a.transmission + part * (b.transmission - a.transmission));
+            }
         }
     }
+
+    /// `T L + (1 - T) air`, at the brightness of the scene.
+    #[inline(always)]
+    fn radiance(&self, reflected: f32, transmission: f32) -> f32 {
+        self.brightness * (AIR_LIGHT + transmission * (reflected - AIR_LIGHT))
+    }
+}
+
+/// What is the same for all rows of a frame.
+struct Frame<'a> {
+    shot: &'a Shot,
+    size: [usize; 2],
+    inverse: Matrix3<f64>,
+    corrections: Option<Corrections>,
+    /// Width of a pixel at a distance of 1.
+    pixel: f64,
+    cast: Cast,
+}
+
+impl<'a> Frame<'a> {
+    fn new(renderer: &Renderer, shot: &'a Shot, size: [usize; 2]) -> Self {
+        let ends = [&Viewpoint::new(&shot.first), &Viewpoint::new(&shot.last)];
+        Self {
+            shot,
+            size,
+            inverse: shot.lens.camera.inverse(),
+            corrections: Corrections::new(&shot.lens, size[0], size[1]),
+            pixel: 1.0 / shot.lens.camera.focal(),
+            cast: Cast::new(renderer, shot.time, &shot.lens, ends, size),
+        }
+    }
+
+    /// Where the camera is at a row.
+    fn viewpoint(&self, y: usize) -> Viewpoint {
+        let part = if self.size[1] > 1 { y as f64 / (self.size[1] - 1) as f64 } else { 0.0 };
+        Viewpoint::new(&self.shot.first.towards(&self.shot.last, part))
+    }
+}
+
+/// What a scene names one by one.
+fn things(scene: &Scene) -> Vec<Thing> {
+    let pads = scene.helipad.iter().map(Thing::helipad);
+    let buildings = scene.building.iter().map(Thing::building);
+    let trees = scene.tree.iter().enumerate().map(|(k, tree)| Thing::tree(tree, k as u32));
+    let cars = scene.car.iter().map(|car| Thing::car(car, 0.0));
+    pads.chain(buildings).chain(trees).chain(cars).collect()
 }
 
 /// Crossing of a ray with a relief between two depths, by steps of half a cell and bisection.
@@ -307,20 +436,19 @@ struct Knot {
     depth: f32,
     light: f32,
     transmission: f32,
+    /// `log2` of the width of a pixel on the ground in m.
+    footprint: f32,
 }
 
 /// The rays of a row of pixels and where they meet the ground; all lengths are m from below the camera.
 struct Row {
-    width: usize,
     /// Direction of each ray in the world, with 1 along the optical axis; as far as the last knot.
-    direction: [Vec<f32>; 3],
+    directions: [Vec<f32>; 3],
     knots: Vec<Knot>,
-    x: Vec<f32>,
-    y: Vec<f32>,
+    x: Vec<[f32; KNOT]>,
+    y: Vec<[f32; KNOT]>,
     /// Way along the ray's direction.
-    along: Vec<f32>,
-    /// `log2` of the width of a pixel on the ground in m.
-    footprint: Vec<f32>,
+    along: Vec<[f32; KNOT]>,
 }
 
 impl Row {
@@ -329,13 +457,11 @@ impl Row {
         let rays = (knots - 1) * KNOT + 1;
         let zeros = |count: usize| vec![0f32; count];
         Self {
-            width,
-            direction: [zeros(rays), zeros(rays), zeros(rays)],
+            directions: [zeros(rays), zeros(rays), zeros(rays)],
             knots: vec![Knot::default(); knots],
-            x: zeros(width),
-            y: zeros(width),
-            along: zeros(width),
-            footprint: zeros(width),
+            x: vec![[0.0; KNOT]; knots - 1],
+            y: vec![[0.0; KNOT]; knots - 1],
+            along: vec![[0.0; KNOT]; knots - 1],
         }
     }
 
@@ -343,7 +469,7 @@ impl Row {
         // f64 along the row keeps the pixel grid regular to 1e-9.
         let start = inverse * Vector3::new(0.0, y as f64, 1.0);
         let step = inverse[(0, 0)];
-        let [dx, dy, dz] = &mut self.direction;
+        let [dx, dy, dz] = &mut self.directions;
         let rotation = rotation.map(|v| v as f32);
         for (x, ((dx, dy), dz)) in dx.iter_mut().zip(dy).zip(dz).enumerate() {
             let (mut u, mut v) = ((start.x + step * x as f64) as f32, start.y as f32);
@@ -357,58 +483,65 @@ impl Row {
         }
     }
 
-    fn knot_direction(&self, x: usize) -> Vector3<f32> {
-        let [dx, dy, dz] = &self.direction;
+    fn direction(&self, x: usize) -> Vector3<f32> {
+        let [dx, dy, dz] = &self.directions;
         Vector3::new(dx[x], dy[x], dz[x])
     }
 }
 
 /// Points on the ground between the knots.
 #[multiversion(targets("x86_64+avx2"))]
-fn land_points(row: &mut Row, pixel: f32) {
-    let [dx, dy, dz] = &row.direction;
-    for (k, pair) in row.knots.windows(2).enumerate() {
-        let first = k * KNOT;
-        for x in first..(first + KNOT).min(row.width) {
-            let part = (x - first) as f32 / KNOT as f32;
-            let depth = (pair[0].depth + part * (pair[1].depth - pair[0].depth)).max(0.01);
-            let along = depth / dz[x].max(DOWNWARDS);
-            row.along[x] = along;
-            row.x[x] = dx[x] * along;
-            row.y[x] = dy[x] * along;
-            row.footprint[x] = log2(along * pixel);
+fn land_points(row: &mut Row) {
+    let [dx, dy, dz] = &row.directions;
+    let directions = dx.chunks_exact(KNOT).zip(dy.chunks_exact(KNOT)).zip(dz.chunks_exact(KNOT));
+    let points = row.along.iter_mut().zip(row.x.iter_mut().zip(&mut row.y));
+    for ((pair, ((dx, dy), dz)), (along, (x, y))) in row.knots.windows(2).zip(directions).zip(points) {
+        let (first, slope) = (pair[0].depth, (pair[1].depth - pair[0].depth) * (1.0 / KNOT as f32));
+        for l in 0..KNOT {
+            let depth = (first + l as f32 * slope).max(0.01);
+            along[l] = depth / dz[l].max(DOWNWARDS);
+            x[l] = dx[l] * along[l];
+            y[l] = dy[l] * along[l];
         }
     }
 }
 
-/// `log2` to 0.01, continuous: exponent and a parabola through the mantissa.
-#[inline(always)]
-fn log2(v: f32) -> f32 {
-    let bits = v.to_bits();
-    let exponent = (bits >> 23) as i32 - 127;
-    let m = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000);
-    exponent as f32 + (2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0
-}
-
 #[multiversion(targets("x86_64+avx2"))]
-fn shade_picture(row: &Row, out: &mut [f32], picture: &Near<'_, 1>, weight: f32, grain: &NearGrain<'_>) {
-    for (x, out) in out.iter_mut().enumerate() {
-        let (px, py, footprint) = (row.x[x], row.y[x], row.footprint[x]);
-        let [value] = picture.sample(px, py, footprint);
-        *out = value / 65535.0;
+fn shade_picture(row: &Row, out: &mut [f32], picture: &Near<'_, u16, 1, MIRRORED>, weight: f32, grain: &NearGrain<'_>) {
+    for (k, out) in out.chunks_mut(KNOT).enumerate() {
+        let (x, y, footprint) = (&row.x[k], &row.y[k], row.knots[k].footprint);
+        let mut albedo = picture.sample(x, y, footprint);
         if weight > 0.0 {
-            let fine = grain.sample(px, py, footprint);
-            *out *= (1.0 + weight * 0.7 * (fine[GREEN] + fine[HARD])).max(0.0);
+            let fine = grain.sample(x, y, footprint);
+            for l in 0..KNOT {
+                albedo[l][0] *= (1.0 + weight * 0.7 * (fine[l][GREEN] + fine[l][HARD])).max(0.0);
+            }
+        }
+        for (out, [albedo]) in out.iter_mut().zip(albedo) {
+            *out = albedo;
         }
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn shade_land(row: &Row, out: &mut [f32], land: &Near<'_, 4>, grain: &NearGrain<'_>) {
-    for (x, out) in out.iter_mut().enumerate() {
-        let (px, py, footprint) = (row.x[x], row.y[x], row.footprint[x]);
-        let material = land::material(land.sample(px, py, footprint));
-        *out = ground_albedo(&material, grain.sample(px, py, footprint));
+fn shade_land(row: &Row, out: &mut [f32], land: &Near<'_, u32, 4, MIRRORED>, grain: &NearGrain<'_>) {
+    for (k, out) in out.chunks_mut(KNOT).enumerate() {
+        let (x, y, footprint) = (&row.x[k], &row.y[k], row.knots[k].footprint);
+        let material = land.sample(x, y, footprint);
+        let fine = grain.sample(x, y, footprint);
+        for (out, (material, fine)) in out.iter_mut().zip(material.into_iter().zip(fine)) {
+            *out = ground_albedo(&land::material(material), fine);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn shade_water(row: &Row, out: &mut [f32], waves: &NearWaves<'_>, mirrors: &[Mirror]) {
+    for (k, out) in out.chunks_mut(KNOT).enumerate() {
+        let radiance = waves.radiance(&row.x[k], &row.y[k], row.knots[k].footprint, [mirrors[k], mirrors[k + 1]]);
+        for (out, radiance) in out.iter_mut().zip(radiance) {
+            *out = radiance;
+        }
     }
 }
 

@@ -3,8 +3,6 @@
 //! A file is TOML; every key with a dimension has its unit in its name. The whole of it is in `edss/README.md`. A key
 //! that is unknown, of the wrong type or out of range is refused with its line, so that a scene is never half obeyed.
 
-#![allow(dead_code)]
-
 mod check;
 mod kind;
 

@@ -4,11 +4,12 @@
 
 pub mod apron;
 pub mod field;
+pub mod town;
 
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-use super::mip::{Border, Laid, Mip};
+use super::mip::{Laid, MIRRORED, Mip, Texel};
 
 /// Side of the map, texels.
 pub const SIDE: usize = 2048;
@@ -39,23 +40,23 @@ impl Material {
 pub const FULL: [f32; 4] = [1.0, 0.5, 0.5, 0.5];
 
 /// The map of a ground given point by point.
-pub fn map(ground: impl Fn(Vector2<f32>) -> Material + Sync) -> Laid<4> {
-    let mut texels = vec![[0u16; 4]; SIDE * SIDE];
+pub fn map(ground: impl Fn(Vector2<f32>) -> Material + Sync) -> Laid<u32, 4, MIRRORED> {
+    let mut texels = vec![0u32; SIDE * SIDE];
     texels.par_chunks_exact_mut(SIDE).enumerate().for_each(|(y, row)| {
         for (x, texel) in row.iter_mut().enumerate() {
             let metres = |i: usize| ((i as f64 + 0.5 - SIDE as f64 / 2.0) * TEXEL) as f32;
             let Material { albedo, grain } = ground(Vector2::new(metres(x), metres(y)));
             let values = [albedo, grain[0], grain[1], grain[2]];
-            *texel = std::array::from_fn(|n| (values[n] / FULL[n] * 65535.0 + 0.5) as u16);
+            *texel = u32::pack(std::array::from_fn(|n| values[n] / FULL[n] * 255.0));
         }
     });
     let middle = Vector2::repeat(SIDE as f64 / 2.0);
-    Laid::new(Mip::new(SIDE, SIDE, texels, Border::Mirrored), TEXEL, 0.0, middle)
+    Laid::new(Mip::new(SIDE, SIDE, &texels), TEXEL, 0.0, middle)
 }
 
 /// What a sample of the map says.
 #[inline(always)]
 pub fn material(sample: [f32; 4]) -> Material {
-    let value = |n: usize| sample[n] * (FULL[n] / 65535.0);
+    let value = |n: usize| sample[n] * FULL[n];
     Material { albedo: value(0), grain: [value(1), value(2), value(3)] }
 }

@@ -6,55 +6,92 @@
 //! always has two texels a pixel: bilinear interpolation of so smooth a level is nearly exact, and nothing beyond the
 //! Nyquist frequency of the frame is left in it. Between two levels the result is interpolated in `log2 p`.
 
+// Lanes are counted, not iterated: only plain loops become vector instructions of the caller's instruction set.
+#![allow(clippy::needless_range_loop)]
+
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-/// What lies beyond the edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Border {
-    /// The texture again; its sides are powers of two.
-    Repeated,
-    /// The texture mirrored.
-    Mirrored,
+/// What lies beyond the edge: the texture mirrored, or the texture again, whose sides are then powers of two.
+pub const MIRRORED: bool = true;
+/// See [`MIRRORED`].
+pub const REPEATED: bool = false;
+
+/// How `N` channels are stored.
+pub trait Texel<const N: usize>: Copy + Default + Send + Sync {
+    /// What stands for 1.
+    const FULL: f32;
+    /// Channels of `0 ..= FULL`.
+    fn unpack(self) -> [f32; N];
+    /// Channels of `0 ..= FULL`, rounded; what is outside is clipped.
+    fn pack(channels: [f32; N]) -> Self;
 }
 
-/// `N` channels of 16 bits, `0 ..= 65535` for 0 to 1.
-pub struct Mip<const N: usize> {
-    levels: Vec<Level<N>>,
-    border: Border,
+/// One channel of 16 bits: a picture.
+impl Texel<1> for u16 {
+    const FULL: f32 = 65535.0;
+
+    #[inline(always)]
+    fn unpack(self) -> [f32; 1] {
+        [f32::from(self)]
+    }
+
+    fn pack([value]: [f32; 1]) -> Self {
+        (value + 0.5) as u16
+    }
+}
+
+/// Four channels of 8 bits. Written so that it becomes one shift, one mask and one conversion of four lanes.
+impl Texel<4> for u32 {
+    const FULL: f32 = 255.0;
+
+    #[inline(always)]
+    fn unpack(self) -> [f32; 4] {
+        let bytes = [self & 255, (self >> 8) & 255, (self >> 16) & 255, (self >> 24) & 255];
+        [bytes[0] as i32 as f32, bytes[1] as i32 as f32, bytes[2] as i32 as f32, bytes[3] as i32 as f32]
+    }
+
+    fn pack(channels: [f32; 4]) -> Self {
+        u32::from_le_bytes(channels.map(|value| (value + 0.5) as u8))
+    }
+}
+
+/// A texture of `N` channels at all its levels.
+pub struct Mip<T, const N: usize, const MIRROR: bool> {
+    levels: Vec<Level<T, N, MIRROR>>,
     side: [f32; 2],
 }
 
-struct Level<const N: usize> {
+/// Texels in blocks of 4 x 4: a block of four bytes a texel is one line of the cache, whichever way a row of the frame
+/// runs across it.
+struct Level<T, const N: usize, const MIRROR: bool> {
     width: usize,
     height: usize,
     /// Texels of this level per texel of level 0.
     scale: f32,
-    texels: Vec<[u16; N]>,
+    /// Texels in a row of blocks.
+    stride: usize,
+    texels: Vec<T>,
 }
 
 /// Smoothing before a level is halved: variance 2.25, which with a quarter of the level's own makes 0.75 again.
 const HALVE: [f32; 10] = [1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0];
 
-impl<const N: usize> Mip<N> {
-    /// All levels of a texture of `width` x `height`.
+impl<T: Texel<N>, const N: usize, const MIRROR: bool> Mip<T, N, MIRROR> {
+    /// All levels of a texture of `width` x `height`, given row by row.
     ///
     /// # Panics
-    /// Where the number of texels is not `width * height`, or a repeated texture has sides that are no powers of two.
-    pub fn new(width: usize, height: usize, texels: Vec<[u16; N]>, border: Border) -> Self {
-        assert_eq!(texels.len(), width * height, "texels of {width} x {height}");
-        assert!(
-            border == Border::Mirrored || width.is_power_of_two() && height.is_power_of_two(),
-            "{width} x {height}"
-        );
-        let first = Level { width, height, scale: 1.0, texels };
-        let smooth = first.filtered(&[1.0, 4.0, 6.0, 4.0, 1.0], 1, border);
+    /// Where a repeated texture has sides that are no powers of two.
+    pub fn new(width: usize, height: usize, texels: &[T]) -> Self {
+        assert!(MIRROR || width.is_power_of_two() && height.is_power_of_two(), "{width} x {height}");
+        let first = Level::new(width, height, 1.0, texels);
+        let smooth = first.filtered(&[1.0, 4.0, 6.0, 4.0, 1.0], 1);
         let mut levels = vec![first, smooth];
         while let Some(last) = levels.last().filter(|last| last.width > 4 && last.height > 4) {
-            let next = last.filtered(&HALVE, 2, border);
+            let next = last.filtered(&HALVE, 2);
             levels.push(next);
         }
-        Self { levels, border, side: [width as f32, height as f32] }
+        Self { levels, side: [width as f32, height as f32] }
     }
 
     /// Texels along rows and columns.
@@ -62,23 +99,25 @@ impl<const N: usize> Mip<N> {
         Vector2::new(self.side[0].into(), self.side[1].into())
     }
 
-    /// Value in `0 ..= 65535` at a point in texels of level 0 (its first texel spans 0 to 1), seen by a pixel of
+    /// Values in `0 ..= 1` at `L` points in texels of level 0 (its first texel spans 0 to 1), seen by pixels of
     /// `2^lod` texels.
     #[inline(always)]
-    pub fn sample(&self, u: f32, v: f32, lod: f32) -> [f32; N] {
+    pub fn sample<const L: usize>(&self, u: &[f32; L], v: &[f32; L], lod: f32) -> [[f32; N]; L] {
         let last = self.levels.len() - 1;
         let lod = lod.clamp(0.0, last as f32);
         let level = (lod as usize).min(last - 1);
         let part = lod - level as f32;
-        let (u, v) = match self.border {
-            Border::Repeated => (u, v),
-            Border::Mirrored => (mirrored(u, self.side[0]), mirrored(v, self.side[1])),
-        };
-        let fine = self.levels[level].bilinear(u, v, self.border);
-        let coarse = self.levels[level + 1].bilinear(u, v, self.border);
-        let mut value = [0.0; N];
-        for n in 0..N {
-            value[n] = fine[n] + part * (coarse[n] - fine[n]);
+        let (mut u, mut v) = (*u, *v);
+        if MIRROR {
+            for l in 0..L {
+                u[l] = mirrored(u[l], self.side[0]);
+                v[l] = mirrored(v[l], self.side[1]);
+            }
+        }
+        let mut value = [[0.0; N]; L];
+        self.levels[level].add(&u, &v, 1.0 - part, &mut value);
+        if part > 0.0 {
+            self.levels[level + 1].add(&u, &v, part, &mut value);
         }
         value
     }
@@ -93,85 +132,135 @@ fn mirrored(u: f32, side: f32) -> f32 {
 
 /// The index of a texel inside, or of what lies beyond the edge.
 #[inline(always)]
-fn index(i: i32, side: usize, border: Border) -> usize {
-    match border {
-        Border::Repeated => i as u32 as usize & (side - 1),
-        Border::Mirrored => (i.max(0) as usize).min(side - 1),
-    }
+fn index<const MIRROR: bool>(i: i32, side: i32) -> i32 {
+    if MIRROR { i.max(0).min(side - 1) } else { i & (side - 1) }
 }
 
-impl<const N: usize> Level<N> {
-    // Loops instead of closures: only so is all of it compiled for the instruction set of the caller.
-    #[allow(clippy::needless_range_loop)]
-    #[inline(always)]
-    fn bilinear(&self, u: f32, v: f32, border: Border) -> [f32; N] {
-        let (x, y) = (u * self.scale - 0.5, v * self.scale - 0.5);
-        let (left, top) = (x.floor(), y.floor());
-        let (s, t) = (x - left, y - top);
-        let (i, j) = (left as i32, top as i32);
-        let (x0, x1) = (index(i, self.width, border), index(i + 1, self.width, border));
-        let (y0, y1) = (index(j, self.height, border) * self.width, index(j + 1, self.height, border) * self.width);
-        let corners = [self.texels[y0 + x0], self.texels[y0 + x1], self.texels[y1 + x0], self.texels[y1 + x1]];
-        let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
-        let mut value = [0.0; N];
-        for k in 0..4 {
-            for n in 0..N {
-                value[n] += weights[k] * corners[k][n] as f32;
+/// The texel whose centre is before `u`, and the way from it to the next, `0 ..= 1`.
+///
+/// A number between `-2^22` and `2^22` added to `1.5 * 2^23` leaves its nearest integer in the mantissa: no rounding
+/// instruction, no saturation. Where `u` lies on a centre the way may be 1 instead of 0, which is the same point.
+#[inline(always)]
+fn split(u: f32) -> (i32, f32) {
+    const SHIFT: f32 = 12_582_912.0;
+    let shifted = (u - 1.0) + SHIFT;
+    let left = shifted - SHIFT;
+    ((shifted.to_bits() as i32).wrapping_sub(SHIFT.to_bits() as i32), (u - 0.5) - left)
+}
+
+impl<T: Texel<N>, const N: usize, const MIRROR: bool> Level<T, N, MIRROR> {
+    fn new(width: usize, height: usize, scale: f32, rows: &[T]) -> Self {
+        let stride = width.div_ceil(4) * 16;
+        let mut texels = vec![T::default(); stride * height.div_ceil(4)];
+        for (y, row) in rows.chunks_exact(width).enumerate() {
+            let start = down(y as i32, stride as i32) as usize;
+            for (x, &texel) in row.iter().enumerate() {
+                texels[start + across(x as i32) as usize] = texel;
             }
         }
-        value
+        Self { width, height, scale, stride, texels }
+    }
+
+    /// Adds `weight` times the bilinear interpolation at `L` points.
+    ///
+    /// First where all the points lie, then what is there: so the first half runs in all lanes at once.
+    #[inline(always)]
+    fn add<const L: usize>(&self, u: &[f32; L], v: &[f32; L], weight: f32, sum: &mut [[f32; N]; L]) {
+        let (width, height, stride) = (self.width as i32, self.height as i32, self.stride as i32);
+        let (mut places, mut ways) = ([[0i32; L]; 4], [[0f32; L]; 2]);
+        for l in 0..L {
+            let (i, s) = split(u[l] * self.scale);
+            let (j, t) = split(v[l] * self.scale);
+            places[0][l] = across(index::<MIRROR>(i, width));
+            places[1][l] = across(index::<MIRROR>(i + 1, width));
+            places[2][l] = down(index::<MIRROR>(j, height), stride);
+            places[3][l] = down(index::<MIRROR>(j + 1, height), stride);
+            (ways[0][l], ways[1][l]) = (s, t);
+        }
+        let gain = weight / T::FULL;
+        for l in 0..L {
+            let at = |x: usize, y: usize| self.texels[(places[y][l] + places[x][l]) as usize].unpack();
+            let (a, b, c, d) = (at(0, 2), at(1, 2), at(0, 3), at(1, 3));
+            let (s, t) = (ways[0][l], ways[1][l]);
+            let (upper, lower) = (gain * (1.0 - t), gain * t);
+            for n in 0..N {
+                let left = upper * a[n] + lower * c[n];
+                let right = upper * b[n] + lower * d[n];
+                sum[l][n] += left + s * (right - left);
+            }
+        }
     }
 
     /// Smoothed along both sides by the weights, every `step`-th texel kept.
-    fn filtered(&self, weights: &[f32], step: usize, border: Border) -> Self {
+    fn filtered(&self, weights: &[f32], step: usize) -> Self {
         let sum: f32 = weights.iter().sum();
         let weights: Vec<f32> = weights.iter().map(|weight| weight / sum).collect();
         // An even number of weights is centred between two texels, where that of the halved level lies.
         let before = (weights.len() as i32 - 1) / 2;
         let (width, height) = (self.width.div_ceil(step), self.height.div_ceil(step));
-        let tap = |i: i32, side: usize| match border {
-            Border::Repeated => index(i, side, border),
-            // The mirror stands at the edge of the texel.
-            Border::Mirrored => {
-                let turn = i.rem_euclid(2 * side as i32) as usize;
-                turn.min(2 * side - 1 - turn)
-            }
+        // The mirror stands at the edge of the texel.
+        let tap = |i: i32, side: usize| {
+            let turn = i.rem_euclid(if MIRROR { 2 } else { 1 } * side as i32) as usize;
+            turn.min(2 * side - 1 - turn)
         };
         let taps = |i: usize, side: usize| -> Vec<usize> {
             (0..weights.len()).map(|k| tap((i * step) as i32 + k as i32 - before, side)).collect()
         };
         let columns: Vec<Vec<usize>> = (0..width).map(|x| taps(x, self.width)).collect();
         let mut along = vec![[0f32; N]; width * self.height];
-        along.par_chunks_exact_mut(width).zip(self.texels.par_chunks_exact(self.width)).for_each(|(to, from)| {
-            for (to, columns) in to.iter_mut().zip(&columns) {
-                for (weight, &column) in weights.iter().zip(columns) {
-                    for n in 0..N {
-                        to[n] += weight * f32::from(from[column][n]);
+        along.par_chunks_exact_mut(width).enumerate().for_each_init(
+            || vec![[0f32; N]; self.width],
+            |row, (y, to)| {
+                let start = down(y as i32, self.stride as i32) as usize;
+                for (x, value) in row.iter_mut().enumerate() {
+                    *value = self.texels[start + across(x as i32) as usize].unpack();
+                }
+                for (to, columns) in to.iter_mut().zip(&columns) {
+                    for (weight, &column) in weights.iter().zip(columns) {
+                        let from = &row[column];
+                        for n in 0..N {
+                            to[n] += weight * from[n];
+                        }
                     }
                 }
-            }
-        });
-        let mut texels = vec![[0u16; N]; width * height];
-        texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, to)| {
-            let mut sums = vec![[0.5f32; N]; width];
-            for (weight, row) in weights.iter().zip(taps(y, self.height)) {
-                for (sum, from) in sums.iter_mut().zip(&along[row * width..(row + 1) * width]) {
-                    for n in 0..N {
-                        sum[n] += weight * from[n];
+            },
+        );
+        let mut texels = vec![T::default(); width * height];
+        texels.par_chunks_exact_mut(width).enumerate().for_each_init(
+            || vec![[0f32; N]; width],
+            |sums, (y, to)| {
+                sums.fill([0.0; N]);
+                for (weight, row) in weights.iter().zip(taps(y, self.height)) {
+                    for (sum, from) in sums.iter_mut().zip(&along[row * width..(row + 1) * width]) {
+                        for n in 0..N {
+                            sum[n] += weight * from[n];
+                        }
                     }
                 }
-            }
-            for (to, sum) in to.iter_mut().zip(&sums) {
-                *to = sum.map(|v| v as u16);
-            }
-        });
-        Self { width, height, scale: self.scale / step as f32, texels }
+                for (to, sum) in to.iter_mut().zip(sums.iter()) {
+                    *to = T::pack(*sum);
+                }
+            },
+        );
+        Self::new(width, height, self.scale / step as f32, &texels)
     }
 }
 
+/// Place of a column in its row of blocks.
+#[inline(always)]
+fn across(x: i32) -> i32 {
+    ((x >> 2) << 4) | (x & 3)
+}
+
+/// Place of a row before any column.
+#[inline(always)]
+fn down(y: i32, stride: i32) -> i32 {
+    (y >> 2) * stride + ((y & 3) << 2)
+}
+
 /// A texture laid on the ground: turned, scaled, and with one of its points at the origin.
-pub struct Laid<const N: usize> {
-    mip: Mip<N>,
+pub struct Laid<T, const N: usize, const MIRROR: bool> {
+    mip: Mip<T, N, MIRROR>,
     /// Side of a texel, m.
     texel: f64,
     turn: [f64; 2],
@@ -179,18 +268,18 @@ pub struct Laid<const N: usize> {
     origin: Vector2<f64>,
 }
 
-impl<const N: usize> Laid<N> {
+impl<T: Texel<N>, const N: usize, const MIRROR: bool> Laid<T, N, MIRROR> {
     /// `texel` in m, turned by `angle` from `X_e` to `Y_e`.
-    pub fn new(mip: Mip<N>, texel: f64, angle: f64, origin: Vector2<f64>) -> Self {
+    pub fn new(mip: Mip<T, N, MIRROR>, texel: f64, angle: f64, origin: Vector2<f64>) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self { mip, texel, turn: [cos, sin], origin }
     }
 
     /// Made ready for points near `anchor`: what is large is reduced in f64, so that f32 is enough for the rest.
-    pub fn near(&self, anchor: Vector2<f64>) -> Near<'_, N> {
+    pub fn near(&self, anchor: Vector2<f64>) -> Near<'_, T, N, MIRROR> {
         let [cos, sin] = self.turn.map(|v| v / self.texel);
         let at = Vector2::new(cos * anchor.x + sin * anchor.y, cos * anchor.y - sin * anchor.x) + self.origin;
-        let side = self.mip.side() * if self.mip.border == Border::Repeated { 1.0 } else { 2.0 };
+        let side = self.mip.side() * if MIRROR { 2.0 } else { 1.0 };
         let fold = |v: f64, side: f64| (v - side * (v / side).floor()) as f32;
         Near {
             mip: &self.mip,
@@ -202,20 +291,23 @@ impl<const N: usize> Laid<N> {
 }
 
 /// A laid texture as seen from an anchor.
-pub struct Near<'a, const N: usize> {
-    mip: &'a Mip<N>,
+pub struct Near<'a, T, const N: usize, const MIRROR: bool> {
+    mip: &'a Mip<T, N, MIRROR>,
     base: [f32; 2],
     turn: [f32; 2],
     lod: f32,
 }
 
-impl<const N: usize> Near<'_, N> {
-    /// Value in `0 ..= 65535` at `(x, y)` m from the anchor, seen by a pixel of `2^footprint` m.
+impl<T: Texel<N>, const N: usize, const MIRROR: bool> Near<'_, T, N, MIRROR> {
+    /// Values in `0 ..= 1` at points `(x, y)` m from the anchor, seen by pixels of `2^footprint` m.
     #[inline(always)]
-    pub fn sample(&self, x: f32, y: f32, footprint: f32) -> [f32; N] {
+    pub fn sample<const L: usize>(&self, x: &[f32; L], y: &[f32; L], footprint: f32) -> [[f32; N]; L] {
         let [cos, sin] = self.turn;
-        let u = self.base[0] + cos * x + sin * y;
-        let v = self.base[1] + cos * y - sin * x;
-        self.mip.sample(u, v, footprint + self.lod)
+        let (mut u, mut v) = ([0.0; L], [0.0; L]);
+        for l in 0..L {
+            u[l] = self.base[0] + cos * x[l] + sin * y[l];
+            v[l] = self.base[1] + cos * y[l] - sin * x[l];
+        }
+        self.mip.sample(&u, &v, footprint + self.lod)
     }
 }

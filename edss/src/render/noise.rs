@@ -1,4 +1,4 @@
-//! Gradient noise (Perlin, 1985) over an integer lattice, periodic where a tile needs it, with the same bits everywhere.
+//! Gradient noise (Perlin 1985) over an integer lattice, periodic where a tile needs it, the same bits everywhere.
 
 /// A well mixed 32-bit number for a lattice point (finaliser of MurmurHash3, Appleby 2008).
 #[inline(always)]
@@ -16,24 +16,41 @@ pub fn unit(x: u32, y: u32, seed: u32) -> f32 {
     (hash(x, y, seed) >> 8) as f32 / 16_777_216.0
 }
 
+/// Number of the lattice cell, and the way into it, `0 .. 1`.
+#[inline(always)]
+fn cell(x: f32) -> (u32, f32) {
+    // A negative integer is the end of the cell before it: the same point.
+    let whole = x as i32 - i32::from(x < 0.0);
+    (whole as u32, x - whole as f32)
+}
+
 /// Gradient noise of rms about 0.26 at a point in lattice units; `period` is a power of two, or 0 for none.
 #[inline(always)]
 pub fn gradient(x: f32, y: f32, period: u32, seed: u32) -> f32 {
-    let (fx, fy) = (x.floor(), y.floor());
-    let (s, t) = (x - fx, y - fy);
-    let (i, j) = (fx as i32 as u32, fy as i32 as u32);
+    let ((i, s), (j, t)) = (cell(x), cell(y));
     let mask = period.wrapping_sub(1);
-    let corner = |dx: u32, dy: u32| {
-        let h = hash(i.wrapping_add(dx) & mask, j.wrapping_add(dy) & mask, seed);
-        // Two 16-bit halves as the gradient's components in -1 .. 1.
-        let (gx, gy) = ((h & 0xffff) as f32 / 32768.0 - 1.0, (h >> 16) as f32 / 32768.0 - 1.0);
-        gx * (s - dx as f32) + gy * (t - dy as f32)
-    };
-    let fade = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let (i1, j1) = (i.wrapping_add(1) & mask, j.wrapping_add(1) & mask);
+    let (i, j) = (i & mask, j & mask);
+    let a = slope(hash(i, j, seed), s, t);
+    let b = slope(hash(i1, j, seed), s - 1.0, t);
+    let c = slope(hash(i, j1, seed), s, t - 1.0);
+    let d = slope(hash(i1, j1, seed), s - 1.0, t - 1.0);
     let (u, v) = (fade(s), fade(t));
-    let upper = corner(0, 0) + u * (corner(1, 0) - corner(0, 0));
-    let lower = corner(0, 1) + u * (corner(1, 1) - corner(0, 1));
+    let upper = a + u * (b - a);
+    let lower = c + u * (d - c);
     upper + v * (lower - upper)
+}
+
+/// A plane through a lattice point, with a gradient of components in -1 .. 1 from the two halves of a hash.
+#[inline(always)]
+fn slope(hash: u32, x: f32, y: f32) -> f32 {
+    let (gx, gy) = ((hash as i32 >> 16) as f32, ((hash << 16) as i32 >> 16) as f32);
+    (gx * x + gy * y) * (1.0 / 32768.0)
+}
+
+#[inline(always)]
+fn fade(t: f32) -> f32 {
+    t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
 /// `sum_k gain^k noise(2^k p)`, its rms about 0.26 of the root of the sum of squared gains.

@@ -1,21 +1,20 @@
 //! Height of the ground, `Z = -h(X_e, Y_e)`: a lattice of heights, bilinear between its points.
 //!
-//! A ray from height `H` meets it where `F(v) = H - h(p + v s) - v = 0`, `v` the way down and `s` the ray's motion along
-//! the ground for each metre down. Newton's step `v -= F / F'` takes the slope from the same four heights. It converges
+//! A ray from height `H` meets it where `F(v) = H - h(p + v s) - v = 0`, `v` the way down and `s` the ray's motion
+//! along the ground for each metre down. Newton's step `v -= F / F'` takes the slope from the same four heights. It converges
 //! from anywhere as long as slope times `|s|` stays below 1, which is so for a down-looking camera.
 
 use hoverlock_reference::image::plane::Plane;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-use super::mip::Border;
-use super::noise::octaves;
+use super::noise::unit;
 use crate::scene::Hills;
 
 /// A lattice of heights.
 pub struct Relief {
     side: [usize; 2],
-    border: Border,
+    mirrored: bool,
     /// Side of a cell, m.
     cell: f64,
     /// Lattice point at the origin of the world.
@@ -41,24 +40,49 @@ const SIDE: usize = 1024;
 /// Points for each wavelength of the longest hills.
 const POINTS: f64 = 64.0;
 
+/// Sine waves in an octave.
+const WAVES: u32 = 16;
+/// Amplitude of an octave over that of the one twice as long.
+const GAIN: f64 = 0.3;
+
+/// Adds `gain cos(a x + b y + phase)`, a product of tables along both sides.
+fn add_wave(heights: &mut [f32], numbers: [f64; 2], phase: f64, gain: f64) {
+    let table = |number: f64, phase: f64| -> Vec<(f64, f64)> {
+        let step = std::f64::consts::TAU * number / SIDE as f64;
+        (0..SIDE).map(|i| libm::sincos(step * i as f64 + phase)).collect()
+    };
+    let (across, down) = (table(numbers[0], phase), table(numbers[1], 0.0));
+    heights.par_chunks_exact_mut(SIDE).zip(&down).for_each(|(row, (sin_y, cos_y))| {
+        for (height, (sin_x, cos_x)) in row.iter_mut().zip(&across) {
+            *height += (gain * (cos_x * cos_y - sin_x * sin_y)) as f32;
+        }
+    });
+}
+
 impl Relief {
-    /// Hills of a seed. They repeat after 16 wavelengths.
+    /// Hills of a seed, a sum of sine waves: of Gaussian height, their slope `2 pi / wavelength` times as large. They repeat
+    /// after 16 wavelengths.
     pub fn hills(hills: &Hills, seed: u32) -> Self {
         let mut heights = vec![0f32; SIDE * SIDE];
-        heights.par_chunks_exact_mut(SIDE).enumerate().for_each(|(y, row)| {
-            for (x, height) in row.iter_mut().enumerate() {
-                // The spectrum of gradient noise peaks at about one cell and a half a wave.
-                let scale = 2.0 / POINTS as f32;
-                let period = 2 * SIDE as u32 / POINTS as u32;
-                *height = octaves(x as f32 * scale, y as f32 * scale, period, seed, hills.octaves, 0.35);
+        for octave in 0..hills.octaves {
+            let gain = libm::pow(GAIN, octave.into());
+            for wave in 0..WAVES {
+                let draw = |n: u32| f64::from(unit(wave, n, seed.wrapping_add(octave)));
+                // Even directions, and a length within a quarter of the mean.
+                let turn = std::f64::consts::PI * (f64::from(wave) + draw(0)) / f64::from(WAVES);
+                let number = SIDE as f64 / POINTS * f64::from(1u32 << octave) * (0.8 + 0.45 * draw(1));
+                let (sin, cos) = libm::sincos(turn);
+                // Whole numbers of waves, so that the lattice repeats.
+                let numbers = [(number * cos).round(), (number * sin).round()];
+                add_wave(&mut heights, numbers, std::f64::consts::TAU * draw(2), gain);
             }
-        });
+        }
         let count = heights.len() as f64;
         let mean = heights.iter().map(|&h| f64::from(h)).sum::<f64>() / count;
         let square = heights.iter().map(|&h| (f64::from(h) - mean).powi(2)).sum::<f64>() / count;
         let gain = hills.rms_m / square.sqrt();
         heights.iter_mut().for_each(|h| *h = ((f64::from(*h) - mean) * gain) as f32);
-        Self::new([SIDE, SIDE], heights, Border::Repeated, hills.wavelength_m / POINTS, [0.0, 0.0])
+        Self::new([SIDE, SIDE], heights, false, hills.wavelength_m / POINTS, [0.0, 0.0])
     }
 
     /// A picture, black to white `height` m, its mean at 0 and its middle at the origin, mirrored at its borders.
@@ -67,11 +91,11 @@ impl Relief {
         let samples = picture.as_slice();
         let mean = samples.iter().map(|&v| f64::from(v)).sum::<f64>() / samples.len() as f64;
         let heights = samples.iter().map(|&v| ((f64::from(v) - mean) * height / 65535.0) as f32).collect();
-        Self::new(side, heights, Border::Mirrored, texel, side.map(|side| (side as f64 - 1.0) / 2.0))
+        Self::new(side, heights, true, texel, side.map(|side| (side as f64 - 1.0) / 2.0))
     }
 
-    fn new(side: [usize; 2], heights: Vec<f32>, border: Border, cell: f64, origin: [f64; 2]) -> Self {
-        let at = |x: i64, y: i64| heights[index(y, side[1], border).0 * side[0] + index(x, side[0], border).0];
+    fn new(side: [usize; 2], heights: Vec<f32>, mirrored: bool, cell: f64, origin: [f64; 2]) -> Self {
+        let at = |x: i64, y: i64| heights[index(y, side[1], mirrored).0 * side[0] + index(x, side[0], mirrored).0];
         let points: Vec<[f32; 3]> = (0..side[0] * side[1])
             .map(|i| {
                 let (x, y) = ((i % side[0]) as i64, (i / side[0]) as i64);
@@ -81,7 +105,7 @@ impl Relief {
             .collect();
         let limits = points.iter().fold([0f64; 2], |[low, high], p| [low.min(p[0].into()), high.max(p[0].into())]);
         let steepest = points.iter().map(|p| p[1].hypot(p[2])).fold(0.0, f32::max).into();
-        Self { side, border, cell, origin, points, limits, steepest }
+        Self { side, mirrored, cell, origin, points, limits, steepest }
     }
 
     /// Lowest and highest, m.
@@ -125,7 +149,7 @@ impl Relief {
     }
 
     fn index(&self, i: f64, axis: usize) -> (usize, f64) {
-        index(i as i64, self.side[axis], self.border)
+        index(i as i64, self.side[axis], self.mirrored)
     }
 
     /// The way down, m, from a point at height `top` along `motion` m for each metre down, started from a guess.
@@ -144,13 +168,11 @@ impl Relief {
 }
 
 /// The lattice point that stands for one beyond the edge, and the sign of the slope there.
-fn index(i: i64, side: usize, border: Border) -> (usize, f64) {
-    match border {
-        Border::Repeated => (i.rem_euclid(side as i64) as usize, 1.0),
-        // The mirror stands on the lattice point, or a hill would have a flat top there.
-        Border::Mirrored => {
-            let turn = i.rem_euclid(2 * (side as i64 - 1).max(1)) as usize;
-            if turn < side { (turn, 1.0) } else { (2 * (side - 1) - turn, -1.0) }
-        }
+fn index(i: i64, side: usize, mirrored: bool) -> (usize, f64) {
+    if !mirrored {
+        return (i.rem_euclid(side as i64) as usize, 1.0);
     }
+    // The mirror stands on the lattice point, or a hill would have a flat top there.
+    let turn = i.rem_euclid(2 * (side as i64 - 1).max(1)) as usize;
+    if turn < side { (turn, 1.0) } else { (2 * (side - 1) - turn, -1.0) }
 }

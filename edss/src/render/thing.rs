@@ -1,0 +1,357 @@
+//! What stands, lies or drives on the ground: convex solids, balls of leaves, and paint.
+//!
+//! A convex solid is where `n_i . p <= c_i` for all its faces; a ray is inside between the last entry and the first
+//! exit of these half spaces (Kay and Kajiya 1986). A ball is a quadratic. Paint covers a pixel of width `w` by the
+//! part `1/2 - d / w`, `d` the signed distance to its edge, so that its edge needs no more than one sample.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::scene::{Building, Car, Helipad, Roof, Tree, point};
+
+/// Something on the ground.
+pub struct Thing {
+    path: Path,
+    /// Over the ground at its point, m, of the centre of its bounding sphere.
+    rise: f64,
+    /// Radius of the bounding sphere, m.
+    pub radius: f32,
+    /// Its form, relative to that centre; `Z` downwards.
+    pub form: Form,
+}
+
+/// Where a thing is over time.
+enum Path {
+    Still(Vector2<f64>),
+    Drive { from: Vector2<f64>, along: Vector2<f64>, length: f64, speed: f64, start: f64 },
+}
+
+/// What a thing is made of.
+pub enum Form {
+    /// Buildings and cars.
+    Solids(Vec<Vec<Face>>),
+    /// Crowns of trees.
+    Balls(Vec<Ball>),
+    /// Paint on the ground, later ones over earlier ones.
+    Paint(Vec<Mark>),
+}
+
+/// A face of a convex solid: inside is `normal . p <= offset`.
+#[derive(Debug, Clone, Copy)]
+pub struct Face {
+    normal: Vector3<f32>,
+    offset: f32,
+    albedo: f32,
+    /// Distance of courses of tiles, m; 0 for a plain face.
+    course: f32,
+}
+
+/// A ball of leaves.
+#[derive(Debug, Clone, Copy)]
+pub struct Ball {
+    centre: Vector3<f32>,
+    radius: f32,
+}
+
+/// Paint on the ground.
+#[derive(Debug, Clone, Copy)]
+pub struct Mark {
+    centre: Vector2<f32>,
+    shape: Shape,
+    albedo: f32,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Shape {
+    Ring { inner: f32, outer: f32 },
+    Bar { along: Vector2<f32>, half: [f32; 2] },
+}
+
+/// Where a ray meets a thing.
+#[derive(Debug, Clone, Copy)]
+pub struct Hit {
+    /// Way along the ray's direction.
+    pub along: f32,
+    /// Outwards.
+    pub normal: Vector3<f32>,
+    /// Part of the sunlight that comes back.
+    pub albedo: f32,
+    /// Which face or ball.
+    pub part: u32,
+    /// Distance of courses of tiles, m; 0 for a plain face.
+    pub course: f32,
+    /// Whether it is of leaves.
+    pub leaves: bool,
+}
+
+/// How deep a solid reaches into the ground, m, so that it stands on a slope too.
+const ROOT: f32 = 4.0;
+
+impl Thing {
+    /// Where it is at `time`, over ground of the height `ground` gives.
+    pub fn centre(&self, time: f64, ground: impl Fn(Vector2<f64>) -> f64) -> Vector3<f64> {
+        let at = match &self.path {
+            Path::Still(at) => *at,
+            Path::Drive { from, along, length, speed, start } => {
+                let way = start + speed * time;
+                from + along * (way - length * (way / length).floor())
+            }
+        };
+        at.push(-ground(at) - self.rise)
+    }
+
+    /// Whether it throws a shadow.
+    pub fn is_solid(&self) -> bool {
+        !matches!(self.form, Form::Paint(_))
+    }
+
+    /// Height of its centre over the ground it stands on, m.
+    pub fn rise(&self) -> f64 {
+        self.rise
+    }
+
+    /// The first point along a ray, relative to the centre, before `nearest`.
+    pub fn hit(&self, from: &Vector3<f32>, direction: &Vector3<f32>, nearest: f32) -> Option<Hit> {
+        if !self.is_near(from, direction) {
+            return None;
+        }
+        match &self.form {
+            Form::Solids(solids) => {
+                let mut first: Option<Hit> = None;
+                for (k, faces) in solids.iter().enumerate() {
+                    let limit = first.map_or(nearest, |hit| hit.along);
+                    if let Some((along, face)) = enter(faces, from, direction, limit) {
+                        let Face { normal, albedo, course, .. } = faces[face];
+                        first = Some(Hit { along, normal, albedo, part: (8 * k + face) as u32, course, leaves: false });
+                    }
+                }
+                first
+            }
+            Form::Balls(balls) => {
+                let mut first: Option<Hit> = None;
+                for (k, ball) in balls.iter().enumerate() {
+                    let limit = first.map_or(nearest, |hit| hit.along);
+                    if let Some(along) = ball.enter(from, direction, limit) {
+                        let normal = (from + direction * along - ball.centre) / ball.radius;
+                        // Neighbouring balls differ in brightness, or a crown would be one smooth dome.
+                        let albedo = 0.19 + 0.022 * (k * 7 % 5) as f32;
+                        first = Some(Hit { along, normal, albedo, part: k as u32, course: 0.0, leaves: true });
+                    }
+                }
+                first
+            }
+            Form::Paint(_) => None,
+        }
+    }
+
+    /// Whether a ray passes through the bounding sphere, which may lie behind.
+    #[inline]
+    fn is_near(&self, from: &Vector3<f32>, direction: &Vector3<f32>) -> bool {
+        // Squared distance of the line, times the squared length of the direction.
+        from.cross(direction).norm_squared() <= self.radius * self.radius * direction.norm_squared()
+    }
+
+    /// The albedo of ground with paint on it, at a point relative to the centre, seen by a pixel `width` m wide.
+    pub fn painted(&self, p: Vector2<f32>, width: f32, albedo: f32) -> f32 {
+        let Form::Paint(marks) = &self.form else { return albedo };
+        marks.iter().fold(albedo, |below, mark| {
+            let cover = mark.cover(p - mark.centre, width);
+            // Paint is thin: the grain of the ground shows through.
+            let paint = mark.albedo * (0.75 + 0.6 * albedo);
+            below + cover * (paint - below)
+        })
+    }
+
+    /// A building on level ground.
+    pub fn building(building: &Building) -> Self {
+        let (sin, cos) = libm::sincosf(building.yaw_deg.to_radians() as f32);
+        let half = building.size_m.map(|side| side as f32 / 2.0);
+        let height = building.height_m as f32;
+        let tone = 0.5 + 0.5 * libm::sinf(1.7 * building.at_m[0] as f32 + 2.3 * building.at_m[1] as f32);
+        let wall = 0.45 + 0.25 * tone;
+        let (walls, top) = match building.roof {
+            Roof::Flat => (height, 0.0),
+            // Roofs of 35 degrees.
+            Roof::Gable => {
+                let top = (0.7 * half[1]).min(0.5 * height);
+                (height - top, top)
+            }
+        };
+        let rise = height / 2.0;
+        let mut faces = prism(cos, sin, half, wall, rise + ROOT);
+        if top > 0.0 {
+            let slope = top / half[1];
+            let length = libm::hypotf(slope, 1.0);
+            for side in [-1.0, 1.0f32] {
+                // The roof falls from the ridge, at `height`, to the walls, along the second axis.
+                let across = Vector3::new(-sin * side * slope, cos * side * slope, -1.0) / length;
+                let albedo = 0.24 + 0.16 * tone;
+                faces.push(Face { normal: across, offset: (height - rise) / length, albedo, course: 0.4 });
+            }
+        } else {
+            faces.push(Face { normal: -Vector3::z(), offset: walls - rise, albedo: 0.30 + 0.40 * tone, course: 0.0 });
+        }
+        let mut solids = vec![faces];
+        if top == 0.0 && half[0] > 4.0 && half[1] > 4.0 {
+            // A lift head and an air conditioner.
+            for (k, size) in [1.6f32, 1.0].into_iter().enumerate() {
+                let at = [0.45 * half[0] * (1.0 - 2.0 * k as f32), 0.3 * half[1]];
+                let centre = Vector2::new(cos * at[0] - sin * at[1], sin * at[0] + cos * at[1]);
+                solids.push(box_at(cos, sin, centre, [size, size], [walls - rise, walls - rise + 1.6], [0.5, 0.6]));
+            }
+        }
+        let reach = (half[0] * half[0] + half[1] * half[1] + rise * rise).sqrt() + 1.7;
+        Self::still(building.at_m, rise.into(), reach, Form::Solids(solids))
+    }
+
+    /// A tree of a dozen balls.
+    pub fn tree(tree: &Tree, seed: u32) -> Self {
+        let (radius, height) = (tree.radius_m as f32, tree.height_m as f32);
+        let draw = |k: u32| super::noise::unit(k, 77, seed);
+        let crown = radius.min(0.5 * height);
+        let balls = (0..12)
+            .map(|k| {
+                // The golden angle spreads them, each drawn a little away.
+                let (turn, out) = (2.4 * k as f32 + draw(4 * k), (k as f32 / 12.0).sqrt() * 0.66 * radius);
+                let (sin, cos) = libm::sincosf(turn);
+                let size = radius * (0.30 + 0.16 * draw(4 * k + 1));
+                let lift = 0.45 * crown * (1.0 - (out / radius).powi(2)) * (0.6 + 0.8 * draw(4 * k + 2));
+                Ball { centre: Vector3::new(cos * out, sin * out, -lift), radius: size }
+            })
+            .collect();
+        Self::still(tree.at_m, f64::from((height - crown).max(0.3 * height)), 1.25 * radius, Form::Balls(balls))
+    }
+
+    /// A car; `start` is how far along its line it is at time 0, m.
+    pub fn car(car: &Car, start: f64) -> Self {
+        let (from, to) = (point(car.from_m), point(car.to_m));
+        let length = (to - from).norm();
+        let along = (to - from) / length;
+        let (cos, sin) = (along.x as f32, along.y as f32);
+        let tone = 0.5 + 0.5 * libm::sin(3.1 * car.from_m[0] + 1.9 * car.from_m[1] + 0.7 * start) as f32;
+        let paint = if tone > 0.5 { 0.35 + 0.5 * tone } else { 0.06 + 0.3 * tone };
+        let rise = 0.7;
+        let back = Vector2::new(cos, sin) * -0.25;
+        let solids = vec![
+            box_at(cos, sin, Vector2::zeros(), [2.15, 0.88], [0.25 - rise, 0.85 - rise], [paint, paint]),
+            // Windows around, roof above.
+            box_at(cos, sin, back, [1.25, 0.76], [0.85 - rise, 1.25 - rise], [0.06, 0.06]),
+            box_at(cos, sin, back, [0.85, 0.66], [1.25 - rise, 1.42 - rise], [paint, paint]),
+        ];
+        let path = Path::Drive { from, along, length, speed: car.speed_m_per_s, start };
+        Self { path, rise: rise.into(), radius: 2.5, form: Form::Solids(solids) }
+    }
+
+    /// A helipad: pavement, a white ring, an H of half its diameter.
+    pub fn helipad(pad: &Helipad) -> Self {
+        let radius = pad.diameter_m as f32 / 2.0;
+        let (sin, cos) = libm::sincosf(pad.heading_deg.to_radians() as f32);
+        let (up, side) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+        let (pavement, white) = (0.20, 0.80);
+        let ring = |inner: f32, outer: f32, albedo| Mark {
+            centre: Vector2::zeros(),
+            shape: Shape::Ring { inner, outer },
+            albedo,
+        };
+        let bar = |centre: Vector2<f32>, half: [f32; 2]| Mark {
+            centre: centre * radius,
+            shape: Shape::Bar { along: up, half: half.map(|h| h * radius) },
+            albedo: white,
+        };
+        let marks = vec![
+            ring(-1.0, radius, pavement),
+            ring(0.86 * radius, 0.94 * radius, white),
+            bar(side * 0.27, [0.45, 0.07]),
+            bar(side * -0.27, [0.45, 0.07]),
+            bar(Vector2::zeros(), [0.07, 0.22]),
+        ];
+        Self::still(pad.at_m, 0.0, radius, Form::Paint(marks))
+    }
+
+    /// A painted bar; `half` its half length along `along` and half width.
+    pub fn bar(at: Vector2<f64>, along: Vector2<f32>, half: [f32; 2], albedo: f32) -> Self {
+        let mark = Mark { centre: Vector2::zeros(), shape: Shape::Bar { along, half }, albedo };
+        Self::still([at.x, at.y], 0.0, libm::hypotf(half[0], half[1]), Form::Paint(vec![mark]))
+    }
+
+    fn still(at: [f64; 2], rise: f64, radius: f32, form: Form) -> Self {
+        Self { path: Path::Still(point(at)), rise, radius, form }
+    }
+}
+
+/// The four upright sides of a box, and its bottom `below` its centre.
+fn prism(cos: f32, sin: f32, half: [f32; 2], albedo: f32, below: f32) -> Vec<Face> {
+    let sides = [(cos, sin, half[0]), (-cos, -sin, half[0]), (-sin, cos, half[1]), (sin, -cos, half[1])];
+    let side = |(x, y, offset)| Face { normal: Vector3::new(x, y, 0.0), offset, albedo, course: 0.0 };
+    let mut faces: Vec<Face> = sides.into_iter().map(side).collect();
+    faces.push(Face { normal: Vector3::z(), offset: below, albedo, course: 0.0 });
+    faces
+}
+
+/// A box about a point between two heights over the centre; brightness of sides and top.
+fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2], albedo: [f32; 2]) -> Vec<Face> {
+    let mut faces = prism(cos, sin, half, albedo[0], -heights[0]);
+    faces.push(Face { normal: -Vector3::z(), offset: heights[1], albedo: albedo[1], course: 0.0 });
+    for face in &mut faces {
+        face.offset += face.normal.dot(&at.push(0.0));
+    }
+    faces
+}
+
+/// Where a ray enters a convex solid, and through which face.
+fn enter(faces: &[Face], from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
+    let (mut first, mut last, mut through) = (0.0f32, limit, usize::MAX);
+    for (k, face) in faces.iter().enumerate() {
+        let rate = face.normal.dot(direction);
+        let room = face.offset - face.normal.dot(from);
+        if rate < 0.0 {
+            let entry = room / rate;
+            if entry > first {
+                (first, through) = (entry, k);
+            }
+        } else if rate > 0.0 {
+            last = last.min(room / rate);
+        } else if room < 0.0 {
+            return None;
+        }
+        if first > last {
+            return None;
+        }
+    }
+    (through != usize::MAX).then_some((first, through))
+}
+
+impl Ball {
+    fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<f32> {
+        let to = self.centre - from;
+        let square = direction.norm_squared();
+        let middle = to.dot(direction) / square;
+        // Distance of the line from the centre, squared, without the difference of two large numbers.
+        let aside = (to - direction * middle).norm_squared();
+        let chord = self.radius * self.radius - aside;
+        if chord <= 0.0 {
+            return None;
+        }
+        let along = middle - (chord / square).sqrt();
+        (along > 0.0 && along < limit).then_some(along)
+    }
+}
+
+impl Mark {
+    /// Part of a pixel `width` m wide that is covered.
+    #[inline]
+    fn cover(&self, p: Vector2<f32>, width: f32) -> f32 {
+        let part = |distance: f32| (0.5 - distance / width).clamp(0.0, 1.0);
+        match self.shape {
+            Shape::Ring { inner, outer } => {
+                let r = p.norm();
+                part(r - outer) * part(inner - r)
+            }
+            Shape::Bar { along, half } => {
+                let (a, b) = (p.dot(&along).abs(), (along.x * p.y - along.y * p.x).abs());
+                // The product of both directions keeps bars that are thinner than a pixel as bright as they are wide.
+                let side = |v: f32, half: f32| part(v - half) - part(v + half);
+                side(a, half[0]) * side(b, half[1])
+            }
+        }
+    }
+}
