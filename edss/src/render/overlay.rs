@@ -21,7 +21,10 @@ pub const BAND: usize = 16;
 pub struct Cast {
     centres: Vec<Vector3<f64>>,
     across: usize,
-    tiles: Vec<Vec<u32>>,
+    /// What a pixel of a tile may see.
+    seen: Vec<Vec<u32>>,
+    /// What may throw a shadow on what it sees.
+    shading: Vec<Vec<u32>>,
 }
 
 /// What a pixel sees, as a number that changes at an edge: 0 for lit ground.
@@ -56,56 +59,67 @@ impl Cast {
     pub fn new(renderer: &Renderer, time: f64, lens: &Lens, ends: [&Viewpoint; 2], size: [usize; 2]) -> Self {
         let centres: Vec<Vector3<f64>> = renderer.things.iter().map(|thing| renderer.centre(thing, time)).collect();
         let (across, down) = (size[0].div_ceil(TILE), size[1].div_ceil(BAND));
-        let mut tiles = vec![Vec::new(); across * down];
+        let mut seen = vec![Vec::new(); across * down];
+        let mut shading = seen.clone();
         let lowest = renderer.lowest();
         for (k, (thing, centre)) in renderer.things.iter().zip(&centres).enumerate() {
             let radius = f64::from(thing.radius);
-            let mut ends_of_shadow = vec![*centre];
-            if thing.is_solid() {
-                // From its top to the lowest ground, along the sunlight.
-                let fall = (-centre.z + radius - lowest).max(0.0).min(2.0 * radius + thing.rise() + 10.0);
-                ends_of_shadow.push(centre - renderer.to_sun * (fall / -renderer.to_sun.z));
-            }
-            let Some([low, high]) = bounds(lens, ends, &ends_of_shadow, radius) else { continue };
-            let tile = |v: f64, side: usize, count: usize| (v / side as f64).floor().clamp(0.0, count as f64) as usize;
-            if high.x < 0.0 || high.y < 0.0 {
-                continue;
-            }
-            for y in tile(low.y, BAND, down)..(tile(high.y, BAND, down) + 1).min(down) {
-                for x in tile(low.x, TILE, across)..(tile(high.x, TILE, across) + 1).min(across) {
-                    tiles[y * across + x].push(k as u32);
+            // Where its shadow ends: at the lowest ground, along the sunlight.
+            let fall = if thing.is_solid() { (-centre.z + radius - lowest).max(0.0) } else { 0.0 };
+            let end = centre - renderer.to_sun * (fall / -renderer.to_sun.z);
+            for viewpoint in ends {
+                let circles = [centre, &end].map(|point| circle(lens, viewpoint, point, radius));
+                let [Some((from, reach)), Some((to, _))] = circles else { continue };
+                list(&mut seen, [across, down], [from, from], reach, k as u32);
+                if thing.is_solid() {
+                    list(&mut shading, [across, down], [from, to], reach, k as u32);
                 }
             }
         }
-        Self { centres, across, tiles }
+        Self { centres, across, seen, shading }
     }
 
-    /// Things that may be seen by a pixel.
-    fn near(&self, x: usize, y: usize) -> &[u32] {
-        &self.tiles[(y / BAND) * self.across + x / TILE]
+    /// The tile of a pixel.
+    fn tile(&self, x: usize, y: usize) -> usize {
+        (y / BAND) * self.across + x / TILE
     }
 }
 
-/// Pixels between which spheres at some points are seen; `None` where one is not in front of the camera.
-fn bounds(lens: &Lens, ends: [&Viewpoint; 2], points: &[Vector3<f64>], radius: f64) -> Option<[Vector2<f64>; 2]> {
-    let mut limits = [Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY)];
-    for viewpoint in ends {
-        for point in points {
-            let seen = viewpoint.rotation.transpose() * (point - viewpoint.origin);
-            // As good as behind the camera, or around it.
-            if seen.z < 1.2 * radius {
-                return None;
+/// Pixel and radius, px, of a circle that a sphere is seen within; `None` where it is not in front of the camera.
+fn circle(lens: &Lens, viewpoint: &Viewpoint, centre: &Vector3<f64>, radius: f64) -> Option<(Vector2<f64>, f64)> {
+    let seen = viewpoint.rotation.transpose() * (centre - viewpoint.origin);
+    // As good as behind the camera, or around it.
+    if seen.z < 1.2 * radius {
+        return None;
+    }
+    // Off the axis it is seen as an ellipse, longer by 1 / cos^2; beyond a slope of 2 nothing is in any frame.
+    let stretch = 1.0 + (seen.xy() / seen.z).norm_squared().min(4.0);
+    let reach = lens.camera.focal() * radius / (seen.z - radius) * stretch + 3.0;
+    Some((lens.pixel(seen), reach))
+}
+
+/// Adds a thing to the tiles that come within `reach` px of a line between two pixels.
+fn list(tiles: &mut [Vec<u32>], [across, down]: [usize; 2], [a, b]: [Vector2<f64>; 2], reach: f64, thing: u32) {
+    let side = Vector2::new(TILE as f64, BAND as f64);
+    let reach = reach + 0.5 * side.norm();
+    let along = b - a;
+    let square = along.norm_squared().max(1e-9);
+    let (low, high) = (a.inf(&b).add_scalar(-reach), a.sup(&b).add_scalar(reach));
+    let range = |axis: usize, count: usize| {
+        let tile = |v: f64| (v / side[axis]).floor().clamp(0.0, count as f64) as usize;
+        if high[axis] < 0.0 { 0..0 } else { tile(low[axis])..(tile(high[axis]) + 1).min(count) }
+    };
+    for y in range(1, down) {
+        for x in range(0, across) {
+            let middle = Vector2::new(x as f64 + 0.5, y as f64 + 0.5).component_mul(&side) - a;
+            let part = (middle.dot(&along) / square).clamp(0.0, 1.0);
+            let tile = &mut tiles[y * across + x];
+            // The second end of a rolling shutter meets the first one's entry.
+            if (middle - along * part).norm() < reach && tile.last() != Some(&thing) {
+                tile.push(thing);
             }
-            // A sphere far off the axis is seen as an ellipse, longer by 1 / cos^2 than in the middle; beyond two
-            // radians of slope nothing is in any frame.
-            let slope = seen.xy() / seen.z;
-            let stretch = (1.0 + slope.norm_squared()).min(5.0);
-            let reach = lens.camera.focal() * radius / (seen.z - radius) * stretch + 3.0;
-            let pixel = lens.pixel(seen);
-            limits = [limits[0].inf(&pixel.add_scalar(-reach)), limits[1].sup(&pixel.add_scalar(reach))];
         }
     }
-    Some(limits)
 }
 
 impl Renderer {
@@ -113,7 +127,7 @@ impl Renderer {
     pub(super) fn paint(&self, cast: &Cast, seen: &mut Seen, y: usize, pixel: f32) {
         let Seen { row, viewpoint, albedo, .. } = seen;
         for (tile, albedo) in albedo.chunks_mut(TILE).enumerate() {
-            for &k in cast.near(tile * TILE, y) {
+            for &k in &cast.seen[cast.tile(tile * TILE, y)] {
                 let thing = &self.things[k as usize];
                 if thing.is_solid() {
                     continue;
@@ -137,8 +151,8 @@ impl Renderer {
         let mut ignored = vec![0.0; if out.is_some() { 0 } else { marks.len() }];
         let out = out.unwrap_or(&mut ignored);
         for tile in 0..marks.len().div_ceil(TILE) {
-            let near = self.solids(cast, cast.near(tile * TILE, y), viewpoint);
-            if near.is_empty() {
+            let near = self.near(cast, tile * TILE, y, viewpoint);
+            if near.seen.is_empty() && near.shading.is_empty() {
                 continue;
             }
             for x in tile * TILE..((tile + 1) * TILE).min(marks.len()) {
@@ -168,7 +182,7 @@ impl Renderer {
         let step = here.viewpoint.rotation * inverse[(0, 0)];
         let (right, down) = (step.column(0).map(|v| v as f32), step.column(1).map(|v| v as f32));
         let (width, marks) = (here.marks.len(), &here.marks);
-        let mut tile = (usize::MAX, Vec::new());
+        let mut tile = (usize::MAX, Near::default());
         for x in 0..width {
             let mark = marks[x];
             let same = above.marks[x] == mark
@@ -179,7 +193,7 @@ impl Renderer {
                 continue;
             }
             if tile.0 != x / TILE {
-                tile = (x / TILE, self.solids(cast, cast.near(x, y), &here.viewpoint));
+                tile = (x / TILE, self.near(cast, x, y, &here.viewpoint));
             }
             let (block, lane) = (x / KNOT, x % KNOT);
             let (middle, along) = (row.direction(x), row.along[block][lane]);
@@ -196,27 +210,23 @@ impl Renderer {
         }
     }
 
-    /// The solids among some things, and where they are from the camera.
-    fn solids<'a>(&'a self, cast: &Cast, near: &[u32], viewpoint: &Viewpoint) -> Vec<Near<'a>> {
-        let solid = |&k: &u32| {
+    /// The solids of a tile, and where they are from the camera.
+    fn near(&self, cast: &Cast, x: usize, y: usize, viewpoint: &Viewpoint) -> Near<'_> {
+        let placed = |&k: &u32| {
             let thing = &self.things[k as usize];
             let centre = (cast.centres[k as usize] - viewpoint.origin).map(|v| v as f32);
-            thing.is_solid().then_some(Near { thing, centre, mark: k + 1 })
+            thing.is_solid().then_some(Placed { thing, centre, mark: k + 1 })
         };
-        near.iter().filter_map(solid).collect()
+        let tile = cast.tile(x, y);
+        Near {
+            seen: cast.seen[tile].iter().filter_map(placed).collect(),
+            shading: cast.shading[tile].iter().filter_map(placed).collect(),
+        }
     }
 
-    fn see(
-        &self,
-        near: &[Near<'_>],
-        ray: &Ray,
-        albedo: f32,
-        row: &Row,
-        x: usize,
-        grain: &NearGrain<'_>,
-    ) -> (Mark, f32) {
-        let mut first: Option<(Hit, &Near<'_>)> = None;
-        for thing in near {
+    fn see(&self, near: &Near<'_>, ray: &Ray, albedo: f32, row: &Row, x: usize, grain: &NearGrain<'_>) -> (Mark, f32) {
+        let mut first: Option<(Hit, &Placed<'_>)> = None;
+        for thing in &near.seen {
             let limit = first.map_or(ray.ground, |(hit, _)| hit.along);
             if let Some(hit) = thing.thing.hit(&-thing.centre, &ray.direction, limit) {
                 first = Some((hit, thing));
@@ -254,9 +264,9 @@ impl Renderer {
         (mark, self.radiance(albedo * light, transmission))
     }
 
-    fn is_shaded(&self, near: &[Near<'_>], point: &Vector3<f32>) -> bool {
+    fn is_shaded(&self, near: &Near<'_>, point: &Vector3<f32>) -> bool {
         let sun = self.to_sun.map(|v| v as f32);
-        near.iter().any(|thing| thing.thing.hit(&(point - thing.centre), &sun, f32::INFINITY).is_some())
+        near.shading.iter().any(|thing| thing.thing.hit(&(point - thing.centre), &sun, f32::INFINITY).is_some())
     }
 }
 
@@ -270,7 +280,14 @@ fn courses(hit: &Hit, point: &Vector3<f32>, footprint: f32) -> f32 {
     0.16 * seen * (2.0 * (down - down.floor()) - 1.0)
 }
 
+/// The solids of a tile.
+#[derive(Default)]
 struct Near<'a> {
+    seen: Vec<Placed<'a>>,
+    shading: Vec<Placed<'a>>,
+}
+
+struct Placed<'a> {
     thing: &'a Thing,
     /// From the camera.
     centre: Vector3<f32>,

@@ -1,8 +1,8 @@
 //! Height of the ground, `Z = -h(X_e, Y_e)`: a lattice of heights, bilinear between its points.
 //!
 //! A ray from height `H` meets it where `F(v) = H - h(p + v s) - v = 0`, `v` the way down and `s` the ray's motion
-//! along the ground for each metre down. Newton's step `v -= F / F'` takes the slope from the same four heights. It converges
-//! from anywhere as long as slope times `|s|` stays below 1, which is so for a down-looking camera.
+//! along the ground for each metre down. Newton's step `v -= F / F'` takes the slope from the same four heights. It
+//! converges from anywhere as long as slope times `|s|` stays below 1, which is so for a down-looking camera.
 
 use hoverlock_reference::image::plane::Plane;
 use nalgebra::Vector2;
@@ -60,8 +60,8 @@ fn add_wave(heights: &mut [f32], numbers: [f64; 2], phase: f64, gain: f64) {
 }
 
 impl Relief {
-    /// Hills of a seed, a sum of sine waves: of Gaussian height, their slope `2 pi / wavelength` times as large. They repeat
-    /// after 16 wavelengths.
+    /// Hills of a seed, a sum of sine waves: of Gaussian height, their slope `2 pi / wavelength` times as large. They
+    /// repeat after 16 wavelengths.
     pub fn hills(hills: &Hills, seed: u32) -> Self {
         let mut heights = vec![0f32; SIDE * SIDE];
         for octave in 0..hills.octaves {

@@ -104,11 +104,6 @@ impl Thing {
         !matches!(self.form, Form::Paint(_))
     }
 
-    /// Height of its centre over the ground it stands on, m.
-    pub fn rise(&self) -> f64 {
-        self.rise
-    }
-
     /// The first point along a ray, relative to the centre, before `nearest`.
     pub fn hit(&self, from: &Vector3<f32>, direction: &Vector3<f32>, nearest: f32) -> Option<Hit> {
         if !self.is_near(from, direction) {
@@ -144,7 +139,7 @@ impl Thing {
     }
 
     /// Whether a ray passes through the bounding sphere, which may lie behind.
-    #[inline]
+    #[inline(always)]
     fn is_near(&self, from: &Vector3<f32>, direction: &Vector3<f32>) -> bool {
         // Squared distance of the line, times the squared length of the direction.
         from.cross(direction).norm_squared() <= self.radius * self.radius * direction.norm_squared()

@@ -26,22 +26,21 @@ pub(super) fn parse(text: &str, folder: &Path) -> Result<Scene, SceneError> {
     let line = |offset: usize| text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count() + 1;
     let table = DeTable::parse(text);
     let mut scene: Scene = toml::from_str(text).map_err(|error| {
-        let span = error.span().unwrap_or_default();
-        let start = span.start;
+        let start = error.span().map_or(0, |span| span.start);
         // What the file as a whole lacks is no fault of its first key.
-        let whole = span.end >= text.trim_end().len() && start == 0;
-        let key =
-            table.as_ref().ok().filter(|_| !whole).map(|table| key_at(table.get_ref(), start)).unwrap_or_default();
+        let whole = start == 0 && error.message().starts_with("missing");
+        let table = table.as_ref().ok().filter(|_| !whole);
+        let key = table.map(|table| key_at(table.get_ref(), start)).unwrap_or_default();
         // The message of an enumeration or of a wrong type may have several lines; a refusal has one.
         SceneError { line: line(start), key, why: error.message().split_whitespace().collect::<Vec<_>>().join(" ") }
     })?;
-    let checked = check(&mut scene, folder);
-    checked
-        .map_err(|Refusal { path, why }| {
+    match check(&mut scene, folder) {
+        Ok(()) => Ok(scene),
+        Err(Refusal { path, why }) => {
             let start = table.as_ref().map_or(0, |table| offset_of(table.get_ref(), &path));
-            SceneError { line: line(start), key: path.join("."), why }
-        })
-        .map(|()| scene)
+            Err(SceneError { line: line(start), key: path.join("."), why })
+        }
+    }
 }
 
 struct Refusal {
@@ -221,7 +220,7 @@ fn find(path: &str, file: &mut PathBuf, folder: &Path) -> Checked {
     let fetched = newcomer_dir().map(|pictures| pictures.join(&*file));
     let Some(found) = [Some(folder.join(&*file)), fetched].into_iter().flatten().find(|path| path.is_file()) else {
         return refuse(format!(
-            "{} is neither in {} nor among the photographs that `make demo` fetches: name a picture, or run `make demo`",
+            "{} is neither in {} nor among the photographs that `make demo` fetches: name a picture or run it",
             file.display(),
             if folder.as_os_str().is_empty() { Path::new(".") } else { folder }.display(),
         ));

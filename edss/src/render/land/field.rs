@@ -99,8 +99,8 @@ impl Landscape {
     pub fn edges(&self, random: &mut ChaCha8Rng, count: usize) -> Vec<Vector2<f64>> {
         let mut parcels = Vec::new();
         self.root.parcels(&mut parcels);
-        // One parcel in four has trees, so that they stand in rows and groups.
-        let wooded: Vec<&Parcel> = parcels.into_iter().filter(|parcel| parcel.seed % 4 == 0).collect();
+        // One parcel in two has trees, so that they stand in rows and groups.
+        let wooded: Vec<&Parcel> = parcels.into_iter().filter(|parcel| parcel.seed % 2 == 0).collect();
         if wooded.is_empty() {
             return Vec::new();
         }
