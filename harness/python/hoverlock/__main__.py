@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from . import stub
+from . import as_cocotb, stub
 from .design import Design
 from .errors import HoverlockError
 from .log import default_config
@@ -89,7 +89,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--junit", metavar="FILE", help="writes the results as JUnit XML")
     parser.add_argument("-q", "--quiet", action="store_true", help="no log, results only")
     add_design_options(parser.add_argument)
+    parser.add_argument("--as-cocotb", action="store_true", help="gives 'import cocotb' this module's names")
+    parser.add_argument("--cocotb-version", choices=tuple(as_cocotb.VERSIONS), default=None, help=as_cocotb.VERSION_HELP)
     chosen = parser.parse_args(arguments)
+    if chosen.cocotb_version is not None and not chosen.as_cocotb:
+        parser.error("--cocotb-version needs --as-cocotb")
+    if chosen.as_cocotb:
+        as_cocotb.install(chosen.cocotb_version)
     default_config(logging.WARNING if chosen.quiet else logging.INFO)
     try:
         design = design_from(

@@ -100,9 +100,12 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
     # Files without hoverlock tests do not load it.
     if "hoverlock.testing" not in sys.modules:
         return None
-    from .testing import Test
+    from . import testing
 
-    if not isinstance(obj, Test):
+    # The decorator is a function named `test`, which pytest would call: it would pass.
+    if obj is testing.test or getattr(obj, "_makes_tests", False) is True:
+        return []
+    if not isinstance(obj, testing.Test):
         return None
     if obj.module != collector.obj.__name__ or _is_for_the_runner(collector, obj):
         return []
