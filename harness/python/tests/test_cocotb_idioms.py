@@ -255,7 +255,7 @@ async def the_hierarchy_is_walked(dut):
     await Timer(1, "ns")
     for lane in range(4):
         assert dut.lane[lane].u_adds.y.value == 11 * lane
-    assert dut.lane[2].u_adds._path == "lane[2].u_adds"
+    assert dut.lane[2].u_adds._path == "idioms.lane[2].u_adds" and dut._path == "idioms"
     with pytest.raises(AttributeError, match=r"no signal 'lane\[2\].u_adds.z'"):
         dut.lane[2].u_adds.z
     assert isinstance(dut.clk, ModifiableObject) and isinstance(dut, SimHandleBase)
