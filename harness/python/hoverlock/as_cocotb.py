@@ -14,17 +14,18 @@ cocotb need not be installed. Where it is, it is found as before by whoever does
 from __future__ import annotations
 
 import importlib
-import importlib.abc
-import importlib.machinery
-import importlib.util
 import logging
 import os
 import sys
 from collections.abc import Sequence
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import HoverlockError
+
+if TYPE_CHECKING:
+    # These load pathlib and more, which takes milliseconds: only who asks for the alias needs them.
+    from importlib.machinery import ModuleSpec
 
 __all__ = ["install"]
 
@@ -38,14 +39,14 @@ _NAMES = {"cocotb": "hoverlock.cocotb", "cocotb_tools": "hoverlock.cocotb_tools"
 _UNKNOWN = {"ZEROS": "zeros", "ONES": "ones", "RANDOM": "random", "VALUE_ERROR": "error", "ERROR": "error"}
 
 
-class _Loader(importlib.abc.Loader):
+class _Loader:
     """Gives a module that is loaded already, as it is."""
 
     def __init__(self, module: ModuleType) -> None:
         self.module = module
         self.own = module.__spec__
 
-    def create_module(self, _spec: importlib.machinery.ModuleSpec) -> ModuleType:
+    def create_module(self, _spec: ModuleSpec) -> ModuleType:
         return self.module
 
     def exec_module(self, module: ModuleType) -> None:
@@ -53,21 +54,24 @@ class _Loader(importlib.abc.Loader):
         module.__spec__ = self.own
 
 
-class _Finder(importlib.abc.MetaPathFinder):
+class _Finder:
     """Finds ``cocotb.triggers`` as ``hoverlock.cocotb.triggers``."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
-    ) -> importlib.machinery.ModuleSpec | None:
+    ) -> ModuleSpec | None:
+        from importlib.machinery import ModuleSpec
+        from importlib.util import find_spec
+
         head, dot, tail = fullname.partition(".")
         if head not in _NAMES:
             return None
         own = _NAMES[head] + dot + tail
-        if importlib.util.find_spec(own) is None:
+        if find_spec(own) is None:
             # Not for the finders after this one: they would load a file of ours a second time.
             raise ModuleNotFoundError(f"No module named '{fullname}' in hoverlock; see 'Coming from cocotb'", name=fullname)
         module = importlib.import_module(own)
-        return importlib.machinery.ModuleSpec(fullname, _Loader(module), is_package=hasattr(module, "__path__"))
+        return ModuleSpec(fullname, _Loader(module), is_package=hasattr(module, "__path__"))
 
 
 def install(version: str | None = None) -> None:
@@ -140,9 +144,7 @@ def pytest_configure(config: Any) -> None:
     from .__main__ import design_from
     from .testing import set_loading
 
-    option = config.getoption
-    names = ("--hoverlock-source", "--hoverlock-top", "--hoverlock-parameter", "--hoverlock-internal")
-    set_loading(design_from(*(option(name) for name in names)))
+    set_loading(design_from(config.getoption))
 
 
 def pytest_collection_finish() -> None:

@@ -179,12 +179,7 @@ class BenchItem(pytest.Function):
         from .testing import seed_of
 
         option = self.config.getoption
-        given = design_from(
-            option("--hoverlock-source"),
-            option("--hoverlock-top"),
-            option("--hoverlock-parameter"),
-            option("--hoverlock-internal"),
-        )
+        given = design_from(option)
         design = design_of(self.bench, self.parent.obj, given)  # type: ignore[union-attr]
         seed = seed_of(self.config.stash[_seed_key], self.name)
         self.user_properties.append(("random_seed", seed))

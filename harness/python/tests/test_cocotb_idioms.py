@@ -319,7 +319,7 @@ async def bits_are_read_and_written(dut):
     with pytest.raises(IndexError):
         dut.ui_in[8]
     with pytest.raises(TypeError):
-        RisingEdge(dut.ui_in[3])
+        RisingEdge(dut.ui_in[3:2])
 
 
 @cocotb.test()

@@ -114,3 +114,45 @@ def test_a_runner_in_the_bench_runs_unchanged(tmp_path):
     """))
     done = run(tmp_path, "pytest", "-q", "-p", "no:cacheprovider", "-p", "hoverlock.as_cocotb", "test_runs.py")
     assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_makefile_of_cocotb_needs_one_line(tmp_path):
+    (tmp_path / "include").mkdir()
+    (tmp_path / "include" / "start.vh").write_text("`define START 8'd7\n")
+    (tmp_path / "starts.v").write_text(textwrap.dedent("""
+        `include "start.vh"
+        module starts #(parameter WIDTH = 8) (input wire [WIDTH-1:0] in, output wire [WIDTH-1:0] out, output reg told);
+            assign out = in + `START;
+            initial told = $test$plusargs("tell") != 0;
+        endmodule
+    """))
+    (tmp_path / "bench_starts.py").write_text(textwrap.dedent("""
+        import cocotb
+        from cocotb.triggers import Timer
+
+        @cocotb.test()
+        async def adds(dut):
+            dut._id("in").value = 3
+            await Timer(1, "ns")
+            assert dut.out.value == 10 and len(dut.out) == 12 and dut.told.value == 1 and cocotb.plusargs == {"tell": True}
+
+        @cocotb.test()
+        async def is_left_out(dut):
+            assert False
+    """))
+    (tmp_path / "Makefile").write_text(textwrap.dedent(f"""
+        TOPLEVEL_LANG = verilog
+        VERILOG_SOURCES = $(CURDIR)/starts.v
+        TOPLEVEL = starts
+        MODULE = bench_starts
+        EXTRA_ARGS = -GWIDTH=12 -Iinclude
+        PLUSARGS = +tell
+        PYTHON = {sys.executable}
+        include $(shell {sys.executable} -m hoverlock --makefile)
+    """))
+    make = lambda *more: subprocess.run(["make", *more], cwd=tmp_path, capture_output=True, text=True)
+    done = make("TESTCASE=adds", "RANDOM_SEED=5", "COCOTB_RESULTS_FILE=r.xml")
+    assert done.returncode == 0 and "1 passed, 0 failed, 0 skipped (seed 5)" in done.stdout, done.stdout + done.stderr
+    assert 'tests="1"' in (tmp_path / "r.xml").read_text()
+    assert make().returncode != 0 and "AssertionError" in make().stdout
+    assert "Verilator reads Verilog only" in make("TOPLEVEL_LANG=vhdl").stderr and "MODULE is not set" in make("MODULE=").stderr

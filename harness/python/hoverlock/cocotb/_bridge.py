@@ -8,10 +8,13 @@ waits for a coroutine of ``resume``: at any time one of the two runs.
 from __future__ import annotations
 
 import functools
+import sys
 import threading
 from collections.abc import Callable, Coroutine
 from queue import SimpleQueue
 from typing import Any
+
+from ..errors import CancelledError
 
 __all__ = ["bridge", "resume"]
 
@@ -47,15 +50,23 @@ def bridge(function: Callable[..., Any]) -> Callable[..., Coroutine[Any, Any, An
             result, failure = None, None
             try:
                 result = await what
-            except GeneratorExit:
-                # The task is cancelled: the thread's wait ends with an error, so that the thread does.
-                to_thread.put((None, RuntimeError("the task of this bridge was cancelled")))
-                raise
             except BaseException as error:
+                if _is_own_end(error):
+                    # The thread's wait ends with an error, so that the thread does.
+                    to_thread.put((None, RuntimeError("the task of this bridge was cancelled")))
+                    raise
                 failure = error
             to_thread.put((result, failure))
 
     return run
+
+
+def _is_own_end(error: BaseException) -> bool:
+    """Whether the task itself is cancelled, rather than one that it waited for."""
+    if isinstance(error, GeneratorExit):
+        return True
+    asyncio = sys.modules.get("asyncio")
+    return asyncio is not None and isinstance(error, asyncio.CancelledError) and not isinstance(error, CancelledError)
 
 
 def resume(function: Callable[..., Coroutine[Any, Any, Any]]) -> Callable[..., Any]:

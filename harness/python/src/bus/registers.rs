@@ -16,11 +16,14 @@ use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::trigger::Trigger;
 
+/// The word read and the response, once they are there.
+type Answer = Rc<RefCell<Option<(u64, u64)>>>;
+
 /// An access of a master in progress.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct Access {
     task: OnThread<EngineTask>,
-    value: OnThread<Rc<RefCell<Option<(u64, u64)>>>>,
+    value: OnThread<Answer>,
 }
 
 #[pymethods]
@@ -36,7 +39,7 @@ impl Access {
 }
 
 fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
-    let value = Rc::new(RefCell::new(None));
+    let value: Answer = Rc::default();
     let slot = value.clone();
     let dut = simulation::current()?;
     let task = dut.spawn(name, async move {
