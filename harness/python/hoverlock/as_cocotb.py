@@ -19,12 +19,13 @@ import os
 import sys
 from collections.abc import Sequence
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from .errors import HoverlockError
 
 if TYPE_CHECKING:
     # These load pathlib and more, which takes milliseconds: only who asks for the alias needs them.
+    from importlib.abc import Loader
     from importlib.machinery import ModuleSpec
 
 __all__ = ["install"]
@@ -60,18 +61,19 @@ class _Finder:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        from importlib.machinery import ModuleSpec
-        from importlib.util import find_spec
-
         head, dot, tail = fullname.partition(".")
         if head not in _NAMES:
             return None
+        # Below the test: these imports come through here, too.
+        from importlib.machinery import ModuleSpec
+        from importlib.util import find_spec
+
         own = _NAMES[head] + dot + tail
         if find_spec(own) is None:
             # Not for the finders after this one: they would load a file of ours a second time.
             raise ModuleNotFoundError(f"No module named '{fullname}' in hoverlock; see 'Coming from cocotb'", name=fullname)
         module = importlib.import_module(own)
-        return ModuleSpec(fullname, _Loader(module), is_package=hasattr(module, "__path__"))
+        return ModuleSpec(fullname, cast("Loader", _Loader(module)), is_package=hasattr(module, "__path__"))
 
 
 def install(version: str | None = None) -> None:
