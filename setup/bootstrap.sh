@@ -43,12 +43,15 @@ if [ -n "$missing" ]; then
 fi
 
 # The Python venv, made anew where its requirements or the interpreter changed.
-want="$(python3 -c 'import sys; print(sys.version)') $(sha256sum setup/requirements.txt)"
+want="$(python3 -c 'import sys; print(sys.version)') $(sha256sum setup/requirements*.txt)"
 if [ "$(cat .venv/made-from 2>/dev/null)" != "$want" ]; then
     say "making the Python venv .venv"
     rm -rf .venv
     python3 -m venv .venv
     .venv/bin/pip install --quiet --disable-pip-version-check -r setup/requirements.txt
+    # Without what they require, which is cocotb. Where they cannot be had, the tests with them are skipped.
+    .venv/bin/pip install --quiet --disable-pip-version-check --no-deps -r setup/requirements-cocotb.txt ||
+        say "packages written for cocotb are not to be had: their tests will be skipped"
     printf '%s' "$want" >.venv/made-from
 fi
 

@@ -233,6 +233,12 @@ pub enum ModelError {
         /// The top module.
         top: String,
     },
+    /// A write through a handle that outlived its simulation.
+    #[error("'{signal}' belongs to a simulation that has ended: each test has a model of its own")]
+    Ended {
+        /// The signal.
+        signal: String,
+    },
     /// A write in the region `ReadOnly`.
     #[error("'{signal}' was written in ReadOnly at {time}: write after NextTimeStep, or in ReadWrite")]
     WriteInReadOnly {

@@ -274,6 +274,50 @@ fn a_damaged_cache_is_built_anew() {
 }
 
 #[test]
+fn a_cache_that_cannot_be_written_gives_what_it_holds() {
+    let place = Place::new();
+    let build = place.build("constant", CONSTANT);
+    assert_eq!(value(&build), 1);
+    let cache = place.path("cache");
+    // The first time the lock is there, the second time it is not.
+    for _ in 0..2 {
+        let set = |mode: &str| {
+            let path = if mode == "a-w" { "-R" } else { "-Rf" };
+            assert!(Command::new("chmod").args([path, mode]).arg(&cache).status().unwrap().success());
+        };
+        set("a-w");
+        if std::fs::File::create(cache.join("locks/probe")).is_ok() {
+            set("u+w");
+            eprintln!("SKIPPED: a cache that cannot be written: this user writes everywhere");
+            return;
+        }
+        assert_eq!(value(&build), 1);
+        let other = build.clone().parameter("V", 2).compile().unwrap_err().to_string();
+        assert!(other.contains("cache folder"), "{other}");
+        set("u+w");
+        std::fs::remove_dir_all(cache.join("locks")).unwrap();
+        std::fs::create_dir(cache.join("locks")).unwrap();
+    }
+}
+
+#[test]
+fn a_damaged_runtime_is_compiled_anew() {
+    let place = Place::new();
+    // A copy of its own, as other tests use the shared one.
+    std::fs::remove_file(place.path("cache/runtime")).unwrap();
+    let copied = Command::new("cp").arg("-r").arg(runtime()).arg(place.path("cache/runtime")).status().unwrap();
+    assert!(copied.success());
+    let folder = std::fs::read_dir(place.path("cache/runtime")).unwrap().next().unwrap().unwrap().path();
+    let object = folder.join("verilated_threads.o");
+    let whole = std::fs::read(&object).unwrap();
+    let mut damaged = whole.clone();
+    damaged.truncate(whole.len() / 2);
+    std::fs::write(&object, &damaged).unwrap();
+    assert_eq!(value(&place.build("constant", CONSTANT)), 1);
+    assert_eq!(std::fs::read(&object).unwrap(), whole);
+}
+
+#[test]
 fn the_cache_stays_below_its_limit_and_keeps_what_was_used_last() {
     let place = Place::new();
     let build = place.build("constant", CONSTANT).cache_limit(u64::MAX);

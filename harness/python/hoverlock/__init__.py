@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from . import as_cocotb
 from ._core import ArrayHandle, Bits, Coverage, Element, Handle, Library, Task, Value, start_soon
 from .clock import Clock
 from .design import Design

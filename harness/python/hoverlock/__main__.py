@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
-from . import stub
+from . import as_cocotb, stub
 from .design import Design
 from .errors import HoverlockError
 from .log import default_config
@@ -35,6 +36,10 @@ def add_design_options(add: object) -> None:
            help="wall-clock limit of each test (default: 600 s)")
     option("--hoverlock-internal", action="append", default=[],  # type: ignore[operator]
            metavar="PATTERN", help="internal signals to make accessible, such as 'u_core.*' (may be repeated)")
+    option("--hoverlock-flag", action="append", default=[],  # type: ignore[operator]
+           metavar="FLAG", help="a further argument of Verilator, such as --hoverlock-flag=-DFAST (may be repeated)")
+    option("--hoverlock-plusarg", action="append", default=[],  # type: ignore[operator]
+           metavar="ARG", help="an argument that the Verilog's $test$plusargs sees, such as +verbose (may be repeated)")
     option("--hoverlock-waves", choices=("vcd", "fst"), default=None,  # type: ignore[operator]
            help="records all signals of every test")
     option("--hoverlock-waves-on-failure", action="store_true",  # type: ignore[operator]
@@ -57,16 +62,15 @@ def outputs_from(option: Callable[[str], Any]) -> Outputs:
     return Outputs(option("hoverlock_output"), waves, only, last, option("hoverlock_coverage"))
 
 
-def design_from(
-    sources: list[str], top: str | None, parameters: list[str], internals: Sequence[str] = ()
-) -> Design | None:
+def design_from(option: Callable[[str], Any]) -> Design | None:
     """The design the options name, or none."""
+    sources, top = option("hoverlock_source"), option("hoverlock_top")
     if not sources and top is None:
         return None
     if not sources or top is None:
         raise HoverlockError("--hoverlock-source and --hoverlock-top are needed together")
     chosen: dict[str, int | str] = {}
-    for text in parameters:
+    for text in option("hoverlock_parameter"):
         name, equals, value = text.partition("=")
         if not equals:
             raise HoverlockError(f"--hoverlock-parameter {text}: write NAME=VALUE")
@@ -74,32 +78,58 @@ def design_from(
             chosen[name] = int(value, 0)
         except ValueError:
             chosen[name] = value
-    return Design(sources, top=top, parameters=chosen, internals=internals, folder=".")
+    return Design(
+        sources,
+        top=top,
+        parameters=chosen,
+        internals=option("hoverlock_internal"),
+        flags=[_from_here(flag) for flag in option("hoverlock_flag")],
+        plusargs=option("hoverlock_plusarg"),
+        folder=".",
+    )
+
+
+def _from_here(flag: str) -> str:
+    """A flag of Verilator, which runs elsewhere, with the folder of an include as an absolute path."""
+    for head in ("-I", "+incdir+", "-y"):
+        if flag.startswith(head) and len(flag) > len(head):
+            return head + os.path.abspath(flag[len(head) :])
+    return flag
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the tests of modules. Exit status: 0 if all passed, 1 if a test failed, 2 on wrong usage. With ``stub`` as the
-    first argument, writes a typed stub of a design."""
+    first argument, writes a typed stub of a design; with ``--makefile`` alone, names the file that a Makefile written for
+    cocotb includes."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments[:1] == ["stub"]:
         return stub.main(arguments[1:])
+    if arguments == ["--makefile"]:
+        print(os.path.join(os.path.dirname(os.path.abspath(__file__)), "hoverlock.mk"))
+        return 0
     parser = argparse.ArgumentParser(prog="python -m hoverlock", description=main.__doc__)
     parser.add_argument("modules", nargs="+", metavar="MODULE", help="a Python file or module with tests")
     parser.add_argument("-k", dest="match", default="", metavar="TEXT", help="only tests whose name contains TEXT")
+    parser.add_argument("--test", metavar="NAMES", help="only the tests of these names, separated by commas")
     parser.add_argument("--junit", metavar="FILE", help="writes the results as JUnit XML")
     parser.add_argument("-q", "--quiet", action="store_true", help="no log, results only")
     add_design_options(parser.add_argument)
+    parser.add_argument("--as-cocotb", action="store_true", help="gives 'import cocotb' this module's names")
+    parser.add_argument("--cocotb-version", choices=tuple(as_cocotb.VERSIONS), default=None, help=as_cocotb.VERSION_HELP)
     chosen = parser.parse_args(arguments)
+    if chosen.cocotb_version is not None and not chosen.as_cocotb:
+        parser.error("--cocotb-version needs --as-cocotb")
+    if chosen.as_cocotb:
+        as_cocotb.install(chosen.cocotb_version)
     default_config(logging.WARNING if chosen.quiet else logging.INFO)
     try:
-        design = design_from(
-            chosen.hoverlock_source, chosen.hoverlock_top, chosen.hoverlock_parameter, chosen.hoverlock_internal
-        )
+        design = design_from(lambda name: getattr(chosen, name))
         results = run(
             chosen.modules,
             design,
             seed=chosen.hoverlock_seed,
             match=chosen.match,
+            names=chosen.test.split(",") if chosen.test else None,
             wall_timeout=chosen.hoverlock_wall_timeout,
             outputs=outputs_from(lambda name: getattr(chosen, name)),
         )

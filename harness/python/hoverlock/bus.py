@@ -586,5 +586,5 @@ class AxiLiteMemory(_Memory):
 
 
 def _below(dut: Any, prefix: str) -> str:
-    path = getattr(dut, "_path", "")
+    path = getattr(dut, "_below", "")
     return f"{path}.{prefix}" if path else prefix

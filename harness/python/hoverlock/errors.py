@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 
 class HoverlockError(Exception):
     """Any error of the harness."""
@@ -23,15 +25,15 @@ class NotWritable(HoverlockError):
     """A write to an output of the design."""
 
 
-class ReadOnlyError(HoverlockError):
+class ReadOnlyError(HoverlockError, RuntimeError):
     """A write in ``ReadOnly``, where values do not change any more."""
 
 
-class TriggerError(HoverlockError):
+class TriggerError(HoverlockError, RuntimeError):
     """A trigger was awaited where it cannot come."""
 
 
-class SimulationError(HoverlockError):
+class SimulationError(HoverlockError, RuntimeError):
     """The simulation ended before the bench did."""
 
 
@@ -57,6 +59,26 @@ class ProtocolError(SimulationError):
 
 class CancelledError(HoverlockError):
     """A task that was waited for was cancelled."""
+
+
+def cancelled(text: str) -> CancelledError:
+    """The error of a wait for a cancelled task. A bench that has imported ``asyncio`` may catch it by that name too."""
+    own = _asyncio_class()
+    if own is None:
+        return CancelledError(text)
+    both: type[CancelledError] = type("CancelledError", (CancelledError, own), {"__doc__": CancelledError.__doc__})
+    return both(text)
+
+
+def asyncio_cancelled() -> BaseException | None:
+    """What is raised in a task that is cancelled, for ``except asyncio.CancelledError``; None if nobody imported it."""
+    own = _asyncio_class()
+    return None if own is None else own()
+
+
+def _asyncio_class() -> type[BaseException] | None:
+    module = sys.modules.get("asyncio")
+    return getattr(module, "CancelledError", None)
 
 
 class TestSuccess(Exception):

@@ -14,18 +14,19 @@ __all__ = ["Constant", "Hierarchy", "TypedHierarchy"]
 
 
 class Constant:
-    """A parameter of the design; its value is an integer or a string.
+    """A parameter of the design; its value is an integer, a `float` or a string.
 
     >>> dut.WIDTH.value
     8
     """
 
-    def __init__(self, name: str, value: int | str) -> None:
-        self._name = self._path = name
+    def __init__(self, name: str, value: float | str) -> None:
+        self._name = name.rpartition(".")[2]
+        self._path = name
         self._value = value
 
     @property
-    def value(self) -> int | str:
+    def value(self) -> Any:
         """The value, which was set when the design was built."""
         return self._value
 
@@ -54,11 +55,17 @@ class TypedHierarchy(HierarchyBase):
 
     _name: str
     _path: str
+    # The name below the top module; empty for the top.
+    _below: str
     _simulation: Simulation
     _children: dict[str, Any]
+    _type = "GPI_MODULE"
+    # The module's name is known of the top alone.
+    _def_name = ""
 
-    def __init__(self, name: str, path: str, simulation: Simulation) -> None:
-        self.__dict__.update(_name=name, _path=path, _simulation=simulation, _children={})
+    def __init__(self, name: str, below: str, simulation: Simulation, top: str = "") -> None:
+        path = f"{top}.{below}" if top and below else top or below
+        self.__dict__.update(_name=name, _path=path, _below=below, _simulation=simulation, _children={})
 
     @property
     def _log(self) -> logging.Logger:
@@ -73,7 +80,7 @@ class TypedHierarchy(HierarchyBase):
         self.__dict__[name] = value
 
     def _missing(self, name: str) -> AttributeError:
-        path = f"{self._path}.{name}" if self._path else name
+        path = f"{self._below}.{name}" if self._below else name
         return self._simulation.no_such_signal(path)
 
     def __getitem__(self, key: Any) -> Any:
@@ -102,7 +109,7 @@ class TypedHierarchy(HierarchyBase):
         return [*super().__dir__(), *self._children]
 
     def __repr__(self) -> str:
-        return f"<Hierarchy {self._path or self._name}>"
+        return f"<Hierarchy {self._below or self._name}>"
 
     def _add(self, name: str, child: Any) -> None:
         self._children[name] = child
@@ -128,7 +135,8 @@ _STEP = re.compile(r"[^.\[\]$]+")
 
 def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int | str]] = ()) -> Hierarchy:
     """Builds the tree of a simulation's handles. A port that is written ``video$data`` is also ``video.data``."""
-    root = Hierarchy(top, "", simulation)
+    root = Hierarchy(top, "", simulation, top)
+    root.__dict__["_def_name"] = top
     for name, handle in simulation.handles():
         _place(root, name, handle, simulation)
     instances = {path for path, _ in _instances(root)}
@@ -140,7 +148,7 @@ def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int |
 
 
 def _instances(node: Hierarchy) -> Iterator[tuple[str, Hierarchy]]:
-    yield node._path, node
+    yield node._below, node
     for child in node:
         if isinstance(child, Hierarchy):
             yield from _instances(child)
@@ -157,7 +165,7 @@ def _place(root: Hierarchy, name: str, handle: Handle | ArrayHandle | Constant, 
         if child is None:
             # The path in the engine's notation: `lane[2].u_add`.
             end = match.end() + (name[match.end() : match.end() + 1] == "]")
-            child = Hierarchy(step, name[:end], simulation)
+            child = Hierarchy(step, name[:end], simulation, root._name)
             node._add(step, child)
         if not isinstance(child, Hierarchy):
             return  # a signal and an instance have the same name: the signal keeps it

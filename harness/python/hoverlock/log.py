@@ -40,12 +40,14 @@ def default_config(level: int = logging.INFO) -> None:
 
     >>> default_config(logging.DEBUG)
     """
-    if not log.handlers:
-        handler = logging.StreamHandler(sys.stderr)
-        handler.setFormatter(SimTimeFormatter())
-        log.addHandler(handler)
-        log.propagate = False
-    log.setLevel(level)
+    # Packages written for cocotb log below its name.
+    for logger in (log, logging.getLogger("cocotb")):
+        if not logger.handlers:
+            handler = logging.StreamHandler(sys.stderr)
+            handler.setFormatter(SimTimeFormatter())
+            logger.addHandler(handler)
+            logger.propagate = False
+        logger.setLevel(level)
 
 
 def listener(time: int, level: int, source: str, text: str) -> None:

@@ -100,9 +100,12 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
     # Files without hoverlock tests do not load it.
     if "hoverlock.testing" not in sys.modules:
         return None
-    from .testing import Test
+    from . import testing
 
-    if not isinstance(obj, Test):
+    # The decorator is a function named `test`, which pytest would call: it would pass.
+    if obj is testing.test or getattr(obj, "_makes_tests", False) is True:
+        return []
+    if not isinstance(obj, testing.Test):
         return None
     if obj.module != collector.obj.__name__ or _is_for_the_runner(collector, obj):
         return []
@@ -176,12 +179,7 @@ class BenchItem(pytest.Function):
         from .testing import seed_of
 
         option = self.config.getoption
-        given = design_from(
-            option("--hoverlock-source"),
-            option("--hoverlock-top"),
-            option("--hoverlock-parameter"),
-            option("--hoverlock-internal"),
-        )
+        given = design_from(option)
         design = design_of(self.bench, self.parent.obj, given)  # type: ignore[union-attr]
         seed = seed_of(self.config.stash[_seed_key], self.name)
         self.user_properties.append(("random_seed", seed))

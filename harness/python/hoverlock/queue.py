@@ -113,8 +113,8 @@ async def _sleep(waiting: deque[Event], name: str) -> None:
     waiting.append(event)
     try:
         await event.wait()
-    except GeneratorExit:
-        # Cancelled: wakes the next task instead.
+    except BaseException:
+        # Cancelled, which asyncio's name tells or none: wakes the next task instead.
         if event.is_set():
             _wake(waiting)
         else:

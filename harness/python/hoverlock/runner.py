@@ -13,7 +13,8 @@ import shlex
 import sys
 import time
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -22,7 +23,7 @@ from typing import Any
 from .design import Design
 from .errors import HoverlockError
 from .outputs import Outputs
-from .testing import Test, seed_of
+from .testing import Test, is_failed_check, seed_of, set_loading
 
 __all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "say", "write_junit"]
 
@@ -38,7 +39,7 @@ class Result:
     module: str
     seed: int
     seconds: float
-    passed: bool
+    passed: bool  # and not skipped
     skipped: str | None = None
     error: BaseException | None = None
     text: str = ""
@@ -63,8 +64,8 @@ def replay_text(session_seed: int, command: str) -> str:
     return f"random seed {session_seed}: replay with {option}\n{command} {option}"
 
 
-def load(module: str | Path) -> ModuleType:
-    """Imports a module, by file or by name."""
+def load(module: str | Path, *, fresh: bool = False) -> ModuleType:
+    """Imports a module, by file or by name; anew, if it is asked for."""
     path = Path(module)
     if path.suffix == ".py":
         if not path.is_file():
@@ -77,9 +78,27 @@ def load(module: str | Path) -> ModuleType:
             raise HoverlockError(f"{path}: not a Python file")
         loaded = importlib.util.module_from_spec(spec)
         sys.modules[path.stem] = loaded
-        spec.loader.exec_module(loaded)
+        with _told_of_exit(module):
+            spec.loader.exec_module(loaded)
         return loaded
-    return importlib.import_module(str(module))
+    name = str(module)
+    with _told_of_exit(module):
+        if not fresh or name not in sys.modules:
+            return importlib.import_module(name)
+        before = sys.modules.pop(name)
+        try:
+            return importlib.import_module(name)
+        finally:
+            sys.modules[name] = before
+
+
+@contextmanager
+def _told_of_exit(module: str | Path) -> Iterator[None]:
+    """Makes an error of `sys.exit`: the run would end there, perhaps with status 0, and no test would have run."""
+    try:
+        yield
+    except SystemExit as error:
+        raise HoverlockError(f"{module}: called sys.exit({error.code!r}) while it was loaded: no test was run") from error
 
 
 def collect(module: ModuleType) -> list[Test]:
@@ -121,6 +140,7 @@ def run(
     wall_timeout: float | None = None,
     quiet: bool = False,
     outputs: Outputs | None = None,
+    fresh: bool = False,
 ) -> list[Result]:
     """Runs the tests of modules.
 
@@ -142,6 +162,8 @@ def run(
         Prints nothing.
     outputs : Outputs, optional
         The waves and coverage to write.
+    fresh : bool
+        Loads modules anew that are loaded already: what they do while they are loaded may depend on the design.
 
     Returns
     -------
@@ -160,7 +182,20 @@ def run(
     results = []
     wanted = None if names is None else set(names)
     for name in [modules] if isinstance(modules, (str, Path)) else modules:
-        module = load(name)
+        try:
+            set_loading(design)
+            module = load(name, fresh=fresh)
+        except BaseException as error:
+            reason = _skipped(error)
+            if reason is None:
+                raise
+            stem = Path(name).stem
+            results.append(Result(stem, stem, session_seed, 0.0, False, skipped=reason))
+            if not quiet:
+                _say(results[-1], session_seed, name)
+            continue
+        finally:
+            set_loading(None)
         for test in collect(module):
             if match in test.name and (wanted is None or test.name in wanted):
                 results.append(_run_one(test, module, design, session_seed, wall_timeout, outputs))
@@ -185,13 +220,30 @@ def _run_one(
     started = time.monotonic()
     error: BaseException | None = None
     text = ""
+    skipped = None
     try:
         test.run(design_of(test, module, design), seed=seed, wall_timeout=wall_timeout, outputs=outputs)
-    except Exception as raised:
-        error = raised
-        text = "".join(traceback.format_exception(raised))
+    except KeyboardInterrupt:
+        raise
+    # Whatever else a bench raises ends the bench and not the run: `sys.exit(0)` must not hide the tests after it.
+    except BaseException as raised:
+        skipped = _skipped(raised)
+        error = raised if skipped is None else None
+        if isinstance(raised, SystemExit):
+            error = HoverlockError(f"the bench called sys.exit({raised.code!r})")
+            error.__cause__ = raised
+        text = "" if error is None else "".join(traceback.format_exception(error))
     seconds = time.monotonic() - started
-    return Result(test.name, module.__name__, seed, seconds, error is None, error=error, text=text)
+    passed = error is None and skipped is None
+    return Result(test.name, module.__name__, seed, seconds, passed, skipped=skipped, error=error, text=text)
+
+
+def _skipped(error: BaseException) -> str | None:
+    """The reason if it is `pytest.skip` or `pytest.xfail`."""
+    pytest = sys.modules.get("pytest")
+    if pytest is not None and isinstance(error, (pytest.skip.Exception, pytest.xfail.Exception)):
+        return str(error.msg) or "skipped"
+    return None
 
 
 def say(results: Iterable[Result], session_seed: int) -> None:
@@ -232,8 +284,8 @@ def write_junit(results: Iterable[Result], path: str | Path) -> None:
         "testsuite",
         name="hoverlock",
         tests=str(len(results)),
-        failures=str(sum(isinstance(r.error, AssertionError) for r in results)),
-        errors=str(sum(r.error is not None and not isinstance(r.error, AssertionError) for r in results)),
+        failures=str(sum(is_failed_check(r.error) for r in results)),
+        errors=str(sum(r.error is not None and not is_failed_check(r.error) for r in results)),
         skipped=str(sum(r.skipped is not None for r in results)),
         time=f"{sum(r.seconds for r in results):.3f}",
     )
@@ -246,7 +298,7 @@ def write_junit(results: Iterable[Result], path: str | Path) -> None:
         if result.skipped is not None:
             ElementTree.SubElement(case, "skipped", message=result.skipped)
         elif result.error is not None:
-            kind = "failure" if isinstance(result.error, AssertionError) else "error"
+            kind = "failure" if is_failed_check(result.error) else "error"
             node = ElementTree.SubElement(case, kind, message=str(result.error), type=type(result.error).__name__)
             node.text = result.text
     suites = ElementTree.Element("testsuites")

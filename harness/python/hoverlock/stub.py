@@ -93,11 +93,13 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("sources", nargs="+", metavar="FILE", help="Verilog sources")
     parser.add_argument("--top", required=True, metavar="MODULE", help="top module")
     parser.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="parameter (may be repeated)")
-    parser.add_argument("--internal", action="append", default=[], metavar="PATTERN", help="internal signals to make accessible, such as 'u_core.*' (may be repeated)")
+    parser.add_argument("--internal", action="append", default=[], metavar="PATTERN",
+                        help="internal signals to make accessible, such as 'u_core.*' (may be repeated)")
     parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: standard output)")
     chosen = parser.parse_args(arguments)
     try:
-        design = design_from(chosen.sources, chosen.top, chosen.parameter, chosen.internal)
+        given = {"source": chosen.sources, "top": chosen.top, "parameter": chosen.parameter, "internal": chosen.internal}
+        design = design_from(lambda name: given.get(name.removeprefix("hoverlock_"), []))
         assert design is not None
         text = stub_of(design)
         if chosen.output is None:

@@ -12,6 +12,7 @@ import inspect
 import itertools
 import random
 import signal
+import sys
 import threading
 import zlib
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
@@ -19,7 +20,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
-from . import _core, hierarchy
+from . import _core, hierarchy, unknown
 from .design import Design
 from .errors import SimTimeoutError, TestSuccess
 from .log import listener, log
@@ -150,12 +151,12 @@ class Test:
             run()
         except TestSuccess:
             pass
-        except AssertionError:
-            if not self.expect_fail and AssertionError not in self.expect_error:
-                raise
-            return
         except self.expect_error as error:
             log.getChild("test").info("%s: raised as expected: %s", self.name, error)
+            return
+        except BaseException as error:
+            if not self.expect_fail or not is_failed_check(error):
+                raise
             return
         if self.expect_fail:
             raise AssertionError(f"{self.name} passed, but was expected to fail")
@@ -274,6 +275,13 @@ def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: It
     return decorate
 
 
+def is_failed_check(error: BaseException | None) -> bool:
+    """Whether it is a check that failed: an assertion, or ``pytest.fail`` and the like."""
+    # Only a bench that has imported pytest can raise what it raises.
+    pytest = sys.modules.get("pytest")
+    return isinstance(error, AssertionError) or (pytest is not None and isinstance(error, pytest.fail.Exception))
+
+
 def _label(value: Any) -> str:
     return getattr(value, "__name__", None) or str(value)
 
@@ -291,6 +299,30 @@ class Running:
 
 
 _running: list[Running] = []
+# While modules are loaded that may look at the design: the design, and its model once something looked.
+_loading: tuple[Design, list[Session]] | None = None
+
+
+def set_loading(design: Design | None) -> None:
+    """The design whose modules are being loaded, or none any more. Benches written for cocotb may look at `cocotb.top`
+    while they are loaded; a model is made only then."""
+    global _loading
+    if _loading is not None:
+        for session in _loading[1]:
+            session.close()
+    _loading = None if design is None else (design, [])
+
+
+def running_or_loading() -> Running | None:
+    """The test that is running; while modules are loaded, a model to look at; otherwise None."""
+    if _running:
+        return _running[-1]
+    if _loading is None:
+        return None
+    design, sessions = _loading
+    if not sessions:
+        sessions.append(Session(design, name="loading"))
+    return sessions[0]._running
 
 
 def running() -> Running:
@@ -381,6 +413,7 @@ class Session:
         """
         before = random.getstate()
         random.setstate(self._random)
+        unknown.begin()
         _running.append(self._running)
         coroutine = bench(self.dut, **arguments)
         try:

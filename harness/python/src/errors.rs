@@ -22,10 +22,9 @@ mod python {
     pyo3::import_exception!(hoverlock.errors, VerilogError);
     pyo3::import_exception!(hoverlock.errors, VerilogFinished);
     pyo3::import_exception!(hoverlock.errors, ProtocolError);
-    pyo3::import_exception!(hoverlock.errors, CancelledError);
 }
 
-pub use python::{CancelledError, HoverlockError, RangeError, SimulationError, TriggerError};
+pub use python::{RangeError, SimulationError, TriggerError};
 
 /// A Python exception carried through the engine by a failed task.
 pub struct Raised(Py<PyAny>);
@@ -93,7 +92,7 @@ pub fn of_sim(py: Python<'_>, error: &SimError) -> PyErr {
     let text = error.to_string();
     match error {
         SimError::TaskFailed { failure, .. } => of_failure(py, failure),
-        SimError::Cancelled { .. } => python::CancelledError::new_err(text),
+        SimError::Cancelled { .. } => cancelled(py, &text),
         SimError::Deadlock { .. } | SimError::NoProgress { .. } => python::DeadlockError::new_err(text),
         SimError::TimeLimit { .. } | SimError::WallClock { .. } | SimError::Timeout { .. } => {
             python::SimTimeoutError::new_err(text)
@@ -104,6 +103,18 @@ pub fn of_sim(py: Python<'_>, error: &SimError) -> PyErr {
         SimError::BadTime(_) => PyValueError::new_err(text),
         _ => python::SimulationError::new_err(text),
     }
+}
+
+/// That a task waited for was cancelled; an instance of `asyncio`'s class too, if the bench has imported `asyncio`.
+pub fn cancelled(py: Python<'_>, text: &str) -> PyErr {
+    let made = py.import("hoverlock.errors").and_then(|m| m.call_method1("cancelled", (text,)));
+    made.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// What is raised in a task that is cancelled, if the bench can name it.
+pub fn asyncio_cancelled(py: Python<'_>) -> Option<PyErr> {
+    let made = py.import("hoverlock.errors").and_then(|m| m.call_method0("asyncio_cancelled")).ok()?;
+    (!made.is_none()).then(|| PyErr::from_value(made))
 }
 
 /// The very exception a coroutine raised, or that of an error of the engine.

@@ -20,7 +20,7 @@ mod _core {
     #[pymodule_export]
     use crate::bus::{Access, Burst, RawListener, RawMaster, RawMemory, RawSource, Symbols};
     #[pymodule_export]
-    use crate::handle::{ArrayHandle, Bits, Element, Handle, HierarchyBase, Value};
+    use crate::handle::{ArrayHandle, Bits, Element, Handle, HierarchyBase, Value, count_bits_from_left};
     #[pymodule_export]
     use crate::library::{Coverage, Library, compile};
     #[pymodule_export]
@@ -28,7 +28,7 @@ mod _core {
     #[pymodule_export]
     use crate::simulation::{RunningClock, Simulation, Waves, femtoseconds, now, region, start_clock};
     #[pymodule_export]
-    use crate::task::{Task, start_soon};
+    use crate::task::{Task, create_task, start_soon};
     #[pymodule_export]
     use crate::trigger::{
         ClockCycles, Combine, FallingEdge, First, NextTimeStep, NullTrigger, RawEvent, RawLock, ReadOnly, ReadWrite,

@@ -8,7 +8,7 @@ use hoverlock_harness::model;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt};
 
 use crate::errors;
 
@@ -40,6 +40,8 @@ impl Library {
     fn constants<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
         let value = |constant: &Constant| match constant {
             Constant::Number(number) => number.into_bound_py_any(py),
+            Constant::Wide(digits) => py.get_type::<PyInt>().call1((digits, 16)),
+            Constant::Real(number) => number.into_bound_py_any(py),
             Constant::Text(text) => text.into_bound_py_any(py),
         };
         self.library.constants().iter().map(|(name, constant)| Ok((name.clone(), value(constant)?))).collect()
@@ -165,8 +167,45 @@ fn parameter(value: &Bound<'_, PyAny>) -> PyResult<Parameter> {
     if let Ok(number) = value.extract::<i64>() {
         return Ok(Parameter::Integer(i128::from(number)));
     }
-    if let Ok(text) = value.extract::<String>() {
-        return Ok(Parameter::Text(text));
+    if let Ok(number) = value.cast::<PyInt>() {
+        let (sign, size) = if number.lt(0)? { ("-", number.neg()?) } else { ("", number.clone().into_any()) };
+        let bits: u32 = size.call_method0("bit_length")?.extract()?;
+        // One bit more: Verilog's sign.
+        return Ok(Parameter::Verilog(format!("{sign}{}'sh{}", bits + 1, size.call_method1("__format__", ("x",))?)));
     }
-    Err(PyTypeError::new_err(format!("a parameter is an integer or a string, not {}", value.repr()?)))
+    if let Ok(number) = value.cast::<PyFloat>() {
+        // With its point, which tells a `real` from a whole number.
+        return Ok(Parameter::Verilog(number.repr()?.to_string()));
+    }
+    if let Ok(text) = value.extract::<String>() {
+        if let Some(inner) = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
+            return Ok(Parameter::Text(inner.to_owned()));
+        }
+        return Ok(if is_number(&text) { Parameter::Verilog(text) } else { Parameter::Text(text) });
+    }
+    Err(PyTypeError::new_err(format!("a parameter is a number or a string, not {}", value.repr()?)))
+}
+
+/// Whether a text is a number of Verilog: `32`, `-3`, `8'hff`, `1.5`, `2e-3`.
+fn is_number(text: &str) -> bool {
+    let digits = |text: &str| {
+        text.starts_with(|c: char| c.is_ascii_digit()) && text.chars().all(|c| c.is_ascii_digit() || c == '_')
+    };
+    let unsigned = text.strip_prefix('-').unwrap_or(text);
+    if let Some((size, rest)) = unsigned.split_once('\'') {
+        let rest = rest.strip_prefix(['s', 'S']).unwrap_or(rest);
+        let mut value = rest.chars();
+        let radix = match value.next().map(|c| c.to_ascii_lowercase()) {
+            Some('b') => 2,
+            Some('o') => 8,
+            Some('d') => 10,
+            Some('h') => 16,
+            _ => return false,
+        };
+        let value = value.as_str();
+        return (size.is_empty() || digits(size))
+            && !value.is_empty()
+            && value.chars().all(|c| c == '_' || c.is_digit(radix));
+    }
+    digits(unsigned) || (unsigned.starts_with(|c: char| c.is_ascii_digit()) && unsigned.parse::<f64>().is_ok())
 }

@@ -1,6 +1,6 @@
 //! The bit-true model and the coefficient generator on numpy arrays.
 
-use std::cell::RefCell;
+use std::sync::{Mutex, PoisonError};
 
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 use hoverlock_fixed_point::model::coefficients::{LerpCoefficients, look_ahead_for};
@@ -17,10 +17,10 @@ fn bad(error: impl std::fmt::Display) -> PyErr {
 }
 
 /// The bit-true model of a design point; reuses its memory from frame to frame.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct BitTrue {
     design_point: DesignPoint,
-    model: RefCell<SimdBitTrue>,
+    model: Mutex<SimdBitTrue>,
 }
 
 fn plane_of(frame: &PyReadonlyArray2<'_, u16>) -> PyResult<Plane<u16>> {
@@ -51,7 +51,7 @@ impl BitTrue {
             None => DesignPoint::default(),
             Some(text) => DesignPoint::default().with_toml(text).map_err(bad)?,
         };
-        let model = RefCell::new(SimdBitTrue::new(&design_point).map_err(bad)?);
+        let model = Mutex::new(SimdBitTrue::new(&design_point).map_err(bad)?);
         Ok(BitTrue { design_point, model })
     }
 
@@ -76,7 +76,7 @@ impl BitTrue {
         thresholds: [u32; SCALES],
     ) -> PyResult<Bound<'py, PyArray2<u32>>> {
         let pixels = plane_of(&frame)?;
-        let mut model = self.model.borrow_mut();
+        let mut model = self.model.lock().unwrap_or_else(PoisonError::into_inner);
         let words: Vec<u32> = model.frame(&pixels, thresholds).iter().flat_map(FeatureRecord::pack).collect();
         let count = words.len() / 8;
         PyArray1::from_vec(py, words).reshape([count, 8])
@@ -85,7 +85,7 @@ impl BitTrue {
     /// All planes of a frame, by name: see `hoverlock.models.Planes`.
     fn planes<'py>(&self, py: Python<'py>, frame: PyReadonlyArray2<'py, u16>) -> PyResult<Bound<'py, PyDict>> {
         let pixels = plane_of(&frame)?;
-        let mut model = self.model.borrow_mut();
+        let mut model = self.model.lock().unwrap_or_else(PoisonError::into_inner);
         model.frame(&pixels, [u32::MAX; SCALES]);
         let planes = model.planes();
         let out = PyDict::new(py);

@@ -1,10 +1,14 @@
 //! Values that stay on the thread they were made on, checked at each use.
 //!
 //! What handles and triggers hold (reference counts, pointers into a model) belongs to one thread. pyo3's `unsendable`
-//! checks that too, but asks for the thread's identity by a counted reference: a tenth of the time of a whole
-//! simulated cycle.
+//! checks that too, but it panics on another thread, and it asks for the thread's identity by a counted reference: a
+//! tenth of the time of a whole simulated cycle.
 
 use std::mem::ManuallyDrop;
+
+use pyo3::prelude::*;
+
+use crate::errors::SimulationError;
 
 thread_local! {
     static HERE: u8 = const { 0 };
@@ -14,6 +18,13 @@ thread_local! {
 #[inline(always)]
 fn here() -> usize {
     HERE.with(|here| std::ptr::from_ref(here) as usize)
+}
+
+const REFUSED: &str = "an object of a simulation was used on another thread than the simulation's";
+
+#[cold]
+fn refused() -> PyErr {
+    SimulationError::new_err(REFUSED)
 }
 
 /// A value of one thread, inside an object that Python may hand to any.
@@ -35,11 +46,20 @@ impl<T> OnThread<T> {
 
     /// The value.
     ///
-    /// # Panics
+    /// # Errors
     /// On another thread than its own.
     #[inline(always)]
-    pub fn get(&self) -> &T {
-        assert!(self.owner == here(), "an object of a simulation was used on another thread than the simulation's");
+    pub fn get(&self) -> PyResult<&T> {
+        if self.owner == here() { Ok(&self.value) } else { Err(refused()) }
+    }
+
+    /// The value, for what runs below a simulation.
+    ///
+    /// # Panics
+    /// On another thread than its own, which no simulation leaves.
+    #[inline(always)]
+    pub fn own(&self) -> &T {
+        assert!(self.owner == here(), "{REFUSED}");
         &self.value
     }
 }

@@ -18,6 +18,7 @@ use crate::errors::{self, SimulationError};
 use crate::gil;
 use crate::handle::{self, Handle};
 use crate::library::Library;
+use crate::on_thread::OnThread;
 use crate::task::{PyCoroutine, Task};
 
 thread_local! {
@@ -30,6 +31,11 @@ pub fn current() -> PyResult<Dut> {
     RUNNING
         .with_borrow(|running| running.last().cloned())
         .ok_or_else(|| SimulationError::new_err("no simulation is running: this can only be used from inside a test"))
+}
+
+/// Whether a simulation runs on this thread.
+pub fn is_running() -> bool {
+    RUNNING.with_borrow(|running| !running.is_empty())
 }
 
 struct Entered;
@@ -48,8 +54,10 @@ impl Drop for Entered {
 }
 
 /// A simulation: one fresh instance of a model, with its tasks. Stays on the thread it was made on.
-#[pyclass(unsendable, module = "hoverlock._core")]
-pub struct Simulation {
+#[pyclass(frozen, module = "hoverlock._core")]
+pub struct Simulation(OnThread<Inner>);
+
+struct Inner {
     /// `None` while it runs and after it was closed.
     sim: RefCell<Option<Sim>>,
     dut: Dut,
@@ -82,20 +90,20 @@ impl Simulation {
                 true
             }
         });
-        Ok(Simulation { dut: sim.dut(), sim: RefCell::new(Some(sim)), interrupt })
+        Ok(Simulation(OnThread::new(Inner { dut: sim.dut(), sim: RefCell::new(Some(sim)), interrupt })))
     }
 
     /// All handles as `(name, handle)`.
     fn handles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        handle::all(py, &self.dut)
+        handle::all(py, &self.0.get()?.dut)
     }
 
     /// The error for a name that the design does not have, with the nearest names.
-    fn no_such_signal(&self, name: &str) -> PyErr {
-        match self.dut.signal(name) {
+    fn no_such_signal(&self, name: &str) -> PyResult<PyErr> {
+        Ok(match self.0.get()?.dut.signal(name) {
             Err(error) => errors::of_model(&error),
             Ok(_) => SimulationError::new_err(format!("'{name}' is a signal")),
-        }
+        })
     }
 
     /// Runs a coroutine to its end, then finishes the time step; returns the coroutine's result.
@@ -110,21 +118,23 @@ impl Simulation {
     ) -> PyResult<Py<PyAny>> {
         let wall_clock = wall_limit.map(Duration::try_from_secs_f64).transpose();
         let wall_clock = wall_clock.map_err(|e| PyValueError::new_err(format!("wall_limit: {e}")))?;
-        let task = Py::new(py, Task::new(self.dut.clone(), name))?;
+        let inner = self.0.get()?;
+        let task = Py::new(py, Task::new(inner.dut.clone(), name))?;
         let body = PyCoroutine::new(coroutine, task.clone_ref(py));
-        self.running(py, |sim| {
+        inner.running(py, |sim| {
             sim.set_limits(Limits { time: time_limit_fs.map(Time::fs), wall_clock, ..Limits::default() });
             sim.run_coroutine(name, Box::new(body))
         })?;
-        Ok(task.borrow(py).result_or_none(py))
+        Ok(task.get().result_or_none(py))
     }
 
     /// Sends whole frames through a stream of the design, without the scheduler.
     fn transfer<'py>(&self, samples: &Bound<'py, PyAny>, options: TransferOptions<'py>) -> PyResult<Transferred<'py>> {
         let py = samples.py();
-        let transfer = Transfer::new(py, &self.dut, options)?;
+        let inner = self.0.get()?;
+        let transfer = Transfer::new(py, &inner.dut, options)?;
         let mut result = None;
-        self.running(py, |sim| {
+        inner.running(py, |sim| {
             result = Some(transfer.run(sim, samples));
             Ok(())
         })?;
@@ -145,34 +155,35 @@ impl Simulation {
             (Some(signals), None) => Recording::signals(path, signals),
             (None, None) => Recording::everything(path),
         };
-        let id = self.dut.start_waves(&recording).map_err(|e| errors::exception(py, e))?;
-        Ok(Waves { dut: self.dut.clone(), id: Cell::new(Some(id)) })
+        let dut = &self.0.get()?.dut;
+        let id = dut.start_waves(&recording).map_err(|e| errors::exception(py, e))?;
+        Ok(Waves(OnThread::new((dut.clone(), Cell::new(Some(id))))))
     }
 
     /// Writes the coverage counted so far, in Verilator's form.
     fn write_coverage(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        self.dut.write_coverage(path).map_err(|e| errors::exception(py, e))
+        self.0.get()?.dut.write_coverage(path).map_err(|e| errors::exception(py, e))
     }
 
     /// Advances time by a span in femtoseconds; clocks and tasks run meanwhile.
     fn run_for(&self, py: Python<'_>, femtoseconds: u64) -> PyResult<()> {
-        self.running(py, |sim| sim.run_for(Time::fs(femtoseconds)))
+        self.0.get()?.running(py, |sim| sim.run_for(Time::fs(femtoseconds)))
     }
 
     /// What every living task waits for, as text.
-    fn report(&self) -> String {
-        self.sim.borrow().as_ref().map_or_else(String::new, |sim| sim.report().to_string())
+    fn report(&self) -> PyResult<String> {
+        Ok(self.0.get()?.sim.borrow().as_ref().map_or_else(String::new, |sim| sim.report().to_string()))
     }
 
     /// Names of the tasks that have not ended.
-    fn living_tasks(&self) -> Vec<String> {
-        let sim = self.sim.borrow();
-        sim.as_ref().map_or_else(Vec::new, |sim| sim.report().tasks.into_iter().map(|t| t.task).collect())
+    fn living_tasks(&self) -> PyResult<Vec<String>> {
+        let sim = self.0.get()?.sim.borrow();
+        Ok(sim.as_ref().map_or_else(Vec::new, |sim| sim.report().tasks.into_iter().map(|t| t.task).collect()))
     }
 
     /// Calls `listener(time_fs, level, source, text)` with every line of the log.
-    fn set_log_listener(&self, listener: Py<PyAny>) {
-        if let Some(sim) = self.sim.borrow().as_ref() {
+    fn set_log_listener(&self, listener: Py<PyAny>) -> PyResult<()> {
+        if let Some(sim) = self.0.get()?.sim.borrow().as_ref() {
             sim.set_log_listener(move |line| {
                 let py = gil::resume();
                 let level = match line.level {
@@ -187,34 +198,34 @@ impl Simulation {
                 }
             });
         }
+        Ok(())
     }
 
     /// How often the model was evaluated.
-    fn evaluations(&self) -> u64 {
-        self.sim.borrow().as_ref().map_or(0, Sim::evaluations)
+    fn evaluations(&self) -> PyResult<u64> {
+        Ok(self.0.get()?.sim.borrow().as_ref().map_or(0, Sim::evaluations))
     }
 
     /// Simulation time in femtoseconds.
-    fn now(&self) -> u64 {
-        self.dut.now().as_fs()
+    fn now(&self) -> PyResult<u64> {
+        Ok(self.0.get()?.dut.now().as_fs())
     }
 
     /// Cancels all tasks, runs the Verilog's `final` blocks and frees the model; returns what these print.
-    fn close(&self) -> Vec<String> {
-        let _entered = Entered::new(self.dut.clone());
-        let Some(sim) = self.sim.borrow_mut().take() else { return Vec::new() };
+    fn close(&self) -> PyResult<Vec<String>> {
+        let inner = self.0.get()?;
+        let _entered = Entered::new(inner.dut.clone());
+        let Some(sim) = inner.sim.borrow_mut().take() else { return Ok(Vec::new()) };
         let messages = sim.finish();
-        messages
-            .into_iter()
-            .filter_map(|m| match m {
-                hoverlock_harness::model::Message::Text(text) => Some(text),
-                _ => None,
-            })
-            .collect()
+        let text = |message| match message {
+            hoverlock_harness::model::Message::Text(text) => Some(text),
+            _ => None,
+        };
+        Ok(messages.into_iter().filter_map(text).collect())
     }
 }
 
-impl Simulation {
+impl Inner {
     fn running<T>(
         &self,
         py: Python<'_>,
@@ -237,7 +248,7 @@ impl Simulation {
     }
 }
 
-impl Drop for Simulation {
+impl Drop for Inner {
     fn drop(&mut self) {
         if let Some(mut sim) = self.sim.borrow_mut().take() {
             let _entered = Entered::new(self.dut.clone());
@@ -247,41 +258,43 @@ impl Drop for Simulation {
 }
 
 /// A wave file that is being written.
-#[pyclass(unsendable, module = "hoverlock._core")]
-pub struct Waves {
-    dut: Dut,
-    id: Cell<Option<RecordingId>>,
-}
+#[pyclass(frozen, module = "hoverlock._core")]
+pub struct Waves(OnThread<(Dut, Cell<Option<RecordingId>>)>);
 
 #[pymethods]
 impl Waves {
     /// Completes the file.
     fn stop(&self, py: Python<'_>) -> PyResult<()> {
-        self.id.take().map_or(Ok(()), |id| self.dut.stop_waves(id)).map_err(|e| errors::exception(py, e))
+        let (dut, id) = self.0.get()?;
+        id.take().map_or(Ok(()), |id| dut.stop_waves(id)).map_err(|e| errors::exception(py, e))
     }
 }
 
 /// A clock driven by the engine.
-#[pyclass(unsendable, module = "hoverlock._core", name = "RunningClock")]
-pub struct RunningClock {
-    clock: Clock,
-}
+#[pyclass(frozen, module = "hoverlock._core", name = "RunningClock")]
+pub struct RunningClock(OnThread<Clock>);
 
 #[pymethods]
 impl RunningClock {
     /// Stops it at its level.
-    fn stop(&self) {
-        self.clock.stop();
+    fn stop(&self) -> PyResult<()> {
+        self.0.get()?.stop();
+        Ok(())
     }
 }
 
 /// Starts a clock in the running simulation; times in femtoseconds.
 #[pyfunction]
 pub fn start_clock(py: Python<'_>, signal: &Handle, high: u64, low: u64, phase: u64) -> PyResult<RunningClock> {
-    let clock = current()?
+    let dut = current()?;
+    if !dut.has(signal.id()) {
+        let text = format!("'{}' belongs to another simulation than the one that runs", signal.name());
+        return Err(SimulationError::new_err(text));
+    }
+    let clock = dut
         .clock_with(signal.name(), Time::fs(high), Time::fs(low), Time::fs(phase))
         .map_err(|e| errors::exception(py, e))?;
-    Ok(RunningClock { clock })
+    Ok(RunningClock(OnThread::new(clock)))
 }
 
 /// Simulation time in femtoseconds; 0 where no simulation runs.

@@ -8,8 +8,9 @@ use pyo3::ffi;
 use pyo3::intern;
 use pyo3::prelude::*;
 
-use crate::errors::{self, CancelledError, Raised, SimulationError};
+use crate::errors::{self, Raised, SimulationError};
 use crate::gil;
+use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::trigger::{self, Trigger};
 
@@ -25,11 +26,17 @@ enum State {
 ///
 /// >>> task = hoverlock.start_soon(drive(dut))
 /// >>> result = await task
-#[pyclass(unsendable, generic, module = "hoverlock", weakref)]
+#[pyclass(frozen, generic, module = "hoverlock", weakref)]
 pub struct Task {
+    name: String,
+    inner: OnThread<Inner>,
+}
+
+struct Inner {
     dut: Dut,
     id: Cell<Option<TaskId>>,
-    name: String,
+    /// The coroutine of a task that was made, but not started.
+    unstarted: RefCell<Option<Py<PyAny>>>,
     state: Cell<State>,
     result: RefCell<Option<Py<PyAny>>>,
     exception: RefCell<Option<Py<PyAny>>>,
@@ -37,28 +44,41 @@ pub struct Task {
 
 impl Task {
     pub fn new(dut: Dut, name: &str) -> Task {
-        Task {
+        let inner = Inner {
             dut,
             id: Cell::new(None),
-            name: name.to_owned(),
+            unstarted: RefCell::default(),
             state: Cell::new(State::Running),
             result: RefCell::default(),
             exception: RefCell::default(),
-        }
+        };
+        Task { name: name.to_owned(), inner: OnThread::new(inner) }
     }
 
     /// The engine's task.
-    pub fn id(&self) -> PyResult<TaskId> {
-        self.id.get().ok_or_else(|| SimulationError::new_err("the bench itself cannot be awaited or cancelled"))
+    fn id(&self) -> PyResult<TaskId> {
+        let id = self.inner.get()?.id.get();
+        id.ok_or_else(|| SimulationError::new_err("the bench itself cannot be awaited or cancelled"))
+    }
+
+    /// The engine's task, to be waited for in the simulation that runs; one that was not started starts.
+    pub fn joined(&self, slf: &Bound<'_, Task>) -> PyResult<TaskId> {
+        let inner = self.inner.get()?;
+        if !simulation::current()?.is_same(&inner.dut) {
+            let text = format!("task '{}' belongs to another simulation than the one that runs", self.name);
+            return Err(SimulationError::new_err(text));
+        }
+        run_now(slf)?;
+        self.id()
     }
 
     /// The result, `None` while there is none.
     pub fn result_or_none(&self, py: Python<'_>) -> Py<PyAny> {
-        self.result.borrow().as_ref().map_or_else(|| py.None(), |r| r.clone_ref(py))
+        self.inner.own().result.borrow().as_ref().map_or_else(|| py.None(), |r| r.clone_ref(py))
     }
 }
 
-impl Drop for Task {
+impl Drop for Inner {
     fn drop(&mut self) {
         // The engine keeps how a task ended; nothing can ask for it any more.
         if let Some(id) = self.id.get() {
@@ -86,35 +106,39 @@ impl Task {
 
     /// Cancels the task; its `finally` blocks run. False if it had ended already. `msg` is ignored; cocotb 2 has it.
     #[pyo3(signature = (msg = None))]
-    fn cancel(&self, msg: Option<&str>) -> PyResult<bool> {
+    fn cancel(&self, py: Python<'_>, msg: Option<&str>) -> PyResult<bool> {
         let _ = msg;
-        let running = self.state.get() == State::Running;
-        if running {
-            self.dut.cancel(self.id()?);
+        let inner = self.inner.get()?;
+        let running = inner.state.get() == State::Running;
+        if let Some(coroutine) = inner.unstarted.take() {
+            inner.state.set(State::Cancelled);
+            coroutine.call_method0(py, intern!(py, "close"))?;
+        } else if running {
+            inner.dut.cancel(self.id()?);
         }
         Ok(running)
     }
 
     /// The same as `cancel()` (cocotb 1's name).
-    fn kill(&self) -> PyResult<()> {
-        self.cancel(None).map(|_| ())
+    fn kill(&self, py: Python<'_>) -> PyResult<()> {
+        self.cancel(py, None).map(|_| ())
     }
 
     /// Whether the task has ended, for any reason.
-    fn done(&self) -> bool {
-        self.state.get() != State::Running
+    fn done(&self) -> PyResult<bool> {
+        Ok(self.inner.get()?.state.get() != State::Running)
     }
 
     /// Whether the task was cancelled.
-    fn cancelled(&self) -> bool {
-        self.state.get() == State::Cancelled
+    fn cancelled(&self) -> PyResult<bool> {
+        Ok(self.inner.get()?.state.get() == State::Cancelled)
     }
 
     /// What the coroutine returned; raises the coroutine's exception, or `CancelledError`.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        match self.state.get() {
+        match self.inner.get()?.state.get() {
             State::Done => Ok(self.result_or_none(py)),
-            State::Cancelled => Err(CancelledError::new_err(format!("task '{}' was cancelled", self.name))),
+            State::Cancelled => Err(errors::cancelled(py, &format!("task '{}' was cancelled", self.name))),
             State::Failed => Err(PyErr::from_value(self.exception(py)?.into_bound(py))),
             State::Running => Err(SimulationError::new_err(format!("task '{}' has not ended yet", self.name))),
         }
@@ -122,10 +146,11 @@ impl Task {
 
     /// The coroutine's exception, or None.
     fn exception(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        if self.state.get() == State::Running {
+        let inner = self.inner.get()?;
+        if inner.state.get() == State::Running {
             return Err(SimulationError::new_err(format!("task '{}' has not ended yet", self.name)));
         }
-        Ok(self.exception.borrow().as_ref().map_or_else(|| py.None(), |e| e.clone_ref(py)))
+        Ok(inner.exception.borrow().as_ref().map_or_else(|| py.None(), |e| e.clone_ref(py)))
     }
 
     /// The task's name.
@@ -133,14 +158,16 @@ impl Task {
         &self.name
     }
 
-    fn __repr__(&self) -> String {
-        let state = match self.state.get() {
+    fn __repr__(&self) -> PyResult<String> {
+        let inner = self.inner.get()?;
+        let state = match inner.state.get() {
+            State::Running if inner.unstarted.borrow().is_some() => "not started",
             State::Running => "running",
             State::Done => "done",
             State::Failed => "failed",
             State::Cancelled => "cancelled",
         };
-        format!("<Task '{}' {state}>", self.name)
+        Ok(format!("<Task '{}' {state}>", self.name))
     }
 }
 
@@ -189,7 +216,7 @@ impl PyCoroutine {
 
     #[cold]
     fn failed(&self, py: Python<'_>, error: PyErr) -> Step {
-        let task = self.task.borrow(py);
+        let task = self.task.get().inner.own();
         task.state.set(State::Failed);
         let (failure, exception) = Raised::failure(py, error);
         *task.exception.borrow_mut() = Some(exception);
@@ -218,7 +245,7 @@ impl Coroutine for PyCoroutine {
                 self.send(py)
             }
             Outcome::Failed(failure) | Outcome::Refused(failure) => self.throw(py, errors::of_failure(py, &failure)),
-            _ => self.throw(py, CancelledError::new_err("the task waited for was cancelled")),
+            _ => self.throw(py, errors::cancelled(py, "the task waited for was cancelled")),
         };
         loop {
             match sent {
@@ -242,7 +269,7 @@ impl Coroutine for PyCoroutine {
                     }
                 },
                 Ok(Sent::Returned(result)) => {
-                    let task = self.task.borrow(py);
+                    let task = self.task.get().inner.own();
                     task.state.set(State::Done);
                     *task.result.borrow_mut() = Some(result);
                     return Step::Done;
@@ -254,8 +281,20 @@ impl Coroutine for PyCoroutine {
 
     fn cancel(&mut self) {
         let py = gil::resume();
-        self.task.borrow(py).state.set(State::Cancelled);
-        if let Err(error) = self.coroutine.bind(py).call_method0("close") {
+        self.task.get().inner.own().state.set(State::Cancelled);
+        let coroutine = self.coroutine.bind(py);
+        // A coroutine can catch the cancellation only by asyncio's name for it, which it has imported then. One that
+        // goes on after it is closed.
+        if let Some(error) = errors::asyncio_cancelled(py) {
+            let thrown = coroutine.call_method1(intern!(py, "throw"), (error.value(py),));
+            if let Err(raised) = &thrown
+                && !raised.value(py).is(error.value(py))
+                && !raised.is_instance_of::<PyStopIteration>(py)
+            {
+                raised.clone_ref(py).write_unraisable(py, Some(coroutine));
+            }
+        }
+        if let Err(error) = coroutine.call_method0(intern!(py, "close")) {
             // No task waits for this one that could get the exception.
             error.write_unraisable(py, Some(self.coroutine.bind(py)));
         }
@@ -286,14 +325,33 @@ pub fn start_soon<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult
     start(coro, name).map(Bound::into_any)
 }
 
-/// Starts a coroutine; a task is returned unchanged.
-pub fn start<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult<Bound<'py, Task>> {
+/// Makes a task of a coroutine, which starts when it is awaited or given to `start_soon`.
+///
+/// >>> task = create_task(drive(dut))
+/// >>> await task
+#[pyfunction]
+#[pyo3(signature = (coro, name = None))]
+pub fn create_task<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult<Bound<'py, Task>> {
     if let Ok(task) = coro.cast::<Task>() {
         return Ok(task.clone());
     }
+    make(coro, name, "create_task")
+}
+
+/// Starts a coroutine, or a task that was not started; a task that runs is returned unchanged.
+pub fn start<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult<Bound<'py, Task>> {
+    let task = match coro.cast::<Task>() {
+        Ok(task) => task.clone(),
+        Err(_) => make(coro, name, "start_soon")?,
+    };
+    run_now(&task)?;
+    Ok(task)
+}
+
+fn make<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>, what: &str) -> PyResult<Bound<'py, Task>> {
     if !is_coroutine(coro) {
-        let hint = if coro.is_callable() { ": call it, start_soon(f())" } else { "" };
-        return Err(PyTypeError::new_err(format!("start_soon takes a coroutine, not {}{hint}", coro.repr()?)));
+        let hint = if coro.is_callable() { format!(": call it, {what}(f())") } else { String::new() };
+        return Err(PyTypeError::new_err(format!("{what} takes a coroutine, not {}{hint}", coro.repr()?)));
     }
     let dut = simulation::current()?;
     let py = coro.py();
@@ -301,9 +359,17 @@ pub fn start<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult<Boun
         Some(name) => name.to_owned(),
         None => coro.getattr("__qualname__").and_then(|n| n.extract()).unwrap_or_else(|_| "task".to_owned()),
     };
-    let task = Bound::new(py, Task::new(dut.clone(), &name))?;
-    let coroutine = PyCoroutine::new(coro.clone().unbind(), task.clone().unbind());
-    let id = dut.spawn_coroutine(&name, Box::new(coroutine));
-    task.borrow().id.set(Some(id));
-    Ok(task)
+    let task = Task::new(dut, &name);
+    *task.inner.own().unstarted.borrow_mut() = Some(coro.clone().unbind());
+    Bound::new(py, task)
+}
+
+/// Starts a task that was made and not started.
+fn run_now(task: &Bound<'_, Task>) -> PyResult<()> {
+    let inner = task.get().inner.get()?;
+    if let Some(coroutine) = inner.unstarted.take() {
+        let coroutine = PyCoroutine::new(coroutine, task.clone().unbind());
+        inner.id.set(Some(inner.dut.spawn_coroutine(&task.get().name, Box::new(coroutine))));
+    }
+    Ok(())
 }

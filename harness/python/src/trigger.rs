@@ -14,8 +14,8 @@ use pyo3::exceptions::{PyStopIteration, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::errors::{self, HoverlockError};
-use crate::handle::Handle;
+use crate::errors;
+use crate::handle::{Bits, Handle};
 use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::task::{self, Task};
@@ -27,6 +27,9 @@ enum Gives {
     TaskResult(Py<Task>),
     /// Of `First`: the result of the trigger that fired.
     OneOf(Vec<Py<Trigger>>),
+    /// Of `Combine`: nothing; it keeps its parts, so that the engine does not forget how a task among them ended.
+    #[expect(dead_code, reason = "kept, not read")]
+    AllOf(Vec<Py<Trigger>>),
 }
 
 /// Something a coroutine can await. A trigger can be awaited again, also by several tasks at the same time.
@@ -55,27 +58,27 @@ impl Trigger {
 
     /// The engine's trigger.
     #[inline]
-    pub fn what(&self) -> &sim::Trigger {
-        &self.0.get().what
+    pub fn what(&self) -> PyResult<&sim::Trigger> {
+        Ok(&self.0.get()?.what)
     }
 
     /// The engine's trigger, and whether a wait for it has a result.
     #[inline]
     pub fn wait(&self) -> (sim::Trigger, bool) {
-        let inner = self.0.get();
-        (inner.what.clone(), !matches!(inner.gives, Gives::Nothing))
+        let inner = self.0.own();
+        (inner.what.clone(), !matches!(inner.gives, Gives::Nothing | Gives::AllOf(_)))
     }
 
     /// Stores the result of a wait, for `__next__`.
     pub fn settle(slf: &Bound<'_, Trigger>, outcome: &Outcome) {
         let result = Trigger::result_of(slf, outcome);
-        *slf.get().0.get().result.borrow_mut() = Some(result);
+        *slf.get().0.own().result.borrow_mut() = Some(result);
     }
 
     fn result_of(slf: &Bound<'_, Trigger>, outcome: &Outcome) -> Py<PyAny> {
         let py = slf.py();
-        match (&slf.get().0.get().gives, outcome) {
-            (Gives::TaskResult(task), _) => task.borrow(py).result_or_none(py),
+        match (&slf.get().0.own().gives, outcome) {
+            (Gives::TaskResult(task), _) => task.get().result_or_none(py),
             (Gives::OneOf(parts), Outcome::First(index, inner)) => Trigger::result_of(parts[*index].bind(py), inner),
             _ => slf.clone().into_any().unbind(),
         }
@@ -85,22 +88,22 @@ impl Trigger {
 #[pymethods]
 impl Trigger {
     #[inline]
-    fn __await__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf.get().0.get().fresh.set(true);
-        slf
+    fn __await__(slf: Bound<'_, Self>) -> PyResult<Bound<'_, Self>> {
+        slf.get().0.get()?.fresh.set(true);
+        Ok(slf)
     }
 
-    fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+    fn __iter__(slf: Bound<'_, Self>) -> PyResult<Bound<'_, Self>> {
         Self::__await__(slf)
     }
 
     #[inline]
     fn __next__<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, Self>>> {
-        let this = slf.get().0.get();
+        let this = slf.get().0.get()?;
         if this.fresh.replace(false) {
             return Ok(Some(slf.clone()));
         }
-        if matches!(this.gives, Gives::Nothing) {
+        if matches!(this.gives, Gives::Nothing | Gives::AllOf(_)) {
             return Ok(None);
         }
         match this.result.take() {
@@ -111,15 +114,20 @@ impl Trigger {
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        if let Gives::TaskResult(task) = &slf.get().0.get().gives {
+        if let Gives::TaskResult(task) = &slf.get().0.get()?.gives {
             return Ok(format!("the end of {}", task.bind(slf.py()).repr()?));
         }
         Ok(format!("{}()", slf.get_type().name()?))
     }
 }
 
+fn not_a_signal(name: &str, given: &Bound<'_, PyAny>) -> PyErr {
+    let shown = given.repr().map_or_else(|_| "an object".to_owned(), |text| text.to_string());
+    PyTypeError::new_err(format!("{name} takes a signal or one bit of a signal, not {shown}"))
+}
+
 macro_rules! edge_trigger {
-    ($(#[$doc:meta])* $name:ident, $edge:expr, $cache:ident, $one_bit:expr) => {
+    ($(#[$doc:meta])* $name:ident, $edge:expr, $of_bit:expr, $cache:ident, $one_bit:expr) => {
         $(#[$doc])*
         #[pyclass(extends = Trigger, frozen, module = "hoverlock")]
         pub struct $name {
@@ -131,9 +139,19 @@ macro_rules! edge_trigger {
         #[pymethods]
         impl $name {
             #[new]
-            fn new(signal: &Bound<'_, Handle>) -> PyResult<Py<Self>> {
-                let handle = signal.get();
+            fn new(signal: &Bound<'_, PyAny>) -> PyResult<Py<Self>> {
                 let py = signal.py();
+                let Ok(signal) = signal.cast::<Handle>() else {
+                    let bits = signal.cast::<Bits>().map_err(|_| not_a_signal(stringify!($name), signal))?;
+                    let (handle, at) = bits.get().single(py, stringify!($name))?;
+                    let handle = handle.get();
+                    handle.check_thread()?;
+                    let base = Trigger::new(sim::Trigger::Edge(handle.id(), $of_bit(at)));
+                    let signal_name = format!("{}[{at}]", handle.name());
+                    return Py::new(py, PyClassInitializer::from(base).add_subclass($name { signal_name }));
+                };
+                let handle = signal.get();
+                handle.check_thread()?;
                 let made = handle.$cache.get_or_try_init(py, || {
                     if $one_bit && handle.width() != 1 {
                         return Err(PyTypeError::new_err(format!(
@@ -160,25 +178,25 @@ edge_trigger!(
     /// The change of a one-bit signal from 0 to 1.
     ///
     /// >>> await RisingEdge(dut.clk)
-    RisingEdge, Edge::Rising, rising, true
+    RisingEdge, Edge::Rising, Edge::RisingBit, rising, true
 );
 edge_trigger!(
     /// The change of a one-bit signal from 1 to 0.
     ///
     /// >>> await FallingEdge(dut.clk)
-    FallingEdge, Edge::Falling, falling, true
+    FallingEdge, Edge::Falling, Edge::FallingBit, falling, true
 );
 edge_trigger!(
     /// Any change of a signal's value.
     ///
     /// >>> await ValueChange(dut.state)
-    ValueChange, Edge::Any, change, false
+    ValueChange, Edge::Any, Edge::AnyBit, change, false
 );
 
-/// The n-th rising (or falling) edge from now; the task does not run at the ones before.
+/// The n-th rising (or falling) edge from now; the task does not run at the ones before. 0: only lets other tasks run.
 ///
 /// >>> await ClockCycles(dut.clk, 100)
-#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
+#[pyclass(extends = Trigger, subclass, frozen, module = "hoverlock")]
 pub struct ClockCycles {}
 
 #[pymethods]
@@ -199,11 +217,11 @@ impl ClockCycles {
             Some(kind) if kind.is(py.get_type::<FallingEdge>()) => false,
             Some(kind) => kind.is_truthy()?,
         };
-        if num_cycles == 0 {
-            return Err(PyValueError::new_err("ClockCycles of 0 cycles: nothing to wait for"));
-        }
         let edge = if rising { Edge::Rising } else { Edge::Falling };
-        let base = Trigger::new(sim::Trigger::Edges(handle.id(), edge, num_cycles));
+        let base = Trigger::new(match num_cycles {
+            0 => sim::Trigger::Yield,
+            _ => sim::Trigger::Edges(handle.id(), edge, num_cycles),
+        });
         Ok(PyClassInitializer::from(base).add_subclass(ClockCycles {}))
     }
 }
@@ -211,7 +229,7 @@ impl ClockCycles {
 /// A span of simulation time, in `fs`, `ps`, `ns`, `us`, `ms`, `sec` or `step` (1 ps).
 ///
 /// >>> await Timer(10, "ns")
-#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
+#[pyclass(extends = Trigger, subclass, frozen, module = "hoverlock")]
 pub struct Timer {
     span: Time,
 }
@@ -245,7 +263,7 @@ impl Timer {
 macro_rules! plain_trigger {
     ($(#[$doc:meta])* $name:ident, $what:expr) => {
         $(#[$doc])*
-        #[pyclass(extends = Trigger, frozen, module = "hoverlock")]
+        #[pyclass(extends = Trigger, subclass, frozen, module = "hoverlock")]
         pub struct $name {}
 
         #[pymethods]
@@ -296,7 +314,7 @@ plain_trigger!(
 /// fired, or the result of the task that ended.
 ///
 /// >>> first = await First(RisingEdge(dut.done), Timer(1, "us"))
-#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
+#[pyclass(extends = Trigger, subclass, frozen, module = "hoverlock")]
 pub struct First {}
 
 #[pymethods]
@@ -306,16 +324,15 @@ impl First {
     fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
         let parts = parts("First", triggers)?;
         let py = triggers.py();
-        let first = sim::Trigger::first(parts.iter().map(|p| p.bind(py).get().what().clone()));
-        let base = Trigger::giving(first, Gives::OneOf(parts));
+        let base = Trigger::giving(sim::Trigger::first(whats(py, &parts)?), Gives::OneOf(parts));
         Ok(PyClassInitializer::from(base).add_subclass(First {}))
     }
 }
 
-/// All of several triggers, tasks or coroutines.
+/// All of several triggers, tasks or coroutines. If a task among them fails, its error is raised at once.
 ///
 /// >>> await Combine(RisingEdge(dut.a_done), RisingEdge(dut.b_done))
-#[pyclass(extends = Trigger, frozen, module = "hoverlock")]
+#[pyclass(extends = Trigger, subclass, frozen, module = "hoverlock")]
 pub struct Combine {}
 
 #[pymethods]
@@ -325,9 +342,13 @@ impl Combine {
     fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
         let parts = parts("Combine", triggers)?;
         let py = triggers.py();
-        let base = Trigger::new(sim::Trigger::combine(parts.iter().map(|p| p.bind(py).get().what().clone())));
+        let base = Trigger::giving(sim::Trigger::combine(whats(py, &parts)?), Gives::AllOf(parts));
         Ok(PyClassInitializer::from(base).add_subclass(Combine {}))
     }
+}
+
+fn whats(py: Python<'_>, parts: &[Py<Trigger>]) -> PyResult<Vec<sim::Trigger>> {
+    parts.iter().map(|part| part.bind(py).get().what().cloned()).collect()
 }
 
 fn parts(name: &str, of: &Bound<'_, PyTuple>) -> PyResult<Vec<Py<Trigger>>> {
@@ -353,24 +374,41 @@ pub fn as_trigger<'py>(item: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Trigger>
 
 /// The end of a task; its result is that of the task.
 pub fn join<'py>(task: &Bound<'py, Task>) -> PyResult<Bound<'py, Trigger>> {
-    let what = sim::Trigger::Join(task.borrow().id()?);
+    let what = sim::Trigger::Join(task.get().joined(task)?);
     Bound::new(task.py(), Trigger::giving(what, Gives::TaskResult(task.clone().unbind())))
 }
 
-/// An event of the engine, bound to the simulation in which it is first used.
-#[pyclass(unsendable, module = "hoverlock._core", name = "RawEvent")]
+/// An event. It lives in the simulation that runs when it is used, and keeps its state from one to the next.
+#[pyclass(frozen, module = "hoverlock._core", name = "RawEvent")]
 pub struct RawEvent {
     name: String,
-    event: RefCell<Option<sim::Event>>,
+    /// Before any simulation runs: whether it is set.
+    flag: OnThread<Cell<bool>>,
+    event: OnThread<RefCell<Option<sim::Event>>>,
 }
 
 impl RawEvent {
+    /// The event in the simulation that runs.
     fn event(&self) -> PyResult<sim::Event> {
-        let mut slot = self.event.borrow_mut();
-        if slot.is_none() {
-            *slot = Some(simulation::current()?.event(&self.name));
+        let dut = simulation::current()?;
+        let mut slot = self.event.get()?.borrow_mut();
+        if let Some(event) = slot.as_ref().filter(|event| event.is_of(&dut)) {
+            return Ok(event.clone());
         }
-        slot.clone().ok_or_else(|| HoverlockError::new_err("no event"))
+        let is_set = slot.as_ref().map_or(self.flag.get()?.get(), sim::Event::is_set);
+        let event = dut.event(&self.name);
+        if is_set {
+            event.set();
+        }
+        *slot = Some(event.clone());
+        Ok(event)
+    }
+
+    /// Its state where no simulation runs.
+    fn put(&self, is_set: bool) -> PyResult<()> {
+        *self.event.get()?.borrow_mut() = None;
+        self.flag.get()?.set(is_set);
+        Ok(())
     }
 }
 
@@ -378,21 +416,28 @@ impl RawEvent {
 impl RawEvent {
     #[new]
     fn new(name: String) -> Self {
-        RawEvent { name, event: RefCell::default() }
+        RawEvent { name, flag: OnThread::new(Cell::new(false)), event: OnThread::new(RefCell::default()) }
     }
 
     fn set(&self) -> PyResult<()> {
+        if !simulation::is_running() {
+            return self.put(true);
+        }
         self.event()?.set();
         Ok(())
     }
 
     fn clear(&self) -> PyResult<()> {
+        if !simulation::is_running() {
+            return self.put(false);
+        }
         self.event()?.clear();
         Ok(())
     }
 
-    fn is_set(&self) -> bool {
-        self.event.borrow().as_ref().is_some_and(sim::Event::is_set)
+    fn is_set(&self) -> PyResult<bool> {
+        let flag = self.flag.get()?.get();
+        Ok(self.event.get()?.borrow().as_ref().map_or(flag, sim::Event::is_set))
     }
 
     fn wait(&self) -> PyResult<Trigger> {
@@ -400,34 +445,42 @@ impl RawEvent {
     }
 }
 
-/// A lock of the engine, bound to the simulation in which it is first used.
-#[pyclass(unsendable, module = "hoverlock._core", name = "RawLock")]
+/// A lock. It lives in the simulation that runs when it is used, and is free at the beginning of each.
+#[pyclass(frozen, module = "hoverlock._core", name = "RawLock")]
 pub struct RawLock {
     name: String,
-    lock: RefCell<Option<sim::Lock>>,
+    lock: OnThread<RefCell<Option<sim::Lock>>>,
 }
 
 #[pymethods]
 impl RawLock {
     #[new]
     fn new(name: String) -> Self {
-        RawLock { name, lock: RefCell::default() }
+        RawLock { name, lock: OnThread::new(RefCell::default()) }
     }
 
-    fn locked(&self) -> bool {
-        self.lock.borrow().as_ref().is_some_and(sim::Lock::is_locked)
+    fn locked(&self) -> PyResult<bool> {
+        let slot = self.lock.get()?.borrow();
+        Ok(match (slot.as_ref(), simulation::current()) {
+            (Some(lock), Ok(dut)) => lock.is_of(&dut) && lock.is_locked(),
+            _ => false,
+        })
     }
 
     fn acquire(&self) -> PyResult<Trigger> {
-        let mut slot = self.lock.borrow_mut();
-        if slot.is_none() {
-            *slot = Some(simulation::current()?.lock(&self.name));
+        let dut = simulation::current()?;
+        let mut slot = self.lock.get()?.borrow_mut();
+        if let Some(lock) = slot.as_ref().filter(|lock| lock.is_of(&dut)) {
+            return Ok(Trigger::new(lock.trigger()));
         }
-        slot.as_ref().map(|lock| Trigger::new(lock.trigger())).ok_or_else(|| HoverlockError::new_err("no lock"))
+        let lock = dut.lock(&self.name);
+        let trigger = Trigger::new(lock.trigger());
+        *slot = Some(lock);
+        Ok(trigger)
     }
 
     fn release(&self) -> PyResult<()> {
-        match self.lock.borrow().as_ref().filter(|lock| lock.is_locked()) {
+        match self.lock.get()?.borrow().as_ref().filter(|lock| lock.is_locked()) {
             Some(lock) => {
                 lock.release();
                 Ok(())

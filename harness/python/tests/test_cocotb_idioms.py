@@ -255,7 +255,7 @@ async def the_hierarchy_is_walked(dut):
     await Timer(1, "ns")
     for lane in range(4):
         assert dut.lane[lane].u_adds.y.value == 11 * lane
-    assert dut.lane[2].u_adds._path == "lane[2].u_adds"
+    assert dut.lane[2].u_adds._path == "idioms.lane[2].u_adds" and dut._path == "idioms"
     with pytest.raises(AttributeError, match=r"no signal 'lane\[2\].u_adds.z'"):
         dut.lane[2].u_adds.z
     assert isinstance(dut.clk, ModifiableObject) and isinstance(dut, SimHandleBase)
@@ -319,7 +319,7 @@ async def bits_are_read_and_written(dut):
     with pytest.raises(IndexError):
         dut.ui_in[8]
     with pytest.raises(TypeError):
-        RisingEdge(dut.ui_in[3])
+        RisingEdge(dut.ui_in[3:2])
 
 
 @cocotb.test()

@@ -220,8 +220,106 @@ def test_threads_have_simulations_of_their_own_and_handles_stay_there():
     [t.start() for t in threads]
     [t.join() for t in threads]
     assert results == [1999 % 256] * 4
-    with pytest.raises(BaseException, match="another thread"):
+    with pytest.raises(hoverlock.SimulationError, match="another thread"):
         kept[0].value
+
+
+def test_another_thread_is_refused_without_a_panic(capfd):
+    refused = []
+
+    def try_all(things):
+        for thing in things:
+            with pytest.raises(hoverlock.SimulationError, match="another thread") as caught:
+                thing()
+            refused.append(str(caught.value))
+
+    async def bench(dut):
+        event, lock, task = hoverlock.Event(), hoverlock.Lock(), start_soon(Clock(dut.clk, 10, "ns").cycles(3))
+        clock, edge = Clock(dut.clk, 10, "ns").start(), RisingEdge(dut.clk)
+        event.clear(), lock.locked()
+        things = [
+            lambda: dut.count.value, lambda: setattr(dut.step, "value", 1), lambda: dut.step[0].value,
+            lambda: repr(task), task.cancel, task.done, event.set, event.is_set, lock.release, lock.locked,
+            clock.stop, lambda: hoverlock.First(edge), lambda: RisingEdge(dut.clk), lambda: iter(edge),
+        ]  # fmt: skip
+        thread = threading.Thread(target=try_all, args=(things,))
+        thread.start()
+        thread.join()
+        assert len(refused) == len(things)
+
+    with hoverlock.Session(counter) as session:
+        session.run(bench)
+        calls = [lambda: session.run(bench), lambda: session.run_for(1, "ns"), session.close]
+        thread = threading.Thread(target=try_all, args=(calls,))
+        thread.start()
+        thread.join()
+        assert len(refused) == 17
+    assert "panicked" not in capfd.readouterr().err
+
+
+def test_handles_of_an_ended_test_are_told():
+    old = {}
+
+    async def first(dut):
+        old.update(dut=dut, edge=RisingEdge(dut.clk), task=start_soon(Clock(dut.clk, 10, "ns").cycles(9)), clock=Clock(dut.clk, 10, "ns").start())
+        await old["edge"]
+
+    async def second(dut):
+        with pytest.raises(hoverlock.SimulationError, match="'step' belongs to a simulation that has ended"):
+            old["dut"].step.value = 3
+        with pytest.raises(hoverlock.SimulationError, match="'clk' belongs to another simulation"):
+            Clock(old["dut"].clk, 10, "ns").start()
+        with pytest.raises(hoverlock.SimulationError, match="another simulation"):
+            await old["edge"]
+        with pytest.raises(hoverlock.SimulationError, match="another simulation"):
+            await old["task"]
+        await Timer(100, "ns")
+        assert dut.clk.value == 0 and dut.step.value == 0
+
+    simulate(counter, first)
+    simulate(counter, second)
+    with pytest.raises(hoverlock.SimulationError, match="'rst' belongs to a simulation that has ended"):
+        old["dut"].rst.value = 1
+
+
+def test_events_locks_and_queues_of_a_module_serve_test_after_test():
+    event, lock, queue = hoverlock.Event("shared"), hoverlock.Lock("shared"), hoverlock.Queue()
+
+    async def bench(dut):
+        async def later():
+            await Timer(5, "ns")
+            event.set()
+            queue.put_nowait("item")
+
+        async with lock:
+            start_soon(later())
+            await event.wait()
+            assert await queue.get() == "item"
+        event.clear()
+        await lock.acquire()  # and never released: the next test finds it free
+        return hoverlock.get_sim_time("ns")
+
+    assert [simulate(counter, bench) for _ in range(3)] == [5, 5, 5]
+
+
+def test_a_full_disk_ends_the_test_with_its_reason(tmp_path):
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        dut.enable.value, dut.step.value = 1, 1
+        await Timer(1, "ms")
+
+    (tmp_path / "all.vcd").symlink_to("/dev/full")
+    with hoverlock.Session(counter.changed(waves="vcd")) as session:
+        session.simulation.start_waves(tmp_path / "all.vcd")
+        with pytest.raises(hoverlock.HoverlockError, match=r"all\.vcd: No space left on device"):
+            session.run(bench)
+        # The session is still there.
+        session.run_for(10, "ns")
+    (tmp_path / "some.vcd").symlink_to("/dev/full")
+    with hoverlock.Session(counter) as session:
+        session.simulation.start_waves(tmp_path / "some.vcd", ["clk", "count"])
+        with pytest.raises(hoverlock.HoverlockError, match=r"some\.vcd.*No space left on device"):
+            session.run(bench)
 
 
 def test_other_threads_run_while_no_python_does():

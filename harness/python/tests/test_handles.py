@@ -3,7 +3,7 @@
 import pytest
 
 import hoverlock
-from hoverlock import Clock, Design, NoSuchSignal, RangeError, RisingEdge, Timer
+from hoverlock import Clock, ClockCycles, Design, FallingEdge, NoSuchSignal, RangeError, RisingEdge, Timer, ValueChange, simulate
 
 design = Design("designs/wide.v", top="wide", internals=["u_store.cells"])
 
@@ -107,4 +107,88 @@ async def wrong_names_are_answered_with_the_nearest(dut):
         dut.anything = 3
     with pytest.raises(hoverlock.NotWritable, match="output"):
         dut.s_twice.value = 1
-    assert "u_store" in dir(dut) and dut.u_store.cells._name == "u_store.cells"
+    assert "u_store" in dir(dut) and dut.u_store.cells._name == "cells"
+
+
+generated = Design("designs/generated.sv", top="generated", internals=["*"])
+
+
+def test_everything_public_builds_whatever_is_declared():
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        await ClockCycles(dut.clk, 3)
+        # Registers of generate blocks, an enumeration of a package.
+        assert [int(dut.lane[n].q.value) for n in range(4)] == [0] * 4 and dut.pair[1].level.value == 4
+        assert dut.state.value_name == "BUSY"
+        await Timer(1, "ns")
+        dut.lane[2].q.value = 0
+        await hoverlock.ReadWrite()
+        assert dut.out.value == 0b1011
+        dut.state.value = "IDLE"
+        assert dut.lane[2].q._path == "generated.lane[2].q" and dut.lane[2].q._name == "q"
+        # What is no number is not there: read as one, it would be memory of something else.
+        for name in ("i", "numbers", "tick", "link__Viftop"):
+            assert name not in dut, name
+
+    simulate(generated, bench)
+
+
+@pytest.mark.parametrize(("given", "name", "read"), [
+    ({"WIDTH": "6"}, "WIDTH", 6), ({"WIDTH": "32'd5"}, "WIDTH", 5), ({"WIDTH": 7}, "WIDTH", 7), ({"NAME": "plain"}, "NAME", "plain"),
+    ({"NAME": '"12"'}, "NAME", "12"), ({"GAIN": 2.25}, "GAIN", 2.25), ({"GAIN": "0.5"}, "GAIN", 0.5),
+    ({"KEY": 3 << 90}, "KEY", 3 << 90), ({}, "KEY", 1),
+])  # fmt: skip
+def test_parameters_are_what_they_say(given, name, read):
+    with hoverlock.Session(generated.changed(parameters=given, internals=[])) as session:
+        value = session.dut[name].value
+        assert value == read and type(value) is type(read)
+        if name == "WIDTH":
+            assert len(session.dut.out) == read
+
+
+def test_a_bit_of_a_signal_has_edges():
+    async def bench(dut):
+        seen = []
+
+        async def watch(trigger, label):
+            while True:
+                await trigger
+                seen.append((label, hoverlock.get_sim_time("ns")))
+
+        for trigger, label in ((RisingEdge(dut.lines[3]), "up"), (FallingEdge(dut.lines[3]), "down"), (ValueChange(dut.lines[0]), "any"),
+                               (RisingEdge(dut.out[1]), "out")):
+            hoverlock.start_soon(watch(trigger, label))
+        Clock(dut.clk, 100, "ns").start()
+        for value in (0b1000, 0b1001, 0b0010, 0b1010):
+            await Timer(10, "ns")
+            dut.lines.value = value
+        await Timer(110, "ns")
+        assert sorted(seen) == [("any", 20), ("any", 30), ("down", 30), ("out", 0), ("up", 10), ("up", 40)]
+        assert repr(RisingEdge(dut.lines[3])) == "RisingEdge(lines[3])"
+        with pytest.raises(TypeError, match=r"not <lines\[3:2\]>"):
+            RisingEdge(dut.lines[3:2])
+
+    simulate(generated, bench)
+
+
+@pytest.mark.parametrize(("choice", "expected"), [("zeros", {0b0001}), ("ones", {0b1101}), ("random", {0b0001, 0b0101, 0b1001, 0b1101})])
+def test_digits_that_a_signal_cannot_have(caplog, choice, expected):
+    from hoverlock.cocotb.types import LogicArray
+
+    async def bench(dut):
+        with pytest.raises(ValueError, match=r"'XXXX00Z1' is not a value of 'lines'.*Verilator has no X"):
+            dut.lines.value = "XXXX00Z1"
+        found = set()
+        with hoverlock.unknown.written_as(choice):
+            for _ in range(60):
+                dut.lines.value = LogicArray("0000XZ01")
+                await hoverlock.ReadWrite()
+                found.add(int(dut.lines.value))
+                dut.lines[1].value = "X"
+            assert found == expected
+        with pytest.raises(ValueError, match="no choice 'x'"):
+            hoverlock.unknown.set_choice("x")
+
+    with caplog.at_level("WARNING", logger="hoverlock"):
+        simulate(generated, bench, seed=3)
+    assert caplog.text.count("is written as") == 1 and f"written as {choice}" in caplog.text

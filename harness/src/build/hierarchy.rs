@@ -28,15 +28,19 @@ pub struct Variable {
     pub port: bool,
     /// The indices on the left and on the right as declared, if it is an array of one dimension.
     pub range: Option<(i64, i64)>,
-    /// Whether it belongs to a block, a function or a loop inside its module.
+    /// Whether it belongs to a function, a task or an unnamed block of its module.
     pub nested: bool,
 }
 
 /// The value of a parameter.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Constant {
     /// A whole number of at most 64 bits, with its sign.
     Number(i128),
+    /// A wider one, without its sign: hexadecimal digits.
+    Wide(String),
+    /// A `real`.
+    Real(f64),
     /// A string.
     Text(String),
 }
@@ -103,15 +107,19 @@ fn constant(text: &str) -> Option<u64> {
     u64::from_str_radix(digits, 16).ok()
 }
 
-/// The value of a parameter: `32'shfffffffd` is -3, `&quot;text&quot;` a string; none if it is something else, or
-/// wider than 64 bits.
+/// The value of a parameter: `32'shfffffffd` is -3, `1.5` a `real`, `&quot;text&quot;` a string; none if it is
+/// something else.
 fn parameter(text: &str) -> Option<Constant> {
     if let Some(inner) = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
         return Some(Constant::Text(inner.to_owned()));
     }
+    let Some((width, base)) = text.split_once('\'') else { return text.parse().ok().map(Constant::Real) };
+    let width: u32 = width.parse().ok().filter(|w| *w > 0)?;
+    if width > 64 {
+        let digits = text.rsplit_once('h')?.1;
+        return digits.chars().all(|c| c.is_ascii_hexdigit()).then(|| Constant::Wide(digits.to_owned()));
+    }
     let value = i128::from(constant(text)?);
-    let (width, base) = text.split_once('\'')?;
-    let width: u32 = width.parse().ok().filter(|w| (1..=64).contains(w))?;
     let negative = base.starts_with('s') && value >> (width - 1) & 1 == 1;
     Some(Constant::Number(if negative { value - (1 << width) } else { value }))
 }
@@ -128,6 +136,8 @@ struct Module {
 /// A variable as its module declares it.
 struct Declaration {
     name: String,
+    /// The named blocks it is in, such as `lane[0]`, with a dot after each.
+    blocks: String,
     type_id: String,
     type_name: String,
     port: bool,
@@ -178,9 +188,10 @@ impl Types {
         if type_name.is_empty() || type_name == "logic" {
             return EnumItems::new();
         }
-        let tail = format!(".{type_name}");
+        let (tail, of_package) = (format!(".{type_name}"), format!("::{type_name}"));
         let in_package = || {
-            let named = self.enumerations.iter().filter(|(name, _)| name.ends_with(&tail));
+            let named = self.enumerations.iter();
+            let named = named.filter(|(name, _)| name.ends_with(&tail) || name.ends_with(&of_package));
             named.min_by_key(|(name, _)| *name).map(|found| found.1)
         };
         self.enumerations
@@ -264,10 +275,12 @@ impl Reader {
     fn add_variable(&mut self, tag: &Tag<'_>) {
         let is_constant = tag.get("param").is_some() || tag.get("localparam").is_some();
         self.parameter = tag.get("name").filter(|_| is_constant && !tag.empty);
-        let nested = !self.blocks.is_empty() || self.functions > 0;
+        let nested = self.functions > 0 || self.blocks.iter().any(String::is_empty);
+        let blocks = self.blocks.iter().filter(|block| !block.is_empty()).map(|block| format!("{block}.")).collect();
         if let (Some(module), Some(name), false) = (self.current(), tag.get("name"), is_constant) {
             module.variables.push(Declaration {
                 name,
+                blocks,
                 type_id: tag.get("dtype_id").unwrap_or_default(),
                 type_name: tag.get("vartype").unwrap_or_default(),
                 port: tag.get("dir").is_some(),
@@ -318,8 +331,8 @@ impl Reader {
             let constants = module.constants.iter().map(|(name, value)| (format!("{prefix}{name}"), value.clone()));
             hierarchy.constants.extend(constants);
             hierarchy.variables.extend(module.variables.iter().map(|declared| Variable {
-                path: format!("{prefix}{}", declared.name),
-                scope: scope.clone(),
+                path: format!("{prefix}{}{}", declared.blocks, declared.name),
+                scope: format!("{scope}.{}", declared.blocks).trim_end_matches('.').to_owned(),
                 name: declared.name.clone(),
                 module: module.original.clone(),
                 signed: self.types.is_signed(&declared.type_id),
@@ -360,9 +373,12 @@ mod tests {
         <var name="W" dtype_id="1" vartype="logic" param="true"><const name="32'sh8" dtype_id="1"/></var>
         <var name="N" dtype_id="1" vartype="logic" localparam="true"><const name="4'shd" dtype_id="1"/></var>
         <var name="S" dtype_id="1" vartype="string" param="true"><const name="&quot;a b&quot;" dtype_id="1"/></var>
+        <var name="R" dtype_id="1" vartype="real" param="true"><const name="1.5" dtype_id="1"/></var>
+        <var name="K" dtype_id="1" vartype="logic" param="true"><const name="100'h1000000000000000f"/></var>
         <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/>
         <begin name="lane"><var name="g" dtype_id="1" vartype="integer"/></begin>
-        <begin name="lane[0]"><instance name="u" defName="sub__W8"/></begin></module>
+        <begin name="lane[0]"><var name="q" dtype_id="2" vartype="logic"/><instance name="u" defName="sub__W8"/></begin>
+        <func name="f"><var name="f" dtype_id="2" vartype="logic"/></func></module>
       <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/>
         <var name="st" dtype_id="2" vartype="st_t"/></module>
       <typetable><basicdtype id="1" name="logic" left="3" right="0" signed="true"/><basicdtype id="2" name="logic"/>
@@ -375,9 +391,10 @@ mod tests {
     fn signs_instances_and_enumerations_are_found() {
         let found = parse(XML).unwrap().variables;
         let paths: Vec<&str> = found.iter().map(|v| v.path.as_str()).collect();
-        assert_eq!(paths, ["a$b", "g", "lane[0].u.mem", "lane[0].u.st"]);
-        assert!(found[1].nested && !found[0].nested && !found[2].nested);
-        let found: Vec<_> = found.into_iter().filter(|v| !v.nested).collect();
+        assert_eq!(paths, ["a$b", "lane.g", "lane[0].q", "f", "lane[0].u.mem", "lane[0].u.st"]);
+        assert_eq!((found[2].scope.as_str(), found[2].nested), ("t.lane[0]", false));
+        assert!(found[3].nested, "a function's variable");
+        let found: Vec<_> = found.into_iter().filter(|v| !v.nested && !v.path.contains(['g', 'q'])).collect();
         assert!(found[0].signed && found[0].port);
         assert!(found[1].signed && !found[1].port, "a memory has its element's sign");
         assert_eq!((found[1].range, found[0].range), (Some((15, 0)), None));
@@ -389,7 +406,13 @@ mod tests {
     fn parameters_have_their_values() {
         let number = |name: &str, value| (name.to_owned(), Constant::Number(value));
         let found = parse(XML).unwrap().constants;
-        assert_eq!(found, [number("W", 8), number("N", -3), ("S".to_owned(), Constant::Text("a b".to_owned()))]);
+        let other = [
+            ("S".to_owned(), Constant::Text("a b".to_owned())),
+            ("R".to_owned(), Constant::Real(1.5)),
+            ("K".to_owned(), Constant::Wide("1000000000000000f".to_owned())),
+        ];
+        assert_eq!(found[..2], [number("W", 8), number("N", -3)]);
+        assert_eq!(found[2..], other);
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
     let includes = include_folders(build, &sources)?;
     let key = model_key(build, &verilator, &compiler, &sources, &includes)?;
     {
-        let _reading = cache.lock(&key, Sharing::Shared)?;
+        let _reading = cache.lock_to_load(&key)?;
         if let Some(library) = cache.find(&key, &includes) {
             return Ok(library);
         }
@@ -113,6 +113,19 @@ impl Cache {
         locked.map_err(|source| BuildError::Cache { path, source })
     }
 
+    /// The lock under which a model is loaded. A cache that cannot be written still serves: its locks are opened for
+    /// reading, and where there is none, nobody who may write has built or removed the model.
+    fn lock_to_load(&self, key: &str) -> Result<Option<File>, BuildError> {
+        match self.lock(key, Sharing::Shared) {
+            Err(BuildError::Cache { path, source }) if is_read_only(&source) => {
+                let Ok(file) = File::open(&path) else { return Ok(None) };
+                file.lock_shared().map_err(|source| BuildError::Cache { path, source })?;
+                Ok(Some(file))
+            }
+            other => other.map(Some),
+        }
+    }
+
     /// The built model whose includes are unchanged, if its files are complete.
     fn find(&self, key: &str, includes: &[PathBuf]) -> Option<Library> {
         let folder = self.root.join("models").join(key);
@@ -170,13 +183,13 @@ impl Cache {
         let key = format!("runtime-{}", hash.finish());
         let folder = self.root.join("runtime").join(&key);
         let _lock = self.lock(&key, Sharing::Exclusive)?;
-        let whole = |o: &PathBuf| std::fs::metadata(o).is_ok_and(|m| m.len() > 0);
-        if !unity::runtime_objects(&folder, trace, coverage).iter().all(whole) {
+        if !is_whole(&folder) {
             let aside = self.aside()?;
             let into = aside.path().join("objects");
             let kept = |source| BuildError::Cache { path: folder.clone(), source };
             std::fs::create_dir(&into).map_err(kept)?;
             unity::compile_runtime(compiler, root, trace, coverage, &into)?;
+            std::fs::write(into.join(HASHES), hashes(&into)?).map_err(kept)?;
             let _ = std::fs::remove_dir_all(&folder);
             std::fs::rename(&into, &folder).map_err(kept)?;
         }
@@ -290,6 +303,27 @@ fn model_key(
         hash.add(hash_file(source)?.as_bytes());
     }
     Ok(hash.finish())
+}
+
+/// The list of a folder's files and the hashes of their contents, in that folder.
+const HASHES: &str = "hashes";
+
+fn hashes(folder: &Path) -> Result<String, BuildError> {
+    let mut files = children(folder);
+    files.sort();
+    let line = |file: &PathBuf| Ok(format!("{} {}\n", hash_file(file)?, name_of(file)));
+    files.iter().map(line).collect()
+}
+
+/// Whether a folder has every file of its list, undamaged.
+fn is_whole(folder: &Path) -> bool {
+    let Ok(list) = std::fs::read_to_string(folder.join(HASHES)) else { return false };
+    let undamaged = |(hash, name): (&str, &str)| hash_file(&folder.join(name)).is_ok_and(|now| now == hash);
+    !list.is_empty() && list.lines().all(|line| line.split_once(' ').is_some_and(undamaged))
+}
+
+fn is_read_only(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem)
 }
 
 /// Whether an included file is unchanged, and no folder that is searched earlier has a file of that name now.

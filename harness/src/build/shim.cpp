@@ -74,6 +74,7 @@ struct HvInstance {
     std::string taken;  // keeps the text handed out alive until the next call
     HvEvent event{};
     uint8_t pending = 0;  // bit 0: text or events to be fetched; bit 1: the model may not be evaluated again
+    bool recording = false;  // the runtime is writing a wave file
 #if VM_TRACE
     HvTrace* trace = nullptr;
 #endif
@@ -133,6 +134,10 @@ void vl_stop(const char* file, int line, const char*) VL_MT_UNSAFE { record(HV_S
 
 void vl_fatal(const char* file, int line, const char*, const char* message) VL_MT_UNSAFE {
     record(HV_FATAL, file, line, message);
+    // A file that cannot be written: the runtime closes it after this call and goes on. Nothing above would catch.
+    if (HvInstance* const self = owner()) {
+        if (self->recording) return;
+    }
     throw HvFatal(message ? message : "fatal");
 }
 
@@ -178,6 +183,7 @@ HV_API HvInstance* hv_new(uint64_t seed, int32_t random_reset, int32_t argc, con
 HV_API void hv_delete(HvInstance* self) {
     hv_bind(self);
     try {
+        self->recording = true;
 #if VM_TRACE
         if (self->trace) {
             self->trace->close();
@@ -297,7 +303,9 @@ HV_API void hv_trace_dump(HvInstance* self, uint64_t time) {
 #if VM_TRACE
     if (self->trace && self->trace->isOpen()) {
         hv_bind(self);
+        self->recording = true;
         self->trace->dump(time);
+        self->recording = false;
     }
 #else
     (void)self;
@@ -309,7 +317,9 @@ HV_API void hv_trace_flush(HvInstance* self) {
 #if VM_TRACE
     if (self->trace && self->trace->isOpen()) {
         hv_bind(self);
+        self->recording = true;
         self->trace->flush();
+        self->recording = false;
     }
 #else
     (void)self;
@@ -320,7 +330,9 @@ HV_API void hv_trace_close(HvInstance* self) {
 #if VM_TRACE
     if (self->trace) {
         hv_bind(self);
+        self->recording = true;
         self->trace->close();
+        self->recording = false;
     }
 #else
     (void)self;

@@ -1,6 +1,7 @@
 //! From Verilator's C++ to one shared library: the table of ports, one file that includes all others (a unity build),
 //! the runtime's objects.
 
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -51,8 +52,18 @@ impl Workshop<'_> {
         let root = self.verilator.root()?;
         let hierarchy = self.read_hierarchy()?;
         let internals = self.choose_internals(&hierarchy)?;
-        let warnings = self.verilate(&internals)?;
         let generated = self.folder.join("out");
+        let mut warnings = self.verilate(&internals)?;
+        let odd = unreachable(&generated)?;
+        if !odd.is_empty() {
+            let is_odd = |v: &&Variable| odd.contains(&(v.scope.clone(), v.name.clone()));
+            let odd: HashSet<_> = internals.iter().filter(is_odd).map(|v| (&v.module, &v.name)).collect();
+            let rest: Vec<Variable> =
+                internals.iter().filter(|v| !odd.contains(&(&v.module, &v.name))).cloned().collect();
+            std::fs::remove_dir_all(&generated)
+                .map_err(|source| BuildError::Cache { path: generated.clone(), source })?;
+            warnings = self.verilate(&rest)?;
+        }
         let header = read(&generated.join("Vdut.h"))?;
         let ports = self.write_unity(&generated, &header)?;
         self.compile(&root, &generated, &runtime(&root)?)?;
@@ -365,6 +376,63 @@ fn check_compiler(output: &std::process::Output, trace: Trace) -> Result<(), Bui
     Err(BuildError::Compiler { output })
 }
 
+/// What is listed in the generated tables of variables, but is no number in the generated classes, as (scope, name).
+/// Verilator lists whatever was asked for: a `genvar` or an interface's reference, which no class has, so that the C++
+/// does not compile; and a queue, as if it were one byte.
+fn unreachable(generated: &Path) -> Result<HashSet<(String, String)>, BuildError> {
+    let text = read(&generated.join("Vdut__Syms.cpp"))?;
+    // `Vdut_child   TOP__child;` names the class of an instance.
+    let symbols = read(&generated.join("Vdut__Syms.h"))?;
+    let classes: HashMap<&str, &str> = symbols
+        .lines()
+        .filter_map(|line| line.trim().strip_suffix(';')?.split_once(' '))
+        .map(|(class, instance)| (instance.trim(), class))
+        .collect();
+    let scopes: HashMap<&str, &str> = text.lines().filter_map(configured).collect();
+    let mut members: HashMap<&str, HashSet<String>> = HashMap::new();
+    let mut found = HashSet::new();
+    for (scope, name, instance, member) in text.lines().filter_map(inserted) {
+        let Some(class) = classes.get(instance) else { continue };
+        if !members.contains_key(class) {
+            members.insert(class, numbers_of(&read(&generated.join(format!("{class}.h")))?));
+        }
+        if let Some(scope) = scopes.get(scope).filter(|_| !members[class].contains(member)) {
+            found.insert(((*scope).to_owned(), name.to_owned()));
+        }
+    }
+    Ok(found)
+}
+
+/// The scope's variable and its name in a line like `__Vscope_t__lane.configure(this, name(), "t.lane", ...`.
+fn configured(line: &str) -> Option<(&str, &str)> {
+    let (scope, rest) = line.trim().split_once(".configure(this, name(), \"")?;
+    Some((scope, rest.split_once('"')?.0))
+}
+
+/// Scope, name, instance and member in a line like `__Vscope_t.varInsert(__Vfinal,"i", &(TOP__t.i), ...`.
+fn inserted(line: &str) -> Option<(&str, &str, &str, &str)> {
+    let (scope, rest) = line.trim().split_once(".varInsert(__Vfinal,\"")?;
+    let (name, rest) = rest.split_once('"')?;
+    let (instance, member) = rest.split_once("&(")?.1.split_once(')')?.0.split_once('.')?;
+    Some((scope, name, instance, member))
+}
+
+/// The members of a generated class that are vectors, `real`, strings, or arrays of these.
+fn numbers_of(header: &str) -> HashSet<String> {
+    const TYPES: [&str; 8] = ["CData", "SData", "IData", "QData", "VlWide", "VlUnpacked", "double", "std::string"];
+    let is_number = |line: &&str| {
+        let port = line.starts_with("VL_IN") || line.starts_with("VL_OUT");
+        let odd = ["VlQueue", "VlAssocArray", "VlClassRef"].iter().any(|odd| line.contains(odd));
+        !odd && line.ends_with(';') && (port || TYPES.iter().any(|kind| line.starts_with(kind)))
+    };
+    let names = header
+        .lines()
+        .map(str::trim)
+        .filter(is_number)
+        .flat_map(|line| line.split(|c: char| !c.is_alphanumeric() && c != '_').map(str::to_owned));
+    names.collect()
+}
+
 /// Whether `eval_step`, after the first call, only evaluates the root and ends threads that a model without threads
 /// does not have.
 fn is_plain_eval(text: &str) -> bool {
@@ -479,6 +547,22 @@ mod tests {
         let variables = [("b", "$b"), ("c", "${c}"), ("e", "$(e)"), ("g_1", "$g_1"), ("h", "$h"), ("j", "$j")];
         assert_eq!(variables_in("/a $b/${c}d/$(e)/$/f$g_1$h-i$j"), variables);
         assert_eq!(variables_in("/a/${b"), []);
+    }
+
+    #[test]
+    fn lines_of_the_tables_are_read() {
+        let line =
+            "        __Vscope_g__lane.varInsert(__Vfinal,\"i\", &(TOP__g.lane__DOT__i), false, VLVT_UINT32,0,1 ,31,0);";
+        assert_eq!(inserted(line), Some(("__Vscope_g__lane", "i", "TOP__g", "lane__DOT__i")));
+        assert_eq!(inserted("        //UNSUP __Vscope_g.varInsert(__Vfinal"), None);
+        let line =
+            "    __Vscope_g__lane.configure(this, name(), \"g.lane[0]\", \"lane[0]\", 0, VerilatedScope::SCOPE_OTHER);";
+        assert_eq!(configured(line), Some(("__Vscope_g__lane", "g.lane[0]")));
+        let header = "    CData/*7:0*/ byte;\n  VL_IN8(__PVT__clk,0,0);\n VlQueue<IData/*31:0*/> q;\n\
+                      VlUnpacked<VlWide<4>/*99:0*/, 4> wide;\n VlUnpacked<VlQueue<CData/*0:0*/>, 2> qs;\n double r;";
+        let found = numbers_of(header);
+        assert!(["byte", "__PVT__clk", "wide", "r"].iter().all(|name| found.contains(*name)));
+        assert!(["q", "qs"].iter().all(|name| !found.contains(*name)));
     }
 
     #[test]

@@ -28,30 +28,54 @@ impl Model {
         self.bind();
         // SAFETY: the strings live through the call.
         match unsafe { (self.functions.hv_trace_open)(self.raw, name.as_ptr(), level as i32, scope.as_ptr()) } {
-            1 => Ok(()),
+            1 => {
+                path.clone_into(&mut self.trace_path);
+                self.recorded()
+            }
             0 => Err(not_built.into()),
             _ => Err(Error::File { path: path.to_owned(), source: std::io::Error::last_os_error() }),
         }
     }
 
     /// Writes the present values into the open wave file; times must increase.
-    pub fn trace_dump(&mut self, time: Time) {
+    ///
+    /// # Errors
+    /// If the file cannot be written, such as on a full disk; it is closed then.
+    pub fn trace_dump(&mut self, time: Time) -> Result<(), Error> {
         self.bind();
         // SAFETY: the instance is alive; does nothing without an open file.
         unsafe { (self.functions.hv_trace_dump)(self.raw, time.as_fs() / self.femtoseconds_per_tick) };
+        self.recorded()
     }
 
-    pub(crate) fn trace_flush(&mut self) {
+    pub(crate) fn trace_flush(&mut self) -> Result<(), Error> {
         self.bind();
         // SAFETY: the instance is alive; does nothing without an open file.
         unsafe { (self.functions.hv_trace_flush)(self.raw) };
+        self.recorded()
     }
 
     /// Completes and closes the wave file.
-    pub fn trace_close(&mut self) {
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn trace_close(&mut self) -> Result<(), Error> {
         self.bind();
         // SAFETY: as above.
         unsafe { (self.functions.hv_trace_close)(self.raw) };
+        self.recorded()
+    }
+
+    /// The error of the runtime's last write to the wave file.
+    #[inline]
+    fn recorded(&mut self) -> Result<(), Error> {
+        if !self.has_messages() {
+            return Ok(());
+        }
+        let Some(reason) = self.take_fatal() else { return Ok(()) };
+        // The runtime names its function first.
+        let reason = reason.rsplit_once("::bufferFlush: ").map_or(reason.as_str(), |(_, why)| why).to_owned();
+        Err(Error::File { path: self.trace_path.clone(), source: std::io::Error::other(reason) })
     }
 
     /// Writes the coverage counted so far in Verilator's format.

@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::collections::HashMap;
 use std::ffi::{CStr, CString, c_char};
 use std::marker::PhantomData;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::library::{Functions, Instance, Library, RawPort, RawVariable};
@@ -60,6 +61,8 @@ pub struct Model {
     partial_line: String,
     dead: Option<ModelError>,
     initial_done: bool,
+    /// The open wave file.
+    pub(super) trace_path: PathBuf,
     /// The model may move to another thread, but not be shared.
     _not_sync: PhantomData<std::cell::Cell<()>>,
 }
@@ -102,6 +105,7 @@ impl Model {
             partial_line: String::new(),
             dead: None,
             initial_done: false,
+            trace_path: PathBuf::new(),
             library,
             _not_sync: PhantomData,
         };
@@ -431,6 +435,17 @@ impl Model {
         // `eval` reports a model that cannot go on; here only its message counts.
         let _ = self.fetch();
         std::mem::take(&mut self.messages)
+    }
+
+    /// The text of the last fatal message, which is removed.
+    #[cold]
+    pub(super) fn take_fatal(&mut self) -> Option<String> {
+        let _ = self.fetch();
+        let at = self.messages.iter().rposition(|m| matches!(m, Message::Fatal { .. }))?;
+        match self.messages.remove(at) {
+            Message::Fatal { message, .. } => Some(message),
+            _ => None,
+        }
     }
 
     /// Collects text and events from the shim; an error if the model cannot be evaluated any more.

@@ -14,7 +14,7 @@ use super::sync::{Event, Lock, Queue};
 use super::task::{Coroutine, Ending, TaskHandle, TaskId};
 use super::trigger::{Failure, Trigger};
 use crate::error::{Error, ModelError, SimError};
-use crate::model::SignalInfo;
+use crate::model::{SignalId, SignalInfo};
 use crate::time::Time;
 use crate::wave::{Recording, RecordingId};
 
@@ -59,6 +59,16 @@ impl Dut {
     /// All ports and public internals.
     pub fn signals(&self) -> Vec<SignalInfo> {
         self.core.model.borrow().signals().to_vec()
+    }
+
+    /// Whether a signal is one of this simulation.
+    pub fn has(&self, signal: SignalId) -> bool {
+        self.core.has(signal)
+    }
+
+    /// Whether both are handles of one simulation.
+    pub fn is_same(&self, other: &Dut) -> bool {
+        Rc::ptr_eq(&self.core, &other.core)
     }
 
     /// The top module's name.

@@ -174,6 +174,7 @@ impl Drop for Sim {
     fn drop(&mut self) {
         // Tasks refer to the core through their signals, and the core to the tasks: without this neither is freed.
         self.core.cancel_all();
+        self.core.end();
         // The last run reported a file that cannot be written.
         let _ = self.core.waves.borrow_mut().flush(&mut self.core.model.borrow_mut());
     }

@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
+use super::dut::Dut;
 use super::future::Wait;
 use super::scheduler::Core;
 use super::trigger::{Sync, Trigger};
@@ -33,6 +34,11 @@ impl Event {
     /// Whether it is set.
     pub fn is_set(&self) -> bool {
         self.sync.0.flag.get()
+    }
+
+    /// Whether it is one of this simulation.
+    pub fn is_of(&self, dut: &Dut) -> bool {
+        Rc::ptr_eq(&self.core, dut.core())
     }
 
     /// Waits until it is set; does not wait if it is set already.
@@ -80,6 +86,11 @@ impl Lock {
     /// Releases the lock: the task that has waited longest gets it.
     pub fn release(&self) {
         self.core.release(&self.sync);
+    }
+
+    /// Whether it is one of this simulation.
+    pub fn is_of(&self, dut: &Dut) -> bool {
+        Rc::ptr_eq(&self.core, dut.core())
     }
 
     /// Whether a task has it.

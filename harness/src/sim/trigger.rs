@@ -1,6 +1,7 @@
 //! What a task can wait for, as plain values: made once, awaited any number of times, from any language.
 
 use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
 use std::fmt;
 use std::rc::Rc;
 
@@ -18,6 +19,12 @@ pub enum Edge {
     Falling,
     /// Any change of value, of any signal (`Edge` and `ValueChange` of cocotb).
     Any,
+    /// From 0 to 1, of one bit of a signal of at most 64 bits.
+    RisingBit(u8),
+    /// From 1 to 0, of one bit of a signal of at most 64 bits.
+    FallingBit(u8),
+    /// Any change of one bit of a signal of at most 64 bits.
+    AnyBit(u8),
 }
 
 impl Edge {
@@ -27,8 +34,17 @@ impl Edge {
             Edge::Rising => old & 1 == 0 && new & 1 == 1,
             Edge::Falling => old & 1 == 1 && new & 1 == 0,
             Edge::Any => old != new,
+            Edge::RisingBit(at) => !old & new & bit(at) != 0,
+            Edge::FallingBit(at) => old & !new & bit(at) != 0,
+            Edge::AnyBit(at) => (old ^ new) & bit(at) != 0,
         }
     }
+}
+
+/// One bit; no bit for a position that no signal of 64 bits has.
+#[inline(always)]
+fn bit(at: u8) -> u64 {
+    1u64.checked_shl(u32::from(at)).unwrap_or(0)
 }
 
 /// Something a task can wait for.
@@ -74,9 +90,9 @@ impl Trigger {
 
     pub(crate) fn name(&self) -> &'static str {
         match self {
-            Trigger::Edge(_, Edge::Rising) => "RisingEdge",
-            Trigger::Edge(_, Edge::Falling) => "FallingEdge",
-            Trigger::Edge(_, Edge::Any) => "ValueChange",
+            Trigger::Edge(_, Edge::Rising | Edge::RisingBit(_)) => "RisingEdge",
+            Trigger::Edge(_, Edge::Falling | Edge::FallingBit(_)) => "FallingEdge",
+            Trigger::Edge(_, Edge::Any | Edge::AnyBit(_)) => "ValueChange",
             Trigger::Edges(..) => "ClockCycles",
             Trigger::Timer(_) => "Timer",
             Trigger::ReadOnly => "ReadOnly",
@@ -120,7 +136,9 @@ pub(crate) struct SyncState {
     /// An event: it is set. A lock: a task has it.
     pub flag: Cell<bool>,
     pub exclusive: bool,
-    pub waiters: RefCell<Vec<WaitId>>,
+    pub waiters: RefCell<VecDeque<WaitId>>,
+    /// How many of the waiters were given up.
+    pub stale: Cell<usize>,
 }
 
 impl Sync {
@@ -130,6 +148,7 @@ impl Sync {
             flag: Cell::new(false),
             exclusive,
             waiters: RefCell::default(),
+            stale: Cell::new(0),
         }))
     }
 }

@@ -148,7 +148,7 @@ impl Waves {
     pub fn stop(&mut self, model: &mut Model, id: RecordingId) -> Result<(), Error> {
         let Some(at) = self.running.iter().position(|r| r.id == id.0) else { return Ok(()) };
         match self.running.remove(at).recorder {
-            Recorder::Everything => model.trace_close(),
+            Recorder::Everything => model.trace_close()?,
             Recorder::Signals(writer) => writer.finish()?,
             Recorder::BeforeFailure { .. } => {}
         }
@@ -166,7 +166,7 @@ impl Waves {
             match &mut running.recorder {
                 // Verilator's files take one sample for each time.
                 Recorder::Everything if again => {}
-                Recorder::Everything => model.trace_dump(now),
+                Recorder::Everything => model.trace_dump(now)?,
                 Recorder::Signals(writer) => writer.sample(now)?,
                 Recorder::BeforeFailure { channels, kept, steps, .. } => {
                     let reused = if again { kept.pop_back() } else { None };
@@ -199,10 +199,7 @@ impl Waves {
     /// Flushes everything recorded so far to the files.
     pub fn flush(&mut self, model: &mut Model) -> Result<(), Error> {
         self.running.iter_mut().try_for_each(|r| match &mut r.recorder {
-            Recorder::Everything => {
-                model.trace_flush();
-                Ok(())
-            }
+            Recorder::Everything => model.trace_flush(),
             Recorder::Signals(writer) => writer.flush(),
             Recorder::BeforeFailure { .. } => Ok(()),
         })

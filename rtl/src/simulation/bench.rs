@@ -115,23 +115,24 @@ impl<'a> Pins<'a> {
     fn settle(&mut self) -> Result<(), SimulationError> {
         set!(self.ports.clock, 0);
         self.model.eval()?;
-        self.dump(false);
+        self.dump(false)?;
         Ok(())
     }
 
     fn edge(&mut self) -> Result<(), SimulationError> {
         set!(self.ports.clock, 1);
         self.model.eval()?;
-        self.dump(true);
+        self.dump(true)?;
         self.now += 1;
         Ok(())
     }
 
     #[inline]
-    fn dump(&mut self, rising: bool) {
+    fn dump(&mut self, rising: bool) -> Result<(), SimulationError> {
         if self.recorder.as_ref().is_some_and(|recorder| recorder.wants(self.now)) {
-            self.model.trace_dump(time(self.now, rising));
+            self.model.trace_dump(time(self.now, rising))?;
         }
+        Ok(())
     }
 
     /// The recorder has its whole window.
@@ -314,7 +315,7 @@ impl<'a> Bench<'a> {
         }
         progress(self.progress());
         if self.pins.recorder.is_some() {
-            self.pins.model.trace_close();
+            self.pins.model.trace_close()?;
             return Ok(self.outcome);
         }
         self.finish(oracle)

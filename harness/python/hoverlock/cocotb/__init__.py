@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import parametrize, pass_test, running, start, start_soon
 from .. import log as _log
+from .. import parametrize, pass_test, start, start_soon
+from ..testing import running, running_or_loading
 from . import (
     binary,
     clock,
@@ -29,18 +30,22 @@ from . import (
     utils,
 )
 from . import log as _log_module  # noqa: F401  (so that the name below stays the logger)
+from .._core import create_task
+from ._bridge import bridge as external
+from ._bridge import resume as function
 from .decorators import coroutine, skipif, test, xfail
 
 __all__ = [
     "LANGUAGE",
-    "SIM_NAME",
-    "SIM_VERSION",
     "binary",
     "clock",
     "coroutine",
     "create_task",
     "decorators",
+    "end_test",
+    "external",
     "fork",
+    "function",
     "handle",
     "is_simulation",
     "log",
@@ -63,20 +68,28 @@ __all__ = [
     "xfail",
 ]
 
-__version__ = "2.0.0"
+__version__ = "2.1.0"
 """The version of cocotb whose names these are."""
 
+# Whether `import cocotb` gives this module: then what a run has is there while there is a run, and not before.
+_alias = False
+
 log = _log.log
-create_task = start_soon
 fork = start_soon
 parameterize = parametrize
+end_test = pass_test
 is_simulation = True
 LANGUAGE = "verilog"
-SIM_NAME = "Verilator"
-SIM_VERSION = "5"
 
 
 def __getattr__(name: str) -> Any:
+    # Properties of the run.
+    if name in ("SIM_NAME", "SIM_VERSION", "top"):
+        now = running_or_loading()
+        if name == "top" and (now is not None or _alias):
+            return now and now.dut
+        if name != "top":
+            return {"SIM_NAME": "Verilator", "SIM_VERSION": "5"}[name] if now is not None or not _alias else None
     # Properties of the running test.
     if name in ("top", "RANDOM_SEED", "random_seed", "plusargs", "argv"):
         now = running()

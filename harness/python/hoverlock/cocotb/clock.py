@@ -5,16 +5,29 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 from .. import clock as _clock
 from .._core import Handle
 from ..triggers import Timer
 
-__all__ = ["Clock", "Timer"]
+__all__ = ["BaseClock", "Clock", "Timer"]
 
 
-class Clock(_clock.Clock):
+class BaseClock:
+    """The base of clocks written by a bench."""
+
+    def __init__(self, signal: Handle) -> None:
+        self.signal = signal
+
+    @property
+    def log(self) -> logging.Logger:
+        """A logger with the names of class and signal."""
+        return logging.getLogger(f"cocotb.{type(self).__qualname__}.{self.signal._name}")
+
+
+class Clock(_clock.Clock, BaseClock):
     """`hoverlock.Clock` with cocotb's arguments; ``impl`` and ``set_action`` are ignored."""
 
     def __init__(

@@ -68,6 +68,9 @@ def test(*args: Any, **kwargs: Any) -> Any:
     return lambda function: testing.test(**{**getattr(function, "_hoverlock_options", {}), **kwargs})(coroutine(function))
 
 
+test._makes_tests = True  # type: ignore[attr-defined]  # it is no test itself: see the pytest plug-in
+
+
 def skipif(condition: bool, *, reason: str = "") -> Any:
     """Skips a test if a condition is true; written above or below ``test``.
 

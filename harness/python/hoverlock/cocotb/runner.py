@@ -100,13 +100,13 @@ class Verilator:
             chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
             session_seed = new_seed() if chosen is None else int(chosen)
             # Whether a bench uses internals shows only when it runs: the results of such a first run are not printed.
-            results = run(modules, design, seed=session_seed, names=names, quiet=not self.internals_are_chosen)
+            results = run(modules, design, seed=session_seed, names=names, quiet=not self.internals_are_chosen, fresh=True)
             if not self.internals_are_chosen and any(isinstance(r.error, NoSuchSignal) for r in results):
                 text = "a bench uses a signal that is not a port: all tests run again with all internal signals accessible; "
                 log.warning("%sfaster is build(..., internals=['u_core.state'])", text)
                 self.design, design = self.design.changed(internals=("*",)), design.changed(internals=("*",))
                 self.internals_are_chosen = True
-                results = run(modules, design, seed=session_seed, names=names)
+                results = run(modules, design, seed=session_seed, names=names, fresh=True)
             elif not self.internals_are_chosen:
                 say(results, session_seed)
         finally:

@@ -6,20 +6,14 @@
 
 from __future__ import annotations
 
-from ..errors import SimulationError
-
 __all__ = ["get_precision", "is_running"]
 
 
 def is_running() -> bool:
-    """Whether a test is running."""
-    from ..testing import running
+    """Whether a test is running, or modules are loaded to run."""
+    from ..testing import running_or_loading
 
-    try:
-        running()
-    except SimulationError:
-        return False
-    return True
+    return running_or_loading() is not None
 
 
 def get_precision() -> int:

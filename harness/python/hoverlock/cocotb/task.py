@@ -2,6 +2,7 @@
 
 from .._core import Task
 from ..errors import CancelledError
-from .triggers import Join
+from ._bridge import bridge, resume
+from .triggers import Join, TaskComplete
 
-__all__ = ["CancelledError", "Join", "Task"]
+__all__ = ["CancelledError", "Join", "Task", "TaskComplete", "bridge", "resume"]

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from .. import triggers as _triggers
 from .._core import Task
 from ..errors import TriggerError
 from ..triggers import (
     ClockCycles,
     Combine,
     Edge,
-    Event,
     FallingEdge,
     First,
-    Lock,
     NextTimeStep,
     NullTrigger,
     ReadOnly,
@@ -58,6 +57,37 @@ __all__ = [
 
 TriggerException = TriggerError
 Waitable = GPITrigger = PythonTrigger = Trigger
+
+
+class Event(_triggers.Event):
+    """`hoverlock.Event` with cocotb's attributes."""
+
+    def __init__(self, name: str | None = None) -> None:
+        super().__init__(name or "event")
+
+    @property
+    def fired(self) -> bool:
+        """The same as ``is_set()``, by cocotb 1's name."""
+        return self.is_set()
+
+
+class _Locked(int):
+    """Whether a lock is taken: an attribute in cocotb 1, a method in cocotb 2."""
+
+    def __call__(self) -> bool:
+        return bool(self)
+
+
+class Lock(_triggers.Lock):
+    """`hoverlock.Lock` with cocotb's attributes."""
+
+    def __init__(self, name: str | None = None) -> None:
+        super().__init__(name or "lock")
+
+    @property
+    def locked(self) -> Any:
+        """Whether a task has the lock; may be called, too."""
+        return _Locked(self._raw.locked())
 
 
 def Join(task: Task[Any]) -> Trigger:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
+
 from ..utils import _UNITS, get_sim_time
 
 __all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps"]
@@ -13,7 +16,17 @@ def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, 
     >>> get_sim_steps(2, "ns")
     2000
     """
-    return round(time * _UNITS[units or unit] / _UNITS["step"])
+    # By its digits: 0.1 ns is 100 steps, though no binary fraction is 0.1.
+    scaled = Fraction(str(time)) * _UNITS[units or unit] / _UNITS["step"]
+    if round_mode in (None, "error"):
+        if scaled.denominator != 1:
+            raise ValueError(f"{time} {units or unit} is not a whole number of steps (1 ps): give a round_mode")
+        return int(scaled)
+    if round_mode == "round":
+        return round(scaled)
+    if round_mode in ("ceil", "floor"):
+        return math.ceil(scaled) if round_mode == "ceil" else math.floor(scaled)
+    raise ValueError(f"no round_mode '{round_mode}': error, round, ceil or floor")
 
 
 def get_time_from_sim_steps(steps: int, unit: str | None = None, *, units: str | None = None) -> float:

@@ -12,55 +12,59 @@ use pyo3::prelude::*;
 
 use super::{EngineTask, failed, pause_of, reset_of, signal_of};
 use crate::handle::Handle;
+use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::trigger::Trigger;
 
+/// The word read and the response, once they are there.
+type Answer = Rc<RefCell<Option<(u64, u64)>>>;
+
 /// An access of a master in progress.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct Access {
-    task: EngineTask,
-    value: Rc<RefCell<Option<(u64, u64)>>>,
+    task: OnThread<EngineTask>,
+    value: OnThread<Answer>,
 }
 
 #[pymethods]
 impl Access {
-    fn ended(&self) -> Trigger {
-        self.task.ended()
+    fn ended(&self) -> PyResult<Trigger> {
+        Ok(self.task.get()?.ended())
     }
 
     /// The word read, and the response.
-    fn value(&self) -> (u64, u64) {
-        self.value.borrow().unwrap_or_default()
+    fn value(&self) -> PyResult<(u64, u64)> {
+        Ok(self.value.get()?.borrow().unwrap_or_default())
     }
 }
 
 fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
-    let value = Rc::new(RefCell::new(None));
+    let value: Answer = Rc::default();
     let slot = value.clone();
     let dut = simulation::current()?;
     let task = dut.spawn(name, async move {
         *slot.borrow_mut() = Some(work.await?);
         Ok::<(), Error>(())
     });
-    Ok(Access { task: EngineTask { id: task.id(), dut }, value })
+    Ok(Access { task: OnThread::new(EngineTask { id: task.id(), dut }), value: OnThread::new(value) })
 }
 
 /// A burst of a master in progress.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct Burst {
-    task: EngineTask,
-    words: Rc<RefCell<Vec<u64>>>,
+    task: OnThread<EngineTask>,
+    words: OnThread<Rc<RefCell<Vec<u64>>>>,
 }
 
 #[pymethods]
 impl Burst {
-    fn ended(&self) -> Trigger {
-        self.task.ended()
+    fn ended(&self) -> PyResult<Trigger> {
+        Ok(self.task.get()?.ended())
     }
 
     /// The words read; none of a write.
-    fn words<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
-        PyArray1::from_vec(py, self.words.take())
+    fn words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u64>>> {
+        Ok(PyArray1::from_vec(py, self.words.get()?.take()))
     }
 }
 
@@ -72,7 +76,7 @@ fn burst(name: &str, work: impl Future<Output = Result<Vec<u64>, Error>> + 'stat
         *slot.borrow_mut() = work.await?;
         Ok::<(), Error>(())
     });
-    Ok(Burst { task: EngineTask { id: task.id(), dut }, words })
+    Ok(Burst { task: OnThread::new(EngineTask { id: task.id(), dut }), words: OnThread::new(words) })
 }
 
 enum Speaks {
@@ -81,9 +85,9 @@ enum Speaks {
 }
 
 /// Reads and writes registers of the design.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawMaster {
-    speaks: Speaks,
+    speaks: OnThread<Speaks>,
 }
 
 #[pymethods]
@@ -97,11 +101,11 @@ impl RawMaster {
         } else {
             Speaks::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?)
         };
-        Ok(RawMaster { speaks })
+        Ok(RawMaster { speaks: OnThread::new(speaks) })
     }
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
-        match &self.speaks {
+        match self.speaks.get()? {
             Speaks::Avalon(_) => {
                 Err(PyTypeError::new_err("an Avalon-MM master does not pause: await between accesses"))
             }
@@ -113,7 +117,7 @@ impl RawMaster {
     }
 
     fn write(&self, address: u64, data: u64, bytes: Option<u64>) -> PyResult<Access> {
-        match &self.speaks {
+        match self.speaks.get()? {
             Speaks::Avalon(master) => {
                 let master = master.clone();
                 access("write", async move {
@@ -138,7 +142,7 @@ impl RawMaster {
     }
 
     fn read(&self, address: u64) -> PyResult<Access> {
-        match &self.speaks {
+        match self.speaks.get()? {
             Speaks::Avalon(master) => {
                 let master = master.clone();
                 access("read", async move { Ok((master.read(address).await?, 0)) })
@@ -175,7 +179,7 @@ impl RawMaster {
 
 impl RawMaster {
     fn avalon(&self) -> PyResult<&avalon_mm::Master> {
-        match &self.speaks {
+        match self.speaks.get()? {
             Speaks::Avalon(master) => Ok(master),
             Speaks::Axi(_) => Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
         }
@@ -188,9 +192,9 @@ enum Answers {
 }
 
 /// A memory that a master in the design reads and writes.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawMemory {
-    answers: Answers,
+    answers: OnThread<Answers>,
 }
 
 #[pymethods]
@@ -212,12 +216,12 @@ impl RawMemory {
         } else {
             Answers::Avalon(avalon_mm::Memory::new(&dut, &clock, prefix, reset).map_err(failed(py))?)
         };
-        Ok(RawMemory { answers })
+        Ok(RawMemory { answers: OnThread::new(answers) })
     }
 
     fn set_stall(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
         let pause = pause_of(pause, seed)?;
-        match &self.answers {
+        match self.answers.get()? {
             Answers::Avalon(memory) => memory.set_stall(pause),
             Answers::Axi(memory) => memory.set_stall(pause),
         }
@@ -229,7 +233,7 @@ impl RawMemory {
         if least == 0 || most < least {
             return Err(PyValueError::new_err(format!("a latency of {least} to {most} cycles: 1 at least, most last")));
         }
-        match &self.answers {
+        match self.answers.get()? {
             Answers::Avalon(memory) => memory.set_latency(least, most, seed),
             Answers::Axi(_) => {
                 return Err(PyTypeError::new_err("AXI4-Lite: use `stall`"));
@@ -240,7 +244,7 @@ impl RawMemory {
 
     /// Sets the distance between the addresses of a burst's words.
     fn set_step(&self, step: u64) -> PyResult<()> {
-        match &self.answers {
+        match self.answers.get()? {
             Answers::Avalon(memory) => memory.set_step(step),
             Answers::Axi(_) => return Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
         }
@@ -248,33 +252,35 @@ impl RawMemory {
     }
 
     /// Words from an address on, `step` addresses apart.
-    fn read<'py>(&self, py: Python<'py>, address: u64, count: usize, step: u64) -> Bound<'py, PyArray1<u64>> {
-        PyArray1::from_vec(py, (0..count as u64).map(|at| self.__getitem__(address + at * step)).collect())
+    fn read<'py>(&self, py: Python<'py>, address: u64, count: usize, step: u64) -> PyResult<Bound<'py, PyArray1<u64>>> {
+        let words: PyResult<Vec<u64>> = (0..count as u64).map(|at| self.__getitem__(address + at * step)).collect();
+        Ok(PyArray1::from_vec(py, words?))
     }
 
     /// Writes words from an address on.
-    fn write(&self, address: u64, words: Vec<u64>, step: u64) {
-        (0..).zip(words).for_each(|(at, word): (u64, u64)| self.__setitem__(address + at * step, word));
+    fn write(&self, address: u64, words: Vec<u64>, step: u64) -> PyResult<()> {
+        (0..).zip(words).try_for_each(|(at, word): (u64, u64)| self.__setitem__(address + at * step, word))
     }
 
-    fn __getitem__(&self, address: u64) -> u64 {
-        match &self.answers {
+    fn __getitem__(&self, address: u64) -> PyResult<u64> {
+        Ok(match self.answers.get()? {
             Answers::Avalon(memory) => memory.get(address),
             Answers::Axi(memory) => memory.get(address),
-        }
+        })
     }
 
-    fn __setitem__(&self, address: u64, word: u64) {
-        match &self.answers {
+    fn __setitem__(&self, address: u64, word: u64) -> PyResult<()> {
+        match self.answers.get()? {
             Answers::Avalon(memory) => memory.set(address, word),
             Answers::Axi(memory) => memory.set(address, word),
         }
+        Ok(())
     }
 
-    fn accesses(&self) -> u64 {
-        match &self.answers {
+    fn accesses(&self) -> PyResult<u64> {
+        Ok(match self.answers.get()? {
             Answers::Avalon(memory) => memory.accesses(),
             Answers::Axi(memory) => memory.accesses(),
-        }
+        })
     }
 }

@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 
 use super::{EngineTask, dialect_of, failed, pause_of, reset_of, signal_of};
 use crate::handle::Handle;
+use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::trigger::Trigger;
 
@@ -30,27 +31,27 @@ fn parts_of(py: Python<'_>, frame: Frame) -> FrameParts<'_> {
 }
 
 /// Symbols of a stream without packets that are waited for.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct Symbols {
-    task: EngineTask,
-    value: Rc<RefCell<Vec<u64>>>,
+    task: OnThread<EngineTask>,
+    value: OnThread<Rc<RefCell<Vec<u64>>>>,
 }
 
 #[pymethods]
 impl Symbols {
-    fn ended(&self) -> Trigger {
-        self.task.ended()
+    fn ended(&self) -> PyResult<Trigger> {
+        Ok(self.task.get()?.ended())
     }
 
-    fn value<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
-        PyArray1::from_vec(py, self.value.take())
+    fn value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u64>>> {
+        Ok(PyArray1::from_vec(py, self.value.get()?.take()))
     }
 }
 
 /// Drives a stream.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawSource {
-    source: stream::Source,
+    source: OnThread<stream::Source>,
 }
 
 #[pymethods]
@@ -71,28 +72,28 @@ impl RawSource {
         let ports = ports_of(py, &dut, prefix, dialect_of(bus, ready_latency)?, symbol_bits)?;
         let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
         let source = stream::Source::new(&dut, &signal_of(&dut, clock)?, ports, reset).map_err(failed(py))?;
-        Ok(RawSource { source })
+        Ok(RawSource { source: OnThread::new(source) })
     }
 
     fn send(&self, py: Python<'_>, symbols: Vec<u64>, channel: u64, error: u64, destination: u64) -> PyResult<()> {
-        self.source.send(&Frame { symbols, channel, error, destination }).map_err(failed(py))
+        self.source.get()?.send(&Frame { symbols, channel, error, destination }).map_err(failed(py))
     }
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
-        self.source.set_pause(pause_of(pause, seed)?);
+        self.source.get()?.set_pause(pause_of(pause, seed)?);
         Ok(())
     }
 
-    fn drained(&self) -> Trigger {
-        Trigger::new(self.source.idle().trigger())
+    fn drained(&self) -> PyResult<Trigger> {
+        Ok(Trigger::new(self.source.get()?.idle().trigger()))
     }
 
-    fn sent(&self) -> u64 {
-        self.source.sent()
+    fn sent(&self) -> PyResult<u64> {
+        Ok(self.source.get()?.sent())
     }
 
-    fn pending(&self) -> usize {
-        self.source.pending()
+    fn pending(&self) -> PyResult<usize> {
+        Ok(self.source.get()?.pending())
     }
 }
 
@@ -102,14 +103,14 @@ enum Hears {
 }
 
 /// Takes a stream, or listens to one.
-#[pyclass(unsendable, module = "hoverlock._core")]
+#[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawListener {
-    hears: Hears,
+    hears: OnThread<Hears>,
 }
 
 macro_rules! either {
     ($self:ident, $name:ident => $call:expr) => {
-        match &$self.hears {
+        match $self.hears.get()? {
             Hears::Sink($name) => $call,
             Hears::Monitor($name) => $call,
         }
@@ -142,11 +143,11 @@ impl RawListener {
         } else {
             Hears::Monitor(stream::Monitor::new(&dut, &clock, ports, reset, rules).map_err(failed(py))?)
         };
-        Ok(RawListener { hears })
+        Ok(RawListener { hears: OnThread::new(hears) })
     }
 
-    fn try_recv<'py>(&self, py: Python<'py>) -> Option<FrameParts<'py>> {
-        either!(self, l => l.try_recv()).map(|frame| parts_of(py, frame))
+    fn try_recv<'py>(&self, py: Python<'py>) -> PyResult<Option<FrameParts<'py>>> {
+        Ok(either!(self, l => l.try_recv()).map(|frame| parts_of(py, frame)))
     }
 
     fn recv_symbols(&self, count: usize) -> PyResult<Symbols> {
@@ -160,29 +161,29 @@ impl RawListener {
                 Ok::<(), Error>(())
             })
         });
-        Ok(Symbols { task: EngineTask { id: task.id(), dut }, value })
+        Ok(Symbols { task: OnThread::new(EngineTask { id: task.id(), dut }), value: OnThread::new(value) })
     }
 
-    fn arrived(&self) -> Trigger {
-        Trigger::new(either!(self, l => l.arrived()).trigger())
+    fn arrived(&self) -> PyResult<Trigger> {
+        Ok(Trigger::new(either!(self, l => l.arrived()).trigger()))
     }
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
-        if let Hears::Sink(sink) = &self.hears {
+        if let Hears::Sink(sink) = self.hears.get()? {
             sink.set_pause(pause_of(pause, seed)?);
         }
         Ok(())
     }
 
-    fn __len__(&self) -> usize {
-        either!(self, l => l.len())
+    fn __len__(&self) -> PyResult<usize> {
+        Ok(either!(self, l => l.len()))
     }
 
-    fn beats(&self) -> u64 {
-        either!(self, l => l.beats())
+    fn beats(&self) -> PyResult<u64> {
+        Ok(either!(self, l => l.beats()))
     }
 
-    fn violations(&self) -> Vec<String> {
-        either!(self, l => l.violations()).iter().map(ToString::to_string).collect()
+    fn violations(&self) -> PyResult<Vec<String>> {
+        Ok(either!(self, l => l.violations()).iter().map(ToString::to_string).collect())
     }
 }

@@ -1,11 +1,12 @@
 //! Bits of a signal.
 
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::PyIndexError;
+use pyo3::exceptions::{PyIndexError, PyTypeError};
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyInt, PySlice, PyString};
 
-use super::signal::{Access, Handle};
+use super::signal::{Access, Handle, has_unknown, resolve};
 use super::value::{Stored, Value};
 use crate::errors::RangeError;
 
@@ -29,15 +30,69 @@ pub(super) fn span(index: &Bound<'_, PyAny>, of_width: u32) -> PyResult<(u32, u3
     Ok((low, high - low + 1))
 }
 
+/// The same with positions from the left, both included: `[0]` is the highest bit, `[0:7]` are the highest eight.
+pub(super) fn span_from_left(index: &Bound<'_, PyAny>, of_width: u32) -> PyResult<(u32, u32)> {
+    let last = i64::from(of_width) - 1;
+    let within = |i: i64| {
+        let at = if i < 0 { i + last + 1 } else { i };
+        u32::try_from(at)
+            .ok()
+            .filter(|at| *at < of_width)
+            .ok_or_else(|| PyIndexError::new_err(format!("position {i} of a value of {of_width} bits")))
+    };
+    let Ok(slice) = index.cast::<PySlice>() else { return Ok((of_width - 1 - within(index.extract()?)?, 1)) };
+    let end = |name: &str, default: i64| -> PyResult<u32> {
+        let bound = slice.getattr(name)?;
+        within(if bound.is_none() { default } else { bound.extract()? })
+    };
+    let (left, right) = (end("start", 0)?, end("stop", last)?);
+    if left > right || !slice.getattr("step")?.is_none() {
+        return Err(PyIndexError::new_err(format!("[{left}:{right}]: positions count from the left, as in cocotb 1")));
+    }
+    Ok((of_width - 1 - right, right - left + 1))
+}
+
+/// The number that is written to a part of a signal: an integer, or binary digits.
+pub(super) fn number_of<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    let py = value.py();
+    let digits = match value.cast::<PyString>() {
+        Ok(text) => Some(text.to_str()?.to_owned()),
+        Err(_) => match value.getattr(intern!(py, "is_resolvable")) {
+            Ok(resolvable) if !resolvable.is_truthy()? => Some(value.str()?.to_str()?.to_owned()),
+            _ => None,
+        },
+    };
+    match digits {
+        Some(digits) if has_unknown(&digits) => py.get_type::<PyInt>().call1((resolve(py, name, &digits)?, 2)),
+        Some(digits) => py.get_type::<PyInt>().call1((digits, 2)),
+        None => value.call_method0("__index__"),
+    }
+}
+
 /// Some bits of a signal.
 ///
 /// >>> dut.leds[2].value = 1
 /// >>> dut.bus[7:4].value
+/// >>> await RisingEdge(dut.leds[2])
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct Bits {
     pub(super) handle: Py<Handle>,
     pub(super) low: u32,
     pub(super) width: u32,
+}
+
+impl Bits {
+    /// The signal and the position of a single bit.
+    pub fn single(&self, py: Python<'_>, what: &str) -> PyResult<(Py<Handle>, u8)> {
+        let handle = self.handle.bind(py).get();
+        match u8::try_from(self.low) {
+            Ok(at) if self.width == 1 && handle.width() <= 64 => Ok((self.handle.clone_ref(py), at)),
+            _ => Err(PyTypeError::new_err(format!(
+                "{what} takes a signal, or one bit of at most 64, not {}: use ValueChange of the signal",
+                self.__repr__(py)
+            ))),
+        }
+    }
 }
 
 #[pymethods]
@@ -52,10 +107,7 @@ impl Bits {
     fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let py = value.py();
         let handle = self.handle.bind(py).get();
-        let given = match value.cast::<PyString>() {
-            Ok(text) => py.get_type::<PyInt>().call1((text, 2))?,
-            Err(_) => value.call_method0("__index__")?,
-        };
+        let given = number_of(value, handle.name())?;
         let one = 1u32.into_bound_py_any(py)?;
         let size = one.lshift(self.width)?;
         let given = if given.lt(0)? { given.add(&size)? } else { given };
@@ -66,7 +118,7 @@ impl Bits {
                 handle.name()
             )));
         }
-        let whole = match handle.access.get() {
+        let whole = match handle.access.get()? {
             Access::Word(signal) => Stored::word(signal.get_pending()),
             Access::Wide(wide) => Stored::Wide(wide.get_pending().into_boxed_slice()),
         };

@@ -6,6 +6,8 @@ mod hierarchy;
 mod signal;
 mod value;
 
+use std::sync::Arc;
+
 use hoverlock_harness::model::{Direction, Storage};
 use hoverlock_harness::sim::Dut;
 use pyo3::prelude::*;
@@ -15,20 +17,21 @@ pub use self::array::{ArrayHandle, Element};
 pub use self::bits::Bits;
 pub use self::hierarchy::HierarchyBase;
 pub use self::signal::Handle;
-pub use self::value::Value;
+pub use self::value::{Value, count_bits_from_left};
 
 /// Ports and internals of a simulation, by name, in the order of the Verilog.
 pub fn all<'py>(py: Python<'py>, dut: &Dut) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
+    let top: Arc<str> = dut.top().into();
     for info in dut.signals() {
         let name = info.name.clone();
         if info.range.is_some() {
             if matches!(info.storage, Storage::Wide(_)) {
                 continue;
             }
-            list.append((name, Bound::new(py, ArrayHandle::new(dut, info)?)?))?;
+            list.append((name, Bound::new(py, ArrayHandle::new(dut, &top, info)?)?))?;
         } else {
-            list.append((name, Bound::new(py, Handle::new(dut, info)?)?))?;
+            list.append((name, Bound::new(py, Handle::new(dut, &top, info)?)?))?;
         }
     }
     Ok(list)

@@ -1,12 +1,15 @@
 //! The handle of a signal: a port or an internal one.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use hoverlock_harness::model::{SignalId, SignalInfo, Storage};
+use hoverlock_harness::build::EnumItems;
+use hoverlock_harness::model::{Direction, SignalId, SignalInfo, Storage};
 use hoverlock_harness::sim::{Dut, Signal, Wide};
 use pyo3::IntoPyObjectExt;
 use pyo3::basic::CompareOp;
 use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyInt, PyString};
@@ -30,9 +33,13 @@ pub(super) enum Access {
 #[pyclass(frozen, module = "hoverlock", weakref)]
 pub struct Handle {
     pub(super) access: OnThread<Access>,
-    info: OnThread<SignalInfo>,
     id: SignalId,
+    name: String,
+    top: Arc<str>,
+    direction: Direction,
     width: u32,
+    signed: bool,
+    items: EnumItems,
     pub rising: PyOnceLock<Py<RisingEdge>>,
     pub falling: PyOnceLock<Py<FallingEdge>>,
     pub change: PyOnceLock<Py<ValueChange>>,
@@ -40,7 +47,7 @@ pub struct Handle {
 }
 
 impl Handle {
-    pub fn new(dut: &Dut, info: SignalInfo) -> PyResult<Handle> {
+    pub fn new(dut: &Dut, top: &Arc<str>, info: SignalInfo) -> PyResult<Handle> {
         let (access, id) = if matches!(info.storage, Storage::Wide(_)) {
             let wide = dut.wide(&info.name).map_err(|e| errors::of_model(&e))?;
             let id = wide.id();
@@ -50,10 +57,22 @@ impl Handle {
             let id = signal.id();
             (Access::Word(signal), id)
         };
-        let width = info.width;
+        let SignalInfo { name, direction, width, signed, items, .. } = info;
         let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
-        let (access, info) = (OnThread::new(access), OnThread::new(info));
-        Ok(Handle { access, info, id, width, rising, falling, change, spare: PyOnceLock::new() })
+        Ok(Handle {
+            access: OnThread::new(access),
+            id,
+            name,
+            top: top.clone(),
+            direction,
+            width,
+            signed,
+            items,
+            rising,
+            falling,
+            change,
+            spare: PyOnceLock::new(),
+        })
     }
 
     pub fn id(&self) -> SignalId {
@@ -61,7 +80,12 @@ impl Handle {
     }
 
     pub fn name(&self) -> &str {
-        &self.info.get().name
+        &self.name
+    }
+
+    /// An error on another thread than the simulation's.
+    pub fn check_thread(&self) -> PyResult<()> {
+        self.access.get().map(|_| ())
     }
 
     pub fn width(&self) -> u32 {
@@ -72,37 +96,46 @@ impl Handle {
     fn write_other(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         if let Ok(text) = value.cast::<PyString>() {
             let text = text.to_str()?;
-            if let Ok(code) = self.info.get().value_of(text) {
-                return self.write_int(code.into_bound_py_any(value.py())?.cast::<PyInt>()?);
+            if let Some((_, code)) = self.items.iter().find(|(name, _)| name == text) {
+                return self.write_int((*code).into_bound_py_any(value.py())?.cast::<PyInt>()?);
             }
             return self.write_int(&self.parse_binary(value.py(), text)?);
+        }
+        // A `LogicArray` or a `Logic` with digits that are no numbers.
+        let py = value.py();
+        if let Ok(resolvable) = value.getattr(intern!(py, "is_resolvable"))
+            && !resolvable.is_truthy()?
+        {
+            return self.write_int(&self.parse_binary(py, value.str()?.to_str()?)?);
         }
         match value.call_method0("__index__") {
             Ok(index) => self.write_int(index.cast::<PyInt>()?),
             Err(_) => Err(PyTypeError::new_err(format!(
                 "'{}' takes an integer, a binary string or the name of an enumeration item, not {}",
-                self.info.get().name,
+                self.name,
                 value.repr()?
             ))),
         }
     }
 
     fn parse_binary<'py>(&self, py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyInt>> {
-        let digits: String = text.chars().filter(|c| *c != '_').collect();
+        let mut digits: String = text.chars().filter(|c| *c != '_').collect();
+        if digits.len() == self.width as usize && has_unknown(&digits) {
+            digits = resolve(py, &self.name, &digits)?;
+        }
         if digits.len() != self.width as usize || !digits.chars().all(|c| c == '0' || c == '1') {
-            let names: Vec<&str> = self.info.get().items.iter().map(|(name, _)| name.as_str()).collect();
+            let names: Vec<&str> = self.items.iter().map(|(name, _)| name.as_str()).collect();
             let names = if names.is_empty() { String::new() } else { format!(", or one of {}", names.join(", ")) };
             return Err(PyValueError::new_err(format!(
                 "'{text}' is not a value of '{}': {} digits 0 and 1 are expected{names} (Verilator has no X and no Z)",
-                self.info.get().name,
-                self.width
+                self.name, self.width
             )));
         }
         Ok(py.get_type::<PyInt>().call1((digits, 2))?.cast_into::<PyInt>()?)
     }
 
     pub(super) fn write_int(&self, value: &Bound<'_, PyInt>) -> PyResult<()> {
-        match self.access.get() {
+        match self.access.get()? {
             Access::Word(signal) => match value.extract::<u64>() {
                 Ok(word) => signal.set(word),
                 Err(_) => match value.extract::<i64>() {
@@ -132,12 +165,18 @@ impl Handle {
     }
 
     fn out_of_range(&self, value: &Bound<'_, PyAny>) -> PyErr {
-        RangeError::new_err(format!(
-            "{value} does not fit '{}', which is {} bits wide",
-            self.info.get().name,
-            self.width
-        ))
+        RangeError::new_err(format!("{value} does not fit '{}', which is {} bits wide", self.name, self.width))
     }
+}
+
+/// Whether there are digits among them that a signal here cannot have, and no others.
+pub(super) fn has_unknown(digits: &str) -> bool {
+    digits.chars().all(|c| "01XZUWLH-xzuwlh".contains(c)) && digits.contains(|c| c != '0' && c != '1')
+}
+
+/// Digits with `X`, `Z` and the like as digits 0 and 1, if the bench has asked for that.
+pub(super) fn resolve(py: Python<'_>, name: &str, digits: &str) -> PyResult<String> {
+    py.import("hoverlock.unknown")?.call_method1("resolve", (name, digits))?.extract()
 }
 
 #[pymethods]
@@ -146,7 +185,7 @@ impl Handle {
     #[getter]
     #[inline]
     pub(super) fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
-        let bits = match self.access.get() {
+        let bits = match self.access.get()? {
             Access::Word(signal) => {
                 let word = signal.get();
                 // Most values are used once: an object that nothing else refers to is reused, which halves the cost of
@@ -163,7 +202,7 @@ impl Handle {
             }
             Access::Wide(wide) => Stored::Wide(wide.get().into_boxed_slice()),
         };
-        let value = Bound::new(py, Value { bits, width: self.width, signed: self.info.get().signed })?;
+        let value = Bound::new(py, Value { bits, width: self.width, signed: self.signed })?;
         // The first object is kept for reuse; while it is referred to elsewhere, reads allocate new ones.
         let _ = self.spare.set(py, value.clone().unbind());
         Ok(value)
@@ -172,7 +211,7 @@ impl Handle {
     #[setter]
     #[inline]
     fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        if let Access::Word(signal) = self.access.get()
+        if let Access::Word(signal) = self.access.get()?
             && let Some(word) = word_of(value)
         {
             return signal.set(word).map_err(|e| errors::of_model(&e));
@@ -219,16 +258,32 @@ impl Handle {
         slf.py().get_type::<ValueChange>().call1((slf,))
     }
 
-    /// The name below the top module.
+    /// The signal's own name, without those of the instances it is in.
     #[getter]
     fn _name(&self) -> &str {
-        &self.info.get().name
+        self.name.rsplit('.').next().unwrap_or(&self.name)
     }
 
-    /// The name below the top module.
+    /// The name from the top module on.
     #[getter]
-    fn _path(&self) -> &str {
-        &self.info.get().name
+    fn _path(&self) -> String {
+        format!("{}.{}", self.top, self.name)
+    }
+
+    /// The type, by cocotb's name.
+    #[getter]
+    fn _type(&self) -> &'static str {
+        match (self.width, self.items.is_empty()) {
+            (_, false) => "GPI_ENUM",
+            (1, _) => "GPI_LOGIC",
+            _ => "GPI_LOGIC_ARRAY",
+        }
+    }
+
+    /// The highest and the lowest bit.
+    #[getter]
+    fn _range(&self) -> (u32, u32) {
+        (self.width - 1, 0)
     }
 
     /// A logger with the name of the signal.
@@ -240,22 +295,25 @@ impl Handle {
     /// `input`, `output`, `inout` or `internal`.
     #[getter]
     fn direction(&self) -> &'static str {
-        direction_name(self.info.get().direction)
+        direction_name(self.direction)
     }
 
     /// Whether the Verilog type is signed.
     #[getter]
     fn is_signed(&self) -> bool {
-        self.info.get().signed
+        self.signed
     }
 
     /// The name of the value, if the type is an enumeration that has it; otherwise None.
     #[getter]
-    fn value_name(&self) -> Option<&str> {
-        match self.access.get() {
-            Access::Word(signal) => self.info.get().item(signal.get()),
+    fn value_name(&self) -> PyResult<Option<&str>> {
+        Ok(match self.access.get()? {
+            Access::Word(signal) => {
+                let value = signal.get();
+                self.items.iter().find(|(_, code)| *code == value).map(|(name, _)| name.as_str())
+            }
             Access::Wide(_) => None,
-        }
+        })
     }
 
     fn __len__(&self) -> usize {
@@ -298,6 +356,6 @@ impl Handle {
     }
 
     fn __repr__(&self) -> String {
-        format!("<{} {} [{}:0]>", direction_name(self.info.get().direction), self.info.get().name, self.width - 1)
+        format!("<{} {} [{}:0]>", direction_name(self.direction), self.name, self.width - 1)
     }
 }

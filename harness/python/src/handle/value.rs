@@ -1,13 +1,13 @@
 //! Values read from signals.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use pyo3::IntoPyObjectExt;
 use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
 use pyo3::types::{PyInt, PyIterator, PyList, PyString};
 
-use super::bits::span;
+use super::bits::{span, span_from_left};
 
 /// The value of an `int` (or `bool`) that fits 64 bits; faster than pyo3's `extract`, which looks for `__index__`
 /// first.
@@ -23,6 +23,15 @@ pub(super) fn word_of(value: &Bound<'_, PyAny>) -> Option<u64> {
         }
         Some(word)
     }
+}
+
+/// Whether positions in a value count from the left, as in cocotb 1.
+static LEFT_FIRST: AtomicBool = AtomicBool::new(false);
+
+/// Sets whether positions in a value count from the left.
+#[pyfunction]
+pub fn count_bits_from_left(yes: bool) {
+    LEFT_FIRST.store(yes, Ordering::Relaxed);
 }
 
 /// Atomic only so that the object may be shared; see `Handle::get_value` for when it is written.
@@ -144,9 +153,14 @@ impl Value {
         PyList::new(slf.py(), bits.map(|v| Bound::new(slf.py(), v)).collect::<PyResult<Vec<_>>>()?)?.try_iter()
     }
 
-    /// `value[3]` is bit 3, `value[7:0]` the lowest eight, as in Verilog.
+    /// `value[3]` is bit 3, `value[7:0]` the lowest eight, as in Verilog. Where cocotb 1's habits were asked for,
+    /// positions count from the left: `value[0]` is the highest bit, `value[0:7]` the highest eight.
     fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<Value> {
-        let (low, width) = span(index, self.width)?;
+        let (low, width) = if LEFT_FIRST.load(Ordering::Relaxed) {
+            span_from_left(index, self.width)?
+        } else {
+            span(index, self.width)?
+        };
         Ok(self.part(low, width))
     }
 
@@ -187,6 +201,20 @@ impl Value {
     #[getter]
     fn is_resolvable(&self) -> bool {
         true
+    }
+
+    /// The value itself: there is no digit to resolve. Of cocotb's `LogicArray`.
+    #[pyo3(signature = (resolver = None))]
+    fn resolve<'py>(slf: Bound<'py, Self>, resolver: Option<&Bound<'py, PyAny>>) -> Bound<'py, Self> {
+        let _ = resolver;
+        slf
+    }
+
+    /// The bits' positions, highest first.
+    #[getter]
+    fn range<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let kind = py.import("hoverlock.cocotb.types")?.getattr("Range")?;
+        kind.call1((i64::from(self.width) - 1, "downto", 0))
     }
 
     /// The width in bits.

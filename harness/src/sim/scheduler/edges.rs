@@ -74,7 +74,12 @@ impl Core {
     /// The index of a signal, which must be one of this simulation's model.
     #[inline]
     fn index_of(&self, signal: SignalId) -> Result<u32, SimError> {
-        if signal.model() == self.model_id { Ok(signal.index() as u32) } else { Err(SimError::OtherSimulation) }
+        if self.has(signal) { Ok(signal.index() as u32) } else { Err(SimError::OtherSimulation) }
+    }
+
+    #[inline]
+    pub fn has(&self, signal: SignalId) -> bool {
+        signal.model() == self.model_id
     }
 
     /// Begins a wait for an edge that wakes `target`.
@@ -86,7 +91,7 @@ impl Core {
         count: u64,
         target: Target,
     ) -> Result<WaitId, SimError> {
-        let signal = self.begin_watching(signal, count)?;
+        let signal = self.begin_watching(signal, edge, count)?;
         let wait_id = self.new_wait(target, Waiting::Edge(signal, edge, count));
         let watcher = Watcher { waiter: Waiter::Wait(wait_id), edge, remaining: count };
         self.signals[signal as usize].watchers.borrow_mut().push(watcher);
@@ -96,7 +101,7 @@ impl Core {
     /// Begins the wait of a coroutine for an edge alone.
     #[inline]
     pub(super) fn arm_task(&self, id: TaskId, signal: SignalId, edge: Edge, count: u64) -> Result<(), SimError> {
-        let signal = self.begin_watching(signal, count)?;
+        let signal = self.begin_watching(signal, edge, count)?;
         let mut tasks = self.tasks.borrow_mut();
         let task = &mut tasks[id.index as usize];
         task.waits = task.waits.wrapping_add(1);
@@ -107,12 +112,20 @@ impl Core {
     }
 
     #[inline]
-    fn begin_watching(&self, signal: SignalId, count: u64) -> Result<u32, SimError> {
+    fn begin_watching(&self, signal: SignalId, edge: Edge, count: u64) -> Result<u32, SimError> {
         let signal = self.index_of(signal)?;
         if count == 0 {
             return Err(SimError::BadTime("ClockCycles of 0 cycles: nothing to wait for".into()));
         }
         let state = &self.signals[signal as usize];
+        if matches!(state.storage, Storage::Wide(_))
+            && matches!(edge, Edge::RisingBit(_) | Edge::FallingBit(_) | Edge::AnyBit(_))
+        {
+            let name = self.signal_name(signal);
+            return Err(SimError::BadTime(format!(
+                "'{name}' is wider than 64 bits: its bits have no edges of their own"
+            )));
+        }
         if state.observed && !state.listed.get() {
             self.observe(signal);
         }

@@ -94,6 +94,7 @@ pub(crate) struct Core {
     signals: Vec<SignalState>,
     now: Cell<Time>,
     region: Cell<Region>,
+    ended: Cell<bool>,
     writes: RefCell<Vec<Write>>,
     applying: RefCell<Vec<Write>>,
     large_writes: RefCell<Vec<LargeWrite>>,
@@ -105,6 +106,8 @@ pub(crate) struct Core {
     agents: RefCell<Vec<Option<Box<dyn Agent>>>>,
     timers: RefCell<BinaryHeap<Reverse<TimerEntry>>>,
     timer_order: Cell<u64>,
+    /// How many of the timers were given up.
+    stale_timers: Cell<usize>,
     pub clocks: RefCell<Vec<ClockState>>,
     read_only: RefCell<Vec<WaitId>>,
     read_write: RefCell<Vec<WaitId>>,
@@ -151,6 +154,7 @@ impl Core {
             signals,
             now: Cell::new(Time::ZERO),
             region: Cell::new(Region::Active),
+            ended: Cell::new(false),
             writes: RefCell::default(),
             applying: RefCell::default(),
             large_writes: RefCell::default(),
@@ -162,6 +166,7 @@ impl Core {
             agents: RefCell::default(),
             timers: RefCell::default(),
             timer_order: Cell::new(0),
+            stale_timers: Cell::new(0),
             clocks: RefCell::default(),
             read_only: RefCell::default(),
             read_write: RefCell::default(),
@@ -266,8 +271,17 @@ impl Core {
         Ok(())
     }
 
+    /// No write is taken any more: the simulation has ended.
+    pub fn end(&self) {
+        self.ended.set(true);
+        self.region.set(Region::ReadOnly);
+    }
+
     #[cold]
     fn write_in_read_only(&self, signal: u32) -> ModelError {
+        if self.ended.get() {
+            return ModelError::Ended { signal: self.signal_name(signal) };
+        }
         ModelError::WriteInReadOnly { signal: self.signal_name(signal), time: self.now() }
     }
 

@@ -103,15 +103,19 @@ impl Core {
     }
 
     fn describe_edge(&self, signal: u32, edge: Edge, count: u64) -> String {
-        let name = match edge {
-            Edge::Rising => "RisingEdge",
-            Edge::Falling => "FallingEdge",
-            Edge::Any => "ValueChange",
+        let (name, bit) = match edge {
+            Edge::Rising => ("RisingEdge", None),
+            Edge::Falling => ("FallingEdge", None),
+            Edge::Any => ("ValueChange", None),
+            Edge::RisingBit(at) => ("RisingEdge", Some(at)),
+            Edge::FallingBit(at) => ("FallingEdge", Some(at)),
+            Edge::AnyBit(at) => ("ValueChange", Some(at)),
         };
+        let bit = bit.map_or(String::new(), |at| format!("[{at}]"));
         let state = &self.signals[signal as usize];
         // SAFETY: the model lives as long as the core.
         let value = unsafe { load(state.data, state.storage) };
         let times = if count > 1 { format!(", {count} times") } else { String::new() };
-        format!("{name}({}{times}), which is {value:#x}", self.signal_name(signal))
+        format!("{name}({}{bit}{times}), which is {value:#x}", self.signal_name(signal))
     }
 }

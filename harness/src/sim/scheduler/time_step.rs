@@ -89,6 +89,7 @@ impl Core {
                 return Some(clock.map_or(entry.at, |c| c.min(entry.at)));
             }
             timers.pop();
+            self.stale_timers.set(self.stale_timers.get().saturating_sub(1));
         }
         clock
     }

@@ -93,7 +93,7 @@ impl Core {
                     sync.0.flag.set(true);
                     self.fire(wait_id, None);
                 } else {
-                    sync.0.waiters.borrow_mut().push(wait_id);
+                    sync.0.waiters.borrow_mut().push_back(wait_id);
                 }
                 wait_id
             }
@@ -137,7 +137,6 @@ impl Core {
         if parts.is_empty() {
             return Err(SimError::BadTime(format!("{name} of nothing")));
         }
-        let is_first = matches!(waiting, Waiting::First(_));
         // A part may fire while it is armed: `Combine` knows the number of its parts before.
         let wait_id = self.new_wait(target, waiting);
         for (index, part) in parts.iter().enumerate() {
@@ -148,7 +147,8 @@ impl Core {
                     return Err(error);
                 }
             }
-            if is_first && !self.is_armed(wait_id) {
+            // Over already: `First` by a part that fired, `Combine` by one that failed.
+            if !self.is_armed(wait_id) {
                 break;
             }
         }
@@ -220,14 +220,62 @@ impl Core {
         match waiting {
             Waiting::First(parts) | Waiting::Combine(parts, _) => parts.into_iter().for_each(|p| self.disarm(p)),
             Waiting::Edge(signal, ..) if state == State::Armed => self.compact(signal),
-            Waiting::Sync(sync) if state == State::Fired && sync.0.exclusive => self.release(&sync),
+            Waiting::Until(_) if state == State::Armed => self.abandon_timer(),
+            Waiting::Named("$finish") if state == State::Armed => {
+                self.finish_waiters.borrow_mut().retain(|w| *w != wait_id);
+            }
+            Waiting::Join(id) if state == State::Armed => self.abandon_join(id, wait_id),
+            Waiting::Sync(sync) if state == State::Armed => self.abandon_sync(&sync),
+            Waiting::Sync(sync) if sync.0.exclusive => self.release(&sync),
             _ => {}
+        }
+    }
+
+    /// Drops the waits for an event or a lock that were given up, once they are half of the list: a wait costs the
+    /// same however many were given up before.
+    #[cold]
+    fn abandon_sync(&self, sync: &Sync) {
+        let stale = sync.0.stale.get() + 1;
+        let mut waiters = sync.0.waiters.borrow_mut();
+        if stale > 16 && stale * 2 > waiters.len() {
+            waiters.retain(|w| self.is_armed(*w));
+            sync.0.stale.set(0);
+        } else {
+            sync.0.stale.set(stale);
+        }
+    }
+
+    /// The same for timers.
+    #[cold]
+    fn abandon_timer(&self) {
+        let stale = self.stale_timers.get() + 1;
+        let mut timers = self.timers.borrow_mut();
+        if stale > 16 && stale * 2 > timers.len() {
+            timers.retain(|Reverse(t)| self.is_armed(WaitId { index: t.wait_id.0, generation: t.wait_id.1 }));
+            self.stale_timers.set(0);
+        } else {
+            self.stale_timers.set(stale);
+        }
+    }
+
+    #[cold]
+    fn abandon_join(&self, id: TaskId, wait_id: WaitId) {
+        let mut tasks = self.tasks.borrow_mut();
+        if let Some(task) = tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) {
+            task.joiners.retain(|w| *w != wait_id);
         }
     }
 
     /// Ends a wait: its task becomes ready.
     #[inline]
     pub(super) fn fire(&self, wait_id: WaitId, outcome: Option<Box<Outcome>>) {
+        let failed = matches!(outcome.as_deref(), Some(Outcome::Failed(_) | Outcome::Cancelled));
+        self.fire_as(wait_id, outcome, failed);
+    }
+
+    /// The same; `failed`: the task waited for, or one of a part, failed or was cancelled.
+    #[inline]
+    fn fire_as(&self, wait_id: WaitId, outcome: Option<Box<Outcome>>, failed: bool) {
         let target = {
             let mut wait_table = self.wait_table.borrow_mut();
             let Some(slot) = wait_table.get_mut(wait_id).filter(|n| n.state == State::Armed) else { return };
@@ -244,12 +292,13 @@ impl Core {
                 waker.wake();
                 self.collect_woken();
             }
-            Target::Parent(parent, index) => self.part_fired(parent, index),
+            Target::Parent(parent, index) => self.part_fired(parent, index, failed),
         }
     }
 
+    /// `First` is over with any part, `Combine` with the last one or with one that failed.
     #[cold]
-    pub(super) fn part_fired(&self, parent: WaitId, index: u32) {
+    fn part_fired(&self, parent: WaitId, index: u32, failed: bool) {
         let over = {
             let mut wait_table = self.wait_table.borrow_mut();
             let Some(slot) = wait_table.get_mut(parent) else { return };
@@ -257,13 +306,13 @@ impl Core {
                 Waiting::First(_) => Some(Some(Box::new(Outcome::First(index as usize, Box::new(Outcome::Fired))))),
                 Waiting::Combine(_, remaining) => {
                     *remaining -= 1;
-                    (*remaining == 0).then_some(None)
+                    (failed || *remaining == 0).then_some(None)
                 }
                 _ => None,
             }
         };
         if let Some(outcome) = over {
-            self.fire(parent, outcome);
+            self.fire_as(parent, outcome, failed);
         }
     }
 
@@ -275,20 +324,18 @@ impl Core {
     pub fn set_event(&self, event: &Sync) {
         event.0.flag.set(true);
         let waiters = std::mem::take(&mut *event.0.waiters.borrow_mut());
+        event.0.stale.set(0);
         waiters.into_iter().for_each(|wait_id| self.fire(wait_id, None));
     }
 
     /// Gives a lock to the task that has waited longest, or sets it free.
     pub fn release(&self, lock: &Sync) {
         loop {
-            let next = {
-                let mut waiters = lock.0.waiters.borrow_mut();
-                if waiters.is_empty() { None } else { Some(waiters.remove(0)) }
-            };
+            let next = lock.0.waiters.borrow_mut().pop_front();
             match next {
                 None => return lock.0.flag.set(false),
                 Some(wait_id) if self.is_armed(wait_id) => return self.fire(wait_id, None),
-                Some(_) => {}
+                Some(_) => lock.0.stale.set(lock.0.stale.get().saturating_sub(1)),
             }
         }
     }

@@ -1,0 +1,453 @@
+"""What differs from cocotb: the table of "Coming from cocotb", and for each row the bench that shows it.
+
+    python docs/differences.py          writes the table into the page
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hoverlock
+import hoverlock.cocotb as cocotb
+from hoverlock import Clock, ClockCycles, Design, First, ReadOnly, RisingEdge, Session, Timer, simulate, start_soon
+from hoverlock.cocotb.handle import Force, Freeze, Release
+from hoverlock.cocotb.types import LogicArray
+
+HERE = Path(__file__).resolve().parent
+PAGE = HERE / "coming-from-cocotb.md"
+BEGIN, END = "<!-- written by docs/differences.py -->\n", "<!-- end -->\n"
+
+DESIGNS = HERE.parent / "tests" / "designs"
+counter = Design(DESIGNS / "counter.v", top="counter")
+talker = Design(DESIGNS / "talker.v", top="talker")
+generated = Design(DESIGNS / "generated.sv", top="generated", internals=["*"])
+
+
+@dataclass
+class Difference:
+    """A row of the table."""
+
+    what: str
+    cocotb: str
+    here: str
+    why: str
+    check: Callable[[], Any]
+
+
+ROWS: list[Difference] = []
+
+
+def row(what: str, of_cocotb: str, here: str, why: str = "") -> Callable[[Callable[[], Any]], Callable[[], Any]]:
+    """Adds a row; what is decorated shows it, and raises if it is not so."""
+
+    def add(check: Callable[[], Any]) -> Callable[[], Any]:
+        ROWS.append(Difference(what, of_cocotb, here, why, check))
+        return check
+
+    return add
+
+
+def bench(design: Design = counter) -> Callable[[Any], Callable[[], Any]]:
+    """Makes a check of a bench on a design."""
+    return lambda coroutine: lambda: simulate(design, coroutine)
+
+
+@row(
+    "states", "0, 1, X, Z",
+    "signals 0 and 1; values made by a bench, such as `LogicArray(\"1X\")`, all. `Design(..., random_initial=True)` starts "
+    "registers without reset with random bits of the test's seed, which finds a missing reset",
+    "Verilator has two",
+)  # fmt: skip
+def states() -> None:
+    async def first(dut: Any) -> int:
+        return int(dut.count.value)
+
+    assert simulate(counter, first) == 0
+    started = counter.changed(random_initial=True)
+    assert len({simulate(started, first, seed=seed) for seed in range(8)}) > 2 and str(LogicArray("1X")) == "1X"
+
+
+@row(
+    "`X` and `Z` written to a signal", "written",
+    "an error; as 0 under the alias, or as `COCOTB_RESOLVE_X` says (`zeros`, `ones`, `random`, `error`), with one warning for "
+    "each signal; `hoverlock.unknown.set_choice` without it",
+    "two states",
+)  # fmt: skip
+@bench()
+async def unknown_written(dut: Any) -> None:
+    with pytest.raises(ValueError, match="Verilator has no X"):
+        dut.step.value = LogicArray("XXXXXXXX")
+    with hoverlock.unknown.written_as("ones"):
+        dut.step.value = "XXXX0000"
+    await Timer(1, "ns")
+    assert dut.step.value == 0xF0
+
+
+@row(
+    "a fresh model", "all tests of a run share one simulation",
+    "each test has its own, at time 0; a write through a handle of a test that has ended is an error",
+    "a test means the same alone and among others; a model costs microseconds",
+)  # fmt: skip
+def fresh_model() -> None:
+    kept: list[Any] = []
+
+    async def bench(dut: Any) -> float:
+        kept.append(dut.step)
+        await Timer(3, "ns")
+        return hoverlock.get_sim_time("ns")
+
+    assert simulate(counter, bench) == simulate(counter, bench) == 3
+    with pytest.raises(hoverlock.SimulationError, match="a simulation that has ended"):
+        kept[0].value = 1
+
+
+@row(
+    "region of a read after an edge", "depends on the simulator's VPI",
+    "registers show their value before the edge, always. `Design(..., edges_after_eval=True)` gives the values after the edge",
+    "the races that make benches flaky have one outcome",
+)  # fmt: skip
+def region_of_reads() -> None:
+    async def third(dut: Any) -> int:
+        Clock(dut.clk, 10, "ns").start()
+        dut.enable.value, dut.step.value = 1, 1
+        await ClockCycles(dut.clk, 3)
+        return int(dut.count.value)
+
+    assert simulate(counter, third) == 2 and simulate(counter.changed(edges_after_eval=True), third) == 3
+
+
+@row(
+    "`Timer` that ends at a clock edge", "a write then races with the edge",
+    "the edge samples the new value, and a warning is logged once", "as in other simulators",
+)  # fmt: skip
+@bench()
+async def timer_at_an_edge(dut: Any) -> None:
+    Clock(dut.clk, 10, "ns").start()
+    await Timer(20, "ns")
+    dut.enable.value, dut.step.value = 1, 5
+    await Timer(1, "ns")
+    assert dut.count.value == 5
+
+
+@row("invalid writes", "some are silent", "to an output, in `ReadOnly`, or of a value that does not fit: an error that says so")
+@bench()
+async def invalid_writes(dut: Any) -> None:
+    with pytest.raises(hoverlock.NotWritable):
+        dut.count.value = 1
+    with pytest.raises(hoverlock.RangeError):
+        dut.step.value = 256
+    await ReadOnly()
+    with pytest.raises(RuntimeError, match="in ReadOnly"):
+        dut.step.value = 1
+
+
+@row(
+    "result of `await RisingEdge(..)`", "the trigger",
+    "`None`. The result of `First` is the trigger that fired, or the result of the task", "speed",
+)  # fmt: skip
+@bench()
+async def result_of_a_wait(dut: Any) -> None:
+    Clock(dut.clk, 10, "ns").start()
+    edge = RisingEdge(dut.clk)
+    assert await edge is None and await First(Timer(1, "us"), edge) is edge
+
+
+@row(
+    "a wrong name", "`AttributeError`", "the same, with the nearest names; of a hidden internal, how to reach it",
+)  # fmt: skip
+@bench()
+async def wrong_name(dut: Any) -> None:
+    with pytest.raises(AttributeError, match="nearest: count"):
+        dut.cuont.value
+    with pytest.raises(AttributeError, match=r"Design\(\.\.\., internals=\[\"next\"\]\)"):
+        dut.next.value
+
+
+@row(
+    "internals", "all visible, or none",
+    "those named in `Design(..., internals=[\"u_core.state\"])`, registers in generate blocks too; with cocotb's runner, a bench "
+    "that asks for one is run again on a model with all; of a top without ports all. Not reached: signals of interfaces, "
+    "classes, queues, events, `real` and string variables",
+    "everything public costs a third of the speed on a small model and 3.7 times on a large one",
+)  # fmt: skip
+@bench(generated)
+async def internals(dut: Any) -> None:
+    assert "state" in dut and "q" in dut.lane[2] and not {"numbers", "tick", "link", "i"} & set(dut._children)
+
+
+@row(
+    "`dut.x.value[0]`", "cocotb 1: the highest bit; 2: bit 0",
+    "bit 0, `value[7:4]` slices as in Verilog; with `--cocotb-version 1.9` as in cocotb 1. Iterating begins with the highest bit",
+    "cocotb 2's way",
+)  # fmt: skip
+@bench()
+async def bits_of_a_value(dut: Any) -> None:
+    dut.step.value = 0b1000_0001
+    await Timer(1, "ns")
+    assert dut.step.value[7:4] == 8 and dut.step.value[0] == 1 and [int(bit) for bit in dut.step.value][1:] == [0, 0, 0, 0, 0, 0, 1]
+    hoverlock._core.count_bits_from_left(True)
+    try:
+        assert dut.step.value[0:3] == 8 and dut.step.value[7] == 1
+    finally:
+        hoverlock._core.count_bits_from_left(False)
+
+
+@row(
+    "bits of a signal, `dut.x[3]`", "handles where the simulator has them",
+    "read, written, and awaited in signals of at most 64 bits; writes of several bits in a step add up",
+    "bits are no objects of their own in Verilator",
+)  # fmt: skip
+@bench()
+async def bits_of_a_signal(dut: Any) -> None:
+    dut.step[0].value, dut.step[3].value = 1, 1
+    await RisingEdge(dut.step[3])
+    await Timer(1, "ns")
+    assert dut.step.value == 9
+
+
+@row(
+    "packed structs, arrays of arrays, memories with elements of more than 64 bits", "handles of their own",
+    "a packed struct is a vector; the others are not reached", "limits of the engine",
+)  # fmt: skip
+def shapes() -> None:
+    odd = Design(HERE.parents[1] / "tests" / "designs" / "odd.sv", top="odd", internals=["*"])
+    with Session(odd) as session, pytest.raises(hoverlock.NoSuchSignal, match="cannot be accessed"):
+        session.dut.rows.value
+
+
+@row("`Force`, `Release`, `Freeze`", "yes", "an error", "the model's own assignments cannot be overridden")
+def forcing() -> None:
+    for kind in (Force, Freeze, Release):
+        with pytest.raises(NotImplementedError, match="cannot be overridden"):
+            kind(1)
+
+
+@row(
+    "`setimmediatevalue`, `Immediate`, `Deposit`", "at once", "as `value = `: of two writes in a step the last counts",
+    "there is no delta cycle to save",
+)  # fmt: skip
+@bench()
+async def immediate(dut: Any) -> None:
+    dut.step.setimmediatevalue(3)
+    assert dut.step.value == 0
+    await Timer(1, "ns")
+    assert dut.step.value == 3
+
+
+@row(
+    "`Clock(...).start()`", "a coroutine, or a task",
+    "starts at once and gives the clock, which `start_soon` gives back; `stop()`, `kill()`, `cancel()` all stop it",
+    "the engine drives it; no Python runs",
+)  # fmt: skip
+@bench()
+async def clocks(dut: Any) -> None:
+    clock = Clock(dut.clk, 10, "ns").start()
+    assert start_soon(clock) is clock
+    clock.kill()
+    await Timer(100, "ns")
+    assert clock.done()
+
+
+@row("`start_high=False`", "begins with a falling edge", "the first rising edge comes after half a period")
+@bench()
+async def low_first(dut: Any) -> None:
+    Clock(dut.clk, 10, "ns").start(start_high=False)
+    await RisingEdge(dut.clk)
+    assert hoverlock.get_sim_time("ns") == 5
+
+
+@row(
+    "`task.cancel()`, `task.kill()`", "`CancelledError` is raised in the task; `kill` drops it",
+    "both end it at once: `asyncio.CancelledError` is raised in it, `finally` blocks run; tasks that wait for it get "
+    "`CancelledError`. A task that goes on after it is closed, without an error",
+    "resources are freed",
+)  # fmt: skip
+@bench()
+async def cancelling(dut: Any) -> None:
+    told: list[str] = []
+
+    async def waits() -> None:
+        try:
+            await Timer(1, "us")
+        except asyncio.CancelledError:
+            told.append("cancelled")
+            raise
+        finally:
+            told.append("finally")
+
+    task = start_soon(waits())
+    await Timer(1, "ns")
+    task.kill()
+    assert told == ["cancelled", "finally"]
+    with pytest.raises(hoverlock.CancelledError):
+        await task
+
+
+@row("a task that fails", "fails the test", "the same, at once, with the traceback of the task and of the tasks that waited for it")
+def failing_tasks() -> None:
+    async def fails() -> None:
+        await Timer(1, "ns")
+        raise LookupError("in a task")
+
+    async def bench(dut: Any) -> None:
+        start_soon(fails())
+        await Timer(1, "us")
+
+    with pytest.raises(LookupError, match="in a task"):
+        simulate(counter, bench)
+
+
+@row(
+    "a trigger that never comes", "hangs",
+    "if no event can come any more: an error that says what each task waits for, and whether a clock runs. Otherwise "
+    "`timeout_time`, and a wall-clock limit of 600 s",
+)  # fmt: skip
+def nothing_comes() -> None:
+    async def bench(dut: Any) -> None:
+        await RisingEdge(dut.clk)
+
+    with pytest.raises(hoverlock.DeadlockError, match="no clock runs"):
+        simulate(counter, bench)
+
+
+@row(
+    "`$error`, `$fatal`, `$stop`, failed `assert`", "the process ends",
+    "`VerilogError` with file and line; the test fails, others go on",
+)  # fmt: skip
+def verilog_errors() -> None:
+    async def bench(dut: Any) -> None:
+        Clock(dut.clk, 10, "ns").start()
+        dut.complain.value = 1
+        await Timer(1, "us")
+
+    with pytest.raises(hoverlock.VerilogError, match=r"talker\.v:"):
+        simulate(talker, bench)
+
+
+@row("`$finish`", "ends all", "`VerilogFinished`, unless a task awaits `VerilogFinish()`")
+def finish() -> None:
+    async def bench(dut: Any) -> None:
+        Clock(dut.clk, 10, "ns").start()
+        dut.end_it.value = 1
+        await Timer(1, "us")
+
+    with pytest.raises(hoverlock.VerilogFinished):
+        simulate(talker, bench)
+
+
+@row("delays in the Verilog, `#5`", "simulated", "ignored, with a warning", "models are built without timing: only the bench advances time")
+def delays() -> None:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "waits.v").write_text("module waits(input wire a, output reg b); always @(a) #5 b = a; endmodule\n")
+        warnings = Design("waits.v", top="waits", folder=folder).compile().warnings
+    assert any("STMTDLY" in warning for warning in warnings)
+
+
+@row("`stage=`", "orders tests", "ignored", "tests are independent; they run in the order of the file")
+def stages() -> None:
+    assert "stage" not in hoverlock.test(stage=3)(_nothing).options
+
+
+async def _nothing(dut: Any) -> None:
+    pass
+
+
+@row(
+    "names", "those of its version", "of versions 1.9 and 2.1 together; any other raises `AttributeError`. Missing: `Param`, `packages`, "
+    "`TaskManager`, `wait`, `current_gpi_trigger`, `regression_manager`, `scheduler`, `hexdump`",
+)  # fmt: skip
+def names() -> None:
+    for missing in ("Param", "packages", "regression_manager", "scheduler"):
+        with pytest.raises(AttributeError, match="Coming from cocotb"):
+            getattr(cocotb, missing)
+    for missing in ("TaskManager", "wait", "current_gpi_trigger"):
+        assert not hasattr(cocotb.triggers, missing)
+    assert not hasattr(cocotb.utils, "hexdump")
+
+
+@row("`bridge`, `resume`", "threads run side by side", "one thread at a time: the simulation stands still while it computes")
+@bench()
+async def threads(dut: Any) -> None:
+    from hoverlock.cocotb.task import bridge, resume
+
+    @resume
+    async def wait() -> float:
+        await Timer(7, "ns")
+        return hoverlock.get_sim_time("ns")
+
+    assert await bridge(lambda: wait() + wait())() == 7 + 14
+
+
+@row("triggers written by a bench (`_prime`)", "yes", "no: a coroutine in their place")
+def own_triggers() -> None:
+    with pytest.raises(TypeError, match="cannot create"):
+        type("Own", (hoverlock.Trigger,), {})()
+
+
+@row(
+    "times that are no whole number of steps", "`round_mode` decides; an error without it",
+    "taken as they are: time is counted in femtoseconds",
+)  # fmt: skip
+@bench()
+async def fractions(dut: Any) -> None:
+    await Timer(1.5, "ps")
+    assert hoverlock.get_sim_time("fs") == 1500
+
+
+@row("deprecation warnings", "of old names", "none: old and new names are of equal standing")
+def warnings_of_old_names() -> None:
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulate(counter, _old_names)
+
+
+async def _old_names(dut: Any) -> None:
+    await Timer(1, units="ns")
+    assert dut.step.value.integer == 0 and cocotb.fork is start_soon
+
+
+@row("GPI, VHDL, other simulators", "yes", "Verilator only, in the same process", "speed")
+def one_simulator() -> None:
+    from hoverlock.cocotb.runner import get_runner
+
+    with pytest.raises(hoverlock.HoverlockError, match="reads Verilog only"):
+        get_runner("verilator").build(vhdl_sources=["a.vhd"], hdl_toplevel="a")
+
+
+@row("`asyncio` awaitables", "no", "no, and the error says so")
+def of_asyncio() -> None:
+    async def bench(dut: Any) -> None:
+        await asyncio.sleep(0)
+
+    with pytest.raises(TypeError, match="asyncio's own awaitables"):
+        simulate(counter, bench)
+
+
+def table() -> str:
+    """The table as Markdown."""
+    lines = ["| what | cocotb | here | why |", "|---|---|---|---|"]
+    lines += [f"| {r.what} | {r.cocotb} | {r.here} | {r.why} |".replace("|  |", "| |") for r in ROWS]
+    return "\n".join(lines) + "\n"
+
+
+def page() -> str:
+    """The page with the table as it is now."""
+    before, _, rest = PAGE.read_text().partition(BEGIN)
+    _, _, after = rest.partition(END)
+    return before + BEGIN + table() + END + after
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())
+    sys.exit(0)

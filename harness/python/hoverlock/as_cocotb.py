@@ -1,0 +1,155 @@
+"""The alias: ``import cocotb`` and packages that import it, such as ``cocotbext.axi``, get this module's names.
+
+    pytest -p hoverlock.as_cocotb test_adder.py
+    python -m hoverlock --as-cocotb test_adder.py --hoverlock-source adder.v --hoverlock-top adder
+
+cocotb need not be installed. Where it is, it is found as before by whoever does not ask for the alias.
+
+>>> import hoverlock
+>>> hoverlock.as_cocotb()
+>>> import cocotb
+>>> from cocotbext.axi import AxiStreamSource
+"""
+
+from __future__ import annotations
+
+import importlib
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, cast
+
+from .errors import HoverlockError
+
+if TYPE_CHECKING:
+    # These load pathlib and more, which takes milliseconds: only who asks for the alias needs them.
+    from importlib.abc import Loader
+    from importlib.machinery import ModuleSpec
+
+__all__ = ["install"]
+
+VERSIONS = {"1.9": "1.9.2", "2.1": "2.1.0"}
+"""The versions of cocotb that can be asked for, and what ``cocotb.__version__`` says."""
+
+VERSION_HELP = "whose habits the alias has where versions of cocotb differ (default: 2.1)"
+
+_NAMES = {"cocotb": "hoverlock.cocotb", "cocotb_tools": "hoverlock.cocotb_tools"}
+# What cocotb does with digits that are neither 0 nor 1, by its variable's values.
+_UNKNOWN = {"ZEROS": "zeros", "ONES": "ones", "RANDOM": "random", "VALUE_ERROR": "error", "ERROR": "error"}
+
+
+class _Loader:
+    """Gives a module that is loaded already, as it is."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self.module = module
+        self.own = module.__spec__
+
+    def create_module(self, _spec: ModuleSpec) -> ModuleType:
+        return self.module
+
+    def exec_module(self, module: ModuleType) -> None:
+        # The import has put the alias's specification in its place.
+        module.__spec__ = self.own
+
+
+class _Finder:
+    """Finds ``cocotb.triggers`` as ``hoverlock.cocotb.triggers``."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        head, dot, tail = fullname.partition(".")
+        if head not in _NAMES:
+            return None
+        # Below the test: these imports come through here, too.
+        from importlib.machinery import ModuleSpec
+        from importlib.util import find_spec
+
+        own = _NAMES[head] + dot + tail
+        if find_spec(own) is None:
+            # Not for the finders after this one: they would load a file of ours a second time.
+            raise ModuleNotFoundError(f"No module named '{fullname}' in hoverlock; see 'Coming from cocotb'", name=fullname)
+        module = importlib.import_module(own)
+        return ModuleSpec(fullname, cast("Loader", _Loader(module)), is_package=hasattr(module, "__path__"))
+
+
+def install(version: str | None = None) -> None:
+    """Makes ``import cocotb`` and ``import cocotb_tools`` give this module's names, from now on.
+
+    Parameters
+    ----------
+    version : "1.9" or "2.1", optional
+        The version whose habits count where they differ, which ``cocotb.__version__`` says. Default: the environment
+        variable ``HOVERLOCK_COCOTB``, or "2.1".
+
+    Raises
+    ------
+    ValueError
+        If there is no such version.
+    HoverlockError
+        If cocotb itself was imported before.
+
+    >>> install("1.9")
+    >>> import cocotb
+    >>> cocotb.__version__
+    '1.9.2'
+    """
+    asked = version or os.environ.get("HOVERLOCK_COCOTB") or "2.1"
+    if asked not in VERSIONS:
+        raise ValueError(f"no version '{asked}' of cocotb's names: {' or '.join(VERSIONS)}")
+    from . import _core, cocotb, unknown
+
+    for name in _NAMES:
+        loaded = sys.modules.get(name)
+        if loaded is not None and not str(loaded.__name__).startswith("hoverlock."):
+            raise HoverlockError(f"{name} was imported before hoverlock.as_cocotb(): call it first")
+    if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Finder())
+    cocotb.__version__ = VERSIONS[asked]
+    cocotb._alias = True
+    _core.count_bits_from_left(asked == "1.9")
+    resolve = os.environ.get("COCOTB_RESOLVE_X", "ZEROS").upper()
+    if resolve not in _UNKNOWN:
+        raise ValueError(f"COCOTB_RESOLVE_X={resolve}: {', '.join(_UNKNOWN)}")
+    unknown.set_choice(_UNKNOWN[resolve])  # type: ignore[arg-type]
+    # As cocotb has it: what packages say at level INFO is in the log.
+    logging.getLogger("cocotb").setLevel(os.environ.get("COCOTB_LOG_LEVEL", "INFO").upper())
+
+
+class _Callable(ModuleType):
+    """This module, which may be called."""
+
+    def __call__(self, version: str | None = None) -> None:
+        install(version)
+
+
+sys.modules[__name__].__class__ = _Callable
+
+
+# ---- as a plug-in of pytest
+
+
+def pytest_addoption(parser: Any) -> None:
+    parser.getgroup("hoverlock").addoption(
+        "--cocotb-version", choices=tuple(VERSIONS), default=None, help=VERSION_HELP
+    )
+
+
+def pytest_load_initial_conftests(early_config: Any) -> None:
+    install(early_config.known_args_namespace.cocotb_version)
+
+
+def pytest_configure(config: Any) -> None:
+    from .__main__ import design_from
+    from .testing import set_loading
+
+    set_loading(design_from(config.getoption))
+
+
+def pytest_collection_finish() -> None:
+    from .testing import set_loading
+
+    set_loading(None)

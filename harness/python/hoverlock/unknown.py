@@ -1,0 +1,76 @@
+"""Digits that a signal cannot have, such as ``X`` and ``Z``: an error, unless a bench asks for something else.
+
+>>> with hoverlock.unknown.written_as("random"):
+...     dut.data.value = "XXXX0000"
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Literal
+
+from .log import log
+
+__all__ = ["set_choice", "written_as"]
+
+Choice = Literal["error", "zeros", "ones", "random"]
+"""What becomes of a digit that is neither 0 nor 1."""
+
+_choice: Choice = "error"
+# The signals of this run that were told of already.
+_told: set[str] = set()
+
+
+def set_choice(choice: Choice) -> None:
+    """Sets what is written for such a digit, from now on: ``"error"``, ``"zeros"``, ``"ones"``, or ``"random"``, which
+    draws from the test's ``random``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such choice.
+
+    >>> set_choice("zeros")
+    """
+    global _choice
+    if choice not in ("error", "zeros", "ones", "random"):
+        raise ValueError(f"no choice '{choice}': error, zeros, ones or random")
+    _choice = choice
+
+
+@contextmanager
+def written_as(choice: Choice) -> Iterator[None]:
+    """The same for the statements inside.
+
+    >>> with written_as("random"):
+    ...     dut.data.value = LogicArray("XXXX0000")
+    """
+    before = _choice
+    set_choice(choice)
+    try:
+        yield
+    finally:
+        set_choice(before)
+
+
+def resolve(name: str, digits: str) -> str:
+    """Digits 0 and 1 in place of the ones given; tells of a signal once in each run."""
+    if _choice == "error":
+        raise ValueError(
+            f"'{digits}' is not a value of '{name}': a signal has digits 0 and 1 only (Verilator has no X and no Z); "
+            "hoverlock.unknown.set_choice('zeros') or 'random' writes something else"
+        )
+    if name not in _told:
+        _told.add(name)
+        log.getChild("harness").warning("'%s' was given '%s': what is neither 0 nor 1 is written as %s", name, digits, _choice)
+    weak = digits.translate(str.maketrans("lhLH", "0101"))
+    if _choice == "random":
+        return "".join(digit if digit in "01" else random.choice("01") for digit in weak)
+    return "".join(digit if digit in "01" else "0" if _choice == "zeros" else "1" for digit in weak)
+
+
+def begin() -> None:
+    """A run begins: each signal is told of again."""
+    _told.clear()

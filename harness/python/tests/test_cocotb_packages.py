@@ -1,0 +1,158 @@
+"""`import cocotb`: packages written for cocotb run without an edit, and cocotb is not touched where nobody asks."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+PACKAGES = ["cocotb_bus", "cocotb_coverage", "cocotbext.axi", "cocotbext.eth", "cocotbext.uart", "cocotbext.i2c", "cocotbext.spi"]
+JOINED = ["--hoverlock-source", str(HERE / "designs" / "joined.v"), "--hoverlock-top", "joined"]
+DFF = ["--hoverlock-source", str(HERE / "designs" / "dff.v"), "--hoverlock-top", "dff"]
+
+
+def missing():
+    """The packages that are not installed. They import cocotb as they are loaded, so they are only looked for."""
+    def is_there(name):
+        folder, _, below = name.partition(".")
+        spec = importlib.util.find_spec(folder)
+        places = [] if spec is None else list(spec.submodule_search_locations or [])
+        return any((Path(place) / below).is_dir() for place in places)
+
+    return [name for name in PACKAGES if not is_there(name)]
+
+
+needs_packages = pytest.mark.skipif(
+    bool(missing()), reason=f"SKIPPED: not installed: {', '.join(missing())} (setup/requirements-cocotb.txt, without dependencies)"
+)
+
+
+def run(folder, *command, **environment):
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", **environment}
+    return subprocess.run([sys.executable, "-m", *command], cwd=folder, env=environment, capture_output=True, text=True)
+
+
+@needs_packages
+@pytest.mark.parametrize("version", ["1.9", "2.1"])
+def test_packages_run_unchanged(tmp_path, version):
+    bench = str(HERE / "aliased" / "loopbacks.py")
+    done = run(tmp_path, "hoverlock", "--as-cocotb", "--cocotb-version", version, bench, *JOINED, "--hoverlock-seed", "1")
+    assert done.returncode == 0 and "12 passed, 0 failed, 0 skipped" in done.stdout, done.stdout + done.stderr[-3000:]
+    assert "a line of INFO" in done.stderr
+
+
+@needs_packages
+def test_packages_run_unchanged_in_pytest(tmp_path):
+    bench = (HERE / "aliased" / "loopbacks.py").read_text()
+    (tmp_path / "test_loopbacks.py").write_text(bench)
+    done = run(tmp_path, "pytest", "-q", "-p", "no:cacheprovider", "-p", "hoverlock.as_cocotb", *JOINED, "-k", "axis or uart")
+    assert done.returncode == 0 and "5 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_without_the_alias_cocotb_is_what_is_installed(tmp_path):
+    (tmp_path / "cocotb.py").write_text("__version__ = 'the real one'\n")
+    said = "import hoverlock, cocotb; print(cocotb.__version__, cocotb.__file__ == %r)" % str(tmp_path / "cocotb.py")
+    done = subprocess.run([sys.executable, "-c", said], cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout == "the real one True\n", done.stderr
+    late = "import cocotb, hoverlock; hoverlock.as_cocotb()"
+    done = subprocess.run([sys.executable, "-c", late], cwd=tmp_path, capture_output=True, text=True)
+    assert "cocotb was imported before hoverlock.as_cocotb(): call it first" in done.stderr
+
+
+def test_the_alias_gives_one_module_by_two_names():
+    said = textwrap.dedent("""
+        import hoverlock
+        hoverlock.as_cocotb("1.9")
+        import cocotb, cocotb.triggers, cocotb_tools.runner
+        from cocotb.handle import SimHandleBase, ValueObjectBase
+        import hoverlock.cocotb.triggers as own
+        assert cocotb is hoverlock.cocotb and cocotb.triggers is own and cocotb.triggers.RisingEdge is hoverlock.RisingEdge
+        assert own.__spec__.name == "hoverlock.cocotb.triggers" and cocotb.__version__ == "1.9.2"
+        assert cocotb.top is None and cocotb.SIM_NAME is None and not cocotb.simulator.is_running()
+        def typed(handle: ValueObjectBase[int, int], other: SimHandleBase) -> None: ...
+        try:
+            import cocotb.nothing
+        except ModuleNotFoundError as error:
+            print(error)
+    """)
+    done = subprocess.run([sys.executable, "-W", "error", "-c", said], capture_output=True, text=True)
+    assert done.returncode == 0 and "No module named 'cocotb.nothing' in hoverlock" in done.stdout, done.stderr
+    for wrong in ("hoverlock.as_cocotb('3')", "__import__('os').environ.update(COCOTB_RESOLVE_X='Q'); hoverlock.as_cocotb()"):
+        done = subprocess.run([sys.executable, "-c", f"import hoverlock; {wrong}"], capture_output=True, text=True)
+        assert "ValueError: " in done.stderr
+
+
+def test_a_bench_of_cocotb_2_runs_unchanged(tmp_path):
+    done = run(tmp_path, "hoverlock", "--as-cocotb", str(HERE / "aliased" / "version_2.py"), *DFF, "--hoverlock-seed", "1")
+    assert done.returncode == 0 and " 0 failed, 0 skipped" in done.stdout, done.stdout + done.stderr[-3000:]
+
+
+def test_a_runner_in_the_bench_runs_unchanged(tmp_path):
+    (tmp_path / "test_runs.py").write_text(textwrap.dedent(f"""
+        import cocotb
+        from cocotb.triggers import Timer
+        from cocotb_tools.check_results import get_results
+        from cocotb_tools.runner import get_runner
+
+        # Only where there is a design to look at.
+        WIDTH = len(cocotb.top.d) if cocotb.SIM_NAME else None
+
+        @cocotb.test()
+        async def looks(dut):
+            await Timer(1, "ns")
+            assert WIDTH == 1
+
+        def test_dff():
+            runner = get_runner("verilator")
+            runner.build(sources=[{str(HERE / "designs" / "dff.v")!r}], hdl_toplevel="dff")
+            assert get_results(runner.test(hdl_toplevel="dff", test_module="test_runs")) == (1, 0)
+            assert WIDTH is None
+    """))
+    done = run(tmp_path, "pytest", "-q", "-p", "no:cacheprovider", "-p", "hoverlock.as_cocotb", "test_runs.py")
+    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_makefile_of_cocotb_needs_one_line(tmp_path):
+    (tmp_path / "include").mkdir()
+    (tmp_path / "include" / "start.vh").write_text("`define START 8'd7\n")
+    (tmp_path / "starts.v").write_text(textwrap.dedent("""
+        `include "start.vh"
+        module starts #(parameter WIDTH = 8) (input wire [WIDTH-1:0] in, output wire [WIDTH-1:0] out, output reg told);
+            assign out = in + `START;
+            initial told = $test$plusargs("tell") != 0;
+        endmodule
+    """))
+    (tmp_path / "bench_starts.py").write_text(textwrap.dedent("""
+        import cocotb
+        from cocotb.triggers import Timer
+
+        @cocotb.test()
+        async def adds(dut):
+            dut._id("in").value = 3
+            await Timer(1, "ns")
+            assert dut.out.value == 10 and len(dut.out) == 12 and dut.told.value == 1 and cocotb.plusargs == {"tell": True}
+
+        @cocotb.test()
+        async def is_left_out(dut):
+            assert False
+    """))
+    (tmp_path / "Makefile").write_text(textwrap.dedent(f"""
+        TOPLEVEL_LANG = verilog
+        VERILOG_SOURCES = $(CURDIR)/starts.v
+        TOPLEVEL = starts
+        MODULE = bench_starts
+        EXTRA_ARGS = -GWIDTH=12 -Iinclude
+        PLUSARGS = +tell
+        PYTHON = {sys.executable}
+        include $(shell {sys.executable} -m hoverlock --makefile)
+    """))
+    make = lambda *more: subprocess.run(["make", *more], cwd=tmp_path, capture_output=True, text=True)
+    done = make("TESTCASE=adds", "RANDOM_SEED=5", "COCOTB_RESULTS_FILE=r.xml")
+    assert done.returncode == 0 and "1 passed, 0 failed, 0 skipped (seed 5)" in done.stdout, done.stdout + done.stderr
+    assert 'tests="1"' in (tmp_path / "r.xml").read_text()
+    assert make().returncode != 0 and "AssertionError" in make().stdout
+    assert "Verilator reads Verilog only" in make("TOPLEVEL_LANG=vhdl").stderr and "MODULE is not set" in make("MODULE=").stderr
