@@ -48,6 +48,9 @@ pub enum Reason {
     /// No reference has been captured.
     #[error("no reference; send the command to capture one")]
     Reference,
+    /// The reference has been found again, but not late enough.
+    #[error("the reference is not proved yet: it must be found again half a second after it was captured")]
+    Unproved,
     /// The camera has zoomed since the reference.
     #[error("the field of view has changed since the reference; capture a new one")]
     Zoom,

@@ -37,12 +37,16 @@ pub const MAX_FEATURES: usize = 1024;
 
 /// Work units of a frame. Three rounds of matching take 0.9 million where the features are spread evenly over scales
 /// and polarities. A unit is at most twelve instructions of the Cortex-A9, counted by `make bench-arm`, so that these
-/// are up to 24 million; one more goes to records and output.
-pub const WORK: u64 = 2_000_000;
+/// are up to 25 million; one more goes to records and output.
+pub const WORK: u64 = 2_100_000;
 
-/// What the search leaves of these to the pose fit at least: 1024 pairs take 44 thousand an iteration, and a fit takes
-/// seven of them and some among fewer pairs.
-pub const POSE_WORK: u64 = 440_000;
+/// What the search leaves of these to the pose fit at least: 600 pairs take 27 thousand an iteration, and a fit takes
+/// seven of them, over hills twenty, and some among fewer pairs.
+pub const POSE_WORK: u64 = 600_000;
+
+/// Pairs of which the pose is fitted at most; of more, every second, third, ..: over hills a thousand pairs would not
+/// settle in the work that is left.
+pub const POSE_PAIRS: usize = 600;
 
 /// Age up to which a displacement predicts the next, microseconds. A helicopter that gains 2 m/s in a second moves
 /// the ground by less than
@@ -170,7 +174,7 @@ impl Navigator {
         self.counts
     }
 
-    /// The pairs that the last estimate was made of; without a meaning where the last line has no estimate.
+    /// The pairs that the last estimate was fitted to; without a meaning where the last line has no estimate.
     pub fn inliers(&self) -> &[Pair] {
         &self.memory.inliers
     }
@@ -376,12 +380,16 @@ impl Navigator {
         let motion = motion?;
         *fit = Budget::new(self.work - search.spent());
         inliers.clear();
-        inliers.extend(motion.inliers.iter().map(|&i| motion.pairs[i]));
+        let stride = motion.inliers.len().div_ceil(POSE_PAIRS);
+        inliers.extend(motion.inliers.iter().step_by(stride).map(|&i| motion.pairs[i]));
         let pose = pose::fit_in(pose, fit, &reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
-        let step = Estimate::of(&pose, inliers.len(), motion.matches.len(), telemetry.sensors);
+        let step = Estimate::of(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);
         let estimate = reference.base.add(step);
         let displacement = Vector2::new(estimate.x_e_m, estimate.y_e_m);
         self.last = Some(Last { time_us: telemetry.time_us, displacement });
+        if !reference.is_proved(telemetry.time_us) {
+            return Err(Reason::Unproved);
+        }
         let homography = predicted(&reference.view, &view, pose.displacement);
         let worn = reference.is_worn(&estimate, &homography, (size.width, size.height), telemetry);
         if (worn || self.renew) && is_anchor(&step) {

@@ -14,6 +14,9 @@
 //! - the field of view differs by more than [`ZOOM_RENEWS`], because features are not invariant to scale,
 //! - quality is below half of the best with this reference, for [`SETTLING_US`] at least.
 //!
+//! **Proof.** Waves look like ground until they have moved on. So a captured reference has to be found again after
+//! [`PROVING_US`] before any estimate from it is believed; a reference that a proved one was renewed by is proved.
+//!
 //! A frame whose displacement from the reference is known to more than [`ANCHOR`] only is not taken.
 
 use crate::line::Estimate;
@@ -34,6 +37,10 @@ pub const ZOOM_TOLERANCE: f64 = 0.08;
 
 /// Time that a reference is kept before a fall of quality renews it, microseconds.
 pub const SETTLING_US: u64 = 1_000_000;
+
+/// Age at which a captured reference must be found again to be believed, microseconds. Waves of 6 m, and shorter ones
+/// more so, have moved by an eighth of their length and more.
+pub const PROVING_US: u64 = 500_000;
 
 /// Largest standard error, from the reference before it, of a frame that becomes the reference, m.
 pub const ANCHOR: f64 = 0.3;
@@ -87,23 +94,30 @@ pub struct Reference {
     pub base: Base,
     since_us: u64,
     best_quality: u8,
+    proved: bool,
 }
 
 impl Reference {
     /// The origin.
     pub fn origin(frame: Option<u32>, view: View, telemetry: &Telemetry) -> Self {
         let (field_of_view, since_us) = (telemetry.field_of_view, telemetry.time_us);
-        Self { frame, view, field_of_view, base: Base::default(), since_us, best_quality: 0 }
+        Self { frame, view, field_of_view, base: Base::default(), since_us, best_quality: 0, proved: false }
     }
 
     /// The frame of `estimate`, which is seen from the origin.
     pub fn renewed(frame: Option<u32>, view: View, telemetry: &Telemetry, estimate: &Estimate) -> Self {
-        Self { base: Base::of(estimate), ..Self::origin(frame, view, telemetry) }
+        Self { base: Base::of(estimate), proved: true, ..Self::origin(frame, view, telemetry) }
     }
 
     /// Part by which a field of view differs from this one's.
     pub fn zoom(&self, field_of_view: f64) -> f64 {
         (field_of_view / self.field_of_view - 1.0).abs()
+    }
+
+    /// Whether this has been found again late enough, now at `time_us`. A clock that jumped back proves nothing wrong.
+    pub fn is_proved(&mut self, time_us: u64) -> bool {
+        self.proved |= time_us.checked_sub(self.since_us).is_none_or(|age| age >= PROVING_US);
+        self.proved
     }
 
     /// Whether the frame of `estimate`, `moved` from this one, should take its place. `homography` maps this picture to

@@ -176,7 +176,7 @@ fn a_clock_that_jumps_costs_no_frame() {
     let mut source = Source::default();
     source.start(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
-    for (frame, time_us) in [0, 66_667, 5, u64::MAX, 133_334, 0].into_iter().enumerate() {
+    for (frame, time_us) in [0, 500_000, 5, u64::MAX, 133_334, 0].into_iter().enumerate() {
         let frame = frame as u32;
         source.frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), [2000, 2000]);
     }
@@ -253,6 +253,22 @@ fn the_estimate_goes_on_through_a_zoom() {
         let miss = (estimate.x_e_m - 0.02 * f64::from(line.frame.unwrap())).hypot(estimate.y_e_m);
         assert!(miss < 0.3, "{miss} m: {line:?}");
     }
+}
+
+/// Waves look like ground until they have moved on, so an estimate is not believed before the reference was found again
+/// half a second later.
+#[test]
+fn a_reference_is_proved_before_it_is_believed() {
+    let mut source = Source::default();
+    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send(message::COMMAND, &Command::Capture.encode());
+    for frame in 0..12 {
+        let telemetry = Telemetry { time_us: 66_667 * u64::from(frame), ..telemetry(frame) };
+        source.frame(&telemetry, &records(600, frame), [2000, 2000]);
+    }
+    let lines = lines(&source);
+    assert!(lines[1..8].iter().all(|line| line.reason == Some(Reason::Unproved)), "{:?}", lines[1]);
+    assert!(lines[8..].iter().all(|line| line.estimate.is_some()));
 }
 
 #[test]

@@ -63,7 +63,7 @@ pub struct Finished {
     pub error_rms_m: Option<f64>,
     /// Frames.
     pub frames: usize,
-    /// Frames after the first without an estimate.
+    /// Frames without an estimate after the first that has one.
     pub lost: usize,
     /// Whether every check passes.
     pub pass: bool,

@@ -107,7 +107,7 @@ pub struct Summary {
     pub frames: usize,
     /// Frames with an estimate.
     pub estimates: usize,
-    /// Frames after the first without one.
+    /// Frames without one after the first that has one; over water all but the reference.
     pub lost: usize,
     /// Longest time without vision.
     pub longest_loss_s: f64,
@@ -207,8 +207,10 @@ impl Outcome {
         summary.estimates = errors.len();
         summary.error_rms_m = (!errors.is_empty()).then(|| statistics(errors).0);
         summary.frames = rows.len();
-        summary.lost = rows.iter().skip(1).filter(|row| row.line.x_e_m.is_none()).count();
-        let away = rows.iter().skip(1).scan(0usize, |away, row| {
+        // Until the reference is proved there is nothing to lose.
+        let first = rows.iter().position(|row| row.line.x_e_m.is_some()).unwrap_or(1);
+        summary.lost = rows.iter().skip(first).filter(|row| row.line.x_e_m.is_none()).count();
+        let away = rows.iter().skip(first).scan(0usize, |away, row| {
             *away = if row.line.x_e_m.is_none() { *away + 1 } else { 0 };
             Some(*away)
         });
