@@ -140,7 +140,7 @@ const MOST_RESIDUAL: f64 = 3.0;
 const ITERATIONS: usize = 50;
 
 /// Iterations that update the noise. Then it is constant, because with few pairs noise and unknowns may oscillate.
-const NOISE_ITERATIONS: usize = 10;
+const NOISE_ITERATIONS: usize = 7;
 
 /// The pose has settled when a step is shorter than this, in standard errors: its squared length in the metric of the
 /// normal equations is that of the unknowns' covariance.
