@@ -40,6 +40,8 @@ pub struct Solid {
     faces: Vec<Face>,
     centre: Vector3<f32>,
     radius: f32,
+    /// Of the box around it.
+    corners: [Vector3<f32>; 8],
     /// The faces as rays to the sun meet them, once [`Thing::light`] has been called.
     shade: Vec<Shade>,
 }
@@ -163,6 +165,14 @@ impl Thing {
         }
     }
 
+    /// Points, relative to the centre, whose hull it lies within; for what is round, spheres of the second number.
+    pub fn hull(&self) -> (Vec<Vector3<f32>>, f32) {
+        match &self.form {
+            Form::Solids(solids) => (solids.iter().flat_map(|solid| solid.corners).collect(), 0.0),
+            Form::Balls(_) | Form::Paint(_) => (vec![Vector3::zeros()], self.radius),
+        }
+    }
+
     /// Makes it ready for shadows.
     pub fn light(&mut self, to_sun: &Vector3<f32>) {
         if let Form::Solids(solids) = &mut self.form {
@@ -220,9 +230,8 @@ impl Thing {
         } else {
             faces.push(Face { normal: -Vector3::z(), offset: walls - rise, albedo: 0.30 + 0.40 * tone, course: 0.0 });
         }
-        let reach = libm::hypotf(half[0], half[1]);
-        let body = libm::hypotf(reach, rise + ROOT);
-        let mut solids = vec![Solid::new(faces, Vector3::zeros(), body)];
+        let root = Vector3::z() * (0.5 * ROOT);
+        let mut solids = vec![Solid::new(faces, [cos, sin], root, [half[0], half[1], rise + 0.5 * ROOT])];
         if top == 0.0 && half[0] > 4.0 && half[1] > 4.0 {
             // A lift head and an air conditioner.
             for (k, size) in [1.6f32, 1.0].into_iter().enumerate() {
@@ -231,7 +240,7 @@ impl Thing {
                 solids.push(box_at(cos, sin, centre, [size, size], [walls - rise, walls - rise + 1.6], [0.5, 0.6]));
             }
         }
-        let reach = libm::hypotf(reach, rise) + 1.7;
+        let reach = libm::hypotf(libm::hypotf(half[0], half[1]), rise + ROOT) + 1.7;
         Self::still(building.at_m, rise.into(), reach, Form::Solids(solids))
     }
 
@@ -327,8 +336,7 @@ fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2
         face.offset += face.normal.dot(&at.push(0.0));
     }
     let centre = at.push(-0.5 * (heights[0] + heights[1]));
-    let radius = libm::hypotf(libm::hypotf(half[0], half[1]), 0.5 * (heights[1] - heights[0]));
-    Solid::new(faces, centre, radius)
+    Solid::new(faces, [cos, sin], centre, [half[0], half[1], 0.5 * (heights[1] - heights[0])])
 }
 
 /// Whether a ray's line passes within `radius` of the origin.
@@ -339,8 +347,15 @@ fn is_near(from: &Vector3<f32>, direction: &Vector3<f32>, radius: f32) -> bool {
 }
 
 impl Solid {
-    fn new(faces: Vec<Face>, centre: Vector3<f32>, radius: f32) -> Self {
-        Self { faces, centre, radius, shade: Vec::new() }
+    /// Within a box of half sides `half` along `(cos, sin)`, across it and downwards, about `centre`.
+    fn new(faces: Vec<Face>, [cos, sin]: [f32; 2], centre: Vector3<f32>, half: [f32; 3]) -> Self {
+        let corner = |k: usize| {
+            let side = |bit: usize| if k >> bit & 1 == 0 { half[bit] } else { -half[bit] };
+            let (a, b) = (side(0), side(1));
+            centre + Vector3::new(cos * a - sin * b, sin * a + cos * b, side(2))
+        };
+        let radius = Vector3::from(half).norm();
+        Self { faces, centre, radius, corners: std::array::from_fn(corner), shade: Vec::new() }
     }
 
     /// Where a ray enters, and through which face.
