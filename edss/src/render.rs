@@ -168,6 +168,8 @@ impl Renderer {
                 Surface::Land(land::map(|p| apron.at(p)))
             }
         };
+        let to_sun = scene.to_sun();
+        things.iter_mut().for_each(|thing| thing.light(&to_sun.map(|v| v as f32)));
         let brightness = scene.brightness as f32;
         let rain = scene.rain.map(|fall| Drops::rain(&fall, brightness, random.random()));
         let snow = scene.snow.map(|fall| Drops::snow(&fall, brightness, random.random()));
@@ -177,7 +179,7 @@ impl Renderer {
             relief,
             things,
             drops: rain.into_iter().chain(snow).collect(),
-            to_sun: scene.to_sun(),
+            to_sun,
             brightness,
             extinction: scene.mist.map_or(0.0, |mist| mist.extinction_per_m),
         })

@@ -44,6 +44,7 @@ fn what_is_wrong_is_refused_by_line() {
             "[ground.grass]\n[mist]\nextinction_per_m = -0.1\n",
             "line 3: mist.extinction_per_m: -0.1 is out of range: 0 to 1",
         ),
+        ("[ground.grass]\n[mist]\nextinction_per_m = 3\n", "line 3: mist.extinction_per_m: 3 is out of range: 0 to 1"),
         ("[ground.grass]\n[mist]\nextinction_per_m = nan\n", "line 3: mist.extinction_per_m: NaN is out of range"),
         ("[ground.field]\nparcel_m = 5.0\n", "line 2: ground.field.parcel_m: 5 is out of range: 10 to 100"),
         (

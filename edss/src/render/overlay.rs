@@ -14,6 +14,8 @@ use super::{KNOT, Renderer, Row, SKY, Viewpoint};
 
 /// Columns of a tile.
 const TILE: usize = 32;
+/// Pixels by which a thing may be seen beside its outline: lenses bend straight lines.
+const MARGIN: f64 = 4.0;
 /// Rows of a tile, and of a band that is computed at a time.
 pub const BAND: usize = 16;
 
@@ -63,17 +65,20 @@ impl Cast {
         let mut shading = seen.clone();
         let lowest = renderer.lowest();
         for (k, (thing, centre)) in renderer.things.iter().zip(&centres).enumerate() {
-            let radius = f64::from(thing.radius);
+            let (points, radius) = thing.hull();
+            let points: Vec<Vector3<f64>> = points.iter().map(|point| centre + point.cast()).collect();
             // Where its shadow ends: at the lowest ground, along the sunlight.
-            let fall = if thing.is_solid() { (-centre.z + radius - lowest).max(0.0) } else { 0.0 };
-            let end = centre - renderer.to_sun * (fall / -renderer.to_sun.z);
-            for viewpoint in ends {
-                let circles = [centre, &end].map(|point| circle(lens, viewpoint, point, radius));
-                let [Some((from, reach)), Some((to, _))] = circles else { continue };
-                list(&mut seen, [across, down], [from, from], reach, k as u32);
-                if thing.is_solid() {
-                    list(&mut shading, [across, down], [from, to], reach, k as u32);
-                }
+            let shadow = |point: &Vector3<f64>| {
+                let fall = (-point.z + f64::from(radius) - lowest).max(0.0);
+                point - renderer.to_sun * (fall / -renderer.to_sun.z)
+            };
+            let Some(mut outline) = pixels(lens, ends, &points, radius.into()) else { continue };
+            list(&mut seen, [across, down], &outline, k as u32);
+            if thing.is_solid() {
+                let shadows: Vec<Vector3<f64>> = points.iter().map(shadow).collect();
+                let Some(shaded) = pixels(lens, ends, &shadows, radius.into()) else { continue };
+                outline.extend(shaded);
+                list(&mut shading, [across, down], &outline, k as u32);
             }
         }
         Self { centres, across, seen, shading }
@@ -85,41 +90,80 @@ impl Cast {
     }
 }
 
-/// Pixel and radius, px, of a circle that a sphere is seen within; `None` where it is not in front of the camera.
-fn circle(lens: &Lens, viewpoint: &Viewpoint, centre: &Vector3<f64>, radius: f64) -> Option<(Vector2<f64>, f64)> {
-    let seen = viewpoint.rotation.transpose() * (centre - viewpoint.origin);
-    // As good as behind the camera, or around it.
-    if seen.z < 1.2 * radius {
-        return None;
+/// Pixels whose hull spheres about some points are seen within, by a camera at two places; `None` where one of them is
+/// not in front of it.
+fn pixels(lens: &Lens, ends: [&Viewpoint; 2], points: &[Vector3<f64>], radius: f64) -> Option<Vec<Vector2<f64>>> {
+    let mut found = Vec::with_capacity(points.len() * 8);
+    for viewpoint in ends {
+        let to_camera = viewpoint.rotation.transpose();
+        for point in points {
+            let seen = to_camera * (point - viewpoint.origin);
+            // As good as behind the camera, or around it.
+            if seen.z < 1.2 * radius + 0.1 {
+                return None;
+            }
+            let pixel = lens.pixel(seen);
+            // Off the axis a sphere is an ellipse, longer by 1 / cos^2; beyond a slope of 2 nothing is in any frame.
+            let stretch = 1.0 + (seen.xy() / seen.z).norm_squared().min(4.0);
+            let reach = lens.camera.focal() * radius / (seen.z - radius) * stretch;
+            let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+            found.extend(corners.map(|(x, y)| pixel + Vector2::new(x, y) * reach));
+        }
     }
-    // Off the axis it is seen as an ellipse, longer by 1 / cos^2; beyond a slope of 2 nothing is in any frame.
-    let stretch = 1.0 + (seen.xy() / seen.z).norm_squared().min(4.0);
-    let reach = lens.camera.focal() * radius / (seen.z - radius) * stretch + 3.0;
-    Some((lens.pixel(seen), reach))
+    Some(found)
 }
 
-/// Adds a thing to the tiles that come within `reach` px of a line between two pixels.
-fn list(tiles: &mut [Vec<u32>], [across, down]: [usize; 2], [a, b]: [Vector2<f64>; 2], reach: f64, thing: u32) {
+/// Adds a thing to the tiles that the hull of some pixels comes near.
+fn list(tiles: &mut [Vec<u32>], [across, down]: [usize; 2], outline: &[Vector2<f64>], thing: u32) {
     let side = Vector2::new(TILE as f64, BAND as f64);
-    let reach = reach + 0.5 * side.norm();
-    let along = b - a;
-    let square = along.norm_squared().max(1e-9);
-    let (low, high) = (a.inf(&b).add_scalar(-reach), a.sup(&b).add_scalar(reach));
+    let low = outline.iter().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(p)).add_scalar(-MARGIN);
+    let high = outline.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(p)).add_scalar(MARGIN);
     let range = |axis: usize, count: usize| {
         let tile = |v: f64| (v / side[axis]).floor().clamp(0.0, count as f64) as usize;
         if high[axis] < 0.0 { 0..0 } else { tile(low[axis])..(tile(high[axis]) + 1).min(count) }
     };
-    for y in range(1, down) {
-        for x in range(0, across) {
-            let middle = Vector2::new(x as f64 + 0.5, y as f64 + 0.5).component_mul(&side) - a;
-            let part = (middle.dot(&along) / square).clamp(0.0, 1.0);
-            let tile = &mut tiles[y * across + x];
-            // The second end of a rolling shutter meets the first one's entry.
-            if (middle - along * part).norm() < reach && tile.last() != Some(&thing) {
-                tile.push(thing);
+    let (rows, columns) = (range(1, down), range(0, across));
+    if rows.is_empty() || columns.is_empty() {
+        return;
+    }
+    let hull = hull(outline);
+    for y in rows {
+        for x in columns.clone() {
+            let middle = Vector2::new(x as f64 + 0.5, y as f64 + 0.5).component_mul(&side);
+            // Outside one of the hull's edges by more than the tile reaches.
+            let apart = (0..hull.len()).any(|k| {
+                let (a, b) = (hull[k], hull[(k + 1) % hull.len()]);
+                let normal = Vector2::new(b.y - a.y, a.x - b.x);
+                let reach = 0.5 * normal.abs().dot(&side) + MARGIN * normal.norm();
+                normal.dot(&(middle - a)) > reach
+            });
+            if !apart {
+                tiles[y * across + x].push(thing);
             }
         }
     }
+}
+
+/// Convex hull, each edge with the inside on its left where `y` is up (monotone chain, Andrew 1979).
+fn hull(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let mut hull: Vec<Vector2<f64>> = Vec::new();
+    let forth = sorted.iter();
+    let back = sorted.iter().rev().skip(1);
+    let turn = |a: Vector2<f64>, b: Vector2<f64>, c: Vector2<f64>| (b - a).perp(&(c - b));
+    let mut floor = 2;
+    for (k, &point) in forth.chain(back).enumerate() {
+        if k == sorted.len() {
+            floor = hull.len() + 1;
+        }
+        while hull.len() >= floor && turn(hull[hull.len() - 2], hull[hull.len() - 1], point) <= 0.0 {
+            hull.pop();
+        }
+        hull.push(point);
+    }
+    hull.pop();
+    hull
 }
 
 impl Renderer {
@@ -256,7 +300,12 @@ impl Renderer {
         let lifted = first.map_or(point, |(hit, _)| point + hit.normal * 0.02);
         let shaded = facing > 0.0 && self.is_shaded(near, &lifted);
         let light = SKY + (1.0 - SKY) * if shaded { 0.0 } else { facing };
-        let mark = first.map_or(0, |(hit, thing)| (thing.mark << 8) | (hit.part << 1) | 0x80) | u32::from(shaded);
+        // Within a crown there are no edges: leaves are rough, and eight rays for each would take half the time.
+        let mark = match first {
+            None => u32::from(shaded),
+            Some((hit, thing)) if hit.leaves => (thing.mark << 8) | 0x80,
+            Some((hit, thing)) => (thing.mark << 8) | 0x80 | (hit.part << 1) | u32::from(shaded),
+        };
         let transmission = a.transmission + part * (b.transmission - a.transmission);
         // What stands above the ground is nearer.
         let transmission =
@@ -266,7 +315,7 @@ impl Renderer {
 
     fn is_shaded(&self, near: &Near<'_>, point: &Vector3<f32>) -> bool {
         let sun = self.to_sun.map(|v| v as f32);
-        near.shading.iter().any(|thing| thing.thing.hit(&(point - thing.centre), &sun, f32::INFINITY).is_some())
+        near.shading.iter().any(|thing| thing.thing.shades(&(point - thing.centre), &sun))
     }
 }
 

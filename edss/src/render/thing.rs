@@ -28,11 +28,38 @@ enum Path {
 /// What a thing is made of.
 pub enum Form {
     /// Buildings and cars.
-    Solids(Vec<Vec<Face>>),
+    Solids(Vec<Solid>),
     /// Crowns of trees.
     Balls(Vec<Ball>),
     /// Paint on the ground, later ones over earlier ones.
     Paint(Vec<Mark>),
+}
+
+/// A convex solid within a sphere.
+pub struct Solid {
+    faces: Vec<Face>,
+    centre: Vector3<f32>,
+    radius: f32,
+    /// Of the box around it.
+    corners: [Vector3<f32>; 8],
+    /// The faces as rays to the sun meet them, once [`Thing::light`] has been called.
+    shade: Vec<Shade>,
+}
+
+/// What a ray from `p` to the sun does at a face: it crosses it at `offset - normal . p`.
+#[derive(Debug, Clone, Copy)]
+struct Shade {
+    normal: Vector3<f32>,
+    offset: f32,
+    side: Side,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Enters,
+    Leaves,
+    /// Parallel: the crossing stands for the room inside.
+    Along,
 }
 
 /// A face of a convex solid: inside is `normal . p <= offset`.
@@ -106,16 +133,16 @@ impl Thing {
 
     /// The first point along a ray, relative to the centre, before `nearest`.
     pub fn hit(&self, from: &Vector3<f32>, direction: &Vector3<f32>, nearest: f32) -> Option<Hit> {
-        if !self.is_near(from, direction) {
+        if !is_near(from, direction, self.radius) {
             return None;
         }
         match &self.form {
             Form::Solids(solids) => {
                 let mut first: Option<Hit> = None;
-                for (k, faces) in solids.iter().enumerate() {
+                for (k, solid) in solids.iter().enumerate() {
                     let limit = first.map_or(nearest, |hit| hit.along);
-                    if let Some((along, face)) = enter(faces, from, direction, limit) {
-                        let Face { normal, albedo, course, .. } = faces[face];
+                    if let Some((along, face)) = solid.enter(from, direction, limit) {
+                        let Face { normal, albedo, course, .. } = solid.faces[face];
                         first = Some(Hit { along, normal, albedo, part: (8 * k + face) as u32, course, leaves: false });
                     }
                 }
@@ -138,11 +165,29 @@ impl Thing {
         }
     }
 
-    /// Whether a ray passes through the bounding sphere, which may lie behind.
-    #[inline(always)]
-    fn is_near(&self, from: &Vector3<f32>, direction: &Vector3<f32>) -> bool {
-        // Squared distance of the line, times the squared length of the direction.
-        from.cross(direction).norm_squared() <= self.radius * self.radius * direction.norm_squared()
+    /// Points, relative to the centre, whose hull it lies within; for what is round, spheres of the second number.
+    pub fn hull(&self) -> (Vec<Vector3<f32>>, f32) {
+        match &self.form {
+            Form::Solids(solids) => (solids.iter().flat_map(|solid| solid.corners).collect(), 0.0),
+            Form::Balls(_) | Form::Paint(_) => (vec![Vector3::zeros()], self.radius),
+        }
+    }
+
+    /// Makes it ready for shadows.
+    pub fn light(&mut self, to_sun: &Vector3<f32>) {
+        if let Form::Solids(solids) = &mut self.form {
+            solids.iter_mut().for_each(|solid| solid.light(to_sun));
+        }
+    }
+
+    /// Whether the ray to the sun from a point relative to the centre meets it.
+    pub fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
+        is_near(point, to_sun, self.radius)
+            && match &self.form {
+                Form::Solids(solids) => solids.iter().any(|solid| solid.shades(point, to_sun)),
+                Form::Balls(balls) => balls.iter().any(|ball| ball.enter(point, to_sun, f32::INFINITY).is_some()),
+                Form::Paint(_) => false,
+            }
     }
 
     /// The albedo of ground with paint on it, at a point relative to the centre, seen by a pixel `width` m wide.
@@ -185,7 +230,8 @@ impl Thing {
         } else {
             faces.push(Face { normal: -Vector3::z(), offset: walls - rise, albedo: 0.30 + 0.40 * tone, course: 0.0 });
         }
-        let mut solids = vec![faces];
+        let root = Vector3::z() * (0.5 * ROOT);
+        let mut solids = vec![Solid::new(faces, [cos, sin], root, [half[0], half[1], rise + 0.5 * ROOT])];
         if top == 0.0 && half[0] > 4.0 && half[1] > 4.0 {
             // A lift head and an air conditioner.
             for (k, size) in [1.6f32, 1.0].into_iter().enumerate() {
@@ -194,7 +240,7 @@ impl Thing {
                 solids.push(box_at(cos, sin, centre, [size, size], [walls - rise, walls - rise + 1.6], [0.5, 0.6]));
             }
         }
-        let reach = (half[0] * half[0] + half[1] * half[1] + rise * rise).sqrt() + 1.7;
+        let reach = libm::hypotf(libm::hypotf(half[0], half[1]), rise + ROOT) + 1.7;
         Self::still(building.at_m, rise.into(), reach, Form::Solids(solids))
     }
 
@@ -283,36 +329,92 @@ fn prism(cos: f32, sin: f32, half: [f32; 2], albedo: f32, below: f32) -> Vec<Fac
 }
 
 /// A box about a point between two heights over the centre; brightness of sides and top.
-fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2], albedo: [f32; 2]) -> Vec<Face> {
+fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2], albedo: [f32; 2]) -> Solid {
     let mut faces = prism(cos, sin, half, albedo[0], -heights[0]);
     faces.push(Face { normal: -Vector3::z(), offset: heights[1], albedo: albedo[1], course: 0.0 });
     for face in &mut faces {
         face.offset += face.normal.dot(&at.push(0.0));
     }
-    faces
+    let centre = at.push(-0.5 * (heights[0] + heights[1]));
+    Solid::new(faces, [cos, sin], centre, [half[0], half[1], 0.5 * (heights[1] - heights[0])])
 }
 
-/// Where a ray enters a convex solid, and through which face.
-fn enter(faces: &[Face], from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
-    let (mut first, mut last, mut through) = (0.0f32, limit, usize::MAX);
-    for (k, face) in faces.iter().enumerate() {
-        let rate = face.normal.dot(direction);
-        let room = face.offset - face.normal.dot(from);
-        if rate < 0.0 {
-            let entry = room / rate;
-            if entry > first {
-                (first, through) = (entry, k);
-            }
-        } else if rate > 0.0 {
-            last = last.min(room / rate);
-        } else if room < 0.0 {
-            return None;
-        }
-        if first > last {
-            return None;
-        }
+/// Whether a ray's line passes within `radius` of the origin.
+#[inline(always)]
+fn is_near(from: &Vector3<f32>, direction: &Vector3<f32>, radius: f32) -> bool {
+    // Squared distance of the line, times the squared length of the direction.
+    from.cross(direction).norm_squared() <= radius * radius * direction.norm_squared()
+}
+
+impl Solid {
+    /// Within a box of half sides `half` along `(cos, sin)`, across it and downwards, about `centre`.
+    fn new(faces: Vec<Face>, [cos, sin]: [f32; 2], centre: Vector3<f32>, half: [f32; 3]) -> Self {
+        let corner = |k: usize| {
+            let side = |bit: usize| if k >> bit & 1 == 0 { half[bit] } else { -half[bit] };
+            let (a, b) = (side(0), side(1));
+            centre + Vector3::new(cos * a - sin * b, sin * a + cos * b, side(2))
+        };
+        let radius = Vector3::from(half).norm();
+        Self { faces, centre, radius, corners: std::array::from_fn(corner), shade: Vec::new() }
     }
-    (through != usize::MAX).then_some((first, through))
+
+    /// Where a ray enters, and through which face.
+    #[inline]
+    fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
+        if !is_near(&(from - self.centre), direction, self.radius) {
+            return None;
+        }
+        let (mut first, mut last, mut through) = (0.0f32, limit, usize::MAX);
+        for (k, face) in self.faces.iter().enumerate() {
+            let rate = face.normal.dot(direction);
+            let room = face.offset - face.normal.dot(from);
+            if rate < 0.0 {
+                let entry = room / rate;
+                if entry > first {
+                    (first, through) = (entry, k);
+                }
+            } else if rate > 0.0 {
+                last = last.min(room / rate);
+            } else if room < 0.0 {
+                return None;
+            }
+            if first > last {
+                return None;
+            }
+        }
+        (through != usize::MAX).then_some((first, through))
+    }
+
+    fn light(&mut self, to_sun: &Vector3<f32>) {
+        let shade = |face: &Face| {
+            let rate = face.normal.dot(to_sun);
+            if rate.abs() < 1e-6 {
+                return Shade { normal: face.normal, offset: face.offset, side: Side::Along };
+            }
+            let side = if rate < 0.0 { Side::Enters } else { Side::Leaves };
+            Shade { normal: face.normal / rate, offset: face.offset / rate, side }
+        };
+        self.shade = self.faces.iter().map(shade).collect();
+    }
+
+    #[inline]
+    fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
+        if !is_near(&(point - self.centre), to_sun, self.radius) {
+            return false;
+        }
+        let (mut first, mut last) = (0.0f32, f32::INFINITY);
+        for shade in &self.shade {
+            let crossing = shade.offset - shade.normal.dot(point);
+            match shade.side {
+                Side::Enters => first = first.max(crossing),
+                Side::Leaves => last = last.min(crossing),
+                Side::Along if crossing < 0.0 => return false,
+                Side::Along => {}
+            }
+        }
+        // A point inside or on a face is not in its own shadow.
+        first > 0.0 && first <= last
+    }
 }
 
 impl Ball {
