@@ -20,11 +20,14 @@ BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
 .PHONY: demo test checks test-long fuzz bench bench-accuracy bench-harness bench-arm arm setup build
 
-## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl.
+## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl. Last a
+## simulated helicopter that holds its place for ten seconds.
 demo: build
 	$(HOVERLOCK) sim $(PICTURES)/aero1.jpg
 	$(HOVERLOCK) report $(PICTURES)/aero1.jpg --out out/demo
+	$(HOVERLOCK) hover --out out/hover
 	@echo "The report: $(CURDIR)/out/demo/index.html"
+	@echo "The hover: $(CURDIR)/out/hover/index.html"
 
 ## Format, lints, and every test; the ignored ones take minutes each: real pictures, all frame sizes, faults put into the RTL.
 ## Tests that found no pictures or no tool are named at the end. The flight program for the ARM is built first: one test compares it

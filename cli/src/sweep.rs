@@ -196,8 +196,7 @@ fn design(name: &str) -> Result<DesignPoint> {
     if name == campaign::DEFAULT {
         return Ok(KT27);
     }
-    let changes = name.split(',');
-    Ok(changes.into_iter().try_fold(KT27, |design, change| design.with_override(change)).context("--config")?)
+    name.split(',').try_fold(KT27, |design, change| design.with_override(change)).context("--config")
 }
 
 /// Flies a point.

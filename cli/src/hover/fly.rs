@@ -69,7 +69,8 @@ pub fn fly(
     let mut range = course.height;
     for number in 0..frames {
         let time = exposed(number);
-        while let Some((at, fix)) = due.pop_front_if(|(at, _)| *at <= time) {
+        while let Some((at, fix)) = due.front().copied().filter(|(at, _)| *at <= time) {
+            due.pop_front();
             world.take(at, fix);
         }
         let exposure = world.expose(time)?;

@@ -166,7 +166,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 /// A scene by its name, or that of a file.
 pub fn scene(name: &str) -> Result<Scene> {
     if let Some(text) = Scene::named(name) {
-        return Ok(Scene::parse(text, ".".as_ref()).with_context(|| format!("scene {name}"))?);
+        return Scene::parse(text, ".".as_ref()).with_context(|| format!("scene {name}"));
     }
     let path = PathBuf::from(name);
     if !path.exists() {
@@ -177,5 +177,5 @@ pub fn scene(name: &str) -> Result<Scene> {
     }
     let text = std::fs::read_to_string(&path).with_context(|| format!("--scene {name}: cannot be read"))?;
     let folder = path.parent().unwrap_or(&path);
-    Ok(Scene::parse(&text, folder).with_context(|| format!("scene {name}"))?)
+    Scene::parse(&text, folder).with_context(|| format!("scene {name}"))
 }

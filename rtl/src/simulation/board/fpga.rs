@@ -34,7 +34,8 @@ impl Camera {
             return;
         }
         self.pixel += 1;
-        if let Some(sent) = self.frames.pop_front_if(|frame| self.pixel == frame.as_slice().len()) {
+        let ended = self.frames.front().is_some_and(|frame| self.pixel == frame.as_slice().len());
+        if ended && let Some(sent) = self.frames.pop_front() {
             (self.pixel, self.gap) = (0, GAP + 100 * sent.width());
         }
     }
