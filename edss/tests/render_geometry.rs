@@ -356,3 +356,24 @@ fn water_does_not_last_and_a_field_does() {
     eprintln!("sea: correlation {soon:.2} after 67 ms, {late:.2} after 2 s");
     assert!(soon < 0.9 && late.abs() < 0.5, "{soon} {late}");
 }
+
+/// Rain and snow are seen as bright streaks over dark ground, and elsewhere a frame later.
+#[test]
+fn rain_and_snow_fall() {
+    // The seed of the ground is drawn first, so that all three have the same ground.
+    let scene = |fall: &str| renderer(&format!("[ground.asphalt]\nside_m = 200\n{fall}"));
+    let clear = scene("");
+    let wet = |fall: &str, time: f64| {
+        let view = Shot { time, ..shot(lens(50.0, 0.0, 0.0), pose(0.0, 0.0, 50.0, [0.0; 3])) };
+        let (a, b) = (render(&scene(fall), &view), render(&clear, &view));
+        a.zip_map(&b, |a, b| a - b)
+    };
+    for fall in ["[rain]\nper_m3 = 40\n", "[snow]\nper_m3 = 40\n"] {
+        let (first, second) = (wet(fall, 1.0), wet(fall, 1.067));
+        let seen = |frame: &Plane<f32>| frame.as_slice().iter().filter(|v| v.abs() > 0.05).count();
+        let both = first.zip_map(&second, |a, b| if a.abs() > 0.05 && b.abs() > 0.05 { 1.0 } else { 0.0f32 });
+        let (a, b, lasting) = (seen(&first), seen(&second), seen(&both));
+        eprintln!("{fall}: {a} and {b} pixels, {lasting} in both");
+        assert!(a > 500 && b > 500 && lasting * 4 < a, "{fall}: {a} {b} {lasting}");
+    }
+}

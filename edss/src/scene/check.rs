@@ -166,7 +166,7 @@ fn check(scene: &mut Scene, folder: &Path) -> Checked {
     }
     for (key, fall) in [("rain", scene.rain), ("snow", scene.snow)] {
         if let Some(fall) = fall {
-            within(&format!("{key}.per_m3"), fall.per_m3, 0.0, 20.0)?;
+            within(&format!("{key}.per_m3"), fall.per_m3, 0.0, 200.0)?;
         }
     }
     things(scene)
