@@ -62,8 +62,8 @@ const LATE: u32 = 4;
 /// Field of view of the wide view, degrees.
 pub const WIDE: f64 = 50.0;
 
-/// Field of view of the narrow view, degrees: 5 to each side. The camera goes down to 5.4, but a tilt of 5 degrees would
-/// then leave nothing of the reference in view.
+/// Field of view of the narrow view, degrees: 5 to each side. The camera goes down to 5.4, but a tilt of 5 degrees
+/// would then leave nothing of the reference in view.
 pub const NARROW: f64 = 10.0;
 
 /// Error bits of a trailer after which the features are not those of the scene.

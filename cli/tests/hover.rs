@@ -60,8 +60,8 @@ fn a_hover_holds_its_place_repeats_itself_and_is_replayed() {
     }
 }
 
-/// The reference of the narrow view is another than that of the wide one, and the estimate does not jump: at no frame by
-/// more than five of its standard errors and what a helicopter flies in a fifteenth of a second.
+/// The reference of the narrow view is another than that of the wide one, and the estimate does not jump: at no frame
+/// by more than five of its standard errors and what a helicopter flies in a fifteenth of a second.
 #[test]
 fn the_view_narrows_without_a_jump() {
     let folder = tempfile::tempdir().unwrap();

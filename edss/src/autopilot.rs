@@ -141,8 +141,8 @@ impl Autopilot {
         self.newest = self.newest.max(fix.exposed);
     }
 
-    /// A reading of the barometer, m, at a time, s. Height is not the laser's: its beam sweeps over hills and roofs, and
-    /// a helicopter that followed it would climb and sink with every tilt.
+    /// A reading of the barometer, m, at a time, s. Height is not the laser's: its beam sweeps over hills and roofs,
+    /// and a helicopter that followed it would climb and sink with every tilt.
     pub fn height(&mut self, time: f64, height: f64) {
         self.vertical.correct(time, -height, LEAST_ERROR[1] * LEAST_ERROR[1]);
     }

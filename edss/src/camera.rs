@@ -365,8 +365,8 @@ mod tests {
         assert_eq!(camera.read_out(&mut step, &along)[(31, 20)], 0, "a step along the motion stays");
     }
 
-    /// Level, 50 m up: 1 m/s to the right moves the ground to the left by f / 50 px a second; a yaw turns the picture the
-    /// other way; a descent opens it.
+    /// Level, 50 m up: 1 m/s to the right moves the ground to the left by f / 50 px a second; a yaw turns the picture
+    /// the other way; a descent opens it.
     #[test]
     fn the_picture_moves_against_the_camera() {
         let pinhole = Camera::with_field_of_view(SIZE.0, SIZE.1, 50f64.to_radians()).unwrap();

@@ -100,7 +100,8 @@ impl Chain {
         self.host.camera_word()
     }
 
-    /// A frame with its telemetry. With the ARM binary its line is the one that counts, and is compared with the host's.
+    /// A frame with its telemetry. With the ARM binary its line is the one that counts, and is compared with the
+    /// host's.
     pub fn frame(&mut self, telemetry: &Telemetry, frame: &Plane<u16>) -> Result<Written> {
         self.stream.send(message::TELEMETRY, &telemetry.encode());
         let packet = self.extractor.packet(frame)?;
