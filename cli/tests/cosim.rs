@@ -54,11 +54,13 @@ fn seen(place: &Place) -> Plane<u16> {
 
 /// What the sensors read there, without an error.
 fn telemetry(places: &[Place]) -> String {
-    let mut text = "# made\nroll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg\n".to_owned();
-    for place in places {
+    // Half a second apart, so that the second proves the reference.
+    let mut text = "# made\ntime_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg\n".to_owned();
+    for (number, place) in places.iter().enumerate() {
         let [roll, pitch, yaw] = place.1;
         let range = place.0[2] / view(place).attitude().rotation()[(2, 2)];
-        writeln!(text, "{roll}, {pitch}, {yaw}, {range}, {FIELD_OF_VIEW}, 0.2").unwrap();
+        let time = 0.5 * number as f64;
+        writeln!(text, "{time}, {roll}, {pitch}, {yaw}, {range}, {FIELD_OF_VIEW}, 0.2").unwrap();
     }
     text
 }
@@ -141,7 +143,8 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
     assert_eq!((estimates.len(), lines(&text).len()), (4, 4), "{text}");
     assert_eq!((&estimates[0]["status"], &fixed["telemetry"]), (&"reference".into(), &"telemetry.csv".into()));
     for (estimate, place) in estimates.iter().zip(&FLIGHT).skip(1) {
-        assert_eq!(estimate["status"], "estimate", "{text}");
+        // With a thousand matches the search may end by its work, which the status tells.
+        assert!(estimate["status"] == "estimate" || estimate["status"] == "late", "{text}");
         let found = [estimate["x_e_m"].as_f64().unwrap(), estimate["y_e_m"].as_f64().unwrap()];
         close(found, &numbers(&estimate["covariance_m2"]), place);
     }
@@ -157,7 +160,9 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
     for (float, fixed) in float["estimates"].as_array().unwrap().iter().zip(estimates).skip(1) {
         for axis in ["x_e_m", "y_e_m"] {
             let difference = float[axis].as_f64().unwrap() - fixed[axis].as_f64().unwrap();
-            assert!(difference.abs() < 0.05, "{axis}: {difference} m");
+            // Less than a standard error, 0.12 m at the last frame: of 900 matches each fit takes every second one, and
+            // not the same ones.
+            assert!(difference.abs() < 0.08, "{axis}: {difference} m");
         }
     }
 }
@@ -204,14 +209,14 @@ fn bad_telemetry_is_one_line_and_status_2() {
     let good = telemetry(&FLIGHT[..2]);
     let cases = [
         (good.replace("range_m", "range"), "`range`"),
-        (good.replace("range_m", "time_s"), "missing field `range_m`"),
+        ("time_s,roll_deg,pitch_deg,yaw_deg,fov_deg\n0,0,0,0,50\n1,0,0,0,50\n".into(), "missing field `range_m`"),
         (good.replace(", 0.2", ", nine"), "row 1 of the telemetry: tilt_se_deg is no number"),
         (good.replace(", 0.2", ", -0.2"), "tilt_se_deg is -0.2"),
         (good.replace(", 0.2", ", NaN"), "tilt_se_deg is NaN"),
         (good.replace(", 50, ", ", 190, "), "fov_deg is 190"),
-        (good.replace(", 50, ", ", "), "5 fields, and the header has 6"),
+        (good.replace(", 50, ", ", "), "6 fields, and the header has 7"),
         (good.lines().take(3).collect::<Vec<_>>().join("\n"), "1 rows of telemetry for 2 pictures"),
-        (good.clone() + "0,0,0,50,50,1\n", "3 rows of telemetry for 2 pictures"),
+        (good.clone() + "1,0,0,0,50,50,1\n", "3 rows of telemetry for 2 pictures"),
         (String::new(), "0 rows"),
         ("\u{0}\u{1}\n".into(), "bad.csv"),
         ("time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n1,0,0,0,9,50\n1,0,0,0,9,50\n".into(), "does not grow"),
