@@ -180,6 +180,17 @@ mod tests {
         assert!(message.contains("4 fraction bits") && message.contains("sigma 30"), "{message}");
     }
 
+    /// In few bits poles come to lie on the unit circle itself, where stability is a matter of the last bit.
+    #[test]
+    fn poles_on_the_circle_are_refused() {
+        let family = Family::VanVlietYoungVerbeek { order: 4 };
+        if let Ok((_, rounded)) = round(family, 4.697367608898545, 3) {
+            let response = rounded.real().impulse_response();
+            let dc_gain = Residuals::between(&response, &response).dc_gain;
+            assert!((dc_gain - 1.0).abs() < 1e-6, "{dc_gain}");
+        }
+    }
+
     #[test]
     fn the_width_is_the_least_number_of_bits() {
         let form = |a: i64| IntegerDirectForm {
