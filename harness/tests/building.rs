@@ -307,14 +307,18 @@ fn a_damaged_runtime_is_compiled_anew() {
     std::fs::remove_file(place.path("cache/runtime")).unwrap();
     let copied = Command::new("cp").arg("-r").arg(runtime()).arg(place.path("cache/runtime")).status().unwrap();
     assert!(copied.success());
-    let folder = std::fs::read_dir(place.path("cache/runtime")).unwrap().next().unwrap().unwrap().path();
-    let object = folder.join("verilated_threads.o");
-    let whole = std::fs::read(&object).unwrap();
-    let mut damaged = whole.clone();
-    damaged.truncate(whole.len() / 2);
-    std::fs::write(&object, &damaged).unwrap();
+    // Runtimes of other versions may lie beside it: all are damaged, and the one that is used is mended.
+    let folders = std::fs::read_dir(place.path("cache/runtime")).unwrap();
+    let objects: Vec<(PathBuf, Vec<u8>)> = folders
+        .map(|folder| folder.unwrap().path().join("verilated_threads.o"))
+        .filter_map(|object| Some((object.clone(), std::fs::read(object).ok()?)))
+        .collect();
+    for (object, whole) in &objects {
+        std::fs::write(object, &whole[..whole.len() / 2]).unwrap();
+    }
     assert_eq!(value(&place.build("constant", CONSTANT)), 1);
-    assert_eq!(std::fs::read(&object).unwrap(), whole);
+    let mended = objects.iter().filter(|(object, whole)| std::fs::read(object).unwrap() == *whole).count();
+    assert_eq!(mended, 1, "of {}", objects.len());
 }
 
 #[test]
