@@ -35,7 +35,7 @@ def main() -> int:
         print("the package `distributed` is not installed: pip install 'hoverlock[dask]'", file=sys.stderr)
         return 2
     try:
-        client = Client(arguments.scheduler, timeout="10s")
+        client = Client(arguments.scheduler, timeout="10s")  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         print(f"no scheduler at {arguments.scheduler}: {error}", file=sys.stderr)
         return 2
@@ -43,7 +43,7 @@ def main() -> int:
         points = [line.rstrip("\n") for line in sys.stdin if line.strip()]
         flights = [client.submit(fly, arguments.command, point, pure=False, retries=RETRIES) for point in points]
         try:
-            for flight in as_completed(flights):
+            for flight in as_completed(flights):  # type: ignore[no-untyped-call]
                 print(flight.result(), flush=True)
         except RuntimeError as error:
             print(error, file=sys.stderr)
