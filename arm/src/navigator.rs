@@ -380,7 +380,7 @@ impl Navigator {
         let motion = motion?;
         *fit = Budget::new(self.work - search.spent());
         inliers.clear();
-        let stride = motion.inliers.len().div_ceil(POSE_PAIRS);
+        let stride = motion.inliers.len().div_ceil(POSE_PAIRS).max(1);
         inliers.extend(motion.inliers.iter().step_by(stride).map(|&i| motion.pairs[i]));
         let pose = pose::fit_in(pose, fit, &reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
         let step = Estimate::of(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);
