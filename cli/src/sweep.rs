@@ -26,6 +26,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::chain::{Program, Source};
+use crate::design::configured;
 use crate::hover::{Climb, Course, View, between, fly, scene};
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
 
@@ -196,7 +197,8 @@ fn design(name: &str) -> Result<DesignPoint> {
     if name == campaign::DEFAULT {
         return Ok(KT27);
     }
-    name.split(',').try_fold(KT27, |design, change| design.with_override(change)).context("--config")
+    let changes: Vec<OsString> = name.split(',').map(OsString::from).collect();
+    configured(&changes).context("--config")
 }
 
 /// Flies a point.
@@ -215,7 +217,6 @@ fn flown(point: &Point) -> Result<Finished> {
         altitude: Climb::Hold,
         view: View::Wide,
         renew: None,
-        config: Vec::<OsString>::new(),
     };
     let renderer = Renderer::new(&subject, point.seed).with_context(|| format!("scene {}", point.scene))?;
     let summary = fly(&course, &design, &subject, renderer, None, &mut |_| ())?.summary;
@@ -272,6 +273,7 @@ fn on_cluster(address: &str, points: &[Point], keep: &mut dyn FnMut(Finished) ->
         .arg(worker)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn();
     let mut child = match child {
         Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -290,9 +292,11 @@ fn on_cluster(address: &str, points: &[Point], keep: &mut dyn FnMut(Finished) ->
     for line in BufReader::new(stdout).lines() {
         keep(parsed(&line.context("--dask: the results cannot be read")?)?)?;
     }
-    let status = child.wait().context("--dask: the Python module is lost")?;
-    if !status.success() {
-        bail!("--dask {address}: the Python module has failed ({status}); what it said stands above");
+    let output = child.wait_with_output().context("--dask: the Python module is lost")?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        let last = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it says nothing");
+        bail!("--dask {address}: the Python module has failed ({}): {last}", output.status);
     }
     Ok(())
 }

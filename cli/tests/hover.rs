@@ -1,5 +1,7 @@
 //! `hoverlock hover` and `hoverlock sweep`: the closed loop from the command line.
 
+#[path = "common/picture.rs"]
+mod picture;
 #[path = "common/refusal.rs"]
 mod refusal;
 
@@ -7,8 +9,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use hoverlock_reference::image::plane::Plane;
 use serde_json::Value;
 
+use picture::save;
 use refusal::assert_refused;
 
 fn hoverlock(args: &[&str]) -> Output {
@@ -101,6 +105,22 @@ fn bad_input_is_one_line_and_status_2() {
     refused(&["--scene", file.to_str().unwrap()], "3");
     refused(&["--scene", file.to_str().unwrap()], "parcels");
     refused(&["--scene", folder.path().to_str().unwrap()], "not a regular file");
+    let ground = |name: &str, picture: &Plane<u16>| {
+        let file = save(folder.path(), &format!("{name}.png"), picture);
+        let scene = folder.path().join(format!("{name}.toml"));
+        fs::write(&scene, format!("[ground.picture]\nfile = \"{file}\"\ntexel_m = 0.05\n")).unwrap();
+        scene.to_str().unwrap().to_owned()
+    };
+    for (name, side) in [("constant", 300), ("point", 1)] {
+        refused(&["--scene", &ground(name, &Plane::filled(side, side, 7000))], "every pixel has the same value");
+    }
+    // Nothing to be found on it: no estimate is no pass, however short the hover.
+    let mut bare = Plane::filled(300, 300, 7000);
+    bare[(0, 0)] = 7001;
+    let told = hover(&out, &["--seconds", "1", "--scene", &ground("bare", &bare)]);
+    assert_eq!((&told["pass"], &told["estimates"]), (&false.into(), &0.into()), "{told}");
+    assert!(told["reason"].as_str().unwrap().starts_with("no frame has an estimate"), "{told}");
+    fs::remove_dir_all(&out).unwrap();
     refused(&["--gusts", "6"], "must be 0 to 5");
     refused(&["--seconds", "0"], "must be 1 to 3600");
     refused(&["--config", "dog_bits=99"], "dog_bits");

@@ -75,6 +75,9 @@ pub enum RenderError {
     /// A picture of the scene is damaged.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// A picture that shows nothing, on which no feature can be found.
+    #[error("ground.picture.file: {0}: every pixel has the same value; name a picture of the ground")]
+    Constant(String),
     /// A camera could not see all of the ground.
     #[error(
         "relief: slopes up to {slope:.2} are too steep: at most 1; lower rms_m or height_m, or lengthen wavelength_m"
@@ -139,6 +142,9 @@ impl Renderer {
             Ground::Picture(ground) => {
                 let luma = Picture::open(&ground.file)?.luma;
                 let (width, height) = (luma.width(), luma.height());
+                if luma.as_slice().iter().all(|value| *value == luma.as_slice()[0]) {
+                    return Err(RenderError::Constant(ground.file.display().to_string()));
+                }
                 let middle = Vector2::new(width as f64, height as f64) / 2.0;
                 let picture = Laid::new(Mip::new(width, height, luma.as_slice()), ground.texel_m, 0.0, middle);
                 Surface::Picture { picture, grain: ground.grain as f32 }

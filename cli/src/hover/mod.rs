@@ -38,6 +38,9 @@ use save::Saved;
 pub struct Args {
     #[command(flatten)]
     course: Course,
+    /// Change the design point of fixed features: a TOML file, or one key like dog_bits=12 or state=u16.4
+    #[arg(long, value_name = "FILE|KEY=VALUE")]
+    config: Vec<OsString>,
     /// The folder for the page, index.html, and the table of each frame, hover.csv
     #[arg(long, value_name = "DIR", default_value = "out/hover")]
     out: PathBuf,
@@ -82,9 +85,6 @@ pub struct Course {
     /// Tell the flight program to renew its reference after so many seconds
     #[arg(long, value_name = "T", value_parser = between(0.0, 3600.0))]
     pub renew: Option<f64>,
-    /// Change the design point of fixed features: a TOML file, or one key like dog_bits=12 or state=u16.4
-    #[arg(long, value_name = "FILE|KEY=VALUE")]
-    pub config: Vec<OsString>,
 }
 
 const HELP: &str = "\
@@ -138,7 +138,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let course = &args.course;
     course.estimator.find()?;
     let scene = scene(&course.scene)?;
-    let design = configured(&course.config)?;
+    let design = configured(&args.config)?;
     let renderer = spinning("making the scene", || Renderer::new(&scene, course.seed))
         .with_context(|| format!("scene {}", course.scene))?;
     let folder = Folder::new(&args.out)?;

@@ -232,6 +232,10 @@ impl Outcome {
             check(format!("{found} estimates over water, where none can be right"), found == 0);
         } else {
             let bound = summary.bound_m.unwrap_or(RELIEF);
+            if summary.estimates == 0 {
+                let reason = rows.last().and_then(|row| row.line.reason.clone()).unwrap_or_default();
+                check(format!("no frame has an estimate: {reason}"), false);
+            }
             check(format!("{:.3} m rms from the target, at most {bound}", summary.rms_m), summary.rms_m <= bound);
             let longest = summary.longest_loss_s;
             check(format!("vision away for {longest:.1} s at the longest, at most {LOST}"), longest <= LOST);

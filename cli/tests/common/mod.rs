@@ -1,22 +1,10 @@
 //! Ground that is computed, as pictures in files; and what a refusal looks like.
 
+mod picture;
 mod refusal;
 
-use std::path::Path;
-
-use hoverlock_reference::image::plane::Plane;
+pub use picture::save;
 pub use refusal::assert_refused;
-
-/// Saves 16-bit samples as a picture; its path.
-pub fn save(folder: &Path, name: &str, picture: &Plane<u16>) -> String {
-    let path = folder.join(name);
-    let (width, height) = (picture.width() as u32, picture.height() as u32);
-    image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, picture.as_slice().to_vec())
-        .unwrap()
-        .save(&path)
-        .unwrap();
-    path.to_str().unwrap().to_owned()
-}
 
 /// Ground without an end, the same wherever it is looked at: noise of 3 px, smooth between its nodes.
 pub fn ground(x: f64, y: f64) -> u16 {
