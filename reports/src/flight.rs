@@ -7,8 +7,9 @@ use minijinja::value::{Serde, Value};
 use minijinja::{Environment, context};
 use serde::Serialize;
 
+use crate::estimates::{Estimate, Run, Sample, told};
 use crate::page::{PageError, STYLE, typeset};
-use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series};
+use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
 use crate::provenance::COMMIT;
 use crate::still::{Still, reduced, still};
 
@@ -66,21 +67,6 @@ pub struct Frame<'a> {
     pub inliers: Vec<Pair>,
 }
 
-/// An estimate of the flight program.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct Estimate {
-    /// Along `X_e` and `Y_e`, m.
-    pub displacement: [f64; 2],
-    /// Standard errors along them, m.
-    pub sigma: [f64; 2],
-    /// 0 ..= 255.
-    pub quality: u8,
-    /// Matches that agree.
-    pub inliers: usize,
-    /// Matches.
-    pub matches: usize,
-}
-
 impl Frame<'_> {
     /// Estimate less truth, m.
     fn error(&self) -> Option<[f64; 2]> {
@@ -99,6 +85,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
     environment.add_template("flight.html", TEMPLATE)?;
     let errors: Vec<f64> = flight.frames.iter().filter_map(Frame::error).map(|[x, y]| x.hypot(y)).collect();
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    let run = run(flight);
     let step = flight.frames.len().div_ceil(SHOWN).max(1);
     let stills = flight.frames.iter().step_by(step).map(shown).collect::<Result<Vec<_>, PlotError>>()?;
     Ok(environment.get_template("flight.html")?.render(context! {
@@ -112,9 +99,9 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
         rms => rms,
         largest => errors.iter().copied().fold(0.0, f64::max),
         track => track(flight)?,
-        errors => [error(flight, 0)?, error(flight, 1)?],
-        quality => quality(flight)?,
-        inliers => inliers(flight)?,
+        errors => [run.error(0)?, run.error(1)?],
+        quality => run.quality()?,
+        inliers => run.inliers(None)?,
         step => step,
         stills => Value::from(Serde(stills)),
     })?)
@@ -156,88 +143,30 @@ fn track(flight: &Flight<'_>) -> Result<String, PlotError> {
     .svg()
 }
 
-/// The horizontal axis of what is shown over the frames.
-fn over_frames(flight: &Flight<'_>) -> Axis {
+/// The frames side by side.
+fn run<'a>(flight: &'a Flight<'_>) -> Run<'a> {
     let last = flight.frames.len().saturating_sub(1).max(1);
     let step = last.div_ceil(12);
     let ticks = (0..=last).step_by(step).map(|frame| (frame as f64, frame.to_string())).collect();
-    Axis::ticked("frame", -0.3, last as f64 + 0.3, ticks)
-}
-
-/// One value of each frame that has it.
-fn points(flight: &Flight<'_>, value: impl Fn(&Frame<'_>) -> Option<f64>) -> Vec<(f64, f64)> {
-    let of_frame = |(i, frame)| Some((i as f64, value(frame)?));
-    flight.frames.iter().enumerate().filter_map(of_frame).collect()
-}
-
-/// Estimate less truth along an axis, between three standard errors.
-fn error(flight: &Flight<'_>, axis: usize) -> Result<String, PlotError> {
-    let sigma = |sign: f64| points(flight, |frame| Some(3.0 * sign * frame.estimate?.sigma[axis]));
-    let errors = points(flight, |frame| Some(frame.error()?[axis]));
-    let most = sigma(1.0).iter().chain(&errors).map(|(_, v)| v.abs()).fold(0.01, f64::max);
-    let name = ["X_e", "Y_e"][axis];
-    let line = |name: &str, colour, mark, points| Series { name: name.into(), colour, mark, points };
-    Chart {
-        title: format!("Error along {name}, m"),
-        size: (540, 270),
-        x: over_frames(flight),
-        y: Axis::linear("", -1.1 * most, 1.1 * most),
-        series: vec![
-            line("\u{b1}3 standard errors", GREY, Mark::LineDots, sigma(1.0)),
-            line("", GREY, Mark::LineDots, sigma(-1.0)),
-            line("error", BLUE, Mark::LineDots, errors),
-        ],
-        rules: Vec::new(),
+    let sample = |(i, frame): (usize, &'a Frame<'_>)| Sample {
+        at: i as f64,
+        status: &frame.status,
+        estimate: frame.estimate,
+        error: frame.error(),
+        features: frame.features,
+    };
+    Run {
+        x: Axis::ticked("frame", -0.3, last as f64 + 0.3, ticks),
+        mark: Mark::LineDots,
+        dot: 4,
+        samples: flight.frames.iter().enumerate().map(sample).collect(),
     }
-    .svg()
-}
-
-/// Quality of each frame; 0 where there is no estimate.
-fn quality(flight: &Flight<'_>) -> Result<String, PlotError> {
-    let estimated = points(flight, |frame| Some(f64::from(frame.estimate?.quality)));
-    let none = points(flight, |frame| (frame.status == "none").then_some(0.0));
-    Chart {
-        title: "Quality, 0 to 255".into(),
-        size: (540, 270),
-        x: over_frames(flight),
-        y: Axis::ticked("", 0.0, 262.0, [0, 64, 128, 192, 255].map(|v| (f64::from(v), v.to_string())).to_vec()),
-        series: vec![
-            Series { name: "estimate".into(), colour: BLUE, mark: Mark::LineDots, points: estimated },
-            Series { name: "no estimate".into(), colour: RED, mark: Mark::Dots(4), points: none },
-        ],
-        rules: Vec::new(),
-    }
-    .svg()
-}
-
-/// Features, matches and inliers.
-fn inliers(flight: &Flight<'_>) -> Result<String, PlotError> {
-    let count = |of: fn(&Estimate) -> usize| points(flight, move |frame| Some(of(frame.estimate.as_ref()?) as f64));
-    let features = points(flight, |frame| Some(frame.features as f64));
-    let most = features.iter().map(|(_, count)| *count).fold(1.0, f64::max);
-    Chart {
-        title: "Features, matches, and those that agree".into(),
-        size: (540, 270),
-        x: over_frames(flight),
-        y: Axis::linear("", 0.0, 1.1 * most),
-        series: vec![
-            Series { name: "features".into(), colour: GREY, mark: Mark::LineDots, points: features },
-            Series { name: "matches".into(), colour: ORANGE, mark: Mark::LineDots, points: count(|e| e.matches) },
-            Series { name: "inliers".into(), colour: GREEN, mark: Mark::LineDots, points: count(|e| e.inliers) },
-        ],
-        rules: Vec::<Rule>::new(),
-    }
-    .svg()
 }
 
 /// A frame as it is shown.
 fn shown(frame: &Frame<'_>) -> Result<Still, PlotError> {
     let inliers = if frame.estimate.is_some() { &frame.inliers[..] } else { &[] };
-    let told = match (&frame.estimate, &frame.reason) {
-        (Some(estimate), _) => format!("{} of {} matches agree", estimate.inliers, estimate.matches),
-        (None, Some(reason)) => reason.clone(),
-        (None, None) => frame.status.clone(),
-    };
+    let told = told(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
     let (step, small) = reduced(frame.picture, COLUMNS);
     still(&frame.name, &small, step, inliers, format!("{}: {told}", frame.name))
 }

@@ -8,9 +8,9 @@ use minijinja::{Environment, context};
 use serde::Serialize;
 
 use crate::embed;
-use crate::flight::Estimate;
+use crate::estimates::{Estimate, Run, Sample, told};
 use crate::page::{PageError, STYLE, typeset};
-use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series, VIOLET};
+use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, Rule, Series, VIOLET};
 use crate::provenance::COMMIT;
 use crate::still::{Still, still};
 
@@ -77,8 +77,10 @@ pub struct Frame {
 }
 
 impl Frame {
-    fn error(&self, axis: usize) -> Option<f64> {
-        Some(self.estimate?.displacement[axis] - self.truth[axis])
+    /// Estimate less truth, m.
+    fn error(&self) -> Option<[f64; 2]> {
+        let estimate = self.estimate?;
+        Some([0, 1].map(|axis| estimate.displacement[axis] - self.truth[axis]))
     }
 
     fn distance(&self) -> f64 {
@@ -120,6 +122,7 @@ pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
         }
     }
     let stills = hover.stills.iter().map(|picture| shown(hover, picture)).collect::<Result<Vec<_>, PlotError>>()?;
+    let run = run(hover);
     Ok(environment.get_template("hover.html")?.render(context! {
         style => STYLE,
         commit => COMMIT,
@@ -132,20 +135,16 @@ pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
         animation => (!hover.animation.is_empty()).then(|| embed::address("image/png", &hover.animation)),
         track => track(hover)?,
         distance => distance(hover)?,
-        errors => [error(hover, 0)?, error(hover, 1)?],
+        errors => [run.error(0)?, run.error(1)?],
         others => [wind(hover)?, tilt(hover)?, height(hover)?, view(hover)?],
-        quality => [quality(hover)?, inliers(hover)?],
+        quality => [run.quality()?, run.inliers(Some(renewals(hover)))?],
         stills => Value::from(Serde(stills)),
     })?)
 }
 
 fn shown(hover: &Hover, picture: &Picture) -> Result<Still, PlotError> {
     let frame = &hover.frames[picture.frame];
-    let told = match (&frame.estimate, &frame.reason) {
-        (Some(estimate), _) => format!("{} of {} matches agree", estimate.inliers, estimate.matches),
-        (None, Some(reason)) => reason.clone(),
-        (None, None) => frame.status.clone(),
-    };
+    let told = told(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
     let name = format!("{:.1} s", frame.time);
     let inliers = if frame.estimate.is_some() { &picture.inliers[..] } else { &[] };
     still(&name, &picture.small, picture.step, inliers, format!("{name}: {told}"))
@@ -200,20 +199,6 @@ fn distance(hover: &Hover) -> Result<String, PlotError> {
     chart(hover, "Distance from the target, m", Axis::log("", 0.003, 1.3 * most), series, rules)
 }
 
-/// Estimate less truth along an axis, between three standard errors.
-fn error(hover: &Hover, axis: usize) -> Result<String, PlotError> {
-    let sigma = |sign: f64| over_time(hover, |frame| Some(3.0 * sign * frame.estimate?.sigma[axis]));
-    let errors = over_time(hover, |frame| frame.error(axis));
-    let most = sigma(1.0).iter().chain(&errors).map(|(_, v)| v.abs()).fold(0.01, f64::max);
-    let series = vec![
-        line("\u{b1}3 standard errors", GREY, Mark::Line, sigma(1.0)),
-        line("", GREY, Mark::Line, sigma(-1.0)),
-        line("estimate less truth", BLUE, Mark::Line, errors),
-    ];
-    let name = ["X_e", "Y_e"][axis];
-    chart(hover, &format!("Error along {name}, m"), Axis::linear("", -1.1 * most, 1.1 * most), series, Vec::new())
-}
-
 fn wind(hover: &Hover) -> Result<String, PlotError> {
     let along = |axis: usize| over_time(hover, |frame| Some(frame.wind[axis]));
     let most = (0..3).flat_map(along).map(|(_, v)| v.abs()).fold(1.0, f64::max);
@@ -245,29 +230,25 @@ fn view(hover: &Hover) -> Result<String, PlotError> {
     chart(hover, "Field of view, degrees", Axis::linear("", 0.0, 55.0), series, Vec::new())
 }
 
-/// Quality of each frame; 0 where there is no estimate.
-fn quality(hover: &Hover) -> Result<String, PlotError> {
-    let estimated = over_time(hover, |frame| Some(f64::from(frame.estimate?.quality)));
-    let none = over_time(hover, |frame| (frame.status == "none").then_some(0.0));
-    let ticks = [0, 64, 128, 192, 255].map(|v| (f64::from(v), v.to_string())).to_vec();
-    let series = vec![line("estimate", BLUE, Mark::Line, estimated), line("no estimate", RED, Mark::Dots(3), none)];
-    chart(hover, "Quality, 0 to 255", Axis::ticked("", 0.0, 262.0, ticks), series, Vec::new())
+/// The frames over time.
+fn run(hover: &Hover) -> Run<'_> {
+    fn sample(frame: &Frame) -> Sample<'_> {
+        Sample {
+            at: frame.time,
+            status: &frame.status,
+            estimate: frame.estimate,
+            error: frame.error(),
+            features: frame.features,
+        }
+    }
+    Run { x: time(hover), mark: Mark::Line, dot: 3, samples: hover.frames.iter().map(sample).collect() }
 }
 
-/// Features, matches and inliers; where the reference was renewed.
-fn inliers(hover: &Hover) -> Result<String, PlotError> {
-    let count = |of: fn(&Estimate) -> usize| over_time(hover, move |frame| Some(of(frame.estimate.as_ref()?) as f64));
-    let features = over_time(hover, |frame| Some(frame.features as f64));
-    let most = features.iter().map(|(_, count)| *count).fold(1.0, f64::max);
+/// Where another frame became the reference.
+fn renewals(hover: &Hover) -> Series {
     let renewed = hover.frames.windows(2).filter(|pair| pair[0].reference.is_some());
     let renewed = renewed.filter(|pair| pair[1].reference.is_some() && pair[0].reference != pair[1].reference);
-    let series = vec![
-        line("features", GREY, Mark::Line, features),
-        line("matches", ORANGE, Mark::Line, count(|e| e.matches)),
-        line("inliers", GREEN, Mark::Line, count(|e| e.inliers)),
-        line("reference renewed", VIOLET, Mark::Dots(3), renewed.map(|pair| (pair[0].time, 0.0)).collect()),
-    ];
-    chart(hover, "Features, matches, and those that agree", Axis::linear("", 0.0, 1.1 * most), series, Vec::new())
+    line("reference renewed", VIOLET, Mark::Dots(3), renewed.map(|pair| (pair[0].time, 0.0)).collect())
 }
 
 #[cfg(test)]

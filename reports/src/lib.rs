@@ -8,6 +8,7 @@ mod canvas;
 pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
+pub mod estimates;
 pub mod figures;
 pub mod flight;
 pub mod hardware;

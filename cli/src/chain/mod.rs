@@ -11,7 +11,7 @@ use hoverlock_arm::source::Source as Stream;
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
-use hoverlock_reports::flight::Estimate;
+use hoverlock_reports::estimates::Estimate;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serializer};
 
