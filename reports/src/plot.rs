@@ -214,6 +214,15 @@ impl Chart {
         Ok(scalable(&svg, &self.title))
     }
 
+    /// The plot as an SVG file of its own, on white.
+    ///
+    /// # Errors
+    /// The plotting crate fails.
+    pub fn file(&self) -> Result<String, PlotError> {
+        let head = r#"<svg xmlns="http://www.w3.org/2000/svg" style="background:white""#;
+        Ok(self.svg()?.replacen("<svg", head, 1))
+    }
+
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
         let root = SVGBackend::with_string(svg, self.size).into_drawing_area();
         let text = |size: i32, colour: Rgb| (FONT, size).into_font().color(&rgb(colour));
