@@ -12,6 +12,7 @@ mod coeffs;
 mod cosim;
 mod design;
 mod doctor;
+mod formal;
 mod hover;
 mod interrupt;
 mod matching;
@@ -49,6 +50,7 @@ enum Verb {
     Completions(shell::CompletionsArgs),
     Cosim(cosim::Args),
     Doctor(doctor::Args),
+    Formal(formal::Args),
     Hover(hover::Args),
     Man(shell::ManArgs),
     Match(matching::Args),
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
         Verb::Completions(args) => shell::completions(&args),
         Verb::Cosim(args) => cosim::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
+        Verb::Formal(args) => formal::run(&args),
         Verb::Hover(args) => hover::run(&args),
         Verb::Man(args) => shell::man(&args),
         Verb::Match(args) => matching::run(&args),

@@ -1,0 +1,251 @@
+//! `hoverlock formal`: claims about Verilog, proved for all inputs.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use anyhow::{Context, Result, anyhow, bail};
+use clap::ValueHint;
+use hoverlock_formal::claim::{Claim, Solver, shipped};
+use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};
+use hoverlock_rtl::emission::{committed, files};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::Verdict;
+use crate::hover::between;
+use crate::output::{print, print_json, shown, verdict, write_file};
+
+/// Prove claims about the emitted Verilog, or about any Verilog with properties.
+///
+/// Each claim has covers, which show that it is not vacuous, and mutants: faults put into the Verilog that its proof
+/// must see. A claim that fails leaves the waveform of the violation in the folder of --out. Status 0 only where every
+/// proof passes, every cover is reached and, with --mutants, every mutant fails.
+///
+/// Examples:
+///   hoverlock formal
+///   hoverlock formal record_fifo --mutants
+///   hoverlock formal --source my_fifo.v --properties my_fifo.sv --depth 12
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Claims; all where none is named
+    #[arg(value_name = "NAME", conflicts_with = "source")]
+    names: Vec<String>,
+    /// Leave out the claims that take long
+    #[arg(long, conflicts_with = "source")]
+    quick: bool,
+    /// Put each claim's faults into the Verilog as well: its proof must fail
+    #[arg(long, conflicts_with = "source")]
+    mutants: bool,
+    /// Verilog files of your own, with --properties
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "properties", value_hint = ValueHint::FilePath)]
+    source: Vec<PathBuf>,
+    /// A module over them with assert, assume and cover, for Yosys' read_verilog -formal -sv
+    #[arg(long, value_name = "FILE", requires = "source", value_hint = ValueHint::FilePath)]
+    properties: Option<PathBuf>,
+    /// Steps of the induction and of the covers, for --source
+    #[arg(long, value_name = "K", default_value = "20", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    depth: u32,
+    /// Prove --source for --depth steps from the initial state only, without induction
+    #[arg(long, requires = "source")]
+    bounded: bool,
+    /// The folder of the Verilog that claims are about, in place of the emitted one
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "source")]
+    rtl: Option<PathBuf>,
+    /// Longest time of one question to a solver, seconds
+    #[arg(long, value_name = "T", default_value = "600", value_parser = between(1.0, 86_400.0))]
+    limit: f64,
+    /// Where waveforms of violations go
+    #[arg(long, value_name = "DIR", default_value = "out/formal", value_hint = ValueHint::DirPath)]
+    out: PathBuf,
+    /// Write claims and results into this file, as Markdown
+    #[arg(long, value_name = "FILE", conflicts_with = "source", value_hint = ValueHint::FilePath)]
+    table: Option<PathBuf>,
+    /// One JSON object on stdout: results[] of name status pass seconds memory_mib detail trace, proved failed
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` tells.
+#[derive(Serialize)]
+struct Report<'a> {
+    results: &'a [Outcome],
+    /// Proofs that pass.
+    proved: usize,
+    /// Proofs, covers and mutants that do not.
+    failed: usize,
+}
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    let claims = claims(args)?;
+    // The emission of a command without its sources is written out for Yosys.
+    let written;
+    let sources = match (&args.rtl, args.source.is_empty(), committed()) {
+        (Some(folder), ..) => folder.clone(),
+        (None, false, _) => PathBuf::new(),
+        (None, true, Some(paths)) => {
+            paths.first().and_then(|path| path.parent()).map(Path::to_owned).unwrap_or_default()
+        }
+        (None, true, None) => {
+            written = tempfile::tempdir().context("a folder for the Verilog")?;
+            for file in files()?.iter().filter(|file| file.path.ends_with(".v")) {
+                let name = file.path.rsplit('/').next().unwrap_or(&file.path);
+                std::fs::write(written.path().join(name), &file.text).context("the Verilog")?;
+            }
+            written.path().to_owned()
+        }
+    };
+    let mut tasks: Vec<(&Claim, Task)> = Vec::new();
+    for claim in &claims {
+        tasks.push((claim, Task::Proof));
+        if claim.properties.contains("cover") {
+            tasks.push((claim, Task::Cover));
+        }
+        if args.mutants {
+            tasks.extend((0..claim.mutants.len()).map(|at| (claim, Task::Mutant(at))));
+        }
+    }
+    let place = Place { sources: &sources, out: &args.out, limit: Duration::from_secs_f64(args.limit) };
+    let results = all(&tasks, &place)?;
+    let failed = results.iter().filter(|outcome| !outcome.pass).count();
+    let proved = results.iter().filter(|o| matches!(o.status, Status::Proved | Status::Bounded)).count();
+    if let Some(file) = &args.table {
+        write_file(file, table(&claims, &results).as_bytes())?;
+    }
+    if args.json {
+        print_json(&Report { results: &results, proved, failed })?;
+    } else {
+        for outcome in &results {
+            print(&line(outcome))?;
+        }
+        let told = match results.iter().find(|outcome| !outcome.pass) {
+            Some(first) => format!("{failed} of {} fail, the first: {}", results.len(), first.name),
+            None => format!("{proved} proofs, {} covers and mutants as they should be", results.len() - proved),
+        };
+        print(&(verdict(failed == 0, &told) + "\n"))?;
+    }
+    Ok((failed == 0).into())
+}
+
+/// The claims that were named, or the user's own.
+fn claims(args: &Args) -> Result<Vec<Claim>> {
+    if let Some(properties) = &args.properties {
+        let text = std::fs::read_to_string(properties)
+            .with_context(|| format!("--properties {}: cannot be read", shown(properties)))?;
+        let mut sources = Vec::new();
+        for file in &args.source {
+            if !file.is_file() {
+                bail!("--source {}: no such file", shown(file));
+            }
+            let file = std::path::absolute(file).context("--source")?;
+            sources.push(file.to_str().ok_or_else(|| anyhow!("--source {}: not UTF-8", shown(&file)))?.to_owned());
+        }
+        let name = properties.file_stem().map_or("properties".into(), |stem| stem.to_string_lossy().into_owned());
+        return Ok(vec![Claim {
+            name,
+            statement: String::new(),
+            sources,
+            properties: text,
+            top: None,
+            depth: args.depth,
+            cover: args.depth,
+            fault: args.depth,
+            solver: Solver::default(),
+            bounded: args.bounded,
+            cut_products: false,
+            long: false,
+            mutants: Vec::new(),
+            observe: Vec::new(),
+            assumed: Vec::new(),
+        }]);
+    }
+    let mut claims = shipped()?;
+    for name in &args.names {
+        if !claims.iter().any(|claim| claim.name == *name) {
+            let known: Vec<&str> = claims.iter().map(|claim| claim.name.as_str()).collect();
+            bail!("{name}: no such claim; they are {}", known.join(", "));
+        }
+    }
+    claims.retain(|claim| (args.names.is_empty() || args.names.contains(&claim.name)) && !(args.quick && claim.long));
+    Ok(claims)
+}
+
+/// All tasks on all cores; their results in order.
+fn all(tasks: &[(&Claim, Task)], place: &Place) -> Result<Vec<Outcome>> {
+    let bar = ProgressBar::new(tasks.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {elapsed}  {msg}") {
+        bar.set_style(style);
+    }
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::new());
+    let work = || -> Result<()> {
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(&(claim, task)) = tasks.get(at) else { return Ok(()) };
+            let outcome = prove(claim, task, place)?;
+            bar.set_message(outcome.name.clone());
+            bar.inc(1);
+            done.lock().map_err(|_| anyhow!("another proof has panicked"))?.push((at, outcome));
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores.min(tasks.len())).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| anyhow!("a proof has panicked"))?)
+    })?;
+    bar.finish_and_clear();
+    let mut done = done.into_inner().map_err(|_| anyhow!("a proof has panicked"))?;
+    done.sort_by_key(|(at, _)| *at);
+    Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
+}
+
+/// Claims and results as Markdown.
+fn table(claims: &[Claim], results: &[Outcome]) -> String {
+    let mut text = String::from(
+        "<!-- Written by `hoverlock formal --mutants --table formal/RESULTS.md`. Do not edit. -->\n\n# What is proved\n\n\
+         | claim | proof | solver | time, s | memory, MiB | covers | mutants that fail |\n|---|---|---|---|---|---|---|\n",
+    );
+    for claim in claims {
+        let of = |what: &'static str| {
+            results.iter().filter(move |outcome| {
+                outcome.name.strip_prefix(&claim.name).is_some_and(|rest| rest.trim().starts_with(what))
+            })
+        };
+        let Some(proof) = results.iter().find(|outcome| outcome.name == claim.name) else { continue };
+        let how = match (proof.status, claim.bounded) {
+            (Status::Proved, _) => format!("induction, k = {}", claim.depth),
+            (Status::Bounded, _) => format!("{} steps from reset", claim.depth),
+            (status, _) => format!("**{}**", format!("{status:?}").to_lowercase()),
+        };
+        let mutants: Vec<&Outcome> = of("mutant").collect();
+        text += &format!(
+            "| `{}` | {how} | {} | {:.1} | {:.0} | {} | {} of {} |\n",
+            claim.name,
+            claim.solver.names().0,
+            proof.seconds,
+            proof.memory_mib,
+            of("cover").next().map_or("", |cover| if cover.pass { "reached" } else { "**not reached**" }),
+            mutants.iter().filter(|outcome| outcome.pass).count(),
+            mutants.len(),
+        );
+    }
+    text += "\n## Statements\n\n";
+    for claim in claims {
+        text += &format!("- **`{}`** {}\n", claim.name, claim.statement);
+        for assumed in &claim.assumed {
+            text += &format!("  Assumed: {assumed}.\n");
+        }
+    }
+    text
+}
+
+/// A result as a line.
+fn line(outcome: &Outcome) -> String {
+    let Outcome { name, status, pass, seconds, memory_mib, detail, trace } = outcome;
+    let status = format!("{status:?}").to_lowercase();
+    let mark = if *pass { "" } else { "FAIL " };
+    let trace = trace.as_ref().map_or(String::new(), |path| format!("  {}", shown(path)));
+    format!("{name:<28} {mark}{status:<9} {seconds:6.1} s {memory_mib:5.0} MiB  {detail}{trace}\n")
+}

@@ -1,0 +1,131 @@
+//! `hoverlock formal` from the command line.
+
+#[path = "common/refusal.rs"]
+mod refusal;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use hoverlock_formal::engine::found;
+use refusal::assert_refused;
+use serde_json::Value;
+
+fn formal(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hoverlock")).arg("formal").args(args).output().unwrap()
+}
+
+fn told(output: &Output) -> Value {
+    assert!(output.status.code() != Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Yosys and the solver are installed by `make test`.
+fn installed() -> bool {
+    let all = ["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| found(program).is_some());
+    if !all {
+        eprintln!("SKIPPED: no yosys or no yices-smt2; `make test` installs them");
+    }
+    all
+}
+
+/// A counter that must stay below ten: with its fault the proof names the property, and leaves a waveform.
+const COUNTER: &str = "module counter (input clock, input reset, output reg [3:0] count);
+always @(posedge clock)
+  if (reset) count <= 4'd0;
+  else count <= count == 4'd9 ? 4'd0 : count + 4'd1;
+endmodule
+";
+
+const BELOW_TEN: &str = "module counter_properties (input clock, input reset);
+  wire [3:0] count;
+  counter dut (.clock(clock), .reset(reset), .count(count));
+  reg begun = 0;
+  always @(posedge clock) begin
+    begun <= 1;
+    if (!begun) assume (reset);
+    else begin
+      below_ten: assert (count < 4'd10);
+      nine: cover (count == 4'd9);
+    end
+  end
+endmodule
+";
+
+fn saved(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn verilog_of_the_users_is_proved_or_refuted_with_a_waveform() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let properties = saved(folder.path(), "below_ten.sv", BELOW_TEN);
+    let out = folder.path().join("out");
+    let run = |source: &str, depth: &str| {
+        let out = out.to_str().unwrap();
+        formal(&["--json", "--out", out, "--depth", depth, "--source", source, "--properties", &properties])
+    };
+    let good = run(&saved(folder.path(), "good.v", COUNTER), "14");
+    let results = told(&good);
+    assert_eq!((good.status.code(), &results["proved"], &results["failed"]), (Some(0), &1.into(), &0.into()));
+    assert!(!out.exists());
+
+    let bad = run(&saved(folder.path(), "bad.v", &COUNTER.replace("4'd9 ?", "4'd10 ?")), "14");
+    let results = told(&bad);
+    assert_eq!((bad.status.code(), &results["results"][0]["pass"]), (Some(1), &false.into()));
+    let detail = results["results"][0]["detail"].as_str().unwrap();
+    assert!(detail.starts_with("step ") && detail.ends_with("below_ten"), "{detail}");
+    let trace = results["results"][0]["trace"].as_str().unwrap();
+    assert!(fs::read_to_string(trace).unwrap().contains("count"));
+
+    // Nine steps do not reach nine: the cover says so.
+    let short = told(&run(&saved(folder.path(), "good.v", COUNTER), "5"));
+    assert_eq!(short["results"][1]["status"], "failed");
+    assert!(short["results"][1]["detail"].as_str().unwrap().contains("nine"), "{short}");
+}
+
+/// Two claims with all their faults, a few seconds each.
+#[test]
+fn small_claims_are_proved_and_their_faults_seen() {
+    if !installed() {
+        return;
+    }
+    let output = formal(&["--json", "--mutants", "difference", "column_maximum"]);
+    let results = told(&output);
+    assert_eq!((output.status.code(), &results["proved"]), (Some(0), &2.into()), "{results}");
+    assert_eq!(results["results"].as_array().unwrap().len(), 8);
+}
+
+/// The quick set with its faults.
+#[test]
+#[ignore = "two minutes of proofs"]
+fn every_quick_claim_is_proved_and_its_faults_seen() {
+    if !installed() {
+        return;
+    }
+    let output = formal(&["--json", "--quick", "--mutants"]);
+    let results = told(&output);
+    assert_eq!((output.status.code(), &results["failed"]), (Some(0), &0.into()), "{results}");
+}
+
+#[test]
+fn bad_input_is_one_line_and_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let counter = saved(folder.path(), "counter.v", COUNTER);
+    let properties = saved(folder.path(), "below_ten.sv", BELOW_TEN);
+    assert_refused(&formal(&["lerps"]), "lerps");
+    assert_refused(&formal(&["--source", &counter]), "--properties");
+    assert_refused(&formal(&["--source", "/nope.v", "--properties", &properties]), "/nope.v");
+    assert_refused(&formal(&["--source", &counter, "--properties", "/nope.sv"]), "/nope.sv");
+    if !installed() {
+        return;
+    }
+    assert_refused(&formal(&["difference", "--rtl", folder.path().to_str().unwrap()]), "difference.v");
+    let broken = saved(folder.path(), "broken.v", "module counter (input clock);\nassign a = ;\nendmodule\n");
+    assert_refused(&formal(&["--source", &broken, "--properties", &properties]), "broken.v:2");
+}

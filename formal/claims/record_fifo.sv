@@ -1,0 +1,90 @@
+// record_fifo: one record, any of all, is followed from its write to its departure.
+module record_fifo_properties (input clock);
+  (* anyseq *) reg reset, write, ready, choose;
+  (* anyseq *) reg [255:0] record;
+  wire room, stall, valid, start_of_packet, end_of_packet;
+  wire [255:0] data;
+  record_fifo dut (
+    .clock(clock), .reset(reset), .write(write), .record(record), .room(room), .stall(stall), .ready(ready),
+    .valid(valid), .data(data), .start_of_packet(start_of_packet), .end_of_packet(end_of_packet)
+  );
+
+  (* hierconn *) wire [9:0] \dut.waiting ;
+  (* hierconn *) wire [8:0] \dut.read_address ;
+  (* hierconn *) wire [8:0] \dut.write_address ;
+  (* hierconn *) wire \dut.next_valid ;
+  (* hierconn *) wire \dut.pop ;
+  (* hierconn *) wire \dut.take_data ;
+  (* hierconn *) wire [255:0] \dut.next ;
+  (* hierconn *) wire [8:0] \dut.watched_address ;
+  (* hierconn *) wire [255:0] \dut.watched ;
+
+  localparam NOT_YET = 3'd0, STORED = 3'd1, NEXT = 3'd2, OFFERED = 3'd3, GONE = 3'd4;
+  reg [2:0] place = NOT_YET;
+  reg [8:0] at;
+  reg [255:0] word;
+  // Records before the one that is followed, and those inside in all.
+  reg [9:0] ahead, inside;
+  reg begun = 0, waited, ended, was_reset;
+  reg [255:0] waiting_data;
+  wire leaves = valid & ready;
+  // Records are inside, and none is offered: for two clocks at most.
+  wire idle = inside != 10'd0 & ~valid;
+  reg idle_1 = 0, idle_2 = 0;
+  wire chosen = write & choose & (place == NOT_YET);
+  assign \dut.watched_address = at;
+
+  always @(posedge clock) begin
+    begun <= 1;
+    was_reset <= reset;
+    waited <= valid & ~ready & ~reset;
+    waiting_data <= data;
+    {idle_2, idle_1} <= reset ? 2'b00 : {idle_1, idle};
+    if (reset) begin
+      place <= NOT_YET;
+      inside <= 10'd0;
+      ended <= 1'b1;
+    end else begin
+      inside <= inside + {9'd0, write} - {9'd0, leaves};
+      if (leaves)
+        ended <= end_of_packet;
+      if (chosen) begin
+        place <= STORED;
+        at <= \dut.write_address ;
+        word <= record;
+        ahead <= inside - {9'd0, leaves};
+      end else begin
+        if (place == STORED && \dut.pop && \dut.read_address == at) place <= NEXT;
+        if (place == NEXT && \dut.take_data ) place <= OFFERED;
+        if (place == OFFERED && leaves) place <= GONE;
+        if (place != NOT_YET && place != OFFERED && leaves) ahead <= ahead - 10'd1;
+      end
+    end
+  end
+
+  wire [8:0] behind_read = at - \dut.read_address ;
+  always @(posedge clock) begin
+    if (!begun) assume (reset);
+    // The writer's part of the contract.
+    assume (!(write && \dut.waiting == 10'd512));
+    if (begun) begin
+      within: assert (\dut.waiting <= 10'd512);
+      addresses: assert (\dut.waiting [8:0] == \dut.write_address - \dut.read_address );
+      conserved: assert (inside == \dut.waiting + {9'd0, \dut.next_valid } + {9'd0, valid});
+      stored: assert (place != STORED || (\dut.watched == word && {1'b0, behind_read} < \dut.waiting
+        && ahead == {1'b0, behind_read} + {9'd0, \dut.next_valid } + {9'd0, valid}));
+      next: assert (place != NEXT || (\dut.next_valid && \dut.next == word && ahead == {9'd0, valid}));
+      offered: assert (place != OFFERED || (valid && data == word && ahead == 10'd0));
+      offers: assert (!(idle && idle_1 && idle_2));
+      // What makes it inductive: after one clock a record stands before the output.
+      on_its_way: assert (!(idle && idle_1 && !was_reset) || \dut.next_valid );
+      holds: assert (!waited || was_reset || (valid && data == waiting_data));
+      packets: assert (start_of_packet == ended);
+      told_room: assert (room == (\dut.waiting < 10'd496));
+      told_stall: assert (stall == (\dut.waiting >= 10'd509));
+      known: assert (place <= GONE);
+      left: cover (place == GONE && word == 256'd77);
+      queued: cover (place == STORED && ahead == 10'd2);
+    end
+  end
+endmodule

@@ -1,0 +1,194 @@
+//! A claim: properties over Verilog modules, and how they are proved.
+
+use serde::Deserialize;
+
+/// An SMT solver, as `yosys-smtbmc` names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Solver {
+    /// Best for control and memories.
+    #[default]
+    Yices,
+    /// A second opinion.
+    Z3,
+}
+
+impl Solver {
+    /// Its name for `yosys-smtbmc`, and its program.
+    pub fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Yices => ("yices", "yices-smt2"),
+            Self::Z3 => ("z3", "z3"),
+        }
+    }
+}
+
+/// A fault that must make the proof fail.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mutant {
+    /// The source file.
+    pub file: String,
+    /// Text that stands in it exactly once.
+    pub from: String,
+    /// What it becomes.
+    pub to: String,
+}
+
+/// A read port for the proof, which nothing of the module depends on.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Observe {
+    /// The source file.
+    pub file: String,
+    /// Text put before its `endmodule`.
+    pub text: String,
+}
+
+/// What a TOML file says of a claim.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    statement: String,
+    sources: Vec<String>,
+    depth: u32,
+    cover: u32,
+    #[serde(default = "fault")]
+    fault: u32,
+    #[serde(default)]
+    solver: Solver,
+    #[serde(default)]
+    bounded: bool,
+    #[serde(default)]
+    cut_products: bool,
+    #[serde(default)]
+    long: bool,
+    #[serde(default, rename = "mutant")]
+    mutants: Vec<Mutant>,
+    #[serde(default)]
+    observe: Vec<Observe>,
+    #[serde(default)]
+    assumed: Vec<String>,
+}
+
+/// Steps in which most faults show.
+fn fault() -> u32 {
+    8
+}
+
+/// A claim.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Claim {
+    /// Its name, that of its files.
+    pub name: String,
+    /// What is claimed, in words.
+    pub statement: String,
+    /// The Verilog files it is about.
+    pub sources: Vec<String>,
+    /// The wrapper with the properties; its top is `NAME_properties`, or the only top there is.
+    pub properties: String,
+    /// The wrapper's module; `None` lets Yosys find it.
+    pub top: Option<String>,
+    /// `k` of the induction, or how many steps from reset where the claim is bounded.
+    pub depth: u32,
+    /// Steps within which each cover must be reached.
+    pub cover: u32,
+    /// Steps from reset in which a mutant is looked for before the induction is asked.
+    pub fault: u32,
+    /// Who decides.
+    pub solver: Solver,
+    /// Proved for `depth` steps from reset only.
+    pub bounded: bool,
+    /// Products are replaced by any value that the wrapper's assumptions allow.
+    pub cut_products: bool,
+    /// Left out of the quick set.
+    pub long: bool,
+    /// Faults that must make the proof fail.
+    pub mutants: Vec<Mutant>,
+    /// What the proof reads of the modules beside their ports and wires, as memories.
+    pub observe: Vec<Observe>,
+    /// What the claim takes for granted, in words.
+    pub assumed: Vec<String>,
+}
+
+/// Why a claim cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("claim {name}: {reason}")]
+pub struct ClaimError {
+    name: String,
+    reason: String,
+}
+
+impl Claim {
+    /// A claim from its two files.
+    ///
+    /// # Errors
+    /// The settings are not TOML, or lack something.
+    pub fn parse(name: &str, settings: &str, properties: &str) -> Result<Self, ClaimError> {
+        let settings: Settings = toml::from_str(settings).map_err(|error| ClaimError {
+            name: name.into(),
+            reason: error.to_string().lines().collect::<Vec<_>>().join(" "),
+        })?;
+        let Settings {
+            statement,
+            sources,
+            depth,
+            cover,
+            fault,
+            solver,
+            bounded,
+            cut_products,
+            long,
+            mutants,
+            observe,
+            assumed,
+        } = settings;
+        Ok(Self {
+            name: name.into(),
+            statement,
+            sources,
+            properties: properties.into(),
+            top: Some(format!("{name}_properties")),
+            depth,
+            cover,
+            fault,
+            solver,
+            bounded,
+            cut_products,
+            long,
+            mutants,
+            observe,
+            assumed,
+        })
+    }
+}
+
+macro_rules! shipped {
+    ($($name:literal),* $(,)?) => {
+        /// Name, settings and properties of the claims about the emitted Verilog.
+        const SHIPPED: &[(&str, &str, &str)] = &[$((
+            $name,
+            include_str!(concat!("../claims/", $name, ".toml")),
+            include_str!(concat!("../claims/", $name, ".sv")),
+        )),*];
+    };
+}
+
+shipped![
+    "lerp",
+    "difference",
+    "address_counter",
+    "record_fifo",
+    "candidate_queue",
+    "window_maximum_5",
+    "window_maximum_7",
+    "column_maximum",
+];
+
+/// The claims about the emitted Verilog.
+///
+/// # Errors
+/// One of them is not as it should be.
+pub fn shipped() -> Result<Vec<Claim>, ClaimError> {
+    SHIPPED.iter().map(|(name, settings, properties)| Claim::parse(name, settings, properties)).collect()
+}

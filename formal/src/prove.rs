@@ -1,0 +1,192 @@
+//! A claim to a verdict: its proof, its covers and its mutants.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::claim::{Claim, Mutant};
+use crate::engine::{Answer, Asked, EngineError, Question, ask, at_path, model};
+
+/// Why there is no verdict.
+#[derive(Debug, thiserror::Error)]
+pub enum ProveError {
+    /// Yosys or a solver.
+    #[error("{claim}: {error}")]
+    Engine {
+        /// The claim.
+        claim: String,
+        /// What went wrong.
+        error: EngineError,
+    },
+    /// A mutant that cannot be made.
+    #[error("{claim}: mutant {number}: its text stands {found} times in {file}, not once; mend the claim's file")]
+    Mutant {
+        /// The claim.
+        claim: String,
+        /// From 1 on.
+        number: usize,
+        /// Where it should stand.
+        file: String,
+        /// How often it does.
+        found: usize,
+    },
+}
+
+/// What is done with a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Task {
+    /// Its proof.
+    Proof,
+    /// Its covers.
+    Cover,
+    /// One of its mutants, from 0 on.
+    Mutant(usize),
+}
+
+/// What came of a task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// For all time.
+    Proved,
+    /// For so many steps from reset.
+    Bounded,
+    /// Every cover is reached.
+    Reached,
+    /// The mutant violates a property within so many steps of reset.
+    Refuted,
+    /// The mutant makes the induction fail.
+    Unproved,
+    /// A property is violated, a cover is out of reach, or a mutant passes.
+    Failed,
+    /// The time was over.
+    Timeout,
+}
+
+/// The result of a task.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Claim, and after a blank `cover` or `mutant N`.
+    pub name: String,
+    /// What came of it.
+    pub status: Status,
+    /// Whether that is as it should be.
+    pub pass: bool,
+    /// Wall time, s.
+    pub seconds: f64,
+    /// Largest memory of the solver, MiB.
+    pub memory_mib: f64,
+    /// What failed: the properties and the step.
+    pub detail: String,
+    /// The waveform of the violation.
+    pub trace: Option<PathBuf>,
+}
+
+/// Where Verilog is, where files may be written, and how long a question may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Place<'a> {
+    /// The folder of the sources that claims name.
+    pub sources: &'a Path,
+    /// For waveforms; made where needed.
+    pub out: &'a Path,
+    /// Of each question.
+    pub limit: Duration,
+}
+
+/// Does a task.
+///
+/// # Errors
+/// Yosys or a solver is missing or refuses the Verilog; a mutant's text is not there.
+pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveError> {
+    let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
+    let work = tempfile::tempdir().map_err(at_path(place.out)).map_err(wrong)?;
+    let sources = prepare(claim, task, place.sources, work.path())?;
+    let system = model(claim, &sources, work.path()).map_err(wrong)?;
+    let trace = work.path().join("trace.vcd");
+    let mut told = Asked { answer: Answer::Passed, time: Duration::ZERO, memory: 0 };
+    let mut put = |question| -> Result<Answer, ProveError> {
+        let asked = ask(&system, question, claim.solver, place.limit, &trace).map_err(wrong)?;
+        told.time += asked.time;
+        told.memory = told.memory.max(asked.memory);
+        Ok(asked.answer)
+    };
+    let (answer, base) = match task {
+        Task::Cover => (put(Question::Cover(claim.cover))?, true),
+        // A fault is best shown by a run from reset.
+        Task::Proof | Task::Mutant(_) => match put(Question::Base(match task {
+            Task::Mutant(_) => claim.fault,
+            _ => claim.depth + 1,
+        }))? {
+            Answer::Passed if !claim.bounded => (put(Question::Step(claim.depth))?, false),
+            answer => (answer, true),
+        },
+    };
+    let proved = if claim.bounded { Status::Bounded } else { Status::Proved };
+    let (status, pass) = match (task, &answer) {
+        (Task::Proof, Answer::Passed) => (proved, true),
+        (Task::Cover, Answer::Passed) => (Status::Reached, true),
+        (Task::Mutant(_), Answer::Passed) | (Task::Proof | Task::Cover, Answer::Failed { .. }) => {
+            (Status::Failed, false)
+        }
+        (Task::Mutant(_), Answer::Failed { .. }) => (if base { Status::Refuted } else { Status::Unproved }, true),
+        (_, Answer::TimedOut) => (Status::Timeout, false),
+    };
+    let detail = match (&answer, status) {
+        (Answer::Failed { names, step }, Status::Failed) if task == Task::Cover => {
+            format!("not reached within {} steps: {}", step.max(&claim.cover), names.join(", "))
+        }
+        (Answer::Failed { names, step }, _) if base => format!("step {step}: {}", names.join(", ")),
+        (Answer::Failed { names, .. }, _) => format!("induction: {}", names.join(", ")),
+        (Answer::Passed, Status::Failed) => "the proof does not see this fault".to_owned(),
+        _ => String::new(),
+    };
+    let name = match task {
+        Task::Proof => claim.name.clone(),
+        Task::Cover => format!("{} cover", claim.name),
+        Task::Mutant(at) => format!("{} mutant {}", claim.name, at + 1),
+    };
+    let kept = if status == Status::Failed && trace.exists() {
+        let kept = place.out.join(format!("{}.vcd", name.replace(' ', "_")));
+        fs::create_dir_all(place.out).and_then(|()| fs::copy(&trace, &kept)).map_err(at_path(&kept)).map_err(wrong)?;
+        Some(kept)
+    } else {
+        None
+    };
+    let (seconds, memory_mib) = (told.time.as_secs_f64(), told.memory as f64 / 1024.0);
+    Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept })
+}
+
+/// The sources of a claim: copies in `work` where they are observed or changed.
+fn prepare(claim: &Claim, task: Task, folder: &Path, work: &Path) -> Result<Vec<PathBuf>, ProveError> {
+    let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
+    let changed = |file: &String| {
+        let path = folder.join(file);
+        let mut text = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
+        if let Task::Mutant(at) = task
+            && claim.mutants[at].file == *file
+        {
+            let Mutant { from, to, .. } = &claim.mutants[at];
+            let found = text.matches(from.as_str()).count();
+            if found != 1 {
+                return Err(ProveError::Mutant {
+                    claim: claim.name.clone(),
+                    number: at + 1,
+                    file: file.clone(),
+                    found,
+                });
+            }
+            text = text.replacen(from.as_str(), to, 1);
+        }
+        for observe in claim.observe.iter().filter(|observe| observe.file == *file) {
+            if let Some(end) = text.rfind("endmodule") {
+                text.insert_str(end, &format!("{}\n", observe.text));
+            }
+        }
+        let copy = work.join(file);
+        fs::write(&copy, text).map_err(at_path(&copy)).map_err(wrong)?;
+        Ok(copy)
+    };
+    claim.sources.iter().map(changed).collect()
+}
