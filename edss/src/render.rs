@@ -3,6 +3,7 @@
 //! A pixel's ray is intersected with the ground in closed form, or with the relief by Newton's iteration at every 8th
 //! pixel of a row and linearly between. The ground's brightness comes from textures that are filtered beforehand for
 //! every distance ([`mip`]), so that one sample a pixel is enough; only the edges of things are sampled more often.
+//! What never changes on the ground is composed once and kept ([`patch`]).
 //! Light is Lambert's (1760) on the slope of the ground. Mist weakens contrast along the ray by `T = exp(-b r)`
 //! (Koschmieder 1924).
 //!
@@ -14,22 +15,26 @@
 //! | [`grain`] | fine structure of the ground |
 //! | [`land`] | larger structure of the ground |
 //! | [`relief`] | height of the ground |
+//! | [`patch`] | composed ground, kept from frame to frame |
+//! | [`compose`] | what a patch of it shows |
 //! | [`thing`] | what stands, lies or drives on the ground |
 //! | [`water`] | waves and glint |
 //! | [`fall`] | rain and snow |
 //! | [`overlay`] | which things a pixel sees, edges and shadows |
 //!
-//! A frame is a function of scene, seed and shot: rows are computed independently, so that it has the same bits for
-//! every number of threads.
+//! A frame is a function of scene, seed and shot: rows are computed independently and patches do not depend on the
+//! frames before, so that it has the same bits for every number of threads.
 
 #![allow(clippy::needless_range_loop)]
 
+mod compose;
 mod fall;
 mod grain;
 mod land;
 mod mip;
 mod noise;
 mod overlay;
+mod patch;
 mod relief;
 mod thing;
 mod view;
@@ -50,7 +55,8 @@ use grain::{GREEN, Grain, HARD, NearGrain, SOIL};
 use land::Material;
 use mip::{Laid, MIRRORED, Mip, Near};
 use overlay::{BAND, Cast, Seen};
-use relief::{Height, Relief};
+use patch::{AtHand, Key, Lattice, Patches, lattices};
+use relief::Relief;
 use thing::Thing;
 use view::Corrections;
 pub use view::Lens;
@@ -94,6 +100,11 @@ pub struct Renderer {
     grain: Grain,
     relief: Option<Relief>,
     things: Vec<Thing>,
+    /// Where they are at time 0.
+    centres: Vec<Vector3<f64>>,
+    /// The ground is level and nothing that stands still shades it.
+    even: bool,
+    patches: Patches,
     drops: Vec<Drops>,
     to_sun: Vector3<f64>,
     brightness: f32,
@@ -179,9 +190,15 @@ impl Renderer {
         let brightness = scene.brightness as f32;
         let rain = scene.rain.map(|fall| Drops::rain(&fall, brightness, random.random()));
         let snow = scene.snow.map(|fall| Drops::snow(&fall, brightness, random.random()));
+        let ground = |p| relief.as_ref().map_or(0.0, |relief| relief.at(p).h);
+        let centres = things.iter().map(|thing| thing.centre(0.0, ground)).collect();
+        let even = relief.is_none() && !things.iter().any(|thing| thing.is_solid() && thing.is_still());
         Ok(Self {
             surface,
             grain: Grain::new(grain_seed),
+            centres,
+            even,
+            patches: Patches::default(),
             relief,
             things,
             drops: rain.into_iter().chain(snow).collect(),
@@ -193,6 +210,7 @@ impl Renderer {
 
     /// What the camera sees: radiance, 1 for white ground in full sun at brightness 1.
     pub fn render(&self, shot: &Shot, out: &mut Plane<f32>) {
+        self.patches.begin();
         let frame = Frame::new(self, shot, [out.width(), out.height()]);
         let bands = out.as_mut_slice().par_chunks_mut(frame.size[0] * BAND);
         bands.enumerate().for_each(|(band, out)| self.band(&frame, band * BAND, out));
@@ -203,34 +221,27 @@ impl Renderer {
     fn band(&self, frame: &Frame<'_>, first: usize, out: &mut [f32]) {
         let width = frame.size[0];
         let rows = out.len() / width;
+        let compose = |key: Key| self.compose(key);
+        let mut patches = AtHand::new(&self.patches, &compose);
         // Edges are found by the rows above and below, too.
         let mut seen: Vec<Seen> = Vec::with_capacity(rows + 2);
         for k in 0..rows + 2 {
             let y = (first + k).saturating_sub(1).min(frame.size[1] - 1);
+            let inner = (1..=rows).contains(&k);
             let viewpoint = frame.viewpoint(y);
-            let mut row = Row::new(width);
-            row.aim(&frame.inverse, frame.corrections.as_ref(), &viewpoint.rotation, y);
-            self.meet(&mut row, &viewpoint, frame.pixel);
-            let mut here = Seen { row, viewpoint, marks: vec![0; width], albedo: vec![0.0; width] };
+            let mut here = Seen::new(width, viewpoint);
+            if inner || frame.cast.any(y) {
+                here.row.aim(&frame.inverse, frame.corrections.as_ref(), &viewpoint.rotation, y);
+                self.meet(&mut here.row, &viewpoint, frame.pixel);
+            }
             let anchor = viewpoint.origin.xy();
-            let grain = self.grain.near(anchor);
-            if k == 0 || k == rows + 1 {
-                self.look(&frame.cast, &mut here, y, &grain, None);
-            } else {
+            if inner {
                 let out = &mut out[(k - 1) * width..k * width];
-                match &self.surface {
-                    Surface::Picture { picture, grain: weight } => {
-                        shade_picture(&here.row, &mut here.albedo, &picture.near(anchor), *weight, &grain);
-                    }
-                    Surface::Land(land) => shade_land(&here.row, &mut here.albedo, &land.near(anchor), &grain),
-                    Surface::Water(waves) => {
-                        let mirrors = self.mirrors(&here.row);
-                        shade_water(&here.row, &mut here.albedo, &waves.near(anchor, frame.shot.time), &mirrors);
-                    }
-                }
-                self.paint(&frame.cast, &mut here, y, frame.pixel as f32);
-                self.light(&here.row, &here.albedo, out);
-                self.look(&frame.cast, &mut here, y, &grain, Some(out));
+                self.lay(frame, &mut here, y, &mut patches);
+                veil(&here.ground, &here.row.knots, self.brightness, out);
+                self.look(&frame.cast, &mut here, y, &self.grain.near(anchor), Some(out));
+            } else {
+                self.look(&frame.cast, &mut here, y, &self.grain.near(anchor), None);
             }
             seen.push(here);
         }
@@ -238,6 +249,30 @@ impl Renderer {
             let grain = self.grain.near(seen[k + 1].viewpoint.origin.xy());
             let rows = [&seen[k], &seen[k + 1], &seen[k + 2]];
             self.refine(&frame.cast, rows, first + k, &frame.inverse, &grain, out);
+        }
+    }
+
+    /// The light that the ground along a row sends back.
+    fn lay(&self, frame: &Frame<'_>, here: &mut Seen, y: usize, patches: &mut AtHand<'_>) {
+        let anchor = here.viewpoint.origin.xy();
+        let gain = self.brightest();
+        let mut sample = |row: &Row, out: &mut [f32]| sample_patches(row, out, patches, &lattices(anchor), gain);
+        match &self.surface {
+            Surface::Picture { picture, grain } => {
+                let near = self.grain.near(anchor);
+                shade_picture(&here.row, &mut here.ground, &picture.near(anchor), *grain, &near);
+            }
+            Surface::Land(_) => return sample(&here.row, &mut here.ground),
+            Surface::Water(waves) => {
+                let mirrors = self.mirrors(&here.row);
+                shade_water(&here.row, &mut here.ground, &waves.near(anchor, frame.shot.time), &mirrors);
+            }
+        }
+        self.paint(&frame.cast, here, y, frame.pixel as f32);
+        if !self.even {
+            let mut light = vec![0.0; here.ground.len()];
+            sample(&here.row, &mut light);
+            here.ground.iter_mut().zip(light).for_each(|(ground, light)| *ground *= light);
         }
     }
 
@@ -286,7 +321,7 @@ impl Renderer {
             Some(relief) => {
                 let motion = direction.xy() / direction.z;
                 let depth = if relief.steepest() * motion.norm() < 0.9 {
-                    relief.depth(origin.xy(), top, motion, top, 16).0
+                    relief.depth(origin.xy(), top, motion, top, 16)
                 } else {
                     march(relief, origin.xy(), top, motion, [(top - high).max(0.0), top - low])?
                 };
@@ -301,31 +336,22 @@ impl Renderer {
         let top = -viewpoint.origin.z;
         let from = viewpoint.origin.xy();
         let mut depth = top;
-        let mut height = Height::default();
         for k in 0..row.knots.len() {
             let x = k * KNOT;
             let direction = row.direction(x).map(f64::from);
             let down = direction.z.max(DOWNWARDS.into());
             if let Some(relief) = &self.relief {
                 let steps = if k == 0 { 12 } else { 2 };
-                (depth, height) = relief.depth(from, top, direction.xy() / down, depth, steps);
+                depth = relief.depth(from, top, direction.xy() / down, depth, steps);
             }
             let range = depth / down * direction.norm();
             row.knots[k] = Knot {
                 depth: depth as f32,
-                light: self.sunlight(height.slope),
                 footprint: libm::log2f((depth.max(0.01) / down * pixel) as f32),
                 transmission: if self.extinction > 0.0 { libm::expf((-self.extinction * range) as f32) } else { 1.0 },
             };
         }
         land_points(row);
-    }
-
-    /// Sunlight on a slope relative to level ground, without what the sky gives.
-    fn sunlight(&self, slope: [f64; 2]) -> f32 {
-        // The normal is (-dh/dX, -dh/dY, 1) with height upwards, and Z is downwards.
-        let normal = Vector3::new(-slope[0], -slope[1], -1.0).normalize();
-        (normal.dot(&self.to_sun).max(0.0) / -self.to_sun.z) as f32
     }
 
     /// The slope that mirrors the sun into the camera, at each knot.
@@ -339,23 +365,28 @@ impl Renderer {
         (0..row.knots.len()).map(mirror).collect()
     }
 
-    /// Albedo of the ground becomes radiance.
-    fn light(&self, row: &Row, albedo: &[f32], out: &mut [f32]) {
-        let blocks = out.chunks_mut(KNOT).zip(albedo.chunks(KNOT)).zip(row.knots.windows(2));
-        for ((out, albedo), pair) in blocks {
-            let (a, b) = (&pair[0], &pair[1]);
-            for (l, (out, albedo)) in out.iter_mut().zip(albedo).enumerate() {
-                let part = l as f32 / KNOT as f32;
-                let light = SKY + (1.0 - SKY) * (a.light + part * (b.light - a.light));
-                *out = self.radiance(albedo * light, a.transmission + part * (b.transmission - a.transmission));
-            }
-        }
+    /// Sunlight on a slope relative to level ground, without what the sky gives.
+    fn sunlight(&self, slope: [f64; 2]) -> f32 {
+        // The normal is (-dh/dX, -dh/dY, 1) with height upwards, and Z is downwards.
+        let normal = Vector3::new(-slope[0], -slope[1], -1.0).normalize();
+        (normal.dot(&self.to_sun).max(0.0) / -self.to_sun.z) as f32
     }
 
     /// `T L + (1 - T) air`, at the brightness of the scene.
     #[inline(always)]
     fn radiance(&self, reflected: f32, transmission: f32) -> f32 {
         self.brightness * (AIR_LIGHT + transmission * (reflected - AIR_LIGHT))
+    }
+}
+
+/// The ground of a row through the mist.
+#[multiversion(targets("x86_64+avx2"))]
+fn veil(ground: &[f32], knots: &[Knot], brightness: f32, out: &mut [f32]) {
+    for ((out, ground), pair) in out.chunks_mut(KNOT).zip(ground.chunks(KNOT)).zip(knots.windows(2)) {
+        let (first, slope) = (pair[0].transmission, (pair[1].transmission - pair[0].transmission) / KNOT as f32);
+        for (l, (out, ground)) in out.iter_mut().zip(ground).enumerate() {
+            *out = brightness * (AIR_LIGHT + (first + l as f32 * slope) * (ground - AIR_LIGHT));
+        }
     }
 }
 
@@ -442,7 +473,6 @@ impl Viewpoint {
 #[derive(Debug, Clone, Copy, Default)]
 struct Knot {
     depth: f32,
-    light: f32,
     transmission: f32,
     /// `log2` of the width of a pixel on the ground in m.
     footprint: f32,
@@ -474,26 +504,37 @@ impl Row {
     }
 
     fn aim(&mut self, inverse: &Matrix3<f64>, corrections: Option<&Corrections>, rotation: &Matrix3<f64>, y: usize) {
-        // f64 along the row keeps the pixel grid regular to 1e-9.
         let start = inverse * Vector3::new(0.0, y as f64, 1.0);
-        let step = inverse[(0, 0)];
-        let [dx, dy, dz] = &mut self.directions;
-        let rotation = rotation.map(|v| v as f32);
-        for (x, ((dx, dy), dz)) in dx.iter_mut().zip(dy).zip(dz).enumerate() {
-            let (mut u, mut v) = ((start.x + step * x as f64) as f32, start.y as f32);
-            if let Some(corrections) = corrections {
-                let scale = corrections.at(u * u + v * v);
-                (u, v) = (u * scale, v * scale);
-            }
-            *dx = rotation[(0, 0)] * u + rotation[(0, 1)] * v + rotation[(0, 2)];
-            *dy = rotation[(1, 0)] * u + rotation[(1, 1)] * v + rotation[(1, 2)];
-            *dz = rotation[(2, 0)] * u + rotation[(2, 1)] * v + rotation[(2, 2)];
-        }
+        aim(&mut self.directions, [start.x, inverse[(0, 0)], start.y], corrections, &rotation.map(|v| v as f32));
     }
 
     fn direction(&self, x: usize) -> Vector3<f32> {
         let [dx, dy, dz] = &self.directions;
         Vector3::new(dx[x], dy[x], dz[x])
+    }
+}
+
+/// Rays of a row of normalised coordinates `(start + step x, v)`.
+#[multiversion(targets("x86_64+avx2"))]
+fn aim(
+    directions: &mut [Vec<f32>; 3],
+    [start, step, v]: [f64; 3],
+    corrections: Option<&Corrections>,
+    rotation: &Matrix3<f32>,
+) {
+    let [dx, dy, dz] = directions;
+    let rotation: [[f32; 3]; 3] = (*rotation).into();
+    let [a, b, c] = rotation;
+    for (x, ((dx, dy), dz)) in dx.iter_mut().zip(dy).zip(dz).enumerate() {
+        // f64 along the row keeps the pixel grid regular to 1e-9.
+        let (mut u, mut v) = ((start + step * f64::from(x as i32)) as f32, v as f32);
+        if let Some(corrections) = corrections {
+            let scale = corrections.at(u * u + v * v);
+            (u, v) = (u * scale, v * scale);
+        }
+        *dx = a[0] * u + b[0] * v + c[0];
+        *dy = a[1] * u + b[1] * v + c[1];
+        *dz = a[2] * u + b[2] * v + c[2];
     }
 }
 
@@ -531,12 +572,30 @@ fn shade_picture(row: &Row, out: &mut [f32], picture: &Near<'_, u16, 1, MIRRORED
     }
 }
 
+/// The light of composed ground.
 #[multiversion(targets("x86_64+avx2"))]
-fn shade_land(row: &Row, out: &mut [f32], land: &Near<'_, u32, 4, MIRRORED>, grain: &NearGrain<'_>) {
+fn sample_patches(row: &Row, out: &mut [f32], patches: &mut AtHand<'_>, lattices: &[Lattice], gain: f32) {
     for (k, out) in out.chunks_mut(KNOT).enumerate() {
-        let (x, y, footprint) = (&row.x[k], &row.y[k], row.knots[k].footprint);
-        let material = land.sample(x, y, footprint);
-        let fine = grain.sample(x, y, footprint);
+        let light = patches.sample(lattices, &row.x[k], &row.y[k], row.knots[k].footprint);
+        for l in 0..out.len() {
+            out[l] = gain * light[l];
+        }
+    }
+}
+
+/// Albedo of a line of points with one `y`, seen by pixels of `2^footprint` m.
+#[multiversion(targets("x86_64+avx2"))]
+fn ground_row(
+    x: &[[f32; KNOT]],
+    y: f32,
+    footprint: f32,
+    land: &Near<'_, u32, 4, MIRRORED>,
+    grain: &NearGrain<'_>,
+    out: &mut [[f32; KNOT]],
+) {
+    for (x, out) in x.iter().zip(out) {
+        let material = land.sample(x, &[y; KNOT], footprint);
+        let fine = grain.sample(x, &[y; KNOT], footprint);
         for (out, (material, fine)) in out.iter_mut().zip(material.into_iter().zip(fine)) {
             *out = ground_albedo(&land::material(material), fine);
         }

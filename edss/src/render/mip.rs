@@ -141,7 +141,7 @@ fn index<const MIRROR: bool>(i: i32, side: i32) -> i32 {
 /// A number between `-2^22` and `2^22` added to `1.5 * 2^23` leaves its nearest integer in the mantissa: no rounding
 /// instruction, no saturation. Where `u` lies on a centre the way may be 1 instead of 0, which is the same point.
 #[inline(always)]
-fn split(u: f32) -> (i32, f32) {
+pub fn split(u: f32) -> (i32, f32) {
     const SHIFT: f32 = 12_582_912.0;
     let shifted = (u - 1.0) + SHIFT;
     let left = shifted - SHIFT;

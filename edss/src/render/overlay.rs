@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::grain::{HARD, LEAF, NearGrain};
 use super::thing::{Hit, Thing};
 use super::view::Lens;
-use super::{KNOT, Renderer, Row, SKY, Viewpoint};
+use super::{KNOT, Renderer, Row, SKY, Surface, Viewpoint};
 
 /// Columns of a tile.
 const TILE: usize = 32;
@@ -27,9 +27,11 @@ pub struct Cast {
     seen: Vec<Vec<u32>>,
     /// What may throw a shadow on what it sees.
     shading: Vec<Vec<u32>>,
+    /// Those of them that move: the shadows of the others lie on the ground already.
+    moving: Vec<Vec<u32>>,
 }
 
-/// What a pixel sees, as a number that changes at an edge: 0 for lit ground.
+/// What a pixel sees, as a number that changes at an edge: 0 for ground outside the shadows of what moves.
 type Mark = u32;
 
 /// A row's rays, what they see, and the brightness of the ground.
@@ -40,12 +42,19 @@ pub struct Seen {
     pub viewpoint: Viewpoint,
     /// What each pixel sees.
     pub marks: Vec<Mark>,
-    /// Albedo of the ground.
-    pub albedo: Vec<f32>,
+    /// The light that the ground sends back.
+    pub ground: Vec<f32>,
+}
+
+impl Seen {
+    /// A row of `width` pixels, empty.
+    pub fn new(width: usize, viewpoint: Viewpoint) -> Self {
+        Self { row: Row::new(width), viewpoint, marks: vec![0; width], ground: vec![0.0; width] }
+    }
 }
 
 /// Eight points of a pixel of which no two share a row or a column.
-const RAYS: [[f32; 2]; 8] = [
+pub const RAYS: [[f32; 2]; 8] = [
     [-0.4375, 0.0625],
     [-0.3125, -0.3125],
     [-0.1875, 0.3125],
@@ -59,12 +68,19 @@ const RAYS: [[f32; 2]; 8] = [
 impl Cast {
     /// The things of a scene as they are at a time, over a frame seen from between two poses.
     pub fn new(renderer: &Renderer, time: f64, lens: &Lens, ends: [&Viewpoint; 2], size: [usize; 2]) -> Self {
-        let centres: Vec<Vector3<f64>> = renderer.things.iter().map(|thing| renderer.centre(thing, time)).collect();
+        let at = |(thing, centre): (&Thing, &Vector3<f64>)| {
+            if thing.is_still() { *centre } else { renderer.centre(thing, time) }
+        };
+        let centres: Vec<Vector3<f64>> = renderer.things.iter().zip(&renderer.centres).map(at).collect();
         let (across, down) = (size[0].div_ceil(TILE), size[1].div_ceil(BAND));
         let mut seen = vec![Vec::new(); across * down];
-        let mut shading = seen.clone();
+        let (mut shading, mut moving) = (seen.clone(), seen.clone());
         let lowest = renderer.lowest();
+        let composed = matches!(renderer.surface, Surface::Land(_));
         for (k, (thing, centre)) in renderer.things.iter().zip(&centres).enumerate() {
+            if composed && !thing.is_solid() {
+                continue;
+            }
             let (points, radius) = thing.hull();
             let points: Vec<Vector3<f64>> = points.iter().map(|point| centre + point.cast()).collect();
             // Where its shadow ends: at the lowest ground, along the sunlight.
@@ -79,9 +95,18 @@ impl Cast {
                 let Some(shaded) = pixels(lens, ends, &shadows, radius.into()) else { continue };
                 outline.extend(shaded);
                 list(&mut shading, [across, down], &outline, k as u32);
+                if !thing.is_still() {
+                    list(&mut moving, [across, down], &outline, k as u32);
+                }
             }
         }
-        Self { centres, across, seen, shading }
+        Self { centres, across, seen, shading, moving }
+    }
+
+    /// Whether there is a thing in the tiles of a row.
+    pub fn any(&self, y: usize) -> bool {
+        let first = self.tile(0, y);
+        (first..first + self.across).any(|tile| !self.seen[tile].is_empty() || !self.moving[tile].is_empty())
     }
 
     /// The tile of a pixel.
@@ -169,8 +194,8 @@ fn hull(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
 impl Renderer {
     /// Paint on the ground, before it is lit.
     pub(super) fn paint(&self, cast: &Cast, seen: &mut Seen, y: usize, pixel: f32) {
-        let Seen { row, viewpoint, albedo, .. } = seen;
-        for (tile, albedo) in albedo.chunks_mut(TILE).enumerate() {
+        let Seen { row, viewpoint, ground, .. } = seen;
+        for (tile, albedo) in ground.chunks_mut(TILE).enumerate() {
             for &k in &cast.seen[cast.tile(tile * TILE, y)] {
                 let thing = &self.things[k as usize];
                 if thing.is_solid() {
@@ -190,19 +215,18 @@ impl Renderer {
 
     /// What each pixel of a row sees, and the radiance where that is not lit ground.
     pub(super) fn look(&self, cast: &Cast, seen: &mut Seen, y: usize, grain: &NearGrain<'_>, out: Option<&mut [f32]>) {
-        let Seen { row, viewpoint, marks, albedo } = seen;
-        marks.fill(0);
+        let Seen { row, viewpoint, marks, ground } = seen;
         let mut ignored = vec![0.0; if out.is_some() { 0 } else { marks.len() }];
         let out = out.unwrap_or(&mut ignored);
         for tile in 0..marks.len().div_ceil(TILE) {
             let near = self.near(cast, tile * TILE, y, viewpoint);
-            if near.seen.is_empty() && near.shading.is_empty() {
+            if near.seen.is_empty() && near.moving.is_empty() {
                 continue;
             }
             for x in tile * TILE..((tile + 1) * TILE).min(marks.len()) {
                 let (block, lane) = (x / KNOT, x % KNOT);
                 let ray = Ray { direction: row.direction(x), ground: row.along[block][lane] };
-                let (mark, radiance) = self.see(&near, &ray, albedo[x], row, x, grain);
+                let (mark, radiance) = self.see(&near, &ray, ground[x], row, x, grain);
                 marks[x] = mark;
                 if mark != 0 {
                     out[x] = radiance;
@@ -247,7 +271,7 @@ impl Renderer {
                 .map(|[dx, dy]| {
                     let direction = middle + right * *dx + down * *dy;
                     let ray = Ray { direction, ground: depth / direction.z };
-                    self.see(&tile.1, &ray, here.albedo[x], row, x, grain).1
+                    self.see(&tile.1, &ray, here.ground[x], row, x, grain).1
                 })
                 .sum();
             out[x] = sum / RAYS.len() as f32;
@@ -265,10 +289,13 @@ impl Renderer {
         Near {
             seen: cast.seen[tile].iter().filter_map(placed).collect(),
             shading: cast.shading[tile].iter().filter_map(placed).collect(),
+            moving: cast.moving[tile].iter().filter_map(placed).collect(),
+            anchor: viewpoint.origin.xy(),
         }
     }
 
-    fn see(&self, near: &Near<'_>, ray: &Ray, albedo: f32, row: &Row, x: usize, grain: &NearGrain<'_>) -> (Mark, f32) {
+    /// What a ray sees, and the radiance from there; `ground` is the light that the ground sends back.
+    fn see(&self, near: &Near<'_>, ray: &Ray, ground: f32, row: &Row, x: usize, grain: &NearGrain<'_>) -> (Mark, f32) {
         let mut first: Option<(Hit, &Placed<'_>)> = None;
         for thing in &near.seen {
             let limit = first.map_or(ray.ground, |(hit, _)| hit.along);
@@ -280,26 +307,24 @@ impl Renderer {
         let (a, b) = (&row.knots[block], &row.knots[block + 1]);
         let along = first.map_or(ray.ground, |(hit, _)| hit.along);
         let point = ray.direction * along;
-        let (facing, albedo) = match first {
-            None => (a.light + part * (b.light - a.light), albedo),
+        let (shaded, reflected) = match first {
+            None if self.is_shaded(&near.moving, &point) => (true, self.shadowed(near, &point, ground)),
+            None => (false, ground),
             Some((hit, thing)) => {
                 let facing = (hit.normal.dot(&self.to_sun.map(|v| v as f32)) / -self.to_sun.z as f32).max(0.0);
-                if !hit.leaves {
+                let (facing, albedo) = if !hit.leaves {
                     let [fine] = grain.sample(&[point.x], &[point.y], a.footprint);
-                    (
-                        facing,
-                        hit.albedo * (1.0 + 0.07 * fine[HARD] + courses(&hit, &(point - thing.centre), a.footprint)),
-                    )
+                    let courses = courses(&hit, &(point - thing.centre), a.footprint);
+                    (facing, hit.albedo * (1.0 + 0.07 * fine[HARD] + courses))
                 } else {
                     // Leaves let light through, and lie at all angles.
                     let [fine] = grain.sample(&[point.x + 0.7 * point.z], &[point.y - 0.5 * point.z], a.footprint);
                     (0.25 + 0.75 * facing, hit.albedo * (1.0 + 0.30 * fine[LEAF]).max(0.2))
-                }
+                };
+                let shaded = facing > 0.0 && self.is_shaded(&near.shading, &(point + hit.normal * 0.02));
+                (shaded, albedo * (SKY + (1.0 - SKY) * if shaded { 0.0 } else { facing }))
             }
         };
-        let lifted = first.map_or(point, |(hit, _)| point + hit.normal * 0.02);
-        let shaded = facing > 0.0 && self.is_shaded(near, &lifted);
-        let light = SKY + (1.0 - SKY) * if shaded { 0.0 } else { facing };
         // Within a crown there are no edges: leaves are rough, and eight rays for each would take half the time.
         let mark = match first {
             None => u32::from(shaded),
@@ -310,12 +335,21 @@ impl Renderer {
         // What stands above the ground is nearer.
         let transmission =
             if first.is_some() && self.extinction > 0.0 { transmission.powf(along / ray.ground) } else { transmission };
-        (mark, self.radiance(albedo * light, transmission))
+        (mark, self.radiance(reflected, transmission))
     }
 
-    fn is_shaded(&self, near: &Near<'_>, point: &Vector3<f32>) -> bool {
-        let sun = self.to_sun.map(|v| v as f32);
-        near.shading.iter().any(|thing| thing.thing.shades(&(point - thing.centre), &sun))
+    /// The light of ground in the shadow of something that moves: without the sun, unless that was missing before.
+    fn shadowed(&self, near: &Near<'_>, point: &Vector3<f32>, ground: f32) -> f32 {
+        if near.shading.iter().any(|thing| thing.thing.is_still() && thing.shades(point, &self.to_sun)) {
+            return ground;
+        }
+        let at = near.anchor + point.xy().map(f64::from);
+        let slope = self.relief.as_ref().map_or([0.0; 2], |relief| relief.at(at).slope);
+        ground * SKY / (SKY + (1.0 - SKY) * self.sunlight(slope))
+    }
+
+    fn is_shaded(&self, shading: &[Placed<'_>], point: &Vector3<f32>) -> bool {
+        shading.iter().any(|thing| thing.shades(point, &self.to_sun))
     }
 }
 
@@ -334,6 +368,9 @@ fn courses(hit: &Hit, point: &Vector3<f32>, footprint: f32) -> f32 {
 struct Near<'a> {
     seen: Vec<Placed<'a>>,
     shading: Vec<Placed<'a>>,
+    moving: Vec<Placed<'a>>,
+    /// The camera's place over the ground.
+    anchor: Vector2<f64>,
 }
 
 struct Placed<'a> {
@@ -341,6 +378,13 @@ struct Placed<'a> {
     /// From the camera.
     centre: Vector3<f32>,
     mark: Mark,
+}
+
+impl Placed<'_> {
+    /// Whether it throws a shadow on a point.
+    fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f64>) -> bool {
+        self.thing.shades(&(point - self.centre), &to_sun.map(|v| v as f32))
+    }
 }
 
 struct Ray {

@@ -131,10 +131,10 @@ impl Relief {
     /// What is asked of a point, and the slopes of the bilinear surface itself.
     fn bilinear(&self, p: Vector2<f64>) -> (Height, [f64; 2]) {
         let (x, y) = (p.x / self.cell + self.origin[0], p.y / self.cell + self.origin[1]);
-        let (left, top) = (x.floor(), y.floor());
-        let (s, t) = (x - left, y - top);
-        let ((x0, fx), (x1, _)) = (self.index(left, 0), self.index(left + 1.0, 0));
-        let ((y0, fy), (y1, _)) = (self.index(top, 1), self.index(top + 1.0, 1));
+        let (left, top) = (floor(x), floor(y));
+        let (s, t) = (x - left as f64, y - top as f64);
+        let ((x0, fx), (x1, _)) = (self.index(left, 0), self.index(left + 1, 0));
+        let ((y0, fy), (y1, _)) = (self.index(top, 1), self.index(top + 1, 1));
         let at = |x: usize, y: usize| self.points[y * self.side[0] + x].map(f64::from);
         let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
         let mix = |n: usize| {
@@ -148,29 +148,34 @@ impl Relief {
         (Height { h: mix(0), slope: [fx * mix(1), fy * mix(2)] }, along)
     }
 
-    fn index(&self, i: f64, axis: usize) -> (usize, f64) {
-        index(i as i64, self.side[axis], self.mirrored)
+    fn index(&self, i: i64, axis: usize) -> (usize, f64) {
+        index(i, self.side[axis], self.mirrored)
     }
 
     /// The way down, m, from a point at height `top` along `motion` m for each metre down, started from a guess.
     #[inline]
-    pub fn depth(&self, from: Vector2<f64>, top: f64, motion: Vector2<f64>, guess: f64, steps: usize) -> (f64, Height) {
+    pub fn depth(&self, from: Vector2<f64>, top: f64, motion: Vector2<f64>, guess: f64, steps: usize) -> f64 {
         let mut depth = guess;
-        let mut height = Height::default();
         for _ in 0..steps {
             let (here, slope) = self.bilinear(from + motion * depth);
-            height = here;
             let rate = (slope[0] * motion.x + slope[1] * motion.y + 1.0).max(0.1);
             depth += (top - here.h - depth) / rate;
         }
-        (depth, height)
+        depth
     }
+}
+
+/// The integer at or before a number, or one less for a negative integer, which is the end of the cell before it.
+#[inline(always)]
+fn floor(x: f64) -> i64 {
+    x as i64 - i64::from(x < 0.0)
 }
 
 /// The lattice point that stands for one beyond the edge, and the sign of the slope there.
 fn index(i: i64, side: usize, mirrored: bool) -> (usize, f64) {
     if !mirrored {
-        return (i.rem_euclid(side as i64) as usize, 1.0);
+        // Hills have a power of two of points along a side; a division would take longer than all the rest.
+        return (i as usize & (side - 1), 1.0);
     }
     // The mirror stands on the lattice point, or a hill would have a flat top there.
     let turn = i.rem_euclid(2 * (side as i64 - 1).max(1)) as usize;

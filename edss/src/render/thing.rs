@@ -190,6 +190,25 @@ impl Thing {
             }
     }
 
+    /// Whether it never moves.
+    pub fn is_still(&self) -> bool {
+        match self.path {
+            Path::Still(_) => true,
+            Path::Drive { speed, .. } => speed == 0.0,
+        }
+    }
+
+    /// Whether a point relative to the centre is in it or in its shadow. Ground within a wall counts as dark: what is
+    /// smoothed over it must not shine at the foot of the wall.
+    pub fn darkens(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
+        is_near(point, to_sun, self.radius)
+            && match &self.form {
+                Form::Solids(solids) => solids.iter().any(|solid| solid.crossed(point, to_sun).is_some()),
+                Form::Balls(_) => self.shades(point, to_sun),
+                Form::Paint(_) => false,
+            }
+    }
+
     /// The albedo of ground with paint on it, at a point relative to the centre, seen by a pixel `width` m wide.
     pub fn painted(&self, p: Vector2<f32>, width: f32, albedo: f32) -> f32 {
         let Form::Paint(marks) = &self.form else { return albedo };
@@ -397,10 +416,17 @@ impl Solid {
         self.shade = self.faces.iter().map(shade).collect();
     }
 
+    /// Whether the ray from a point to the sun enters it; a point inside or on a face is not in its own shadow.
     #[inline]
     fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
+        self.crossed(point, to_sun).is_some_and(|first| first > 0.0)
+    }
+
+    /// Where the ray from a point to the sun enters it; 0 from inside.
+    #[inline]
+    fn crossed(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> Option<f32> {
         if !is_near(&(point - self.centre), to_sun, self.radius) {
-            return false;
+            return None;
         }
         let (mut first, mut last) = (0.0f32, f32::INFINITY);
         for shade in &self.shade {
@@ -408,12 +434,11 @@ impl Solid {
             match shade.side {
                 Side::Enters => first = first.max(crossing),
                 Side::Leaves => last = last.min(crossing),
-                Side::Along if crossing < 0.0 => return false,
+                Side::Along if crossing < 0.0 => return None,
                 Side::Along => {}
             }
         }
-        // A point inside or on a face is not in its own shadow.
-        first > 0.0 && first <= last
+        (first <= last).then_some(first)
     }
 }
 
