@@ -6,6 +6,8 @@
 
 #![allow(clippy::needless_range_loop)]
 
+use std::sync::{Arc, LazyLock};
+
 use multiversion::multiversion;
 use nalgebra::Vector2;
 use rayon::prelude::*;
@@ -36,13 +38,16 @@ pub struct Grain {
     tiles: [Laid<u32, 4, REPEATED>; 2],
 }
 
+/// The tiles, made once: scenes differ in where the tiles lie.
+static TILES: LazyLock<[Arc<Mip<u32, 4, REPEATED>>; 2]> =
+    LazyLock::new(|| [1, 2].map(|seed| Arc::new(Mip::new(SIDE as usize, SIDE as usize, &texels(1000 * seed)))));
+
 impl Grain {
-    /// The tiles of a seed.
+    /// The tiles where a seed lays them.
     pub fn new(seed: u32) -> Self {
         let tile = |k: u32, texel: f64, angle: f64| {
-            let mip = Mip::new(SIDE as usize, SIDE as usize, &texels(seed.wrapping_add(1000 * k)));
             let shift = |n| f64::from(SIDE) * f64::from(unit(k, n, seed));
-            Laid::new(mip, texel, angle, Vector2::new(shift(0), shift(1)))
+            Laid::new(Arc::clone(&TILES[k as usize]), texel, angle, Vector2::new(shift(0), shift(1)))
         };
         Self { tiles: [tile(0, 0.0060, 0.41), tile(1, 0.0271, 1.13)] }
     }

@@ -9,6 +9,8 @@
 // Lanes are counted, not iterated: only plain loops become vector instructions of the caller's instruction set.
 #![allow(clippy::needless_range_loop)]
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
@@ -260,7 +262,7 @@ fn down(y: i32, stride: i32) -> i32 {
 
 /// A texture laid on the ground: turned, scaled, and with one of its points at the origin.
 pub struct Laid<T, const N: usize, const MIRROR: bool> {
-    mip: Mip<T, N, MIRROR>,
+    mip: Arc<Mip<T, N, MIRROR>>,
     /// Side of a texel, m.
     texel: f64,
     turn: [f64; 2],
@@ -270,9 +272,9 @@ pub struct Laid<T, const N: usize, const MIRROR: bool> {
 
 impl<T: Texel<N>, const N: usize, const MIRROR: bool> Laid<T, N, MIRROR> {
     /// `texel` in m, turned by `angle` from `X_e` to `Y_e`.
-    pub fn new(mip: Mip<T, N, MIRROR>, texel: f64, angle: f64, origin: Vector2<f64>) -> Self {
+    pub fn new(mip: impl Into<Arc<Mip<T, N, MIRROR>>>, texel: f64, angle: f64, origin: Vector2<f64>) -> Self {
         let (sin, cos) = libm::sincos(angle);
-        Self { mip, texel, turn: [cos, sin], origin }
+        Self { mip: mip.into(), texel, turn: [cos, sin], origin }
     }
 
     /// Made ready for points near `anchor`: what is large is reduced in f64, so that f32 is enough for the rest.
