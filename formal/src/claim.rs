@@ -183,6 +183,8 @@ shipped![
     "window_maximum_5",
     "window_maximum_7",
     "column_maximum",
+    "line_delay_18x32",
+    "sequencer",
 ];
 
 /// The claims about the emitted Verilog.
