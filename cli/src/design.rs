@@ -6,6 +6,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27, SHIPPED};
 
+use crate::output::quoted;
+
 /// The arguments that choose a design.
 #[derive(clap::Args)]
 pub struct Chosen {
@@ -21,6 +23,18 @@ impl Chosen {
     /// The design with its changes; `kt27` where none is named.
     pub fn design(&self) -> Result<DesignPoint> {
         changed(self.design.as_deref().map_or(Ok(KT27), named)?, &self.config)
+    }
+
+    /// Whether `--config` changes it.
+    pub fn is_changed(&self) -> bool {
+        !self.config.is_empty()
+    }
+
+    /// The options that choose it again.
+    pub fn options(&self) -> String {
+        let design = self.design.iter().map(|design| format!(" --design {}", quoted(Path::new(design))));
+        let config = self.config.iter().map(|change| format!(" --config {}", quoted(Path::new(change))));
+        design.chain(config).collect()
     }
 
     /// What the design is called where files are named after it.

@@ -48,6 +48,9 @@ pub enum EmitError {
     /// The hardware has no such design.
     #[error(transparent)]
     Unbuildable(#[from] Unbuildable),
+    /// A folder without Verilog.
+    #[error("{}: no Verilog file (*.v) in this folder", .0.display())]
+    NoVerilog(PathBuf),
     /// The emitter of another design cannot be built or run.
     #[error(transparent)]
     Other(#[from] other::OtherError),

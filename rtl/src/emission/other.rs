@@ -87,10 +87,13 @@ fn emit(project: &Path, design: &Path) -> Result<Vec<u8>, OtherError> {
     let mut cargo = Command::new("cargo");
     cargo.current_dir(project).args(["run", "--quiet", "--locked", "--package", "hoverlock-rtl"]);
     cargo.args(["--features", "emitter", "--bin", "hoverlock-emitter"]);
-    // The libraries of this binary's own profile are there already.
-    if !cfg!(debug_assertions) {
+    // The libraries of this binary's own profile are there already; the emitter itself is run once, so it is compiled
+    // without optimisation.
+    let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
+    if profile == "release" {
         cargo.arg("--release");
     }
+    cargo.args(["--config", &format!("profile.{profile}.package.hoverlock-rtl.opt-level=0")]);
     // Variables that cargo sets for what it runs would make it build everything again.
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy().into_owned();

@@ -77,9 +77,6 @@ pub enum SimulationError {
     /// There is no folder for the emitted Verilog.
     #[error(transparent)]
     Cache(#[from] hoverlock_cache::NoCacheFolder),
-    /// A folder without Verilog.
-    #[error("{}: no Verilog file (*.v) in this folder", .0.display())]
-    NoVerilog(PathBuf),
     /// The Verilog cannot be put where Verilator reads it.
     #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
     Write {

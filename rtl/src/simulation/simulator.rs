@@ -82,7 +82,7 @@ impl Simulator {
 fn sources(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBuf>, SimulationError> {
     buildable(design).map_err(EmitError::from)?;
     match folder {
-        Some(folder) => verilog_in(folder).ok_or_else(|| SimulationError::NoVerilog(folder.into())),
+        Some(folder) => verilog_in(folder).ok_or_else(|| EmitError::NoVerilog(folder.into()).into()),
         None => match committed().filter(|_| *design == KT27) {
             Some(committed) => Ok(committed),
             None => emitted(&files_of(design)?),

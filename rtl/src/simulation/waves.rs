@@ -39,7 +39,7 @@ impl Window {
     }
 }
 
-/// Runs frames again, as far as the window goes, and writes its waves; the simulator must be [`Simulator::traced`].
+/// Runs frames again, as far as the window goes, and writes its waves; the simulator must have been built with tracing.
 ///
 /// # Errors
 /// Where the file cannot be written, or waves are not built in.
