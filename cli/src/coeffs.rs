@@ -44,7 +44,11 @@ pub struct Args {
     )]
     sigma: Vec<f64>,
     /// The smoothers of a design, with its coefficient bits and look-ahead: kt27, hd1080, small, or a design file
-    #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["sigma", "frac_bits", "look_ahead", "look_ahead_error"])]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        conflicts_with_all = ["sigma", "frac_bits", "look_ahead", "look_ahead_error"]
+    )]
     design: Option<OsString>,
     /// Which approximation of the Gaussian
     #[arg(long, value_enum, default_value = "first-order")]

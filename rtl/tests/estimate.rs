@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::Write as _;
 
 use hoverlock_fixed_point::analysis::resources::{memories, resources};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_rtl::{
     emission::File,
     estimate::{DSP_LIMIT, Estimate, EstimateError, estimate, of},
@@ -142,6 +142,16 @@ fn the_memory_model_equals_it(estimate: &Estimate) {
         *found.entry((memory.words, memory.width)).or_default() += module.instances;
     }
     assert_eq!(modelled, found);
+}
+
+/// The memory model without Yosys: block memories and DSP blocks of the shipped designs, as `hoverlock rtl estimate`
+/// counted them in the Verilog of each.
+#[test]
+fn the_memory_model_counts_what_yosys_counted_in_every_shipped_design() {
+    for (name, m10k, dsp) in [("kt27", 437, 26), ("hd1080", 622, 26), ("small", 160, 18)] {
+        let model = resources(&DesignPoint::shipped(name).unwrap().unwrap());
+        assert_eq!((model.m10k, model.dsp), (m10k, dsp), "{name}");
+    }
 }
 
 /// Yosys counts other ALMs where it reads the same modules in another order, so the order given must not count.

@@ -10,8 +10,8 @@
 //! | `rtl` | the emitted Verilog, simulated; it gives the bits of `bit_true` |
 //!
 //! Frames are pictures of 16-bit samples, which every level first takes as the camera does: in its steps, `2^(16-P)` DN
-//! for `P` bits. All planes are in DN, `0 ..= 65535`, at every level. Those of `bit_true` are exact, because its integers
-//! are whole multiples of a power of two. *Approximation* is a level against `ideal`,
+//! for `P` bits. All planes are in DN, `0 ..= 65535`, at every level. Those of `bit_true` are exact, because its
+//! integers are whole multiples of a power of two. *Approximation* is a level against `ideal`,
 //! *quantisation* against `streaming`.
 
 use rayon::prelude::*;

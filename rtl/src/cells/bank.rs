@@ -1,8 +1,9 @@
 //! The register values of one frame: the coefficients, two thresholds, target and mode.
 //!
 //! Fields of 16 bits from the lowest bit: `g, g_0 ..` of the narrow smoother, the same of the middle and of the wide
-//! one, the two manual thresholds, the target count, and the mode (bit 0: automatic). The next frame may enter the pipeline while this one is still in it. So there are three banks, and each is loaded when a
-//! frame enters its part of the pipeline.
+//! one, the two manual thresholds, the target count, and the mode (bit 0: automatic). The next frame may enter the
+//! pipeline while this one is still in it. So there are three banks, and each is loaded when a frame enters its part of
+//! the pipeline.
 
 use rust_hdl::prelude::*;
 

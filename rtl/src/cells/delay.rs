@@ -334,7 +334,8 @@ pub struct FrameDelay {
 }
 
 impl FrameDelay {
-    /// A delay of `lines W + steps` steps; `lines` is a power of two, one less or more than one, or a difference of two.
+    /// A delay of `lines W + steps` steps; `lines` is a power of two, one less or more than one, or a difference of
+    /// two.
     pub fn new(lines: u64, steps: u64) -> Self {
         Self {
             clock: Signal::default(),

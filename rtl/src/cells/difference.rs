@@ -1,4 +1,5 @@
-//! `DOG = min((|narrow - wide| + 2^(s-1)) >> s, 2^N - 1)` and the sign of `narrow - wide` before rounding, in two steps.
+//! `DOG = min((|narrow - wide| + 2^(s-1)) >> s, 2^N - 1)` and the sign of `narrow - wide` before rounding, in two
+//! steps.
 
 use rust_hdl::prelude::*;
 

@@ -73,7 +73,8 @@ always @(posedge clock)
     minus_2 <= minus_1;
     p_2     <= p_1;
 
-    y <= p_2 + (product[PRODUCT_BITS-1:COEFFICIENT_BITS] ^ {STATE_BITS{minus_2}}) + {STATE_TOP'd0, product[COEFFICIENT_BITS-1] ^ minus_2};
+    y <= p_2 + (product[PRODUCT_BITS-1:COEFFICIENT_BITS] ^ {STATE_BITS{minus_2}}) \
+         + {STATE_TOP'd0, product[COEFFICIENT_BITS-1] ^ minus_2};
   end
 "
             .into(),

@@ -92,7 +92,8 @@ always @(posedge clock)
     five    <= m012 > m34_2 ? m012 : m34_2;
   end
 
-wire unused = ^{older[SIGNED_BITS-1], older[2*SIGNED_BITS-1], older[3*SIGNED_BITS-1], older[4*SIGNED_BITS-1], older[5*SIGNED_BITS-1], older[6*SIGNED_BITS-1]};
+wire unused = ^{older[SIGNED_BITS-1], older[2*SIGNED_BITS-1], older[3*SIGNED_BITS-1], \
+               older[4*SIGNED_BITS-1], older[5*SIGNED_BITS-1], older[6*SIGNED_BITS-1]};
 "
             .into(),
         )

@@ -379,13 +379,16 @@ reg [2*DOG_BITS-1:0]  thresholds;
 wire         second  = ~hits[0];
 wire         feature = |hits;
 wire         end_now = trailer & ~feature;
-wire [SIGNED_BITS-1:0]  centre  = second ? now[CENTRE_1_AT+SIGNED_BITS-1:CENTRE_1_AT] : now[CENTRE_0_AT+SIGNED_BITS-1:CENTRE_0_AT];
-wire [NEIGHBOURS_BITS-1:0]  neighbours = second ? now[CANDIDATE_BITS-1:NEIGHBOURS_1_AT] : now[NEIGHBOURS_1_AT-1:NEIGHBOURS_0_AT];
+wire [SIGNED_BITS-1:0]  centre  = second ? now[CENTRE_1_AT+SIGNED_BITS-1:CENTRE_1_AT] \
+                               : now[CENTRE_0_AT+SIGNED_BITS-1:CENTRE_0_AT];
+wire [NEIGHBOURS_BITS-1:0]  neighbours = second ? now[CANDIDATE_BITS-1:NEIGHBOURS_1_AT] \
+                                   : now[NEIGHBOURS_1_AT-1:NEIGHBOURS_0_AT];
 wire [31:0]  position = {ROW_PAD, now[POSITION_BITS-1:COLUMN_BITS], COLUMN_PAD, now[COLUMN_BITS-1:0]};
 wire [31:0]  response = {14'd0, centre[DOG_BITS], second, DOG_PAD, centre[DOG_BITS-1:0]};
 wire [63:0]  cardinal = {DOG_PAD, neighbours[4*DOG_BITS-1:3*DOG_BITS], DOG_PAD, neighbours[3*DOG_BITS-1:2*DOG_BITS],
                          DOG_PAD, neighbours[2*DOG_BITS-1:DOG_BITS], DOG_PAD, neighbours[DOG_BITS-1:0]};
-wire [255:0] trailer_record = {96'd0, DOG_PAD, thresholds[2*DOG_BITS-1:DOG_BITS], DOG_PAD, thresholds[DOG_BITS-1:0], 12'd0, dropped, 12'd0, count,
+wire [255:0] trailer_record = {96'd0, DOG_PAD, thresholds[2*DOG_BITS-1:DOG_BITS], \
+                              DOG_PAD, thresholds[DOG_BITS-1:0], 12'd0, dropped, 12'd0, count,
                         16'h8000, 12'd0, errors, frames};
 
 always @(posedge clock)

@@ -393,7 +393,8 @@ always @(posedge clock) begin
   offered_width  <= new_width;
   offered_height <= new_height;
   committed_delayed <= committed;
-  possible <= (new_width >= WIDTH_BITS'd64) & (new_width <= WIDTH_BITS'dMAX_WIDTH) & (new_height >= HEIGHT_BITS'd64) & (new_height <= HEIGHT_BITS'dMAX_HEIGHT);
+  possible <= (new_width >= WIDTH_BITS'd64) & (new_width <= WIDTH_BITS'dMAX_WIDTH) \
+              & (new_height >= HEIGHT_BITS'd64) & (new_height <= HEIGHT_BITS'dMAX_HEIGHT);
   last_x <= width[COLUMN_BITS-1:0] - COLUMN_BITS'd1;
   last_y <= height[ROW_BITS-1:0] - ROW_BITS'd1;
   drain_from <= ({6'd0, width} << 6) + ({6'd0, width} << 5);

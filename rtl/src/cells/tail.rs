@@ -223,8 +223,10 @@ impl Logic for HeldRow {
             "\
 // module: held_row
 reg [STATE_BITS-1:0] memory [0:LINE_WORDS-1];
-wire [COLUMN_BITS-1:0] address = ({COLUMN_BITS{select[0]}} & address_0) | ({COLUMN_BITS{select[1]}} & address_1) | ({COLUMN_BITS{select[2]}} & address_2)
-                   | ({COLUMN_BITS{select[3]}} & address_3) | ({COLUMN_BITS{select[4]}} & address_4) | ({COLUMN_BITS{select[5]}} & address_5);
+wire [COLUMN_BITS-1:0] address = ({COLUMN_BITS{select[0]}} & address_0) | ({COLUMN_BITS{select[1]}} & address_1) \
+                             | ({COLUMN_BITS{select[2]}} & address_2)
+                   | ({COLUMN_BITS{select[3]}} & address_3) | ({COLUMN_BITS{select[4]}} & address_4) \
+                             | ({COLUMN_BITS{select[5]}} & address_5);
 
 always @(posedge clock)
   if (advance) begin

@@ -72,9 +72,9 @@ fn aligned() -> String {
         (false, false) if narrow == middle => {
             let (lines, steps) = delay(narrow);
             format!(
-                "The three smoothers on the same pixels, aligned: the pixels of the two short ones are delayed by {lines} \
-                 lines and\n{steps} steps.\n  pixel_line_delay, pixel_delay_0, pixel_delay_1   x[n - {lines} W - \
-                 {steps}]: {pixel}-bit pixels in place of two smoothed states\n  delayed_bank   coefficients of the \
+                "The three smoothers on the same pixels, aligned: the pixels of the two short ones are delayed by \
+                 {lines} lines and\n{steps} steps.\n  pixel_line_delay, pixel_delay_0, pixel_delay_1   x[n - {lines} W \
+                 - {steps}]: {pixel}-bit pixels in place of two smoothed states\n  delayed_bank   coefficients of the \
                  frame that leaves this delay, for the columns of the short smoothers"
             )
         }
@@ -88,9 +88,9 @@ fn aligned() -> String {
                 })
                 .collect();
             format!(
-                "The three smoothers on the same pixels, aligned: those of less look-ahead than {longest} get their pixels \
-                 later.\n  pixel_line_delay, pixel_delay*   {}\n  delayed_bank*   coefficients of the frame that leaves \
-                 the delay, for the columns of that smoother",
+                "The three smoothers on the same pixels, aligned: those of less look-ahead than {longest} get their \
+                 pixels later.\n  pixel_line_delay, pixel_delay*   {}\n  delayed_bank*   coefficients of the frame \
+                 that leaves the delay, for the columns of that smoother",
                 told.join(", ")
             )
         }
@@ -142,7 +142,8 @@ const HEADERS: &[(&str, &str)] = &[
   core        everything between the two streams
 One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
 pipeline drains.
-Latency: <LINES+18> lines and some <STEPS+36> steps from a pixel to its record; read data comes one clock after `csr_read`.",
+Latency: <LINES+18> lines and some <STEPS+36> steps from a pixel to its record; \
+read data comes one clock after `csr_read`.",
     ),
     (
         "hoverlock_core",
@@ -205,7 +206,8 @@ Latency: {2^0} + 4 steps.",
     ),
     (
         "lerp",
-        "y = p + round(g (q - p) / 2^<COEFFICIENT_BITS>) on sign and magnitude, rounding half away from p; y lies between p and q.
+        "y = p + round(g (q - p) / 2^<COEFFICIENT_BITS>) on sign and magnitude, rounding half away from p; \
+y lies between p and q.
   step 1  distance = |q - p|   step 2  product = distance * g   step 3  y
 One 18 x 18 multiplier, registered at its inputs and its output. `g` belongs to step 2.
 Latency: 3 steps.",
@@ -281,7 +283,11 @@ at the same time.
 A lerp of equal samples is that sample, so row H - 1 is the same after every stage.
 Latency: 1 step from `select` to y.",
     ),
-    ("pixel_state", "A camera sample u<PIXEL_BITS>.0 as a state u<PIXEL_BITS>.<FRACTION_BITS>: y = <SCALE> x.\nLatency: none."),
+    (
+        "pixel_state",
+        "A camera sample u<PIXEL_BITS>.0 as a state u<PIXEL_BITS>.<FRACTION_BITS>: y = <SCALE> x.
+Latency: none.",
+    ),
     ("signed_response", "A response with its sign in bit <DOG_BITS>: y = {positive, magnitude}.\nLatency: none."),
     (
         "neighbours",
@@ -295,7 +301,8 @@ Latency: none.",
     ),
     (
         "difference",
-        "DOG = min((|narrow - wide| + <HALF>) >> <DOG_SHIFT>, 2^<DOG_BITS> - 1), and the sign of narrow - wide before rounding.
+        "DOG = min((|narrow - wide| + <HALF>) >> <DOG_SHIFT>, 2^<DOG_BITS> - 1), \
+and the sign of narrow - wide before rounding.
   step 1  distance = |narrow - wide|   step 2  rounded, saturated at 2^<DOG_BITS> - 1
 Latency: 2 steps.",
     ),
@@ -390,7 +397,8 @@ Latency: 1 clock from `read` to `readdata`.",
     ),
     (
         "bank",
-        "The register values of a frame, 16 bits each from the lowest: <COEFFICIENTS> coefficients, two thresholds, target, mode.
+        "The register values of a frame, 16 bits each from the lowest: <COEFFICIENTS> coefficients, \
+two thresholds, target, mode.
 Latency: 1 clock from `load`.",
     ),
 ];

@@ -347,8 +347,8 @@ fn numbers(text: &str) -> String {
     folded + rest
 }
 
-/// A number for arithmetic with numbers, in the form in which rust-hdl prints numbers where one of them has it, or where
-/// it is the `offset` of a slice of rust-hdl; other text as it is.
+/// A number for arithmetic with numbers, in the form in which rust-hdl prints numbers where one of them has it, or
+/// where it is the `offset` of a slice of rust-hdl; other text as it is.
 fn number(text: &str, offset: bool) -> String {
     let printed = text.contains("32'h") || offset && text.trim().starts_with('(');
     if !(text.contains(['+', '-', '*']) || printed && !text.contains("32'h")) {

@@ -20,8 +20,9 @@ use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 
 const TOP: &str = "hoverlock_top";
 
-/// Estimates the Verilog that is simulated: that of a folder, or else the committed files for the default design and the
-/// emission for others. `step` is called with the current pass of Yosys, if it has to run, which takes some minutes.
+/// Estimates the Verilog that is simulated: that of a folder, or else the committed files for the default design and
+/// the emission for others. `step` is called with the current pass of Yosys, if it has to run, which takes some
+/// minutes.
 ///
 /// # Errors
 /// Where the folder has no Verilog, Yosys is missing or fails, or what it made is not the design.

@@ -21,7 +21,8 @@ pub const fn steps(look_ahead: u64) -> u64 {
     CELL_STEPS + 3 * CELL_STEPS * look_ahead + (1 << look_ahead) - 1
 }
 
-// An index of an array, `[M - 1]`, is printed by its name, so each length has a type of its own and not a const generic.
+// An index of an array, `[M - 1]`, is printed by its name, so each length has a type of its own and not a const
+// generic.
 macro_rules! smoother {
     ($smoother:ident, $m:tt, $tag:tt) => {
         #[doc = concat!("A smoother of look-ahead `m = ", $m, "`.")]
