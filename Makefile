@@ -14,7 +14,7 @@ EVERY ?= 1
 FLIGHTS ?= 2
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
-LONG := ten_thousand_frames an_installed_command no_input_brings_the_command_down
+LONG := ten_thousand_frames designs_drawn_at_random an_installed_command no_input_brings_the_command_down
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
@@ -47,10 +47,11 @@ checks:
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
 
-## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; the command
-## installed from a copy of the sources, ten minutes.
+## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; 20 designs drawn
+## at random, emitted and simulated, half an hour; the command installed from a copy of the sources, ten minutes.
 test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
+	cargo test --locked --package hoverlock-rtl --test designs -- --ignored --nocapture
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 
 ## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.

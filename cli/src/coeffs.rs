@@ -1,5 +1,6 @@
 //! `hoverlock coeffs`: sigma in, coefficients out, with what they cost.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -11,6 +12,7 @@ use hoverlock_reports::coefficient_plots::figures;
 use serde::Serialize;
 
 use crate::Verdict;
+use crate::design::named;
 use crate::output::{Batch, Folder, lossy_list, print, print_json, say, shown};
 
 /// Regenerate filter coefficients
@@ -32,8 +34,22 @@ use crate::output::{Batch, Folder, lossy_list, print, print_json, say, shown};
 #[command(verbatim_doc_comment)]
 pub struct Args {
     /// Sigma of each smoother, pixels
-    #[arg(long, required = true, num_args = 1.., value_name = "S", allow_negative_numbers = true, value_parser = sigma)]
+    #[arg(
+        long,
+        required_unless_present = "design",
+        num_args = 1..,
+        value_name = "S",
+        allow_negative_numbers = true,
+        value_parser = sigma
+    )]
     sigma: Vec<f64>,
+    /// The smoothers of a design, with its coefficient bits and look-ahead: kt27, hd1080, small, or a design file
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        conflicts_with_all = ["sigma", "frac_bits", "look_ahead", "look_ahead_error"]
+    )]
+    design: Option<OsString>,
     /// Which approximation of the Gaussian
     #[arg(long, value_enum, default_value = "first-order")]
     method: Method,
@@ -136,9 +152,15 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let family = args.method.family(args.order)?;
     let fit = args.fit.map_or(family.fits()[0], FitChoice::fit);
     let look_ahead = args.look_ahead.map_or(LookAhead::Error(args.look_ahead_error), LookAhead::Stages);
-    let design =
-        |&sigma: &f64| CoefficientSet::design(&Wish { family, fit, sigma, frac_bits: args.frac_bits, look_ahead });
-    let sets = args.sigma.iter().map(design).collect::<Result<Vec<_>, _>>()?;
+    let wish = |sigma: f64, frac_bits: u32, look_ahead: LookAhead| Wish { family, fit, sigma, frac_bits, look_ahead };
+    let wishes: Vec<Wish> = match args.design.as_deref().map(named).transpose()? {
+        None => args.sigma.iter().map(|sigma| wish(*sigma, args.frac_bits, look_ahead)).collect(),
+        Some(design) => {
+            let smoothers = design.sigmas.into_iter().zip(design.look_ahead);
+            smoothers.map(|(sigma, m)| wish(sigma, design.coefficient.bits(), LookAhead::Stages(m))).collect()
+        }
+    };
+    let sets = wishes.iter().map(CoefficientSet::design).collect::<Result<Vec<_>, _>>()?;
     let mut report = Report { sets, files: Vec::new() };
     if let Some(folder) = &args.out {
         report.files = write(folder, &report.sets, family, fit, look_ahead)?;

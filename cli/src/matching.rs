@@ -6,13 +6,13 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_arm::message::Telemetry;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord};
-use hoverlock_fixed_point::model::design::{KT27, SCALES};
+use hoverlock_fixed_point::model::design::{DesignPoint, SCALES};
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::features::maxima::strongest_per_cell;
-use hoverlock_reference::image::picture::{FRAME_HEIGHT, FRAME_WIDTH, Frame, Picture};
+use hoverlock_reference::image::picture::{Frame, Picture};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::{Estimate, Estimator, pairs};
 use hoverlock_reference::motion::model::{Model, Pair, transfer};
@@ -23,11 +23,12 @@ use hoverlock_reference::motion::refine::refined;
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::smoother::Smoother;
 use hoverlock_reports::overlay::Overlay;
-use hoverlock_rtl::simulation::{Job, Mismatch, Simulator, Streams, run as simulate};
+use hoverlock_rtl::simulation::{Job, Mismatch, Simulator, Streams, Trace, run as simulate};
 use nalgebra::Vector2;
 use serde::Serialize;
 
 use crate::Verdict;
+use crate::design::Chosen;
 use crate::output::{check_target, print, print_json, spinning, verdict, write_file};
 use crate::picture::{Limit, open};
 use crate::telemetry;
@@ -64,13 +65,15 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "homography")]
     model: Kind,
     /// Where features come from: floating point, the bit-true model, or the emitted Verilog under Verilator (for the
-    /// last two, pictures larger than 1024x768 are cropped)
+    /// last two, pictures larger than the frame of the design are cropped)
     #[arg(long, value_enum, default_value = "float")]
     features: Source,
     /// Compute the features by the clear code of a model level in place of its fast path: recursive in f64 for float,
     /// bit_true in integers for fixed
     #[arg(long, value_enum, conflicts_with = "features")]
     level: Option<ClearLevel>,
+    #[command(flatten)]
+    chosen: Chosen,
     #[command(flatten)]
     limit: Limit,
     /// Where REF and CUR were taken from, two rows: also the displacement of the camera in metres, from attitude, range
@@ -151,10 +154,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
         Some(ClearLevel::Recursive) => Source::Float,
         Some(ClearLevel::BitTrue) => Source::Fixed,
     };
-    let frame = (source != Source::Float).then_some((FRAME_WIDTH, FRAME_HEIGHT));
+    let design = args.chosen.design()?;
+    let frame = (source != Source::Float).then_some((design.width as usize, design.height as usize));
     let open = |path: &Path| open(path, &args.limit, source.least_side(), frame);
     let (reference, current) = (open(&args.reference)?, open(&args.current)?);
-    let [from, to] = source.extract([&reference, &current], args.level.is_some())?;
+    let [from, to] = source.extract(&design, [&reference, &current], args.level.is_some())?;
     let wanted = args.model.model();
     let estimator = Estimator { ransac: Ransac { model: wanted, ..Ransac::default() }, ..Estimator::default() };
     let outcome = match estimator.estimate(&from, &to) {
@@ -232,7 +236,7 @@ const ALL: [u32; SCALES] = [1; SCALES];
 impl Source {
     /// Features of both pictures, whole or their centres, in coordinates of the whole; by the clear code of the level,
     /// or by its fast path, which gives the same: bit for bit in integers, to 0.015 DN of a response in floating point.
-    fn extract(self, pictures: [&Picture; 2], clear: bool) -> Result<[Vec<Feature>; 2]> {
+    fn extract(self, design: &DesignPoint, pictures: [&Picture; 2], clear: bool) -> Result<[Vec<Feature>; 2]> {
         if self == Self::Float {
             let selection = Selection { count: FEATURES, ..Selection::default() };
             if clear {
@@ -245,20 +249,23 @@ impl Source {
             let mut extractor = FastExtractor::new(selection)?;
             return Ok(pictures.map(|picture| extractor.extract(&picture.luma)));
         }
-        let frames = pictures.map(Picture::frame);
+        let frames = pictures.map(|picture| {
+            let frame = picture.crop(design.width as usize, design.height as usize);
+            Frame { luma: design.samples(&frame.luma), ..frame }
+        });
         let records: Vec<Vec<FeatureRecord>> = match self {
-            Self::Rtl => simulated(&frames)?,
+            Self::Rtl => simulated(design, &frames)?,
             _ if clear => {
-                let model = BitTrue::new(&KT27)?;
+                let model = BitTrue::new(design)?;
                 frames.iter().map(|frame| model.planes(&frame.luma).features(ALL)).collect()
             }
             _ => {
-                let mut model = SimdBitTrue::new(&KT27)?;
+                let mut model = SimdBitTrue::new(design)?;
                 frames.iter().map(|frame| model.frame(&frame.luma, ALL).to_vec()).collect()
             }
         };
         Ok(std::array::from_fn(|i| {
-            let features: Vec<Feature> = records[i].iter().map(Feature::from).collect();
+            let features: Vec<Feature> = records[i].iter().map(|record| record.feature(design.dog().lsb())).collect();
             let mut features = strongest_per_cell(&features, FEATURES);
             for feature in &mut features {
                 feature.x += frames[i].x as u32;
@@ -275,9 +282,10 @@ impl Source {
 }
 
 /// What the hardware sends for each frame, one after the other through one simulation.
-fn simulated(frames: &[Frame]) -> Result<Vec<Vec<FeatureRecord>>> {
-    let jobs = frames.iter().map(|frame| Job::new(frame.luma.clone(), ALL)).collect::<Result<Vec<_>, _>>()?;
-    let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
+fn simulated(design: &DesignPoint, frames: &[Frame]) -> Result<Vec<Vec<FeatureRecord>>> {
+    let jobs = frames.iter().map(|frame| Job::of(design, frame.luma.clone(), ALL)).collect::<Result<Vec<_>, _>>()?;
+    let build = || Simulator::of_design(design, None, Trace::None);
+    let simulator = spinning("building the Verilated model (once; later runs find it)", build)?;
     let outcome = simulate(&simulator, &jobs, Streams::default())?;
     if let Some(first) = outcome.first_mismatch {
         let Mismatch { stage, x, y, .. } = first;

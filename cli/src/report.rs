@@ -1,7 +1,6 @@
 //! `hoverlock report`: what quantisation costs on given pictures, and whether every check passes.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
@@ -13,7 +12,7 @@ use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
-use crate::design::configured;
+use crate::design::Chosen;
 use crate::output::{Folder, command, print, say, shown, verdict};
 use crate::picture::{Limit, listed, open};
 use crate::rtl_level;
@@ -28,15 +27,14 @@ use crate::rtl_level;
 #[derive(clap::Args)]
 pub struct Args {
     /// Pictures of the ground: PNG, JPEG, TIFF, BMP, PNM or WebP, at least 79x79, or folders of them; - reads one from
-    /// standard input. Of larger ones the centre is taken: 1024x768, or the width and height of --config
+    /// standard input. Of larger ones the centre is taken: 1024x768, or the width and height of the design
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
     /// The folder to write into
     #[arg(long, value_name = "DIR", default_value = "out/report")]
     out: PathBuf,
-    /// Change the design point: a TOML file, or one key like dog_bits=12 or state=u16.4
-    #[arg(long, value_name = "FILE|KEY=VALUE")]
-    config: Vec<OsString>,
+    #[command(flatten)]
+    chosen: Chosen,
     #[command(flatten)]
     limit: Limit,
     /// One JSON object on stdout, the same as report.json: pass provenance bounds[] levels[] pictures[] and more
@@ -45,13 +43,13 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let design = configured(&args.config)?;
+    let design = args.chosen.design()?;
     // A design point without coefficients is refused before anything is written.
     Levels::new(&design)?;
     let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
     let folder = Folder::new(&args.out)?;
     output::prepare(&args.out)?;
-    let hardware = rtl_level::prepare(&design);
+    let hardware = rtl_level::prepare(&design, args.chosen.is_changed());
     // `rtl` adds a step for each picture, and one to wait for its tools.
     let bar = ProgressBar::new(study::steps(subjects.len()) + subjects.len() as u64 + 1);
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {elapsed}  {msg}") {

@@ -3,15 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_rtl::{
-    emission::{File, MEND, files},
+    design::buildable,
+    emission::{File, MEND, files_of},
     estimate::{Estimate, ModuleEstimate, estimate},
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::output::{Batch, Folder, print, print_json, quoted, say, shown};
+use crate::design::Chosen;
+use crate::output::{Batch, Folder, print, print_json, quoted, say, shown, spinning};
 
 /// Write the Verilog, prove it fresh, or estimate what it takes of an Arria V.
 ///
@@ -36,20 +39,44 @@ enum Action {
     /// module
     ///
     /// A minute or two the first time; the netlist is kept in the user's cache folder for as long as the Verilog stays
-    /// the same.
+    /// the same. The files are read in the order of their names, whatever folder they come from, because Yosys counts
+    /// other ALMs in another order.
     /// Status 0 only where the smallest device keeps a third of everything free.
     ///
     /// Example: hoverlock rtl estimate --json
-    Estimate(Common),
+    Estimate(Sized),
 }
 
 #[derive(clap::Args)]
 struct Common {
-    /// The folder with verilog/ and registers/
-    #[arg(long, value_name = "DIR", default_value = "rtl")]
-    out: PathBuf,
-    /// One JSON object on stdout: emit: files[]; check: fresh stale[] strays[]; estimate: alm m10k dsp mul18 registers
-    /// logic_levels device fits modules[] devices[]
+    #[command(flatten)]
+    chosen: Chosen,
+    /// The folder with verilog/ and registers/ [default: rtl for kt27, out/rtl/NAME for other designs]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object on stdout: emit: files[]; check: fresh stale[] strays[]
+    #[arg(long)]
+    json: bool,
+}
+
+impl Common {
+    /// The design and its folder. The default design's is the project's own, which no other may overwrite.
+    fn design(&self) -> Result<(DesignPoint, PathBuf)> {
+        let design = self.chosen.design()?;
+        let own = || if design == KT27 { "rtl".into() } else { Path::new("out/rtl").join(self.chosen.name()) };
+        let out = self.out.clone().unwrap_or_else(own);
+        Ok((design, out))
+    }
+}
+
+#[derive(clap::Args)]
+struct Sized {
+    #[command(flatten)]
+    chosen: Chosen,
+    /// Size the Verilog files of this folder, in place of the design's own
+    #[arg(long, value_name = "DIR")]
+    rtl: Option<PathBuf>,
+    /// One JSON object on stdout: alm m10k dsp mul18 registers logic_levels device fits modules[] devices[]
     #[arg(long)]
     json: bool,
 }
@@ -70,16 +97,25 @@ pub fn run(args: &Args) -> Result<Verdict> {
     match &args.action {
         Action::Emit(common) => emit(common),
         Action::Check(common) => check(common),
-        Action::Estimate(common) => sized(common),
+        Action::Estimate(args) => sized(args),
     }
 }
 
+/// The files of a design; another than the default takes a while the first time.
+fn emitted(design: &DesignPoint) -> Result<Vec<File>> {
+    if *design == KT27 {
+        return Ok(files_of(design)?);
+    }
+    Ok(spinning("compiling the emitter for the design (once; later runs find what it emits)", || files_of(design))?)
+}
+
 fn emit(common: &Common) -> Result<Verdict> {
-    let files = files()?;
+    let (design, out) = common.design()?;
+    let files = emitted(&design)?;
     let mut folders = Vec::new();
     let mut batch = Batch::default();
     for file in &files {
-        let path = common.out.join(&file.path);
+        let path = out.join(&file.path);
         folders.push(Folder::new(path.parent().unwrap_or(Path::new(".")))?);
         // A file that has not changed keeps its time: no tool works again for nothing.
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&file.text) {
@@ -88,32 +124,32 @@ fn emit(common: &Common) -> Result<Verdict> {
     }
     batch.keep()?;
     drop(folders);
-    say_strays(&strays(&common.out.join("verilog"), &files)?);
+    say_strays(&strays(&out.join("verilog"), &files)?);
     let emitted = Emitted { files: files.into_iter().map(|file| file.path).collect() };
     if common.json {
         print_json(&emitted)?;
     } else {
-        print(&format!("{} files in {}\n", emitted.files.len(), shown(&common.out)))?;
+        print(&format!("{} files in {}\n", emitted.files.len(), shown(&out)))?;
     }
     Ok(Verdict::Pass)
 }
 
 fn check(common: &Common) -> Result<Verdict> {
-    if !common.out.is_dir() {
-        bail!("{}: no such folder; run this in the project, or give --out", common.out.display());
+    let (design, out) = common.design()?;
+    if !out.is_dir() {
+        bail!("{}: no such folder; run this in the project, or give --out", out.display());
     }
-    let same = |path: &str, text: &str| std::fs::read_to_string(common.out.join(path)).is_ok_and(|there| there == text);
-    let files = files()?;
+    let same = |path: &str, text: &str| std::fs::read_to_string(out.join(path)).is_ok_and(|there| there == text);
+    let files = emitted(&design)?;
     let stale: Vec<String> =
         files.iter().filter(|file| !same(&file.path, &file.text)).map(|file| file.path.clone()).collect();
-    let strays = strays(&common.out.join("verilog"), &files)?;
+    let strays = strays(&out.join("verilog"), &files)?;
     let checked = Checked { fresh: stale.is_empty() && strays.is_empty(), stale, strays };
     if let Some(first) = checked.stale.first() {
-        let mend = if common.out == Path::new("rtl") {
-            MEND.to_owned()
-        } else {
-            format!("{MEND} --out {}", quoted(&common.out))
-        };
+        let mut mend = format!("{MEND}{}", common.chosen.options());
+        if common.out.as_deref().is_some_and(|out| out != Path::new("rtl")) {
+            mend += &format!(" --out {}", quoted(&out));
+        }
         say(&format!("{} files are stale, {first} first; run `{mend}`", checked.stale.len()));
     }
     say_strays(&checked.strays);
@@ -141,18 +177,20 @@ fn strays(folder: &Path, files: &[File]) -> Result<Vec<String>> {
     Ok(strays)
 }
 
-fn sized(common: &Common) -> Result<Verdict> {
+fn sized(args: &Sized) -> Result<Verdict> {
+    let design = args.chosen.design()?;
+    buildable(&design)?;
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} Yosys, a minute or two: {elapsed}  {msg}") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    let estimate = estimate(&mut |pass| bar.set_message(pass.to_owned()))?;
+    let estimate = estimate(&design, args.rtl.as_deref(), &mut |pass| bar.set_message(pass.to_owned()))?;
     bar.finish_and_clear();
     if !estimate.fits {
         say(&format!("{} is too small: {}", estimate.device, estimate.fits_rule));
     }
-    if common.json {
+    if args.json {
         print_json(&estimate)?;
     } else {
         print(&table(&estimate))?;

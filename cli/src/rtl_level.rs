@@ -7,11 +7,12 @@
 use std::thread::{JoinHandle, spawn};
 
 use anyhow::{Result, anyhow};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_fixed_point::analysis::acceptance::dog_lsb;
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::hardware::{DeviceShare, Hardware, Made, ModuleShare, Simulated, Sizing};
 use hoverlock_reports::study::{self, Study, Subject};
 use hoverlock_rtl::estimate::{Estimate, estimate};
-use hoverlock_rtl::simulation::{Job, Outcome, Simulator, Streams, run};
+use hoverlock_rtl::simulation::{Job, Outcome, Simulator, Streams, Trace, run};
 
 use crate::message;
 
@@ -27,19 +28,20 @@ struct Tools {
     estimate: Made<Sizing>,
 }
 
-/// Begins to build the model and to run Yosys.
-pub fn prepare(design: &DesignPoint) -> Preparation {
-    let emitted = *design == KT27;
+/// Begins to build the model and to run Yosys. A design `changed` by single keys is for a quick look at the models: its
+/// emitter would take a minute to compile.
+pub fn prepare(design: &DesignPoint, changed: bool) -> Preparation {
+    let design = design.clone();
     Preparation(spawn(move || {
-        if !emitted {
-            let reason = "the Verilog is emitted for the design point alone, and this configuration is another";
+        if changed {
+            let reason = "the Verilog is emitted for a whole design; write this one to a file and give it by --design";
             return Tools { simulator: Made::not_run(reason), estimate: Made::not_run(reason) };
         }
-        let simulator = match Simulator::new() {
+        let simulator = match Simulator::of_design(&design, None, Trace::None) {
             Ok(simulator) => Made::Run { result: simulator },
             Err(error) => Made::not_run(message(&error.into())),
         };
-        let estimate = match estimate(&mut |_| ()) {
+        let estimate = match estimate(&design, None, &mut |_| ()) {
             Ok(estimate) => Made::Run { result: sizing(estimate) },
             Err(error) => Made::not_run(message(&error.into())),
         };
@@ -71,12 +73,15 @@ impl Preparation {
 fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<Simulated> {
     let measured = study.pictures.iter().find(|picture| picture.name == subject.name);
     let conditions = measured.map(|picture| picture.conditions.as_slice()).unwrap_or_default();
+    let design = simulator.design();
     let jobs = study::frames(subject)
         .into_iter()
         .zip(conditions)
         .map(|(frame, condition)| {
-            let threshold = |k: usize| condition.comparison.scales[k].threshold_lsb as u32;
-            Ok(Job::new(frame, [0, 1].map(|k| threshold(k).clamp(1, KT27.max_dog())))?)
+            // The study's LSB is that of the default design.
+            let lsb = design.dog().lsb() / dog_lsb();
+            let threshold = |k: usize| (condition.comparison.scales[k].threshold_lsb / lsb).round() as u32;
+            Ok(Job::of(design, design.samples(&frame), [0, 1].map(|k| threshold(k).clamp(1, design.max_dog())))?)
         })
         .collect::<Result<Vec<_>>>()?;
     let outcome = run(simulator, &jobs, Streams::default())?;

@@ -6,17 +6,18 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
-use hoverlock_reference::image::picture::{FRAME_HEIGHT, FRAME_WIDTH};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_rtl::design::{LEAST_SIDE, buildable};
 use hoverlock_rtl::simulation::{
-    FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Window, format_of, record, run_telling, view,
+    FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Trace, Window, format_of, record, run_telling, view,
 };
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
+use crate::design::Chosen;
 use crate::output::{
     Aside, Batch, check_target, lossy, lossy_option, print, print_json, quoted, shown, spinning, verdict,
 };
@@ -30,8 +31,8 @@ use crate::picture::{Limit, listed, open};
 /// Example: hoverlock sim aerial.png --stall 0.4 --seed 2 --wave aerial.fst
 #[derive(clap::Args)]
 pub struct Args {
-    /// Pictures of the ground, at least 64x64, or folders of them; - reads one from standard input; the centre 1024x768
-    /// of larger ones
+    /// Pictures of the ground, at least 64x64, or folders of them; - reads one from standard input; the centre of
+    /// larger ones, of the size of the design
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
     /// Frames of each picture; three or more of one size measure the cycles a pixel takes
@@ -69,6 +70,11 @@ pub struct Args {
     /// First clock cycle of the waves, in place of the window's own choice; 0 shows the reset and the register writes
     #[arg(long, value_name = "CYCLE", requires = "wave")]
     wave_from: Option<u64>,
+    #[command(flatten)]
+    chosen: Chosen,
+    /// Simulate the Verilog files of this folder, against the model of the design, in place of the design's own
+    #[arg(long, value_name = "DIR")]
+    rtl: Option<PathBuf>,
     #[command(flatten)]
     limit: Limit,
     /// One JSON object on stdout: pixels cycles cycles_per_pixel features dropped model_features mismatches
@@ -127,20 +133,22 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if !(0.0..=0.95).contains(&args.stall) {
         bail!("--stall {} is not a chance from 0 to 0.95; see --help", args.stall);
     }
+    let design = args.chosen.design()?;
+    buildable(&design)?;
     let images = listed(&args.images)?;
     let wave = args.wave.as_deref().map(|path| WaveFile::new(path, &images)).transpose()?;
-    let pictures = images.iter().map(|path| frame(path, &args.limit)).collect::<Result<Vec<_>>>()?;
+    let pictures = images.iter().map(|path| frame(&design, path, &args.limit)).collect::<Result<Vec<_>>>()?;
     if let Some(wave) = &wave {
         wave.room(args.wave_cycles)?;
     }
     let mut jobs = Vec::new();
     for plane in &pictures {
-        let job = Job::new(plane.clone(), settled(plane)?)?;
+        let job = Job::of(&design, plane.clone(), settled(&design, plane)?)?;
         jobs.extend(std::iter::repeat_n(job, args.frames as usize));
     }
     let simulator = spinning("building the Verilated model (once; later runs find it)", || match &wave {
-        Some(wave) => Simulator::traced(wave.format),
-        None => Simulator::new(),
+        Some(wave) => Simulator::of_design(&design, args.rtl.as_deref(), wave.format),
+        None => Simulator::of_design(&design, args.rtl.as_deref(), Trace::None),
     })?;
     let streams =
         Streams { source_pause: args.stall, sink_pause: args.stall, sink_opens: args.sink_opens, seed: args.seed };
@@ -152,7 +160,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
         wave.room(args.wave_cycles)?;
         spinning("writing waves", || record(&simulator, &jobs, streams, window, wave.aside.temporary()))?;
-        wave.keep(window)?;
+        wave.keep(&design, window)?;
     }
     let report = report(args, &images, outcome);
     if args.json {
@@ -229,7 +237,7 @@ impl WaveFile {
     }
 
     /// Gives the waves and the view beside them their names.
-    fn keep(self, window: Window) -> Result<()> {
+    fn keep(self, design: &DesignPoint, window: Window) -> Result<()> {
         if self.free()? == 0 {
             bail!(
                 "--wave {}: no space left on the disk, so the waves may be cut short; free some",
@@ -237,20 +245,23 @@ impl WaveFile {
             );
         }
         let mut view_beside = Batch::default();
-        view_beside.add(&self.path.with_extension("gtkw"), view(&self.path, window).as_bytes())?;
+        view_beside.add(&self.path.with_extension("gtkw"), view(design, &self.path, window).as_bytes())?;
         self.aside.keep()?;
         view_beside.keep()
     }
 }
 
-fn frame(path: &Path, limit: &Limit) -> Result<Plane<u16>> {
-    Ok(open(path, limit, 64, Some((FRAME_WIDTH, FRAME_HEIGHT)))?.frame().luma)
+/// A picture as the camera of the design takes it.
+fn frame(design: &DesignPoint, path: &Path, limit: &Limit) -> Result<Plane<u16>> {
+    let (width, height) = (design.width as usize, design.height as usize);
+    let picture = open(path, limit, LEAST_SIDE, Some((width, height)))?;
+    Ok(design.samples(&picture.crop(width, height).luma))
 }
 
-/// The thresholds at which the automatic control would rest on this picture.
-pub fn settled(plane: &Plane<u16>) -> Result<[u32; 2]> {
-    let mut simd = SimdBitTrue::new(&KT27)?;
-    let mut control = ThresholdController::new(&KT27);
+/// The thresholds at which the automatic control would rest on this frame.
+pub fn settled(design: &DesignPoint, plane: &Plane<u16>) -> Result<[u32; 2]> {
+    let mut simd = SimdBitTrue::new(design)?;
+    let mut control = ThresholdController::new(design);
     simd.frame(plane, control.thresholds());
     control.settle(|thresholds| counts(&simd.planes().features(thresholds)));
     Ok(control.thresholds())

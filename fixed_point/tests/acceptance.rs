@@ -7,7 +7,7 @@ use hoverlock_fixed_point::analysis::acceptance::{Comparison, check_coefficients
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement;
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_reference::image::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_reference::image::picture::{Picture, data_dir, newcomer_dir};
 use hoverlock_reference::image::plane::Plane;
@@ -120,4 +120,14 @@ fn real_pictures_pass_the_bounds_under_three_conditions() {
         failed.extend(failures(&path.display().to_string(), displacement::check(&displacements, bounds)));
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+#[test]
+fn a_camera_of_few_bits_passes_constant_pictures() {
+    for name in ["hd1080", "small"] {
+        let design = DesignPoint::shipped(name).unwrap().unwrap();
+        let checks = check_coefficients(&Levels::new(&design).unwrap(), Bounds::acceptance());
+        let constant = checks.iter().find(|check| check.name.starts_with("constant picture")).unwrap();
+        assert!(constant.pass, "{name}: {constant:?}");
+    }
 }

@@ -142,14 +142,15 @@ pub(crate) fn run(
     bounds: &Bounds,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<Vec<Sweep>, CoefficientError> {
-    let state = |bits: &i8| DesignPoint { state: Format::unsigned(16, *bits), ..design.clone() };
+    let integer = design.pixel.integer_bits();
+    let state = |bits: &i8| DesignPoint { state: Format::unsigned(integer, *bits), ..design.clone() };
     let coefficient = |bits: &i8| DesignPoint { coefficient: Format::unsigned(0, *bits), ..design.clone() };
     let dog = |bits: &u32| DesignPoint { dog_bits: *bits, ..design.clone() };
     let variants: [Variants; 3] = [
         (
             "state",
             f64::from(design.state.bits()),
-            STATE.iter().map(|bits| (f64::from(16 + *bits), state(bits))).collect(),
+            STATE.iter().map(|bits| (f64::from(integer + *bits), state(bits))).collect(),
         ),
         (
             "coefficients",

@@ -3,7 +3,7 @@
 use rust_hdl::prelude::*;
 
 use crate::{
-    cells::{Height, Response, Width, bank::Bank, queue::RecordFifo, sequencer::Sequencer},
+    cells::{Fields, Height, Pixel, Response, Width, bank::Bank, queue::RecordFifo, sequencer::Sequencer},
     extractor::Extractor,
 };
 
@@ -21,7 +21,7 @@ pub struct Core {
     /// `H` of the next frame.
     pub new_height: Signal<In, Height>,
     /// Register values that the next frame captures.
-    pub bank: Signal<In, Bits<368>>,
+    pub bank: Signal<In, Fields>,
     /// The next frame captures the bank; otherwise it keeps the set of the previous frame.
     pub committed: Signal<In, Bit>,
     /// Video sink.
@@ -29,7 +29,7 @@ pub struct Core {
     /// A beat is offered.
     pub video_valid: Signal<In, Bit>,
     /// Pixel of the beat, DN.
-    pub video_data: Signal<In, Bits<16>>,
+    pub video_data: Signal<In, Pixel>,
     /// Start of packet.
     pub video_startofpacket: Signal<In, Bit>,
     /// End of packet.

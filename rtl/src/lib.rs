@@ -7,6 +7,7 @@ macro_rules! comment {
 
 pub mod cells;
 pub mod core;
+pub mod design;
 pub mod emission;
 pub mod estimate;
 pub mod extractor;

@@ -3,7 +3,9 @@
 //! 32-bit registers on an Avalon-MM slave, read latency of one cycle, no wait states.
 
 use hoverlock_fixed_point::model::coefficients::{CoefficientError, LerpCoefficients};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::design::DesignPoint;
+
+use crate::design::{HEIGHT_BITS, LEAST_SIDE, MAX_HEIGHT};
 
 /// What software may do with a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,17 +59,17 @@ pub const VERSION: u32 = 0x0002_0000;
 /// Byte address of the first coefficient.
 pub const COEFFICIENTS_AT: u32 = 0x40;
 
-/// The coefficients of the design point, in the order of [`crate::cells::bank`].
+/// The coefficients of a design, in the order of [`crate::cells::bank`].
 ///
 /// # Errors
-/// Where a smoother of the design point does not exist.
-pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
+/// Where a smoother of the design does not exist.
+pub fn default_coefficients(design: &DesignPoint) -> Result<Vec<u32>, CoefficientError> {
     let mut coefficients = Vec::new();
-    for (sigma, look_ahead) in KT27.sigmas.into_iter().zip(KT27.look_ahead) {
+    for (sigma, look_ahead) in design.sigmas.into_iter().zip(design.look_ahead) {
         let designed = hoverlock_fixed_point::model::stages::StageCoefficients::from(LerpCoefficients::design(
             sigma,
             look_ahead,
-            KT27.coefficient.bits(),
+            design.coefficient.bits(),
         )?);
         coefficients.push(designed.g);
         coefficients.extend(designed.g_j);
@@ -75,11 +77,11 @@ pub fn default_coefficients() -> Result<Vec<u32>, CoefficientError> {
     Ok(coefficients)
 }
 
-/// All registers.
+/// All registers of a design.
 ///
 /// # Errors
 /// As [`default_coefficients`].
-pub fn registers() -> Result<Vec<Register>, CoefficientError> {
+pub fn registers(design: &DesignPoint) -> Result<Vec<Register>, CoefficientError> {
     use Access::{Clear, Pulse, Read, ReadWrite, Request};
     let field = |name: &str, low: u32, bits: u32, access: Access, reset: u32, what: &str| Field {
         name: name.into(),
@@ -90,7 +92,13 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
         what: what.into(),
     };
     let register = |name: &str, offset: u32, fields: Vec<Field>| Register { name: name.into(), offset, fields };
-    let threshold = KT27.threshold.initial;
+    let threshold = design.threshold.initial;
+    let width_bits = design.width.next_power_of_two().trailing_zeros() + 1;
+    let columns = format!("columns, {LEAST_SIDE} to {}", design.width);
+    let rows = format!("rows, {LEAST_SIDE} to {MAX_HEIGHT}");
+    let lsb = design.dog().lsb();
+    let least = [0, 1].map(|k| format!("least response of scale pair {k}, in {lsb} DN"));
+    let dog_bits = design.dog_bits;
     let mut map = vec![
         register("identification", 0x00, vec![field("letters", 0, 32, Read, IDENTIFICATION, "`HLCK`")]),
         register("version", 0x04, vec![field("number", 0, 32, Read, VERSION, "major above minor, 16 bits each")]),
@@ -150,29 +158,29 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
             "size",
             0x14,
             vec![
-                field("width", 0, 11, ReadWrite, KT27.width, "columns, 64 to 1024"),
-                field("height", 16, 12, ReadWrite, KT27.height, "rows, 64 to 2048"),
+                field("width", 0, width_bits, ReadWrite, design.width, &columns),
+                field("height", 16, HEIGHT_BITS as u32, ReadWrite, design.height, &rows),
             ],
         ),
         register(
             "threshold",
             0x18,
             vec![
-                field("fine", 0, 15, ReadWrite, threshold, "least response of scale pair 0, in 0.5 DN"),
-                field("coarse", 16, 15, ReadWrite, threshold, "least response of scale pair 1, in 0.5 DN"),
+                field("fine", 0, dog_bits, ReadWrite, threshold, &least[0]),
+                field("coarse", 16, dog_bits, ReadWrite, threshold, &least[1]),
             ],
         ),
         register(
             "target",
             0x1c,
-            vec![field("count", 0, 16, ReadWrite, KT27.threshold.target, "features per scale pair")],
+            vec![field("count", 0, 16, ReadWrite, design.threshold.target, "features per scale pair")],
         ),
         register(
             "threshold_now",
             0x20,
             vec![
-                field("fine", 0, 15, Read, 0, "threshold in use, scale pair 0"),
-                field("coarse", 16, 15, Read, 0, "threshold in use, scale pair 1"),
+                field("fine", 0, dog_bits, Read, 0, "threshold in use, scale pair 0"),
+                field("coarse", 16, dog_bits, Read, 0, "threshold in use, scale pair 1"),
             ],
         ),
         register("frames", 0x24, vec![field("count", 0, 32, Read, 0, "frames finished since reset")]),
@@ -186,16 +194,23 @@ pub fn registers() -> Result<Vec<Register>, CoefficientError> {
     let what = "write 1: commits the set for the next frame; reads 1 until captured or until the set is written";
     map.push(register("commit", 0x30, vec![field("pending", 0, 1, Request, 1, what)]));
     let names = ["narrow", "middle", "wide"];
-    let mut coefficients = default_coefficients()?.into_iter();
+    let mut coefficients = default_coefficients(design)?.into_iter();
     let mut offset = COEFFICIENTS_AT;
-    for (smoother, look_ahead) in names.into_iter().zip(KT27.look_ahead) {
+    for (smoother, look_ahead) in names.into_iter().zip(design.look_ahead) {
         for cell in 0..=look_ahead {
             let (name, what) = match cell {
-                0 => (format!("{smoother}_g"), "`g` of the recursion, u0.16".to_owned()),
-                _ => (format!("{smoother}_g{}", cell - 1), format!("`g_{}` of the look-ahead, u0.16", cell - 1)),
+                0 => (format!("{smoother}_g"), format!("`g` of the recursion, {}", design.coefficient)),
+                _ => (
+                    format!("{smoother}_g{}", cell - 1),
+                    format!("`g_{}` of the look-ahead, {}", cell - 1, design.coefficient),
+                ),
             };
             let raw = coefficients.next().unwrap_or_default();
-            map.push(register(&name, offset, vec![field("value", 0, 16, ReadWrite, raw, &what)]));
+            map.push(register(
+                &name,
+                offset,
+                vec![field("value", 0, design.coefficient.bits(), ReadWrite, raw, &what)],
+            ));
             offset += 4;
         }
     }

@@ -3,7 +3,12 @@
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use rust_hdl::prelude::*;
 
-use crate::{cells::csr::Csr, core::Core, registers::registers};
+use crate::{
+    cells::{Pixel, csr::Csr},
+    core::Core,
+    design::compiled,
+    registers::registers,
+};
 
 /// The top level. Its port names are those of the Platform Designer component.
 #[derive(LogicBlock)]
@@ -17,7 +22,7 @@ pub struct Top {
     /// A beat is offered.
     pub video_valid: Signal<In, Bit>,
     /// Pixel of the beat, DN.
-    pub video_data: Signal<In, Bits<16>>,
+    pub video_data: Signal<In, Pixel>,
     /// Start of packet.
     pub video_startofpacket: Signal<In, Bit>,
     /// End of packet.
@@ -54,7 +59,7 @@ impl Top {
     /// # Errors
     /// Where a smoother of the design point does not exist.
     pub fn new(emission: u32) -> Result<Self, CoefficientError> {
-        let mut map = registers()?;
+        let mut map = registers(&compiled())?;
         for register in map.iter_mut().filter(|register| register.name == "emission") {
             register.fields[0].reset = emission;
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::Write as _;
 
 use hoverlock_fixed_point::analysis::resources::{memories, resources};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_rtl::{
     emission::File,
     estimate::{DSP_LIMIT, Estimate, EstimateError, estimate, of},
@@ -144,10 +144,35 @@ fn the_memory_model_equals_it(estimate: &Estimate) {
     assert_eq!(modelled, found);
 }
 
+/// The memory model without Yosys: block memories and DSP blocks of the shipped designs, as `hoverlock rtl estimate`
+/// counted them in the Verilog of each.
+#[test]
+fn the_memory_model_counts_what_yosys_counted_in_every_shipped_design() {
+    for (name, m10k, dsp) in [("kt27", 437, 26), ("hd1080", 622, 26), ("small", 160, 18)] {
+        let model = resources(&DesignPoint::shipped(name).unwrap().unwrap());
+        assert_eq!((model.m10k, model.dsp), (m10k, dsp), "{name}");
+    }
+}
+
+/// Yosys counts other ALMs where it reads the same modules in another order, so the order given must not count.
+#[test]
+fn the_order_of_files_changes_nothing() {
+    let (cell, top) = KNOWN.split_once("module top").unwrap();
+    let file = |name: &str, text: &str| File { path: format!("verilog/{name}.v"), text: text.into() };
+    let files = [file("cell_", cell), file("top", &format!("module top{top}"))];
+    let sized = [of(&files, "top", &mut |_| ()), of(&[files[1].clone(), files[0].clone()], "top", &mut |_| ())];
+    match sized {
+        [Err(EstimateError::Missing(_)), _] => {
+            writeln!(std::io::stderr(), "SKIPPED: the estimate: install yosys").expect("stderr is open");
+        }
+        [one, other] => assert_eq!(one.unwrap(), other.unwrap()),
+    }
+}
+
 #[test]
 #[ignore = "Yosys on the whole top takes a minute"]
 fn the_top_fits_the_smallest_device_with_a_third_free() {
-    let estimate = match estimate(&mut |_| ()) {
+    let estimate = match estimate(&KT27, None, &mut |_| ()) {
         Err(EstimateError::Missing(_)) => {
             return writeln!(std::io::stderr(), "SKIPPED: the estimate: install yosys").expect("stderr is open");
         }

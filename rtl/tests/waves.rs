@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::{Job, Simulator, Streams, Trace, Window, record, run, signals, view};
 use rand::{RngExt, SeedableRng};
@@ -32,7 +33,7 @@ fn every_signal_of_the_view_is_in_the_waves() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let pixels = Plane::from_fn(80, 64, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000));
     let jobs = [Job::new(pixels, [60, 45]).unwrap()];
-    let simulator = Simulator::traced(Trace::Fst).unwrap();
+    let simulator = Simulator::of_design(&KT27, None, Trace::Fst).unwrap();
     let outcome = run(&simulator, &jobs, Streams::default()).unwrap();
     assert!(outcome.pass());
     let folder = tempfile::tempdir().unwrap();
@@ -47,13 +48,13 @@ fn every_signal_of_the_view_is_in_the_waves() {
         .all_vars()
         .map(|var| (hierarchy[var].full_name(hierarchy), hierarchy[var].length(hierarchy)))
         .collect();
-    let shown = signals();
+    let shown = signals(&KT27);
     assert!(shown.len() > 90);
     for (name, width) in &shown {
         assert_eq!(bits.get(name), Some(&Some(*width)), "{name}");
     }
     // The view names these and no others.
-    let text = view(&path, window);
+    let text = view(&KT27, &path, window);
     let names = text.split_whitespace().filter_map(|word| word.find("TOP.").map(|at| &word[at..]));
     let mut named = 0;
     for name in names {

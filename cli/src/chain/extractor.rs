@@ -66,7 +66,7 @@ impl Extractor {
             }
             Source::Fixed if *design == KT27 => {
                 let mut simd = SimdBitTrue::new(&KT27)?;
-                model(Box::new(move |frame, thresholds| simd.frame(frame, thresholds).to_vec()), settled(first)?)
+                model(Box::new(move |frame, thresholds| simd.frame(frame, thresholds).to_vec()), settled(&KT27, first)?)
             }
             Source::Fixed => {
                 let bit_true = BitTrue::new(design)?;
@@ -81,7 +81,7 @@ impl Extractor {
             }
             Source::Rtl => {
                 let size = Size::new(first.width() as u32, first.height() as u32)?;
-                let thresholds = Thresholds::Automatic(settled(first)?);
+                let thresholds = Thresholds::Automatic(settled(&KT27, first)?);
                 let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
                 let driver = Driver::start(&simulator, LATENCY, |port| {
                     Ok::<_, anyhow::Error>(set_up(&mut Port(port), size, thresholds)?)

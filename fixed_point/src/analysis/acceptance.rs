@@ -224,11 +224,14 @@ pub fn check_coefficients(levels: &Levels, bounds: &Bounds) -> Vec<Check> {
     });
     // Both ends of the camera sample, its middle, and a value of mixed bits.
     let deviation = |value: u16| {
-        let planes = levels.planes(Level::BitTrue, &Plane::filled(96, 80, value));
+        let picture = Plane::filled(96, 80, value);
+        let planes = levels.planes(Level::BitTrue, &picture);
+        // As the camera takes it: its steps are no error of the filters.
+        let taken = levels.dn(&picture)[(0, 0)];
         let from = |plane: &Plane<f64>, wanted: f64| {
             plane.as_slice().iter().map(|sample| (sample - wanted).abs()).fold(0.0, f64::max) / dog_lsb()
         };
-        let smoothed = planes.smoothed.iter().map(|plane| from(plane, f64::from(value)));
+        let smoothed = planes.smoothed.iter().map(|plane| from(plane, taken));
         let dog = planes.dog.iter().map(|plane| from(plane, 0.0));
         (smoothed.chain(dog).fold(0.0, f64::max), value)
     };

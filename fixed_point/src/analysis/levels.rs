@@ -9,8 +9,9 @@
 //! | `bit_true` | `quantised` in integers: the bit-true model |
 //! | `rtl` | the emitted Verilog, simulated; it gives the bits of `bit_true` |
 //!
-//! All planes are in DN of the 16-bit camera sample, `0 ..= 65535`, at every level. Those of `bit_true` are exact,
-//! because its integers are whole multiples of a power of two. *Approximation* is a level against `ideal`,
+//! Frames are pictures of 16-bit samples, which every level first takes as the camera does: in its steps, `2^(16-P)` DN
+//! for `P` bits. All planes are in DN, `0 ..= 65535`, at every level. Those of `bit_true` are exact, because its
+//! integers are whole multiples of a power of two. *Approximation* is a level against `ideal`,
 //! *quantisation* against `streaming`.
 
 use rayon::prelude::*;
@@ -173,15 +174,15 @@ impl Levels {
         mut each: impl FnMut(Stage, &Plane<f64>),
     ) -> Plane<f64> {
         let float = |coefficients: &StageCoefficients<f64>, each: &mut dyn FnMut(Stage, &Plane<f64>)| {
-            stages::smooth(&dn(pixels), coefficients, |p, q, c| p + c * (q - p), each)
+            stages::smooth(&self.dn(pixels), coefficients, |p, q, c| p + c * (q - p), each)
         };
         match level {
             Level::Ideal | Level::Recursive | Level::Rtl => panic!("the level {level} has no stages"),
             Level::Streaming => float(&self.streaming[smoother], &mut each),
             Level::Quantised => float(&self.quantised[smoother], &mut each),
             Level::BitTrue => {
-                let lsb = self.design.state.lsb();
-                let state = self.bit_true.state(pixels);
+                let lsb = self.design.state_dn().lsb();
+                let state = self.state(pixels);
                 let show = |stage, plane: &Plane<u32>| each(stage, &plane.map(|raw| f64::from(*raw) * lsb));
                 self.bit_true.smooth(smoother, &state, show).map(|raw| f64::from(*raw) * lsb)
             }
@@ -194,7 +195,7 @@ impl Levels {
     /// For `rtl`, which is simulated, not computed.
     pub fn smoothed(&self, level: Level, smoother: usize, pixels: &Plane<u16>) -> Smoothed {
         let whole = |filter: &Smoother| {
-            let frame = dn(pixels);
+            let frame = self.dn(pixels);
             // Both passes over single columns are the vertical pass alone.
             Smoothed { columns: columns_only(filter, &frame), rows: filter.smooth(&frame, Border::Held) }
         };
@@ -223,8 +224,8 @@ impl Levels {
             return self.in_dn(&self.bit_true_planes(pixels));
         }
         let smooth = |smoother: usize| match level {
-            Level::Ideal => self.ideal[smoother].smooth(&dn(pixels), Border::Held),
-            Level::Recursive => self.recursive[smoother].smooth(&dn(pixels), Border::Held),
+            Level::Ideal => self.ideal[smoother].smooth(&self.dn(pixels), Border::Held),
+            Level::Recursive => self.recursive[smoother].smooth(&self.dn(pixels), Border::Held),
             _ => self.stages(level, smoother, pixels, |_, _| ()),
         };
         LevelPlanes::of(per_smoother(smooth))
@@ -232,13 +233,24 @@ impl Levels {
 
     /// All planes of `bit_true` in raw integers. The three smoothers run in parallel.
     pub fn bit_true_planes(&self, pixels: &Plane<u16>) -> Planes {
-        let state = self.bit_true.state(pixels);
+        let state = self.state(pixels);
         self.bit_true.planes_of(per_smoother(|smoother| self.bit_true.smooth(smoother, &state, |_, _| ())))
     }
 
-    /// Integer planes of this design point in DN of the camera sample.
+    /// The states of a picture of 16-bit samples.
+    fn state(&self, picture: &Plane<u16>) -> Plane<u32> {
+        self.bit_true.state(&self.design.samples(picture))
+    }
+
+    /// A picture of 16-bit samples as the camera takes it, DN.
+    pub fn dn(&self, picture: &Plane<u16>) -> Plane<f64> {
+        let shift = self.design.step_bits();
+        picture.map(|sample| f64::from(sample >> shift << shift))
+    }
+
+    /// Integer planes of this design point in DN.
     pub fn in_dn(&self, planes: &Planes) -> LevelPlanes {
-        let (state, dog) = (self.design.state.lsb(), self.design.dog().lsb());
+        let (state, dog) = (self.design.state_dn().lsb(), self.design.dog().lsb());
         LevelPlanes {
             smoothed: planes.smoothed.each_ref().map(|plane| plane.map(|raw| f64::from(*raw) * state)),
             signed_dog: planes.signed_dog.each_ref().map(|plane| plane.map(|raw| f64::from(*raw) * state)),
@@ -260,7 +272,7 @@ impl Levels {
             }
             Level::Streaming => Some(worst_case::reach(streaming) * range),
             Level::Quantised => Some(worst_case::coefficient(streaming, rounded) * range),
-            Level::BitTrue => Some(worst_case::rounding(rounded) * self.design.state.lsb()),
+            Level::BitTrue => Some(worst_case::rounding(rounded) * self.design.state_dn().lsb()),
             Level::Rtl => Some(0.0),
         }
     }
@@ -281,10 +293,6 @@ impl Levels {
         };
         extractor::features(&[layer(0), layer(1)], thresholds, 1.0)
     }
-}
-
-fn dn(pixels: &Plane<u16>) -> Plane<f64> {
-    pixels.map(|pixel| f64::from(*pixel))
 }
 
 fn per_smoother<T: Send>(make: impl Fn(usize) -> T + Send + Sync) -> [T; SMOOTHERS] {

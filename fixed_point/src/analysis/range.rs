@@ -55,12 +55,12 @@ impl Node {
         nodes
     }
 
-    /// The format of the node; `d_k` has the state's bits and a sign.
+    /// The format of the node in DN; `d_k` has the state's bits and a sign.
     pub fn format(self, design: &DesignPoint) -> Format {
         match self {
-            Node::Pixel => design.pixel,
-            Node::Stage(..) => design.state,
-            Node::Difference(_) => design.state.with_sign(),
+            Node::Pixel => design.pixel_dn(),
+            Node::Stage(..) => design.state_dn(),
+            Node::Difference(_) => design.state_dn().with_sign(),
             Node::Dog(_) | Node::MaxDog(_) => design.dog(),
         }
     }
@@ -226,7 +226,7 @@ impl Ranges {
 
     /// Adds a frame: values from `streaming`, saturated samples from `bit_true`.
     pub fn see(&mut self, levels: &Levels, pixels: &Plane<u16>) {
-        self.node(Node::Pixel).see(&pixels.map(|pixel| f64::from(*pixel)));
+        self.node(Node::Pixel).see(&levels.dn(pixels));
         let smoothed: [Plane<f64>; SMOOTHERS] = [0, 1, 2].map(|smoother| {
             levels.stages(Level::Streaming, smoother, pixels, |stage, plane| {
                 self.node(Node::Stage(smoother, stage)).see(plane);

@@ -51,6 +51,9 @@ pub const MLAB_WORDS: u64 = 32;
 /// Bits of a feature record; they do not depend on the word lengths.
 const RECORD_BITS: u64 = 256;
 
+/// Bits of a row: the hardware takes 2048.
+const ROW_BITS: u64 = 11;
+
 /// Depth of the queues of candidates and records.
 const QUEUE_WORDS: u64 = 512;
 
@@ -94,7 +97,8 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     }
     add("ring columns", LONGEST_RING_DELAYS, 31, response);
     // Position, two hits, the responses of both scales with their signs, four neighbours of each.
-    add("candidates", 1, QUEUE_WORDS, 21 + 2 + 2 * response + 8 * magnitude);
+    let position = ROW_BITS + u64::from(line.trailing_zeros());
+    add("candidates", 1, QUEUE_WORDS, position + 2 + 2 * response + 8 * magnitude);
     add("records", 1, QUEUE_WORDS, RECORD_BITS);
     found.retain(|memory| memory.words > MLAB_WORDS || 20 * memory.words * memory.width >= BLOCK_BITS);
     found.retain(|memory| memory.width > 0);

@@ -1,8 +1,8 @@
 //! The bit-true model: the integer arithmetic of the hardware, for any formats and any frame from 1 x 1.
 //!
-//! A frame of 16-bit pixels `x` becomes the state `x << f`; three smoothers (the chains of [`crate::model::stages`]
-//! with the integer [`lerp`]) give `G_0 .. G_2`. Then, with `f` the state's fraction bits, `N` the DoG's bits and `s =
-//! f + 14 - N`:
+//! A frame of pixels `x` of `P` bits becomes the state `x << f`; three smoothers (the chains of
+//! [`crate::model::stages`] with the integer [`lerp`]) give `G_0 .. G_2`. Then, with `f` the state's fraction bits, `N`
+//! the DoG's bits and `s = f + P - 2 - N`:
 //!
 //! ```text
 //! d_k       = G_k - G_{k+1}                               state LSB, signed
@@ -249,8 +249,9 @@ impl BitTrue {
         model
     }
 
-    /// Pixels as states, `x << f`.
+    /// Pixels, `x < 2^P` steps of the camera, as states, `x << f`.
     pub fn state(&self, pixels: &Plane<u16>) -> Plane<u32> {
+        debug_assert!(pixels.as_slice().iter().all(|pixel| i64::from(*pixel) <= self.design.pixel.max_raw()));
         let fraction_bits = self.design.state.fraction_bits();
         pixels.map(|pixel| u32::from(*pixel) << fraction_bits)
     }
@@ -279,7 +280,7 @@ impl BitTrue {
         (Dog { magnitude, positive: signed.map(|d| *d >= 0) }, saturated)
     }
 
-    /// All planes of a frame.
+    /// All planes of a frame of pixels in steps of the camera ([`DesignPoint::samples`]).
     pub fn planes(&self, pixels: &Plane<u16>) -> Planes {
         let state = self.state(pixels);
         let smoothed = [0, 1, 2].map(|smoother| self.smooth(smoother, &state, |_, _| ()));

@@ -1,17 +1,22 @@
 //! The design point: all parameters of the hardware.
 //!
-//! Ranges: pixels `0 ..= FS`, `FS = 2^16 - 1` DN. The state keeps `f` fraction bits, one LSB is `2^-f` DN. `DOG_k`
-//! has `N` bits over a quarter of full scale, so one LSB is `2^(14-N)` DN: 0.5 DN at `N = 15`, 4 DN at `N = 12`.
-//! From the state's LSB to that of the DoG is a shift by `s = f + 14 - N` bits, 1 at the design point.
+//! A camera sample has `P` bits, 8 to 16. One DN is a step of a 16-bit sample, so full scale is `FS = 2^16` DN for
+//! every camera, and a step of the camera is `2^(16-P)` DN. Two designs are compared in DN. The formats of pixel and
+//! state count in steps of the camera: the state keeps `f` fraction bits, one LSB is `2^(16-P-f)` DN. `DOG_k` has `N`
+//! bits over a quarter of full scale, so one LSB is `2^(14-N)` DN whatever `P` is: 0.5 DN at `N = 15`, 4 DN at
+//! `N = 12`. Thresholds, responses and neighbours of a record are in that LSB, its position in pixels. From the state's
+//! LSB to that of the DoG is a shift by `s = f + P - 2 - N` bits, 1 at the default design point.
 //!
 //! The window of the maxima, the rings and the radius of MaxDOG are parameters of the algorithm, not word lengths. They
 //! are in [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`], the same for every
 //! level.
 //!
-//! A configuration is TOML with the keys of [`DesignPoint::KEYS`], all optional. A key that is absent keeps its value.
+//! A design file, `designs/NAME.toml`, is TOML with all keys of [`DesignPoint::KEYS`]. A configuration has some of them
+//! and changes a design: a key that is absent keeps its value.
 
 use std::fmt::Display;
 
+use hoverlock_reference::image::plane::Plane;
 use serde::Serialize;
 use toml::{Table, Value};
 
@@ -24,8 +29,11 @@ pub const SCALES: usize = 2;
 /// Smoothers: two scale pairs share the middle one.
 pub const SMOOTHERS: usize = 3;
 
-/// Integer bits of the DoG magnitude: its range is `FS/4 = 2^14` DN.
+/// Integer bits of the DoG magnitude in DN: its range is `FS/4 = 2^14` DN.
 pub const DOG_RANGE_BITS: i8 = 14;
+
+/// Bits of the scale of DN.
+pub const DN_BITS: u32 = 16;
 
 /// Target and initial value of the automatic threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -43,9 +51,9 @@ pub struct DesignPoint {
     pub width: u32,
     /// Largest height of a frame, px.
     pub height: u32,
-    /// Format of the camera sample, always `u16.0`.
+    /// Format of the camera sample, `u8.0` to `u16.0`, in steps of the camera.
     pub pixel: Format,
-    /// Format of the filter state and of the line memories.
+    /// Format of the filter state and of the line memories, in steps of the camera: the pixel's integer bits.
     pub state: Format,
     /// Format of the coefficients `g` and `g_j`.
     pub coefficient: Format,
@@ -72,6 +80,13 @@ pub const KT27: DesignPoint = DesignPoint {
     // Real ground of full contrast settles between 985 and 8240 LSB.
     threshold: AutomaticThreshold { target: 512, initial: 2048 },
 };
+
+/// The design files that are built in: name and text.
+pub const SHIPPED: [(&str, &str); 3] = [
+    ("kt27", include_str!("../../../designs/kt27.toml")),
+    ("hd1080", include_str!("../../../designs/hd1080.toml")),
+    ("small", include_str!("../../../designs/small.toml")),
+];
 
 impl Default for DesignPoint {
     fn default() -> Self {
@@ -101,6 +116,9 @@ pub enum DesignError {
         /// The allowed values.
         allowed: String,
     },
+    /// A design file that leaves a key out.
+    #[error("the key `{0}` is missing; a design file has all of {keys}", keys = DesignPoint::KEYS.join(", "))]
+    Missing(&'static str),
     /// An override without a value.
     #[error("`{0}` is not of the form KEY=VALUE, like dog_bits=12")]
     Override(String),
@@ -121,6 +139,26 @@ impl DesignPoint {
         "threshold_initial",
     ];
 
+    /// The design file that is built in under a name; `None` where there is none.
+    ///
+    /// # Errors
+    /// As [`DesignPoint::from_file`], which a test excludes.
+    pub fn shipped(name: &str) -> Option<Result<Self, DesignError>> {
+        SHIPPED.iter().find(|(known, _)| *known == name).map(|(_, text)| Self::from_file(text))
+    }
+
+    /// The design of a design file, which has every key.
+    ///
+    /// # Errors
+    /// As [`DesignPoint::from_toml`], and where a key is missing.
+    pub fn from_file(text: &str) -> Result<Self, DesignError> {
+        let table = parsed(text)?;
+        match Self::KEYS.into_iter().find(|key| !table.contains_key(*key)) {
+            Some(key) => Err(DesignError::Missing(key)),
+            None => Self::default().changed(&table),
+        }
+    }
+
     /// The default design point changed by the keys of a TOML text.
     ///
     /// # Errors
@@ -134,11 +172,7 @@ impl DesignPoint {
     /// # Errors
     /// As [`DesignPoint::from_toml`].
     pub fn with_toml(&self, text: &str) -> Result<Self, DesignError> {
-        let table: Table = text.parse().map_err(|error: toml::de::Error| {
-            let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
-            DesignError::Syntax(format!("line {line}: {}", error.message().lines().collect::<Vec<_>>().join(", ")))
-        })?;
-        self.changed(&table)
+        self.changed(&parsed(text)?)
     }
 
     /// This design point with one value changed: `KEY=VALUE`, the value as in TOML; quotes around a format are
@@ -175,11 +209,19 @@ impl DesignPoint {
             "width" => self.width = given.whole(1..=4096)?,
             "height" => self.height = given.whole(1..=4096)?,
             "pixel" => {
-                self.pixel = given.format("u16.0, the camera sample", |format| format == KT27.pixel)?;
+                self.pixel = given.format("u8.0 to u16.0, the camera sample", |format| {
+                    !format.is_signed() && (8..=16).contains(&format.integer_bits()) && format.fraction_bits() == 0
+                })?;
+                // A state that is not given keeps its fraction bits. `pixel` comes before `state`, keys being sorted.
+                self.state = Format::unsigned(self.pixel.integer_bits(), self.state.fraction_bits());
             }
             "state" => {
-                self.state = given.format("u16.0 to u16.12: the camera sample and fraction bits", |format| {
-                    !format.is_signed() && format.integer_bits() == 16 && (0..=12).contains(&format.fraction_bits())
+                let integer = self.pixel.integer_bits();
+                let allowed = format!("u{integer}.0 to u{integer}.12: the bits of the pixel and fraction bits");
+                self.state = given.format(&allowed, |format| {
+                    !format.is_signed()
+                        && format.integer_bits() == integer
+                        && (0..=12).contains(&format.fraction_bits())
                 })?;
             }
             "coefficient" => {
@@ -210,7 +252,33 @@ impl DesignPoint {
         Ok(())
     }
 
-    /// Format of the DoG magnitude and of MaxDOG.
+    /// The step of the camera is `2^n` DN.
+    pub fn step_bits(&self) -> u32 {
+        DN_BITS - self.pixel.bits()
+    }
+
+    /// A picture of 16-bit samples as this camera takes it, in its steps: the upper bits of each sample.
+    pub fn samples(&self, picture: &Plane<u16>) -> Plane<u16> {
+        let shift = self.step_bits();
+        picture.map(|sample| sample >> shift)
+    }
+
+    /// Format of the pixel in DN: the same bits, `u16.-8` for 8 of them.
+    pub fn pixel_dn(&self) -> Format {
+        self.in_dn(self.pixel)
+    }
+
+    /// Format of the state in DN.
+    pub fn state_dn(&self) -> Format {
+        self.in_dn(self.state)
+    }
+
+    fn in_dn(&self, format: Format) -> Format {
+        let shift = self.step_bits() as i8;
+        Format::unsigned(format.integer_bits() + shift, format.fraction_bits() - shift)
+    }
+
+    /// Format of the DoG magnitude and of MaxDOG, in DN.
     pub fn dog(&self) -> Format {
         Format::unsigned(DOG_RANGE_BITS, self.dog_bits as i8 - DOG_RANGE_BITS)
     }
@@ -222,7 +290,7 @@ impl DesignPoint {
 
     /// `s`: one DoG LSB is `2^s` state LSB; negative where the DoG LSB is the smaller.
     pub fn dog_shift(&self) -> i32 {
-        i32::from(self.state.fraction_bits()) + i32::from(DOG_RANGE_BITS) - self.dog_bits as i32
+        i32::from(self.state_dn().fraction_bits()) + i32::from(DOG_RANGE_BITS) - self.dog_bits as i32
     }
 
     /// This design point as TOML with all keys.
@@ -241,6 +309,13 @@ impl DesignPoint {
         ];
         Self::KEYS.iter().zip(values).map(|(key, value)| format!("{key} = {value}\n")).collect()
     }
+}
+
+fn parsed(text: &str) -> Result<Table, DesignError> {
+    text.parse().map_err(|error: toml::de::Error| {
+        let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
+        DesignError::Syntax(format!("line {line}: {}", error.message().lines().collect::<Vec<_>>().join(", ")))
+    })
 }
 
 /// A value with its key, for error messages.
@@ -305,6 +380,29 @@ mod tests {
     }
 
     #[test]
+    fn the_shipped_designs_are_complete_and_the_first_is_the_default() {
+        let designs = SHIPPED.map(|(_, text)| DesignPoint::from_file(text).unwrap());
+        assert_eq!(designs[0], KT27);
+        assert_eq!(DesignPoint::shipped("small"), Some(Ok(designs[2].clone())));
+        assert_eq!(DesignPoint::shipped("large"), None);
+        let without: String =
+            SHIPPED[0].1.lines().filter(|line| !line.starts_with("dog_bits")).collect::<Vec<_>>().join("\n");
+        assert_eq!(DesignPoint::from_file(&without), Err(DesignError::Missing("dog_bits")));
+    }
+
+    #[test]
+    fn a_camera_of_eight_bits_has_steps_of_256_dn() {
+        let design = KT27.with_override("pixel=u8.0").unwrap();
+        assert_eq!((design.state.to_string(), design.step_bits()), ("u8.2".into(), 8));
+        assert_eq!((design.pixel_dn().to_string(), design.state_dn().to_string()), ("u16.-8".into(), "u16.-6".into()));
+        // An LSB of the DoG stays half a DN, now 2^7 times smaller than an LSB of the state.
+        assert_eq!((design.dog().lsb(), design.dog_shift()), (0.5, -7));
+        let picture = Plane::from_vec(2, 1, vec![0x12ff, 0xffff]).unwrap();
+        assert_eq!(design.samples(&picture).as_slice(), [0x12, 0xff]);
+        assert_eq!(KT27.samples(&picture), picture);
+    }
+
+    #[test]
     fn written_out_and_read_again() {
         let mut design = KT27;
         for text in ["dog_bits=12", "state = u16.4", "sigmas=[1, 2.5, 6]", "coefficient=\"u0.12\""] {
@@ -331,7 +429,8 @@ mod tests {
             ("coefficient = 'u0.200'", "coefficient", "\"u0.200\"", "u0.4 to u0.31"),
             ("state = 'u15.2'", "state", "\"u15.2\"", "u16.0 to u16.12"),
             ("state = 18", "state", "18", "u16.0 to u16.12"),
-            ("pixel = 'u8.0'", "pixel", "\"u8.0\"", "u16.0"),
+            ("pixel = 'u7.0'", "pixel", "\"u7.0\"", "u8.0 to u16.0"),
+            ("pixel = 'u8.0'\nstate = 'u16.2'", "state", "\"u16.2\"", "u8.0 to u8.12"),
             ("look_ahead = [5, 5, 63]", "look_ahead", "[5, 5, 63]", "from 1 to 10"),
             ("look_ahead = [0, 5, 6]", "look_ahead", "[0, 5, 6]", "from 1 to 10"),
             ("dog_bits = 0", "dog_bits", "0", "from 2 to 16"),

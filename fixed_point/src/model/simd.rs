@@ -1,13 +1,13 @@
-//! The SIMD bit-true model: the bits of [`crate::model::bit_true`] at tens of megapixels per second, for the formats of
-//! the design point only.
+//! The SIMD bit-true model: the bits of [`crate::model::bit_true`] at tens of megapixels per second, for states of at
+//! most 18 bits, coefficients of at most 16 and responses of at most 15, which includes the default design point.
 //!
-//! State u16.2, coefficients u0.16, DoG of 15 bits; sigmas, look-ahead and coefficients may vary. It is fast because
-//! of:
+//! A coefficient of `F < 16` bits is computed as one of 16, `c 2^(16-F)`: product and rounding are the same. It is fast
+//! because of:
 //!
 //! - **A lerp in signed 32-bit arithmetic.** With `e = q - p` and `m = e >> 31` (-1 where `e < 0`), rounding half away
 //!   from zero is `round(c e / 2^16) = (c e + 2^15 + m) >> 16`. For `c > 2^15` the complement `c' = 2^16 - c` is at
 //!   most `2^15`, and `p + round(c e / 2^16) = q - ((c' e + 2^15 - 1 - m) >> 16)`, which rounds half toward zero
-//!   because the term is subtracted. Pixels are at most 65535, so `|e| <= 262140`, and for `c <= 8191` the product
+//!   because the term is subtracted. A state has at most 18 bits, so `|e| <= 262143`, and for `c <= 8191` the product
 //!   stays below `2^31`. For larger `c`, `e = 4 h + l` splits the product: `(4 c h + c l + bias) >> 16 = (c h + ((c l +
 //!   bias) >> 2)) >> 14`, both terms below `2^31` again.
 //! - **Strips of [`LANES`] columns.** The vertical stages run a few rows apart, in place, so that their rows are in the
@@ -26,7 +26,7 @@ use multiversion::multiversion;
 
 use crate::model::bit_true::{FeatureRecord, Planes};
 use crate::model::coefficients::{CoefficientError, LerpCoefficients, MAX_LOOK_AHEAD};
-use crate::model::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
+use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
 use crate::model::format::Format;
 
 /// Columns of a strip: four cache lines of states.
@@ -46,7 +46,7 @@ const MAX_ROWS: usize = 2 * MAX_RADIUS + 1;
 pub enum SimdError {
     /// The formats are not supported.
     #[error(
-        "the simd model supports state u16.2, coefficients u0.16 and a DoG of 15 bits only, \
+        "the simd model supports states of up to 18 bits, coefficients of up to 16 and a DoG of up to 15 only, \
          not {state}, {coefficient} and {dog_bits} bits"
     )]
     Formats {
@@ -137,9 +137,44 @@ struct Gains {
 #[derive(Debug, Clone)]
 pub struct SimdBitTrue {
     gains: [Gains; SMOOTHERS],
+    words: Words,
     planes: Planes,
     scratch: Scratch,
     features: Vec<FeatureRecord>,
+}
+
+/// What the loops need of the formats.
+#[derive(Debug, Clone, Copy)]
+struct Words {
+    /// Fraction bits of the state.
+    fraction_bits: u32,
+    /// `s`, where it is positive: the state has the smaller LSB.
+    right: u32,
+    /// `-s`, where that is positive.
+    left: u32,
+    /// Half an LSB of the DoG, in LSB of the state.
+    half: u32,
+    /// Largest response.
+    max: u32,
+}
+
+impl Words {
+    fn new(design: &DesignPoint) -> Self {
+        let right = design.dog_shift().max(0) as u32;
+        Self {
+            fraction_bits: design.state.fraction_bits() as u32,
+            right,
+            left: (-design.dog_shift()).max(0) as u32,
+            half: (1 << right) >> 1,
+            max: design.max_dog(),
+        }
+    }
+
+    /// `(|d| + 2^(s-1)) >> s`, before it saturates.
+    #[inline(always)]
+    fn rounded(self, d: i32) -> u32 {
+        ((d.unsigned_abs() + self.half) >> self.right) << self.left
+    }
 }
 
 /// Work memory.
@@ -158,24 +193,26 @@ struct Scratch {
 }
 
 impl SimdBitTrue {
-    /// The model of a design point whose formats are those of [`KT27`].
+    /// The model of a design point.
     ///
     /// # Errors
     /// The formats are not supported, or the coefficients cannot be designed.
     pub fn new(design: &DesignPoint) -> Result<Self, SimdError> {
         let DesignPoint { state, coefficient, dog_bits, .. } = *design;
-        if (state, coefficient, dog_bits) != (KT27.state, KT27.coefficient, KT27.dog_bits) {
+        if state.bits() > 18 || coefficient.bits() > 16 || dog_bits > 15 {
             return Err(SimdError::Formats { state, coefficient, dog_bits });
         }
         let gains = |smoother: usize| {
             let (sigma, look_ahead) = (design.sigmas[smoother], design.look_ahead[smoother]);
+            let gain = |raw: u32| Gain::new(raw << (16 - coefficient.bits()));
             LerpCoefficients::design(sigma, look_ahead, coefficient.bits()).map(|coefficients| Gains {
-                g: Gain::new(coefficients.g),
-                g_j: coefficients.g_j.into_iter().map(Gain::new).collect(),
+                g: gain(coefficients.g),
+                g_j: coefficients.g_j.into_iter().map(gain).collect(),
             })
         };
         Ok(Self {
             gains: [gains(0)?, gains(1)?, gains(2)?],
+            words: Words::new(design),
             planes: blank(1, 1),
             scratch: Scratch::default(),
             features: Vec::new(),
@@ -210,7 +247,7 @@ impl SimdBitTrue {
         }
         // A response has 15 bits, so none reaches 2^16 - 1.
         let thresholds = thresholds.map(|threshold| u16::try_from(threshold.max(1)).unwrap_or(u16::MAX));
-        chain(pixels, &self.gains, thresholds, &mut self.planes, &mut self.scratch);
+        chain(pixels, &self.gains, self.words, thresholds, &mut self.planes, &mut self.scratch);
 
         self.features.clear();
         let candidates = &mut self.scratch.candidates;
@@ -235,27 +272,29 @@ fn blank(width: usize, height: usize) -> Planes {
 }
 
 /// Computes the planes of a frame and the candidates of its features.
-type Chain = fn(&Plane<u16>, &[Gains; SMOOTHERS], [u16; SCALES], &mut Planes, &mut Scratch);
+type Chain = fn(&Plane<u16>, &[Gains; SMOOTHERS], Words, [u16; SCALES], &mut Planes, &mut Scratch);
 
 #[multiversion(targets("x86_64+avx2"))]
 fn chain(
     pixels: &Plane<u16>,
     gains: &[Gains; SMOOTHERS],
+    words: Words,
     thresholds: [u16; SCALES],
     planes: &mut Planes,
     scratch: &mut Scratch,
 ) {
-    whole_chain(pixels, gains, thresholds, planes, scratch);
+    whole_chain(pixels, gains, words, thresholds, planes, scratch);
 }
 
 fn chain_everywhere(
     pixels: &Plane<u16>,
     gains: &[Gains; SMOOTHERS],
+    words: Words,
     thresholds: [u16; SCALES],
     planes: &mut Planes,
     scratch: &mut Scratch,
 ) {
-    whole_chain(pixels, gains, thresholds, planes, scratch);
+    whole_chain(pixels, gains, words, thresholds, planes, scratch);
 }
 
 // Inlined into both callers, so that all functions below are compiled for the instructions of the caller.
@@ -263,6 +302,7 @@ fn chain_everywhere(
 fn whole_chain(
     pixels: &Plane<u16>,
     gains: &[Gains; SMOOTHERS],
+    words: Words,
     thresholds: [u16; SCALES],
     planes: &mut Planes,
     scratch: &mut Scratch,
@@ -272,7 +312,7 @@ fn whole_chain(
     // All smoothers use a strip of pixels while it is in the cache.
     for left in (0..width).step_by(LANES) {
         for (gains, smoothed) in gains.iter().zip(&mut planes.smoothed) {
-            columns(pixels, left, gains, smoothed, &mut scratch.strip);
+            columns(pixels, left, gains, words.fraction_bits, smoothed, &mut scratch.strip);
         }
     }
 
@@ -298,6 +338,7 @@ fn whole_chain(
             if y < height {
                 let responses = &mut scratch.responses[MAX_RADIUS..MAX_RADIUS + width];
                 planes.saturated[k] += difference(
+                    words,
                     planes.smoothed[k].row(y),
                     planes.smoothed[k + 1].row(y),
                     planes.signed_dog[k].row_mut(y),
@@ -329,14 +370,24 @@ fn whole_chain(
 /// The vertical pass of one smoother over the strip of columns that begins at `left`. `strip` has a position for every
 /// row.
 #[inline(always)]
-fn columns(pixels: &Plane<u16>, left: usize, gains: &Gains, smoothed: &mut Plane<u32>, strip: &mut [Lanes]) {
+fn columns(
+    pixels: &Plane<u16>,
+    left: usize,
+    gains: &Gains,
+    fraction_bits: u32,
+    smoothed: &mut Plane<u32>,
+    strip: &mut [Lanes],
+) {
     let (width, height) = (pixels.width(), pixels.height());
     let used = LANES.min(width - left);
     let states = |row: &[u16]| {
         let mut states = [0; LANES];
         match row[left..left + used].first_chunk::<LANES>() {
-            Some(pixels) => (0..LANES).for_each(|l| states[l] = i32::from(pixels[l]) << 2),
-            None => states.iter_mut().zip(&row[left..]).for_each(|(state, pixel)| *state = i32::from(*pixel) << 2),
+            Some(pixels) => (0..LANES).for_each(|l| states[l] = i32::from(pixels[l]) << fraction_bits),
+            None => states
+                .iter_mut()
+                .zip(&row[left..])
+                .for_each(|(state, pixel)| *state = i32::from(*pixel) << fraction_bits),
         }
         states
     };
@@ -423,7 +474,14 @@ fn lerp_lines(p: &[i32], q: &[i32], y: &mut [i32], cell: impl Fn(i32, i32) -> i3
 
 /// One row of `d_k`, its sign bits and `DOG_k`; the number of samples that saturated.
 #[inline(always)]
-fn difference(narrow: &[u32], wide: &[u32], signed: &mut [i32], positive: &mut [bool], dog: &mut [u16]) -> u64 {
+fn difference(
+    words: Words,
+    narrow: &[u32],
+    wide: &[u32],
+    signed: &mut [i32],
+    positive: &mut [bool],
+    dog: &mut [u16],
+) -> u64 {
     for ((signed, narrow), wide) in signed.iter_mut().zip(narrow).zip(wide) {
         *signed = (*narrow as i32).wrapping_sub(*wide as i32);
     }
@@ -432,12 +490,12 @@ fn difference(narrow: &[u32], wide: &[u32], signed: &mut [i32], positive: &mut [
     }
     let mut largest = 0;
     for (dog, signed) in dog.iter_mut().zip(&*signed) {
-        let rounded = (signed.unsigned_abs() + 1) >> 1;
+        let rounded = words.rounded(*signed);
         largest = largest.max(rounded);
-        *dog = rounded.min(0x7fff) as u16;
+        *dog = rounded.min(words.max) as u16;
     }
     // Saturation is rare. Samples are counted only where the row has any.
-    if largest <= 0x7fff { 0 } else { signed.iter().filter(|d| (d.unsigned_abs() + 1) >> 1 > 0x7fff).count() as u64 }
+    if largest <= words.max { 0 } else { signed.iter().filter(|d| words.rounded(**d) > words.max).count() as u64 }
 }
 
 /// The maxima of windows along a row; `responses` extends beyond both ends by the radius of the window.
@@ -481,6 +539,7 @@ fn candidates(responses: &[u16], max_dog: &[u16], threshold: u16, mut found: imp
 mod tests {
     use super::*;
     use crate::model::bit_true::BitTrue;
+    use crate::model::design::{KT27, SHIPPED};
     use crate::model::lerp::lerp;
     use crate::pictures::{Content, Picture, pictures};
     use proptest::prelude::*;
@@ -528,7 +587,7 @@ mod tests {
 
     #[test]
     fn unsupported_formats_are_refused() {
-        for text in ["state=u16.3", "coefficient=u0.15", "dog_bits=12"] {
+        for text in ["state=u16.3", "coefficient=u0.17", "dog_bits=16"] {
             let message = SimdBitTrue::new(&KT27.with_override(text).unwrap()).unwrap_err().to_string();
             assert!(message.contains("only, not"), "{message}");
         }
@@ -550,6 +609,33 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn every_format_it_takes_equals_the_bit_true_model(
+            picture in pictures(80),
+            words in (8..=16i8, 0..=10i8, 6..=16i8, 4..=15u32),
+            shipped in prop::option::of(0..SHIPPED.len()),
+        ) {
+            let (pixel, fraction, coefficient, dog_bits) = words;
+            let design = match shipped {
+                Some(i) => DesignPoint::from_file(SHIPPED[i].1).unwrap(),
+                None => DesignPoint {
+                    pixel: Format::unsigned(pixel, 0),
+                    state: Format::unsigned(pixel, fraction.min(18 - pixel)),
+                    coefficient: Format::unsigned(0, coefficient),
+                    dog_bits,
+                    look_ahead: [2, 3, 3],
+                    ..KT27
+                },
+            };
+            let Ok(bit_true) = BitTrue::new(&design) else { return Ok(()) };
+            let frame = design.samples(&picture.draw());
+            let planes = bit_true.planes(&frame);
+            let mut simd = SimdBitTrue::new(&design).unwrap();
+            prop_assert_eq!(simd.frame(&frame, [2, 3]), planes.features([2, 3]));
+            prop_assert!(simd.planes() == &planes, "planes differ: {}", design.to_toml());
+            prop_assert_eq!(simd.portable_frame(&frame, [2, 3]), planes.features([2, 3]));
+        }
 
         #[test]
         fn planes_and_features_equal_the_bit_true_model(frames in prop::collection::vec(pictures(110), 1..3)) {

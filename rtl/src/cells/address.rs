@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
-use super::{Address, Width};
+use super::{Address, Width, low};
+use crate::design::COLUMN_BITS;
 
 /// The delays of [`AddressCounter`] in steps: one to write a line memory, five to write the memory of the recursion,
 /// and four more for each look-ahead stage that reads the held row.
@@ -55,7 +56,7 @@ impl Logic for AddressCounter {
                 self._delayed.iter_mut().for_each(|address| *address = 0);
             } else if self.advance.val() {
                 let address = self._delayed[0];
-                self._delayed.push_front(if address >= last { 0 } else { (address + 1) & 0x3ff });
+                self._delayed.push_front(if address >= last { 0 } else { low(address + 1, COLUMN_BITS) });
                 self._delayed.pop_back();
             } else if self._delayed[0] > last {
                 self._delayed[0] = 0;
@@ -86,26 +87,27 @@ impl Logic for AddressCounter {
     fn hdl(&self) -> Verilog {
         let taps: String = ADDRESS_DELAYS
             .iter()
-            .map(|n| format!("  delayed_{n} = delayed[{}:{}];\n", n * 10 - 1, (n - 1) * 10))
+            .map(|n| format!("  delayed_{n} = delayed[{}:{}];\n", n * COLUMN_BITS - 1, (n - 1) * COLUMN_BITS))
             .collect();
         Verilog::Custom(format!(
             "// module: address_counter
-wire [10:0] last = width - 11'd1;
-reg [199:0] delayed;
+wire [WIDTH_BITS-1:0] last = width - WIDTH_BITS'd1;
+reg [20*COLUMN_BITS-1:0] delayed;
 
 always @(posedge clock)
   if (reset) begin
-    address <= 10'd0;
-    delayed <= 200'd0;
+    address <= COLUMN_BITS'd0;
+    delayed <= {history}'d0;
   end else if (advance) begin
-    address <= {{1'b0, address}} >= last ? 10'd0 : address + 10'd1;
-    delayed <= {{delayed[189:0], address}};
+    address <= {{1'b0, address}} >= last ? COLUMN_BITS'd0 : address + COLUMN_BITS'd1;
+    delayed <= {{delayed[19*COLUMN_BITS-1:0], address}};
   end else if ({{1'b0, address}} > last)
-    address <= 10'd0; // the width became smaller since the last step
+    address <= COLUMN_BITS'd0; // the width became smaller since the last step
 
 always @(*) begin
 {taps}end
-"
+",
+            history = 20 * COLUMN_BITS
         ))
     }
 }

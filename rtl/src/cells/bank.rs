@@ -1,26 +1,25 @@
-//! The register values of one frame: 19 coefficients, two thresholds, target and mode.
+//! The register values of one frame: the coefficients, two thresholds, target and mode.
 //!
-//! Fields of 16 bits from the lowest bit: `g, g_0 .. g_4` of the narrow smoother, the same of the middle one,
-//! `g, g_0 .. g_5` of the wide one, the two manual thresholds, the target count, and the mode (bit 0: automatic). The
-//! next frame may enter the pipeline while this one is still in it. So there are three banks, and each is loaded when a
-//! frame enters its part of the pipeline.
+//! Fields of 16 bits from the lowest bit: `g, g_0 ..` of the narrow smoother, the same of the middle and of the wide
+//! one, the two manual thresholds, the target count, and the mode (bit 0: automatic). The next frame may enter the
+//! pipeline while this one is still in it. So there are three banks, and each is loaded when a frame enters its part of
+//! the pipeline.
 
 use rust_hdl::prelude::*;
 
-/// Fields of a bank.
-pub const BANK_FIELDS: usize = 23;
+use super::Fields;
 
-/// A bank of 23 fields with a load enable.
+/// A bank with a load enable.
 #[derive(LogicBlock, Default)]
 pub struct Bank {
     /// Clock.
     pub clock: Signal<In, Clock>,
     /// Load enable.
     pub load: Signal<In, Bit>,
-    /// Input, 23 fields of 16 bits.
-    pub d: Signal<In, Bits<368>>,
+    /// Input, fields of 16 bits.
+    pub d: Signal<In, Fields>,
     /// Fields of the frame.
-    pub q: Signal<Out, Bits<368>>,
+    pub q: Signal<Out, Fields>,
 }
 
 impl Logic for Bank {

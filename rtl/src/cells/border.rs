@@ -213,7 +213,7 @@ wire unused = reset;
         Verilog::Custom(format!(
             "// module: row_look_back_border_{reach}
 reg [{top}:0] remaining;
-reg [17:0] border;
+reg [STATE_BITS-1:0] border;
 wire outside = remaining != {bits}'d0;
 
 always @(posedge clock)
@@ -271,7 +271,7 @@ impl Logic for RowLookAheadBorder {
         Verilog::Custom(format!(
             "// module: row_look_ahead_border_{reach}
 reg [{top}:0] remaining;
-reg [17:0] border;
+reg [STATE_BITS-1:0] border;
 wire outside = remaining != {bits}'d0;
 
 always @(posedge clock)

@@ -3,7 +3,8 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Height, Response, Width};
+use super::{Fields, Height, Response, Width, low, zeros};
+use crate::design::{COARSE_AT, COEFFICIENT_BITS, DOG_BITS, FINE_AT, HEIGHT_BITS, MODE_AT, TARGET_AT, WIDTH_BITS};
 use crate::registers::{Access, Field, Register};
 
 /// Bits of a register address, which counts 32-bit registers.
@@ -37,7 +38,7 @@ pub struct Csr {
     /// `H` of the next frame that begins.
     pub height: Signal<Out, Height>,
     /// Register values that a frame captures.
-    pub bank: Signal<Out, Bits<368>>,
+    pub bank: Signal<Out, Fields>,
     /// `bank` is a complete set for the next frame that begins; otherwise that frame keeps the set of the previous one.
     pub committed: Signal<Out, Bit>,
     /// At least one frame is in the pipeline.
@@ -204,19 +205,19 @@ impl Logic for Csr {
         self.committed.next = committed;
         self.enable.next = control & 1 != 0;
         self.irq.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x7e != 0;
-        self.width.next = u64::from(size & 0x7ff).into();
-        self.height.next = u64::from(size >> 16 & 0xfff).into();
-        let mut bank = Bits::<368>::default();
+        self.width.next = low(u64::from(size), WIDTH_BITS).into();
+        self.height.next = low(u64::from(size >> 16), HEIGHT_BITS).into();
+        let mut bank = Fields::default();
         let coefficients =
             self._map.iter().zip(&self._words).filter(|(register, _)| register.fields[0].name == "value");
         for (i, (_, word)) in coefficients.enumerate() {
             bank.set_bits(16 * i, Bits::<16>::from(u64::from(*word)));
         }
         let threshold = self.word("threshold");
-        bank.set_bits(304, Bits::<16>::from(u64::from(threshold & 0x7fff)));
-        bank.set_bits(320, Bits::<16>::from(u64::from(threshold >> 16 & 0x7fff)));
-        bank.set_bits(336, Bits::<16>::from(u64::from(self.word("target"))));
-        bank.set_bits(352, Bits::<16>::from(u64::from(control >> 1 & 1)));
+        bank.set_bits(FINE_AT, Bits::<16>::from(low(u64::from(threshold), DOG_BITS)));
+        bank.set_bits(COARSE_AT, Bits::<16>::from(low(u64::from(threshold >> 16), DOG_BITS)));
+        bank.set_bits(TARGET_AT, Bits::<16>::from(u64::from(self.word("target"))));
+        bank.set_bits(MODE_AT, Bits::<16>::from(u64::from(control >> 1 & 1)));
         self.bank.next = bank;
     }
 
@@ -301,7 +302,10 @@ impl Logic for Csr {
             ._map
             .iter()
             .filter(|register| register.fields[0].name == "value")
-            .map(|register| format!("{}_value", register.name))
+            .map(|register| match 16 - COEFFICIENT_BITS {
+                0 => format!("{}_value", register.name),
+                pad => format!("{}, {}_value", zeros(pad), register.name),
+            })
             .rev()
             .collect();
         let of_set = |coefficient: bool| {
@@ -323,13 +327,13 @@ impl Logic for Csr {
 // A write to a register of the set withdraws the commit.
 wire disturbs = write & ({});
 // The size as the last frame took it.
-reg  [10:0] taken_width;
-reg  [11:0] taken_height;
+reg  [WIDTH_BITS-1:0] taken_width;
+reg  [HEIGHT_BITS-1:0] taken_height;
 
 always @(posedge clock)
   if (reset) begin
-{resets}    taken_width <= 11'd0;
-    taken_height <= 12'd0;
+{resets}    taken_width <= WIDTH_BITS'd0;
+    taken_height <= HEIGHT_BITS'd0;
   end else begin
 {writes}    if (begun & commit_pending) begin
       taken_width <= size_width;
@@ -352,12 +356,13 @@ always @(*) begin
   committed = commit_pending;
   width  = commit_pending ? size_width : taken_width;
   height = commit_pending ? size_height : taken_height;
-  bank   = {{15'd0, control_automatic, target_count, 1'b0, threshold_coarse, 1'b0, threshold_fine,
+  bank   = {{15'd0, control_automatic, target_count, {pad}, threshold_coarse, {pad}, threshold_fine,
             {}}};
 end
 ",
             disturbing.join(" | "),
-            coefficients.join(",\n            ")
+            coefficients.join(",\n            "),
+            pad = zeros(16 - DOG_BITS)
         ))
     }
 }

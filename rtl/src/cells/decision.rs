@@ -5,7 +5,8 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Height, Response, Width};
+use super::{Column, Height, PixelPosition, Response, Row, Width, low};
+use crate::design::{COLUMN_BITS, DOG_BITS, HEIGHT_BITS, WIDTH_BITS};
 
 /// The ring of a centre closer to the border than this leaves the frame.
 pub const MARGIN: u64 = 18;
@@ -25,13 +26,13 @@ pub struct Eligible {
     /// The sample belongs to a frame.
     pub active: Signal<In, Bit>,
     /// Column.
-    pub x: Signal<In, Bits<10>>,
+    pub x: Signal<In, Column>,
     /// Row.
-    pub y: Signal<In, Bits<11>>,
+    pub y: Signal<In, Row>,
     /// The position is eligible.
     pub eligible: Signal<Out, Bit>,
-    /// Row above column, 11 and 10 bits, one step later.
-    pub position: Signal<Out, Bits<21>>,
+    /// Row above column, one step later.
+    pub position: Signal<Out, PixelPosition>,
     _end: (u64, u64),
 }
 
@@ -39,10 +40,10 @@ impl Logic for Eligible {
     fn update(&mut self) {
         let (x, y) = (self.x.val().to_u64(), self.y.val().to_u64());
         if self.clock.pos_edge() {
-            let end = |size: u64, bits: u32| size.wrapping_sub(MARGIN) & ((1 << bits) - 1);
-            self._end = (end(self.width.val().to_u64(), 11), end(self.height.val().to_u64(), 12));
+            let end = |size: u64, bits: usize| low(size.wrapping_sub(MARGIN), bits);
+            self._end = (end(self.width.val().to_u64(), WIDTH_BITS), end(self.height.val().to_u64(), HEIGHT_BITS));
             if self.advance.val() {
-                self.position.next = (y << 10 | x).into();
+                self.position.next = (y << COLUMN_BITS | x).into();
             }
         }
         let inside = |at: u64, end: u64| at >= MARGIN && at < end;
@@ -58,15 +59,15 @@ impl Logic for Eligible {
         Verilog::Custom(
             "\
 // module: eligible
-reg [10:0] end_x;
-reg [11:0] end_y;
+reg [WIDTH_BITS-1:0] end_x;
+reg [HEIGHT_BITS-1:0] end_y;
 
 always @(*)
-  eligible = active & (x >= 10'd18) & ({1'b0, x} < end_x) & (y >= 11'd18) & ({1'b0, y} < end_y);
+  eligible = active & (x >= COLUMN_BITS'd18) & ({1'b0, x} < end_x) & (y >= ROW_BITS'd18) & ({1'b0, y} < end_y);
 
 always @(posedge clock) begin
-  end_x <= width - 11'd18;
-  end_y <= height - 12'd18;
+  end_x <= width - WIDTH_BITS'd18;
+  end_y <= height - HEIGHT_BITS'd18;
   if (advance)
     position <= {y, x};
 end
@@ -135,7 +136,7 @@ always @(posedge clock)
 
 /// `T` of a frame: the manual threshold, or in automatic mode derived from the last frame's count `n` before drops and
 /// the target `N`. For `n > 5 N / 4` it is `T + (T >> 3) + 1`, for `n < 3 N / 4` `T - (T >> 3) - 1`, clamped to
-/// `1 ..= 2^15 - 1`. The first automatic frame uses the manual threshold.
+/// `1 ..= 2^N - 1`. The first automatic frame uses the manual threshold.
 #[derive(LogicBlock, Default)]
 pub struct Threshold {
     /// Clock.
@@ -181,7 +182,7 @@ impl Logic for Threshold {
                 let manual = self.manual.val().to_u64().max(1);
                 let next = match (self.follow.val() && self._follows, self._more, self._less) {
                     (false, ..) => manual,
-                    (_, true, _) => (threshold + self._step).min(0x7fff),
+                    (_, true, _) => (threshold + self._step).min((1 << DOG_BITS) - 1),
                     (_, _, true) => threshold.saturating_sub(self._step).max(1),
                     _ => threshold,
                 };
@@ -207,18 +208,18 @@ impl Logic for Threshold {
 // module: threshold
 // The change of T, registered: it is ready before the next frame begins.
 reg        follows;
-reg [12:0] change;
+reg [CHANGE_BITS-1:0] change;
 reg        more;
 reg        less;
 wire [21:0] four_counts = {count, 2'b00};
 wire [21:0] three_targets = {6'd0, target} + {5'd0, target, 1'b0};
 wire [21:0] five_targets = {6'd0, target} + {4'd0, target, 2'b00};
-wire [15:0] raised = {1'b0, threshold} + {3'd0, change};
-wire [15:0] lowered = {1'b0, threshold} - {3'd0, change};
-wire        at_floor = lowered[15] | (lowered == 16'd0);
+wire [SIGNED_BITS-1:0] raised = {1'b0, threshold} + {3'd0, change};
+wire [SIGNED_BITS-1:0] lowered = {1'b0, threshold} - {3'd0, change};
+wire        at_floor = lowered[DOG_BITS] | (lowered == SIGNED_BITS'd0);
 
 always @(posedge clock) begin
-  change <= {1'b0, threshold[14:3]} + 13'd1;
+  change <= {1'b0, threshold[DOG_BITS-1:3]} + CHANGE_BITS'd1;
   more   <= four_counts > five_targets;
   less   <= four_counts < three_targets;
 end
@@ -227,22 +228,22 @@ always @(posedge clock)
   if (reset) begin
     count     <= 20'd0;
     follows   <= 1'b0;
-    threshold <= 15'd0;
+    threshold <= DOG_BITS'd0;
   end else if (advance) begin
     if (start) begin
       count   <= 20'd0;
       follows <= follow;
       if (~(follow & follows))
-        threshold <= manual == 15'd0 ? 15'd1 : manual;
+        threshold <= manual == DOG_BITS'd0 ? DOG_BITS'd1 : manual;
       else if (more)
-        threshold <= raised[15] ? 15'h7fff : raised[14:0];
+        threshold <= raised[DOG_BITS] ? LARGEST : raised[DOG_BITS-1:0];
       else if (less)
-        threshold <= at_floor ? 15'd1 : lowered[14:0];
+        threshold <= at_floor ? DOG_BITS'd1 : lowered[DOG_BITS-1:0];
     end else if (hit)
       count <= count + 20'd1;
   end
 "
-            .into(),
+            .replace("LARGEST", &format!("{DOG_BITS}'h{:x}", (1 << DOG_BITS) - 1)),
         )
     }
 }

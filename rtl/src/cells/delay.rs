@@ -8,7 +8,8 @@ use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
-use super::{Height, Width};
+use super::{Column, Height, Row, Width, low};
+use crate::design::{COLUMN_BITS, LINE_WORDS, ROW_BITS, WIDTH_BITS};
 
 /// Longest delay of one memory: an MLAB has 32 words, and the output register adds one step.
 pub const LONGEST_DELAY: usize = 33;
@@ -333,7 +334,8 @@ pub struct FrameDelay {
 }
 
 impl FrameDelay {
-    /// A delay of `lines W + steps` steps; `lines` is a power of two, or one less or more than one.
+    /// A delay of `lines W + steps` steps; `lines` is a power of two, one less or more than one, or a difference of
+    /// two.
     pub fn new(lines: u64, steps: u64) -> Self {
         Self {
             clock: Signal::default(),
@@ -359,7 +361,7 @@ impl Default for FrameDelay {
 impl FrameDelay {
     /// Bits of the count: what the widest frame needs, and more than a width has.
     fn bits(&self) -> usize {
-        address_bits((self._lines * 1024 + self._steps) as usize).max(12)
+        address_bits(self._lines as usize * LINE_WORDS + self._steps as usize).max(WIDTH_BITS + 1)
     }
 }
 
@@ -384,11 +386,14 @@ impl Logic for FrameDelay {
     fn hdl(&self) -> Verilog {
         let (lines, steps) = (self._lines, self._steps);
         let bits = self.bits();
-        let wide = format!("{{{}'d0, width}}", bits - 11);
+        let wide = format!("{{{}'d0, width}}", bits - WIDTH_BITS);
         let times = if lines.is_power_of_two() {
             format!("({wide} << {})", lines.trailing_zeros())
         } else if (lines + 1).is_power_of_two() {
             format!("({wide} << {}) - {wide}", (lines + 1).trailing_zeros())
+        } else if (lines + (1 << lines.trailing_zeros())).is_power_of_two() {
+            let low = lines.trailing_zeros();
+            format!("({wide} << {}) - ({wide} << {low})", (lines + (1 << low)).trailing_zeros())
         } else {
             format!("({wide} << {}) + {wide}", (lines - 1).trailing_zeros())
         };
@@ -436,9 +441,9 @@ pub struct Cursor {
     /// The sample belongs to a frame.
     pub active: Signal<Out, Bit>,
     /// Column of the sample.
-    pub x: Signal<Out, Bits<10>>,
+    pub x: Signal<Out, Column>,
     /// Row of the sample.
-    pub y: Signal<Out, Bits<11>>,
+    pub y: Signal<Out, Row>,
     /// `x = 0`.
     pub first_column: Signal<Out, Bit>,
     /// `x = W - 1`.
@@ -461,9 +466,9 @@ impl Logic for Cursor {
                 self._at = if self.start.val() {
                     (true, 0, 0)
                 } else if x == last_x {
-                    (active && y != last_y, 0, (y + 1) & 0x7ff)
+                    (active && y != last_y, 0, low(y + 1, ROW_BITS))
                 } else {
-                    (active, (x + 1) & 0x3ff, y)
+                    (active, low(x + 1, COLUMN_BITS), y)
                 };
             }
         }
@@ -491,33 +496,33 @@ impl Logic for Cursor {
         Verilog::Custom(
             "\
 // module: cursor
-wire [10:0] last_x = width - 11'd1;
-wire [11:0] last_y = height - 12'd1;
+wire [WIDTH_BITS-1:0] last_x = width - WIDTH_BITS'd1;
+wire [HEIGHT_BITS-1:0] last_y = height - HEIGHT_BITS'd1;
 wire        at_last_x = {1'b0, x} == last_x;
 wire        at_last_y = {1'b0, y} == last_y;
 
 always @(posedge clock)
   if (reset) begin
     active <= 1'b0;
-    x      <= 10'd0;
-    y      <= 11'd0;
+    x      <= COLUMN_BITS'd0;
+    y      <= ROW_BITS'd0;
   end else if (advance) begin
     if (start) begin
       active <= 1'b1;
-      x      <= 10'd0;
-      y      <= 11'd0;
+      x      <= COLUMN_BITS'd0;
+      y      <= ROW_BITS'd0;
     end else if (at_last_x) begin
       active <= active & ~at_last_y;
-      x      <= 10'd0;
-      y      <= y + 11'd1;
+      x      <= COLUMN_BITS'd0;
+      y      <= y + ROW_BITS'd1;
     end else
-      x <= x + 10'd1;
+      x <= x + COLUMN_BITS'd1;
   end
 
 always @(*) begin
-  first_column = active & (x == 10'd0);
+  first_column = active & (x == COLUMN_BITS'd0);
   last_column  = active & at_last_x;
-  first_row    = active & (y == 11'd0);
+  first_row    = active & (y == ROW_BITS'd0);
   last_row     = active & at_last_y;
 end
 "

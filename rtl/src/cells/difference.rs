@@ -1,8 +1,10 @@
-//! `DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1)` and the sign of `narrow - wide` before rounding, in two steps.
+//! `DOG = min((|narrow - wide| + 2^(s-1)) >> s, 2^N - 1)` and the sign of `narrow - wide` before rounding, in two
+//! steps.
 
 use rust_hdl::prelude::*;
 
 use super::{Response, State};
+use crate::design::{DOG_BITS, DOG_SHIFT};
 
 /// Steps from the smoothed samples to the response.
 pub const DIFFERENCE_STEPS: u32 = 2;
@@ -22,7 +24,7 @@ pub struct Difference {
     pub magnitude: Signal<Out, Response>,
     /// `narrow >= wide`.
     pub positive: Signal<Out, Bit>,
-    /// The magnitude was saturated to `2^15 - 1`.
+    /// The magnitude was saturated to `2^N - 1`.
     pub saturated: Signal<Out, Bit>,
     _distance: (u64, bool),
 }
@@ -31,9 +33,10 @@ impl Logic for Difference {
     fn update(&mut self) {
         if self.clock.pos_edge() && self.advance.val() {
             let (distance, positive) = self._distance;
-            let rounded = (distance + 1) >> 1;
-            self.magnitude.next = rounded.min(0x7fff).into();
-            self.saturated.next = rounded > 0x7fff;
+            let (half, most) = ((1 << DOG_SHIFT) >> 1, (1 << DOG_BITS) - 1);
+            let rounded = (distance + half) >> DOG_SHIFT;
+            self.magnitude.next = rounded.min(most).into();
+            self.saturated.next = rounded > most;
             self.positive.next = positive;
             let (narrow, wide) = (self.narrow.val().to_u64(), self.wide.val().to_u64());
             self._distance = (narrow.abs_diff(wide), narrow >= wide);
@@ -47,30 +50,37 @@ impl Logic for Difference {
     }
 
     fn hdl(&self) -> Verilog {
-        Verilog::Custom(
+        let half = match DOG_SHIFT {
+            0 => String::new(),
+            shift => format!(" + DIFFERENCE_BITS'd{}", 1 << (shift - 1)),
+        };
+        let unused = match DOG_SHIFT {
+            0 => String::new(),
+            1 => "\nwire unused = rounded[0];\n".into(),
+            shift => format!("\nwire unused = ^rounded[{}:0];\n", shift - 1),
+        };
+        let (low, top, most) = (DOG_SHIFT, DOG_SHIFT + DOG_BITS - 1, (1 << DOG_BITS) - 1);
+        Verilog::Custom(format!(
             "\
 // module: difference
-wire [18:0] narrow_minus_wide = {1'b0, narrow} - {1'b0, wide};
-wire [17:0] wide_minus_narrow = wide - narrow;
+wire [STATE_BITS:0] narrow_minus_wide = {{1'b0, narrow}} - {{1'b0, wide}};
+wire [STATE_BITS-1:0] wide_minus_narrow = wide - narrow;
 
-reg [17:0] distance;
+reg [STATE_BITS-1:0] distance;
 reg        positive_1;
-wire [18:0] rounded = {1'b0, distance} + 19'd1;
-wire        over = |rounded[18:16];
+wire [STATE_BITS:0] rounded = {{1'b0, distance}}{half};
+wire        over = |rounded[STATE_BITS:STATE_BITS-2];
 
 always @(posedge clock)
   if (advance) begin
-    distance   <= narrow_minus_wide[18] ? wide_minus_narrow : narrow_minus_wide[17:0];
-    positive_1 <= ~narrow_minus_wide[18];
+    distance   <= narrow_minus_wide[STATE_BITS] ? wide_minus_narrow : narrow_minus_wide[STATE_BITS-1:0];
+    positive_1 <= ~narrow_minus_wide[STATE_BITS];
 
-    magnitude <= over ? 15'h7fff : rounded[15:1];
+    magnitude <= over ? DOG_BITS'h{most:x} : rounded[{top}:{low}];
     saturated <= over;
     positive  <= positive_1;
   end
-
-wire unused = rounded[0];
-"
-            .into(),
-        )
+{unused}"
+        ))
     }
 }

@@ -2,20 +2,21 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Response, State};
+use super::{FourNeighbours, Pixel, Response, State, low};
+use crate::design::{DOG_BITS, FRACTION_BITS, OLDER_BITS, RING_BITS, SIGNED_BITS};
 
-/// `x << 2`: a camera sample as a filter state.
+/// `x << f`: a camera sample as a filter state.
 #[derive(LogicBlock, Default)]
 pub struct PixelState {
-    /// u16.0.
-    pub x: Signal<In, Bits<16>>,
-    /// u16.2.
+    /// The sample.
+    pub x: Signal<In, Pixel>,
+    /// The state.
     pub y: Signal<Out, State>,
 }
 
 impl Logic for PixelState {
     fn update(&mut self) {
-        self.y.next = (self.x.val().to_u64() << 2).into();
+        self.y.next = (self.x.val().to_u64() << FRACTION_BITS).into();
     }
 
     fn connect(&mut self) {
@@ -23,11 +24,15 @@ impl Logic for PixelState {
     }
 
     fn hdl(&self) -> Verilog {
-        Verilog::Custom("// module: pixel_state\nalways @(*)\n  y = {x, 2'b00};\n".into())
+        let state = match FRACTION_BITS {
+            0 => "x".to_owned(),
+            bits => format!("{{x, {bits}'b{}}}", "0".repeat(bits)),
+        };
+        Verilog::Custom(format!("// module: pixel_state\nalways @(*)\n  y = {state};\n"))
     }
 }
 
-/// A response with its sign in bit 15.
+/// A response with its sign above it.
 #[derive(LogicBlock, Default)]
 pub struct SignedResponse {
     /// Magnitude.
@@ -35,12 +40,12 @@ pub struct SignedResponse {
     /// Not negative.
     pub positive: Signal<In, Bit>,
     /// Sign and magnitude.
-    pub y: Signal<Out, Bits<16>>,
+    pub y: Signal<Out, super::SignedResponse>,
 }
 
 impl Logic for SignedResponse {
     fn update(&mut self) {
-        self.y.next = (self.magnitude.val().to_u64() | u64::from(self.positive.val()) << 15).into();
+        self.y.next = (self.magnitude.val().to_u64() | u64::from(self.positive.val()) << DOG_BITS).into();
     }
 
     fn connect(&mut self) {
@@ -52,25 +57,25 @@ impl Logic for SignedResponse {
     }
 }
 
-/// The four neighbours of a centre, 15 bits each: left, right, upper, lower from the lowest bit.
+/// The magnitudes of the four neighbours of a centre: left, right, upper, lower from the lowest bit.
 #[derive(LogicBlock, Default)]
 pub struct Neighbours {
-    /// Left, sign in bit 15.
-    pub left: Signal<In, Bits<16>>,
+    /// Left, the sign above it.
+    pub left: Signal<In, super::SignedResponse>,
     /// Right.
-    pub right: Signal<In, Bits<16>>,
+    pub right: Signal<In, super::SignedResponse>,
     /// Upper.
-    pub upper: Signal<In, Bits<16>>,
+    pub upper: Signal<In, super::SignedResponse>,
     /// Lower.
-    pub lower: Signal<In, Bits<16>>,
+    pub lower: Signal<In, super::SignedResponse>,
     /// All four magnitudes.
-    pub y: Signal<Out, Bits<60>>,
+    pub y: Signal<Out, FourNeighbours>,
 }
 
 impl Logic for Neighbours {
     fn update(&mut self) {
         let samples = [self.left.val(), self.right.val(), self.upper.val(), self.lower.val()];
-        let joined = samples.iter().rev().fold(0, |joined, sample| joined << 15 | sample.to_u64() & 0x7fff);
+        let joined = samples.iter().rev().fold(0, |joined, sample| joined << DOG_BITS | low(sample.to_u64(), DOG_BITS));
         self.y.next = joined.into();
     }
 
@@ -83,9 +88,9 @@ impl Logic for Neighbours {
             "\
 // module: neighbours
 always @(*)
-  y = {lower[14:0], upper[14:0], right[14:0], left[14:0]};
+  y = {lower[DOG_BITS-1:0], upper[DOG_BITS-1:0], right[DOG_BITS-1:0], left[DOG_BITS-1:0]};
 
-wire unused = ^{lower[15], upper[15], right[15], left[15]};
+wire unused = ^{lower[DOG_BITS], upper[DOG_BITS], right[DOG_BITS], left[DOG_BITS]};
 "
             .into(),
         )
@@ -96,18 +101,18 @@ wire unused = ^{lower[15], upper[15], right[15], left[15]};
 #[derive(LogicBlock, Default)]
 pub struct RingRows {
     /// The newest row.
-    pub newest: Signal<In, Bits<16>>,
+    pub newest: Signal<In, super::SignedResponse>,
     /// The others.
-    pub older: Signal<In, Bits<224>>,
+    pub older: Signal<In, Bits<OLDER_BITS>>,
     /// All rows.
-    pub y: Signal<Out, Bits<240>>,
+    pub y: Signal<Out, Bits<RING_BITS>>,
 }
 
 impl Logic for RingRows {
     fn update(&mut self) {
-        let mut rows = Bits::<240>::default();
+        let mut rows = Bits::<RING_BITS>::default();
         rows.set_bits(0, self.newest.val());
-        rows.set_bits(16, self.older.val());
+        rows.set_bits(SIGNED_BITS, self.older.val());
         self.y.next = rows;
     }
 

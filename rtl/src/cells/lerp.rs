@@ -1,12 +1,13 @@
-//! `y = p + round(c (q - p))`, `c = g / 2^16`: the cell that builds every filter, on sign and magnitude.
+//! `y = p + round(c (q - p))`, `c = g / 2^C`: the cell that builds every filter, on sign and magnitude.
 //!
-//! With `d = |q - p|`, `t = (g d + 2^15) >> 16`: `y = p + t` where `q >= p`, else `p - t`. Three steps from input to
+//! With `d = |q - p|`, `t = (g d + 2^(C-1)) >> C`: `y = p + t` where `q >= p`, else `p - t`. Three steps from input to
 //! output. Adding `t` and its rounding bit is one carry chain: `p - h - b = p + !h + !b` in two's complement, with `h`
-//! the product without its lower 16 bits and `b` the bit below `h`.
+//! the product without its lower `C` bits and `b` the bit below `h`.
 
 use rust_hdl::prelude::*;
 
-use super::{Coefficient, STATE_BITS, State};
+use super::{Coefficient, State, low};
+use crate::design::{COEFFICIENT_BITS, STATE_BITS};
 
 /// Steps from `p`, `q` to `y`. `g` is taken one step after them.
 pub const LERP_STEPS: u32 = 3;
@@ -22,7 +23,7 @@ pub struct Lerp {
     pub p: Signal<In, State>,
     /// End of the interpolation.
     pub q: Signal<In, State>,
-    /// Coefficient `g`, u0.16. It belongs to the operands of the previous step.
+    /// Coefficient `g`, u0.C. It belongs to the operands of the previous step.
     pub g: Signal<In, Coefficient>,
     /// The result, three steps after `p` and `q`.
     pub y: Signal<Out, State>,
@@ -35,9 +36,9 @@ impl Logic for Lerp {
         if self.clock.pos_edge() && self.advance.val() {
             let (p, q) = (self.p.val().to_u64(), self.q.val().to_u64());
             let (product, start, minus) = self._product;
-            let (upper, half) = (product >> 16, product >> 15 & 1);
+            let (upper, half) = (product >> COEFFICIENT_BITS, product >> (COEFFICIENT_BITS - 1) & 1);
             let y = if minus { start.wrapping_sub(upper + half) } else { start + upper + half };
-            self.y.next = (y & ((1 << STATE_BITS) - 1)).into();
+            self.y.next = low(y, STATE_BITS).into();
             let (distance, start, minus) = self._distance;
             self._product = (distance * self.g.val().to_u64(), start, minus);
             self._distance = (p.abs_diff(q), p, q < p);
@@ -52,27 +53,28 @@ impl Logic for Lerp {
         Verilog::Custom(
             "\
 // module: lerp
-wire [18:0] q_minus_p = {1'b0, q} - {1'b0, p};
-wire [17:0] p_minus_q = p - q;
+wire [STATE_BITS:0] q_minus_p = {1'b0, q} - {1'b0, p};
+wire [STATE_BITS-1:0] p_minus_q = p - q;
 
-reg [17:0] distance;
+reg [STATE_BITS-1:0] distance;
 reg        minus_1;
-reg [17:0] p_1;
-reg [33:0] product;
+reg [STATE_BITS-1:0] p_1;
+reg [PRODUCT_BITS-1:0] product;
 reg        minus_2;
-reg [17:0] p_2;
+reg [STATE_BITS-1:0] p_2;
 
 always @(posedge clock)
   if (advance) begin
-    distance <= q_minus_p[18] ? p_minus_q : q_minus_p[17:0];
-    minus_1  <= q_minus_p[18];
+    distance <= q_minus_p[STATE_BITS] ? p_minus_q : q_minus_p[STATE_BITS-1:0];
+    minus_1  <= q_minus_p[STATE_BITS];
     p_1      <= p;
 
-    product <= {16'd0, distance} * {18'd0, g};
+    product <= {COEFFICIENT_BITS'd0, distance} * {STATE_BITS'd0, g};
     minus_2 <= minus_1;
     p_2     <= p_1;
 
-    y <= p_2 + (product[33:16] ^ {18{minus_2}}) + {17'd0, product[15] ^ minus_2};
+    y <= p_2 + (product[PRODUCT_BITS-1:COEFFICIENT_BITS] ^ {STATE_BITS{minus_2}}) \
+         + {STATE_TOP'd0, product[COEFFICIENT_BITS-1] ^ minus_2};
   end
 "
             .into(),

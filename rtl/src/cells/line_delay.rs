@@ -12,6 +12,7 @@
 use rust_hdl::prelude::*;
 
 use super::Address;
+use crate::design::LINE_WORDS;
 
 /// The line memory. A sample has `B` bits; `OUT` is `B` times the number of taps.
 #[derive(LogicBlock)]
@@ -48,7 +49,7 @@ impl<const B: usize, const OUT: usize> LineDelay<B, OUT> {
             y: Signal::default(),
             _rows: rows,
             _taps: taps.to_vec(),
-            _memory: vec![vec![0u64.into(); rows]; 1024],
+            _memory: vec![vec![0u64.into(); rows]; LINE_WORDS],
             _column: vec![0u64.into(); rows],
         }
     }
@@ -91,7 +92,7 @@ impl<const B: usize, const OUT: usize> Logic for LineDelay<B, OUT> {
             taps.iter().rev().map(|tap| format!("column[{}:{}]", tap * B - 1, (tap - 1) * B)).collect();
         Verilog::Custom(format!(
             "// module: {name}
-reg [{top}:0] memory [0:1023];
+reg [{top}:0] memory [0:LINE_WORDS-1];
 reg [{top}:0] column;
 
 always @(posedge clock)

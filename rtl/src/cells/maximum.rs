@@ -7,6 +7,7 @@
 use rust_hdl::prelude::*;
 
 use super::Response;
+use crate::design::{DOG_BITS, SIGNED_BITS, WINDOW_BITS};
 
 /// Steps from the seven samples to the four results.
 pub const COLUMN_STEPS: u32 = 3;
@@ -20,8 +21,8 @@ pub struct ColumnMaximum {
     pub advance: Signal<In, Bit>,
     /// `v_0`, the newest row.
     pub newest: Signal<In, Response>,
-    /// `v_1 ..= v_6`, 16 bits each, the newer lower; the top bit of each is not used.
-    pub older: Signal<In, Bits<96>>,
+    /// `v_1 ..= v_6`, each below its sign, the newer lower; the signs are not used.
+    pub older: Signal<In, Bits<WINDOW_BITS>>,
     /// `max(v_0 ..= v_2)`, the rows that come later than the middle.
     pub later: Signal<Out, Response>,
     /// `v_3`, the middle.
@@ -38,7 +39,7 @@ impl Logic for ColumnMaximum {
     fn update(&mut self) {
         if self.clock.pos_edge() && self.advance.val() {
             let older = self.older.val();
-            let v = |row: usize| older.get_bits::<15>(16 * (row - 1)).to_u64();
+            let v = |row: usize| older.get_bits::<DOG_BITS>(SIGNED_BITS * (row - 1)).to_u64();
             let [later, middle, earlier, three_four] = self._second;
             self.later.next = later.into();
             self.middle.next = middle.into();
@@ -61,15 +62,15 @@ impl Logic for ColumnMaximum {
         Verilog::Custom(
             "\
 // module: column_maximum
-wire [14:0] v1 = older[14:0];
-wire [14:0] v2 = older[30:16];
-wire [14:0] v3 = older[46:32];
-wire [14:0] v4 = older[62:48];
-wire [14:0] v5 = older[78:64];
-wire [14:0] v6 = older[94:80];
+wire [DOG_BITS-1:0] v1 = older[DOG_BITS-1:0];
+wire [DOG_BITS-1:0] v2 = older[SIGNED_BITS+DOG_BITS-1:SIGNED_BITS];
+wire [DOG_BITS-1:0] v3 = older[2*SIGNED_BITS+DOG_BITS-1:2*SIGNED_BITS];
+wire [DOG_BITS-1:0] v4 = older[3*SIGNED_BITS+DOG_BITS-1:3*SIGNED_BITS];
+wire [DOG_BITS-1:0] v5 = older[4*SIGNED_BITS+DOG_BITS-1:4*SIGNED_BITS];
+wire [DOG_BITS-1:0] v6 = older[5*SIGNED_BITS+DOG_BITS-1:5*SIGNED_BITS];
 
-reg [14:0] m01, v2_1, v3_1, v4_1, m56, m34;
-reg [14:0] m012, v3_2, m456, m34_2;
+reg [DOG_BITS-1:0] m01, v2_1, v3_1, v4_1, m56, m34;
+reg [DOG_BITS-1:0] m012, v3_2, m456, m34_2;
 
 always @(posedge clock)
   if (advance) begin
@@ -91,7 +92,8 @@ always @(posedge clock)
     five    <= m012 > m34_2 ? m012 : m34_2;
   end
 
-wire unused = ^{older[15], older[31], older[47], older[63], older[79], older[95]};
+wire unused = ^{older[SIGNED_BITS-1], older[2*SIGNED_BITS-1], older[3*SIGNED_BITS-1], \
+               older[4*SIGNED_BITS-1], older[5*SIGNED_BITS-1], older[6*SIGNED_BITS-1]};
 "
             .into(),
         )
@@ -190,13 +192,13 @@ impl Logic for WindowMaximum {
             let mut delayed = input.clone();
             for age in 1..=shift {
                 let name = format!("r{round}_delayed_{age}");
-                declarations += &format!("reg [14:0] {name};\n");
+                declarations += &format!("reg [DOG_BITS-1:0] {name};\n");
                 body += &format!("    {name} <= {delayed};\n");
                 delayed = name;
             }
             let output = if round + 1 == shifts.len() { "y".to_owned() } else { format!("r{}", round + 1) };
             if output != "y" {
-                declarations += &format!("reg [14:0] {output};\n");
+                declarations += &format!("reg [DOG_BITS-1:0] {output};\n");
             }
             body += &format!("    {output} <= {input} > {delayed} ? {input} : {delayed};\n");
             input = output;

@@ -28,23 +28,63 @@ pub mod tail;
 
 use rust_hdl::prelude::Bits;
 
-/// Bits of a filter state, u16.2.
-pub const STATE_BITS: usize = 18;
+pub use crate::design::STATE_BITS;
+use crate::design::{
+    BANK_BITS, CANDIDATE_BITS, COEFFICIENT_BITS, COLUMN_BITS, DOG_BITS, HEIGHT_BITS, NEIGHBOURS_BITS, PIXEL_BITS,
+    POINTS_BITS, POSITION_BITS, ROW_BITS, SIGNED_BITS, WIDTH_BITS,
+};
 
-/// A filter state, u16.2.
-pub type State = Bits<18>;
+/// A camera sample.
+pub type Pixel = Bits<PIXEL_BITS>;
 
-/// A filter coefficient, u0.16.
-pub type Coefficient = Bits<16>;
+/// A filter state.
+pub type State = Bits<STATE_BITS>;
+
+/// A filter coefficient.
+pub type Coefficient = Bits<COEFFICIENT_BITS>;
 
 /// `DOG_k` or a maximum of it.
-pub type Response = Bits<15>;
+pub type Response = Bits<DOG_BITS>;
+
+/// `DOG_k` or a maximum of it below its sign.
+pub type SignedResponse = Bits<SIGNED_BITS>;
+
+/// The magnitudes of four neighbours.
+pub type FourNeighbours = Bits<NEIGHBOURS_BITS>;
+
+/// The signed responses of the 32 points of a ring.
+pub type Points = Bits<POINTS_BITS>;
 
 /// An address of the line memories.
-pub type Address = Bits<10>;
+pub type Address = Bits<COLUMN_BITS>;
 
-/// `W`, 64 to 1024.
-pub type Width = Bits<11>;
+/// A column.
+pub type Column = Bits<COLUMN_BITS>;
+
+/// A row.
+pub type Row = Bits<ROW_BITS>;
+
+/// Row above column.
+pub type PixelPosition = Bits<POSITION_BITS>;
+
+/// `W`, from 64 to the design's width.
+pub type Width = Bits<WIDTH_BITS>;
 
 /// `H`, 64 to 2048.
-pub type Height = Bits<12>;
+pub type Height = Bits<HEIGHT_BITS>;
+
+/// The register values of a frame.
+pub type Fields = Bits<BANK_BITS>;
+
+/// A candidate.
+pub type Candidate = Bits<CANDIDATE_BITS>;
+
+/// So many zeros in Verilog.
+pub(crate) fn zeros(bits: usize) -> String {
+    if bits == 1 { "1'b0".into() } else { format!("{bits}'d0") }
+}
+
+/// The lowest bits of a number.
+pub(crate) const fn low(value: u64, bits: usize) -> u64 {
+    value & ((1 << bits) - 1)
+}

@@ -7,10 +7,11 @@ use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
-use super::Response;
-
-/// Bits of a candidate: position 21, scale pair flags 2, signs 2, two responses of 15, twice four neighbours of 15.
-pub const CANDIDATE_BITS: usize = 175;
+use super::{Candidate, Column, FourNeighbours, PixelPosition, Response, Row, SignedResponse, low, zeros};
+use crate::design::{
+    CENTRE_0_AT, CENTRE_1_AT, COLUMN_BITS, DOG_BITS, HIT_0_AT, HIT_1_AT, NEIGHBOURS_0_AT, NEIGHBOURS_1_AT,
+    POSITION_BITS, ROW_BITS, SIGNED_BITS,
+};
 
 /// A candidate as one memory word: from the lowest bit
 /// `position, hit_0, hit_1, sign and response of scale 0, of scale 1, neighbours of scale 0, of scale 1`, neighbours
@@ -18,33 +19,33 @@ pub const CANDIDATE_BITS: usize = 175;
 #[derive(LogicBlock, Default)]
 pub struct CandidateWord {
     /// Row above column.
-    pub position: Signal<In, Bits<21>>,
+    pub position: Signal<In, PixelPosition>,
     /// Found at scale pair 0.
     pub hit_0: Signal<In, Bit>,
     /// Found at scale pair 1.
     pub hit_1: Signal<In, Bit>,
     /// Sign and response of scale pair 0.
-    pub centre_0: Signal<In, Bits<16>>,
+    pub centre_0: Signal<In, SignedResponse>,
     /// Of scale pair 1.
-    pub centre_1: Signal<In, Bits<16>>,
+    pub centre_1: Signal<In, SignedResponse>,
     /// Neighbours of scale pair 0.
-    pub neighbours_0: Signal<In, Bits<60>>,
+    pub neighbours_0: Signal<In, FourNeighbours>,
     /// Of scale pair 1.
-    pub neighbours_1: Signal<In, Bits<60>>,
+    pub neighbours_1: Signal<In, FourNeighbours>,
     /// Input sample.
-    pub word: Signal<Out, Bits<175>>,
+    pub word: Signal<Out, Candidate>,
 }
 
 impl Logic for CandidateWord {
     fn update(&mut self) {
-        let mut word = Bits::<175>::default();
+        let mut word = Candidate::default();
         word.set_bits(0, self.position.val());
-        word = word.replace_bit(21, self.hit_0.val()).replace_bit(22, self.hit_1.val());
+        word = word.replace_bit(HIT_0_AT, self.hit_0.val()).replace_bit(HIT_1_AT, self.hit_1.val());
         let (zero, one) = (self.centre_0.val(), self.centre_1.val());
-        word.set_bits(23, zero);
-        word.set_bits(39, one);
-        word.set_bits(55, self.neighbours_0.val());
-        word.set_bits(115, self.neighbours_1.val());
+        word.set_bits(CENTRE_0_AT, zero);
+        word.set_bits(CENTRE_1_AT, one);
+        word.set_bits(NEIGHBOURS_0_AT, self.neighbours_0.val());
+        word.set_bits(NEIGHBOURS_1_AT, self.neighbours_1.val());
         self.word.next = word;
     }
 
@@ -74,26 +75,26 @@ pub struct CandidateQueue {
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
     /// Input candidate.
-    pub word: Signal<In, Bits<175>>,
+    pub word: Signal<In, Candidate>,
     /// A sample is at the centre of the ring in the next step.
     pub active: Signal<In, Bit>,
     /// Column of the sample.
-    pub x: Signal<In, Bits<10>>,
+    pub x: Signal<In, Column>,
     /// Row of the sample.
-    pub y: Signal<In, Bits<11>>,
+    pub y: Signal<In, Row>,
     /// The centre is a candidate, one step later.
     pub found: Signal<Out, Bit>,
     /// The candidate, valid with `found`.
-    pub candidate: Signal<Out, Bits<175>>,
+    pub candidate: Signal<Out, Candidate>,
     /// Its response at scale pair 0.
     pub centre_0: Signal<Out, Response>,
     /// At scale pair 1.
     pub centre_1: Signal<Out, Response>,
     /// Features dropped because the queue was full, one step later.
     pub dropped: Signal<Out, Bits<2>>,
-    _memory: VecDeque<Bits<175>>,
-    _next: Option<Bits<175>>,
-    _head: Option<Bits<175>>,
+    _memory: VecDeque<Candidate>,
+    _next: Option<Candidate>,
+    _head: Option<Candidate>,
 }
 
 /// Depth of the memory. Two more candidates fit into the output registers.
@@ -115,13 +116,14 @@ impl Logic for CandidateQueue {
         if !self.advance.val() {
             return;
         }
-        let position = self.y.val().to_u64() << 10 | self.x.val().to_u64();
-        let fits = self.active.val() && self._head.is_some_and(|head| head.get_bits::<21>(0).to_u64() == position);
+        let position = self.y.val().to_u64() << COLUMN_BITS | self.x.val().to_u64();
+        let fits =
+            self.active.val() && self._head.is_some_and(|head| head.get_bits::<POSITION_BITS>(0).to_u64() == position);
         self.found.next = fits;
         if let Some(head) = self._head {
             self.candidate.next = head;
-            self.centre_0.next = head.get_bits::<15>(23);
-            self.centre_1.next = head.get_bits::<15>(39);
+            self.centre_0.next = head.get_bits::<DOG_BITS>(CENTRE_0_AT);
+            self.centre_1.next = head.get_bits::<DOG_BITS>(CENTRE_1_AT);
         }
         let full = self._memory.len() == CANDIDATES;
         let take_head = self._head.is_none() || fits;
@@ -133,7 +135,7 @@ impl Logic for CandidateQueue {
             self._next = self._memory.pop_front();
         }
         let word = self.word.val();
-        let hits = u64::from(word.get_bit(21)) + u64::from(word.get_bit(22));
+        let hits = u64::from(word.get_bit(HIT_0_AT)) + u64::from(word.get_bit(HIT_1_AT));
         self.dropped.next = if full { hits } else { 0 }.into();
         if hits != 0 && !full {
             self._memory.push_back(word);
@@ -152,21 +154,21 @@ impl Logic for CandidateQueue {
         Verilog::Custom(
             "\
 // module: candidate_queue
-reg [174:0] memory [0:511];
+reg [CANDIDATE_BITS-1:0] memory [0:511];
 reg [8:0]   write_address;
 reg [8:0]   read_address;
 reg [9:0]   waiting;
-reg [174:0] next;
+reg [CANDIDATE_BITS-1:0] next;
 reg         next_valid;
-reg [174:0] head;
+reg [CANDIDATE_BITS-1:0] head;
 reg         head_valid;
 
-wire fits   = active & head_valid & (head[20:0] == {y, x});
+wire fits   = active & head_valid & (head[POSITION_BITS-1:0] == {y, x});
 wire take_head = ~head_valid | fits;
 wire take_next = ~next_valid | take_head;
 wire not_empty      = waiting != 10'd0;
 wire full      = waiting[9];
-wire push      = (word[21] | word[22]) & ~full;
+wire push      = (word[HIT_0_AT] | word[HIT_1_AT]) & ~full;
 wire pop       = take_next & not_empty;
 
 always @(posedge clock)
@@ -187,7 +189,7 @@ always @(posedge clock)
     if (take_head)
       head_valid <= next_valid;
     found   <= fits;
-    dropped <= full ? {1'b0, word[21]} + {1'b0, word[22]} : 2'd0;
+    dropped <= full ? {1'b0, word[HIT_0_AT]} + {1'b0, word[HIT_1_AT]} : 2'd0;
   end
 
 always @(posedge clock)
@@ -203,8 +205,8 @@ always @(posedge clock)
     if (take_head)
       head <= next;
     candidate <= head;
-    centre_0  <= head[37:23];
-    centre_1  <= head[53:39];
+    centre_0  <= head[CENTRE_0_AT+DOG_BITS-1:CENTRE_0_AT];
+    centre_1  <= head[CENTRE_1_AT+DOG_BITS-1:CENTRE_1_AT];
   end
 "
             .into(),
@@ -227,7 +229,7 @@ pub struct RecordWriter {
     /// `candidate` is valid; its ring bits come one step later.
     pub found: Signal<In, Bit>,
     /// The candidate.
-    pub candidate: Signal<In, Bits<175>>,
+    pub candidate: Signal<In, Candidate>,
     /// MaxLBP of scale pair 0.
     pub maxlbp_0: Signal<In, Bits<32>>,
     /// MaxLBP of scale pair 1.
@@ -264,9 +266,9 @@ pub struct RecordWriter {
     /// Number of complete frames.
     pub frames: Signal<Out, Bits<32>>,
     _waits: bool,
-    _waiting: Bits<175>,
+    _waiting: Candidate,
     _hits: u64,
-    _now: Bits<175>,
+    _now: Candidate,
     _ring_bits: [u64; 4],
     _trailer: bool,
     _thresholds: u64,
@@ -289,7 +291,7 @@ impl RecordWriter {
             self.done.next = end_now;
             self._trailer = self.frame_end.val() || (self._trailer && !end_now);
             self._hits = match (self._waits, self._hits & 1) {
-                (true, _) => self._waiting.get_bits::<2>(21).to_u64(),
+                (true, _) => self._waiting.get_bits::<2>(HIT_0_AT).to_u64(),
                 (false, 1) => self._hits & 2,
                 (false, _) => 0,
             };
@@ -316,14 +318,14 @@ impl RecordWriter {
 
     fn feature(&self) -> [u64; 8] {
         let second = self._hits & 1 == 0;
-        let (centre, around) = if second { (39, 115) } else { (23, 55) };
-        let centre = self._now.get_bits::<16>(centre).to_u64();
-        let position = self._now.get_bits::<21>(0).to_u64();
-        let neighbour = |i: usize| self._now.get_bits::<15>(around + 15 * i).to_u64();
+        let (centre, around) = if second { (CENTRE_1_AT, NEIGHBOURS_1_AT) } else { (CENTRE_0_AT, NEIGHBOURS_0_AT) };
+        let centre = self._now.get_bits::<SIGNED_BITS>(centre).to_u64();
+        let position = self._now.get_bits::<POSITION_BITS>(0).to_u64();
+        let neighbour = |i: usize| self._now.get_bits::<DOG_BITS>(around + DOG_BITS * i).to_u64();
         let [maxlbp_0, maxlbp_1, sign_0, sign_1] = self._ring_bits;
         [
-            (position >> 10) << 16 | position & 0x3ff,
-            (centre >> 15) << 17 | u64::from(second) << 16 | centre & 0x7fff,
+            (position >> COLUMN_BITS) << 16 | low(position, COLUMN_BITS),
+            (centre >> DOG_BITS) << 17 | u64::from(second) << 16 | low(centre, DOG_BITS),
             neighbour(1) << 16 | neighbour(0),
             neighbour(3) << 16 | neighbour(2),
             maxlbp_0,
@@ -367,23 +369,26 @@ impl Logic for RecordWriter {
 // module: record_writer
 // The candidate waits one step for its ring bits, then its records are written, scale pair 0 first.
 reg         waits;
-reg [174:0] waiting;
+reg [CANDIDATE_BITS-1:0] waiting;
 reg [1:0]   hits;
-reg [174:0] now;
+reg [CANDIDATE_BITS-1:0] now;
 reg [127:0] ring_bits;
 reg         trailer;
-reg [29:0]  thresholds;
+reg [2*DOG_BITS-1:0]  thresholds;
 
 wire         second  = ~hits[0];
 wire         feature = |hits;
 wire         end_now = trailer & ~feature;
-wire [15:0]  centre  = second ? now[54:39] : now[38:23];
-wire [59:0]  neighbours = second ? now[174:115] : now[114:55];
-wire [31:0]  position = {5'd0, now[20:10], 6'd0, now[9:0]};
-wire [31:0]  response = {14'd0, centre[15], second, 1'b0, centre[14:0]};
-wire [63:0]  cardinal = {1'b0, neighbours[59:45], 1'b0, neighbours[44:30],
-                         1'b0, neighbours[29:15], 1'b0, neighbours[14:0]};
-wire [255:0] trailer_record = {96'd0, 1'b0, thresholds[29:15], 1'b0, thresholds[14:0], 12'd0, dropped, 12'd0, count,
+wire [SIGNED_BITS-1:0]  centre  = second ? now[CENTRE_1_AT+SIGNED_BITS-1:CENTRE_1_AT] \
+                               : now[CENTRE_0_AT+SIGNED_BITS-1:CENTRE_0_AT];
+wire [NEIGHBOURS_BITS-1:0]  neighbours = second ? now[CANDIDATE_BITS-1:NEIGHBOURS_1_AT] \
+                                   : now[NEIGHBOURS_1_AT-1:NEIGHBOURS_0_AT];
+wire [31:0]  position = {ROW_PAD, now[POSITION_BITS-1:COLUMN_BITS], COLUMN_PAD, now[COLUMN_BITS-1:0]};
+wire [31:0]  response = {14'd0, centre[DOG_BITS], second, DOG_PAD, centre[DOG_BITS-1:0]};
+wire [63:0]  cardinal = {DOG_PAD, neighbours[4*DOG_BITS-1:3*DOG_BITS], DOG_PAD, neighbours[3*DOG_BITS-1:2*DOG_BITS],
+                         DOG_PAD, neighbours[2*DOG_BITS-1:DOG_BITS], DOG_PAD, neighbours[DOG_BITS-1:0]};
+wire [255:0] trailer_record = {96'd0, DOG_PAD, thresholds[2*DOG_BITS-1:DOG_BITS], \
+                              DOG_PAD, thresholds[DOG_BITS-1:0], 12'd0, dropped, 12'd0, count,
                         16'h8000, 12'd0, errors, frames};
 
 always @(posedge clock)
@@ -399,7 +404,7 @@ always @(posedge clock)
   end else if (advance) begin
     waits <= found;
     if (waits)
-      hits <= waiting[22:21];
+      hits <= waiting[HIT_1_AT:HIT_0_AT];
     else
       hits <= hits[0] ? {hits[1], 1'b0} : 2'd0;
     trailer <= frame_end | (trailer & ~end_now);
@@ -422,7 +427,9 @@ always @(posedge clock)
     record <= end_now ? trailer_record : {ring_bits, cardinal, response, position};
   end
 "
-            .into(),
+            .replace("ROW_PAD", &zeros(16 - ROW_BITS))
+            .replace("COLUMN_PAD", &zeros(16 - COLUMN_BITS))
+            .replace("DOG_PAD", &zeros(16 - DOG_BITS)),
         )
     }
 }

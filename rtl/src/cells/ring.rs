@@ -7,7 +7,8 @@
 use hoverlock_reference::features::maxlbp::rings;
 use rust_hdl::prelude::*;
 
-use super::{Response, delay::delay_body};
+use super::{Points, Response, delay::delay_body, low};
+use crate::design::{DOG_BITS, SIGNED_BITS};
 
 /// Lines and steps from the newest sample to the centre.
 pub const RING_REACH: i32 = 16;
@@ -39,8 +40,8 @@ pub struct RingTaps<const IN: usize> {
     pub advance: Signal<In, Bit>,
     /// Sign and MaxDOG of the rows that have points, the newest lowest.
     pub rows: Signal<In, Bits<IN>>,
-    /// Sign and MaxDOG of point `i` at bits `16 i`.
-    pub points: Signal<Out, Bits<512>>,
+    /// Sign and MaxDOG of point `i`, point 0 lowest.
+    pub points: Signal<Out, Points>,
     _scale: usize,
     _delayed: Vec<Vec<u64>>,
 }
@@ -55,7 +56,7 @@ impl<const IN: usize> RingTaps<IN> {
             rows: Signal::default(),
             points: Signal::default(),
             _scale: scale,
-            _delayed: vec![vec![0; 2 * RING_REACH as usize + 1]; IN / 16],
+            _delayed: vec![vec![0; 2 * RING_REACH as usize + 1]; IN / SIGNED_BITS],
         }
     }
 }
@@ -65,7 +66,7 @@ impl<const IN: usize> Logic for RingTaps<IN> {
         let inputs = self.rows.val();
         if self.clock.pos_edge() && self.advance.val() {
             for (row, delayed) in self._delayed.iter_mut().enumerate() {
-                delayed.insert(0, inputs.get_bits::<16>(16 * row).to_u64());
+                delayed.insert(0, inputs.get_bits::<SIGNED_BITS>(SIGNED_BITS * row).to_u64());
                 delayed.pop();
             }
         }
@@ -73,10 +74,10 @@ impl<const IN: usize> Logic for RingTaps<IN> {
         for (row, (_, taps)) in rows(self._scale).iter().enumerate() {
             for &(step, i) in taps {
                 let point = match step {
-                    0 => inputs.get_bits::<16>(16 * row),
+                    0 => inputs.get_bits::<SIGNED_BITS>(SIGNED_BITS * row),
                     _ => self._delayed[row][step - 1].into(),
                 };
-                points.set_bits(16 * i, point);
+                points.set_bits(SIGNED_BITS * i, point);
             }
         }
         self.points.next = points;
@@ -92,12 +93,12 @@ impl<const IN: usize> Logic for RingTaps<IN> {
         let mut wires = vec![String::new(); 32];
         for (row, (line, taps)) in rows(scale).iter().enumerate() {
             text += &format!("// {line} lines before the newest\n");
-            let mut signal = format!("rows[{}:{}]", 16 * row + 15, 16 * row);
+            let mut signal = format!("rows[{}:{}]", SIGNED_BITS * (row + 1) - 1, SIGNED_BITS * row);
             let mut at = 0;
             for &(step, i) in taps {
                 if step > at {
                     let name = format!("point_{i}");
-                    text += &delay_body(&format!("point_{i}_"), &signal, &name, 16, step - at);
+                    text += &delay_body(&format!("point_{i}_"), &signal, &name, SIGNED_BITS, step - at);
                     signal = name;
                     at = step;
                 }
@@ -119,7 +120,7 @@ pub struct RingComparator {
     /// `DOG_k` at the centre.
     pub centre: Signal<In, Response>,
     /// The ring.
-    pub points: Signal<In, Bits<512>>,
+    pub points: Signal<In, Points>,
     /// MaxLBP bits.
     pub maxlbp: Signal<Out, Bits<32>>,
     /// Sign bits.
@@ -132,9 +133,9 @@ impl Logic for RingComparator {
             let (centre, points) = (self.centre.val().to_u64(), self.points.val());
             let (mut maxlbp, mut sign) = (0u64, 0u64);
             for i in 0..32 {
-                let point = points.get_bits::<16>(16 * i).to_u64();
-                maxlbp |= u64::from(centre >= point & 0x7fff) << i;
-                sign |= (point >> 15) << i;
+                let point = points.get_bits::<SIGNED_BITS>(SIGNED_BITS * i).to_u64();
+                maxlbp |= u64::from(centre >= low(point, DOG_BITS)) << i;
+                sign |= (point >> DOG_BITS) << i;
             }
             self.maxlbp.next = maxlbp.into();
             self.sign.next = sign.into();
@@ -155,8 +156,8 @@ integer i;
 always @(posedge clock)
   if (advance)
     for (i = 0; i < 32; i = i + 1) begin
-      maxlbp[i] <= centre >= points[16 * i +: 15];
-      sign[i]   <= points[16 * i + 15];
+      maxlbp[i] <= centre >= points[SIGNED_BITS * i +: DOG_BITS];
+      sign[i]   <= points[SIGNED_BITS * i + DOG_BITS];
     end
 "
             .into(),

@@ -15,7 +15,8 @@ use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
-use super::{Height, Width};
+use super::{Height, Pixel, Width, low};
+use crate::design::{COLUMN_BITS, LEAST_SIDE, MAX_HEIGHT, MAX_WIDTH, ROW_BITS};
 
 /// Lines of steps after which the pipeline is empty. It needs fewer than 88.
 pub const DRAIN_LINES: u64 = 96;
@@ -63,7 +64,7 @@ pub struct Sequencer {
     /// A beat is offered.
     pub valid: Signal<In, Bit>,
     /// Pixel of the beat, DN.
-    pub data: Signal<In, Bits<16>>,
+    pub data: Signal<In, Pixel>,
     /// Start of packet.
     pub start_of_packet: Signal<In, Bit>,
     /// End of packet.
@@ -79,7 +80,7 @@ pub struct Sequencer {
     /// The step's pixel is a frame's first.
     pub start: Signal<Out, Bit>,
     /// The pixel of the step.
-    pub pixel: Signal<Out, Bits<16>>,
+    pub pixel: Signal<Out, Pixel>,
     /// Data is in the pipeline.
     pub busy: Signal<Out, Bit>,
     /// Error bits of this cycle.
@@ -106,7 +107,7 @@ impl Sequencer {
     /// Whether the first beat of a frame makes its step in this cycle.
     fn begins(&self) -> bool {
         let (width, height) = self._offered;
-        let possible = (64..=1024).contains(&width) && (64..=2048).contains(&height);
+        let possible = is_possible(width, height);
         let settled = self._offered == (self.width.val().to_u64(), self.height.val().to_u64()) && self._settle == 0;
         let start = self._state == State::Idle && self._beats.front().is_some_and(|(_, start, _)| *start);
         let steady = self.committed.val() == self._committed_delayed;
@@ -118,10 +119,10 @@ impl Sequencer {
         let beat = self._beats.front().copied();
         let (width, height) = (self.width.val().to_u64(), self.height.val().to_u64());
         let (new_width, new_height) = self._offered;
-        let possible = (64..=1024).contains(&new_width) && (64..=2048).contains(&new_height);
+        let possible = is_possible(new_width, new_height);
         let same = new_width == width && new_height == height;
         let stall = self.stall.val();
-        let last = self._at == (width.wrapping_sub(1) & 0x3ff, height.wrapping_sub(1) & 0x7ff);
+        let last = self._at == (low(width.wrapping_sub(1), COLUMN_BITS), low(height.wrapping_sub(1), ROW_BITS));
         let (mut pop, mut step, mut begin, mut errors, mut own) = (false, false, false, 0, self._own);
         let mut pixel = self.pixel.val().to_u64();
         let mut real = false;
@@ -186,8 +187,8 @@ impl Sequencer {
         }
         if real && !begin {
             let (x, y) = self._at;
-            let end_of_row = x == width.wrapping_sub(1) & 0x3ff;
-            self._at = if end_of_row { (0, (y + 1) & 0x7ff) } else { ((x + 1) & 0x3ff, y) };
+            let end_of_row = x == low(width.wrapping_sub(1), COLUMN_BITS);
+            self._at = if end_of_row { (0, low(y + 1, ROW_BITS)) } else { (low(x + 1, COLUMN_BITS), y) };
         }
         if self._done {
             self._kept.pop_front();
@@ -266,32 +267,32 @@ impl Logic for Sequencer {
 localparam IDLE = 2'd0, FRAME = 2'd1, PAD = 2'd2;
 
 // Skid buffer of two beats: ready depends on registers only.
-reg [17:0] skid_front;
-reg [17:0] skid_back;
+reg [BEAT_BITS-1:0] skid_front;
+reg [BEAT_BITS-1:0] skid_back;
 reg [1:0]  skid_count;
 wire        not_empty = skid_count != 2'd0;
-wire [15:0] beat     = skid_front[15:0];
-wire        is_start = skid_front[16];
-wire        is_end   = skid_front[17];
+wire [PIXEL_BITS-1:0] beat     = skid_front[PIXEL_BITS-1:0];
+wire        is_start = skid_front[PIXEL_BITS];
+wire        is_end   = skid_front[PIXEL_BITS+1];
 
 reg [1:0]  state;
-reg [9:0]  x;
-reg [10:0] y;
+reg [COLUMN_BITS-1:0]  x;
+reg [ROW_BITS-1:0] y;
 reg        ignoring;
 reg [1:0]  settle;
-reg [16:0] drain;
-reg [16:0] drain_from;
+reg [DRAIN_BITS-1:0] drain;
+reg [DRAIN_BITS-1:0] drain_from;
 reg [2:0]  own;
 
 // The size from the registers and its comparisons are registered, which keeps comparators out of the control path.
-reg [10:0] offered_width;
-reg [11:0] offered_height;
+reg [WIDTH_BITS-1:0] offered_width;
+reg [HEIGHT_BITS-1:0] offered_height;
 reg        possible;
 reg        same;
 reg        drained;
 reg        committed_delayed;
-reg [9:0]  last_x; // of a stable size
-reg [10:0] last_y;
+reg [COLUMN_BITS-1:0]  last_x; // of a stable size
+reg [ROW_BITS-1:0] last_y;
 wire at_last_x = x == last_x;
 wire last      = at_last_x & (y == last_y);
 
@@ -340,17 +341,17 @@ always @(posedge clock)
     state    <= IDLE;
     ignoring <= 1'b0;
     settle   <= 2'd0;
-    drain    <= 17'd0;
+    drain    <= DRAIN_BITS'd0;
     drained  <= 1'b1;
     same     <= 1'b0;
     own      <= 3'd0;
-    width    <= 11'd0;
-    height   <= 12'd0;
+    width    <= WIDTH_BITS'd0;
+    height   <= HEIGHT_BITS'd0;
     advance  <= 1'b0;
     start    <= 1'b0;
     errors   <= 4'd0;
-    x        <= 10'd0;
-    y        <= 11'd0;
+    x        <= COLUMN_BITS'd0;
+    y        <= ROW_BITS'd0;
   end else begin
     if (begins)
       state <= is_end ? PAD : FRAME;
@@ -371,15 +372,15 @@ always @(posedge clock)
     end else if (settles)
       settle <= settle - 2'd1;
     if (begins) begin
-      x <= 10'd1;
-      y <= 11'd0;
+      x <= COLUMN_BITS'd1;
+      y <= ROW_BITS'd0;
     end else if (real_step) begin
-      x <= at_last_x ? 10'd0 : x + 10'd1;
-      y <= at_last_x ? y + 11'd1 : y;
+      x <= at_last_x ? COLUMN_BITS'd0 : x + COLUMN_BITS'd1;
+      y <= at_last_x ? y + ROW_BITS'd1 : y;
     end
     own     <= own_now;
-    drain   <= real_step ? drain_from : drain - {16'd0, drains};
-    drained <= ~real_step & (drained | (drains & (drain == 17'd1)));
+    drain   <= real_step ? drain_from : drain - {DRAIN_TOP'd0, drains};
+    drained <= ~real_step & (drained | (drains & (drain == DRAIN_BITS'd1)));
     same    <= resize ? (new_width == offered_width) & (new_height == offered_height)
                       : (new_width == width) & (new_height == height);
     advance <= real_step | drains;
@@ -392,9 +393,10 @@ always @(posedge clock) begin
   offered_width  <= new_width;
   offered_height <= new_height;
   committed_delayed <= committed;
-  possible <= (new_width >= 11'd64) & (new_width <= 11'd1024) & (new_height >= 12'd64) & (new_height <= 12'd2048);
-  last_x <= width[9:0] - 10'd1;
-  last_y <= height[10:0] - 11'd1;
+  possible <= (new_width >= WIDTH_BITS'd64) & (new_width <= WIDTH_BITS'dMAX_WIDTH) \
+              & (new_height >= HEIGHT_BITS'd64) & (new_height <= HEIGHT_BITS'dMAX_HEIGHT);
+  last_x <= width[COLUMN_BITS-1:0] - COLUMN_BITS'd1;
+  last_y <= height[ROW_BITS-1:0] - ROW_BITS'd1;
   drain_from <= ({6'd0, width} << 6) + ({6'd0, width} << 5);
   if (begins | takes)
     pixel <= beat;
@@ -427,7 +429,13 @@ always @(*) begin
   frame_errors = {1'b0, kept[2:0]};
 end
 "
-            .into(),
+            .replace("'dMAX_WIDTH", &format!("'d{MAX_WIDTH}"))
+            .replace("'dMAX_HEIGHT", &format!("'d{MAX_HEIGHT}")),
         )
     }
+}
+
+/// Whether a frame may have this size.
+fn is_possible(width: u64, height: u64) -> bool {
+    (LEAST_SIDE as u64..=MAX_WIDTH as u64).contains(&width) && (LEAST_SIDE as u64..=MAX_HEIGHT as u64).contains(&height)
 }

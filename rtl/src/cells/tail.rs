@@ -7,7 +7,8 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Address, State, Width};
+use super::{Address, State, Width, low};
+use crate::design::{COLUMN_BITS, LINE_WORDS};
 
 /// Selects the stage that needs the held row: stage `j` for `2^j <= n < 2^(j+1)` lines after `start`, delayed by `4 j`
 /// steps.
@@ -49,7 +50,7 @@ impl Logic for TailCounter {
                 } else if x == last_x {
                     (0, (line + 1) & 63, active && line != 63)
                 } else {
-                    ((x + 1) & 0x3ff, line, active)
+                    (low(x + 1, COLUMN_BITS), line, active)
                 };
             }
         }
@@ -73,10 +74,10 @@ impl Logic for TailCounter {
         Verilog::Custom(
             "\
 // module: tail_counter
-reg [9:0] x;
+reg [COLUMN_BITS-1:0] x;
 reg [5:0] line;
 reg       active;
-wire [10:0] last_x = width - 11'd1;
+wire [WIDTH_BITS-1:0] last_x = width - WIDTH_BITS'd1;
 wire [5:0] band;
 assign band[5] = active & line[5];
 assign band[4] = active & (line[5:4] == 2'd1);
@@ -114,18 +115,18 @@ always @(posedge clock)
   if (reset) begin
     active <= 1'b0;
     line   <= 6'd0;
-    x      <= 10'd0;
+    x      <= COLUMN_BITS'd0;
   end else if (advance) begin
     if (start) begin
       active <= 1'b1;
       line   <= 6'd0;
-      x      <= 10'd0;
+      x      <= COLUMN_BITS'd0;
     end else if ({1'b0, x} == last_x) begin
       active <= active & (line != 6'd63);
       line   <= line + 6'd1;
-      x      <= 10'd0;
+      x      <= COLUMN_BITS'd0;
     end else
-      x <= x + 10'd1;
+      x <= x + COLUMN_BITS'd1;
   end
 
 always @(*) begin
@@ -190,7 +191,7 @@ impl Default for HeldRow {
             address_4: Signal::default(),
             address_5: Signal::default(),
             y: Signal::default(),
-            _memory: vec![State::default(); 1024],
+            _memory: vec![State::default(); LINE_WORDS],
         }
     }
 }
@@ -221,9 +222,11 @@ impl Logic for HeldRow {
         Verilog::Custom(
             "\
 // module: held_row
-reg [17:0] memory [0:1023];
-wire [9:0] address = ({10{select[0]}} & address_0) | ({10{select[1]}} & address_1) | ({10{select[2]}} & address_2)
-                   | ({10{select[3]}} & address_3) | ({10{select[4]}} & address_4) | ({10{select[5]}} & address_5);
+reg [STATE_BITS-1:0] memory [0:LINE_WORDS-1];
+wire [COLUMN_BITS-1:0] address = ({COLUMN_BITS{select[0]}} & address_0) | ({COLUMN_BITS{select[1]}} & address_1) \
+                             | ({COLUMN_BITS{select[2]}} & address_2)
+                   | ({COLUMN_BITS{select[3]}} & address_3) | ({COLUMN_BITS{select[4]}} & address_4) \
+                             | ({COLUMN_BITS{select[5]}} & address_5);
 
 always @(posedge clock)
   if (advance) begin

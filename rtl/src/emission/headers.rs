@@ -1,12 +1,19 @@
 //! The comment above each emitted module: purpose, equation, pipeline, latency.
 //!
 //! Modules of a family share a text. `{0}` and `{1}` in it are the numbers in the module's name; `{2^0}` is two to the
-//! power of the first.
+//! power of the first. `<NAME>` is a number of the design, `<NAME+1>` one more.
+
+use crate::design::{
+    COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, FRACTION_BITS, LOOK_AHEAD, MAX_WIDTH, PIXEL_BITS,
+    SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS,
+};
 
 /// The comment above a module.
 pub fn header(module: &str) -> String {
     let text = HEADERS.iter().filter(|(name, _)| module.starts_with(name)).max_by_key(|(name, _)| name.len());
-    let filled = text.map(|(_, text)| filled(text, module)).unwrap_or_default();
+    let special = SPECIAL.iter().find(|(start, end, _)| module.starts_with(start) && module.contains(end));
+    let text = special.map(|(_, _, text)| *text).or(text.map(|(_, text)| *text)).unwrap_or_default();
+    let filled = filled(&of_design(text), module);
     filled.lines().map(|line| format!("// {line}").trim_end().to_owned() + "\n").collect()
 }
 
@@ -23,6 +30,109 @@ fn filled(text: &str, module: &str) -> String {
     })
 }
 
+/// The numbers of the design in their places.
+fn of_design(text: &str) -> String {
+    let (lines, steps) = (SMOOTHER_LINES, SMOOTHER_STEPS);
+    let half = if DOG_SHIFT == 0 { 0 } else { 1 << (DOG_SHIFT - 1) };
+    let numbers = [
+        ("LINES", lines),
+        ("LINES+2", lines + 2),
+        ("LINES+3", lines + 3),
+        ("LINES+18", lines + 18),
+        ("STEPS", steps),
+        ("STEPS+1", steps + 1),
+        ("STEPS+3", steps + 3),
+        ("STEPS+11", steps + 11),
+        ("STEPS+13", steps + 13),
+        ("STEPS+26", steps + 26),
+        ("STEPS+36", steps + 36),
+        ("PIXEL_BITS", PIXEL_BITS),
+        ("FRACTION_BITS", FRACTION_BITS),
+        ("SCALE", 1 << FRACTION_BITS),
+        ("STATE_BITS", STATE_BITS),
+        ("COEFFICIENT_BITS", COEFFICIENT_BITS),
+        ("COEFFICIENTS", COEFFICIENTS),
+        ("DOG_BITS", DOG_BITS),
+        ("DOG_SHIFT", DOG_SHIFT),
+        ("HALF", half),
+        ("MAX_WIDTH", MAX_WIDTH),
+    ];
+    let text = text.replace("<ALIGNED>", &aligned());
+    numbers.iter().fold(text, |text, (name, number)| text.replace(&format!("<{name}>"), &number.to_string()))
+}
+
+/// How the smoothers are aligned.
+fn aligned() -> String {
+    let longest = LOOK_AHEAD[2];
+    let delay = |m: usize| ((1usize << longest) - (1 << m), 12 * (longest - m) + (1 << longest) - (1 << m));
+    let [narrow, middle, _] = LOOK_AHEAD;
+    let pixel = PIXEL_BITS;
+    match (narrow == longest, middle == longest) {
+        (true, _) => "The three smoothers on the same pixels. They have the same look-ahead.".into(),
+        (false, false) if narrow == middle => {
+            let (lines, steps) = delay(narrow);
+            format!(
+                "The three smoothers on the same pixels, aligned: the pixels of the two short ones are delayed by \
+                 {lines} lines and\n{steps} steps.\n  pixel_line_delay, pixel_delay_0, pixel_delay_1   x[n - {lines} W \
+                 - {steps}]: {pixel}-bit pixels in place of two smoothed states\n  delayed_bank   coefficients of the \
+                 frame that leaves this delay, for the columns of the short smoothers"
+            )
+        }
+        _ => {
+            let told: Vec<String> = [narrow, middle]
+                .into_iter()
+                .filter(|m| *m != longest)
+                .map(|m| {
+                    let (lines, steps) = delay(m);
+                    format!("x[n - {lines} W - {steps}] for look-ahead {m}")
+                })
+                .collect();
+            format!(
+                "The three smoothers on the same pixels, aligned: those of less look-ahead than {longest} get their \
+                 pixels later.\n  pixel_line_delay, pixel_delay*   {}\n  delayed_bank*   coefficients of the frame \
+                 that leaves the delay, for the columns of that smoother",
+                told.join(", ")
+            )
+        }
+    }
+}
+
+/// Texts by the start and a part of the name, before those by the start alone.
+const SPECIAL: &[(&str, &str, &str)] = &[
+    (
+        "line_delay",
+        "_taps2",
+        "y_i[n] = x[n - k_i W] for the {2} delays k_i of the short smoothers, the shorter lowest: all {1} rows of a
+column are one
+memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: up to {1} lines.",
+    ),
+    (
+        "line_delay",
+        "_all",
+        "y_k[n] = x[n - k W] for k = 1 .. {1}, the newest lowest: all rows of a column are one memory word, read,
+shifted by one row and
+written back. The address counts steps modulo W.
+Latency: 1 to {1} lines.",
+    ),
+    (
+        "line_delay",
+        "x28_taps",
+        "y_i[n] = x[n - k_i W] for the {2} lines k_i of the fine ring, the newest lowest, {1} lines the oldest: all
+rows of a column are one
+memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: up to {1} lines.",
+    ),
+    (
+        "line_delay",
+        "x32_taps",
+        "y_i[n] = x[n - k_i W] for the {2} lines k_i > 0 of the coarse ring, the newest lowest, {1} lines the oldest:
+all rows of a column are
+one memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: up to {1} lines.",
+    ),
+];
+
 /// Texts by name prefix; the longest matching prefix counts.
 const HEADERS: &[(&str, &str)] = &[
     (
@@ -32,7 +142,8 @@ const HEADERS: &[(&str, &str)] = &[
   core        everything between the two streams
 One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
 pipeline drains.
-Latency: 81 lines and some 175 steps from a pixel to its record; read data comes one clock after `csr_read`.",
+Latency: <LINES+18> lines and some <STEPS+36> steps from a pixel to its record; \
+read data comes one clock after `csr_read`.",
     ),
     (
         "hoverlock_core",
@@ -43,29 +154,26 @@ Latency: 81 lines and some 175 steps from a pixel to its record; read data comes
   fifo        512 records
 `advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in steps
 and lines of W steps.
-Latency: 2 clocks in the sequencer, 81 lines and some 175 steps in the extractor, 3 clocks in the FIFO.",
+Latency: 2 clocks in the sequencer, <LINES+18> lines and some <STEPS+36> steps in the extractor, 3 clocks in the FIFO.",
     ),
     (
         "extractor",
         "From pixels to records.
   lines       steps   from the pixel
   0               1   input of the smoothers
-  63            140   smoothed states
-  63            142   response DOG and its sign, both scale pairs
-  65            150   MaxDOG and sign, input of the ring's line memories
-  66            152   operands of the decision at the centre of the 7x7 window; candidates enter the queue
-  81            165   the ring of the candidate is complete and its record is written
-Latency: 81 lines and some 175 steps from a pixel to the record at `record`.",
+  <LINES>            <STEPS+1>   smoothed states
+  <LINES>            <STEPS+3>   response DOG and its sign, both scale pairs
+  <LINES+2>            <STEPS+11>   MaxDOG and sign, input of the ring's line memories
+  <LINES+3>            <STEPS+13>   operands of the decision at the centre of the 7x7 window; candidates enter the queue
+  <LINES+18>            <STEPS+26>   the ring of the candidate is complete and its record is written
+Latency: <LINES+18> lines and some <STEPS+36> steps from a pixel to the record at `record`.",
     ),
     (
         "smoothers",
-        "The three smoothers on the same pixels, aligned: the pixels of the two short ones are delayed by 32 lines and
-44 steps.
-  pixel_line_delay, pixel_delay_0, pixel_delay_1   x[n - 32 W - 44]: 16-bit pixels in place of two smoothed states
-  delayed_bank   coefficients of the frame that leaves this delay, for the columns of the short smoothers
+        "<ALIGNED>
   rows_bank      coefficients of the frame that leaves the columns, for all rows and the window
 `start` and `start_out` are one step before the first sample of a frame.
-Latency: 63 lines and 139 steps from `pixel` to `narrow`, `middle` and `wide`.",
+Latency: <LINES> lines and <STEPS> steps from `pixel` to `narrow`, `middle` and `wide`.",
     ),
     (
         "smoother_",
@@ -98,7 +206,8 @@ Latency: {2^0} + 4 steps.",
     ),
     (
         "lerp",
-        "y = p + round(g (q - p) / 2^16) on sign and magnitude, rounding half away from p; y lies between p and q.
+        "y = p + round(g (q - p) / 2^<COEFFICIENT_BITS>) on sign and magnitude, rounding half away from p; \
+y lies between p and q.
   step 1  distance = |q - p|   step 2  product = distance * g   step 3  y
 One 18 x 18 multiplier, registered at its inputs and its output. `g` belongs to step 2.
 Latency: 3 steps.",
@@ -131,27 +240,6 @@ written back.
 The address counts steps modulo W, so a frame may begin at any address. Only samples that the frame itself wrote are
 used.
 Latency: {1} lines.",
-    ),
-    (
-        "line_delay_16x6_all",
-        "y_k[n] = x[n - k W] for k = 1 .. {1}, the newest lowest: all rows of a column are one memory word, read,
-shifted by one row and
-written back. The address counts steps modulo W.
-Latency: 1 to {1} lines.",
-    ),
-    (
-        "line_delay_16x28_taps",
-        "y_i[n] = x[n - k_i W] for the {2} lines k_i of the fine ring, the newest lowest, {1} lines the oldest: all
-rows of a column are one
-memory word, read, shifted by one row and written back. The address counts steps modulo W.
-Latency: up to {1} lines.",
-    ),
-    (
-        "line_delay_16x32_taps",
-        "y_i[n] = x[n - k_i W] for the {2} lines k_i > 0 of the coarse ring, the newest lowest, {1} lines the oldest:
-all rows of a column are
-one memory word, read, shifted by one row and written back. The address counts steps modulo W.
-Latency: up to {1} lines.",
     ),
     (
         "delay_",
@@ -195,11 +283,15 @@ at the same time.
 A lerp of equal samples is that sample, so row H - 1 is the same after every stage.
 Latency: 1 step from `select` to y.",
     ),
-    ("pixel_state", "A camera sample u16.0 as a state u16.2: y = 4 x.\nLatency: none."),
-    ("signed_response", "A response with its sign in bit 15: y = {positive, magnitude}.\nLatency: none."),
+    (
+        "pixel_state",
+        "A camera sample u<PIXEL_BITS>.0 as a state u<PIXEL_BITS>.<FRACTION_BITS>: y = <SCALE> x.
+Latency: none.",
+    ),
+    ("signed_response", "A response with its sign in bit <DOG_BITS>: y = {positive, magnitude}.\nLatency: none."),
     (
         "neighbours",
-        "Left, right, upper and lower neighbour, 15 bits each from the lowest, without signs.
+        "Left, right, upper and lower neighbour, <DOG_BITS> bits each from the lowest, without signs.
 Latency: none.",
     ),
     (
@@ -209,8 +301,9 @@ Latency: none.",
     ),
     (
         "difference",
-        "DOG = min((|narrow - wide| + 1) >> 1, 2^15 - 1), and the sign of narrow - wide before rounding.
-  step 1  distance = |narrow - wide|   step 2  rounded, saturated at 2^15 - 1
+        "DOG = min((|narrow - wide| + <HALF>) >> <DOG_SHIFT>, 2^<DOG_BITS> - 1), \
+and the sign of narrow - wide before rounding.
+  step 1  distance = |narrow - wide|   step 2  rounded, saturated at 2^<DOG_BITS> - 1
 Latency: 2 steps.",
     ),
     (
@@ -248,7 +341,7 @@ Latency: 1 step.",
     (
         "threshold",
         "The threshold T of a frame: manual, at least 1; or by the count n of the previous frame and the target N
-  n > 5 N / 4   T + (T >> 3) + 1, at most 2^15 - 1        n < 3 N / 4   T - (T >> 3) - 1, at least 1
+  n > 5 N / 4   T + (T >> 3) + 1, at most 2^<DOG_BITS> - 1        n < 3 N / 4   T - (T >> 3) - 1, at least 1
 Set at the marker of the window stage, when the count of the previous frame is complete. The first automatic frame uses
 the manual threshold.
 Latency: 1 step from the marker; the count must be stable for two clocks before it.",
@@ -304,7 +397,8 @@ Latency: 1 clock from `read` to `readdata`.",
     ),
     (
         "bank",
-        "The register values of a frame, 16 bits each from the lowest: 19 coefficients, two thresholds, target, mode.
+        "The register values of a frame, 16 bits each from the lowest: <COEFFICIENTS> coefficients, \
+two thresholds, target, mode.
 Latency: 1 clock from `load`.",
     ),
 ];

@@ -5,8 +5,10 @@
 //! | `mod` | the list of files, the register files, the hash |
 //! | [`post_pass`] | rust-hdl's output to one readable file per module |
 //! | `headers` | the comment above each module |
+//! | [`other`] | the same files for another design than the one that this was compiled for |
 
 mod headers;
+pub mod other;
 pub mod post_pass;
 
 use std::path::{Path, PathBuf};
@@ -19,13 +21,14 @@ use self::{
     post_pass::{EmissionError, Module, readable},
 };
 use crate::{
+    design::{Unbuildable, buildable, compiled},
     registers::{Access, COEFFICIENTS_AT, Register, registers},
     top::Top,
 };
-use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::{coefficients::CoefficientError, design::DesignPoint};
 
 /// A generated file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct File {
     /// Path below `rtl/`, separated by `/`.
     pub path: String,
@@ -42,16 +45,26 @@ pub enum EmitError {
     /// The design point has no coefficients.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
+    /// The hardware has no such design.
+    #[error(transparent)]
+    Unbuildable(#[from] Unbuildable),
+    /// A folder without Verilog.
+    #[error("{}: no Verilog file (*.v) in this folder", .0.display())]
+    NoVerilog(PathBuf),
+    /// The emitter of another design cannot be built or run.
+    #[error(transparent)]
+    Other(#[from] other::OtherError),
 }
 
 /// The command that writes the generated files again.
 pub const MEND: &str = "hoverlock rtl emit";
 
-/// All generated files.
+/// All generated files of the design that this was compiled for.
 ///
 /// # Errors
 /// Where the sources have an error.
 pub fn files() -> Result<Vec<File>, EmitError> {
+    buildable(&compiled())?;
     let hash = emission()?;
     let mut files: Vec<File> = Vec::new();
     let modules = modules(hash)?;
@@ -64,17 +77,30 @@ pub fn files() -> Result<Vec<File>, EmitError> {
     let mut list: Vec<String> = modules.iter().map(|module| format!("{}.v\n", module.name)).collect();
     list.sort();
     files.push(File { path: "verilog/hoverlock.f".into(), text: format!("{}\n{}", banner("//"), list.concat()) });
-    let map = registers()?;
+    let map = registers(&compiled())?;
     files.push(File { path: "registers/hoverlock_registers.h".into(), text: c_header(&map) });
     files.push(File { path: "registers/hoverlock_registers.rs".into(), text: rust_constants(&map) });
     files.push(File { path: "registers/REGISTERS.md".into(), text: markdown(&map) });
     Ok(files)
 }
 
+/// All generated files of a design: emitted here where this was compiled for it, else by [`other::files`].
+///
+/// # Errors
+/// Where the design cannot be built, or its emitter cannot.
+pub fn files_of(design: &DesignPoint) -> Result<Vec<File>, EmitError> {
+    buildable(design)?;
+    if *design == compiled() { files() } else { Ok(other::files(design)?) }
+}
+
 /// The committed Verilog files of the project that this was built in, sorted; `None` where that folder no longer
 /// exists.
 pub fn committed() -> Option<Vec<PathBuf>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("verilog");
+    verilog_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("verilog"))
+}
+
+/// The Verilog files of a folder, sorted by name; `None` where there are none.
+pub fn verilog_in(folder: &Path) -> Option<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).ok()?;
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
     let mut files: Vec<_> = paths.filter(|path| path.extension().is_some_and(|extension| extension == "v")).collect();

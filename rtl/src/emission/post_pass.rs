@@ -3,10 +3,14 @@
 //! rust-hdl names modules by their hierarchy (`top$column$0$lerp`), makes every instance a module of its own, joins
 //! names by `$` and wires in one `always` block. Each source module gives its name in a line `// module: NAME`. Modules
 //! with equal text are merged. Two different texts under one name are an error; a name that ends in `*` is numbered.
-//! Wiring becomes `assign` or goes into the port list, and `$` becomes `_`, checked for collisions.
+//! Wiring becomes `assign` or goes into the port list, and `$` becomes `_`, checked for collisions. A name of
+//! [`CONSTANTS`] becomes its number, and arithmetic with numbers in a range is computed: `[STATE_BITS-1:0]` becomes
+//! `[17:0]`.
 
 use std::collections::BTreeMap;
 use std::collections::HashSet;
+
+use crate::design::CONSTANTS;
 
 /// A module of the emission.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -56,7 +60,7 @@ pub enum EmissionError {
 /// # Errors
 /// Where the sources break the conventions above.
 pub fn readable(printed: &str) -> Result<Vec<Module>, EmissionError> {
-    let printed = comments(printed);
+    let printed = numbers(&comments(printed));
     let mut raw = BTreeMap::new();
     let mut current: Option<(String, Vec<&str>)> = None;
     for line in printed.lines() {
@@ -303,6 +307,77 @@ fn comments(printed: &str) -> String {
     text
 }
 
+/// Puts numbers in place of the constants of the design and of arithmetic with them between brackets.
+fn numbers(text: &str) -> String {
+    let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '$';
+    let mut named = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = rest.find(|c: char| c.is_ascii_uppercase()) {
+        // A name begins where the character before is of none.
+        let whole = !rest[..start].ends_with(is_of_name);
+        let end = rest[start..].find(|c| !is_of_name(c)).map_or(rest.len(), |length| start + length);
+        let constant = CONSTANTS.iter().find(|(name, _)| whole && *name == &rest[start..end]);
+        named += &rest[..start];
+        match constant {
+            Some((_, value)) => named += &value.to_string(),
+            None => named += &rest[start..end],
+        }
+        rest = &rest[end..];
+    }
+    named += rest;
+    let mut folded = String::with_capacity(named.len());
+    let mut rest = named.as_str();
+    while let Some((before, (inside, after))) =
+        rest.split_once('[').and_then(|(before, after)| Some((before, after.split_once(']')?)))
+    {
+        folded += before;
+        folded.push('[');
+        // An index inside of an index is left alone, and so is its outside.
+        let (separator, parts) = match inside.split_once("+:") {
+            Some(parts) => ("+:", Some(parts)),
+            None => (":", inside.split_once(':')),
+        };
+        folded += &match parts {
+            Some((high, low)) => format!("{}{separator}{}", number(high, separator == "+:"), number(low, false)),
+            None => number(inside, false),
+        };
+        folded.push(']');
+        rest = after;
+    }
+    folded + rest
+}
+
+/// A number for arithmetic with numbers, in the form in which rust-hdl prints numbers where one of them has it, or
+/// where it is the `offset` of a slice of rust-hdl; other text as it is.
+fn number(text: &str, offset: bool) -> String {
+    let printed = text.contains("32'h") || offset && text.trim().starts_with('(');
+    if !(text.contains(['+', '-', '*']) || printed && !text.contains("32'h")) {
+        return text.to_owned();
+    }
+    let Some(value) = computed(text) else { return text.to_owned() };
+    match (printed, text.trim().starts_with('(')) {
+        (true, true) => format!("(32'h{value:x})"),
+        (true, false) => format!("32'h{value:x}"),
+        (false, _) => value.to_string(),
+    }
+}
+
+/// The value of sums, differences and products of numbers; parentheses may stand around the whole.
+fn computed(text: &str) -> Option<i64> {
+    let text = text.trim();
+    let text = text.strip_prefix('(').and_then(|inner| inner.strip_suffix(')')).unwrap_or(text);
+    let factor = |text: &str| {
+        let text = text.trim();
+        text.strip_prefix("32'h").map_or_else(|| text.parse().ok(), |hex| i64::from_str_radix(hex, 16).ok())
+    };
+    let product = |text: &str| text.split('*').try_fold(1i64, |product, text| Some(product * factor(text)?));
+    text.split('+').try_fold(0i64, |sum, text| {
+        let mut terms = text.split('-');
+        let first = product(terms.next()?)?;
+        terms.try_fold(sum + first, |sum, term| Some(sum - product(term)?))
+    })
+}
+
 fn declaration(direction: &'static str, declared: &str) -> Declaration {
     let declared = declared.trim().trim_end_matches(';');
     let (range, name) = match declared.split_once(']') {
@@ -319,4 +394,26 @@ fn pad(range: &str) -> String {
 /// `a$b` becomes `a_b`.
 fn plain(name: &str) -> String {
     name.replace('$', "_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::{DOG_BITS, STATE_BITS};
+
+    #[test]
+    fn constants_become_numbers_and_arithmetic_with_them_is_computed() {
+        let (top, bits) = (STATE_BITS - 1, DOG_BITS);
+        for (text, wanted) in [
+            ("reg [STATE_BITS-1:0] y;", format!("reg [{top}:0] y;")),
+            ("y[STATE_BITS] <= DOG_BITS'd0;", format!("y[{STATE_BITS}] <= {bits}'d0;")),
+            ("points[16 * i +: DOG_BITS]", format!("points[16 * i +: {bits}]")),
+            ("q[(32'h10)+:(16)] | r[32'h1f]", "q[(32'h10)+:(16)] | r[32'h1f]".into()),
+            ("q[(32'h2 * DOG_BITS)+:(DOG_BITS)]", format!("q[(32'h{:x})+:({bits})]", 2 * bits)),
+            ("q[(DOG_BITS)+:(1)] | r[DOG_BITS + 32'h1]", format!("q[(32'h{bits:x})+:(1)] | r[32'h{:x}]", bits + 1)),
+            ("my_STATE_BITS STATE_BITS_ IDLE [i]", "my_STATE_BITS STATE_BITS_ IDLE [i]".into()),
+        ] {
+            assert_eq!(numbers(text), wanted);
+        }
+    }
 }

@@ -15,17 +15,27 @@ use super::{
     memory::memories,
     netlist::{Flat, Netlist},
 };
-use crate::emission::{File, committed, files};
+use crate::emission::{EmitError, File, committed, files_of, verilog_in};
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 
 const TOP: &str = "hoverlock_top";
 
-/// Estimates the simulated Verilog: the committed files, or without the project folder the emission. `step` is called
-/// with the current pass of Yosys, if it has to run, which takes some minutes.
+/// Estimates the Verilog that is simulated: that of a folder, or else the committed files for the default design and
+/// the emission for others. `step` is called with the current pass of Yosys, if it has to run, which takes some
+/// minutes.
 ///
 /// # Errors
-/// Where Yosys is missing or fails, or what it made is not the design.
-pub fn estimate(step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
-    let sources = match committed() {
+/// Where the folder has no Verilog, Yosys is missing or fails, or what it made is not the design.
+pub fn estimate(
+    design: &DesignPoint,
+    folder: Option<&Path>,
+    step: &mut dyn FnMut(&str),
+) -> Result<Estimate, EstimateError> {
+    let paths = match folder {
+        Some(folder) => Some(verilog_in(folder).ok_or_else(|| EmitError::NoVerilog(folder.into()))?),
+        None => committed().filter(|_| *design == KT27),
+    };
+    let sources = match paths {
         Some(paths) => paths
             .iter()
             .map(|path| {
@@ -33,12 +43,13 @@ pub fn estimate(step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
                 Ok(File { path: path.to_string_lossy().into_owned(), text })
             })
             .collect::<Result<Vec<_>, EstimateError>>()?,
-        None => files()?.into_iter().filter(|file| file.path.ends_with(".v")).collect(),
+        None => files_of(design)?.into_iter().filter(|file| file.path.ends_with(".v")).collect(),
     };
     of(&sources, TOP, step)
 }
 
-/// Sizes Verilog files below their top.
+/// Sizes Verilog files below their top, whatever their order: Yosys's result depends on the order in which it reads
+/// them, so they are read by name.
 ///
 /// # Errors
 /// As [`estimate`].
@@ -49,7 +60,9 @@ pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Est
         let reason = "`yosys -V` does not name a version, so this is no working Yosys; install Debian's package yosys";
         return Err(EstimateError::Failed(reason.into()));
     }
-    let script = script(sources, top);
+    let mut sources: Vec<&File> = sources.iter().collect();
+    sources.sort_by_key(|file| file_name(file));
+    let script = script(&sources, top);
     let mut digest = Sha256::new();
     digest.update(&version);
     digest.update(&script);
@@ -60,7 +73,7 @@ pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Est
     if !netlist.exists() {
         fs::create_dir_all(&folder).map_err(at(&folder))?;
         let work = tempfile::tempdir_in(&folder).map_err(at(&folder))?;
-        synthesise(work.path(), sources, &script, step)?;
+        synthesise(work.path(), &sources, &script, step)?;
         fs::rename(work.path().join("netlist.json"), &netlist).map_err(at(&netlist))?;
         // A netlist of this design has 13 MB; those of earlier versions of it would pile up.
         hoverlock_cache::prune(&folder, hoverlock_cache::KEPT);
@@ -86,12 +99,12 @@ fn file_name(file: &File) -> &str {
     file.path.rsplit('/').next().unwrap_or_default()
 }
 
-fn script(sources: &[File], top: &str) -> String {
+fn script(sources: &[&File], top: &str) -> String {
     let read: String = sources.iter().map(|file| format!("read_verilog {}\n", file_name(file))).collect();
     format!("{read}synth_intel_alm -family arriav -noflatten -top {top}\nwrite_json netlist.json\n")
 }
 
-fn synthesise(folder: &Path, sources: &[File], script: &str, step: &mut dyn FnMut(&str)) -> Result<(), EstimateError> {
+fn synthesise(folder: &Path, sources: &[&File], script: &str, step: &mut dyn FnMut(&str)) -> Result<(), EstimateError> {
     for file in sources {
         let path = folder.join(file_name(file));
         fs::write(&path, &file.text).map_err(at(&path))?;

@@ -2,8 +2,8 @@
 //!
 //! | part | lines | steps |
 //! |---|---|---|
-//! | pixel delay before the narrow and the middle smoother | 32 | 44 |
-//! | smoothers narrow, middle, wide | 31, 31, 63 | 95, 95, 139 |
+//! | pixel delay before a smoother of look-ahead `m`, `M` the longest | `2^M - 2^m` | `12 (M - m) + 2^M - 2^m` |
+//! | smoother of look-ahead `m` | `2^m - 1` | `3 + 12 m + 2^m` |
 //! | difference | 0 | 2 |
 //! | decision at the centre of the 7x7 window | 3 | 11 |
 //! | MaxDOG to the ring | 2 | 8 |
@@ -16,7 +16,7 @@ use rust_hdl::prelude::*;
 
 use self::{scale_pair::ScalePair, smoothers::Smoothers};
 use crate::cells::{
-    Height, Response, Width,
+    Fields, Height, Pixel, Response, Width,
     decision::{Decision, Eligible, Threshold},
     delay::{Cursor, Delay, FlagDelay, FrameDelay},
     join::RingRows,
@@ -24,6 +24,7 @@ use crate::cells::{
     queue::{CandidateQueue, CandidateWord, RecordWriter},
     ring::{RingComparator, RingTaps, rows},
 };
+use crate::design::{COARSE_AT, DOG_BITS, FINE_AT, OLDER_BITS, PIXEL_BITS, RING_BITS, SIGNED_BITS, TARGET_AT};
 
 /// The extractor: pixels in, records out.
 #[derive(LogicBlock)]
@@ -41,9 +42,9 @@ pub struct Extractor {
     /// The pixel is the first of a frame.
     pub start: Signal<In, Bit>,
     /// One pixel per step.
-    pub pixel: Signal<In, Bits<16>>,
+    pub pixel: Signal<In, Pixel>,
     /// Register values captured for the frame.
-    pub frame_bank: Signal<In, Bits<368>>,
+    pub frame_bank: Signal<In, Fields>,
     /// Input errors of the frame, sampled with its trailer.
     pub errors: Signal<In, Bits<4>>,
     /// The FIFO accepts features.
@@ -66,7 +67,7 @@ pub struct Extractor {
     pub threshold_0: Signal<Out, Response>,
     /// Threshold `T_1` in use.
     pub threshold_1: Signal<Out, Response>,
-    pixels: Delay<16>,
+    pixels: Delay<PIXEL_BITS>,
     smoothers: Smoothers,
     response_start: FlagDelay,
     response_cursor: Cursor,
@@ -83,11 +84,11 @@ pub struct Extractor {
     ring_start: FrameDelay,
     ring_cursor: Cursor,
     queue: CandidateQueue,
-    ring_lines_0: LineDelay<16, 240>,
-    ring_lines_1: LineDelay<16, 224>,
+    ring_lines_0: LineDelay<SIGNED_BITS, RING_BITS>,
+    ring_lines_1: LineDelay<SIGNED_BITS, OLDER_BITS>,
     ring_rows_1: RingRows,
-    ring_taps_0: RingTaps<240>,
-    ring_taps_1: RingTaps<240>,
+    ring_taps_0: RingTaps<RING_BITS>,
+    ring_taps_1: RingTaps<RING_BITS>,
     ring_0: RingComparator,
     ring_1: RingComparator,
     writer: RecordWriter,
@@ -211,7 +212,7 @@ impl Logic for Extractor {
         self.decision_0.reset.next = self.reset.val();
         self.decision_0.advance.next = self.advance.val();
         self.decision_0.eligible.next = self.eligible.eligible.val();
-        self.decision_0.p.next = self.scale_pair_0.p.val().get_bits::<15>(0);
+        self.decision_0.p.next = self.scale_pair_0.p.val().get_bits::<DOG_BITS>(0);
         self.decision_0.strict.next = self.scale_pair_0.strict.val();
         self.decision_0.loose.next = self.scale_pair_0.loose.val();
         self.decision_0.threshold.next = self.controller_0.threshold.val();
@@ -220,15 +221,15 @@ impl Logic for Extractor {
         self.controller_0.advance.next = self.advance.val();
         self.controller_0.start.next = self.window_start.y.val();
         self.controller_0.hit.next = self.decision_0.hit.val();
-        self.controller_0.manual.next = self.smoothers.window_bank.val().get_bits::<15>(304);
-        self.controller_0.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
-        self.controller_0.follow.next = self.smoothers.window_bank.val().get_bit(352);
+        self.controller_0.manual.next = self.smoothers.window_bank.val().get_bits::<DOG_BITS>(FINE_AT);
+        self.controller_0.target.next = self.smoothers.window_bank.val().get_bits::<16>(TARGET_AT);
+        self.controller_0.follow.next = self.smoothers.window_bank.val().get_bit(FINE_AT + 48);
         self.threshold_0.next = self.controller_0.threshold.val();
         self.decision_1.clock.next = self.clock.val();
         self.decision_1.reset.next = self.reset.val();
         self.decision_1.advance.next = self.advance.val();
         self.decision_1.eligible.next = self.eligible.eligible.val();
-        self.decision_1.p.next = self.scale_pair_1.p.val().get_bits::<15>(0);
+        self.decision_1.p.next = self.scale_pair_1.p.val().get_bits::<DOG_BITS>(0);
         self.decision_1.strict.next = self.scale_pair_1.strict.val();
         self.decision_1.loose.next = self.scale_pair_1.loose.val();
         self.decision_1.threshold.next = self.controller_1.threshold.val();
@@ -237,9 +238,9 @@ impl Logic for Extractor {
         self.controller_1.advance.next = self.advance.val();
         self.controller_1.start.next = self.window_start.y.val();
         self.controller_1.hit.next = self.decision_1.hit.val();
-        self.controller_1.manual.next = self.smoothers.window_bank.val().get_bits::<15>(320);
-        self.controller_1.target.next = self.smoothers.window_bank.val().get_bits::<16>(336);
-        self.controller_1.follow.next = self.smoothers.window_bank.val().get_bit(352);
+        self.controller_1.manual.next = self.smoothers.window_bank.val().get_bits::<DOG_BITS>(COARSE_AT);
+        self.controller_1.target.next = self.smoothers.window_bank.val().get_bits::<16>(TARGET_AT);
+        self.controller_1.follow.next = self.smoothers.window_bank.val().get_bit(FINE_AT + 48);
         self.threshold_1.next = self.controller_1.threshold.val();
 
         comment!("A candidate waits until its ring is complete.");

@@ -3,13 +3,14 @@
 use rust_hdl::prelude::*;
 
 use crate::cells::{
-    Address, Response, State,
+    Address, FourNeighbours, Response, State,
     delay::{Delay, FlagDelay},
     difference::Difference,
     join::{Neighbours, SignedResponse},
     line_delay::LineDelay,
     maximum::{ColumnMaximum, Maximum, WindowMaximum},
 };
+use crate::design::{DOG_BITS, SIGNED_BITS, WINDOW_BITS};
 
 /// Difference, 7x7 window and MaxDOG of one scale pair.
 #[derive(LogicBlock)]
@@ -28,8 +29,8 @@ pub struct ScalePair {
     pub narrow: Signal<In, State>,
     /// Sample of the wider smoother.
     pub wide: Signal<In, State>,
-    /// `DOG_k` with its sign in bit 15, two steps later.
-    pub response: Signal<Out, Bits<16>>,
+    /// `DOG_k` with its sign above it, two steps later.
+    pub response: Signal<Out, Bits<SIGNED_BITS>>,
     /// A response was saturated.
     pub saturated: Signal<Out, Bit>,
     /// Maximum of the samples earlier in raster order, nine steps after the newest sample.
@@ -37,30 +38,30 @@ pub struct ScalePair {
     /// Maximum of the samples later in raster order, valid with `strict`.
     pub loose: Signal<Out, Response>,
     /// The centre, valid with `strict`.
-    pub p: Signal<Out, Bits<16>>,
+    pub p: Signal<Out, Bits<SIGNED_BITS>>,
     /// The centre one step later.
-    pub centre: Signal<Out, Bits<16>>,
+    pub centre: Signal<Out, Bits<SIGNED_BITS>>,
     /// Its four neighbours, valid with `centre`.
-    pub neighbours: Signal<Out, Bits<60>>,
-    /// MaxDOG with the sign of its centre in bit 15, two lines and ten steps later.
-    pub ring: Signal<Out, Bits<16>>,
+    pub neighbours: Signal<Out, FourNeighbours>,
+    /// MaxDOG with the sign of its centre above it, two lines and ten steps later.
+    pub ring: Signal<Out, Bits<SIGNED_BITS>>,
     difference: Difference,
     signed_response: SignedResponse,
-    lines: LineDelay<16, 96>,
+    lines: LineDelay<SIGNED_BITS, WINDOW_BITS>,
     column: ColumnMaximum,
     later: WindowMaximum,
     earlier: WindowMaximum,
     same_row: WindowMaximum,
     max_dog: WindowMaximum,
-    preceding: Delay<15>,
-    following: Delay<15>,
+    preceding: Delay<DOG_BITS>,
+    following: Delay<DOG_BITS>,
     strict_maximum: Maximum,
     loose_maximum: Maximum,
-    right: Delay<16>,
-    middle: Delay<16>,
-    left: Delay<16>,
-    upper: Delay<16>,
-    lower: Delay<16>,
+    right: Delay<SIGNED_BITS>,
+    middle: Delay<SIGNED_BITS>,
+    left: Delay<SIGNED_BITS>,
+    upper: Delay<SIGNED_BITS>,
+    lower: Delay<SIGNED_BITS>,
     around: Neighbours,
     sign: FlagDelay,
     ring_sample: SignedResponse,
@@ -168,7 +169,7 @@ impl Logic for ScalePair {
         self.right.clock.next = self.clock.val();
         self.right.reset.next = self.reset.val();
         self.right.advance.next = self.advance.val();
-        self.right.x.next = self.lines.y.val().get_bits::<16>(32);
+        self.right.x.next = self.lines.y.val().get_bits::<SIGNED_BITS>(2 * SIGNED_BITS);
         self.middle.clock.next = self.clock.val();
         self.middle.reset.next = self.reset.val();
         self.middle.advance.next = self.advance.val();
@@ -180,11 +181,11 @@ impl Logic for ScalePair {
         self.upper.clock.next = self.clock.val();
         self.upper.reset.next = self.reset.val();
         self.upper.advance.next = self.advance.val();
-        self.upper.x.next = self.lines.y.val().get_bits::<16>(48);
+        self.upper.x.next = self.lines.y.val().get_bits::<SIGNED_BITS>(3 * SIGNED_BITS);
         self.lower.clock.next = self.clock.val();
         self.lower.reset.next = self.reset.val();
         self.lower.advance.next = self.advance.val();
-        self.lower.x.next = self.lines.y.val().get_bits::<16>(16);
+        self.lower.x.next = self.lines.y.val().get_bits::<SIGNED_BITS>(SIGNED_BITS);
         self.around.left.next = self.left.y.val();
         self.around.right.next = self.right.y.val();
         self.around.upper.next = self.upper.y.val();
@@ -197,7 +198,7 @@ impl Logic for ScalePair {
         self.sign.clock.next = self.clock.val();
         self.sign.reset.next = self.reset.val();
         self.sign.advance.next = self.advance.val();
-        self.sign.x.next = self.lines.y.val().get_bit(31);
+        self.sign.x.next = self.lines.y.val().get_bit(2 * SIGNED_BITS - 1);
         self.ring_sample.magnitude.next = self.max_dog.y.val();
         self.ring_sample.positive.next = self.sign.y.val();
         self.ring.next = self.ring_sample.y.val();

@@ -3,14 +3,15 @@
 
 use std::collections::VecDeque;
 
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_harness::model::{InstanceOptions, Model, RawSignal, SignalId};
 
 use super::{
-    Ports, Progress, SimulationError, Simulator,
+    Narrow, Ports, Progress, SimulationError, Simulator,
     expect::Oracle,
     job::{Fault, Job, Map, Streams},
     outcome::{FrameOutcome, Outcome, Position},
-    planes::{Passing, Shown},
+    planes::{Passing, Shown, Units},
     records::{Records, Taken, Words},
     waves::{Recorder, time},
 };
@@ -60,11 +61,13 @@ struct Pins<'a> {
     capture: RawSignal<u8>,
     advance: RawSignal<u8>,
     start: RawSignal<u8>,
-    smoothed: [RawSignal<u32>; 3],
-    response: [RawSignal<u16>; 2],
-    ring: [RawSignal<u16>; 2],
+    smoothed: [Narrow; 3],
+    response: [Narrow; 2],
+    ring: [Narrow; 2],
     write: RawSignal<u8>,
     record: SignalId,
+    /// Largest pixel.
+    largest: u32,
 }
 
 /// Reads or writes a raw signal of the bench's own model.
@@ -83,6 +86,8 @@ macro_rules! set {
 
 impl<'a> Pins<'a> {
     fn new(simulator: &Simulator, seed: u64, recorder: Option<Recorder<'a>>) -> Result<Self, SimulationError> {
+        // The largest pixel: beats beyond the end of a frame are arbitrary, but fit the port.
+        let largest = simulator.design().pixel.max_raw() as u32;
         let options = InstanceOptions { seed, plusargs: simulator.plusargs().to_vec() };
         let mut model = simulator.library().instance_with(&options)?;
         if let Some(recorder) = &recorder {
@@ -94,15 +99,19 @@ impl<'a> Pins<'a> {
             advance: model.raw("core.sequencer.advance")?,
             start: model.raw("core.extractor.smoothers.start_out")?,
             smoothed: [
-                model.raw("core.extractor.smoothers.narrow")?,
-                model.raw("core.extractor.smoothers.middle")?,
-                model.raw("core.extractor.smoothers.wide")?,
+                Narrow::find(&model, "core.extractor.smoothers.narrow")?,
+                Narrow::find(&model, "core.extractor.smoothers.middle")?,
+                Narrow::find(&model, "core.extractor.smoothers.wide")?,
             ],
             response: [
-                model.raw("core.extractor.scale_pair_0.response")?,
-                model.raw("core.extractor.scale_pair_1.response")?,
+                Narrow::find(&model, "core.extractor.scale_pair_0.response")?,
+                Narrow::find(&model, "core.extractor.scale_pair_1.response")?,
             ],
-            ring: [model.raw("core.extractor.scale_pair_0.ring")?, model.raw("core.extractor.scale_pair_1.ring")?],
+            ring: [
+                Narrow::find(&model, "core.extractor.scale_pair_0.ring")?,
+                Narrow::find(&model, "core.extractor.scale_pair_1.ring")?,
+            ],
+            largest,
             write: model.raw("core.extractor.write")?,
             record: model.find("core.extractor.record")?,
             model,
@@ -190,9 +199,16 @@ struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    fn new(jobs: &'a [Job]) -> Result<Self, SimulationError> {
-        let mut source =
-            Self { jobs, map: Map::new()?, writes: VecDeque::new(), frame: 0, pixel: 0, begun: 0, offered: false };
+    fn new(design: &DesignPoint, jobs: &'a [Job]) -> Result<Self, SimulationError> {
+        let mut source = Self {
+            jobs,
+            map: Map::new(design)?,
+            writes: VecDeque::new(),
+            frame: 0,
+            pixel: 0,
+            begun: 0,
+            offered: false,
+        };
         source.prepare()?;
         Ok(source)
     }
@@ -215,7 +231,7 @@ impl<'a> Source<'a> {
         set!(pins.ports.valid, u8::from(self.offered));
         if self.offered {
             let beat = self.jobs[self.frame].beat(self.pixel);
-            set!(pins.ports.data, beat.data);
+            set!(pins.ports.data, u32::from(beat.data) & pins.largest);
             set!(pins.ports.first, u8::from(beat.first));
             set!(pins.ports.last, u8::from(beat.last));
         }
@@ -259,6 +275,7 @@ pub(super) struct Bench<'a> {
     jobs: &'a [Job],
     source: Source<'a>,
     records: Records,
+    units: Units,
     passing: VecDeque<Passing>,
     /// The next frame to leave the smoothers.
     arriving: usize,
@@ -285,8 +302,9 @@ impl<'a> Bench<'a> {
             random: Random(streams.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1),
             streams,
             jobs,
-            source: Source::new(jobs)?,
-            records: Records::default(),
+            source: Source::new(simulator.design(), jobs)?,
+            records: Records::new(simulator.design().dog().lsb()),
+            units: Units::of(simulator.design()),
             passing: VecDeque::new(),
             arriving: 0,
             smoothed_at: None,
@@ -387,7 +405,7 @@ impl<'a> Bench<'a> {
             if self.jobs[self.arriving].fault == Fault::None {
                 self.smoothed_at = Some(self.cycle + 1 - self.outcome.frames[self.arriving].began);
             }
-            self.passing.push_back(Passing::new(self.arriving, expected.planes.clone()));
+            self.passing.push_back(Passing::new(self.arriving, expected.planes.clone(), self.units));
             self.arriving += 1;
         }
         if get!(self.pins.write) == 1 {

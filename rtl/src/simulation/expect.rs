@@ -7,7 +7,7 @@ use std::{
 
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::design::DesignPoint;
 
 use super::job::Job;
 
@@ -31,15 +31,15 @@ pub(super) struct Expectation<'a> {
 }
 
 impl<'a> Expectation<'a> {
-    pub fn new(jobs: &'a [Job]) -> Result<Self, CoefficientError> {
-        Ok(Self { model: BitTrue::new(&KT27)?, jobs, next: 0, planes: None, follows: None })
+    pub fn new(design: &DesignPoint, jobs: &'a [Job]) -> Result<Self, CoefficientError> {
+        Ok(Self { model: BitTrue::new(design)?, jobs, next: 0, planes: None, follows: None })
     }
 
     fn thresholds(&self, job: &Job) -> [u32; 2] {
         let (Some(target), Some((thresholds, counts))) = (job.automatic, self.follows) else {
             return job.thresholds.map(|threshold| threshold.max(1));
         };
-        let mut design = KT27;
+        let mut design = self.model.design().clone();
         design.threshold.target = target;
         let mut control = ThresholdController::resumed(&design, thresholds);
         control.finish_frame(counts);

@@ -1,6 +1,9 @@
 //! The stimulus: a frame, its register values, its fault, and the pauses of the streams.
 
-use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::{
+    coefficients::CoefficientError,
+    design::{DesignPoint, KT27},
+};
 use hoverlock_reference::image::plane::Plane;
 
 use super::SimulationError;
@@ -9,11 +12,11 @@ use crate::registers::{COEFFICIENTS_AT, Register, default_coefficients, register
 /// A frame with the register values that it captures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
-    /// The pixels.
+    /// The pixels, in steps of the camera.
     pub pixels: Plane<u16>,
-    /// The 19 coefficients.
+    /// The coefficients, in the order of the registers.
     pub coefficients: Vec<u32>,
-    /// `T_k`, 15 bits; in automatic mode those of the first such frame.
+    /// `T_k`; in automatic mode those of the first such frame.
     pub thresholds: [u32; 2],
     /// Automatic mode with this target: the thresholds follow the count of the previous frame.
     pub automatic: Option<u32>,
@@ -48,12 +51,21 @@ pub(super) struct Beat {
 }
 
 impl Job {
-    /// A frame with the coefficients of the design point and manual thresholds.
+    /// A frame with the coefficients of a design and manual thresholds.
     ///
     /// # Errors
-    /// Where the design point has none.
+    /// Where the design has none.
+    pub fn of(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2]) -> Result<Self, CoefficientError> {
+        let coefficients = default_coefficients(design)?;
+        Ok(Self { pixels, coefficients, thresholds, automatic: None, fault: Fault::None })
+    }
+
+    /// A frame of the default design.
+    ///
+    /// # Errors
+    /// As [`Job::of`].
     pub fn new(pixels: Plane<u16>, thresholds: [u32; 2]) -> Result<Self, CoefficientError> {
-        Ok(Self { pixels, coefficients: default_coefficients()?, thresholds, automatic: None, fault: Fault::None })
+        Self::of(&KT27, pixels, thresholds)
     }
 
     /// Width and height.
@@ -137,8 +149,8 @@ impl Streams {
 pub(super) struct Map(Vec<Register>);
 
 impl Map {
-    pub fn new() -> Result<Self, CoefficientError> {
-        Ok(Self(registers()?))
+    pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
+        Ok(Self(registers(design)?))
     }
 
     fn register(&self, name: &'static str) -> Result<&Register, SimulationError> {

@@ -30,7 +30,7 @@ mod waves;
 
 use std::{path::PathBuf, sync::mpsc::sync_channel, time::Instant};
 
-use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::{coefficients::CoefficientError, design::DesignPoint};
 use hoverlock_harness::{BuildError, Error, ModelError};
 
 use bench::Bench;
@@ -38,7 +38,7 @@ use expect::{Expectation, Oracle};
 pub use hoverlock_harness::build::Trace;
 pub use job::{Fault, Job, Streams};
 pub use outcome::{FrameOutcome, Mismatch, Outcome};
-pub use ports::Ports;
+pub use ports::{Narrow, Ports};
 pub use simulator::Simulator;
 use waves::Recorder;
 pub use waves::{Window, format_of, record, signals, view};
@@ -117,7 +117,7 @@ pub fn run_telling(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Outcome, SimulationError> {
     let bench = Bench::new(simulator, jobs, streams, None)?;
-    beside(jobs, |oracle| {
+    beside(simulator.design(), jobs, |oracle| {
         let started = Instant::now();
         let mut outcome = bench.run(oracle, progress)?;
         outcome.cycles_per_second = outcome.cycles as f64 / started.elapsed().as_secs_f64();
@@ -133,12 +133,16 @@ fn record_window(
     recorder: Recorder<'_>,
 ) -> Result<(), SimulationError> {
     let bench = Bench::new(simulator, jobs, streams, Some(recorder))?;
-    beside(jobs, |oracle| bench.run(oracle, &mut |_| ()).map(|_| ()))
+    beside(simulator.design(), jobs, |oracle| bench.run(oracle, &mut |_| ()).map(|_| ()))
 }
 
 /// Runs `work` while another thread computes `bit_true`, two frames ahead.
-fn beside<T>(jobs: &[Job], work: impl FnOnce(&mut Oracle) -> Result<T, SimulationError>) -> Result<T, SimulationError> {
-    let expectation = Expectation::new(jobs)?;
+fn beside<T>(
+    design: &DesignPoint,
+    jobs: &[Job],
+    work: impl FnOnce(&mut Oracle) -> Result<T, SimulationError>,
+) -> Result<T, SimulationError> {
+    let expectation = Expectation::new(design, jobs)?;
     let (sender, receiver) = sync_channel(1);
     std::thread::scope(|scope| {
         scope.spawn(move || {

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use hoverlock_fixed_point::model::bit_true::Planes;
+use hoverlock_fixed_point::model::{bit_true::Planes, design::DesignPoint};
 use hoverlock_reference::features::maxlbp::Layer;
 
 use super::outcome::{Outcome, Position};
@@ -25,14 +25,37 @@ const SMOOTHERS: [&str; 3] = ["narrow", "middle", "wide"];
 /// The values of the hardware in a step.
 pub(super) struct Shown {
     pub smoothed: [u32; 3],
-    pub response: [u16; 2],
-    pub ring: [u16; 2],
+    pub response: [u32; 2],
+    pub ring: [u32; 2],
+}
+
+/// What a sample of a design means.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units {
+    /// LSB of a state, DN.
+    state: f64,
+    /// LSB of a response, DN.
+    dog: f64,
+    /// Where the sign of a response stands.
+    sign: u32,
+}
+
+impl Units {
+    pub fn of(design: &DesignPoint) -> Self {
+        Self { state: design.state_dn().lsb(), dog: design.dog().lsb(), sign: design.dog_bits }
+    }
+
+    /// A response with its sign.
+    fn signed(self, magnitude: u16, positive: bool) -> u32 {
+        u32::from(magnitude) | u32::from(positive) << self.sign
+    }
 }
 
 /// A frame whose samples are in the pipeline.
 pub(super) struct Passing {
     pub frame: usize,
     planes: Arc<Planes>,
+    units: Units,
     /// Steps since its first smoothed sample.
     step: usize,
     /// Position of the next MaxDOG value.
@@ -41,9 +64,9 @@ pub(super) struct Passing {
 }
 
 impl Passing {
-    pub fn new(frame: usize, planes: Arc<Planes>) -> Self {
+    pub fn new(frame: usize, planes: Arc<Planes>, units: Units) -> Self {
         let size = (planes.smoothed[0].width(), planes.smoothed[0].height());
-        Self { frame, planes, step: 0, ring: (0, 0), size }
+        Self { frame, planes, units, step: 0, ring: (0, 0), size }
     }
 
     fn ring_delay(&self) -> usize {
@@ -59,32 +82,32 @@ impl Passing {
     #[inline]
     pub fn compare(&mut self, shown: &Shown, cycle: u64, outcome: &mut Outcome) {
         let (w, h) = self.size;
-        let planes = &*self.planes;
+        let (planes, units) = (&*self.planes, self.units);
         let samples = w * h;
         let position = |index: usize| Position { frame: self.frame, x: index % w, y: index / w };
         if self.step < samples {
             for (i, got) in shown.smoothed.into_iter().enumerate() {
                 let want = planes.smoothed[i].as_slice()[self.step];
                 if want != got {
-                    let units = |state: u32| format!("0x{state:05x}, {} DN", f64::from(state) / 4.0);
+                    let told = |state: u32| format!("0x{state:05x}, {} DN", f64::from(state) * units.state);
                     outcome.differ(&format!("smoother {}", SMOOTHERS[i]), position(self.step), cycle, || {
-                        ["sample".into(), units(want), units(got)]
+                        ["sample".into(), told(want), told(got)]
                     });
                 }
             }
             outcome.samples += 3;
         }
-        let units = |sample: u16| {
-            let sign = if sample >> 15 == 1 { '+' } else { '-' };
-            format!("0x{sample:04x}, {sign}{} DN", f64::from(sample & 0x7fff) / 2.0)
+        let told = |sample: u32| {
+            let sign = if sample >> units.sign == 1 { '+' } else { '-' };
+            format!("0x{sample:04x}, {sign}{} DN", f64::from(sample & ((1 << units.sign) - 1)) * units.dog)
         };
         if let Some(index) = self.step.checked_sub(RESPONSE_STEPS).filter(|index| *index < samples) {
             for (k, got) in shown.response.into_iter().enumerate() {
                 let Layer { dog, .. } = &planes.layers[k];
-                let want = dog.magnitude.as_slice()[index] | u16::from(dog.positive.as_slice()[index]) << 15;
+                let want = units.signed(dog.magnitude.as_slice()[index], dog.positive.as_slice()[index]);
                 if want != got {
                     outcome.differ(&format!("DoG {k}"), position(index), cycle, || {
-                        ["sign and response".into(), units(want), units(got)]
+                        ["sign and response".into(), told(want), told(got)]
                     });
                 }
             }
@@ -96,10 +119,10 @@ impl Passing {
                 let index = y * w + x;
                 for (k, got) in shown.ring.into_iter().enumerate() {
                     let Layer { dog, max_dog } = &planes.layers[k];
-                    let want = max_dog.as_slice()[index] | u16::from(dog.positive.as_slice()[index]) << 15;
+                    let want = units.signed(max_dog.as_slice()[index], dog.positive.as_slice()[index]);
                     if want != got {
                         outcome.differ(&format!("MaxDOG {k}"), position(index), cycle, || {
-                            ["sign and maximum".into(), units(want), units(got)]
+                            ["sign and maximum".into(), told(want), told(got)]
                         });
                     }
                 }

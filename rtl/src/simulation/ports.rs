@@ -4,6 +4,65 @@ use hoverlock_harness::model::{Model, RawSignal, SignalId};
 
 use hoverlock_harness::ModelError;
 
+/// A signal of up to 32 bits, whose type in the model depends on its width.
+#[derive(Debug, Clone, Copy)]
+pub enum Narrow {
+    /// Up to 8 bits.
+    Byte(RawSignal<u8>),
+    /// Up to 16 bits.
+    Half(RawSignal<u16>),
+    /// Up to 32 bits.
+    Word(RawSignal<u32>),
+}
+
+impl Narrow {
+    /// Finds it.
+    ///
+    /// # Errors
+    /// Where the model has no such signal, or one of more than 32 bits.
+    pub fn find(model: &Model, name: &str) -> Result<Self, ModelError> {
+        if let Ok(byte) = model.raw(name) {
+            return Ok(Self::Byte(byte));
+        }
+        if let Ok(half) = model.raw(name) {
+            return Ok(Self::Half(half));
+        }
+        model.raw(name).map(Self::Word)
+    }
+
+    /// Reads the value.
+    ///
+    /// # Safety
+    /// As [`RawSignal::get`].
+    #[inline(always)]
+    pub unsafe fn get(self) -> u32 {
+        // SAFETY: the caller's.
+        unsafe {
+            match self {
+                Self::Byte(signal) => signal.get().into(),
+                Self::Half(signal) => signal.get().into(),
+                Self::Word(signal) => signal.get(),
+            }
+        }
+    }
+
+    /// Writes a value, which must fit the signal.
+    ///
+    /// # Safety
+    /// As [`RawSignal::set`].
+    #[inline(always)]
+    pub unsafe fn set(self, value: u32) {
+        // SAFETY: the caller's.
+        unsafe {
+            match self {
+                Self::Byte(signal) => signal.set(value as u8),
+                Self::Half(signal) => signal.set(value as u16),
+                Self::Word(signal) => signal.set(value),
+            }
+        }
+    }
+}
+
 /// Handles of the ports. They belong to the model they were found in.
 pub struct Ports {
     /// `clock`.
@@ -13,7 +72,7 @@ pub struct Ports {
     /// `video_valid`.
     pub valid: RawSignal<u8>,
     /// `video_data`.
-    pub data: RawSignal<u16>,
+    pub data: Narrow,
     /// `video_startofpacket`.
     pub first: RawSignal<u8>,
     /// `video_endofpacket`.
@@ -54,7 +113,7 @@ impl Ports {
             clock: model.raw("clock")?,
             reset: model.raw("reset")?,
             valid: model.raw("video_valid")?,
-            data: model.raw("video_data")?,
+            data: Narrow::find(model, "video_data")?,
             first: model.raw("video_startofpacket")?,
             last: model.raw("video_endofpacket")?,
             ready: model.raw("video_ready")?,

@@ -36,6 +36,8 @@ pub(super) struct Taken {
 /// The records of a run.
 #[derive(Default)]
 pub(super) struct Records {
+    /// LSB of a response, DN.
+    lsb: f64,
     /// The frame whose records are written, and that of trailer number 0.
     frame: usize,
     origin: usize,
@@ -50,6 +52,11 @@ pub(super) struct Records {
 }
 
 impl Records {
+    /// No records yet; `lsb` is that of a response, DN.
+    pub fn new(lsb: f64) -> Self {
+        Self { lsb, ..Self::default() }
+    }
+
     /// The frame whose records are written next.
     pub fn writing(&self) -> usize {
         self.frame
@@ -62,11 +69,12 @@ impl Records {
 
     /// The pipeline was emptied: frames from this one on.
     pub fn restart(&mut self, frame: usize) {
-        *self = Self { frame, origin: frame, done: frame, ..Self::default() };
+        *self = Self { frame, origin: frame, done: frame, ..Self::new(self.lsb) };
     }
 
     /// The datapath writes a record.
     pub fn written(&mut self, words: Words, job: &Job, expected: &Expected, cycle: u64, outcome: &mut Outcome) {
+        let lsb = self.lsb;
         self.fifo.push_back(words);
         if is_trailer(&words) {
             self.trailer(&words, job, expected, cycle, outcome);
@@ -83,15 +91,15 @@ impl Records {
         match found.or_else(|| rest.iter().position(|feature| same_position(&feature))) {
             Some(ahead) => {
                 if found.is_none() {
-                    let [stage, texts @ ..] = differences(&rest[ahead].pack(), &words);
+                    let [stage, texts @ ..] = differences(&rest[ahead].pack(), &words, lsb);
                     outcome.differ(&stage, position(self.frame, &words), cycle, || texts);
                 }
                 self.missing.extend(self.past..self.past + ahead);
                 self.past += ahead + 1;
             }
             None => {
-                let next = || rest.first().map_or("no more features".into(), described);
-                let actual = || FeatureRecord::unpack(&words).map_or(format!("{words:08x?}"), |r| described(&r));
+                let next = || rest.first().map_or("no more features".into(), |next| described(next, lsb));
+                let actual = || FeatureRecord::unpack(&words).map_or(format!("{words:08x?}"), |r| described(&r, lsb));
                 outcome
                     .differ("decision", position(self.frame, &words), cycle, || ["feature".into(), next(), actual()]);
             }
@@ -106,7 +114,7 @@ impl Records {
             let first = &list[self.missing[dropped]];
             let at = Position { frame: self.frame, x: first.x.into(), y: first.y.into() };
             outcome.differ("decision", at, cycle, || {
-                ["feature".into(), described(first), format!("none, and {dropped} counted as dropped")]
+                ["feature".into(), described(first, self.lsb), format!("none, and {dropped} counted as dropped")]
             });
         }
         let fields = [
@@ -134,7 +142,7 @@ impl Records {
         match self.fifo.pop_front() {
             Some(words) if words == beat.words => {}
             Some(words) => {
-                let [_, texts @ ..] = differences(&words, &beat.words);
+                let [_, texts @ ..] = differences(&words, &beat.words, self.lsb);
                 outcome.differ("feature FIFO", at, cycle, || texts);
             }
             None => outcome.differ("feature FIFO", at, cycle, || {
@@ -169,18 +177,18 @@ impl Records {
 }
 
 /// A record as text.
-fn described(record: &FeatureRecord) -> String {
+fn described(record: &FeatureRecord, lsb: f64) -> String {
     let FeatureRecord { x, y, response, scale, .. } = record;
     let sign = if record.bright { '+' } else { '-' };
-    let dn = f64::from(*response) / 2.0;
+    let dn = f64::from(*response) * lsb;
     format!("({x}, {y}), scale pair {scale}, response 0x{response:04x}, {sign}{dn} DN")
 }
 
 /// The faulty stage, and all fields that differ, expected and actual.
-fn differences(want: &Words, got: &Words) -> [String; 4] {
+fn differences(want: &Words, got: &Words, lsb: f64) -> [String; 4] {
     let half = |words: &Words, word: usize, high: bool| if high { words[word] >> 16 } else { words[word] & 0xffff };
     let plain = |value: u32| format!("0x{value:04x}, {value}");
-    let half_dn = |value: u32| format!("0x{value:04x}, {} DN", f64::from(value) / 2.0);
+    let half_dn = |value: u32| format!("0x{value:04x}, {} DN", f64::from(value) * lsb);
     let mut fields: Vec<(String, String, String)> = Vec::new();
     let mut stage = "descriptor";
     let halves = [
@@ -195,7 +203,7 @@ fn differences(want: &Words, got: &Words) -> [String; 4] {
     for (name, word, high) in halves {
         let (want, got) = (half(want, word, high), half(got, word, high));
         if want != got {
-            let text = if word == 0 { plain } else { half_dn };
+            let text = |value: u32| if word == 0 { plain(value) } else { half_dn(value) };
             fields.push((name.into(), text(want), text(got)));
         }
     }

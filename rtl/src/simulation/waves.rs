@@ -7,9 +7,11 @@
 
 use std::{fmt::Write as _, path::Path};
 
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_harness::{Time, build::Trace, model::Model};
 
 use super::{Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window};
+use crate::design::{HEIGHT_BITS, ROW_BITS};
 
 /// Nanoseconds of a clock cycle: 100 MHz.
 pub(super) const PERIOD: u64 = 10;
@@ -37,7 +39,7 @@ impl Window {
     }
 }
 
-/// Runs frames again, as far as the window goes, and writes its waves; the simulator must be [`Simulator::traced`].
+/// Runs frames again, as far as the window goes, and writes its waves; the simulator must have been built with tracing.
 ///
 /// # Errors
 /// Where the file cannot be written, or waves are not built in.
@@ -98,213 +100,277 @@ enum Form {
 }
 
 /// A signal of the view: path below the top, bits, label, form.
-type Shown = (&'static str, u32, &'static str, Form);
+type Shown = (String, u32, String, Form);
+
+/// A group of the view: its name, whether it is open at first, its signals.
+type Group = (String, bool, Vec<Shown>);
+
+/// A field of a record: lowest bit, bits, name, form.
+type FieldOfRecord = (u32, u32, String, Form);
+
+/// How samples of a design are shown: in DN, or in steps of the camera or LSB where those are larger.
+struct Units {
+    state: (Form, Form, &'static str),
+    dog: (Form, Form, &'static str),
+}
+
+impl Units {
+    fn of(design: &DesignPoint) -> Self {
+        let fraction = design.state.fraction_bits() as u32;
+        let state = if design.step_bits() == 0 { "DN" } else { "camera steps" };
+        let dog = match design.dog_bits.checked_sub(14) {
+            Some(bits) => (Dn(bits), Curve(bits), "DN"),
+            None => (Decimal, Curve(0), "LSB"),
+        };
+        Self { state: (Dn(fraction), Curve(fraction), state), dog }
+    }
+}
 
 use Form::{Bit, Curve, Decimal, Dn, Hex};
 
 /// The groups of the view, along the pipeline, and which of them are open at first.
-const GROUPS: [(&str, bool, &[Shown]); 13] = [
-    ("clock and reset", true, &[("clock", 1, "clock", Bit), ("reset", 1, "reset", Bit), ("irq", 1, "irq", Bit)]),
-    (
-        "video in",
-        true,
-        &[
-            ("video_valid", 1, "valid", Bit),
-            ("video_ready", 1, "ready", Bit),
-            ("video_startofpacket", 1, "startofpacket", Bit),
-            ("video_endofpacket", 1, "endofpacket", Bit),
-            ("video_data", 16, "data", Hex),
-            ("video_data", 16, "data, DN", Curve(0)),
-        ],
-    ),
-    (
-        "registers",
-        false,
-        &[
-            ("csr_address", 6, "word address", Hex),
-            ("csr_write", 1, "write", Bit),
-            ("csr_writedata", 32, "writedata", Hex),
-            ("csr_read", 1, "read", Bit),
-            ("csr_readdata", 32, "readdata", Hex),
-            ("registers.control_enable", 1, "control.enable", Bit),
-            ("registers.control_automatic", 1, "control.automatic", Bit),
-            ("registers.size_width", 11, "size.width", Decimal),
-            ("registers.size_height", 12, "size.height", Decimal),
-            ("core.threshold_0", 15, "T 0 in use, DN", Dn(1)),
-            ("core.threshold_1", 15, "T 1 in use, DN", Dn(1)),
-            ("core.begun", 1, "frame begun", Bit),
-            ("core.done", 1, "frame done", Bit),
-            ("core.errors", 4, "errors now", Hex),
-            ("core.frames", 32, "frames", Decimal),
-        ],
-    ),
-    (
-        "sequencer",
-        false,
-        &[
-            ("core.sequencer.state", 2, "state: idle, frame, pad", Decimal),
-            ("core.sequencer.x", 10, "x", Decimal),
-            ("core.sequencer.y", 11, "y", Decimal),
-            ("core.sequencer.capture", 1, "registers captured", Bit),
-            ("core.sequencer.advance", 1, "step (advance)", Bit),
-            ("core.sequencer.start", 1, "start of frame", Bit),
-            ("core.sequencer.pixel", 16, "pixel", Hex),
-            ("core.sequencer.drain", 17, "steps left to drain", Decimal),
-            ("core.sequencer.stall", 1, "stall by the FIFO", Bit),
-        ],
-    ),
-    (
-        "smoother narrow, sigma 2.0",
-        false,
-        &[
-            ("core.extractor.smoothers.narrow_smoother.start", 1, "start", Bit),
-            ("core.extractor.smoothers.narrow_smoother.x", 18, "in, DN", Dn(2)),
-            ("core.extractor.smoothers.narrow_smoother.recursion_y", 18, "recursion, DN", Dn(2)),
-            ("core.extractor.smoothers.narrow_smoother.tail_outside", 6, "stages that use the held row", Hex),
-            ("core.extractor.smoothers.narrow_smoother.column_look_ahead_4_y", 18, "column_look_ahead done, DN", Dn(2)),
-            ("core.extractor.smoothers.narrow_smoother.row_cursor_x", 10, "row stages x", Decimal),
-            ("core.extractor.smoothers.narrow_smoother.row_cursor_y", 11, "row stages y", Decimal),
-            ("core.extractor.smoothers.narrow_smoother.row_look_back_4_y", 18, "row_look_back done, DN", Dn(2)),
-            ("core.extractor.smoothers.narrow_smoother.row_look_ahead_4_y", 18, "row_look_ahead done, DN", Dn(2)),
-        ],
-    ),
-    (
-        "smoother middle, sigma 3.2",
-        false,
-        &[
-            ("core.extractor.smoothers.middle_smoother.start", 1, "start", Bit),
-            ("core.extractor.smoothers.middle_smoother.x", 18, "in, DN", Dn(2)),
-            ("core.extractor.smoothers.middle_smoother.recursion_y", 18, "recursion, DN", Dn(2)),
-            ("core.extractor.smoothers.middle_smoother.tail_outside", 6, "stages that use the held row", Hex),
-            ("core.extractor.smoothers.middle_smoother.column_look_ahead_4_y", 18, "column_look_ahead done, DN", Dn(2)),
-            ("core.extractor.smoothers.middle_smoother.row_cursor_x", 10, "row stages x", Decimal),
-            ("core.extractor.smoothers.middle_smoother.row_cursor_y", 11, "row stages y", Decimal),
-            ("core.extractor.smoothers.middle_smoother.row_look_back_4_y", 18, "row_look_back done, DN", Dn(2)),
-            ("core.extractor.smoothers.middle_smoother.row_look_ahead_4_y", 18, "row_look_ahead done, DN", Dn(2)),
-        ],
-    ),
-    (
-        "smoother wide, sigma 5.12",
-        false,
-        &[
-            ("core.extractor.smoothers.wide_smoother.start", 1, "start", Bit),
-            ("core.extractor.smoothers.wide_smoother.x", 18, "in, DN", Dn(2)),
-            ("core.extractor.smoothers.wide_smoother.recursion_y", 18, "recursion, DN", Dn(2)),
-            ("core.extractor.smoothers.wide_smoother.tail_outside", 6, "stages that use the held row", Hex),
-            ("core.extractor.smoothers.wide_smoother.column_look_ahead_5_y", 18, "column_look_ahead done, DN", Dn(2)),
-            ("core.extractor.smoothers.wide_smoother.row_cursor_x", 10, "row stages x", Decimal),
-            ("core.extractor.smoothers.wide_smoother.row_cursor_y", 11, "row stages y", Decimal),
-            ("core.extractor.smoothers.wide_smoother.row_look_back_5_y", 18, "row_look_back done, DN", Dn(2)),
-            ("core.extractor.smoothers.wide_smoother.row_look_ahead_5_y", 18, "row_look_ahead done, DN", Dn(2)),
-        ],
-    ),
-    (
-        "smoothed, aligned",
-        true,
-        &[
-            ("core.extractor.smoothers.start_out", 1, "start of frame", Bit),
-            ("core.extractor.smoothers.narrow", 18, "narrow, DN", Dn(2)),
-            ("core.extractor.smoothers.narrow", 18, "narrow", Curve(2)),
-            ("core.extractor.smoothers.middle", 18, "middle, DN", Dn(2)),
-            ("core.extractor.smoothers.wide", 18, "wide, DN", Dn(2)),
-        ],
-    ),
-    (
-        "DoG",
-        true,
-        &[
-            ("core.extractor.response_cursor.x", 10, "x", Decimal),
-            ("core.extractor.response_cursor.y", 11, "y", Decimal),
-            ("core.extractor.scale_pair_0.difference_positive", 1, "pair 0 bright", Bit),
-            ("core.extractor.scale_pair_0.difference_magnitude", 15, "pair 0, DN", Dn(1)),
-            ("core.extractor.scale_pair_0.difference_magnitude", 15, "pair 0", Curve(1)),
-            ("core.extractor.scale_pair_1.difference_positive", 1, "pair 1 bright", Bit),
-            ("core.extractor.scale_pair_1.difference_magnitude", 15, "pair 1, DN", Dn(1)),
-            ("core.extractor.scale_pair_1.difference_magnitude", 15, "pair 1", Curve(1)),
-        ],
-    ),
-    (
-        "maxima",
-        true,
-        &[
-            ("core.extractor.window_cursor.x", 10, "x", Decimal),
-            ("core.extractor.window_cursor.y", 11, "y", Decimal),
-            ("core.extractor.eligible.eligible", 1, "eligible", Bit),
-            ("core.extractor.decision_0.p", 15, "pair 0 centre, DN", Dn(1)),
-            ("core.extractor.decision_0.strict", 15, "pair 0 earlier maximum, DN", Dn(1)),
-            ("core.extractor.decision_0.loose", 15, "pair 0 later maximum, DN", Dn(1)),
-            ("core.extractor.decision_0.threshold", 15, "pair 0 T, DN", Dn(1)),
-            ("core.extractor.decision_0.hit", 1, "pair 0 feature", Bit),
-            ("core.extractor.decision_1.p", 15, "pair 1 centre, DN", Dn(1)),
-            ("core.extractor.decision_1.strict", 15, "pair 1 earlier maximum, DN", Dn(1)),
-            ("core.extractor.decision_1.loose", 15, "pair 1 later maximum, DN", Dn(1)),
-            ("core.extractor.decision_1.threshold", 15, "pair 1 T, DN", Dn(1)),
-            ("core.extractor.decision_1.hit", 1, "pair 1 feature", Bit),
-        ],
-    ),
-    (
-        "ring and descriptor",
-        false,
-        &[
-            ("core.extractor.scale_pair_0.max_dog_y", 15, "MaxDOG 0, DN", Dn(1)),
-            ("core.extractor.scale_pair_1.max_dog_y", 15, "MaxDOG 1, DN", Dn(1)),
-            ("core.extractor.ring_cursor.x", 10, "x", Decimal),
-            ("core.extractor.ring_cursor.y", 11, "y", Decimal),
-            ("core.extractor.queue.waiting", 10, "candidates waiting", Decimal),
-            ("core.extractor.queue.found", 1, "ring complete", Bit),
-            ("core.extractor.ring_0.maxlbp", 32, "MaxLBP 0", Hex),
-            ("core.extractor.ring_1.maxlbp", 32, "MaxLBP 1", Hex),
-            ("core.extractor.ring_0.sign", 32, "sign 0", Hex),
-            ("core.extractor.ring_1.sign", 32, "sign 1", Hex),
-        ],
-    ),
-    (
-        "record",
-        false,
-        &[
-            ("core.extractor.write", 1, "write", Bit),
-            ("core.extractor.room", 1, "FIFO has room", Bit),
-            ("core.fifo.waiting", 10, "records in the FIFO", Decimal),
-            ("core.extractor.count", 20, "features of the frame", Decimal),
-            ("core.extractor.dropped", 20, "dropped of the frame", Decimal),
-        ],
-    ),
-    (
-        "feature out",
-        true,
-        &[
-            ("feature_valid", 1, "valid", Bit),
-            ("feature_ready", 1, "ready", Bit),
-            ("feature_startofpacket", 1, "startofpacket", Bit),
-            ("feature_endofpacket", 1, "endofpacket", Bit),
-        ],
-    ),
-];
+fn groups(design: &DesignPoint) -> Vec<Group> {
+    let units = Units::of(design);
+    let (pixel, state, dog) = (design.pixel.bits(), design.state.bits(), design.dog_bits);
+    let (column, row) = (design.width.next_power_of_two().trailing_zeros(), ROW_BITS as u32);
+    let smoother = |name: &str, sigma: f64, look_ahead: u32| -> Group {
+        let path = |signal: &str| format!("core.extractor.smoothers.{name}_smoother.{signal}");
+        let last = look_ahead - 1;
+        let sample = |signal: &str, label: &str| -> Shown {
+            (path(signal), state, format!("{label}, {}", units.state.2), units.state.0)
+        };
+        let signals = vec![
+            (path("start"), 1, "start".into(), Bit),
+            sample("x", "in"),
+            sample("recursion_y", "recursion"),
+            (path("tail_outside"), 6, "stages that use the held row".into(), Hex),
+            sample(&format!("column_look_ahead_{last}_y"), "column_look_ahead done"),
+            (path("row_cursor_x"), column, "row stages x".into(), Decimal),
+            (path("row_cursor_y"), row, "row stages y".into(), Decimal),
+            sample(&format!("row_look_back_{last}_y"), "row_look_back done"),
+            sample(&format!("row_look_ahead_{last}_y"), "row_look_ahead done"),
+        ];
+        (format!("smoother {name}, sigma {sigma:?}"), false, signals)
+    };
+    let mut groups: Vec<Group> = vec![
+        (
+            "clock and reset".into(),
+            true,
+            vec![
+                ("clock".into(), 1, "clock".into(), Bit),
+                ("reset".into(), 1, "reset".into(), Bit),
+                ("irq".into(), 1, "irq".into(), Bit),
+            ],
+        ),
+        (
+            "video in".into(),
+            true,
+            vec![
+                ("video_valid".into(), 1, "valid".into(), Bit),
+                ("video_ready".into(), 1, "ready".into(), Bit),
+                ("video_startofpacket".into(), 1, "startofpacket".into(), Bit),
+                ("video_endofpacket".into(), 1, "endofpacket".into(), Bit),
+                ("video_data".into(), pixel, "data".into(), Hex),
+                ("video_data".into(), pixel, format!("data, {}", units.state.2), Curve(0)),
+            ],
+        ),
+        (
+            "registers".into(),
+            false,
+            vec![
+                ("csr_address".into(), 6, "word address".into(), Hex),
+                ("csr_write".into(), 1, "write".into(), Bit),
+                ("csr_writedata".into(), 32, "writedata".into(), Hex),
+                ("csr_read".into(), 1, "read".into(), Bit),
+                ("csr_readdata".into(), 32, "readdata".into(), Hex),
+                ("registers.control_enable".into(), 1, "control.enable".into(), Bit),
+                ("registers.control_automatic".into(), 1, "control.automatic".into(), Bit),
+                ("registers.size_width".into(), column + 1, "size.width".into(), Decimal),
+                ("registers.size_height".into(), HEIGHT_BITS as u32, "size.height".into(), Decimal),
+                ("core.threshold_0".into(), dog, format!("T 0 in use, {}", units.dog.2), units.dog.0),
+                ("core.threshold_1".into(), dog, format!("T 1 in use, {}", units.dog.2), units.dog.0),
+                ("core.begun".into(), 1, "frame begun".into(), Bit),
+                ("core.done".into(), 1, "frame done".into(), Bit),
+                ("core.errors".into(), 4, "errors now".into(), Hex),
+                ("core.frames".into(), 32, "frames".into(), Decimal),
+            ],
+        ),
+        (
+            "sequencer".into(),
+            false,
+            vec![
+                ("core.sequencer.state".into(), 2, "state: idle, frame, pad".into(), Decimal),
+                ("core.sequencer.x".into(), column, "x".into(), Decimal),
+                ("core.sequencer.y".into(), row, "y".into(), Decimal),
+                ("core.sequencer.capture".into(), 1, "registers captured".into(), Bit),
+                ("core.sequencer.advance".into(), 1, "step (advance)".into(), Bit),
+                ("core.sequencer.start".into(), 1, "start of frame".into(), Bit),
+                ("core.sequencer.pixel".into(), pixel, "pixel".into(), Hex),
+                ("core.sequencer.drain".into(), column + 7, "steps left to drain".into(), Decimal),
+                ("core.sequencer.stall".into(), 1, "stall by the FIFO".into(), Bit),
+            ],
+        ),
+    ];
+    let names = ["narrow", "middle", "wide"].into_iter();
+    let smoothers = names.zip(design.sigmas).zip(design.look_ahead);
+    groups.extend(smoothers.map(|((name, sigma), look_ahead)| smoother(name, sigma, look_ahead)));
+    let rest: Vec<Group> = vec![
+        (
+            "smoothed, aligned".into(),
+            true,
+            vec![
+                ("core.extractor.smoothers.start_out".into(), 1, "start of frame".into(), Bit),
+                ("core.extractor.smoothers.narrow".into(), state, format!("narrow, {}", units.state.2), units.state.0),
+                ("core.extractor.smoothers.narrow".into(), state, "narrow".into(), units.state.1),
+                ("core.extractor.smoothers.middle".into(), state, format!("middle, {}", units.state.2), units.state.0),
+                ("core.extractor.smoothers.wide".into(), state, format!("wide, {}", units.state.2), units.state.0),
+            ],
+        ),
+        (
+            "DoG".into(),
+            true,
+            vec![
+                ("core.extractor.response_cursor.x".into(), column, "x".into(), Decimal),
+                ("core.extractor.response_cursor.y".into(), row, "y".into(), Decimal),
+                ("core.extractor.scale_pair_0.difference_positive".into(), 1, "pair 0 bright".into(), Bit),
+                (
+                    "core.extractor.scale_pair_0.difference_magnitude".into(),
+                    dog,
+                    format!("pair 0, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                ("core.extractor.scale_pair_0.difference_magnitude".into(), dog, "pair 0".into(), units.dog.1),
+                ("core.extractor.scale_pair_1.difference_positive".into(), 1, "pair 1 bright".into(), Bit),
+                (
+                    "core.extractor.scale_pair_1.difference_magnitude".into(),
+                    dog,
+                    format!("pair 1, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                ("core.extractor.scale_pair_1.difference_magnitude".into(), dog, "pair 1".into(), units.dog.1),
+            ],
+        ),
+        (
+            "maxima".into(),
+            true,
+            vec![
+                ("core.extractor.window_cursor.x".into(), column, "x".into(), Decimal),
+                ("core.extractor.window_cursor.y".into(), row, "y".into(), Decimal),
+                ("core.extractor.eligible.eligible".into(), 1, "eligible".into(), Bit),
+                ("core.extractor.decision_0.p".into(), dog, format!("pair 0 centre, {}", units.dog.2), units.dog.0),
+                (
+                    "core.extractor.decision_0.strict".into(),
+                    dog,
+                    format!("pair 0 earlier maximum, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                (
+                    "core.extractor.decision_0.loose".into(),
+                    dog,
+                    format!("pair 0 later maximum, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                ("core.extractor.decision_0.threshold".into(), dog, format!("pair 0 T, {}", units.dog.2), units.dog.0),
+                ("core.extractor.decision_0.hit".into(), 1, "pair 0 feature".into(), Bit),
+                ("core.extractor.decision_1.p".into(), dog, format!("pair 1 centre, {}", units.dog.2), units.dog.0),
+                (
+                    "core.extractor.decision_1.strict".into(),
+                    dog,
+                    format!("pair 1 earlier maximum, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                (
+                    "core.extractor.decision_1.loose".into(),
+                    dog,
+                    format!("pair 1 later maximum, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                ("core.extractor.decision_1.threshold".into(), dog, format!("pair 1 T, {}", units.dog.2), units.dog.0),
+                ("core.extractor.decision_1.hit".into(), 1, "pair 1 feature".into(), Bit),
+            ],
+        ),
+        (
+            "ring and descriptor".into(),
+            false,
+            vec![
+                (
+                    "core.extractor.scale_pair_0.max_dog_y".into(),
+                    dog,
+                    format!("MaxDOG 0, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                (
+                    "core.extractor.scale_pair_1.max_dog_y".into(),
+                    dog,
+                    format!("MaxDOG 1, {}", units.dog.2),
+                    units.dog.0,
+                ),
+                ("core.extractor.ring_cursor.x".into(), column, "x".into(), Decimal),
+                ("core.extractor.ring_cursor.y".into(), row, "y".into(), Decimal),
+                ("core.extractor.queue.waiting".into(), 10, "candidates waiting".into(), Decimal),
+                ("core.extractor.queue.found".into(), 1, "ring complete".into(), Bit),
+                ("core.extractor.ring_0.maxlbp".into(), 32, "MaxLBP 0".into(), Hex),
+                ("core.extractor.ring_1.maxlbp".into(), 32, "MaxLBP 1".into(), Hex),
+                ("core.extractor.ring_0.sign".into(), 32, "sign 0".into(), Hex),
+                ("core.extractor.ring_1.sign".into(), 32, "sign 1".into(), Hex),
+            ],
+        ),
+        (
+            "record".into(),
+            false,
+            vec![
+                ("core.extractor.write".into(), 1, "write".into(), Bit),
+                ("core.extractor.room".into(), 1, "FIFO has room".into(), Bit),
+                ("core.fifo.waiting".into(), 10, "records in the FIFO".into(), Decimal),
+                ("core.extractor.count".into(), 20, "features of the frame".into(), Decimal),
+                ("core.extractor.dropped".into(), 20, "dropped of the frame".into(), Decimal),
+            ],
+        ),
+        (
+            "feature out".into(),
+            true,
+            vec![
+                ("feature_valid".into(), 1, "valid".into(), Bit),
+                ("feature_ready".into(), 1, "ready".into(), Bit),
+                ("feature_startofpacket".into(), 1, "startofpacket".into(), Bit),
+                ("feature_endofpacket".into(), 1, "endofpacket".into(), Bit),
+            ],
+        ),
+    ];
+    groups.extend(rest);
+    groups
+}
 
-/// The fields of a record: lowest bit, bits, name, form.
-const FIELDS: [(u32, u32, &str, Form); 13] = [
-    (0, 16, "x", Decimal),
-    (16, 16, "y", Decimal),
-    (32, 16, "response, DN", Dn(1)),
-    (48, 1, "scale pair", Bit),
-    (49, 1, "bright", Bit),
-    (63, 1, "trailer", Bit),
-    (64, 16, "left, DN", Dn(1)),
-    (80, 16, "right, DN", Dn(1)),
-    (96, 16, "upper, DN", Dn(1)),
-    (112, 16, "lower, DN", Dn(1)),
-    (128, 64, "MaxLBP 1, 0", Hex),
-    (192, 64, "sign 1, 0", Hex),
-    (0, 256, "record", Hex),
-];
+/// The fields of a record.
+fn fields(design: &DesignPoint) -> Vec<FieldOfRecord> {
+    let units = Units::of(design);
+    let response =
+        |low: u32, name: &str| -> FieldOfRecord { (low, 16, format!("{name}, {}", units.dog.2), units.dog.0) };
+    vec![
+        (0, 16, "x".into(), Decimal),
+        (16, 16, "y".into(), Decimal),
+        response(32, "response"),
+        (48, 1, "scale pair".into(), Bit),
+        (49, 1, "bright".into(), Bit),
+        (63, 1, "trailer".into(), Bit),
+        response(64, "left"),
+        response(80, "right"),
+        response(96, "upper"),
+        response(112, "lower"),
+        (128, 64, "MaxLBP 1, 0".into(), Hex),
+        (192, 64, "sign 1, 0".into(), Hex),
+        (0, 256, "record".into(), Hex),
+    ]
+}
 
 /// Bits of the record, whose fields are the last group's.
 const RECORD: (&str, u32) = ("feature_data", 256);
 
 /// Every signal the view shows, by its path in the wave file, with its bits.
-pub fn signals() -> Vec<(String, u32)> {
-    let shown = GROUPS.iter().flat_map(|(_, _, signals)| signals.iter().map(|(path, bits, ..)| (*path, *bits)));
-    let mut all: Vec<_> = shown.chain([RECORD]).map(|(path, bits)| (full(path), bits)).collect();
+pub fn signals(design: &DesignPoint) -> Vec<(String, u32)> {
+    let shown = groups(design).into_iter().flat_map(|(_, _, signals)| signals).map(|(path, bits, ..)| (path, bits));
+    let record = (RECORD.0.to_owned(), RECORD.1);
+    let mut all: Vec<_> = shown.chain([record]).map(|(path, bits)| (full(&path), bits)).collect();
     all.sort();
     all.dedup();
     all
@@ -333,7 +399,7 @@ mod flag {
 const CURVE_ROWS: usize = 2;
 
 /// GTKWave's view of a wave file: `hoverlock sim` writes it beside the file.
-pub fn view(wave: &Path, window: Window) -> String {
+pub fn view(design: &DesignPoint, wave: &Path, window: Window) -> String {
     let name = wave.file_name().unwrap_or_default().to_string_lossy();
     // The values before the rising edge are those that count in a cycle.
     let at = |cycle: u64| time(cycle + RESET_CYCLES, false).as_fs() / 1000;
@@ -345,7 +411,7 @@ pub fn view(wave: &Path, window: Window) -> String {
         focus = at(window.focus),
         unused = " -1".repeat(26),
     );
-    for (group, open, signals) in GROUPS {
+    for (group, open, signals) in groups(design) {
         let closed = if open { 0 } else { flag::CLOSED };
         let record = group == "feature out";
         let mut line = |text_of: std::fmt::Arguments<'_>| {
@@ -354,22 +420,22 @@ pub fn view(wave: &Path, window: Window) -> String {
         };
         line(format_args!("@{:x}\n-{group}", flag::GROUP_BEGIN | flag::BLANK | closed));
         for (path, bits, alias, form) in signals {
-            let range = if *bits > 1 { format!("[{}:0]", bits - 1) } else { String::new() };
-            shown(&mut line, &format!("+{{{alias}}} {}{range}", full(path)), *form);
+            let range = if bits > 1 { format!("[{}:0]", bits - 1) } else { String::new() };
+            shown(&mut line, &format!("+{{{alias}}} {}{range}", full(&path)), form);
         }
-        for (low, bits, alias, form) in FIELDS.iter().filter(|_| record) {
+        for (low, bits, alias, form) in fields(design).into_iter().filter(|_| record) {
             let (path, width) = RECORD;
             let signal = format!("{}[{}:0]", full(path), width - 1);
             let bit = |bit: u32| format!("({}){signal}", width - 1 - bit);
-            let text = match *bits {
-                1 => format!("+{{{alias}}} {}", bit(*low)),
+            let text = match bits {
+                1 => format!("+{{{alias}}} {}", bit(low)),
                 all if all == width => format!("+{{{alias}}} {signal}"),
                 _ => {
-                    let bits: Vec<_> = (*low..low + bits).rev().map(bit).collect();
+                    let bits: Vec<_> = (low..low + bits).rev().map(bit).collect();
                     format!("#{{{alias}}} {}", bits.join(" "))
                 }
             };
-            shown(&mut line, &text, *form);
+            shown(&mut line, &text, form);
         }
         line(format_args!("@{:x}\n-{group}", flag::GROUP_END | flag::BLANK | closed));
     }

@@ -13,18 +13,6 @@
 
 pub mod stages;
 
-use rust_hdl::prelude::*;
-
-use self::stages::{ColumnLookAhead, RowLookAhead, RowLookBack};
-use crate::cells::{
-    Address, Coefficient, Height, State, Width,
-    border::{CoefficientRegister, ColumnBorder},
-    delay::{Cursor, FlagDelay, PulseDelay},
-    lerp::Lerp,
-    line_delay::LineDelay,
-    tail::{HeldRow, TailCounter},
-};
-
 /// Steps of one cell with its border.
 pub const CELL_STEPS: u64 = 4;
 
@@ -33,7 +21,8 @@ pub const fn steps(look_ahead: u64) -> u64 {
     CELL_STEPS + 3 * CELL_STEPS * look_ahead + (1 << look_ahead) - 1
 }
 
-// rust-hdl prints the names of const generics into the Verilog, so each length has its own type.
+// An index of an array, `[M - 1]`, is printed by its name, so each length has a type of its own and not a const
+// generic.
 macro_rules! smoother {
     ($smoother:ident, $m:tt, $tag:tt) => {
         #[doc = concat!("A smoother of look-ahead `m = ", $m, "`.")]
@@ -84,7 +73,7 @@ macro_rules! smoother {
             cursor: Cursor,
             recursion_load: FlagDelay,
             recursion_coefficient: CoefficientRegister,
-            recursion_memory: LineDelay<18, 18>,
+            recursion_memory: LineDelay<STATE_BITS, STATE_BITS>,
             recursion_border: ColumnBorder,
             recursion: Lerp,
             last_row: FlagDelay,
@@ -309,5 +298,4 @@ macro_rules! smoother {
     };
 }
 
-smoother!(Smoother5, 5, "module: smoother_5");
-smoother!(Smoother6, 6, "module: smoother_6");
+pub(crate) use smoother;

@@ -5,7 +5,7 @@ use rust_hdl::prelude::*;
 
 use super::CELL_STEPS;
 use crate::cells::{
-    Address, Coefficient, State, Width,
+    Address, Coefficient, STATE_BITS, State, Width,
     border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
     delay::{Delay, FlagDelay, FrameDelay, PulseDelay},
     lerp::Lerp,
@@ -41,7 +41,7 @@ pub struct ColumnLookAhead {
     pub y: Signal<Out, State>,
     /// Marker: this stage loads its coefficient.
     pub loads: Signal<Out, Bit>,
-    line_delay: LineDelay<18, 18>,
+    line_delay: LineDelay<STATE_BITS, STATE_BITS>,
     border: ColumnBorder,
     load_delay: FrameDelay,
     coefficient: CoefficientRegister,
@@ -136,7 +136,7 @@ pub struct RowLookBack {
     pub first_out: Signal<Out, Bit>,
     /// Marker: the next stage loads its coefficient.
     pub load_out: Signal<Out, Bit>,
-    sample_delay: Delay<18>,
+    sample_delay: Delay<STATE_BITS>,
     border: RowLookBackBorder,
     first_delay: FlagDelay,
     load_delay: FlagDelay,
@@ -234,7 +234,7 @@ pub struct RowLookAhead {
     pub last_out: Signal<Out, Bit>,
     /// Marker: this stage loads its coefficient.
     pub loads: Signal<Out, Bit>,
-    sample_delay: Delay<18>,
+    sample_delay: Delay<STATE_BITS>,
     border: RowLookAheadBorder,
     last_delay: PulseDelay,
     load_delay: PulseDelay,

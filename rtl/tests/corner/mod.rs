@@ -130,7 +130,7 @@ fn beats_outside_a_frame(library: &Library, plusargs: &[String]) -> Outcome {
 /// Two sets that differ in size and all else: one is committed, or withdrawn, at any cycle around a frame's start, and
 /// the frame takes one of them whole.
 fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> Outcome {
-    let codes = |by: u32| default_coefficients().unwrap().into_iter().map(|code| code - by).collect::<Vec<u32>>();
+    let codes = |by: u32| default_coefficients(&KT27).unwrap().into_iter().map(|code| code - by).collect::<Vec<u32>>();
     let first = Frame::with(noise(64, 64, 5), [50, 40], codes(1000));
     // The same beats under the new size and under the old one: a frame of 66 x 66, or one of 64 x 64 that is too long.
     let pixels = noise(66, 66, 6);
@@ -215,7 +215,7 @@ fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> 
 /// The first beat of a frame, and then no other for long: the registers are written and committed in between, for the
 /// next frame.
 fn a_start_that_stands_keeps_its_set(library: &Library, plusargs: &[String]) -> Outcome {
-    let codes = |by: u32| default_coefficients().unwrap().into_iter().map(|code| code - by).collect();
+    let codes = |by: u32| default_coefficients(&KT27).unwrap().into_iter().map(|code| code - by).collect();
     let first = Frame::with(noise(64, 64, 7), [50, 40], codes(500));
     let second = Frame::with(noise(64, 64, 8), [90, 80], codes(2500));
     let mut bench = enabled(library, plusargs, 6);
@@ -337,7 +337,7 @@ fn thresholds_stop_at_their_limits(library: &Library, plusargs: &[String]) -> Ou
     // White spots, and coefficients that leave the spots in one plane and nothing in the other: responses at the
     // largest code.
     let spot = |x: usize, y: usize| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { 0xffff } else { 0 };
-    let mut coefficients = default_coefficients().unwrap();
+    let mut coefficients = default_coefficients(&KT27).unwrap();
     coefficients[..6].fill(0xffff);
     for (thresholds, target) in
         [([0x7fff, 1], 0), ([0x71c6, 2], 0), ([0x71c7, 3], 0), ([0x71c8, 8], 0), ([0x7000, 9], 0)]
@@ -435,7 +435,7 @@ fn the_video_stops_behind_thirteen_trailers(library: &Library, plusargs: &[Strin
 fn spotted(radius: usize) -> Frame {
     let spot =
         |x: usize, y: usize| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= radius.pow(2) { 0xffff } else { 0 };
-    let mut coefficients = default_coefficients().unwrap();
+    let mut coefficients = default_coefficients(&KT27).unwrap();
     coefficients[..12].fill(0xffff);
     Frame::with(Plane::from_fn(64, 64, spot), [3000, 2000], coefficients)
 }

@@ -69,7 +69,7 @@ pub struct Frame {
 
 impl Frame {
     pub fn new(pixels: Plane<u16>, thresholds: [u32; 2]) -> Self {
-        Self::with(pixels, thresholds, default_coefficients().unwrap())
+        Self::with(pixels, thresholds, default_coefficients(&KT27).unwrap())
     }
 
     pub fn with(pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
@@ -242,7 +242,7 @@ impl Bench {
             _ => (self.random.random(), self.random.random(), self.random.random()),
         };
         set!(self.ports.valid, u8::from(self.offered));
-        set!(self.ports.data, data);
+        set!(self.ports.data, data.into());
         set!(self.ports.first, u8::from(first));
         set!(self.ports.last, u8::from(last));
         let sink = !self.chance(self.sink_pause);

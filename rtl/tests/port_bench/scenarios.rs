@@ -40,7 +40,7 @@ static SMALL: LazyLock<[Frame; 3]> =
 /// Every register: identification, values after reset, what can be written, and what must not change with it.
 pub fn register_map(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = Bench::new(library, 1, plusargs);
-    let map = registers().unwrap();
+    let map = registers(&KT27).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(2);
     let mut expected = [0u32; 64];
     let mut writable = [0u32; 64];
@@ -160,7 +160,7 @@ pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
     // A white spot with coefficients near 1 exceeds the largest response.
     let spot =
         Plane::from_fn(64, 64, |x, y| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { u16::MAX } else { 0 });
-    let mut coefficients = default_coefficients().unwrap();
+    let mut coefficients = default_coefficients(&KT27).unwrap();
     coefficients[..6].fill(0xffff);
     let wide = Frame::with(spot, [3000, 2000], coefficients);
     assert!(wide.saturates() && !wide.records(wide.thresholds).is_empty());

@@ -60,7 +60,7 @@ impl Set {
             threshold: KT27.threshold.initial << 16 | KT27.threshold.initial,
             target: KT27.threshold.target,
             automatic: false,
-            coefficients: default_coefficients().unwrap(),
+            coefficients: default_coefficients(&KT27).unwrap(),
         }
     }
 
@@ -70,7 +70,7 @@ impl Set {
                 let mut random = ChaCha8Rng::seed_from_u64(seed);
                 (0..19).map(|_| random.random_range(20_000..=0xffff)).collect()
             }
-            None => default_coefficients().unwrap(),
+            None => default_coefficients(&KT27).unwrap(),
         };
         Self {
             size: (step.height << 16 | step.width) as u32,

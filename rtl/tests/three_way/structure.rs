@@ -146,7 +146,7 @@ fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
 
 fn bank(thresholds: [u64; 2]) -> Bits<368> {
     let mut bank = Bits::<368>::default();
-    for (i, raw) in default_coefficients().unwrap().into_iter().enumerate() {
+    for (i, raw) in default_coefficients(&KT27).unwrap().into_iter().enumerate() {
         bank.set_bits(16 * i, Bits::<16>::from(u64::from(raw)));
     }
     bank.set_bits(304, Bits::<16>::from(thresholds[0]));

@@ -101,7 +101,7 @@ impl Driver {
         ring.iter().for_each(|descriptor| fpga.dma.give(*descriptor));
         let mut port = RegisterPort(&mut fpga);
         set_up(&mut port)?;
-        let map = registers().map_err(SimulationError::from)?;
+        let map = registers(simulator.design()).map_err(SimulationError::from)?;
         let block = map.iter().map(|register| Ok((register.offset, port.read(register.offset)?)));
         let block = block.collect::<Result<Vec<_>, SimulationError>>()?;
         fpga.expose();

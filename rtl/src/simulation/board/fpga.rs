@@ -100,7 +100,7 @@ impl Fpga {
         unsafe {
             ports.valid.set(u8::from(offered.is_some()));
             if let Some((data, first, last)) = offered {
-                ports.data.set(data);
+                ports.data.set(data.into());
                 ports.first.set(u8::from(first));
                 ports.last.set(u8::from(last));
             }

@@ -1,0 +1,58 @@
+//! `--design` and `--rtl` as a user gives them: what is refused, and by which constraint.
+
+use std::fs;
+use std::process::{Command, Output};
+
+#[path = "common/refusal.rs"]
+mod refusal;
+
+use refusal::assert_refused;
+
+fn hoverlock(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(args).output().expect("the command runs")
+}
+
+#[test]
+fn a_design_that_is_not_there_or_cannot_be_built_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.display().to_string()
+    };
+    let part = path("part.toml", "width = 640\n");
+    let wide = path("wide.toml", &include_str!("../../designs/kt27.toml").replace("\"u16.2\"", "\"u16.3\""));
+    for (design, named) in [
+        ("nosuch", "the names are kt27, hd1080, small"),
+        (part.as_str(), "the key `height` is missing"),
+        (wide.as_str(), "state = u16.3 cannot be built: the multiplier of a lerp is 18 x 18"),
+    ] {
+        assert_refused(&hoverlock(&["rtl", "emit", "--design", design]), named);
+        assert_refused(&hoverlock(&["rtl", "estimate", "--design", design, "--json"]), named);
+    }
+    let change = "look_ahead=[5, 5, 7]";
+    assert_refused(&hoverlock(&["rtl", "emit", "--config", change]), "a smoother has 2 to 6 stages");
+}
+
+#[test]
+fn a_folder_without_verilog_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = folder.path().display().to_string();
+    let picture = folder.path().join("ground.png");
+    image::GrayImage::from_fn(80, 80, |x, y| image::Luma([(x * y % 251) as u8])).save(&picture).unwrap();
+    for rtl in [empty.as_str(), "/nope"] {
+        assert_refused(&hoverlock(&["rtl", "estimate", "--rtl", rtl]), "no Verilog file (*.v) in this folder");
+        let sim = hoverlock(&["sim", &picture.display().to_string(), "--rtl", rtl]);
+        assert_refused(&sim, "no Verilog file (*.v) in this folder");
+    }
+    assert_eq!(hoverlock(&["rtl", "estimate", "--out", "/nope"]).status.code(), Some(2));
+}
+
+#[test]
+fn the_coefficients_of_a_design_are_those_of_its_registers() {
+    let output = hoverlock(&["coeffs", "--design", "small", "--json"]);
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let stages: Vec<_> = answer["sets"].as_array().unwrap().iter().map(|set| set["sigma"].as_f64().unwrap()).collect();
+    assert_eq!(stages, [1.2, 1.8, 2.7]);
+    assert!(!hoverlock(&["coeffs", "--design", "small", "--sigma", "2"]).status.success());
+}

@@ -1,0 +1,128 @@
+//! The emission of another design than the one that this was compiled for.
+//!
+//! rust-hdl has widths in its types, so the emitter is compiled for a design: cargo builds the binary
+//! `hoverlock-emitter` from the sources of the project with `HOVERLOCK_DESIGN`, and runs it. That takes half a minute,
+//! so what it emits is kept in the cache folder under the hash of the design and of the sources.
+
+use std::{
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use hoverlock_fixed_point::model::design::DesignPoint;
+use sha2::{Digest, Sha256};
+
+use super::File;
+
+/// Why the emission of another design is not to be had.
+#[derive(Debug, thiserror::Error)]
+pub enum OtherError {
+    /// The sources are not there.
+    #[error(
+        "{}: no sources; the emitter is compiled for a design, so other designs than the default need the project",
+        .0.display()
+    )]
+    NoSources(PathBuf),
+    /// cargo cannot be started.
+    #[error("cargo, which compiles the emitter for the design, cannot be started: {0}; install Rust")]
+    NoCargo(std::io::Error),
+    /// The emitter cannot be built, or refuses the design.
+    #[error("the emitter of the design fails: {0}")]
+    Fails(String),
+    /// There is no cache folder.
+    #[error(transparent)]
+    Cache(#[from] hoverlock_cache::NoCacheFolder),
+    /// A file cannot be read or written.
+    #[error("{path}: {source}", path = path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+fn at(path: &Path) -> impl FnOnce(std::io::Error) -> OtherError {
+    let path = path.to_path_buf();
+    move |source| OtherError::File { path, source }
+}
+
+/// All generated files of a design.
+///
+/// # Errors
+/// Where the sources or cargo are missing, or the emitter fails.
+pub fn files(design: &DesignPoint) -> Result<Vec<File>, OtherError> {
+    let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let text = design.to_toml();
+    let mut digest = Sha256::new();
+    digest.update(&text);
+    for source in sources(&project)? {
+        digest.update(fs::read(&source).map_err(at(&source))?);
+    }
+    let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let folder = hoverlock_cache::folder()?.join("emission");
+    let kept = folder.join(format!("{name}.json"));
+    if let Ok(emitted) = fs::read(&kept)
+        && let Ok(files) = serde_json::from_slice(&emitted)
+    {
+        hoverlock_cache::touch(&kept);
+        return Ok(files);
+    }
+    fs::create_dir_all(&folder).map_err(at(&folder))?;
+    let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(at(&folder))?;
+    file.write_all(text.as_bytes()).map_err(at(&folder))?;
+    let emitted = emit(&project, file.path())?;
+    let files = serde_json::from_slice(&emitted).map_err(|error| OtherError::Fails(error.to_string()))?;
+    let mut whole = tempfile::NamedTempFile::new_in(&folder).map_err(at(&folder))?;
+    whole.write_all(&emitted).map_err(at(&folder))?;
+    whole.persist(&kept).map_err(|error| error.error).map_err(at(&kept))?;
+    hoverlock_cache::prune(&folder, hoverlock_cache::KEPT);
+    Ok(files)
+}
+
+/// Builds the emitter for a design file and runs it.
+fn emit(project: &Path, design: &Path) -> Result<Vec<u8>, OtherError> {
+    let mut cargo = Command::new("cargo");
+    cargo.current_dir(project).args(["run", "--quiet", "--locked", "--package", "hoverlock-rtl"]);
+    cargo.args(["--features", "emitter", "--bin", "hoverlock-emitter"]);
+    // The libraries of this binary's own profile are there already; the emitter itself is run once, so it is compiled
+    // without optimisation.
+    let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
+    if profile == "release" {
+        cargo.arg("--release");
+    }
+    cargo.args(["--config", &format!("profile.{profile}.package.hoverlock-rtl.opt-level=0")]);
+    // Variables that cargo sets for what it runs would make it build everything again.
+    for (name, _) in std::env::vars_os() {
+        let name = name.to_string_lossy().into_owned();
+        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") || name == "OUT_DIR" {
+            cargo.env_remove(name);
+        }
+    }
+    let run = cargo.env("HOVERLOCK_DESIGN", design).output().map_err(OtherError::NoCargo)?;
+    if run.status.success() {
+        return Ok(run.stdout);
+    }
+    let told = String::from_utf8_lossy(&run.stderr);
+    let reason = told.lines().map(str::trim).find(|line| line.starts_with("error") || line.starts_with("the design"));
+    Err(OtherError::Fails(reason.or(told.lines().last()).unwrap_or("no reason given").to_owned()))
+}
+
+/// What the emission depends on besides the design, sorted.
+fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
+    let mut files = vec![project.join("Cargo.lock"), project.join("rtl/build.rs")];
+    let mut folders: Vec<PathBuf> =
+        ["rtl/src", "fixed_point/src/model", "reference/src/features"].map(|folder| project.join(folder)).into();
+    while let Some(folder) = folders.pop() {
+        let entries = fs::read_dir(&folder).map_err(|_| OtherError::NoSources(folder.clone()))?;
+        for entry in entries {
+            let path = entry.map_err(at(&folder))?.path();
+            if path.is_dir() { folders.push(path) } else { files.push(path) }
+        }
+    }
+    files.retain(|file| file.extension().is_some_and(|ending| ending == "rs" || ending == "lock"));
+    files.sort();
+    Ok(files)
+}
