@@ -203,9 +203,11 @@ fn all(tasks: &[(&Claim, Task)], place: &Place) -> Result<Vec<Outcome>> {
 
 /// Claims and results as Markdown.
 fn table(claims: &[Claim], results: &[Outcome]) -> String {
-    let mut text = String::from(
-        "<!-- Written by `hoverlock formal --mutants --table formal/RESULTS.md`. Do not edit. -->\n\n# What is proved\n\n\
-         | claim | proof | solver | time, s | memory, MiB | covers | mutants that fail |\n|---|---|---|---|---|---|---|\n",
+    let head = "claim | proof | solver | time, s | memory, MiB | covers | mutants that fail";
+    let mut text = format!(
+        "<!-- Written by `hoverlock formal --mutants --table formal/RESULTS.md`. Do not edit. -->\n\n\
+         # What is proved\n\n| {head} |\n|{}\n",
+        "---|".repeat(7)
     );
     for claim in claims {
         let of = |what: &'static str| {

@@ -18,7 +18,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::campaign::{self, Design, Finished, Point};
 use hoverlock_reports::output::PAGE;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -26,7 +26,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::chain::{Program, Source};
-use crate::design::configured;
+use crate::design::{configured, named};
 use crate::hover::{Climb, Course, View, between, fly, scene};
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
 
@@ -55,7 +55,10 @@ pub struct Args {
     /// Heights over the mean ground, m
     #[arg(long, value_name = "M", value_delimiter = ',', default_value = "50", value_parser = between(20.0, 300.0))]
     height: Vec<f64>,
-    /// A further design beside kt27, as its changes: dog_bits=12 or state=u16.0,coefficient=u0.8
+    /// Further designs beside kt27: their names or design files
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
+    design: Vec<String>,
+    /// A further design, as changes of kt27: dog_bits=12 or state=u16.0,coefficient=u0.8
     #[arg(long, value_name = "CHANGES")]
     config: Vec<String>,
     /// How long each, seconds
@@ -163,9 +166,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
 /// All points, scene by scene.
 fn points(args: &Args) -> Result<Vec<Point>> {
     let mut designs = vec![campaign::DEFAULT.to_owned()];
-    designs.extend(args.config.iter().cloned());
+    designs.extend(args.design.iter().chain(&args.config).cloned());
     if args.features != Source::Fixed && designs.len() > 1 {
-        bail!("--config: word lengths are those of fixed features; leave --features out");
+        bail!("--design, --config: word lengths are those of fixed features; leave --features out");
     }
     for name in &designs {
         design(name)?;
@@ -192,10 +195,10 @@ fn points(args: &Args) -> Result<Vec<Point>> {
     Ok(points)
 }
 
-/// The design of a name: kt27, or its changes.
+/// The design of a name or a file, or of changes of kt27.
 fn design(name: &str) -> Result<DesignPoint> {
-    if name == campaign::DEFAULT {
-        return Ok(KT27);
+    if !name.contains('=') {
+        return named(name.as_ref());
     }
     let changes: Vec<OsString> = name.split(',').map(OsString::from).collect();
     configured(&changes).context("--config")

@@ -194,11 +194,11 @@ fn failed(said: &str) -> Answer {
         })
         .map(|name| name.trim_end_matches('.').to_owned())
         .collect();
-    let step = said
+    let mut step = said
         .lines()
         .filter_map(|line| line.split_once(" in step "))
         .filter_map(|(_, rest)| rest.trim_end_matches('.').parse::<u32>().ok());
-    Answer::Failed { names, step: step.last().unwrap_or(0) }
+    Answer::Failed { names, step: step.next_back().unwrap_or(0) }
 }
 
 /// The processes that a process has started.

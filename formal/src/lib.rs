@@ -1,10 +1,10 @@
 //! Claims about Verilog, proved for all inputs: `base` (no violation within `k` steps of reset) and `step` (`k` steps
 //! without a violation are followed by another), together a proof by k-induction (Sheeran, Singh and Stalmarck 2000).
 //!
-//! A claim is a wrapper in SystemVerilog with `assert`, `assume` and `cover`, and a TOML file that says what is claimed,
-//! of which modules, and how it is proved. Yosys makes a transition system of both, `yosys-smtbmc` unrolls it, an SMT
-//! solver decides. A claim counts only with its covers, which show that it is not vacuous, and its mutants: faults put
-//! into the Verilog that must make the proof fail.
+//! A claim is a wrapper in SystemVerilog with `assert`, `assume` and `cover`, and a TOML file that says what is
+//! claimed, of which modules, and how it is proved. Yosys makes a transition system of both, `yosys-smtbmc` unrolls it,
+//! an SMT solver decides. A claim counts only with its covers, which show that it is not vacuous, and its mutants:
+//! faults put into the Verilog that must make the proof fail.
 //!
 //! | module | its one reason |
 //! |---|---|

@@ -8,7 +8,7 @@ use hoverlock_arm::message::encode_frame;
 use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_fixed_point::model::simd::{SimdBitTrue, SimdError};
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;
@@ -64,20 +64,42 @@ impl Extractor {
                     move |frame: &Plane<u16>, thresholds| above(&records(&extractor.extract(frame)), thresholds);
                 model(Box::new(features), control.thresholds())
             }
-            Source::Fixed if *design == KT27 => {
-                let mut simd = SimdBitTrue::new(&KT27)?;
-                model(Box::new(move |frame, thresholds| simd.frame(frame, thresholds).to_vec()), settled(&KT27, first)?)
-            }
             Source::Fixed => {
-                let bit_true = BitTrue::new(design)?;
-                let planes = bit_true.planes(first);
-                let mut control = ThresholdController::new(design);
-                control.settle(|thresholds| counts(&planes.features(thresholds)));
-                let features = move |frame: &Plane<u16>, thresholds| bit_true.planes(frame).features(thresholds);
-                model(Box::new(features), control.thresholds())
+                let (width, height) = (design.width as usize, design.height as usize);
+                if first.width() > width || first.height() > height {
+                    bail!(
+                        "frames of {} x {} px: the design takes {width} x {height} at most; change it with --config \
+                         width={} --config height={}",
+                        first.width(),
+                        first.height(),
+                        first.width(),
+                        first.height()
+                    );
+                }
+                let design = design.clone();
+                match SimdBitTrue::new(&design) {
+                    Ok(mut simd) => {
+                        let thresholds = settled(&design, &design.samples(first))?;
+                        let features = move |frame: &Plane<u16>, thresholds| {
+                            simd.frame(&design.samples(frame), thresholds).to_vec()
+                        };
+                        model(Box::new(features), thresholds)
+                    }
+                    Err(SimdError::Formats { .. }) => {
+                        let bit_true = BitTrue::new(&design)?;
+                        let planes = bit_true.planes(&design.samples(first));
+                        let mut control = ThresholdController::new(&design);
+                        control.settle(|thresholds| counts(&planes.features(thresholds)));
+                        let features = move |frame: &Plane<u16>, thresholds| {
+                            bit_true.planes(&design.samples(frame)).features(thresholds)
+                        };
+                        model(Box::new(features), control.thresholds())
+                    }
+                    Err(error) => return Err(error.into()),
+                }
             }
             Source::Rtl if *design != KT27 => {
-                bail!("--features rtl: the Verilog is that of the design point kt27; leave --config out")
+                bail!("--features rtl: the Verilog is that of the design point kt27; leave --design and --config out")
             }
             Source::Rtl => {
                 let size = Size::new(first.width() as u32, first.height() as u32)?;

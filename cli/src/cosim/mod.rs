@@ -7,7 +7,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reports::flight::{Flight, Frame, html};
 use hoverlock_reports::output::PAGE;
@@ -17,6 +16,7 @@ use serde_json::value::RawValue;
 
 use crate::Verdict;
 use crate::chain::{Chain, Line, Program, Source, Written, named, told};
+use crate::design::Chosen;
 use crate::output::{Folder, command, lossy, print, print_json, shown, spinning, verdict, write_file};
 use crate::picture::Limit;
 use sequence::{ASSUMED_TEXT, Sequence, Truth};
@@ -43,6 +43,8 @@ pub struct Args {
     /// Where the flight program runs
     #[arg(long, value_enum, default_value = "host")]
     estimator: Program,
+    #[command(flatten)]
+    chosen: Chosen,
     /// Write a page about the run, index.html, into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -145,7 +147,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 /// The frames in order, each with its telemetry.
 fn fly(args: &Args, sequence: &Sequence) -> Result<Report> {
     let started = Instant::now();
-    let mut chain = Chain::start(args.features, &KT27, args.estimator, &sequence.frames[0])?;
+    let mut chain = Chain::start(args.features, &args.chosen.design()?, args.estimator, &sequence.frames[0])?;
     let (mut rows, mut estimates) = (Vec::new(), Vec::new());
     for (i, (telemetry, frame)) in sequence.telemetry.iter().zip(&sequence.frames).enumerate() {
         let Written { line, read, inliers } = chain.frame(telemetry, frame)?;

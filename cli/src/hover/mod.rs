@@ -4,7 +4,6 @@ mod fly;
 mod outcome;
 mod save;
 
-use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
@@ -16,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::chain::{Program, Source};
-use crate::design::configured;
+use crate::design::Chosen;
 use crate::output::{Folder, print, print_json, spinning};
 pub use fly::fly;
 use save::Saved;
@@ -38,9 +37,8 @@ use save::Saved;
 pub struct Args {
     #[command(flatten)]
     course: Course,
-    /// Change the design point of fixed features: a TOML file, or one key like dog_bits=12 or state=u16.4
-    #[arg(long, value_name = "FILE|KEY=VALUE")]
-    config: Vec<OsString>,
+    #[command(flatten)]
+    chosen: Chosen,
     /// The folder for the page, index.html, and the table of each frame, hover.csv
     #[arg(long, value_name = "DIR", default_value = "out/hover")]
     out: PathBuf,
@@ -138,7 +136,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let course = &args.course;
     course.estimator.find()?;
     let scene = scene(&course.scene)?;
-    let design = configured(&args.config)?;
+    let design = args.chosen.design()?;
     let renderer = spinning("making the scene", || Renderer::new(&scene, course.seed))
         .with_context(|| format!("scene {}", course.scene))?;
     let folder = Folder::new(&args.out)?;

@@ -2,8 +2,8 @@
 //! slope and shadows for the sun. Over a picture or water, whose own brightness comes later, albedo stands for 1.
 //!
 //! A texel is half a pixel wide. A shadow is there or not at the middle of a texel; at its edge, the mean of eight rays
-//! within the texel. Then the texels are smoothed with weights 1 4 6 4 1, of variance 1, to the half pixel that the blur
-//! of a pixel is.
+//! within the texel. Then the texels are smoothed with weights 1 4 6 4 1, of variance 1, to the half pixel that the
+//! blur of a pixel is.
 
 use std::sync::Arc;
 

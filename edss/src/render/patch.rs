@@ -2,9 +2,10 @@
 //! Abrash 1997).
 //!
 //! Level `n` serves pixels of `2^(n/2)` m with two texels a pixel, as in [`super::mip`], and between two levels the
-//! result is interpolated in `log2` of the pixel. A patch is 64 x 64 texels of one level. Its content follows from scene
-//! and seed alone, so a frame has the same bits whether its patches were there or not. A hovering camera sees the same
-//! ground again and again: material, grain, paint, slope and shadows of what stands still cost time only once.
+//! result is interpolated in `log2` of the pixel. A patch is 64 x 64 texels of one level. Its content follows from
+//! scene and seed alone, so a frame has the same bits whether its patches were there or not. A hovering camera sees
+//! the same ground again and again: material, grain, paint, slope and shadows of what stands still cost time only
+//! once.
 
 // Lanes are counted, not iterated: only plain loops become vector instructions of the caller's instruction set.
 #![allow(clippy::needless_range_loop)]
