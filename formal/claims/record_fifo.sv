@@ -25,7 +25,7 @@ module record_fifo_properties (input clock);
   reg [255:0] word;
   // Records before the one that is followed, and those inside in all.
   reg [9:0] ahead, inside;
-  reg begun = 0, waited, ended, was_reset;
+  reg begun = 0, waited, ended, was_reset, was_stalled = 0;
   reg [255:0] waiting_data;
   wire leaves = valid & ready;
   // Records are inside, and none is offered: for two clocks at most.
@@ -37,6 +37,7 @@ module record_fifo_properties (input clock);
   always @(posedge clock) begin
     begun <= 1;
     was_reset <= reset;
+    was_stalled <= stall & ~reset;
     waited <= valid & ~ready & ~reset;
     waiting_data <= data;
     {idle_2, idle_1} <= reset ? 2'b00 : {idle_1, idle};
@@ -65,10 +66,10 @@ module record_fifo_properties (input clock);
   wire [8:0] behind_read = at - \dut.read_address ;
   always @(posedge clock) begin
     if (!begun) assume (reset);
-    // The writer's part of the contract.
-    assume (!(write && \dut.waiting == 10'd512));
+    // The writer's part of the contract: no step, so no record, in the clock after `stall` (claim `sequencer`).
+    assume (!(write && was_stalled));
     if (begun) begin
-      within: assert (\dut.waiting <= 10'd512);
+      never_full: assert (\dut.waiting <= 10'd510 && (was_stalled || \dut.waiting <= 10'd509));
       addresses: assert (\dut.waiting [8:0] == \dut.write_address - \dut.read_address );
       conserved: assert (inside == \dut.waiting + {9'd0, \dut.next_valid } + {9'd0, valid});
       stored: assert (place != STORED || (\dut.watched == word && {1'b0, behind_read} < \dut.waiting

@@ -177,14 +177,20 @@ macro_rules! shipped {
 shipped![
     "lerp",
     "difference",
+    "row_look_back_border_16",
+    "row_look_ahead_border_16",
     "address_counter",
-    "record_fifo",
-    "candidate_queue",
+    "line_delay_18x32",
     "window_maximum_5",
     "window_maximum_7",
     "column_maximum",
-    "line_delay_18x32",
+    "decision",
+    "cursor",
+    "threshold",
+    "candidate_queue",
+    "record_fifo",
     "sequencer",
+    "csr",
 ];
 
 /// The claims about the emitted Verilog.
