@@ -33,9 +33,6 @@ pub struct Args {
     /// Claims; all where none is named
     #[arg(value_name = "NAME", conflicts_with = "source")]
     names: Vec<String>,
-    /// Leave out the claims that take long
-    #[arg(long, conflicts_with = "source")]
-    quick: bool,
     /// Put each claim's faults into the Verilog as well: its proof must fail
     #[arg(long, conflicts_with = "source")]
     mutants: bool,
@@ -155,7 +152,6 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
             solver: Solver::default(),
             bounded: args.bounded,
             cut_products: false,
-            long: false,
             mutants: Vec::new(),
             observe: Vec::new(),
             assumed: Vec::new(),
@@ -168,7 +164,7 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
             bail!("{name}: no such claim; they are {}", known.join(", "));
         }
     }
-    claims.retain(|claim| (args.names.is_empty() || args.names.contains(&claim.name)) && !(args.quick && claim.long));
+    claims.retain(|claim| args.names.is_empty() || args.names.contains(&claim.name));
     Ok(claims)
 }
 

@@ -101,14 +101,13 @@ fn small_claims_are_proved_and_their_faults_seen() {
     assert_eq!(results["results"].as_array().unwrap().len(), 8);
 }
 
-/// The quick set with its faults.
 #[test]
-#[ignore = "two minutes of proofs"]
-fn every_quick_claim_is_proved_and_its_faults_seen() {
+#[ignore = "a minute and a half of proofs"]
+fn every_claim_is_proved_and_its_faults_seen() {
     if !installed() {
         return;
     }
-    let output = formal(&["--json", "--quick", "--mutants"]);
+    let output = formal(&["--json", "--mutants"]);
     let results = told(&output);
     assert_eq!((output.status.code(), &results["failed"]), (Some(0), &0.into()), "{results}");
 }

@@ -61,8 +61,6 @@ struct Settings {
     bounded: bool,
     #[serde(default)]
     cut_products: bool,
-    #[serde(default)]
-    long: bool,
     #[serde(default, rename = "mutant")]
     mutants: Vec<Mutant>,
     #[serde(default)]
@@ -101,8 +99,6 @@ pub struct Claim {
     pub bounded: bool,
     /// Products are replaced by any value that the wrapper's assumptions allow.
     pub cut_products: bool,
-    /// Left out of the quick set.
-    pub long: bool,
     /// Faults that must make the proof fail.
     pub mutants: Vec<Mutant>,
     /// What the proof reads of the modules beside their ports and wires, as memories.
@@ -138,7 +134,6 @@ impl Claim {
             solver,
             bounded,
             cut_products,
-            long,
             mutants,
             observe,
             assumed,
@@ -155,7 +150,6 @@ impl Claim {
             solver,
             bounded,
             cut_products,
-            long,
             mutants,
             observe,
             assumed,
