@@ -70,7 +70,11 @@ fn verilog_of_the_users_is_proved_or_refuted_with_a_waveform() {
         let out = out.to_str().unwrap();
         formal(&["--json", "--out", out, "--depth", depth, "--source", source, "--properties", &properties])
     };
-    let good = run(&saved(folder.path(), "good.v", COUNTER), "14");
+    let source = saved(folder.path(), "good.v", COUNTER);
+    let written = || fs::metadata(&source).unwrap().modified().unwrap();
+    let before = written();
+    let good = run(&source, "14");
+    assert_eq!(written(), before, "the user's file is read and not written");
     let results = told(&good);
     assert_eq!((good.status.code(), &results["proved"], &results["failed"]), (Some(0), &1.into(), &0.into()));
     assert!(!out.exists());
@@ -84,7 +88,7 @@ fn verilog_of_the_users_is_proved_or_refuted_with_a_waveform() {
     assert!(fs::read_to_string(trace).unwrap().contains("count"));
 
     // Nine steps do not reach nine: the cover says so.
-    let short = told(&run(&saved(folder.path(), "good.v", COUNTER), "5"));
+    let short = told(&run(&source, "5"));
     assert_eq!(short["results"][1]["status"], "failed");
     assert!(short["results"][1]["detail"].as_str().unwrap().contains("nine"), "{short}");
 }

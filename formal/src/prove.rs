@@ -101,7 +101,7 @@ pub struct Place<'a> {
 /// Yosys or a solver is missing or refuses the Verilog; a mutant's text is not there.
 pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
-    let work = tempfile::tempdir().map_err(at_path(place.out)).map_err(wrong)?;
+    let work = tempfile::tempdir().map_err(at_path(&std::env::temp_dir())).map_err(wrong)?;
     let sources = prepare(claim, task, place.sources, work.path())?;
     let system = model(claim, &sources, work.path()).map_err(wrong)?;
     let trace = work.path().join("trace.vcd");
@@ -158,16 +158,21 @@ pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveErr
     Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept })
 }
 
-/// The sources of a claim: copies in `work` where they are observed or changed.
+/// The sources of a claim: as they are, or copies in `work` where they are observed or changed.
 fn prepare(claim: &Claim, task: Task, folder: &Path, work: &Path) -> Result<Vec<PathBuf>, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
-    let changed = |file: &String| {
+    let source = |file: &String| {
         let path = folder.join(file);
+        let mutant = match task {
+            Task::Mutant(at) if claim.mutants[at].file == *file => Some((at, &claim.mutants[at])),
+            _ => None,
+        };
+        let observed: Vec<_> = claim.observe.iter().filter(|observe| observe.file == *file).collect();
+        if mutant.is_none() && observed.is_empty() {
+            return Ok(path);
+        }
         let mut text = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
-        if let Task::Mutant(at) = task
-            && claim.mutants[at].file == *file
-        {
-            let Mutant { from, to, .. } = &claim.mutants[at];
+        if let Some((at, Mutant { from, to, .. })) = mutant {
             let found = text.matches(from.as_str()).count();
             if found != 1 {
                 return Err(ProveError::Mutant {
@@ -179,7 +184,7 @@ fn prepare(claim: &Claim, task: Task, folder: &Path, work: &Path) -> Result<Vec<
             }
             text = text.replacen(from.as_str(), to, 1);
         }
-        for observe in claim.observe.iter().filter(|observe| observe.file == *file) {
+        for observe in observed {
             if let Some(end) = text.rfind("endmodule") {
                 text.insert_str(end, &format!("{}\n", observe.text));
             }
@@ -188,5 +193,5 @@ fn prepare(claim: &Claim, task: Task, folder: &Path, work: &Path) -> Result<Vec<
         fs::write(&copy, text).map_err(at_path(&copy)).map_err(wrong)?;
         Ok(copy)
     };
-    claim.sources.iter().map(changed).collect()
+    claim.sources.iter().map(source).collect()
 }

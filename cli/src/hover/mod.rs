@@ -89,8 +89,7 @@ const HELP: &str = "\
 Scenes: field (relief of 3 m rms), town, helipad-in-mist (flat), open-water, aerial (a photograph that `make demo` \
 fetches). Another scene is a text file; edss/README.md says what can stand in it.
 
-Bounds, root mean square of the distance from the target: 0.1 m over flat ground, 0.3 m over relief or buildings, \
-0.2 m over flat ground in mist that leaves less than a fifth of the contrast.
+Bounds, root mean square of the distance from the target: 0.1 m over flat ground, 0.3 m over relief or buildings.
 
 hover.csv has a row for each frame: truth, estimate, sensors and wind, SI units and radians.
 

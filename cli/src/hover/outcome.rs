@@ -22,10 +22,6 @@ use crate::output::{command, shown, verdict, write_file};
 
 /// Largest rms distance over flat ground, m.
 const FLAT: f64 = 0.1;
-/// The same in mist that leaves less than [`FAINT`] of the contrast.
-const MIST: f64 = 0.2;
-/// Part of the contrast.
-const FAINT: f64 = 0.2;
 /// The same over relief or buildings.
 const RELIEF: f64 = 0.3;
 /// Vision that is away for longer is lost, s.
@@ -140,11 +136,7 @@ pub struct Outcome {
 impl Outcome {
     /// Of a hover that begins.
     pub fn new(course: &Course, scene: &Scene, setup: &Setup, latency: f64) -> Self {
-        let bound = match scene.is_flat() {
-            false => RELIEF,
-            true if scene.contrast(course.height) < FAINT => MIST,
-            true => FLAT,
-        };
+        let bound = if scene.is_flat() { FLAT } else { RELIEF };
         let degrees = |angle: f64| format!("{:.1} degrees rms", angle.to_degrees());
         let told = [
             ("scene", course.scene.clone()),

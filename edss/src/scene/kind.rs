@@ -17,9 +17,4 @@ impl Scene {
         };
         level && self.building.is_empty() && self.tree.is_empty() && !matches!(self.ground, Ground::Town(_))
     }
-
-    /// Contrast that mist leaves along a way of `range` m: `exp(-b range)` (Koschmieder 1924).
-    pub fn contrast(&self, range: f64) -> f64 {
-        self.mist.map_or(1.0, |mist| libm::exp(-mist.extinction_per_m * range))
-    }
 }
