@@ -7,9 +7,10 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueHint;
-use hoverlock_formal::claim::{Claim, Solver, shipped};
+use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_formal::claim::{Claim, shipped};
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};
-use hoverlock_rtl::emission::{committed, files};
+use hoverlock_rtl::emission::verilog::verilog;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -77,21 +78,12 @@ struct Report<'a> {
 
 pub fn run(args: &Args) -> Result<Verdict> {
     let claims = claims(args)?;
-    // The emission of a command without its sources is written out for Yosys.
-    let written;
-    let sources = match (&args.rtl, args.source.is_empty(), committed()) {
-        (Some(folder), ..) => folder.clone(),
-        (None, false, _) => PathBuf::new(),
-        (None, true, Some(paths)) => {
-            paths.first().and_then(|path| path.parent()).map(Path::to_owned).unwrap_or_default()
-        }
-        (None, true, None) => {
-            written = tempfile::tempdir().context("a folder for the Verilog")?;
-            for file in files()?.iter().filter(|file| file.path.ends_with(".v")) {
-                let name = file.path.rsplit('/').next().unwrap_or(&file.path);
-                std::fs::write(written.path().join(name), &file.text).context("the Verilog")?;
-            }
-            written.path().to_owned()
+    let sources = match (&args.rtl, args.source.is_empty()) {
+        (Some(folder), _) => folder.clone(),
+        (None, false) => PathBuf::new(),
+        (None, true) => {
+            let files = verilog(&KT27, None)?;
+            files.first().and_then(|file| file.parent()).map(Path::to_owned).unwrap_or_default()
         }
     };
     let mut tasks: Vec<(&Claim, Task)> = Vec::new();
@@ -109,7 +101,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let failed = results.iter().filter(|outcome| !outcome.pass).count();
     let proved = results.iter().filter(|o| matches!(o.status, Status::Proved | Status::Bounded)).count();
     if let Some(file) = &args.table {
-        write_file(file, table(&claims, &results).as_bytes())?;
+        write_file(file, table(&claims, &tasks, &results).as_bytes())?;
     }
     if args.json {
         print_json(&Report { results: &results, proved, failed })?;
@@ -142,19 +134,12 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
         let name = properties.file_stem().map_or("properties".into(), |stem| stem.to_string_lossy().into_owned());
         return Ok(vec![Claim {
             name,
-            statement: String::new(),
             sources,
             properties: text,
-            top: None,
             depth: args.depth,
             cover: args.depth,
-            fault: args.depth,
-            solver: Solver::default(),
             bounded: args.bounded,
-            cut_products: false,
-            mutants: Vec::new(),
-            observe: Vec::new(),
-            assumed: Vec::new(),
+            ..Claim::default()
         }]);
     }
     let mut claims = shipped()?;
@@ -198,36 +183,33 @@ fn all(tasks: &[(&Claim, Task)], place: &Place) -> Result<Vec<Outcome>> {
 }
 
 /// Claims and results as Markdown.
-fn table(claims: &[Claim], results: &[Outcome]) -> String {
-    let head = "claim | proof | solver | time, s | memory, MiB | covers | mutants that fail";
+fn table(claims: &[Claim], tasks: &[(&Claim, Task)], results: &[Outcome]) -> String {
+    let head = "claim | proof | time, s | memory, MiB | covers | mutants that fail";
     let mut text = format!(
         "<!-- Written by `hoverlock formal --mutants --table formal/RESULTS.md`. Do not edit. -->\n\n\
-         # What is proved\n\n| {head} |\n|{}\n",
-        "---|".repeat(7)
+         # What is proved\n\nProved with Yices.\n\n| {head} |\n|{}\n",
+        "---|".repeat(6)
     );
     for claim in claims {
-        let of = |what: &'static str| {
-            results.iter().filter(move |outcome| {
-                outcome.name.strip_prefix(&claim.name).is_some_and(|rest| rest.trim().starts_with(what))
-            })
-        };
-        let Some(proof) = results.iter().find(|outcome| outcome.name == claim.name) else { continue };
-        let how = match (proof.status, claim.bounded) {
-            (Status::Proved, _) => format!("induction, k = {}", claim.depth),
-            (Status::Bounded, _) => format!("{} steps from reset", claim.depth),
-            (status, _) => format!("**{}**", format!("{status:?}").to_lowercase()),
-        };
-        let mutants: Vec<&Outcome> = of("mutant").collect();
-        text += &format!(
-            "| `{}` | {how} | {} | {:.1} | {:.0} | {} | {} of {} |\n",
-            claim.name,
-            claim.solver.names().0,
-            proof.seconds,
-            proof.memory_mib,
-            of("cover").next().map_or("", |cover| if cover.pass { "reached" } else { "**not reached**" }),
-            mutants.iter().filter(|outcome| outcome.pass).count(),
-            mutants.len(),
-        );
+        let (mut proof, mut cover, mut faults, mut seen) = (String::new(), "", 0, 0);
+        for ((_, task), outcome) in tasks.iter().zip(results).filter(|((of, _), _)| of.name == claim.name) {
+            match task {
+                Task::Proof => {
+                    let how = match outcome.status {
+                        Status::Proved => format!("induction, k = {}", claim.depth),
+                        Status::Bounded => format!("{} steps from reset", claim.depth),
+                        status => format!("**{}**", name_of(status)),
+                    };
+                    proof = format!("{how} | {:.1} | {:.0}", outcome.seconds, outcome.memory_mib);
+                }
+                Task::Cover => cover = if outcome.pass { "reached" } else { "**not reached**" },
+                Task::Mutant(_) => {
+                    faults += 1;
+                    seen += usize::from(outcome.pass);
+                }
+            }
+        }
+        text += &format!("| `{}` | {proof} | {cover} | {seen} of {faults} |\n", claim.name);
     }
     text += "\n## Statements\n\n";
     for claim in claims {
@@ -239,10 +221,14 @@ fn table(claims: &[Claim], results: &[Outcome]) -> String {
     text
 }
 
+fn name_of(status: Status) -> String {
+    format!("{status:?}").to_lowercase()
+}
+
 /// A result as a line.
 fn line(outcome: &Outcome) -> String {
     let Outcome { name, status, pass, seconds, memory_mib, detail, trace } = outcome;
-    let status = format!("{status:?}").to_lowercase();
+    let status = name_of(*status);
     let mark = if *pass { "" } else { "FAIL " };
     let trace = trace.as_ref().map_or(String::new(), |path| format!("  {}", shown(path)));
     format!("{name:<28} {mark}{status:<9} {seconds:6.1} s {memory_mib:5.0} MiB  {detail}{trace}\n")

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use hoverlock_arm::message::Telemetry;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord};
 use hoverlock_fixed_point::model::design::{DesignPoint, SCALES};
-use hoverlock_fixed_point::model::simd::{SimdBitTrue, SimdError};
+use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;
@@ -255,14 +255,14 @@ impl Source {
         });
         let records: Vec<Vec<FeatureRecord>> = match self {
             Self::Rtl => simulated(design, &frames)?,
-            _ => match SimdBitTrue::new(design) {
-                Ok(mut model) if !clear => frames.iter().map(|frame| model.frame(&frame.luma, ALL).to_vec()).collect(),
-                Ok(_) | Err(SimdError::Formats { .. }) => {
-                    let model = BitTrue::new(design)?;
-                    frames.iter().map(|frame| model.planes(&frame.luma).features(ALL)).collect()
-                }
-                Err(error) => return Err(error.into()),
-            },
+            _ if clear => {
+                let model = BitTrue::new(design)?;
+                frames.iter().map(|frame| model.planes(&frame.luma).features(ALL)).collect()
+            }
+            _ => {
+                let mut model = Quickest::new(design)?;
+                frames.iter().map(|frame| model.features(&frame.luma, ALL)).collect()
+            }
         };
         Ok(std::array::from_fn(|i| {
             let features: Vec<Feature> = records[i].iter().map(|record| record.feature(design.dog().lsb())).collect();

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
-use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::DesignPoint;
-use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::design::{LEAST_SIDE, buildable};
 use hoverlock_rtl::simulation::{
@@ -141,9 +140,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if let Some(wave) = &wave {
         wave.room(args.wave_cycles)?;
     }
+    let mut model = Quickest::new(&design)?;
     let mut jobs = Vec::new();
     for plane in &pictures {
-        let job = Job::of(&design, plane.clone(), settled(&design, plane)?)?;
+        let job = Job::of(&design, plane.clone(), model.settled(plane))?;
         jobs.extend(std::iter::repeat_n(job, args.frames as usize));
     }
     let simulator = spinning("building the Verilated model (once; later runs find it)", || match &wave {
@@ -256,15 +256,6 @@ fn frame(design: &DesignPoint, path: &Path, limit: &Limit) -> Result<Plane<u16>>
     let (width, height) = (design.width as usize, design.height as usize);
     let picture = open(path, limit, LEAST_SIDE, Some((width, height)))?;
     Ok(design.samples(&picture.crop(width, height).luma))
-}
-
-/// The thresholds at which the automatic control would rest on this frame.
-pub fn settled(design: &DesignPoint, plane: &Plane<u16>) -> Result<[u32; 2]> {
-    let mut simd = SimdBitTrue::new(design)?;
-    let mut control = ThresholdController::new(design);
-    simd.frame(plane, control.thresholds());
-    control.settle(|thresholds| counts(&simd.planes().features(thresholds)));
-    Ok(control.thresholds())
 }
 
 fn report(args: &Args, images: &[PathBuf], outcome: Outcome) -> Report {

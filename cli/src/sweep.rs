@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::fs::{self, OpenOptions};
-use std::io::{BufRead as _, BufReader, ErrorKind, Write as _};
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -166,7 +166,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
 /// All points, scene by scene.
 fn points(args: &Args) -> Result<Vec<Point>> {
     let mut designs = vec![campaign::DEFAULT.to_owned()];
-    designs.extend(args.design.iter().chain(&args.config).cloned());
+    for name in args.design.iter().chain(&args.config) {
+        if !designs.contains(name) {
+            designs.push(name.clone());
+        }
+    }
     if args.features != Source::Fixed && designs.len() > 1 {
         bail!("--design, --config: word lengths are those of fixed features; leave --features out");
     }
@@ -271,12 +275,14 @@ fn on_cluster(address: &str, points: &[Point], keep: &mut dyn FnMut(Finished) ->
     }
     let python = std::env::var_os(PYTHON).unwrap_or_else(|| "python3".into());
     let worker = std::env::var_os(COMMAND).unwrap_or_else(|| "hoverlock".into());
+    // Into a file: nobody reads a pipe while the results come, and a full one would stop the module.
+    let mut said = tempfile::tempfile().context("--dask: a temporary file")?;
     let child = Command::new(&python)
         .args(["-m", "hoverlock.sweep", "--scheduler", address, "--command"])
         .arg(worker)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
+        .stderr(said.try_clone().context("--dask: a temporary file")?)
         .spawn();
     let mut child = match child {
         Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -295,11 +301,13 @@ fn on_cluster(address: &str, points: &[Point], keep: &mut dyn FnMut(Finished) ->
     for line in BufReader::new(stdout).lines() {
         keep(parsed(&line.context("--dask: the results cannot be read")?)?)?;
     }
-    let output = child.wait_with_output().context("--dask: the Python module is lost")?;
-    if !output.status.success() {
-        let said = String::from_utf8_lossy(&output.stderr);
+    let status = child.wait().context("--dask: the Python module is lost")?;
+    if !status.success() {
+        let mut bytes = Vec::new();
+        said.rewind().and_then(|()| said.read_to_end(&mut bytes)).context("--dask: what the Python module said")?;
+        let said = String::from_utf8_lossy(&bytes);
         let last = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it says nothing");
-        bail!("--dask {address}: the Python module has failed ({}): {last}", output.status);
+        bail!("--dask {address}: the Python module has failed ({status}): {last}");
     }
     Ok(())
 }

@@ -2,27 +2,6 @@
 
 use serde::Deserialize;
 
-/// An SMT solver, as `yosys-smtbmc` names it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Solver {
-    /// Best for control and memories.
-    #[default]
-    Yices,
-    /// A second opinion.
-    Z3,
-}
-
-impl Solver {
-    /// Its name for `yosys-smtbmc`, and its program.
-    pub fn names(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Yices => ("yices", "yices-smt2"),
-            Self::Z3 => ("z3", "z3"),
-        }
-    }
-}
-
 /// A fault that must make the proof fail.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,65 +24,49 @@ pub struct Observe {
     pub text: String,
 }
 
-/// What a TOML file says of a claim.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    statement: String,
-    sources: Vec<String>,
-    depth: u32,
-    cover: u32,
-    #[serde(default = "fault")]
-    fault: u32,
-    #[serde(default)]
-    solver: Solver,
-    #[serde(default)]
-    bounded: bool,
-    #[serde(default)]
-    cut_products: bool,
-    #[serde(default, rename = "mutant")]
-    mutants: Vec<Mutant>,
-    #[serde(default)]
-    observe: Vec<Observe>,
-    #[serde(default)]
-    assumed: Vec<String>,
-}
-
 /// Steps in which most faults show.
 fn fault() -> u32 {
     8
 }
 
-/// A claim.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A claim; what its TOML file says, and what follows from its name.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Claim {
     /// Its name, that of its files.
+    #[serde(skip)]
     pub name: String,
     /// What is claimed, in words.
     pub statement: String,
     /// The Verilog files it is about.
     pub sources: Vec<String>,
     /// The wrapper with the properties; its top is `NAME_properties`, or the only top there is.
+    #[serde(skip)]
     pub properties: String,
     /// The wrapper's module; `None` lets Yosys find it.
+    #[serde(skip)]
     pub top: Option<String>,
     /// `k` of the induction, or how many steps from reset where the claim is bounded.
     pub depth: u32,
     /// Steps within which each cover must be reached.
     pub cover: u32,
     /// Steps from reset in which a mutant is looked for before the induction is asked.
+    #[serde(default = "fault")]
     pub fault: u32,
-    /// Who decides.
-    pub solver: Solver,
     /// Proved for `depth` steps from reset only.
+    #[serde(default)]
     pub bounded: bool,
     /// Products are replaced by any value that the wrapper's assumptions allow.
+    #[serde(default)]
     pub cut_products: bool,
     /// Faults that must make the proof fail.
+    #[serde(default, rename = "mutant")]
     pub mutants: Vec<Mutant>,
     /// What the proof reads of the modules beside their ports and wires, as memories.
+    #[serde(default)]
     pub observe: Vec<Observe>,
     /// What the claim takes for granted, in words.
+    #[serde(default)]
     pub assumed: Vec<String>,
 }
 
@@ -121,39 +84,12 @@ impl Claim {
     /// # Errors
     /// The settings are not TOML, or lack something.
     pub fn parse(name: &str, settings: &str, properties: &str) -> Result<Self, ClaimError> {
-        let settings: Settings = toml::from_str(settings).map_err(|error| ClaimError {
+        let claim: Self = toml::from_str(settings).map_err(|error| ClaimError {
             name: name.into(),
             reason: error.to_string().lines().collect::<Vec<_>>().join(" "),
         })?;
-        let Settings {
-            statement,
-            sources,
-            depth,
-            cover,
-            fault,
-            solver,
-            bounded,
-            cut_products,
-            mutants,
-            observe,
-            assumed,
-        } = settings;
-        Ok(Self {
-            name: name.into(),
-            statement,
-            sources,
-            properties: properties.into(),
-            top: Some(format!("{name}_properties")),
-            depth,
-            cover,
-            fault,
-            solver,
-            bounded,
-            cut_products,
-            mutants,
-            observe,
-            assumed,
-        })
+        let top = Some(format!("{name}_properties"));
+        Ok(Self { name: name.into(), properties: properties.into(), top, ..claim })
     }
 }
 

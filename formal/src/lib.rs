@@ -3,14 +3,14 @@
 //!
 //! A claim is a wrapper in SystemVerilog with `assert`, `assume` and `cover`, and a TOML file that says what is
 //! claimed, of which modules, and how it is proved. Yosys makes a transition system of both, `yosys-smtbmc` unrolls it,
-//! an SMT solver decides. A claim counts only with its covers, which show that it is not vacuous, and its mutants:
+//! Yices decides. A claim counts only with its covers, which show that it is not vacuous, and its mutants:
 //! faults put into the Verilog that must make the proof fail.
 //!
 //! | module | its one reason |
 //! |---|---|
 //! | [`claim`] | what is claimed, and of what |
 //! | [`prove`] | a claim to a verdict |
-//! | [`engine`] | Yosys and the solvers as processes |
+//! | [`engine`] | Yosys and the solver as processes |
 
 pub mod claim;
 pub mod engine;

@@ -12,7 +12,7 @@ use crate::engine::{Answer, Asked, EngineError, Question, ask, at_path, model};
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
 pub enum ProveError {
-    /// Yosys or a solver.
+    /// Yosys or the solver.
     #[error("{claim}: {error}")]
     Engine {
         /// The claim.
@@ -98,7 +98,7 @@ pub struct Place<'a> {
 /// Does a task.
 ///
 /// # Errors
-/// Yosys or a solver is missing or refuses the Verilog; a mutant's text is not there.
+/// Yosys or the solver is missing or refuses the Verilog; a mutant's text is not there.
 pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
     let work = tempfile::tempdir().map_err(at_path(&std::env::temp_dir())).map_err(wrong)?;
@@ -107,7 +107,7 @@ pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveErr
     let trace = work.path().join("trace.vcd");
     let mut told = Asked { answer: Answer::Passed, time: Duration::ZERO, memory: 0 };
     let mut put = |question| -> Result<Answer, ProveError> {
-        let asked = ask(&system, question, claim.solver, place.limit, &trace).map_err(wrong)?;
+        let asked = ask(&system, question, place.limit, &trace).map_err(wrong)?;
         told.time += asked.time;
         told.memory = told.memory.max(asked.memory);
         Ok(asked.answer)

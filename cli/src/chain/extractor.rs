@@ -6,9 +6,9 @@ use hoverlock_arm::bus::Bus;
 use hoverlock_arm::hardware::Size;
 use hoverlock_arm::message::encode_frame;
 use hoverlock_arm::setup::{Thresholds, set_up};
-use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_fixed_point::model::simd::{SimdBitTrue, SimdError};
+use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;
@@ -17,7 +17,6 @@ use hoverlock_rtl::simulation::board::{Driver, RegisterPort};
 use hoverlock_rtl::simulation::{SimulationError, Simulator};
 
 use crate::output::spinning;
-use crate::sim::settled;
 
 /// Clock cycles from an interrupt to the CPU's first access: 20 us at 100 MHz.
 const LATENCY: u64 = 2_000;
@@ -76,34 +75,18 @@ impl Extractor {
                         first.height()
                     );
                 }
-                let design = design.clone();
-                match SimdBitTrue::new(&design) {
-                    Ok(mut simd) => {
-                        let thresholds = settled(&design, &design.samples(first))?;
-                        let features = move |frame: &Plane<u16>, thresholds| {
-                            simd.frame(&design.samples(frame), thresholds).to_vec()
-                        };
-                        model(Box::new(features), thresholds)
-                    }
-                    Err(SimdError::Formats { .. }) => {
-                        let bit_true = BitTrue::new(&design)?;
-                        let planes = bit_true.planes(&design.samples(first));
-                        let mut control = ThresholdController::new(&design);
-                        control.settle(|thresholds| counts(&planes.features(thresholds)));
-                        let features = move |frame: &Plane<u16>, thresholds| {
-                            bit_true.planes(&design.samples(frame)).features(thresholds)
-                        };
-                        model(Box::new(features), control.thresholds())
-                    }
-                    Err(error) => return Err(error.into()),
-                }
+                let (design, mut quickest) = (design.clone(), Quickest::new(design)?);
+                let thresholds = quickest.settled(&design.samples(first));
+                let features =
+                    move |frame: &Plane<u16>, thresholds| quickest.features(&design.samples(frame), thresholds);
+                model(Box::new(features), thresholds)
             }
             Source::Rtl if *design != KT27 => {
                 bail!("--features rtl: the Verilog is that of the design point kt27; leave --design and --config out")
             }
             Source::Rtl => {
                 let size = Size::new(first.width() as u32, first.height() as u32)?;
-                let thresholds = Thresholds::Automatic(settled(&KT27, first)?);
+                let thresholds = Thresholds::Automatic(Quickest::new(&KT27)?.settled(first));
                 let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
                 let driver = Driver::start(&simulator, LATENCY, |port| {
                     Ok::<_, anyhow::Error>(set_up(&mut Port(port), size, thresholds)?)

@@ -2,12 +2,13 @@
 //! records.
 //!
 //! [`bit_true`] supports any design. [`simd`] gives the same bits for the formats of the design point at tens of
-//! megapixels per second. [`crate::analysis`] measures both.
+//! megapixels per second; [`quickest`] chooses. [`crate::analysis`] measures both.
 
 pub mod bit_true;
 pub mod coefficients;
 pub mod design;
 pub mod format;
 pub mod lerp;
+pub mod quickest;
 pub mod simd;
 pub mod stages;

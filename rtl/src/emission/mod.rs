@@ -5,11 +5,13 @@
 //! | `mod` | the list of files, the register files, the hash |
 //! | [`post_pass`] | rust-hdl's output to one readable file per module |
 //! | `headers` | the comment above each module |
+//! | [`verilog`] | the Verilog of a design on the disk |
 //! | [`other`] | the same files for another design than the one that this was compiled for |
 
 mod headers;
 pub mod other;
 pub mod post_pass;
+pub mod verilog;
 
 use std::path::{Path, PathBuf};
 
@@ -51,6 +53,17 @@ pub enum EmitError {
     /// A folder without Verilog.
     #[error("{}: no Verilog file (*.v) in this folder", .0.display())]
     NoVerilog(PathBuf),
+    /// There is no cache folder.
+    #[error(transparent)]
+    Cache(#[from] hoverlock_cache::NoCacheFolder),
+    /// The Verilog cannot be put where tools read it.
+    #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
+    Write {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// The emitter of another design cannot be built or run.
     #[error(transparent)]
     Other(#[from] other::OtherError),

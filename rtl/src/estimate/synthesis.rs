@@ -15,8 +15,8 @@ use super::{
     memory::memories,
     netlist::{Flat, Netlist},
 };
-use crate::emission::{EmitError, File, committed, files_of, verilog_in};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use crate::emission::{File, verilog::verilog};
+use hoverlock_fixed_point::model::design::DesignPoint;
 
 const TOP: &str = "hoverlock_top";
 
@@ -31,20 +31,13 @@ pub fn estimate(
     folder: Option<&Path>,
     step: &mut dyn FnMut(&str),
 ) -> Result<Estimate, EstimateError> {
-    let paths = match folder {
-        Some(folder) => Some(verilog_in(folder).ok_or_else(|| EmitError::NoVerilog(folder.into()))?),
-        None => committed().filter(|_| *design == KT27),
-    };
-    let sources = match paths {
-        Some(paths) => paths
-            .iter()
-            .map(|path| {
-                let text = fs::read_to_string(path).map_err(at(path))?;
-                Ok(File { path: path.to_string_lossy().into_owned(), text })
-            })
-            .collect::<Result<Vec<_>, EstimateError>>()?,
-        None => files_of(design)?.into_iter().filter(|file| file.path.ends_with(".v")).collect(),
-    };
+    let sources = verilog(design, folder)?
+        .iter()
+        .map(|path| {
+            let text = fs::read_to_string(path).map_err(at(path))?;
+            Ok(File { path: path.to_string_lossy().into_owned(), text })
+        })
+        .collect::<Result<Vec<_>, EstimateError>>()?;
     of(&sources, TOP, step)
 }
 

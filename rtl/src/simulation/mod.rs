@@ -28,7 +28,7 @@ mod records;
 mod simulator;
 mod waves;
 
-use std::{path::PathBuf, sync::mpsc::sync_channel, time::Instant};
+use std::{sync::mpsc::sync_channel, time::Instant};
 
 use hoverlock_fixed_point::model::{coefficients::CoefficientError, design::DesignPoint};
 use hoverlock_harness::{BuildError, Error, ModelError};
@@ -73,17 +73,6 @@ pub enum SimulationError {
         frame: usize,
         /// Cycles waited.
         cycles: u64,
-    },
-    /// There is no folder for the emitted Verilog.
-    #[error(transparent)]
-    Cache(#[from] hoverlock_cache::NoCacheFolder),
-    /// The Verilog cannot be put where Verilator reads it.
-    #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
-    Write {
-        /// Where.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
     },
 }
 

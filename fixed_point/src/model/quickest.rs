@@ -1,0 +1,79 @@
+//! The bit-true model of a design in the quickest code that its formats allow.
+
+use hoverlock_reference::image::plane::Plane;
+
+use crate::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
+use crate::model::design::{DesignPoint, SCALES};
+use crate::model::simd::{SimdBitTrue, SimdError};
+
+/// The model: [`SimdBitTrue`] where it supports the formats, else [`BitTrue`]. Their bits are the same.
+pub struct Quickest {
+    design: DesignPoint,
+    code: Code,
+}
+
+enum Code {
+    Simd(Box<SimdBitTrue>),
+    Clear(Box<BitTrue>),
+}
+
+impl Quickest {
+    /// The model of a design.
+    ///
+    /// # Errors
+    /// The coefficients cannot be designed.
+    pub fn new(design: &DesignPoint) -> Result<Self, SimdError> {
+        let code = match SimdBitTrue::new(design) {
+            Ok(simd) => Code::Simd(Box::new(simd)),
+            Err(SimdError::Formats { .. }) => Code::Clear(Box::new(BitTrue::new(design)?)),
+            Err(error) => return Err(error),
+        };
+        Ok(Self { design: design.clone(), code })
+    }
+
+    /// The features of a frame of pixels in steps of the camera ([`DesignPoint::samples`]), in order.
+    pub fn features(&mut self, pixels: &Plane<u16>, thresholds: [u32; SCALES]) -> Vec<FeatureRecord> {
+        match &mut self.code {
+            Code::Simd(simd) => simd.frame(pixels, thresholds).to_vec(),
+            Code::Clear(model) => model.planes(pixels).features(thresholds),
+        }
+    }
+
+    /// The thresholds at which the automatic control would rest on a frame.
+    pub fn settled(&mut self, pixels: &Plane<u16>) -> [u32; SCALES] {
+        let mut control = ThresholdController::new(&self.design);
+        match &mut self.code {
+            Code::Simd(simd) => {
+                simd.frame(pixels, control.thresholds());
+                control.settle(|thresholds| counts(&simd.planes().features(thresholds)));
+            }
+            Code::Clear(model) => {
+                let planes = model.planes(pixels);
+                control.settle(|thresholds| counts(&planes.features(thresholds)));
+            }
+        }
+        control.thresholds()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A state of 20 bits is beyond the simd model; that of the default design is not.
+    #[test]
+    fn both_codes_give_the_bits_of_the_clear_model() {
+        let frame = Plane::from_fn(150, 90, |x, y| ((x * x * 37 + y * 911 + x * y * 13) % 65_536) as u16);
+        for change in ["state=u16.2", "state=u16.4"] {
+            let design = DesignPoint::default().with_override(change).unwrap();
+            let mut quickest = Quickest::new(&design).unwrap();
+            assert_eq!(matches!(quickest.code, Code::Simd(_)), change == "state=u16.2");
+            let planes = BitTrue::new(&design).unwrap().planes(&frame);
+            let mut control = ThresholdController::new(&design);
+            control.settle(|thresholds| counts(&planes.features(thresholds)));
+            assert_eq!(quickest.settled(&frame), control.thresholds(), "{change}");
+            let features = quickest.features(&frame, [200, 200]);
+            assert!(!features.is_empty() && features == planes.features([200, 200]), "{change}");
+        }
+    }
+}

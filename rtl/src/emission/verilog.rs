@@ -1,0 +1,57 @@
+//! The Verilog files of a design on the disk: what is simulated, estimated and proved.
+
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use sha2::{Digest, Sha256};
+
+use super::{EmitError, File, committed, files_of, verilog_in};
+use crate::design::buildable;
+
+/// The Verilog of a folder, the committed Verilog of the default design, or else the emission.
+///
+/// # Errors
+/// Where the design cannot be built or emitted, or the folder has no Verilog.
+pub fn verilog(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBuf>, EmitError> {
+    buildable(design)?;
+    match folder {
+        Some(folder) => verilog_in(folder).ok_or_else(|| EmitError::NoVerilog(folder.into())),
+        None => match committed().filter(|_| *design == KT27) {
+            Some(committed) => Ok(committed),
+            None => emitted(&files_of(design)?),
+        },
+    }
+}
+
+/// The emission as files in a folder named by content. Unchanged files keep their times, by which the harness finds the
+/// built model.
+fn emitted(files: &[File]) -> Result<Vec<PathBuf>, EmitError> {
+    let verilog: Vec<_> = files.iter().filter(|file| file.path.ends_with(".v")).collect();
+    let mut digest = Sha256::new();
+    verilog.iter().for_each(|file| digest.update(file.text.as_bytes()));
+    let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let folder = hoverlock_cache::folder()?.join("verilog").join(name);
+    let mut sources = Vec::new();
+    for file in verilog {
+        let path = folder.join(file.path.trim_start_matches("verilog/"));
+        put(&path, &file.text).map_err(|source| EmitError::Write { path: path.clone(), source })?;
+        sources.push(path);
+    }
+    Ok(sources)
+}
+
+/// Writes a file whole, unless it is there already.
+fn put(path: &Path, text: &str) -> std::io::Result<()> {
+    if std::fs::read(path).is_ok_and(|there| there == text.as_bytes()) {
+        return Ok(());
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    file.persist(path)?;
+    Ok(())
+}
