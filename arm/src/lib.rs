@@ -23,6 +23,7 @@
 pub mod arinc429;
 pub mod bus;
 pub mod framing;
+pub mod ground;
 pub mod hardware;
 pub mod line;
 pub mod mavlink;

@@ -125,12 +125,12 @@ impl Estimate {
             x_e_m: pose.displacement.x,
             y_e_m: pose.displacement.y,
             z_e_m: pose.descent,
-            yaw_rad: pose.attitude.yaw,
+            yaw_rad: pose.current.attitude.yaw,
             covariance_m2: [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]],
             quality: pose.quality,
             inliers,
             matches,
-            attitude: pose.attitude,
+            attitude: pose.current.attitude,
             sensors,
         }
     }

@@ -29,7 +29,7 @@ use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate};
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose::{self, PoseBuffers};
+use hoverlock_reference::motion::pose::{self, PoseBuffers, Sight};
 use nalgebra::{Matrix3, Vector2};
 
 /// Features of a frame that are used; of more, those with the largest responses.
@@ -115,6 +115,8 @@ pub struct Navigator {
 struct Last {
     time_us: u64,
     displacement: Vector2<f64>,
+    /// Down, m.
+    descent: f64,
 }
 
 /// Allocated once.
@@ -358,7 +360,7 @@ impl Navigator {
             self.capture = false;
             self.renew = false;
             self.reference = Some(Reference::origin(frame, view, telemetry));
-            self.last = Some(Last { time_us: telemetry.time_us, displacement: Vector2::zeros() });
+            self.last = Some(Last { time_us: telemetry.time_us, displacement: Vector2::zeros(), descent: 0.0 });
             std::mem::swap(reference_features, current);
             return Ok(None);
         }
@@ -367,11 +369,13 @@ impl Navigator {
             return Err(Reason::Zoom);
         }
         let fresh = |last: &Last| telemetry.time_us.checked_sub(last.time_us).is_some_and(|age| age <= FRESH_US);
-        let gate = self
-            .last
-            .filter(fresh)
-            .map(|last| last.displacement - reference.base.displacement)
-            .map(|moved| Gate { prediction: predicted(&reference.view, &view, moved), radius: GATE_RADIUS });
+        let last = self.last.filter(fresh);
+        let expected = last.map(|last| reference.sight.view.height() - (last.descent - reference.base.descent));
+        let gate = last.map(|last| {
+            let moved = last.displacement - reference.base.displacement;
+            let level = expected.and_then(|height| at_height(&view, height)).unwrap_or(view);
+            Gate { prediction: predicted(&reference.sight.view, &level, moved), radius: GATE_RADIUS }
+        });
         let mut estimator = Estimator::default();
         estimator.matching.gate = gate;
         mark(Part::Search);
@@ -382,23 +386,37 @@ impl Navigator {
         inliers.clear();
         let stride = motion.inliers.len().div_ceil(POSE_PAIRS).max(1);
         inliers.extend(motion.inliers.iter().step_by(stride).map(|&i| motion.pairs[i]));
-        let pose = pose::fit_in(pose, fit, &reference.view, &view, &telemetry.sensors, inliers, motion.quality)?;
+        let mut sight = Sight { view, errors: telemetry.sensors.into() };
+        if let Some(expected) = expected {
+            // The laser may have met what stands on the ground: the further off, the less it says of the ground.
+            sight.errors.hills = sight.errors.hills.max((view.height() - expected).abs() / 2.0);
+        }
+        let pose =
+            pose::fit_in(pose, fit, &reference.sight, &reference.ground.terrain(), &sight, inliers, motion.quality)?;
+        reference.improve(&pose, telemetry.range, telemetry.sensors.range);
         let step = Estimate::of(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);
         let estimate = reference.base.add(step);
         let displacement = Vector2::new(estimate.x_e_m, estimate.y_e_m);
-        self.last = Some(Last { time_us: telemetry.time_us, displacement });
+        self.last = Some(Last { time_us: telemetry.time_us, displacement, descent: estimate.z_e_m });
         if !reference.is_proved(telemetry.time_us) {
             return Err(Reason::Unproved);
         }
-        let homography = predicted(&reference.view, &view, pose.displacement);
+        let level = at_height(&view, pose.current.height).unwrap_or(view);
+        let homography = predicted(&reference.sight.view, &level, pose.displacement);
         let worn = reference.is_worn(&estimate, &homography, (size.width, size.height), telemetry);
         if (worn || self.renew) && is_anchor(&step) {
             self.renew = false;
-            *reference = Reference::renewed(frame, view, telemetry, &estimate);
+            *reference = Reference::renewed(frame, level, telemetry, &estimate, &pose, reference);
             std::mem::swap(reference_features, current);
         }
         Ok(Some(estimate))
     }
+}
+
+/// A view as from another height, m; nothing where that is no view of the ground.
+fn at_height(view: &View, height: f64) -> Option<View> {
+    let range = height / view.attitude().rotation()[(2, 2)];
+    View::new(*view.camera(), *view.attitude(), range).ok()
 }
 
 /// REF pixel -> CUR pixel, when the camera has moved by `displacement` (m) over level ground.

@@ -14,15 +14,21 @@
 //! - the field of view differs by more than [`ZOOM_RENEWS`], because features are not invariant to scale,
 //! - quality is below half of the best with this reference, for [`SETTLING_US`] at least.
 //!
+//! **What is known of it** grows with the frames. Its attitude is not that of one noisy reading: each pose fit says
+//! what is known of it after one more frame. The ground below it is a plane through the points that the laser has met
+//! ([`crate::ground`]).
+//!
 //! **Proof.** Waves look like ground until they have moved on. So a captured reference has to be found again after
 //! [`PROVING_US`] before any estimate from it is believed; a reference that a proved one was renewed by is proved.
 //!
 //! A frame whose displacement from the reference is known to more than [`ANCHOR`] only is not taken.
 
+use crate::ground::GroundPlane;
 use crate::line::Estimate;
 use crate::message::Telemetry;
 use hoverlock_reference::motion::model::transfer;
 use hoverlock_reference::motion::orthophoto::View;
+use hoverlock_reference::motion::pose::{Errors, Found, Pose, Sensors, Sight};
 use nalgebra::{Matrix3, Vector2};
 
 /// Part of the reference's picture that a frame sees, below which the frame takes its place.
@@ -44,6 +50,10 @@ pub const PROVING_US: u64 = 500_000;
 
 /// Largest standard error, from the reference before it, of a frame that becomes the reference, m.
 pub const ANCHOR: f64 = 0.3;
+
+/// Part of the error of one reading of attitude, below which the readings of many frames are not believed to bring it:
+/// bias and drift are in all of them.
+const LEARNT: f64 = 0.2;
 
 /// Columns and rows of points at which the common part is counted.
 const GRID: (u32, u32) = (16, 12);
@@ -86,8 +96,10 @@ impl Base {
 pub struct Reference {
     /// Number of the frame.
     pub frame: Option<u32>,
-    /// Where its camera looked.
-    pub view: View,
+    /// Where its camera looked, as far as is known by now.
+    pub sight: Sight,
+    /// The ground below it.
+    pub ground: GroundPlane,
     /// Its field of view, radians.
     pub field_of_view: f64,
     /// Where it lies from the origin.
@@ -95,18 +107,56 @@ pub struct Reference {
     since_us: u64,
     best_quality: u8,
     proved: bool,
+    sensors: Sensors,
 }
 
 impl Reference {
     /// The origin.
     pub fn origin(frame: Option<u32>, view: View, telemetry: &Telemetry) -> Self {
         let (field_of_view, since_us) = (telemetry.field_of_view, telemetry.time_us);
-        Self { frame, view, field_of_view, base: Base::default(), since_us, best_quality: 0, proved: false }
+        let errors = Errors::from(telemetry.sensors);
+        Self {
+            frame,
+            sight: Sight { view, errors },
+            ground: GroundPlane::new(&Sight { view, errors }),
+            field_of_view,
+            base: Base::default(),
+            since_us,
+            best_quality: 0,
+            proved: false,
+            sensors: telemetry.sensors,
+        }
     }
 
-    /// The frame of `estimate`, which is seen from the origin.
-    pub fn renewed(frame: Option<u32>, view: View, telemetry: &Telemetry, estimate: &Estimate) -> Self {
-        Self { base: Base::of(estimate), proved: true, ..Self::origin(frame, view, telemetry) }
+    /// The frame of `estimate`, which is seen from the origin, and of the pose that it comes from.
+    pub fn renewed(
+        frame: Option<u32>,
+        view: View,
+        telemetry: &Telemetry,
+        estimate: &Estimate,
+        pose: &Pose,
+        before: &Self,
+    ) -> Self {
+        let mut new = Self { base: Base::of(estimate), proved: true, ..Self::origin(frame, view, telemetry) };
+        new.ground = before.ground.moved(pose);
+        new.learn(&pose.current);
+        new
+    }
+
+    /// Takes the attitude that a fit has found, over the ground as it is known by now.
+    fn learn(&mut self, found: &Found) {
+        let range = self.ground.height() / found.attitude.rotation()[(2, 2)];
+        // A pose that is no view of the ground teaches nothing.
+        let Ok(view) = View::new(*self.sight.view.camera(), found.attitude, range) else { return };
+        self.sight.view = view;
+        self.sight.errors.tilt = found.tilt.max(LEARNT * self.sensors.tilt);
+        self.sight.errors.heading = found.heading.max(LEARNT * self.sensors.heading);
+    }
+
+    /// Takes what a frame tells of this one: its pose, and what the laser has met (m).
+    pub fn improve(&mut self, pose: &Pose, range: f64, error: f64) {
+        self.ground.meet(pose, range, error);
+        self.learn(&pose.reference);
     }
 
     /// Part by which a field of view differs from this one's.

@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let mut tasks: Vec<(&Claim, Task)> = Vec::new();
     for claim in &claims {
         tasks.push((claim, Task::Proof));
-        if claim.properties.contains("cover") {
+        if ["cover (", "cover("].iter().any(|word| claim.properties.contains(word)) {
             tasks.push((claim, Task::Cover));
         }
         if args.mutants {
@@ -125,6 +125,9 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
             .with_context(|| format!("--properties {}: cannot be read", shown(properties)))?;
         let mut sources = Vec::new();
         for file in &args.source {
+            if file.is_dir() {
+                bail!("--source {}: a folder; name its Verilog files", shown(file));
+            }
             if !file.is_file() {
                 bail!("--source {}: no such file", shown(file));
             }

@@ -15,6 +15,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, anyhow, bail};
+use hoverlock_edss::camera::SIZE;
 use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
@@ -175,7 +176,15 @@ fn points(args: &Args) -> Result<Vec<Point>> {
         bail!("--design, --config: word lengths are those of fixed features; leave --features out");
     }
     for name in &designs {
-        design(name)?;
+        let DesignPoint { width, height, .. } = design(name)?;
+        if (width as usize) < SIZE.0 || (height as usize) < SIZE.1 {
+            bail!(
+                "the design {name} takes {width} x {height} px at most, and the camera's frames have {} x {}: copy its \
+                 file and change width and height",
+                SIZE.0,
+                SIZE.1
+            );
+        }
     }
     let mut points = Vec::new();
     for name in &args.scene {

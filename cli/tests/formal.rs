@@ -123,6 +123,7 @@ fn bad_input_is_one_line_and_status_2() {
     let properties = saved(folder.path(), "below_ten.sv", BELOW_TEN);
     assert_refused(&formal(&["lerps"]), "lerps");
     assert_refused(&formal(&["--source", &counter]), "--properties");
+    assert_refused(&formal(&["--source", folder.path().to_str().unwrap(), "--properties", &properties]), "a folder");
     assert_refused(&formal(&["--source", "/nope.v", "--properties", &properties]), "/nope.v");
     assert_refused(&formal(&["--source", &counter, "--properties", "/nope.sv"]), "/nope.sv");
     if !installed() {
@@ -131,4 +132,6 @@ fn bad_input_is_one_line_and_status_2() {
     assert_refused(&formal(&["difference", "--rtl", folder.path().to_str().unwrap()]), "difference.v");
     let broken = saved(folder.path(), "broken.v", "module counter (input clock);\nassign a = ;\nendmodule\n");
     assert_refused(&formal(&["--source", &broken, "--properties", &properties]), "broken.v:2");
+    let silent = saved(folder.path(), "silent.sv", "module silent (input clock);\n// assert (1);\nendmodule\n");
+    assert_refused(&formal(&["--source", &counter, "--properties", &silent]), "no assert");
 }

@@ -129,6 +129,7 @@ fn bad_input_is_one_line_and_status_2() {
         assert!(!out.exists(), "{named}: something was left");
     };
     sweep(&["--scene", "moon"], "moon");
+    sweep(&["--design", "small"], "640 x 480");
     sweep(&["--config", "dog_bits=99"], "dog_bits");
     sweep(&["--config", "dog_bits=12", "--features", "float"], "--config");
 }

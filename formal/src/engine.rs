@@ -27,6 +27,9 @@ pub enum EngineError {
         /// What it says.
         reason: String,
     },
+    /// Nothing is claimed, and nothing would be proved.
+    #[error("the properties have no {0}: nothing is claimed")]
+    Empty(&'static str),
     /// A file of the work folder.
     #[error("{path}: {error}")]
     File {
@@ -125,6 +128,15 @@ pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> R
     let Some(smtbmc) = found("yosys-smtbmc") else {
         return Err(EngineError::Missing { program: "yosys-smtbmc", mend: "Debian's package yosys" });
     };
+    let stated = match question {
+        Question::Base(_) | Question::Step(_) => "assert",
+        Question::Cover(_) => "cover",
+    };
+    // Yosys lists what it has found in the Verilog, so that a word in a comment does not count.
+    let system = fs::read_to_string(model).map_err(at_path(model))?;
+    if !system.lines().any(|line| line.strip_prefix("; yosys-smt2-").is_some_and(|rest| rest.starts_with(stated))) {
+        return Err(EngineError::Empty(stated));
+    }
     let log = model.with_extension("log");
     let file = File::create(&log).map_err(at_path(&log))?;
     let mut command = Command::new(smtbmc);

@@ -11,12 +11,21 @@
 //!
 //! The unknowns are `t` and `R_c` of CUR, and `h` and `R_r` of REF. Each reading is a prior: roll, pitch and yaw of
 //! both frames, `h` and `h - tz`. Each error therefore enters once, and the covariance of `tx` and `ty` includes all of
-//! them. The solver is Gauss-Newton with exact derivatives. `rho` is Huber's, in the metric of the noise of the pairs,
-//! which is estimated from their own residual ([`crate::motion::robust`]).
+//! them. What is known of REF may be more than one reading: the fit also tells what is known of both views after it
+//! ([`Pose::reference`], [`Pose::current`]), which can be the prior of a fit with the next frame. The solver is
+//! Gauss-Newton with exact derivatives. `rho` is Huber's, in the metric of the noise of the pairs, which is estimated
+//! from their own residual ([`crate::motion::robust`]).
 //!
 //! **Relief.** The ground is first taken for a level plane. Where the pairs show relief ([`crate::motion::relief`]), or
-//! readings and pairs disagree, the fit is repeated with a height of its own for each part of the ground, a slope, and
-//! a laser that hits hills and hollows: its standard error is then 3 m, that of the slope 3 degrees.
+//! readings and pairs disagree, two more are tried, in this order:
+//!
+//! 1. A plane with things on it. Pairs whose error is not noise lie on houses and trees and are left out; six in ten
+//!    must remain. Heights of a town are not normal: a street and a roof 12 m above it pull a normal model to slopes of
+//!    ten degrees that are not there.
+//! 2. Hills: a height of its own for each part of the ground.
+//!
+//! In both the plane may have a slope, and the laser may hit what is not the plane: its standard error is then 3 m.
+//! [`Terrain`] says what is known of height and slope; from a single reading a slope of 3 degrees rms.
 //!
 //! With IMU and laser alone, the error of the displacement is `h` times the error of the relative tilt: 0.2 degrees at
 //! 100 m are 0.35 m per axis and frame. The pairs reduce it, because tilt changes the perspective of the picture and
@@ -48,6 +57,75 @@ pub struct Sensors {
     pub range: f64,
 }
 
+/// Standard errors of attitude and height of a view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Roll and pitch, radians.
+    pub tilt: f64,
+    /// Yaw, radians.
+    pub heading: f64,
+    /// Height over a level plane, m.
+    pub level: f64,
+    /// Height over the mean of a ground with relief, m.
+    pub hills: f64,
+}
+
+impl From<Sensors> for Errors {
+    /// Of one reading of each: over relief the laser may hit any hill.
+    fn from(sensors: Sensors) -> Self {
+        let Sensors { tilt, heading, range } = sensors;
+        Self { tilt, heading, level: range, hills: range.hypot(HILLS) }
+    }
+}
+
+/// The ground below REF: `depth + slope . (x, y) = height`, from the camera, and how well that is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Terrain {
+    /// Of the camera over the plane, m.
+    pub height: f64,
+    /// Of the plane along `X_e` and `Y_e`: ground that rises is positive.
+    pub slope: Vector2<f64>,
+    /// Covariance of height and slope.
+    pub covariance: Matrix3<f64>,
+}
+
+impl Terrain {
+    /// What one reading of the laser tells.
+    pub fn of(sight: &Sight) -> Self {
+        let hills = sight.errors.hills;
+        let covariance = Matrix3::from_diagonal(&Vector3::new(hills * hills, SLOPE * SLOPE, SLOPE * SLOPE));
+        Self { height: sight.view.height(), slope: Vector2::zeros(), covariance }
+    }
+
+    /// Whether a level plane could be seen with this slope by chance.
+    fn may_be_level(&self) -> bool {
+        let covariance = self.covariance.fixed_view::<2, 2>(1, 1).into_owned();
+        covariance.try_inverse().is_some_and(|inverse| self.slope.dot(&(inverse * self.slope)) < CHI2_LEVEL)
+    }
+}
+
+/// A view, and how well it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// Attitude and height.
+    pub view: View,
+    /// Their standard errors.
+    pub errors: Errors,
+}
+
+/// What a fit tells of a view: attitude and height, and their standard errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Attitude.
+    pub attitude: Attitude,
+    /// Height over the plane below the camera, m.
+    pub height: f64,
+    /// Standard error of the worse one of roll and pitch, radians.
+    pub tilt: f64,
+    /// Standard error of the yaw, radians.
+    pub heading: f64,
+}
+
 /// Pose of the camera in CUR relative to REF.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
@@ -55,8 +133,10 @@ pub struct Pose {
     pub displacement: Vector2<f64>,
     /// From REF to CUR downwards, m.
     pub descent: f64,
-    /// Attitude of CUR.
-    pub attitude: Attitude,
+    /// What is known of REF now.
+    pub reference: Found,
+    /// What is known of CUR now.
+    pub current: Found,
     /// Covariance of the displacement, m^2.
     pub covariance: Matrix2<f64>,
     /// Residual of the pairs, px per axis.
@@ -115,6 +195,9 @@ pub const CHI2_LIMIT: f64 = 38.3;
 /// Chi squared above which the ground is not taken for a level plane: chance brings it once in 1000 flights.
 const CHI2_SUSPECT: f64 = 22.5;
 
+/// Chi squared of two slopes above which the ground is known not to be level: chance brings it once in 1000 flights.
+const CHI2_LEVEL: f64 = 13.8;
+
 /// Standard deviation of what the laser hits over relief, m.
 const HILLS: f64 = 3.0;
 
@@ -127,8 +210,12 @@ const PLANE_SLOPE: f64 = 1e-5;
 /// Evidence of relief in a part of the pairs above which the plane is not tried with all: the pose is not settled yet.
 const CLEAR_EVIDENCE: f64 = 3.0 * EVIDENCE;
 
-/// Index of `h` among the unknowns.
+/// Indices of `tz` and `h` among the unknowns; roll, pitch and yaw of CUR and of REF come after them.
+const DESCENT: usize = 2;
 const HEIGHT: usize = 6;
+
+/// Index of the first slope.
+const SLOPES: usize = 10;
 
 /// The residual is not believed to be below this, px an axis: no comparison of frames with noise knows better.
 const LEAST_RESIDUAL: f64 = 0.02;
@@ -152,6 +239,15 @@ const APPROACHED: f64 = 1.0;
 /// Pairs of that part: they bring the pose within some standard errors of all pairs.
 const FEW: usize = 128;
 
+/// Part of the pairs that must show the ground between things on it.
+const LEAST_GROUND: f64 = 0.6;
+
+/// An error of more than so many standard deviations is not noise: one pair in 500 has it by chance.
+const NOT_NOISE: f64 = 3.5;
+
+/// How often pairs are sorted into ground and things; the second time by the plane that the first has left.
+const SORTINGS: usize = 2;
+
 /// Work units of an iteration, by instructions on the ARM: homography, derivatives and solution.
 const ITERATION_WORK: usize = 3000;
 
@@ -174,6 +270,7 @@ pub struct PoseBuffers {
     residuals: Vec<Residual>,
     values: Vec<f64>,
     places: Vec<Vector2<f64>>,
+    kept: Vec<Pair>,
     cells: Cells,
 }
 
@@ -184,6 +281,7 @@ impl PoseBuffers {
             residuals: Vec::with_capacity(pairs),
             values: Vec::with_capacity(pairs),
             places: Vec::with_capacity(pairs),
+            kept: Vec::with_capacity(pairs),
             cells: Cells::new(),
         }
     }
@@ -201,43 +299,62 @@ pub fn fit(
     match_quality: u8,
 ) -> Result<Pose, PoseError> {
     let (mut buffers, mut budget) = (PoseBuffers::with_capacity(pairs.len()), Budget::UNLIMITED);
-    fit_in(&mut buffers, &mut budget, reference, current, sensors, pairs, match_quality)
+    let sight = |view: &View| Sight { view: *view, errors: (*sensors).into() };
+    let (reference, current) = (sight(reference), sight(current));
+    let terrain = Terrain::of(&reference);
+    fit_in(&mut buffers, &mut budget, &reference, &terrain, &current, pairs, match_quality)
 }
 
-/// The same with memory that is used again and with bounded work.
+/// The same with memory that is used again, with bounded work, and with what is known of each view.
 ///
 /// # Errors
 /// As [`fit`], and where `budget` ends before the pose has settled: a pose on its way has no covariance.
 pub fn fit_in(
     buffers: &mut PoseBuffers,
     budget: &mut Budget,
-    reference: &View,
-    current: &View,
-    sensors: &Sensors,
+    reference: &Sight,
+    terrain: &Terrain,
+    current: &Sight,
     pairs: &[Pair],
     match_quality: u8,
 ) -> Result<Pose, PoseError> {
-    if [sensors.tilt, sensors.heading, sensors.range].iter().any(|sigma| !(*sigma > 0.0 && sigma.is_finite())) {
+    let errors = [reference.errors, current.errors];
+    let all = errors.iter().flat_map(|errors| [errors.tilt, errors.heading, errors.level, errors.hills]);
+    if all.into_iter().any(|sigma| !(sigma > 0.0 && sigma.is_finite())) {
         return Err(PoseError::Sensors);
     }
     if pairs.len() < 5 {
         return Err(PoseError::TooFew(pairs.len()));
     }
-    refusal::sensor(pairs, reference, current, sensors)?;
+    refusal::sensor(pairs, reference, current)?;
+    let (reference, current) = (&reference.view, &current.view);
     let start = rectified_displacement(reference, current, pairs).ok_or(PoseError::NotConverged)?;
     let (from, to) = (reference.attitude(), current.attitude());
     let (h, descent) = (reference.height(), reference.height() - current.height());
     let readings = Unknowns::from([
         start.x, start.y, descent, to.roll, to.pitch, to.yaw, h, from.roll, from.pitch, from.yaw, 0.0, 0.0,
     ]);
+    // The laser meets the slope beside the camera.
+    let beside = to.rotation().column(2).xy() * (current.height() / to.rotation()[(2, 2)]);
+    let mut sloped = readings;
+    sloped[DESCENT] = terrain.height - current.height() - terrain.slope.dot(&beside);
+    sloped[HEIGHT] = terrain.height;
+    sloped[SLOPES] = terrain.slope.x;
+    sloped[SLOPES + 1] = terrain.slope.y;
+    let may_be_level = terrain.may_be_level();
+    let terrain = terrain.covariance.try_inverse().ok_or(PoseError::Sensors)?;
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
     let overlap = relief::overlap(pairs, &mut buffers.places, budget).ok_or(PoseError::Late)?;
-    let mut problem = Problem { scene, readings, pairs, buffers, budget, overlap };
-    let start = match problem.plane(sensors) {
-        Ok(solution) => return solution.pose(match_quality),
-        Err(start) => start,
+    let mut problem = Problem { scene, level: readings, sloped, errors, terrain, pairs, buffers, budget, overlap };
+    let start = match may_be_level.then(|| problem.plane()) {
+        Some(Ok(solution)) => return solution.pose(match_quality),
+        Some(Err(start)) => start,
+        None => problem.sloped,
     };
-    match problem.solve(Ground::Relief, sensors, start) {
+    if let Some(solution) = problem.things(start) {
+        return solution.pose(match_quality);
+    }
+    match problem.solve(Ground::Relief, start) {
         Ok(solution) if solution.chi2 > CHI2_LIMIT => Err(PoseError::Disagreement { chi2: solution.chi2 }),
         Ok(solution) => solution.pose(match_quality),
         Err(error) => Err(error),
@@ -249,6 +366,8 @@ pub fn fit_in(
 enum Ground {
     /// Level, and where the laser says.
     Plane,
+    /// A plane, with things on it that the laser may hit. Most pairs show the ground between them.
+    Things,
     /// Hills on a slope; the laser may hit any of them.
     Relief,
 }
@@ -256,7 +375,14 @@ enum Ground {
 /// The fit, with its memory.
 struct Problem<'pairs> {
     scene: Scene,
-    readings: Unknowns,
+    /// The readings over a level plane.
+    level: Unknowns,
+    /// The same over other ground.
+    sloped: Unknowns,
+    /// Of height and slope of other ground, inverse of the covariance.
+    terrain: Matrix3<f64>,
+    /// Of the readings of REF and of CUR.
+    errors: [Errors; 2],
     pairs: &'pairs [Pair],
     buffers: &'pairs mut PoseBuffers,
     budget: &'pairs mut Budget,
@@ -267,7 +393,7 @@ struct Problem<'pairs> {
 /// A minimum.
 struct Solution {
     unknowns: Unknowns,
-    covariance: Matrix2<f64>,
+    covariance: Information,
     noise: Noise,
     /// Sum of squared deviations from the readings over their variances.
     chi2: f64,
@@ -276,17 +402,17 @@ struct Solution {
 impl Problem<'_> {
     /// Over a level plane; where that does not explain the pairs, the unknowns so far. A part of the pairs often shows
     /// the relief already.
-    fn plane(&mut self, sensors: &Sensors) -> Result<Solution, Unknowns> {
-        let mut start = self.readings;
+    fn plane(&mut self) -> Result<Solution, Unknowns> {
+        let mut start = self.level;
         if self.stride() > 1 {
-            if let Ok(solution) = self.settle(Ground::Plane, sensors, start, self.stride(), APPROACHED) {
+            if let Ok(solution) = self.settle(Ground::Plane, start, self.stride(), APPROACHED) {
                 start = solution.unknowns;
             }
             if self.evidence() > CLEAR_EVIDENCE {
                 return Err(start);
             }
         }
-        let solution = self.settle(Ground::Plane, sensors, start, 1, SETTLED).map_err(|_| start)?;
+        let solution = self.settle(Ground::Plane, start, 1, SETTLED).map_err(|_| start)?;
         let plane = solution.chi2 < CHI2_SUSPECT && self.evidence() < EVIDENCE;
         if plane { Ok(solution) } else { Err(solution.unknowns) }
     }
@@ -296,53 +422,80 @@ impl Problem<'_> {
         (self.pairs.len() / FEW).max(1)
     }
 
-    fn solve(&mut self, ground: Ground, sensors: &Sensors, start: Unknowns) -> Result<Solution, PoseError> {
+    /// Over a plane with things on it: pairs whose error is not noise are left out. `None` where they are many, or
+    /// where the readings contradict what is left.
+    fn things(&mut self, start: Unknowns) -> Option<Solution> {
+        self.buffers.kept.clear();
+        self.buffers.kept.extend_from_slice(self.pairs);
+        let mut found = self.settle(Ground::Things, start, self.stride(), APPROACHED).ok()?;
+        for _ in 0..SORTINGS {
+            if self.keep(&found.unknowns)? < LEAST_GROUND {
+                return None;
+            }
+            found = self.settle(Ground::Things, found.unknowns, 1, SETTLED).ok()?;
+        }
+        (found.chi2 < CHI2_SUSPECT).then_some(found)
+    }
+
+    /// Keeps the pairs that the plane of a solution explains, and tells which part of all they are.
+    fn keep(&mut self, unknowns: &Unknowns) -> Option<f64> {
+        let (homography, derivatives) = self.scene.homography(unknowns);
+        let PoseBuffers { residuals, values, kept, .. } = &mut *self.buffers;
+        if !self.budget.spend(RESIDUAL_WORK * self.pairs.len()) {
+            return None;
+        }
+        linearised(&homography, &derivatives[HEIGHT], self.pairs.iter(), residuals)?;
+        let noise = Noise { relief: 0.0, ..Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values) };
+        kept.clear();
+        let on_ground = residuals.iter().map(|residual| noise.length2(residual) < NOT_NOISE * NOT_NOISE);
+        kept.extend(self.pairs.iter().zip(on_ground).filter(|(_, on_ground)| *on_ground).map(|(pair, _)| *pair));
+        Some(kept.len() as f64 / self.pairs.len() as f64)
+    }
+
+    fn solve(&mut self, ground: Ground, start: Unknowns) -> Result<Solution, PoseError> {
         let near = match self.stride() {
             1 => start,
-            stride => self.settle(ground, sensors, start, stride, APPROACHED).map_or(start, |near| near.unknowns),
+            stride => self.settle(ground, start, stride, APPROACHED).map_or(start, |near| near.unknowns),
         };
-        self.settle(ground, sensors, near, 1, SETTLED)
+        self.settle(ground, near, 1, SETTLED)
     }
 
     /// Iterates with one in `stride` pairs until a step is shorter than `settled` standard errors.
-    fn settle(
-        &mut self,
-        ground: Ground,
-        sensors: &Sensors,
-        start: Unknowns,
-        stride: usize,
-        settled: f64,
-    ) -> Result<Solution, PoseError> {
-        let PoseBuffers { residuals, values, cells, .. } = &mut *self.buffers;
-        let prior = information(sensors, ground);
+    fn settle(&mut self, ground: Ground, start: Unknowns, stride: usize, settled: f64) -> Result<Solution, PoseError> {
+        let PoseBuffers { residuals, values, cells, kept, .. } = &mut *self.buffers;
+        let pairs = if ground == Ground::Things { &**kept } else { self.pairs };
+        let prior = information(&self.errors, ground, &self.terrain);
+        let readings = if ground == Ground::Plane { self.level } else { self.sloped };
         let mut unknowns = start;
         let mut noise = Noise { places: LEAST_RESIDUAL, relief: 0.0 };
         for iteration in 0..ITERATIONS {
-            if !self.budget.spend(ITERATION_WORK + RESIDUAL_WORK * self.pairs.len().div_ceil(stride)) {
+            if !self.budget.spend(ITERATION_WORK + RESIDUAL_WORK * pairs.len().div_ceil(stride)) {
                 return Err(PoseError::Late);
             }
             let (homography, derivatives) = self.scene.homography(&unknowns);
             let parallax = &derivatives[HEIGHT];
-            let pairs = self.pairs.iter().step_by(stride);
+            let pairs = pairs.iter().step_by(stride);
             linearised(&homography, parallax, pairs, residuals).ok_or(PoseError::NotConverged)?;
             if iteration < NOISE_ITERATIONS {
                 noise = match ground {
-                    Ground::Plane => Noise::of_plane(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values),
+                    Ground::Plane | Ground::Things => {
+                        Noise::of_plane(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values)
+                    }
                     Ground::Relief => Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values),
                 };
             }
             let (normal, gradient) = normal_equations(residuals, &derivatives, &noise, cells);
             let factor = (normal + prior).cholesky().ok_or(PoseError::NotConverged)?;
-            let gradient = gradient + prior * (self.readings - unknowns);
+            let gradient = gradient + prior * (readings - unknowns);
             let step = factor.solve(&gradient);
             unknowns += step;
             if step.dot(&gradient) < settled * settled {
-                let deviation = unknowns - self.readings;
+                let deviation = unknowns - readings;
                 let spread = normal / (relief::excess(residuals, &noise) * self.overlap) + prior;
                 let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
                 return Ok(Solution {
                     unknowns,
-                    covariance: factor.inverse().fixed_view::<2, 2>(0, 0).into_owned(),
+                    covariance: factor.inverse(),
                     noise,
                     chi2: deviation.dot(&(prior * deviation)),
                 });
@@ -369,32 +522,36 @@ type Unknowns = SVector<f64, UNKNOWNS>;
 
 type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
-/// What the readings tell: one of each angle, one of `h`, one of `h - tz`; nothing of `tx` and `ty`. And what is known
-/// of the ground.
-fn information(sensors: &Sensors, ground: Ground) -> Information {
+/// What is known beforehand: each angle, `h`, and `h - tz`; nothing of `tx` and `ty`. And what is known of the ground.
+fn information([reference, current]: &[Errors; 2], ground: Ground, terrain: &Matrix3<f64>) -> Information {
     let of = |sigma: f64| 1.0 / (sigma * sigma);
-    let (hills, slope) = match ground {
-        Ground::Plane => (0.0, PLANE_SLOPE),
-        Ground::Relief => (HILLS, SLOPE),
+    let level = Matrix3::from_diagonal(&Vector3::new(of(reference.level), of(PLANE_SLOPE), of(PLANE_SLOPE)));
+    let (range, terrain) = match ground {
+        Ground::Plane => (of(current.level), &level),
+        Ground::Things | Ground::Relief => (of(current.hills), terrain),
     };
-    let (tilt, heading, range) = (of(sensors.tilt), of(sensors.heading), 1.0 / (sensors.range.powi(2) + hills * hills));
-    let slope = of(slope);
     let mut information = Information::from_diagonal(&Unknowns::from([
         0.0,
         0.0,
         range,
-        tilt,
-        tilt,
-        heading,
-        2.0 * range,
-        tilt,
-        tilt,
-        heading,
-        slope,
-        slope,
+        of(current.tilt),
+        of(current.tilt),
+        of(current.heading),
+        range,
+        of(reference.tilt),
+        of(reference.tilt),
+        of(reference.heading),
+        0.0,
+        0.0,
     ]));
-    information[(2, 6)] = -range;
-    information[(6, 2)] = -range;
+    const TERRAIN: [usize; 3] = [HEIGHT, SLOPES, SLOPES + 1];
+    for (row, i) in TERRAIN.into_iter().enumerate() {
+        for (column, j) in TERRAIN.into_iter().enumerate() {
+            information[(i, j)] += terrain[(row, column)];
+        }
+    }
+    information[(DESCENT, HEIGHT)] = -range;
+    information[(HEIGHT, DESCENT)] = -range;
     information
 }
 
@@ -492,17 +649,30 @@ impl Solution {
         if self.noise.places > MOST_RESIDUAL {
             return Err(PoseError::Unexplained { residual: self.noise.places });
         }
-        let sigma = worse_direction(&self.covariance).sqrt();
+        let covariance = self.covariance.fixed_view::<2, 2>(0, 0).into_owned();
+        let sigma = worse_direction(&covariance).sqrt();
         let precision = 255.0 * (1.0 - sigma / USELESS);
         if precision.is_nan() || precision < 1.0 {
             return Err(PoseError::Uncertain { sigma });
         }
-        let [tx, ty, descent, roll, pitch, yaw, ..]: [f64; UNKNOWNS] = self.unknowns.into();
+        let variance = |i: usize| self.covariance[(i, i)];
+        let found = |first: usize, height: f64| Found {
+            attitude: Attitude {
+                roll: self.unknowns[first],
+                pitch: self.unknowns[first + 1],
+                yaw: self.unknowns[first + 2],
+            },
+            height,
+            tilt: variance(first).max(variance(first + 1)).sqrt(),
+            heading: variance(first + 2).sqrt(),
+        };
+        let (descent, h) = (self.unknowns[DESCENT], self.unknowns[HEIGHT]);
         Ok(Pose {
-            displacement: Vector2::new(tx, ty),
+            displacement: Vector2::new(self.unknowns[0], self.unknowns[1]),
             descent,
-            attitude: Attitude { roll, pitch, yaw },
-            covariance: self.covariance,
+            reference: found(HEIGHT + 1, h),
+            current: found(DESCENT + 1, h - descent),
+            covariance,
             residual: self.noise.places,
             relief: self.noise.relief,
             quality: (precision as u8).min(match_quality),
@@ -544,6 +714,10 @@ mod tests {
         field_of_view: f64,
         /// Height of the hills and depth of the hollows between them, m.
         relief: f64,
+        /// Rise of the ground along `X_e`.
+        slope: f64,
+        /// Height of houses, which every fifth pair and the laser of CUR see, m.
+        houses: f64,
         /// Noise of positions, px an axis.
         pixel: f64,
         /// Noise of the sensors, in their standard errors.
@@ -576,9 +750,11 @@ mod tests {
             let pixel = Vector2::new(1024.0 * rng.random::<f64>(), 768.0 * rng.random::<f64>());
             let ray = rotation[0] * (camera.inverse() * pixel.push(1.0));
             let flat = ray.xy() * (heights[0] / ray.z) / RELIEF_SCALE + crest;
-            let deeper = conditions.relief * flat.x.sin() * flat.y.sin();
-            let point = ray.xy() * ((heights[0] + deeper) / ray.z);
-            let seen = rotation[1].transpose() * (point - positions[1]).push(heights[1] + deeper);
+            let house = if pairs.len() % 5 == 0 { conditions.houses } else { 0.0 };
+            let level = heights[0] + conditions.relief * flat.x.sin() * flat.y.sin() - house;
+            let depth = level / (1.0 + conditions.slope * ray.x / ray.z);
+            let point = ray.xy() * (depth / ray.z);
+            let seen = rotation[1].transpose() * (point - positions[1]).push(depth - descent);
             let image = (camera.matrix() * seen / seen.z).xy();
             if (0.0..1024.0).contains(&image.x) && (0.0..768.0).contains(&image.y) {
                 let mut noisy =
@@ -593,7 +769,10 @@ mod tests {
                 pitch: attitudes[i].pitch + error(SENSORS.tilt),
                 yaw: attitudes[i].yaw + error(SENSORS.heading),
             };
-            let range = heights[i] / rotation[i][(2, 2)] + error(SENSORS.range);
+            let axis = rotation[i].column(2);
+            let house = conditions.houses * i as f64;
+            let met = (heights[i] - conditions.slope * positions[i].x - house) / (axis.z + conditions.slope * axis.x);
+            let range = met + error(SENSORS.range);
             View::new(camera, told, range).unwrap()
         });
         Flight { views, pairs, displacement, descent, attitude: attitudes[1] }
@@ -619,7 +798,8 @@ mod tests {
         (sums / flights as f64).into()
     }
 
-    const WIDE: Conditions = Conditions { field_of_view: 50.0, relief: 0.0, pixel: 0.3, sensors: 1.0 };
+    const WIDE: Conditions =
+        Conditions { field_of_view: 50.0, relief: 0.0, slope: 0.0, houses: 0.0, pixel: 0.3, sensors: 1.0 };
 
     /// 0.2 degrees at 100 m are 0.35 m an axis and a frame, 0.49 m an axis for two frames; the mean length of that is
     /// sqrt(pi / 2) 0.49 m = 0.62 m, and the laser adds little. What the pairs make of it is measured: 300 of them, 0.3
@@ -646,11 +826,11 @@ mod tests {
 
         #[test]
         fn without_noise_the_pose_is_exact(seed in any::<u64>(), field_of_view in 5.0..60.0f64) {
-            let flight = flight(seed, &Conditions { field_of_view, relief: 0.0, pixel: 0.0, sensors: 0.0 });
+            let flight = flight(seed, &Conditions { field_of_view, pixel: 0.0, sensors: 0.0, ..WIDE });
             let pose = fitted(&flight).unwrap();
             prop_assert!((pose.displacement - flight.displacement).norm() < 1e-6, "{pose:?}");
             prop_assert!((pose.descent - flight.descent).abs() < 1e-6);
-            let turn = pose.attitude.rotation() - flight.attitude.rotation();
+            let turn = pose.current.attitude.rotation() - flight.attitude.rotation();
             prop_assert!(turn.abs().max() < 1e-7, "{turn}");
         }
 
@@ -671,6 +851,43 @@ mod tests {
                 prop_assert!((difference - derivative).abs().max() < tolerance, "{k}: {difference} {derivative}");
             }
         }
+    }
+
+    /// Root mean square error (m) where the ground is known as a flight program knows it after some frames, and where
+    /// a single reading tells of it.
+    fn with_terrain(conditions: &Conditions) -> [f64; 2] {
+        let flights = 100;
+        let rms = |known: bool| {
+            let errors = (0..flights).map(|seed| {
+                let flight = flight(seed, conditions);
+                let [reference, mut current] = flight.views.map(|view| Sight { view, errors: SENSORS.into() });
+                current.errors.hills = current.errors.hills.max(conditions.houses / 2.0);
+                let covariance = Matrix3::from_diagonal(&Vector3::new(0.04, 1e-4, 1e-4));
+                let all = Terrain { height: 100.0, slope: Vector2::new(conditions.slope, 0.0), covariance };
+                let terrain = if known { all } else { Terrain::of(&reference) };
+                let (mut buffers, mut budget) = (PoseBuffers::with_capacity(300), Budget::UNLIMITED);
+                let pose = fit_in(&mut buffers, &mut budget, &reference, &terrain, &current, &flight.pairs, 255);
+                (pose.unwrap().displacement - flight.displacement).norm_squared()
+            });
+            (errors.sum::<f64>() / flights as f64).sqrt()
+        };
+        [true, false].map(rms)
+    }
+
+    /// Roofs 12 m high, and a laser that hits one, cost little more than the pairs that they take.
+    #[test]
+    fn houses_do_not_tilt_the_ground() {
+        let [flat, _] = with_terrain(&WIDE);
+        let [town, _] = with_terrain(&Conditions { houses: 12.0, ..WIDE });
+        assert!(town < 1.3 * flat, "{town:.3} m, {flat:.3} m without houses");
+    }
+
+    /// A descent over a slope looks like a motion along it, unless the slope is known.
+    #[test]
+    fn a_known_slope_is_not_taken_for_motion() {
+        let [flat, _] = with_terrain(&WIDE);
+        let [known, unknown] = with_terrain(&Conditions { slope: 0.2, ..WIDE });
+        assert!(known < 1.3 * flat && unknown > 1.5 * known, "{known:.3} m, {unknown:.3} m unknown, {flat:.3} m flat");
     }
 
     #[test]

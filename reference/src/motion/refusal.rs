@@ -16,8 +16,7 @@ use crate::motion::budget::Budget;
 use crate::motion::estimate::Estimate;
 use crate::motion::matching::{Match, MatchBuffers};
 use crate::motion::model::{Pair, transfer};
-use crate::motion::orthophoto::View;
-use crate::motion::pose::Sensors;
+use crate::motion::pose::{Errors, Sight};
 use nalgebra::Vector2;
 
 /// Bits by which another partner may be worse than the chosen one and still be as like.
@@ -146,26 +145,28 @@ pub fn repeats(
 ///
 /// # Errors
 /// [`Refusal::Sensor`].
-pub fn sensor(pairs: &[Pair], reference: &View, current: &View, sensors: &Sensors) -> Result<(), Refusal> {
+pub fn sensor(pairs: &[Pair], reference: &Sight, current: &Sight) -> Result<(), Refusal> {
     let stays = |pair: &&Pair| (pair.current - pair.reference).norm_squared() < STILL * STILL;
     let still = pairs.iter().filter(stays).count();
-    if 2 * still < pairs.len() || !has_moved(reference, current, sensors) {
+    if 2 * still < pairs.len() || !has_moved(reference, current) {
         return Ok(());
     }
     Err(Refusal::Sensor { still, inliers: pairs.len() })
 }
 
 /// Whether IMU and laser exclude that the picture stood still, had there been no drift.
-fn has_moved(reference: &View, current: &View, sensors: &Sensors) -> bool {
+fn has_moved(reference: &Sight, current: &Sight) -> bool {
+    let both = |error: fn(&Errors) -> f64| error(&reference.errors).hypot(error(&current.errors));
+    let (tilt, heading, height) = (both(|e| e.tilt), both(|e| e.heading), both(|e| e.level));
+    let (reference, current) = (&reference.view, &current.view);
     let undrifted = current.from_ground() * reference.to_ground();
     let moved = |p: Vector2<f64>| transfer(&undrifted, p).map(|q| q - p);
     let matrix = reference.camera().matrix();
     let (centre, corner) = (Vector2::new(matrix[(0, 2)], matrix[(1, 2)]), Vector2::zeros());
     let (Some(shift), Some(turn)) = (moved(centre), moved(corner)) else { return true };
-    let both = std::f64::consts::SQRT_2;
     let half = centre.norm();
     // Tilt shifts the whole picture; yaw turns it and height scales it about the centre.
-    let by_tilt = SIGMAS * both * sensors.tilt * current.camera().focal();
-    let by_turn = SIGMAS * both * half * (sensors.heading + sensors.range / current.height());
+    let by_tilt = SIGMAS * tilt * current.camera().focal();
+    let by_turn = SIGMAS * half * (heading + height / current.height());
     shift.norm() > by_tilt || (turn - shift).norm() > by_turn + half * by_tilt / current.camera().focal()
 }

@@ -130,7 +130,7 @@ impl Noise {
     }
 
     /// Squared length of a pair's error in the metric of its whole noise.
-    fn length2(&self, pair: &Residual) -> f64 {
+    pub fn length2(&self, pair: &Residual) -> f64 {
         let s2 = self.places * self.places;
         pair.along2 / (s2 + self.relief * self.relief * pair.g2) + pair.across * pair.across / s2
     }
