@@ -140,7 +140,7 @@ impl Inner {
         if beats == 0 || beats > most {
             return Err(Error::Bench(format!("'{name}' takes bursts of 1 to {most} beats, not {beats}")));
         }
-        if address % bytes != 0 {
+        if !address.is_multiple_of(bytes) {
             return Err(Error::Bench(format!(
                 "'{name}': a burst begins at a multiple of {bytes}, not at {address:#x}"
             )));
