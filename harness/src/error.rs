@@ -54,15 +54,16 @@ pub enum BuildError {
         /// How to get it.
         hint: String,
     },
-    /// The version of Verilator is not supported.
-    #[error("verilator {found} at {path} is not supported, {supported} is needed", path = path.display())]
+    /// The version of Verilator cannot be used: it is too old, or it failed the trial that every version passes which
+    /// the harness does not know.
+    #[error("verilator {found} at {path} cannot be used: {reason}", path = path.display())]
     VersionUnsupported {
         /// The version found.
         found: String,
         /// Where it was found.
         path: PathBuf,
-        /// The supported versions.
-        supported: &'static str,
+        /// What is wrong with it.
+        reason: String,
     },
     /// A source or an include folder does not exist or cannot be read.
     #[error("{path}: {source}", path = path.display())]
@@ -172,8 +173,8 @@ pub enum ModelError {
     },
     /// The signal exists, but is of a type that cannot be accessed.
     #[error(
-        "'{name}' of '{top}' cannot be accessed: only vectors and arrays of vectors can, not `real`, `string` or an \
-         internal array of several dimensions (a port `$realtobits(x)` of 64 bits carries a `real`)"
+        "'{name}' of '{top}' cannot be accessed: only vectors, arrays of vectors, `real` and internal `string` can, \
+         not queues, events, interfaces, classes or unpacked structures"
     )]
     NotReachable {
         /// The name.

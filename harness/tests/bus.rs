@@ -6,8 +6,8 @@ use common::{build, run, sim};
 use hoverlock_harness::build::Build;
 use hoverlock_harness::bus::bulk::{Bulk, Element, Options, run_cycles};
 use hoverlock_harness::bus::stream::{Dialect, Frame, Monitor, Ports, Rules, Sink, Source};
-use hoverlock_harness::bus::{Pause, Random, Reset, avalon_mm, axi_lite};
-use hoverlock_harness::sim::{Dut, Signal, Sim};
+use hoverlock_harness::bus::{Pause, Random, Reset, avalon_mm, axi_lite, axi4};
+use hoverlock_harness::sim::{Dut, Signal, Sim, both};
 use hoverlock_harness::{Error, Time};
 use proptest::prelude::*;
 
@@ -693,5 +693,61 @@ proptest! {
         });
         prop_assert!((0..count).all(|at| memory.get(1024 + 4 * at) == 7 * at + 1));
         prop_assert_eq!(memory.accesses(), 2 * count);
+    }
+}
+
+#[test]
+fn an_axi4_master_bursts_of_every_length_stall_and_pause() {
+    for (stall, (name, pause)) in [0i64, 1].into_iter().flat_map(|s| pauses(5).into_iter().map(move |p| (s, p))) {
+        let (mut sim, dut, clk, _) = start(build("ram_axi4").parameter("STALL", stall), "rst");
+        let mut random = Random::new(3);
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            let master = axi4::Master::new(&dut, &clk, "s_axi_")?;
+            master.set_pause(pause);
+            for (address, length) in [(0x0u64, 1usize), (0x10, 2), (0x40, 16), (0x100, 256), (0xffc, 1)] {
+                let words: Vec<u64> = (0..length).map(|_| random.bits() & 0xffff_ffff).collect();
+                let answer = master.write_burst(address, &words).await?;
+                assert_eq!(answer, axi_lite::Response::Okay, "{name}");
+                assert_eq!(master.read_burst(address, length).await?, (words, axi_lite::Response::Okay), "{name}");
+            }
+            // A write and a read at the same time.
+            let (written, read) = both(master.write_burst(0x800, &[1, 2, 3]), master.read_burst(0x40, 4)).await;
+            written?;
+            assert_eq!(read?.0.len(), 4);
+            assert_eq!(master.read_burst(0x800, 3).await?.0, [1, 2, 3]);
+            for (address, beats, said) in [
+                (0, 0, "'s_axi' takes bursts of 1 to 256 beats, not 0"),
+                (0, 257, "'s_axi' takes bursts of 1 to 256 beats, not 257"),
+                (2, 1, "'s_axi': a burst begins at a multiple of 4, not at 0x2"),
+                (0xff8, 3, "'s_axi': 3 beats from 0xff8 on cross a multiple of 4 KiB"),
+            ] {
+                assert_eq!(master.read_burst(address, beats).await.unwrap_err().to_string(), said);
+            }
+            Ok(())
+        });
+    }
+}
+
+#[test]
+fn rules_of_an_axi4_slave_are_checked() {
+    for (fault, rule) in [
+        (1i64, "rlast is 1 at beat 3 of 4"),
+        (2, "bvalid before the last beat was taken"),
+        (3, "bid is 15, not 0"),
+        (4, "r: the payload changed while valid waited for ready"),
+        (5, "r: valid fell before ready came"),
+    ] {
+        let (mut sim, dut, clk, _) = start(build("ram_axi4").parameter("FAULT", fault), "rst");
+        let ended = sim.run(async {
+            clk.cycles(5).await;
+            let master = axi4::Master::new(&dut, &clk, "s_axi_")?;
+            master.set_pause(Pause::pattern([false, true, true]));
+            master.write_burst(0, &[1, 2, 3, 4]).await?;
+            master.read_burst(0, 4).await?;
+            Ok::<(), Error>(())
+        });
+        let said = ended.unwrap_err().to_string();
+        assert!(said.starts_with("s_axi at ") && said.ends_with(rule), "fault {fault}: {said}");
     }
 }

@@ -230,7 +230,7 @@ proptest! {
 }
 
 #[test]
-fn names_go_through_generate_loops_and_a_grid_is_said_to_be_none() {
+fn names_go_through_generate_loops_and_a_grid_has_an_index_for_each_dimension() {
     let mut sim = sim(build("tree").internal("*.count").internal("*.grid"));
     let dut = sim.dut();
     dut.clock("clk", Time::ns(10)).unwrap();
@@ -243,29 +243,58 @@ fn names_go_through_generate_loops_and_a_grid_is_said_to_be_none() {
         assert_eq!((one.get(), two.get(), dut.signal("total")?.get()), (5, 10, 15));
         Ok(())
     });
-    let text = dut.memory("lane[0].u_leaf.grid").err().unwrap().to_string();
-    assert!(text.starts_with("'lane[0].u_leaf.grid' of 'tree' cannot be accessed"), "{text}");
+    let grid = dut.memory("lane[0].u_leaf.grid").unwrap();
+    assert_eq!((grid.len(), grid.get(grid.index(&[0, 1]).unwrap()).unwrap()), (6, 4));
+    assert_eq!(grid.index(&[1, 2]).unwrap(), 5);
+    assert!(grid.index(&[1, 3]).unwrap_err().to_string().contains("address 3 is outside"));
+    assert!(grid.index(&[1]).unwrap_err().to_string().contains("number of dimensions"));
 }
 
 #[test]
-fn what_is_no_vector_is_refused_by_name() {
-    let build = build("odd").internal("state").internal("text").internal("rows");
-    let sim = sim(build);
+fn reals_strings_and_arrays_of_any_shape_are_read_and_written() {
+    let internals = ["state", "text", "rows", "deep", "loose", "numbers"];
+    let build = internals.iter().fold(build("odd"), |build, name| build.internal(*name));
+    let mut sim = sim(build);
     let dut = sim.dut();
-    for name in ["gain", "scaled", "state", "text", "rows"] {
-        for error in [dut.signal(name).err(), dut.wide(name).err(), dut.memory(name).err()] {
-            let said = error.map(|e| e.to_string()).unwrap_or_default();
-            assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be accessed: only vectors")), "{name}: {said}");
-        }
+    for name in ["gain", "scaled", "state"] {
+        let said = [dut.signal(name).err(), dut.wide(name).err()].map(|e| e.map(|e| e.to_string()));
+        assert!(said.iter().all(|s| s.as_deref() == Some(&format!("'{name}' is a `real`: use `real`"))), "{said:?}");
     }
-    // A port of several dimensions is flat, row by row.
-    let (grid, corner) = (dut.memory("grid").unwrap(), dut.signal("corner").unwrap());
-    assert_eq!(grid.len(), 6);
-    let mut sim = sim;
+    for name in ["loose", "numbers"] {
+        let said = dut.signal(name).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be accessed: only vectors")), "{name}: {said}");
+    }
+    assert!(dut.real("corner").is_err() && dut.text("corner").is_err() && dut.memory("text").is_err());
+    assert_eq!(dut.texts(), ["text"]);
+    let (grid, rows, deep) = (dut.memory("grid").unwrap(), dut.memory("rows").unwrap(), dut.memory("deep").unwrap());
+    let (corner, text) = (dut.signal("corner").unwrap(), dut.text("text").unwrap());
+    let (gain, scaled, state) = (dut.real("gain").unwrap(), dut.real("scaled").unwrap(), dut.real("state").unwrap());
+    dut.clock("clk", Time::ns(10)).unwrap();
     run(&mut sim, async {
-        grid.set(3 + 2, 9)?;
+        grid.set(grid.index(&[1, 2])?, 9)?;
+        gain.set(1.25)?;
         dut.read_write().await;
-        assert_eq!(corner.get(), 9);
+        // The clock has risen once: `state` holds the gain.
+        assert_eq!((corner.get(), scaled.get()), (9, 3.75));
+        scaled.set(1.0).unwrap_err();
+        dut.signal("clk")?.cycles(2).await;
+        dut.read_only().await;
+        assert_eq!((state.get(), scaled.get(), rows.get(rows.index(&[1, 0])?)?), (1.25, 3.75, 3));
+        assert_eq!(text.get(), b"tick");
+        assert!(text.set(b"x").unwrap_err().to_string().contains("ReadOnly"));
+        dut.next_time_step().await;
+        // 71 bits: an element of three 32-bit words.
+        deep.set_words(-1, &[0xdead_beef, 7, 0x40])?;
+        assert!(deep.set_words(-1, &[0, 0, 0x80]).unwrap_err().to_string().contains("71 bits wide"));
+        assert!(deep.get(-1).unwrap_err().to_string().contains("use `get_words"));
+        text.set(b"written")?;
+        rows.set(rows.index(&[1, 0])?, 7)?;
+        dut.read_write().await;
+        assert_eq!(
+            (deep.get_words(-1)?, dut.wide("deepest")?.get()),
+            (vec![0xdead_beef, 7, 0x40], vec![0xdead_beef, 7, 0x40])
+        );
+        assert_eq!(text.get(), b"written");
         Ok(())
     });
 }

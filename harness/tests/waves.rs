@@ -114,6 +114,17 @@ fn everything_is_dumped_by_a_traced_build_as_vcd_and_fst() {
 }
 
 #[test]
+fn a_compressed_recording_that_is_whole_ends_without_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut sim = sim(build("counter").trace(Trace::Fst));
+    let dut = sim.dut();
+    let id = dut.start_waves(&Recording::everything(folder.path().join("whole.fst"))).unwrap();
+    dut.clock("clk", Time::ns(10)).unwrap();
+    sim.run_for(Time::us(10)).unwrap();
+    dut.stop_waves(id).unwrap();
+}
+
+#[test]
 fn a_model_without_waves_says_how_to_build_them_in() {
     let sim = sim(build("counter"));
     let error = sim.dut().start_waves(&Recording::everything("/tmp/never.vcd")).unwrap_err();

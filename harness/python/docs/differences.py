@@ -174,7 +174,7 @@ async def wrong_name(dut: Any) -> None:
     "internals", "all visible, or none",
     "those named in `Design(..., internals=[\"u_core.state\"])`, registers in generate blocks too; with cocotb's runner, a bench "
     "that asks for one is run again on a model with all; of a top without ports all. Not reached: signals of interfaces, "
-    "classes, queues, events, `real` and string variables",
+    "classes, queues, events",
     "everything public costs a third of the speed on a small model and 3.7 times on a large one",
 )  # fmt: skip
 @bench(generated)
@@ -213,13 +213,25 @@ async def bits_of_a_signal(dut: Any) -> None:
 
 
 @row(
-    "packed structs, arrays of arrays, memories with elements of more than 64 bits", "handles of their own",
-    "a packed struct is a vector; the others are not reached", "limits of the engine",
+    "packed structs, unpacked structs", "a vector; a handle of its own",
+    "a packed struct is a vector whose fields have names, `dut.beat.tag`; an unpacked one is not reached",
+    "an unpacked struct is a class in the model",
 )  # fmt: skip
 def shapes() -> None:
     odd = Design(HERE.parents[1] / "tests" / "designs" / "odd.sv", top="odd", internals=["*"])
     with Session(odd) as session, pytest.raises(hoverlock.NoSuchSignal, match="cannot be accessed"):
-        session.dut.rows.value
+        session.dut.loose.value
+    with Session(odd) as session:
+        session.dut.beat.tag.value = 9
+        session.run_for(1, "ns")
+        assert session.dut.beat.value == 0x900
+
+
+@row("edges of `real` and `string`", "`ValueChange`", "none; their values are read and written", "")
+def edges_of_reals() -> None:
+    odd = Design(HERE.parents[1] / "tests" / "designs" / "odd.sv", top="odd", internals=["*"])
+    with Session(odd) as session, pytest.raises(TypeError):
+        hoverlock.ValueChange(session.dut.gain)
 
 
 @row("`Force`, `Release`, `Freeze`", "yes", "an error", "the model's own assignments cannot be overridden")

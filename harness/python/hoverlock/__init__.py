@@ -20,7 +20,7 @@ from __future__ import annotations
 from typing import Any
 
 from . import as_cocotb
-from ._core import ArrayHandle, Bits, Coverage, Element, Handle, Library, Task, Value, start_soon
+from ._core import ArrayHandle, Bits, Coverage, Element, Handle, Library, RealHandle, Task, TextHandle, Value, start_soon
 from .clock import Clock
 from .design import Design
 from .errors import (
@@ -99,6 +99,7 @@ __all__ = [
     "QueueEmpty",
     "QueueFull",
     "RangeError",
+    "RealHandle",
     "ReadOnly",
     "ReadOnlyError",
     "ReadWrite",
@@ -108,6 +109,7 @@ __all__ = [
     "SimulationError",
     "Task",
     "Test",
+    "TextHandle",
     "Timer",
     "TransferReport",
     "Trigger",

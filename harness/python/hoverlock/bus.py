@@ -32,6 +32,7 @@ __all__ = [
     "AvalonSource",
     "AxiLiteMaster",
     "AxiLiteMemory",
+    "AxiMaster",
     "AxiMonitor",
     "AxiSink",
     "AxiSource",
@@ -327,6 +328,13 @@ class AxiMonitor(_Listener):
     _bus = "axi"
 
 
+def _refuse(name: str, what: str, address: int, response: int) -> None:
+    """Raises if a slave responded with an error."""
+    if response:
+        names = {1: "SLVERR", 2: "DECERR", 3: "EXOKAY, which nobody asked for"}
+        raise SimulationError(f"{name}: {what} at {address:#x} answered {names.get(response, response)}")
+
+
 class _Master:
     _bus = ""
 
@@ -374,9 +382,7 @@ class _Master:
         return word
 
     def _check(self, what: str, address: int, response: int) -> None:
-        if response:
-            names = {1: "SLVERR", 2: "DECERR", 3: "EXOKAY, which AXI4-Lite does not have"}
-            raise SimulationError(f"{self._name}: {what} at {address:#x} answered {names.get(response, response)}")
+        _refuse(self._name, what, address, response)
 
 
 class AvalonMaster(_Master):
@@ -459,6 +465,82 @@ class AxiLiteMaster(_Master):
     def pause(self, pause: Pause, seed: int = 0) -> None:
         """Sets in which cycles it waits before it uses a channel, as in `AvalonSource.pause`."""
         self._raw.set_pause(pause, seed)
+
+
+class AxiMaster:
+    """Reads and writes an AXI4 slave of the design in bursts of increasing addresses, and checks its answers: one write and
+    one read at a time.
+
+    Parameters
+    ----------
+    dut : Hierarchy
+        The design, or an instance in it whose signals are accessible.
+    prefix : str
+        What the names of the signals begin with, such as ``"s_axi_"``.
+    clock : Handle
+        The clock of the bus.
+
+    Raises
+    ------
+    NoSuchSignal
+        If there is no ``awaddr``, ``awlen``, ``wlast`` and the like. ``wstrb``, responses, sizes, kinds of burst and ids may
+        be missing.
+
+    >>> memory = AxiMaster(dut, "s_axi_", dut.clk)
+    >>> await memory.write_burst(0x100, np.arange(8))
+    >>> assert (await memory.read_burst(0x100, 8) == np.arange(8)).all()
+    """
+
+    def __init__(self, dut: Any, prefix: str, clock: Handle) -> None:
+        self._raw = _core.RawMaster(_below(dut, prefix), clock, "axi4", 0)
+        self._name = prefix
+
+    def pause(self, pause: Pause, seed: int = 0) -> None:
+        """Sets in which cycles it pauses between beats, as in `AvalonSource.pause`."""
+        self._raw.set_pause(pause, seed)
+
+    async def write(self, address: int, data: int) -> None:
+        """Writes a word: a burst of one. Raises as `write_burst`."""
+        await self.write_burst(address, [data])
+
+    async def read(self, address: int) -> int:
+        """Reads a word: a burst of one. Raises as `read_burst`."""
+        return int((await self.read_burst(address, 1))[0])
+
+    async def write_burst(self, address: int, words: Iterable[int]) -> None:
+        """Writes words in one burst.
+
+        Parameters
+        ----------
+        address : int
+            Byte address of the first word, a multiple of the word's bytes.
+        words : iterable of int
+            1 to 256 words as wide as the data, such as an array; they must not cross a multiple of 4 KiB.
+
+        Raises
+        ------
+        HoverlockError
+            If the burst is not possible.
+        ProtocolError
+            If the slave breaks a rule of the bus.
+        SimulationError
+            If the slave responds with an error.
+        """
+        burst = self._raw.write_burst(address, [int(word) for word in words], None, 0)
+        await burst.ended()
+        _refuse(self._name, "write", address, burst.response())
+
+    async def read_burst(self, address: int, count: int) -> NDArray[np.uint64]:
+        """Reads words in one burst. Raises as `write_burst`.
+
+        Returns
+        -------
+        ndarray of uint64, shape (count,)
+        """
+        burst = self._raw.read_burst(address, count)
+        await burst.ended()
+        _refuse(self._name, "read", address, burst.response())
+        return burst.words()
 
 
 class _Memory:

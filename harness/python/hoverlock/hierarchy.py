@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from ._core import ArrayHandle, Handle, HierarchyBase, Simulation
+from ._core import ArrayHandle, Handle, HierarchyBase, RealHandle, Simulation, TextHandle
 from .log import log
 
 __all__ = ["Constant", "Hierarchy", "TypedHierarchy"]
@@ -154,7 +154,7 @@ def _instances(node: Hierarchy) -> Iterator[tuple[str, Hierarchy]]:
             yield from _instances(child)
 
 
-def _place(root: Hierarchy, name: str, handle: Handle | ArrayHandle | Constant, simulation: Simulation) -> None:
+def _place(root: Hierarchy, name: str, handle: Handle | ArrayHandle | RealHandle | TextHandle | Constant, simulation: Simulation) -> None:
     if "$" in name:
         root._add(name, handle)
     found = list(_STEP.finditer(name))

@@ -20,7 +20,9 @@ mod _core {
     #[pymodule_export]
     use crate::bus::{Access, Burst, RawListener, RawMaster, RawMemory, RawSource, Symbols};
     #[pymodule_export]
-    use crate::handle::{ArrayHandle, Bits, Element, Handle, HierarchyBase, Value, count_bits_from_left};
+    use crate::handle::{
+        ArrayHandle, Bits, Element, Handle, HierarchyBase, RealHandle, TextHandle, Value, count_bits_from_left,
+    };
     #[pymodule_export]
     use crate::library::{Coverage, Library, compile};
     #[pymodule_export]

@@ -16,6 +16,7 @@ from hoverlock.bus import (
     AvalonSource,
     AxiLiteMaster,
     AxiLiteMemory,
+    AxiMaster,
     AxiMonitor,
     AxiSink,
     AxiSource,
@@ -368,6 +369,53 @@ def test_bursts_pause_as_asked_and_impossible_ones_are_refused():
 
     hoverlock.simulate(Design(FOLDER + "burst_ram.v", top="burst_ram"), bursts, wall_limit=60)
     hoverlock.simulate(Design(FOLDER + "registers_mm.v", top="registers_mm"), no_bursts, wall_limit=60)
+
+
+# ---- AXI4
+
+
+def ram_axi4(**parameters):
+    return Design(FOLDER + "ram_axi4.v", top="ram_axi4", parameters=parameters)
+
+
+@pytest.mark.parametrize("stall", [0, 1])
+@pytest.mark.parametrize("pause", [None, 0.5, [1, 0, 0]])
+def test_an_axi4_master_bursts(stall, pause):
+    async def bench(dut):
+        memory, random = AxiMaster(dut, "s_axi_", dut.clk), np.random.default_rng(7)
+        memory.pause(pause, seed=3)
+        Clock(dut.clk, 10, "ns").start()
+        dut.rst.value = 1
+        await ClockCycles(dut.clk, 3)
+        dut.rst.value = 0
+        for address, length in ((0, 1), (0x20, 7), (0x100, 256)):
+            words = random.integers(0, 2**32, length)
+            await memory.write_burst(address, words)
+            assert (await memory.read_burst(address, length) == words).all()
+        await memory.write(0x40, 5)
+        assert await memory.read(0x40) == 5
+        with pytest.raises(hoverlock.HoverlockError, match="cross a multiple of 4 KiB"):
+            await memory.read_burst(0xFFC, 2)
+        with pytest.raises(hoverlock.RangeError, match="s_axi_wdata"):
+            await memory.write(0, 1 << 32)
+
+    hoverlock.simulate(ram_axi4(STALL=stall), bench, wall_limit=60)
+
+
+@pytest.mark.parametrize(("fault", "rule"), [(1, "rlast is 1 at beat 3 of 4"), (2, "bvalid before"), (4, "payload changed"), (5, "valid fell")])
+def test_a_broken_axi4_slave_is_caught(fault, rule):
+    async def bench(dut):
+        memory = AxiMaster(dut, "s_axi_", dut.clk)
+        memory.pause([0, 1, 1])
+        Clock(dut.clk, 10, "ns").start()
+        dut.rst.value = 1
+        await ClockCycles(dut.clk, 3)
+        dut.rst.value = 0
+        await memory.write_burst(0, range(4))
+        await memory.read_burst(0, 4)
+
+    with pytest.raises(ProtocolError, match=rule):
+        hoverlock.simulate(ram_axi4(FAULT=fault), bench, wall_limit=60)
 
 
 # ---- AXI4-Lite

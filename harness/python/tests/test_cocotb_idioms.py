@@ -357,7 +357,7 @@ async def tasks_are_joined_in_every_way(dut):
     assert await task == "a" and await task.join() == "a" and await Join(task) == "a" and await task.complete == "a"
     assert await First(cocotb.start_soon(give("b", 3)), Timer(1, "us")) == "b"
     await Combine(cocotb.start_soon(give(1, 1)), cocotb.start_soon(give(2, 2)), Timer(3, "ns"))
-    assert await gather(give(1, 2), give(2, 1)) == [1, 2]
+    assert await gather(give(1, 2), give(2, 1)) == (1, 2)
     assert await select(give(1, 20), give(2, 10)) == (1, 2)
     which, trigger = await select(Timer(5, "us"), timer := Timer(1, "ns"))
     assert which == 1 and trigger is timer

@@ -1,5 +1,8 @@
 """Handles and values: widths, signs, memories, hierarchy, and what is refused."""
 
+from pathlib import Path
+
+import numpy
 import pytest
 
 import hoverlock
@@ -192,3 +195,48 @@ def test_digits_that_a_signal_cannot_have(caplog, choice, expected):
     with caplog.at_level("WARNING", logger="hoverlock"):
         simulate(generated, bench, seed=3)
     assert caplog.text.count("is written as") == 1 and f"written as {choice}" in caplog.text
+
+
+odd = Design(Path(__file__).resolve().parents[2] / "tests" / "designs" / "odd.sv", top="odd", internals=["*"])
+
+
+def test_reals_strings_fields_and_arrays_of_any_shape():
+    async def bench(dut):
+        dut.grid.value = [[1, 2, 3], [4, 5, 6]]
+        dut.gain.value = 1.25
+        Clock(dut.clk, 10, "ns").start()
+        await Timer(1, "ns")
+        assert dut.corner.value == 6 and dut.scaled.value == 3.75 and float(dut.state) == 1.25
+        assert dut.text.value == b"tick" and dut.text._type == "GPI_STRING" and dut.gain._type == "GPI_REAL"
+        assert [[int(e) for e in row] for row in dut.grid.value] == [[1, 2, 3], [4, 5, 6]]
+        assert dut.grid[1][2].value == 6 and len(dut.grid) == 2 and len(dut.grid[0]) == 3
+        assert [[e._path for e in row] for row in dut.grid][1][0] == "odd.grid[1][0]"
+        assert numpy.asarray(dut.grid).tolist() == [[1, 2, 3], [4, 5, 6]]
+        with pytest.raises(IndexError, match=r"address 2 is outside of 'grid', which has 0 to 1"):
+            dut.grid[2]
+        with pytest.raises(IndexError, match=r"address 3 is outside of 'grid\[1\]', which has 0 to 2"):
+            dut.grid[1][3]
+        dut.grid[1][2].value = 11
+        dut.deep[-1].value = -1
+        dut.deep[1].value = 1 << 70
+        dut.text.value = "written"
+        dut.beat.value = 0xABC
+        dut.beat.body.rest.value = 5
+        await Timer(1, "ns")
+        assert dut.corner.value == 11 and dut.text.value == b"written"
+        assert dut.deepest.value == (1 << 71) - 1 and dut.deep[1].value == 1 << 70
+        assert numpy.asarray(dut.deep).tolist() == [0, (1 << 71) - 1, 0, 1 << 70]
+        with pytest.raises(ValueError, match="does not fit 'deep'"):
+            dut.deep[0].value = 1 << 71
+        assert dut.beat.value == 0xAB5 and dut.beat.tag.value == 0xA
+        assert dut.beat.body.value == 0xB5 and dut.beat.body.low.value.signed_integer == -5
+        with pytest.raises(AttributeError, match="its fields are tag, body, body.low, body.rest"):
+            dut.beat.nothing
+        with pytest.raises(AttributeError, match="cannot be accessed"):
+            dut.loose.value
+        with pytest.raises(TypeError, match="takes bytes or a string"):
+            dut.text.value = 3
+        with pytest.raises(hoverlock.NotWritable, match="scaled"):
+            dut.scaled.value = 1.0
+
+    simulate(odd, bench)

@@ -10,13 +10,18 @@
 //! removed, and those used longest ago while all together are larger than a limit. A model that is being loaded or
 //! built is never removed.
 //!
+//! A Verilator newer than the harness knows is tried on a small design before its first use: ports, memories, arrays,
+//! wide values and waves must be what they should be, else it is refused.
+//!
 //! Environment: `HOVERLOCK_CACHE` (the cache folder), `HOVERLOCK_CACHE_LIMIT` (the size of built models in MiB, 2048
 //! if not set), `VERILATOR` and `CXX` (the tools).
 
 mod diagnostic;
 mod hierarchy;
 mod model_cache;
+mod runtime;
 mod tool;
+mod trial;
 mod unity;
 
 pub(crate) use unity::INTERFACE;
@@ -28,7 +33,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use diagnostic::{Diagnostic, Severity};
-pub use hierarchy::{Constant, EnumItems, Variable};
+pub use hierarchy::{Constant, EnumItems, Field, Kind, PortDirection, Variable};
 
 use crate::error::BuildError;
 use crate::model::Library;
@@ -139,6 +144,8 @@ pub struct Build {
     pub(crate) verilator: Option<PathBuf>,
     pub(crate) cache: Option<PathBuf>,
     pub(crate) cache_limit: Option<u64>,
+    /// Whether this is the trial of a Verilator that the harness does not know.
+    pub(crate) on_trial: bool,
 }
 
 impl Build {
@@ -161,6 +168,7 @@ impl Build {
             verilator: None,
             cache: None,
             cache_limit: None,
+            on_trial: false,
         }
     }
 
@@ -318,26 +326,16 @@ impl Build {
     }
 }
 
-/// A port of the top module as Verilator stores it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct PortRecord {
-    pub name: String,
-    pub signed: bool,
-    pub range: Option<(i64, i64)>,
-    pub items: EnumItems,
-}
-
 /// The description of a built model, kept beside the shared library.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Record {
     pub top: String,
-    pub ports: Vec<PortRecord>,
-    pub internals: Vec<Variable>,
+    /// Ports, then internals, in the order of the shim's table.
+    pub signals: Vec<Variable>,
+    /// Ports and internals asked for that the shim's table does not have.
+    pub odd: Vec<String>,
     /// Parameters by name.
     pub constants: Vec<(String, Constant)>,
-    /// Ports that are not vectors.
-    #[serde(default)]
-    pub odd_ports: Vec<String>,
     /// All names of the hierarchy, for the nearest names in errors.
     pub names: Vec<String>,
     pub trace: Trace,

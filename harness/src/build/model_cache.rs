@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! runtime/<key>/*.o                     Verilator's runtime, compiled once for each kind of model
+//! runtime/trial-<key>/                  a newer Verilator that passed the trial
 //! models/<key>/<variant>/model.so       the model; one <variant> for each contents of the included files
 //! models/<key>/<variant>/record.json    ports, internals, warnings, manifest of includes
 //! locks/<key>                           locked shared while loading, exclusively while building or removing
@@ -15,9 +16,9 @@ use std::time::{Duration, SystemTime};
 
 use sha2::{Digest, Sha256};
 
-use super::tool::{self, Verilator};
+use super::tool::{self, Verilator, Version};
 use super::unity::{self, Workshop};
-use super::{Build, Record, Trace, absolute};
+use super::{Build, Record, Trace, absolute, runtime, trial};
 use crate::error::BuildError;
 use crate::model::Library;
 
@@ -40,6 +41,10 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
     if let Some(library) = cache.find(&key, &includes) {
         return Ok(library);
     }
+    let version = verilator.version()?;
+    if !version.is_known() && !build.on_trial {
+        cache.try_out(build, &verilator, &compiler, &version)?;
+    }
     let aside = cache.aside()?;
     let workshop = Workshop {
         build,
@@ -49,8 +54,8 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
         includes: &includes,
         folder: aside.path(),
     };
-    let mut record =
-        workshop.make(|root| cache.runtime(&verilator, &compiler, root, build.trace, build.coverage.any()))?;
+    let mut record = workshop
+        .make(&version, |root| cache.runtime(&verilator, &compiler, root, build.trace, build.coverage.any()))?;
     record.library_hash = hash_file(&aside.path().join("model.so"))?;
     let library = cache.keep(&key, &aside, &record)?;
     cache.prune(&key);
@@ -164,6 +169,37 @@ impl Cache {
         make().map_err(|source| BuildError::Cache { path: parent.clone(), source })
     }
 
+    /// Tries a Verilator that the harness does not know on a small design, once for each; an error if a value is not
+    /// what it should be.
+    fn try_out(
+        &self,
+        build: &Build,
+        verilator: &Verilator,
+        compiler: &Path,
+        version: &Version,
+    ) -> Result<(), BuildError> {
+        let mut hash = Hash::new();
+        for part in [unity::SHIM, runtime::HOOKS, include_str!("unity.rs"), include_str!("trial.rs"), trial::DESIGN] {
+            hash.add(part.as_bytes());
+        }
+        hash.add(tool::fingerprint(&verilator.path).as_bytes());
+        hash.add(tool::fingerprint(compiler).as_bytes());
+        let key = format!("trial-{}", hash.finish());
+        let _lock = self.lock(&key, Sharing::Exclusive)?;
+        let passed = self.root.join("runtime").join(&key);
+        if !passed.exists() {
+            let aside = self.aside()?;
+            trial::run(build, &verilator.path, aside.path()).map_err(|reason| BuildError::VersionUnsupported {
+                found: version.text.clone(),
+                path: verilator.path.clone(),
+                reason: format!("on a small design that the harness tries newer versions with, {reason}"),
+            })?;
+            std::fs::create_dir_all(&passed).map_err(|source| BuildError::Cache { path: passed.clone(), source })?;
+        }
+        touch(&passed);
+        Ok(())
+    }
+
     /// The folder of the runtime's objects and headers, compiled if it does not exist.
     fn runtime(
         &self,
@@ -175,7 +211,7 @@ impl Cache {
     ) -> Result<PathBuf, BuildError> {
         let mut hash = Hash::new();
         let kind = format!("{trace:?} {coverage}");
-        for part in [unity::HOOKS, include_str!("unity.rs"), &kind, &root.display().to_string()] {
+        for part in [runtime::HOOKS, include_str!("runtime.rs"), &kind, &root.display().to_string()] {
             hash.add(part.as_bytes());
         }
         hash.add(tool::fingerprint(&verilator.path).as_bytes());
@@ -188,7 +224,7 @@ impl Cache {
             let into = aside.path().join("objects");
             let kept = |source| BuildError::Cache { path: folder.clone(), source };
             std::fs::create_dir(&into).map_err(kept)?;
-            unity::compile_runtime(compiler, root, trace, coverage, &into)?;
+            runtime::compile_runtime(compiler, root, trace, coverage, &into)?;
             std::fs::write(into.join(HASHES), hashes(&into)?).map_err(kept)?;
             let _ = std::fs::remove_dir_all(&folder);
             std::fs::rename(&into, &folder).map_err(kept)?;
@@ -289,11 +325,15 @@ fn model_key(
 ) -> Result<String, BuildError> {
     let mut hash = Hash::new();
     // The generator itself, so that models of an older one are not found.
-    for text in [unity::SHIM, unity::HOOKS, include_str!("unity.rs"), include_str!("hierarchy.rs")] {
+    for text in [unity::SHIM, runtime::HOOKS, include_str!("unity.rs")] {
+        hash.add(text.as_bytes());
+    }
+    for text in [include_str!("hierarchy/mod.rs"), include_str!("hierarchy/json.rs"), include_str!("hierarchy/xml.rs")]
+    {
         hash.add(text.as_bytes());
     }
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
-    unity::CXX_FLAGS.iter().for_each(|flag| hash.add(flag.as_bytes()));
+    runtime::CXX_FLAGS.iter().for_each(|flag| hash.add(flag.as_bytes()));
     hash.add(tool::fingerprint(&verilator.path).as_bytes());
     hash.add(tool::fingerprint(compiler).as_bytes());
     build.verilator_arguments(sources, includes).iter().for_each(|argument| hash.add(argument.as_bytes()));

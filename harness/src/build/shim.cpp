@@ -1,5 +1,6 @@
 // The whole interface between the harness and one Verilated model: plain C functions on one instance.
-// The generated header `hoverlock_ports.h` defines HV_PORTS(X), one X(name, member, width, direction) a port.
+// The generated file before this one defines HV_SIGNALS(X), one X(member) for each port and public variable. What a
+// member is, its C++ type says, in every version of Verilator.
 // Events ($finish, $error, printed text) are collected in the instance and fetched after eval: no calls back.
 #include <cstdarg>
 #include <cstdio>
@@ -11,8 +12,6 @@
 #include <vector>
 
 #include "verilated.h"
-#include "verilated_syms.h"
-#include "verilated_sym_props.h"
 #if VM_TRACE_FST
 #include "verilated_fst_c.h"
 using HvTrace = VerilatedFstC;
@@ -37,23 +36,53 @@ struct HvEvent {
     std::string message;
 };
 
-struct HvPort {
-    const char* name;
+enum HvKind : uint32_t { HV_BITS = 0, HV_REAL = 1, HV_TEXT = 2, HV_OTHER = 3 };
+
+constexpr uint32_t HV_DIMENSIONS = 8;
+
+struct HvSignal {
     void* data;
-    uint32_t width;
-    uint32_t direction;
+    uint32_t kind;
     uint32_t element_bytes;
-    uint32_t elements;
+    uint32_t dimensions;
+    uint32_t extents[HV_DIMENSIONS];  // of the unpacked dimensions, outermost first
 };
 
-struct HvVariable {
-    void* data;
-    int32_t packed_left, packed_right;
-    uint32_t dimensions;
-    int32_t left, right;  // of the only unpacked dimension
-    uint32_t element_bytes;
-    uint32_t kind;
+template <typename T> struct HvShape {
+    static void fill(HvSignal& out) {
+        const bool number = std::is_same<T, CData>::value || std::is_same<T, SData>::value
+            || std::is_same<T, IData>::value || std::is_same<T, QData>::value;
+        out.kind = number ? HV_BITS : std::is_same<T, double>::value ? HV_REAL
+            : std::is_same<T, std::string>::value ? HV_TEXT : HV_OTHER;
+        out.element_bytes = sizeof(T);
+    }
 };
+template <std::size_t N> struct HvShape<VlWide<N>> {
+    static void fill(HvSignal& out) {
+        out.kind = HV_BITS;
+        out.element_bytes = sizeof(VlWide<N>);
+    }
+};
+template <typename T, std::size_t N> struct HvArray {
+    static void fill(HvSignal& out) {
+        if (out.dimensions < HV_DIMENSIONS) out.extents[out.dimensions] = static_cast<uint32_t>(N);
+        out.dimensions += 1;
+        HvShape<T>::fill(out);
+        // An array of another layout than rows of elements is none that the harness knows.
+        if (out.dimensions > HV_DIMENSIONS || sizeof(T) % out.element_bytes != 0) out.kind = HV_OTHER;
+    }
+};
+template <typename T, std::size_t N> struct HvShape<VlUnpacked<T, N>> : HvArray<T, N> {
+    static_assert(sizeof(VlUnpacked<T, N>) == N * sizeof(T), "an array is its elements");
+};
+template <typename T, std::size_t N> struct HvShape<T[N]> : HvArray<T, N> {};
+
+template <typename T> HvSignal signal_of(T& member) {
+    HvSignal found{};
+    found.data = (void*)&member;
+    HvShape<typename std::remove_cv<T>::type>::fill(found);
+    return found;
+}
 
 struct HvFatal final : std::runtime_error {
     using std::runtime_error::runtime_error;
@@ -68,7 +97,7 @@ struct HvContext final : VerilatedContext {
 struct HvInstance {
     HvContext context;
     HV_MODEL* model = nullptr;
-    std::vector<HvPort> ports;
+    std::vector<HvSignal> signals;
     std::vector<HvEvent> events;
     std::string text;
     std::string taken;  // keeps the text handed out alive until the next call
@@ -90,10 +119,6 @@ void record(uint32_t kind, const char* file, int line, const char* message) {
         self->events.push_back(HvEvent{kind, static_cast<uint32_t>(line > 0 ? line : 0), file ? file : "", message ? message : ""});
         self->pending |= 1;
     }
-}
-
-template <typename T> uint32_t elements_of() {
-    return std::is_array<T>::value ? static_cast<uint32_t>(std::extent<T>::value) : 1;
 }
 
 }  // namespace
@@ -171,12 +196,11 @@ HV_API HvInstance* hv_new(uint64_t seed, int32_t random_reset, int32_t argc, con
         self->pending |= 2;
         return self;
     }
-#define HV_ADD(name, member, width, direction) \
-    self->ports.push_back(HvPort{name, (void*)&self->model->member, width, direction, \
-        (uint32_t)(sizeof(self->model->member) / elements_of<std::remove_reference<decltype(self->model->member)>::type>()), \
-        elements_of<std::remove_reference<decltype(self->model->member)>::type>()});
-    HV_PORTS(HV_ADD)
+    auto& symbols = *self->model->rootp->vlSymsp;
+#define HV_ADD(member) self->signals.push_back(signal_of(symbols.member));
+    HV_SIGNALS(HV_ADD)
 #undef HV_ADD
+    (void)symbols;
     return self;
 }
 
@@ -232,26 +256,19 @@ HV_API void hv_time(HvInstance* self, uint64_t time) { self->context.time(time);
 HV_API int32_t hv_precision(HvInstance* self) { return self->context.timeprecision(); }
 HV_API uint8_t* hv_pending(HvInstance* self) { return &self->pending; }
 
-HV_API uint32_t hv_ports(HvInstance* self, const HvPort** ports) {
-    *ports = self->ports.data();
-    return static_cast<uint32_t>(self->ports.size());
+HV_API uint32_t hv_signals(HvInstance* self, const HvSignal** signals) {
+    *signals = self->signals.data();
+    return static_cast<uint32_t>(self->signals.size());
 }
 
-HV_API int32_t hv_variable(HvInstance* self, const char* scope, const char* name, HvVariable* out) {
-    hv_bind(self);
-    const VerilatedScope* const found = self->context.scopeFind(scope);
-    if (!found) return 0;
-    const VerilatedVar* const variable = found->varFind(name);
-    if (!variable) return 0;
-    out->data = variable->datap();
-    out->packed_left = variable->packed().left();
-    out->packed_right = variable->packed().right();
-    out->dimensions = static_cast<uint32_t>(variable->udims());
-    out->left = variable->udims() > 0 ? variable->unpacked().left() : 0;
-    out->right = variable->udims() > 0 ? variable->unpacked().right() : 0;
-    out->element_bytes = static_cast<uint32_t>(variable->entSize());
-    out->kind = static_cast<uint32_t>(variable->vltype());
-    return 1;
+HV_API const char* hv_text_get(const void* text, uint64_t* length) {
+    auto& value = *static_cast<const std::string*>(text);
+    *length = value.size();
+    return value.data();
+}
+
+HV_API void hv_text_set(void* text, const char* value, uint64_t length) {
+    static_cast<std::string*>(text)->assign(value, length);
 }
 
 HV_API const char* hv_take_text(HvInstance* self, uint64_t* length) {

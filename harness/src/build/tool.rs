@@ -7,14 +7,45 @@ use std::time::UNIX_EPOCH;
 
 use crate::error::BuildError;
 
-/// The versions this harness was tested with; 5.000 changed the scheduler, 5.022 dropped `--xml-only`'s form.
-pub const SUPPORTED: &str = "5.002 to 5.020";
+/// The oldest version that can be used: 5.000 changed the scheduler, 5.002 its first faults.
+pub const OLDEST: (u32, u32) = (5, 2);
+/// The newest version of the series that this harness grew up with. Of every other, a trial decides.
+const NEWEST_KNOWN: (u32, u32) = (5, 20);
+/// The first version that describes the design as JSON; the description as XML went some versions later.
+const FIRST_WITH_JSON: (u32, u32) = (5, 24);
 
 /// Verilator and where its headers are.
 #[derive(Debug, Clone)]
 pub struct Verilator {
     /// The program.
     pub path: PathBuf,
+}
+
+/// What a Verilator says of itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Version {
+    /// As it is printed in messages.
+    pub text: String,
+    /// Major and minor number; none if it tells neither.
+    pub number: Option<(u32, u32)>,
+}
+
+impl Version {
+    /// Whether the harness was made for this version; any other is tried out before its first use.
+    pub fn is_known(&self) -> bool {
+        self.number.is_some_and(|number| (OLDEST..=NEWEST_KNOWN).contains(&number))
+    }
+
+    /// Whether it describes a design as JSON, and no longer as XML.
+    pub fn has_json(&self) -> bool {
+        self.number.is_none_or(|number| number >= FIRST_WITH_JSON)
+    }
+}
+
+/// The number in `5.006`.
+fn number_in(text: &str) -> Option<(u32, u32)> {
+    let (major, minor) = text.split_once('.')?;
+    Some((major.parse().ok()?, minor.parse().ok()?))
 }
 
 impl Verilator {
@@ -31,30 +62,52 @@ impl Verilator {
         Ok(Verilator { path })
     }
 
-    /// The program's version; an error if it is not a supported one.
-    pub fn check_version(&self) -> Result<String, BuildError> {
+    /// The program's version; an error if it is too old.
+    pub fn version(&self) -> Result<Version, BuildError> {
         let output = run(Command::new(&self.path).arg("--version"))?;
         let text = String::from_utf8_lossy(&output.stdout);
-        let version = text.split_whitespace().nth(1).unwrap_or("?").to_owned();
-        let number =
-            version.split_once('.').and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
-        match number {
-            Some((5u32, minor)) if (2u32..=20).contains(&minor) => Ok(version),
-            _ => Err(BuildError::VersionUnsupported { found: version, path: self.path.clone(), supported: SUPPORTED }),
+        let mut words = text.split_whitespace();
+        let said = words.next().zip(words.next()).filter(|(product, _)| *product == "Verilator");
+        let version = match said {
+            Some((_, number)) => Version { text: number.to_owned(), number: number_in(number) },
+            // Builds from a tree without a history, such as PyPI's, have the number in a header only.
+            None => {
+                let header = self.root().and_then(|root| {
+                    let path = root.join("include/verilated_config.h");
+                    std::fs::read_to_string(&path).map_err(|source| BuildError::Source { path, source })
+                });
+                let line = header.unwrap_or_default();
+                let quoted =
+                    line.lines().find_map(|l| l.strip_prefix("#define VERILATOR_VERSION \"")?.split('"').next());
+                let number = quoted.and_then(|q| number_in(q.split_whitespace().next()?));
+                let text = format!("{} ({})", quoted.unwrap_or("of unknown version"), text.trim());
+                Version { text, number }
+            }
+        };
+        match version.number {
+            Some(number) if number < OLDEST => Err(BuildError::VersionUnsupported {
+                found: version.text,
+                path: self.path.clone(),
+                reason: format!("{}.{:03} or newer is needed", OLDEST.0, OLDEST.1),
+            }),
+            _ => Ok(version),
         }
     }
 
-    /// The folder with `include/verilated.h`.
+    /// The folder with `include/verilated.h`: as the program says, else the one it lies in.
     pub fn root(&self) -> Result<PathBuf, BuildError> {
         let output = run(Command::new(&self.path).args(["--getenv", "VERILATOR_ROOT"]))?;
-        let root = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
+        let said = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+        let real = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
+        let around = real.parent().and_then(Path::parent).map(Path::to_owned).filter(|_| said.is_empty());
+        let root = around.unwrap_or_else(|| PathBuf::from(&said));
         if root.join("include/verilated.h").is_file() {
             Ok(root)
         } else {
             Err(BuildError::ToolMissing {
                 tool: "verilated.h".into(),
-                hint: match root.to_str() {
-                    Some("") => format!(
+                hint: match said.as_str() {
+                    "" => format!(
                         "{} --getenv VERILATOR_ROOT names no folder, so this installation is broken: install \
                          Verilator again",
                         self.path.display()
@@ -116,4 +169,18 @@ fn find_program(name: &Path) -> Option<PathBuf> {
 fn is_program(path: &Path) -> bool {
     use std::os::unix::fs::PermissionsExt;
     std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.permissions().mode() & 0o111 != 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_version_decides_on_description_and_trial() {
+        let of = |text: &str| Version { text: text.into(), number: number_in(text) };
+        assert!(of("5.006").is_known() && !of("5.006").has_json());
+        assert!(!of("5.048").is_known() && of("5.048").has_json());
+        assert!(!of("5.022").is_known() && !of("5.022").has_json());
+        assert!(!of("devel").is_known() && of("devel").has_json());
+    }
 }

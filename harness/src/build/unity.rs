@@ -7,32 +7,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::diagnostic;
-use super::hierarchy::{self, Hierarchy, Variable};
-use super::tool::{self, Verilator};
-use super::{Build, Initial, PortRecord, Record, Trace, modules_in};
+use super::hierarchy::{self, Hierarchy, PortDirection, Variable};
+use super::runtime::{CXX_FLAGS, PREFIX, check_compiler, include_flags, needs_lz4, runtime_objects, trace_flags};
+use super::tool::{self, Verilator, Version};
+use super::{Build, Initial, Record, Trace, modules_in};
 use crate::error::{BuildError, nearest};
 
 pub(super) const SHIM: &str = include_str!("shim.cpp");
-pub(super) const HOOKS: &str = include_str!("runtime_hooks.h");
-/// The header that every model includes first, precompiled beside the runtime's objects.
-const PREFIX: &str = "prefix.h";
 /// Incremented whenever the shim's functions change.
-pub(crate) const INTERFACE: u32 = 1;
-
-/// The flags of every C++ compilation. Symbols are hidden and not unique, so that several models in one process do not
-/// share the runtime's globals.
-pub(super) const CXX_FLAGS: [&str; 10] = [
-    "-std=c++17",
-    "-O3",
-    "-fPIC",
-    "-w",
-    "-fno-gnu-unique",
-    "-fvisibility=hidden",
-    "-fvisibility-inlines-hidden",
-    "-DVL_TIME_CONTEXT",
-    "-DVERILATOR=1",
-    "-DVM_SC=0",
-];
+pub(crate) const INTERFACE: u32 = 2;
 
 /// Paths of one build, all absolute.
 pub(super) struct Workshop<'a> {
@@ -47,14 +30,18 @@ pub(super) struct Workshop<'a> {
 impl Workshop<'_> {
     /// Runs Verilator and the compiler in the folder, which makes `model.so`. `runtime` gives the folder of the
     /// runtime's objects for a Verilator root.
-    pub fn make(&self, runtime: impl FnOnce(&Path) -> Result<PathBuf, BuildError>) -> Result<Record, BuildError> {
-        self.verilator.check_version()?;
+    pub fn make(
+        &self,
+        version: &Version,
+        runtime: impl FnOnce(&Path) -> Result<PathBuf, BuildError>,
+    ) -> Result<Record, BuildError> {
         let root = self.verilator.root()?;
-        let hierarchy = self.read_hierarchy()?;
-        let internals = self.choose_internals(&hierarchy)?;
+        let hierarchy = self.read_hierarchy(version)?;
+        let mut internals = self.choose_internals(&hierarchy)?;
         let generated = self.folder.join("out");
         let mut warnings = self.verilate(&internals)?;
-        let odd = unreachable(&generated)?;
+        let mut tables = Tables::read(&generated)?;
+        let odd = tables.unreachable(&generated)?;
         if !odd.is_empty() {
             let is_odd = |v: &&Variable| odd.contains(&(v.scope.clone(), v.name.clone()));
             let odd: HashSet<_> = internals.iter().filter(is_odd).map(|v| (&v.module, &v.name)).collect();
@@ -63,32 +50,32 @@ impl Workshop<'_> {
             std::fs::remove_dir_all(&generated)
                 .map_err(|source| BuildError::Cache { path: generated.clone(), source })?;
             warnings = self.verilate(&rest)?;
+            tables = Tables::read(&generated)?;
         }
         let header = read(&generated.join("Vdut.h"))?;
-        let ports = self.write_unity(&generated, &header)?;
+        let of_top = hierarchy.variables.iter().filter(|v| v.port.is_some() && v.scope == self.build.top);
+        let mut signals = ports(&header, &of_top.clone().collect::<Vec<_>>());
+        let mut odd: Vec<String> =
+            of_top.filter(|v| !signals.iter().any(|(port, _)| port.name == v.name)).map(|v| v.path.clone()).collect();
+        for variable in std::mem::take(&mut internals) {
+            match tables.members.get(&(variable.scope.clone(), variable.name.clone())) {
+                Some(member) => signals.push((variable, member.clone())),
+                None => odd.push(variable.path),
+            }
+        }
+        self.write_unity(&generated, &signals)?;
         self.compile(&root, &generated, &runtime(&root)?)?;
-        let named = |name: &str| hierarchy.variables.iter().find(|v| v.port && v.path == name);
-        let of_top = hierarchy.variables.iter().filter(|v| v.port && v.scope == self.build.top);
-        let odd_ports = of_top.map(|v| v.path.clone()).filter(|name| !ports.contains(name)).collect();
         Ok(Record {
             top: self.build.top.clone(),
-            ports: ports
-                .into_iter()
-                .map(|name| {
-                    let (signed, range, items) =
-                        named(&name).map_or((false, None, Vec::new()), |v| (v.signed, v.range, v.items.clone()));
-                    PortRecord { name, signed, range, items }
-                })
-                .collect(),
-            internals,
+            signals: signals.into_iter().map(|(variable, _)| variable).collect(),
+            odd,
             constants: hierarchy.constants.iter().take(20_000).cloned().collect(),
-            odd_ports,
             names: hierarchy.variables.iter().take(20_000).map(|v| v.path.clone()).collect(),
             trace: self.build.trace,
             coverage: self.build.coverage.any(),
             initial: self.build.initial,
             warnings,
-            manifest: self.read_manifest(&generated)?,
+            manifest: self.read_manifest(&generated, &root)?,
             library_hash: String::new(),
         })
     }
@@ -104,14 +91,19 @@ impl Workshop<'_> {
         tool::run(&mut command)
     }
 
-    fn read_hierarchy(&self) -> Result<Hierarchy, BuildError> {
+    fn read_hierarchy(&self, version: &Version) -> Result<Hierarchy, BuildError> {
+        if version.has_json() {
+            let output = ["--json-only", "--json-only-output", "design.json", "--Mdir", "json"];
+            self.check_output(&self.verilator_command(&output)?)?;
+            return hierarchy::parse_json(&read(&self.folder.join("design.json"))?, &self.build.top);
+        }
         let output = self.verilator_command(&["--xml-only", "--xml-output", "design.xml", "--Mdir", "xml"])?;
         self.check_output(&output)?;
-        hierarchy::parse(&read(&self.folder.join("design.xml"))?)
+        hierarchy::parse_xml(&read(&self.folder.join("design.xml"))?)
     }
 
     fn choose_internals(&self, hierarchy: &Hierarchy) -> Result<Vec<Variable>, BuildError> {
-        let inner = || hierarchy.variables.iter().filter(|v| !v.port || v.path.contains('.'));
+        let inner = || hierarchy.variables.iter().filter(|v| v.port.is_none() || v.path.contains('.'));
         for pattern in &self.build.internals {
             // `*` may match nothing.
             if pattern != "*" && !inner().any(|v| hierarchy::matches(pattern, &v.path)) {
@@ -202,16 +194,17 @@ impl Workshop<'_> {
         }
     }
 
-    /// Writes the table of ports and the unity file; gives the ports' names as written in the Verilog.
-    fn write_unity(&self, generated: &Path, header: &str) -> Result<Vec<String>, BuildError> {
-        let mut names = Vec::new();
-        let mut table = String::from("#define HV_PORTS(HV_PORT)");
-        for port in header.lines().filter_map(parse_port) {
-            let name = demangle(port.member);
-            let _ = write!(table, " \\\n    HV_PORT(\"{name}\", {}, {}, {})", port.member, port.width, port.direction);
-            names.push(name);
+    /// Writes the table of signals and the unity file.
+    fn write_unity(&self, generated: &Path, signals: &[(Variable, String)]) -> Result<(), BuildError> {
+        let mut table = String::from("#define HV_SIGNALS(HV_SIGNAL)");
+        for (_, member) in signals {
+            let _ = write!(table, " \\\n    HV_SIGNAL({member})");
         }
-        let direct = u8::from(is_plain_eval(&read(&generated.join("Vdut.cpp"))?));
+        let mut evaluation = read(&generated.join("Vdut.cpp"))?;
+        if !has_classes(generated)? {
+            evaluation = evaluation.replace("    vlSymsp->__Vm_deleter.deleteAll();\n", "");
+        }
+        let direct = u8::from(is_plain_eval(&evaluation));
         let mut unity = format!(
             "#define HV_INTERFACE {INTERFACE}\n#define HV_MODEL Vdut\n#define HV_DIRECT_EVAL {direct}\n{table}\n\n\
              #include \"Vdut__Syms.h\"\n"
@@ -227,8 +220,7 @@ impl Workshop<'_> {
         }
         unity.push_str("#include \"shim.cpp\"\n");
         write(&self.folder.join("shim.cpp"), SHIM)?;
-        write(&self.folder.join("unity.cpp"), &unity)?;
-        Ok(names)
+        write(&self.folder.join("unity.cpp"), &unity)
     }
 
     fn compile(&self, root: &Path, generated: &Path, runtime: &Path) -> Result<(), BuildError> {
@@ -242,12 +234,15 @@ impl Workshop<'_> {
         command.args(runtime_objects(runtime, self.build.trace, self.build.coverage.any())).arg("-lpthread");
         if self.build.trace == Trace::Fst {
             command.arg("-lz");
+            if needs_lz4(root) {
+                command.arg("-llz4");
+            }
         }
         check_compiler(&tool::run(&mut command)?, self.build.trace)
     }
 
     /// All files that Verilator read, except the sources, its own program and the file written for it.
-    fn read_manifest(&self, generated: &Path) -> Result<Vec<(PathBuf, String)>, BuildError> {
+    fn read_manifest(&self, generated: &Path, root: &Path) -> Result<Vec<(PathBuf, String)>, BuildError> {
         let text = read(&generated.join("Vdut__verFiles.dat"))?;
         let names = files_read(&text);
         // Verilator lists the part of a name before its first blank, too, as if it were a file.
@@ -259,7 +254,8 @@ impl Workshop<'_> {
         let mut manifest = Vec::new();
         for name in names.iter().filter(|name| !own(name) && !is_cut(name)) {
             let path = super::absolute(&self.folder.join(name))?;
-            if !self.sources.contains(&path) {
+            // Its own library goes with the program, whose change makes another key.
+            if !self.sources.contains(&path) && !path.starts_with(root) {
                 let hash = super::model_cache::hash_file(&path)?;
                 manifest.push((path, hash));
             }
@@ -270,151 +266,113 @@ impl Workshop<'_> {
     }
 }
 
-/// The names of the files that were read, in lines like `S  99 10338340 1795274662 ... "a b/t.v"`. Quotes in a name are
-/// not escaped. (In the list for `make`, names with blanks cannot be told apart.)
+/// The names of the files that were read, in lines like `S  99 10338340 1795274662 ... "a b/t.v"`; newer versions put a
+/// hash in quotes before the name. Quotes in a name are not escaped. (In the list for `make`, names with blanks cannot
+/// be told apart.)
 fn files_read(text: &str) -> Vec<&str> {
-    let quoted = |line: &'_ str| -> Option<(usize, usize)> { Some((line.find('"')? + 1, line.rfind('"')?)) };
+    let quoted = |line: &'_ str| -> Option<(usize, usize)> {
+        let (mut from, to) = (line.find('"')? + 1, line.rfind('"')?);
+        let is_hash = |text: &str| {
+            text == "unhashed"
+                || text.len() == 40 && text.chars().all(|c| c.is_ascii_alphanumeric() || "+/=_-@".contains(c))
+        };
+        let first = line.get(from..)?.split_once("\" \"");
+        if let Some((hash, _)) = first.filter(|(hash, _)| is_hash(hash)) {
+            from += hash.len() + 3;
+        }
+        Some((from, to))
+    };
     let lines = text.lines().filter(|line| line.starts_with("S "));
     lines.filter_map(|line| quoted(line).and_then(|(from, to)| line.get(from..to))).collect()
 }
 
-/// Compiles Verilator's runtime for one kind of model.
-pub(super) fn compile_runtime(
-    compiler: &Path,
-    root: &Path,
-    trace: Trace,
-    coverage: bool,
-    folder: &Path,
-) -> Result<(), BuildError> {
-    let command = || {
-        let mut command = Command::new(compiler);
-        command.current_dir(folder).args(CXX_FLAGS).args(trace_flags(trace));
-        command.arg(format!("-DVM_COVERAGE={}", u8::from(coverage))).args(include_flags(root));
-        command
+/// The generated tables of public variables.
+struct Tables {
+    /// The expression of each variable's member, such as `TOP__g.lane__DOT__i`, by scope and name.
+    members: HashMap<(String, String), String>,
+}
+
+impl Tables {
+    fn read(generated: &Path) -> Result<Tables, BuildError> {
+        let mut text = String::new();
+        for path in symbol_files(generated)? {
+            text.push_str(&read(&path)?);
+        }
+        let scopes: HashMap<&str, &str> = text.lines().filter_map(configured).collect();
+        let of_line = |line| {
+            let (scope, name, member) = inserted(line)?;
+            Some((((*scopes.get(scope)?).to_owned(), name.to_owned()), member.to_owned()))
+        };
+        Ok(Tables { members: text.lines().filter_map(of_line).collect() })
+    }
+
+    /// What is listed, but is no number in the generated classes, as (scope, name). Older versions list whatever was
+    /// asked for: a `genvar` or an interface's reference, which no class has, so that the C++ does not compile; and a
+    /// queue, as if it were one byte.
+    fn unreachable(&self, generated: &Path) -> Result<HashSet<(String, String)>, BuildError> {
+        // `Vdut_child   TOP__child;` names the class of an instance.
+        let symbols = read(&generated.join("Vdut__Syms.h"))?;
+        let classes: HashMap<&str, &str> = symbols
+            .lines()
+            .filter_map(|line| line.trim().strip_suffix(';')?.split_once(' '))
+            .map(|(class, instance)| (instance.trim(), class))
+            .collect();
+        let mut numbers: HashMap<&str, HashSet<String>> = HashMap::new();
+        let mut found = HashSet::new();
+        for (name, expression) in &self.members {
+            let Some((instance, member)) = expression.split_once('.') else { continue };
+            let Some(class) = classes.get(instance) else { continue };
+            if !numbers.contains_key(class) {
+                numbers.insert(class, numbers_of(&read(&generated.join(format!("{class}.h")))?));
+            }
+            if !numbers[class].contains(member) {
+                found.insert(name.clone());
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Whether a generated class holds objects of the Verilog's classes.
+fn has_classes(generated: &Path) -> Result<bool, BuildError> {
+    let entries =
+        std::fs::read_dir(generated).map_err(|source| BuildError::Cache { path: generated.to_owned(), source })?;
+    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+        if path.extension().is_some_and(|e| e == "h") && read(&path)?.contains("VlClass") {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// `Vdut__Syms.cpp`, or the several files of newer versions.
+fn symbol_files(generated: &Path) -> Result<Vec<PathBuf>, BuildError> {
+    let entries =
+        std::fs::read_dir(generated).map_err(|source| BuildError::Cache { path: generated.to_owned(), source })?;
+    let is_one = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name.starts_with("Vdut__Syms") && name.ends_with(".cpp")
     };
-    write(&folder.join("runtime_hooks.h"), HOOKS)?;
-    for file in runtime_files(trace, coverage) {
-        let mut command = command();
-        command.args(["-include", "runtime_hooks.h", "-c", "-o", &format!("{file}.o")]);
-        command.arg(root.join("include").join(format!("{file}.cpp")));
-        check_compiler(&tool::run(&mut command)?, trace)?;
-    }
-    // The headers that every model includes, precompiled: half of a small model's compile time. A compiler that does
-    // not take the precompiled header reads the text.
-    let mut prefix = format!("{HOOKS}\n");
-    let mut headers = vec![
-        "cstdarg",
-        "cstdio",
-        "cstring",
-        "exception",
-        "stdexcept",
-        "string",
-        "type_traits",
-        "vector",
-        "verilated.h",
-    ];
-    headers.extend(["verilated_dpi.h", "verilated_syms.h", "verilated_sym_props.h"]);
-    match trace {
-        Trace::None => {}
-        Trace::Vcd => headers.push("verilated_vcd_c.h"),
-        Trace::Fst => headers.push("verilated_fst_c.h"),
-    }
-    for header in headers {
-        let _ = writeln!(prefix, "#include <{header}>");
-    }
-    write(&folder.join(PREFIX), &prefix)?;
-    let mut command = command();
-    command.args(["-x", "c++-header", "-o", &format!("{PREFIX}.gch"), PREFIX]);
-    check_compiler(&tool::run(&mut command)?, trace)
+    Ok(entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_one).collect())
 }
 
-/// The runtime's objects in their folder.
-pub(super) fn runtime_objects(folder: &Path, trace: Trace, coverage: bool) -> Vec<PathBuf> {
-    runtime_files(trace, coverage).iter().map(|file| folder.join(format!("{file}.o"))).collect()
-}
-
-/// The runtime's files a kind of model needs.
-fn runtime_files(trace: Trace, coverage: bool) -> Vec<&'static str> {
-    let mut files = vec!["verilated", "verilated_threads"];
-    match trace {
-        Trace::None => {}
-        Trace::Vcd => files.push("verilated_vcd_c"),
-        Trace::Fst => files.push("verilated_fst_c"),
-    }
-    if coverage {
-        files.push("verilated_cov");
-    }
-    files
-}
-
-fn trace_flags(trace: Trace) -> [&'static str; 3] {
-    match trace {
-        Trace::None => ["-DVM_TRACE=0", "-DVM_TRACE_VCD=0", "-DVM_TRACE_FST=0"],
-        Trace::Vcd => ["-DVM_TRACE=1", "-DVM_TRACE_VCD=1", "-DVM_TRACE_FST=0"],
-        Trace::Fst => ["-DVM_TRACE=1", "-DVM_TRACE_VCD=0", "-DVM_TRACE_FST=1"],
-    }
-}
-
-fn include_flags(root: &Path) -> [String; 2] {
-    let include = root.join("include");
-    [format!("-I{}", include.display()), format!("-I{}", include.join("vltstd").display())]
-}
-
-fn check_compiler(output: &std::process::Output, trace: Trace) -> Result<(), BuildError> {
-    if output.status.success() {
-        return Ok(());
-    }
-    let text = String::from_utf8_lossy(&output.stderr);
-    if trace == Trace::Fst && text.contains("zlib.h") {
-        return Err(BuildError::ToolMissing {
-            tool: "zlib.h".into(),
-            hint: "FST waves need it (Debian: apt-get install zlib1g-dev); VCD waves do not".into(),
-        });
-    }
-    let lines: Vec<&str> = text.lines().filter(|l| l.contains("error") || l.contains("undefined")).take(20).collect();
-    let output = if lines.is_empty() { text.trim().to_owned() } else { lines.join("\n") };
-    Err(BuildError::Compiler { output })
-}
-
-/// What is listed in the generated tables of variables, but is no number in the generated classes, as (scope, name).
-/// Verilator lists whatever was asked for: a `genvar` or an interface's reference, which no class has, so that the C++
-/// does not compile; and a queue, as if it were one byte.
-fn unreachable(generated: &Path) -> Result<HashSet<(String, String)>, BuildError> {
-    let text = read(&generated.join("Vdut__Syms.cpp"))?;
-    // `Vdut_child   TOP__child;` names the class of an instance.
-    let symbols = read(&generated.join("Vdut__Syms.h"))?;
-    let classes: HashMap<&str, &str> = symbols
-        .lines()
-        .filter_map(|line| line.trim().strip_suffix(';')?.split_once(' '))
-        .map(|(class, instance)| (instance.trim(), class))
-        .collect();
-    let scopes: HashMap<&str, &str> = text.lines().filter_map(configured).collect();
-    let mut members: HashMap<&str, HashSet<String>> = HashMap::new();
-    let mut found = HashSet::new();
-    for (scope, name, instance, member) in text.lines().filter_map(inserted) {
-        let Some(class) = classes.get(instance) else { continue };
-        if !members.contains_key(class) {
-            members.insert(class, numbers_of(&read(&generated.join(format!("{class}.h")))?));
-        }
-        if let Some(scope) = scopes.get(scope).filter(|_| !members[class].contains(member)) {
-            found.insert(((*scope).to_owned(), name.to_owned()));
-        }
-    }
-    Ok(found)
-}
-
-/// The scope's variable and its name in a line like `__Vscope_t__lane.configure(this, name(), "t.lane", ...`.
+/// The scope's variable and its name in a line like `__Vscope_t__lane.configure(this, name(), "t.lane", ...` or, in
+/// newer versions, `__Vscopep_t__lane = new VerilatedScope{this, "t.lane", ...`.
 fn configured(line: &str) -> Option<(&str, &str)> {
-    let (scope, rest) = line.trim().split_once(".configure(this, name(), \"")?;
+    let line = line.trim();
+    let (scope, rest) =
+        line.split_once(".configure(this, name(), \"").or_else(|| line.split_once(" = new VerilatedScope{this, \""))?;
     Some((scope, rest.split_once('"')?.0))
 }
 
-/// Scope, name, instance and member in a line like `__Vscope_t.varInsert(__Vfinal,"i", &(TOP__t.i), ...`.
-fn inserted(line: &str) -> Option<(&str, &str, &str, &str)> {
-    let (scope, rest) = line.trim().split_once(".varInsert(__Vfinal,\"")?;
-    let (name, rest) = rest.split_once('"')?;
-    let (instance, member) = rest.split_once("&(")?.1.split_once(')')?.0.split_once('.')?;
-    Some((scope, name, instance, member))
+/// Scope, name and member in a line like `__Vscope_t.varInsert(__Vfinal,"i", &(TOP__t.i), ...` or, in newer versions,
+/// `__Vscopep_t->varInsert("i", &(TOP__t.i), ...`. What the tables cannot hold is there as a comment.
+fn inserted(line: &str) -> Option<(&str, &str, &str)> {
+    let line = line.trim();
+    let line = line.strip_prefix("//UNSUP ").unwrap_or(line);
+    let (scope, rest) = line.split_once(".varInsert(__Vfinal,\"").or_else(|| line.split_once("->varInsert(\""))?;
+    let (name, rest) = rest.split_once("\", &(")?;
+    Some((scope, name, rest.split_once(')')?.0))
 }
 
 /// The members of a generated class that are vectors, `real`, strings, or arrays of these.
@@ -434,43 +392,90 @@ fn numbers_of(header: &str) -> HashSet<String> {
 }
 
 /// Whether `eval_step`, after the first call, only evaluates the root and ends threads that a model without threads
-/// does not have.
+/// does not have. (Newer versions also delete objects of classes there; the caller takes that line out for a model that
+/// has none.)
 fn is_plain_eval(text: &str) -> bool {
+    const OLDER: [&str; 12] = [
+        "Vdut___024root___eval_debug_assertions(&(vlSymsp->TOP));",
+        "if (VL_UNLIKELY(!vlSymsp->__Vm_didInit)) {",
+        "vlSymsp->__Vm_didInit = true;",
+        "Vdut___024root___eval_static(&(vlSymsp->TOP));",
+        "Vdut___024root___eval_initial(&(vlSymsp->TOP));",
+        "Vdut___024root___eval_settle(&(vlSymsp->TOP));",
+        "}",
+        "Verilated::mtaskId(0);",
+        "Vdut___024root___eval(&(vlSymsp->TOP));",
+        "Verilated::endOfThreadMTask(vlSymsp->__Vm_evalMsgQp);",
+        "Verilated::endOfEval(vlSymsp->__Vm_evalMsgQp);",
+        "}",
+    ];
+    const NEWER: [&str; 10] = [
+        "Vdut___024root___eval_debug_assertions(&(vlSymsp->TOP));",
+        "if (VL_UNLIKELY(!vlSymsp->__Vm_didInit)) {",
+        "Vdut___024root___eval_static(&(vlSymsp->TOP));",
+        "Vdut___024root___eval_initial(&(vlSymsp->TOP));",
+        "Vdut___024root___eval_settle(&(vlSymsp->TOP));",
+        "vlSymsp->__Vm_didInit = true;",
+        "}",
+        "Vdut___024root___eval(&(vlSymsp->TOP));",
+        "Verilated::endOfEval(vlSymsp->__Vm_evalMsgQp);",
+        "}",
+    ];
     let Some((_, body)) = text.split_once("::eval_step() {\n") else { return false };
     let plain = |l: &&str| !l.starts_with("VL_DEBUG_IF") && !l.starts_with("//") && !l.starts_with('#');
-    let statements: Vec<&str> = body.lines().map(str::trim).filter(plain).take(13).collect();
-    statements
-        == [
-            "Vdut___024root___eval_debug_assertions(&(vlSymsp->TOP));",
-            "if (VL_UNLIKELY(!vlSymsp->__Vm_didInit)) {",
-            "vlSymsp->__Vm_didInit = true;",
-            "Vdut___024root___eval_static(&(vlSymsp->TOP));",
-            "Vdut___024root___eval_initial(&(vlSymsp->TOP));",
-            "Vdut___024root___eval_settle(&(vlSymsp->TOP));",
-            "}",
-            "Verilated::mtaskId(0);",
-            "Vdut___024root___eval(&(vlSymsp->TOP));",
-            "Verilated::endOfThreadMTask(vlSymsp->__Vm_evalMsgQp);",
-            "Verilated::endOfEval(vlSymsp->__Vm_evalMsgQp);",
-            "}",
-            "",
-        ]
+    let body = body.lines().map(str::trim).filter(plain).take_while(|line| !line.is_empty());
+    let statements: Vec<&str> = body.collect();
+    statements == OLDER || statements == NEWER
 }
 
-struct HeaderPort<'a> {
-    member: &'a str,
-    width: u32,
-    direction: u32,
+/// The ports of the generated class, as variables and the expressions of their members: in the order of the source,
+/// then those that the description does not have.
+fn ports(header: &str, described: &[&Variable]) -> Vec<(Variable, String)> {
+    let place = |name: &str| described.iter().position(|v| v.name == name);
+    let mut found: Vec<(usize, Variable, String)> = Vec::new();
+    for line in header.lines() {
+        let Some((member, declared)) = parse_port(line) else { continue };
+        let name = demangle(member);
+        let expression = format!("TOP.{member}");
+        match (place(&name), declared) {
+            (Some(at), _) => found.push((at, described[at].clone(), expression)),
+            (None, Some((port, width))) => {
+                let variable = Variable {
+                    path: name.clone(),
+                    scope: String::new(),
+                    name,
+                    module: String::new(),
+                    kind: hierarchy::Kind::Bits { width },
+                    signed: false,
+                    items: Vec::new(),
+                    fields: Vec::new(),
+                    port: Some(port),
+                    dimensions: Vec::new(),
+                    nested: false,
+                };
+                found.push((usize::MAX, variable, expression));
+            }
+            (None, None) => {}
+        }
+    }
+    found.sort_by_key(|(at, ..)| *at);
+    found.into_iter().map(|(_, variable, expression)| (variable, expression)).collect()
 }
 
-/// `VL_IN8(&name,7,0);`, `VL_OUTW(&name,69,0,3);`, `VL_IN8((&name)[4],7,0);`.
-fn parse_port(line: &str) -> Option<HeaderPort<'_>> {
-    let rest = line.trim().strip_prefix("VL_")?;
+/// The member and, where the line tells them, direction and width: `VL_IN8(&name,7,0);`, `VL_OUTW(&name,69,0,3);`,
+/// `VL_IN8((&name)[4],7,0);`, `double &name;`, `VlUnpacked<CData/*3:0*/, 2> &name;`.
+fn parse_port(line: &str) -> Option<(&str, Option<(PortDirection, u32)>)> {
+    let line = line.trim();
+    let Some(rest) = line.strip_prefix("VL_") else {
+        let (kind, member) = line.strip_suffix(';')?.rsplit_once('&')?;
+        let is_port = kind.starts_with("VlUnpacked<") || kind.trim() == "double" || kind.trim() == "std::string";
+        return is_port.then_some((member, None));
+    };
     let (kind, arguments) = rest.split_once('(')?;
     let direction = match kind.trim_end_matches(|c: char| c.is_ascii_digit() || c == 'W') {
-        "IN" => 0,
-        "OUT" => 1,
-        "INOUT" => 2,
+        "IN" => PortDirection::Input,
+        "OUT" => PortDirection::Output,
+        "INOUT" => PortDirection::Inout,
         _ => return None,
     };
     let arguments = arguments.strip_suffix(");")?;
@@ -478,7 +483,7 @@ fn parse_port(line: &str) -> Option<HeaderPort<'_>> {
     let name = fields.next()?;
     let member = name.trim_start_matches(['(', '&']).split([')', '[']).next()?;
     let (msb, lsb): (i64, i64) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
-    Some(HeaderPort { member, width: u32::try_from(msb - lsb + 1).ok()?, direction })
+    Some((member, Some((direction, u32::try_from(msb - lsb + 1).ok()?))))
 }
 
 /// `video__024data` is `video$data`: Verilator writes characters that C++ does not allow as `__0` and two hexadecimal
@@ -530,13 +535,27 @@ mod tests {
 
     #[test]
     fn ports_are_read_from_the_header() {
-        let port = parse_port("    VL_OUTW(&wide,69,0,3);").unwrap();
-        assert_eq!((port.member, port.width, port.direction), ("wide", 70, 1));
-        let port = parse_port("    VL_INOUT8(&io__024x,3,0);").unwrap();
-        assert_eq!((port.member, port.width, port.direction), ("io__024x", 4, 2));
-        let port = parse_port("VL_IN16((&taps)[4],8,0);").unwrap();
-        assert_eq!((port.member, port.width, port.direction), ("taps", 9, 0));
+        assert_eq!(parse_port("    VL_OUTW(&wide,69,0,3);"), Some(("wide", Some((PortDirection::Output, 70)))));
+        assert_eq!(parse_port("    VL_INOUT8(&io__024x,3,0);"), Some(("io__024x", Some((PortDirection::Inout, 4)))));
+        assert_eq!(parse_port("VL_IN16((&taps)[4],8,0);"), Some(("taps", Some((PortDirection::Input, 9)))));
+        assert_eq!(parse_port("    VlUnpacked<VlUnpacked<CData/*3:0*/, 3>, 2> &grid;"), Some(("grid", None)));
+        assert_eq!(parse_port("    double &gain;"), Some(("gain", None)));
         assert!(parse_port("    VL_UNCOPYABLE(Vdut);  ///< Copying not allowed").is_none());
+        assert!(parse_port("    Vdut_beats* const& __PVT__link;").is_none());
+    }
+
+    #[test]
+    fn evaluations_of_known_text_are_plain() {
+        let newer = "void Vdut::eval_step() {\n    VL_DEBUG_IF(x);\n#ifdef VL_DEBUG\n    // Debug assertions\n    \
+                     Vdut___024root___eval_debug_assertions(&(vlSymsp->TOP));\n#endif  // VL_DEBUG\n    \
+                     if (VL_UNLIKELY(!vlSymsp->__Vm_didInit)) {\n\
+                     Vdut___024root___eval_static(&(vlSymsp->TOP));\n\
+                     Vdut___024root___eval_initial(&(vlSymsp->TOP));\n Vdut___024root___eval_settle(&(vlSymsp->TOP));\n\
+                     vlSymsp->__Vm_didInit = true;\n    }\n    Vdut___024root___eval(&(vlSymsp->TOP));\n    // Clean\n\
+                     Verilated::endOfEval(vlSymsp->__Vm_evalMsgQp);\n}\n\nvoid";
+        assert!(is_plain_eval(newer));
+        assert!(!is_plain_eval(&newer.replace("// Clean", "vlSymsp->__Vm_threadPoolp->wait();")));
+        assert!(!is_plain_eval("void Vdut::other() {\n}\n"));
     }
 
     #[test]
@@ -544,6 +563,9 @@ mod tests {
         let text = "# DESCRIPTION: S\nC \"--cc a b.v\"\nS  99  1  2  3  2  3 \"/p/a b.v\"\n\
                     S 0 0 0 0 1 0 \"/q\"u/i.vh\"\nT  5  1  2  3  2  3 \"out/V.cpp\"\n";
         assert_eq!(files_read(text), ["/p/a b.v", "/q\"u/i.vh"]);
+        let newer = "S  9  1  2  3  2  3 \"unhashed\" \"/p/bin\"\n\
+                     S  9  1  2  3  2  3 \"czBlEFkcTVulpaEel4J0W5bCKNEsN5Xd0FA2B2DC\" \"/p/a\" \"b.v\"\n";
+        assert_eq!(files_read(newer), ["/p/bin", "/p/a\" \"b.v"]);
         let variables = [("b", "$b"), ("c", "${c}"), ("e", "$(e)"), ("g_1", "$g_1"), ("h", "$h"), ("j", "$j")];
         assert_eq!(variables_in("/a $b/${c}d/$(e)/$/f$g_1$h-i$j"), variables);
         assert_eq!(variables_in("/a/${b"), []);
@@ -553,11 +575,21 @@ mod tests {
     fn lines_of_the_tables_are_read() {
         let line =
             "        __Vscope_g__lane.varInsert(__Vfinal,\"i\", &(TOP__g.lane__DOT__i), false, VLVT_UINT32,0,1 ,31,0);";
-        assert_eq!(inserted(line), Some(("__Vscope_g__lane", "i", "TOP__g", "lane__DOT__i")));
-        assert_eq!(inserted("        //UNSUP __Vscope_g.varInsert(__Vfinal"), None);
+        assert_eq!(inserted(line), Some(("__Vscope_g__lane", "i", "TOP__g.lane__DOT__i")));
+        let newer =
+            "    __Vscopep_g->varInsert(\"m\", &(TOP.g__DOT__m), false, VLVT_UINT16, VLVD_NODIR, 1, 1 ,0,15 ,15,0);";
+        assert_eq!(inserted(newer), Some(("__Vscopep_g", "m", "TOP.g__DOT__m")));
+        let comment =
+            "  //UNSUP __Vscope_g.varInsert(__Vfinal,\"grid\", &(TOP.grid), false, VLVT_UINT8,0,3 ,3,0 ,0,1 ,0,2);";
+        assert_eq!(inserted(comment), Some(("__Vscope_g", "grid", "TOP.grid")));
+        let constant =
+            "__Vscopep_g->varInsert(\"W\", const_cast<void*>(static_cast<const void*>(&(TOP.g__DOT__W))), true";
+        assert_eq!(inserted(constant), None);
         let line =
             "    __Vscope_g__lane.configure(this, name(), \"g.lane[0]\", \"lane[0]\", 0, VerilatedScope::SCOPE_OTHER);";
         assert_eq!(configured(line), Some(("__Vscope_g__lane", "g.lane[0]")));
+        let newer = "    __Vscopep_g__lane = new VerilatedScope{this, \"g.lane[0]\", \"lane[0]\", \"<null>\", 0};";
+        assert_eq!(configured(newer), Some(("__Vscopep_g__lane", "g.lane[0]")));
         let header = "    CData/*7:0*/ byte;\n  VL_IN8(__PVT__clk,0,0);\n VlQueue<IData/*31:0*/> q;\n\
                       VlUnpacked<VlWide<4>/*99:0*/, 4> wide;\n VlUnpacked<VlQueue<CData/*0:0*/>, 2> qs;\n double r;";
         let found = numbers_of(header);

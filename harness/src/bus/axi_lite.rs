@@ -36,25 +36,25 @@ impl Response {
     }
 }
 
-struct Ports {
-    name: String,
-    clock: Signal,
-    aw: (Signal, Signal),
-    aw_address: Signal,
-    w: (Signal, Signal),
-    w_data: Signal,
-    w_strobe: Option<Signal>,
-    b: (Signal, Signal),
-    b_response: Option<Signal>,
-    ar: (Signal, Signal),
-    ar_address: Signal,
-    r: (Signal, Signal),
-    r_data: Signal,
-    r_response: Option<Signal>,
+pub(super) struct Ports {
+    pub name: String,
+    pub clock: Signal,
+    pub aw: (Signal, Signal),
+    pub aw_address: Signal,
+    pub w: (Signal, Signal),
+    pub w_data: Signal,
+    pub w_strobe: Option<Signal>,
+    pub b: (Signal, Signal),
+    pub b_response: Option<Signal>,
+    pub ar: (Signal, Signal),
+    pub ar_address: Signal,
+    pub r: (Signal, Signal),
+    pub r_data: Signal,
+    pub r_response: Option<Signal>,
 }
 
 impl Ports {
-    fn find(dut: &Dut, clock: &Signal, prefix: &str) -> Result<Ports, ModelError> {
+    pub fn find(dut: &Dut, clock: &Signal, prefix: &str) -> Result<Ports, ModelError> {
         let one = |name: &str| dut.signal(&format!("{prefix}{name}"));
         let pair = |name: &str| Ok::<_, ModelError>((one(&format!("{name}valid"))?, one(&format!("{name}ready"))?));
         Ok(Ports {
@@ -76,7 +76,7 @@ impl Ports {
     }
 
     /// Keeps `valid` at 1 until an edge at which `ready` is 1.
-    async fn offer(&self, channel: &(Signal, Signal)) -> Result<(), Error> {
+    pub async fn offer(&self, channel: &(Signal, Signal)) -> Result<(), Error> {
         channel.0.set(1)?;
         loop {
             self.clock.rising_edge().await;
@@ -87,7 +87,7 @@ impl Ports {
     }
 
     /// Keeps `ready` at 1 until an edge at which `valid` is 1.
-    async fn accept<T>(&self, channel: &(Signal, Signal), take: impl Fn() -> T) -> Result<T, Error> {
+    pub async fn accept<T>(&self, channel: &(Signal, Signal), take: impl Fn() -> T) -> Result<T, Error> {
         channel.1.set(1)?;
         loop {
             self.clock.rising_edge().await;
@@ -100,7 +100,7 @@ impl Ports {
     }
 }
 
-fn response(signal: &Option<Signal>) -> Response {
+pub(super) fn response(signal: &Option<Signal>) -> Response {
     Response::of(signal.as_ref().map_or(0, Signal::get))
 }
 

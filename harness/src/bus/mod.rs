@@ -7,12 +7,14 @@
 //! | AXI4-Stream | the same, with [`stream::Dialect::Axi`] | the same |
 //! | Avalon-MM | [`avalon_mm::Master`] | [`avalon_mm::Memory`] |
 //! | AXI4-Lite | [`axi_lite::Master`] | [`axi_lite::Memory`] |
+//! | AXI4, with bursts | [`axi4::Master`], which checks the slave | |
 //!
 //! Every model that drives takes a [`Pause`]: the cycles in which it inserts idle or stall cycles. Sinks, monitors and
 //! memories check the rules of their bus: a broken rule ends the run with a [`Violation`] that names rule and time.
 //! [`bulk`] moves whole frames without the scheduler.
 
 pub mod avalon_mm;
+pub mod axi4;
 pub mod axi_lite;
 pub mod bulk;
 pub mod stream;

@@ -1,6 +1,8 @@
 //! Files that Verilator's runtime writes: waves of a traced model, and coverage.
 
 use std::ffi::CString;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::Model;
@@ -63,7 +65,13 @@ impl Model {
         self.bind();
         // SAFETY: as above.
         unsafe { (self.functions.hv_trace_close)(self.raw) };
-        self.recorded()
+        self.recorded()?;
+        let path = std::mem::take(&mut self.trace_path);
+        if self.library.trace() == Trace::Fst && !path.as_os_str().is_empty() && !is_whole_fst(&path) {
+            let reason = "the waves are not whole: the disk may be full, or the file too large";
+            return Err(Error::File { path, source: std::io::Error::other(reason) });
+        }
+        Ok(())
     }
 
     /// The error of the runtime's last write to the wave file.
@@ -93,5 +101,51 @@ impl Model {
             return Err(ModelError::NotBuiltIn { what: "coverage", with: ".coverage(Coverage::ALL)" }.into());
         }
         std::fs::metadata(path).map(|_| ()).map_err(|source| Error::File { path: path.to_owned(), source })
+    }
+}
+
+/// Whether a file of FST waves is a row of whole blocks, a header first: one byte of kind, then the block's length in
+/// eight bytes, which count. The runtime does not tell of a write that failed.
+fn is_whole_fst(path: &Path) -> bool {
+    let blocks = || -> std::io::Result<bool> {
+        let mut file = File::open(path)?;
+        let size = file.metadata()?.len();
+        let (mut at, mut count) = (0, 0);
+        while at < size {
+            let mut head = [0; 9];
+            file.seek(SeekFrom::Start(at))?;
+            file.read_exact(&mut head)?;
+            let (kind, length) = (head[0], u64::from_be_bytes([1, 2, 3, 4, 5, 6, 7, 8].map(|i: usize| head[i])));
+            if length < 8 || (count == 0) != (kind == 0) {
+                return Ok(false);
+            }
+            at = at.saturating_add(1 + length);
+            count += 1;
+        }
+        // Header, values, geometry, hierarchy.
+        Ok(at == size && count >= 4)
+    };
+    blocks().unwrap_or(false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_cut_short_is_not_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.fst");
+        let block = |kind: u8, bytes: usize| [&[kind][..], &(bytes as u64 + 8).to_be_bytes(), &vec![7; bytes]].concat();
+        let whole = [block(0, 321), block(5, 40), block(3, 9), block(4, 30)].concat();
+        let is_whole = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            is_whole_fst(&path)
+        };
+        assert!(is_whole(&whole));
+        assert!((0..whole.len()).all(|length| !is_whole(&whole[..length])), "every shorter file");
+        assert!(!is_whole(&whole[330..]), "no header");
+        assert!(!is_whole(&[&whole[..], &[0; 9]].concat()), "a second header");
+        assert!(!is_whole_fst(&folder.path().join("none")));
     }
 }

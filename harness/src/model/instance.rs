@@ -7,12 +7,12 @@ use std::marker::PhantomData;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::library::{Functions, Instance, Library, RawPort, RawVariable};
+use super::library::{Functions, Instance, Library, RawSlot};
 use super::message::Message;
 use super::raw::{RawSignal, Word};
 use super::signal::{Direction, SignalId, SignalInfo};
 use super::storage::{Storage, load, load_words, store, store_words};
-use crate::build::Initial;
+use crate::build::{Initial, Kind, PortDirection, Variable};
 use crate::error::{ModelError, nearest};
 use crate::time::Time;
 
@@ -41,6 +41,45 @@ struct Slot {
     writable: bool,
 }
 
+/// A signal as the design describes it and the C++ stores it; none if the two do not agree.
+fn describe(variable: &Variable, slot: &RawSlot) -> Option<SignalInfo> {
+    const BITS: u32 = 0;
+    const REAL: u32 = 1;
+    let (width, real) = match (variable.kind, slot.kind) {
+        (Kind::Bits { width }, BITS) => (width, false),
+        (Kind::Real, REAL) if variable.dimensions.is_empty() => (64, true),
+        _ => return None,
+    };
+    let storage = Storage::of(width);
+    let extents = slot.extents.get(..slot.dimensions as usize)?;
+    let declared = variable.dimensions.iter().map(|(left, right)| left.abs_diff(*right) + 1);
+    if slot.element_bytes as usize != storage.bytes() || !declared.eq(extents.iter().map(|e| u64::from(*e))) {
+        return None;
+    }
+    Some(SignalInfo {
+        name: variable.path.clone(),
+        direction: match variable.port.filter(|_| !variable.path.contains('.')) {
+            Some(PortDirection::Input) => Direction::Input,
+            Some(PortDirection::Output) => Direction::Output,
+            Some(PortDirection::Inout) => Direction::Inout,
+            None => Direction::Internal,
+        },
+        width,
+        signed: variable.signed,
+        real,
+        storage,
+        range: match variable.dimensions[..] {
+            [] => None,
+            [only] => Some(only),
+            _ => Some((0, i64::try_from(extents.iter().map(|e| u64::from(*e)).product::<u64>()).ok()? - 1)),
+        },
+        dimensions: variable.dimensions.clone(),
+        items: variable.items.clone(),
+        fields: variable.fields.clone(),
+        data: slot.data,
+    })
+}
+
 /// One instance of a built model.
 pub struct Model {
     pub(super) raw: Instance,
@@ -51,6 +90,8 @@ pub struct Model {
     signals: Vec<SignalInfo>,
     slots: Vec<Slot>,
     by_name: HashMap<String, u32>,
+    /// Names and addresses of the `string`s.
+    texts: Vec<(String, *mut u8)>,
     pub(super) femtoseconds_per_tick: u64,
     time: Time,
     /// `time` in ticks, what is left of it in femtoseconds, and the last span with its quotient and remainder.
@@ -96,6 +137,7 @@ impl Model {
             signals: Vec::new(),
             slots: Vec::new(),
             by_name: HashMap::new(),
+            texts: Vec::new(),
             femtoseconds_per_tick: 10u64.pow((15 + precision.clamp(-15, 0)) as u32),
             time: Time::ZERO,
             ticks: 0,
@@ -110,72 +152,25 @@ impl Model {
             _not_sync: PhantomData,
         };
         model.fetch()?;
-        model.find_ports();
-        model.find_internals();
+        model.find_signals();
         Ok(model)
     }
 
-    fn find_ports(&mut self) {
-        let mut list: *const RawPort = std::ptr::null();
+    /// The signals of the shim's table whose C++ type fits what the description of the design says of them.
+    fn find_signals(&mut self) {
+        let mut list: *const RawSlot = std::ptr::null();
         // SAFETY: the shim gives its own table, which lives as long as the instance.
-        let ports = unsafe {
-            let count = (self.functions.hv_ports)(self.raw, &mut list) as usize;
+        let slots = unsafe {
+            let count = (self.functions.hv_signals)(self.raw, &mut list) as usize;
             if count == 0 { &[] } else { std::slice::from_raw_parts(list, count) }
         };
-        for port in ports {
-            // SAFETY: a literal of the generated table.
-            let name = unsafe { CStr::from_ptr(port.name) }.to_string_lossy().into_owned();
-            let record = self.library.record().ports.iter().find(|p| p.name == name);
-            let direction = match port.direction {
-                0 => Direction::Input,
-                1 => Direction::Output,
-                _ => Direction::Inout,
-            };
-            // In C++ a wide value is an array of 32-bit words, and a port that is an array is one too.
-            let storage = Storage::of(port.width);
-            let total = (port.element_bytes * port.elements) as usize;
-            let elements = (total / storage.bytes()) as u64;
-            let declared = record.and_then(|r| r.range).filter(|(a, b)| a.abs_diff(*b) + 1 == elements);
-            let range = (elements > 1).then(|| declared.unwrap_or((0, elements as i64 - 1)));
-            let (signed, items) = record.map_or((false, Vec::new()), |r| (r.signed, r.items.clone()));
-            self.add(SignalInfo { name, direction, width: port.width, signed, storage, range, items, data: port.data });
-        }
-    }
-
-    fn find_internals(&mut self) {
-        let internals = self.library.record().internals.clone();
-        for variable in internals {
-            let scope = CString::new(format!("TOP.{}", variable.scope));
-            let name = CString::new(variable.name.as_str());
-            let (Ok(scope), Ok(name)) = (scope, name) else { continue };
-            let mut raw = RawVariable {
-                data: std::ptr::null_mut(),
-                packed_left: 0,
-                packed_right: 0,
-                dimensions: 0,
-                left: 0,
-                right: 0,
-                element_bytes: 0,
-                kind: 0,
-            };
-            // SAFETY: strings and the result live through the call.
-            let found = unsafe { (self.functions.hv_variable)(self.raw, scope.as_ptr(), name.as_ptr(), &mut raw) };
-            let width = raw.packed_left.abs_diff(raw.packed_right) + 1;
-            // A `real` or a string is reported as one bit wide, and stored in more bytes than one bit takes.
-            let vector = raw.element_bytes as usize == Storage::of(width).bytes();
-            if found == 0 || !vector || raw.dimensions > 1 {
-                continue;
+        let library = self.library.clone();
+        for (variable, slot) in library.record().signals.iter().zip(slots) {
+            if let Some(signal) = describe(variable, slot) {
+                self.add(signal);
+            } else if variable.kind == Kind::Text && (slot.kind, slot.dimensions) == (2, 0) {
+                self.texts.push((variable.path.clone(), slot.data));
             }
-            self.add(SignalInfo {
-                name: variable.path,
-                direction: Direction::Internal,
-                width,
-                signed: variable.signed,
-                storage: Storage::of(width),
-                range: (raw.dimensions == 1).then_some((i64::from(raw.left), i64::from(raw.right))),
-                items: variable.items,
-                data: raw.data,
-            });
         }
     }
 
@@ -208,15 +203,16 @@ impl Model {
         let index = self.by_name.get(name).or_else(|| self.by_name.get(&name.replace('.', "$")));
         index.map(|index| SignalId { index: *index, model: self.id }).ok_or_else(|| {
             let record = self.library.record();
-            if record.internals.iter().any(|v| v.path == name) || record.odd_ports.iter().any(|port| port == name) {
+            let listed =
+                |name: &str| record.signals.iter().any(|v| v.path == name) || record.odd.iter().any(|v| v == name);
+            if listed(name) {
                 return ModelError::NotReachable { name: name.to_owned(), top: self.library.top().to_owned() };
             }
             let mut near = nearest(name, self.signals.iter().map(|s| s.name.as_str()));
             let hidden: Vec<String> = nearest(name, self.library.record().names.iter().map(String::as_str));
             for other in hidden {
                 if !self.by_name.contains_key(&other) && near.len() < 8 {
-                    let asked_for = self.library.record().internals.iter().any(|v| v.path == other);
-                    near.push(if asked_for {
+                    near.push(if listed(&other) {
                         format!("{other} (of a shape that is not reachable)")
                     } else {
                         format!("{other} (not public: add .internal(\"{other}\") to the build)")
@@ -225,6 +221,27 @@ impl Model {
             }
             ModelError::NoSuchSignal { name: name.to_owned(), top: self.library.top().to_owned(), nearest: near }
         })
+    }
+
+    /// Names and addresses of the public variables of type `string`.
+    pub(crate) fn texts(&self) -> &[(String, *mut u8)] {
+        &self.texts
+    }
+
+    /// The bytes of a `string`, by its place in [`Model::texts`].
+    pub(crate) fn text(&self, index: usize) -> Vec<u8> {
+        let mut length = 0;
+        // SAFETY: the address is of a string of this live model, whose bytes are copied at once.
+        unsafe {
+            let bytes = (self.functions.hv_text_get)(self.texts[index].1, &mut length);
+            if length == 0 { Vec::new() } else { std::slice::from_raw_parts(bytes.cast(), length as usize).to_vec() }
+        }
+    }
+
+    /// Sets a `string`, by its place in [`Model::texts`].
+    pub(crate) fn set_text(&mut self, index: usize, value: &[u8]) {
+        // SAFETY: the address is of a string of this live model; the bytes are copied.
+        unsafe { (self.functions.hv_text_set)(self.texts[index].1, value.as_ptr().cast(), value.len() as u64) };
     }
 
     /// Name, direction, width and type of a signal.
@@ -307,6 +324,33 @@ impl Model {
         let offset = info.element_offset(index)?;
         // SAFETY: the offset was checked.
         Ok(unsafe { info.load(offset) })
+    }
+
+    /// The element of a memory of any width as 32-bit words, lowest first.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory.
+    pub fn get_element_words(&self, memory: SignalId, index: i64) -> Result<Vec<u32>, ModelError> {
+        let info = self.info(memory);
+        let offset = info.element_offset(index)?;
+        // SAFETY: the offset was checked.
+        Ok(unsafe { load_words(info.data.add(offset), info.storage) })
+    }
+
+    /// Sets the element of a memory of any width from 32-bit words, lowest first.
+    ///
+    /// # Errors
+    /// As [`Model::set_element`].
+    pub fn set_element_words(&mut self, memory: SignalId, index: i64, words: &[u32]) -> Result<(), ModelError> {
+        let info = self.info(memory);
+        let offset = info.element_offset(index)?;
+        info.check_words(words)?;
+        if info.direction == Direction::Output {
+            return Err(self.refused(info, 0));
+        }
+        // SAFETY: the offset was checked.
+        unsafe { store_words(info.data.add(offset), info.storage, words) };
+        Ok(())
     }
 
     /// Sets the element of a memory.

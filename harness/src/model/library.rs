@@ -10,29 +10,18 @@ use crate::model::{InstanceOptions, Model};
 
 pub(crate) type Instance = *mut c_void;
 
-/// As `HvPort` in the shim.
-#[repr(C)]
-pub(crate) struct RawPort {
-    pub name: *const c_char,
-    pub data: *mut u8,
-    pub width: u32,
-    pub direction: u32,
-    pub element_bytes: u32,
-    pub elements: u32,
-}
+/// As in the shim.
+pub(crate) const DIMENSIONS: usize = 8;
 
-/// As `HvVariable` in the shim.
+/// As `HvSignal` in the shim.
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub(crate) struct RawVariable {
+pub(crate) struct RawSlot {
     pub data: *mut u8,
-    pub packed_left: i32,
-    pub packed_right: i32,
-    pub dimensions: u32,
-    pub left: i32,
-    pub right: i32,
-    pub element_bytes: u32,
     pub kind: u32,
+    pub element_bytes: u32,
+    pub dimensions: u32,
+    pub extents: [u32; DIMENSIONS],
 }
 
 macro_rules! functions {
@@ -62,8 +51,9 @@ functions! {
     hv_time: fn(Instance, u64);
     hv_precision: fn(Instance) -> i32;
     hv_pending: fn(Instance) -> *const u8;
-    hv_ports: fn(Instance, *mut *const RawPort) -> u32;
-    hv_variable: fn(Instance, *const c_char, *const c_char, *mut RawVariable) -> i32;
+    hv_signals: fn(Instance, *mut *const RawSlot) -> u32;
+    hv_text_get: fn(*const u8, *mut u64) -> *const c_char;
+    hv_text_set: fn(*mut u8, *const c_char, u64);
     hv_take_text: fn(Instance, *mut u64) -> *const c_char;
     hv_take_event: fn(Instance, *mut u32, *mut u32, *mut *const c_char, *mut *const c_char) -> i32;
     hv_trace_open: fn(Instance, *const c_char, i32, *const c_char) -> i32;

@@ -1,7 +1,7 @@
 //! The description of a signal: name, direction, width, sign, and the values it takes.
 
 use super::storage::{Storage, load};
-use crate::build::EnumItems;
+use crate::build::{EnumItems, Field};
 use crate::error::ModelError;
 
 /// The direction of a signal.
@@ -30,10 +30,17 @@ pub struct SignalInfo {
     pub signed: bool,
     /// How Verilator stores it.
     pub storage: Storage,
-    /// First and last index if it is a memory (unpacked array), as declared.
+    /// Whether it is a `real`, whose 64 bits are those of an `f64`.
+    pub real: bool,
+    /// First and last index if it is a memory (unpacked array), as declared. Of several dimensions: the elements
+    /// counted from 0, row by row, each dimension from its lowest index.
     pub range: Option<(i64, i64)>,
+    /// The indices on the left and on the right of each unpacked dimension, outermost first, as declared.
+    pub dimensions: Vec<(i64, i64)>,
     /// The items, if the type is an enumeration.
     pub items: EnumItems,
+    /// The fields, if the type is a packed structure or union.
+    pub fields: Vec<Field>,
     pub(crate) data: *mut u8,
 }
 

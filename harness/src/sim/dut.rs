@@ -9,7 +9,7 @@ use super::clock::Clock;
 use super::future::{Either, First, Wait, race};
 use super::log::Level;
 use super::scheduler::{Body, Core};
-use super::signal::{Memory, Signal, Wide};
+use super::signal::{Memory, Real, Signal, Text, Wide};
 use super::sync::{Event, Lock, Queue};
 use super::task::{Coroutine, Ending, TaskHandle, TaskId};
 use super::trigger::{Failure, Trigger};
@@ -50,13 +50,35 @@ impl Dut {
     /// A memory made public by [`Build::internal`](crate::build::Build::internal), or a port that is an array.
     ///
     /// # Errors
-    /// If there is no such memory, it is a plain signal, or its elements are wider than 64 bits.
+    /// If there is no such memory, or it is a plain signal.
     pub fn memory(&self, name: &str) -> Result<Memory, ModelError> {
         let id = self.core.model.borrow().find(name)?;
         Memory::new(&self.core, id)
     }
 
-    /// All ports and public internals.
+    /// A `real`: a port, or an internal one made public.
+    ///
+    /// # Errors
+    /// If there is no such signal, or it is no `real`.
+    pub fn real(&self, name: &str) -> Result<Real, ModelError> {
+        let id = self.core.model.borrow().find(name)?;
+        Real::new(&self.core, id)
+    }
+
+    /// A `string` made public by [`Build::internal`](crate::build::Build::internal).
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn text(&self, name: &str) -> Result<Text, ModelError> {
+        Text::new(&self.core, name)
+    }
+
+    /// The names of all public variables of type `string`.
+    pub fn texts(&self) -> Vec<String> {
+        self.core.model.borrow().texts().iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// All ports and public internals, except those of type `string`.
     pub fn signals(&self) -> Vec<SignalInfo> {
         self.core.model.borrow().signals().to_vec()
     }

@@ -39,7 +39,7 @@ pub use self::future::{Either, First, Wait, both, race};
 pub use self::log::{Level, Line};
 pub(crate) use self::scheduler::{Agent, Core, WallClock};
 pub use self::scheduler::{StuckReport, TaskReport};
-pub use self::signal::{Memory, Signal, Wide, expect_equal};
+pub use self::signal::{Memory, Real, Signal, Text, Wide, expect_equal};
 pub use self::simulation::{Sim, StopFlag};
 pub use self::sync::{Event, Lock, LockGuard, Queue};
 pub use self::task::{Coroutine, Ending, Join, Step, TaskHandle, TaskId};

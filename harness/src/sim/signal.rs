@@ -26,6 +26,14 @@ impl Signal {
         if info.range.is_some() {
             return Err(wrong_shape(info, "is a memory", "memory"));
         }
+        if info.real {
+            return Err(wrong_shape(info, "is a `real`", "real"));
+        }
+        Signal::of_bits(core, id, info)
+    }
+
+    /// The signal whatever its bits mean.
+    fn of_bits(core: &Rc<Core>, id: SignalId, info: &SignalInfo) -> Result<Signal, ModelError> {
         if let Storage::Wide(_) = info.storage {
             return Err(ModelError::TooWide { signal: info.name.clone(), width: info.width });
         }
@@ -186,6 +194,9 @@ impl Wide {
         if info.range.is_some() {
             return Err(wrong_shape(info, "is a memory", "memory"));
         }
+        if info.real {
+            return Err(wrong_shape(info, "is a `real`", "real"));
+        }
         Ok(Wide { core: core.clone(), id, data: info.data, storage: info.storage, width: info.width })
     }
 
@@ -256,7 +267,84 @@ impl Wide {
     }
 }
 
-/// A memory made public, or a port that is an array: elements of at most 64 bits.
+/// A `real`.
+#[derive(Clone)]
+pub struct Real(Signal);
+
+impl Real {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Real, ModelError> {
+        let model = core.model.borrow();
+        let info = model.info(id);
+        if !info.real || info.range.is_some() {
+            return Err(wrong_shape(info, "is no `real`", "signal"));
+        }
+        Signal::of_bits(core, id, info).map(Real)
+    }
+
+    /// The value now.
+    pub fn get(&self) -> f64 {
+        f64::from_bits(self.0.get())
+    }
+
+    /// Buffers a write.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
+    pub fn set(&self, value: f64) -> Result<(), ModelError> {
+        self.0.set(value.to_bits())
+    }
+
+    /// Any change.
+    pub fn value_change(&self) -> Wait {
+        self.0.value_change()
+    }
+
+    /// Name, direction and type.
+    pub fn info(&self) -> SignalInfo {
+        self.0.info()
+    }
+}
+
+/// A `string` inside the design.
+#[derive(Clone)]
+pub struct Text {
+    core: Rc<Core>,
+    index: usize,
+    name: String,
+}
+
+impl Text {
+    pub(crate) fn new(core: &Rc<Core>, name: &str) -> Result<Text, ModelError> {
+        let model = core.model.borrow();
+        match model.texts().iter().position(|(of, _)| of == name) {
+            Some(index) => Ok(Text { core: core.clone(), index, name: name.to_owned() }),
+            None => Err(match model.find(name) {
+                Ok(id) => wrong_shape(model.info(id), "is no `string`", "signal"),
+                Err(error) => error,
+            }),
+        }
+    }
+
+    /// The bytes now.
+    pub fn get(&self) -> Vec<u8> {
+        self.core.model.borrow().text(self.index)
+    }
+
+    /// Buffers a write.
+    ///
+    /// # Errors
+    /// If the region is `ReadOnly`.
+    pub fn set(&self, value: &[u8]) -> Result<(), ModelError> {
+        self.core.write_text(self.index, value)
+    }
+
+    /// The name below the top module.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// A memory made public, or a port that is an array.
 #[derive(Clone)]
 pub struct Memory {
     core: Rc<Core>,
@@ -270,9 +358,6 @@ impl Memory {
         if info.range.is_none() {
             return Err(wrong_shape(&info, "is not a memory", "signal"));
         }
-        if let Storage::Wide(_) = info.storage {
-            return Err(ModelError::TooWide { signal: info.name, width: info.width });
-        }
         Ok(Memory { core: core.clone(), id, info })
     }
 
@@ -282,11 +367,35 @@ impl Memory {
         self.info.elements()
     }
 
+    /// The index that the other functions take, from one index for each dimension as declared.
+    ///
+    /// # Errors
+    /// If their number is not that of the dimensions, or one is outside of its dimension.
+    pub fn index(&self, indices: &[i64]) -> Result<i64, ModelError> {
+        let dimensions = &self.info.dimensions;
+        if indices.len() != dimensions.len() {
+            return Err(wrong_shape(&self.info, "has another number of dimensions", "one index for each"));
+        }
+        if let [only] = indices {
+            self.info.element_offset(*only)?;
+            return Ok(*only);
+        }
+        indices.iter().zip(dimensions).try_fold(0, |flat, (index, (left, right))| {
+            let (low, high) = ((*left).min(*right), (*left).max(*right));
+            if *index < low || *index > high {
+                let memory = self.info.name.clone();
+                return Err(ModelError::Address { memory, index: *index, first: low, last: high });
+            }
+            Ok(flat * (high - low + 1) + index - low)
+        })
+    }
+
     /// The element at an index, as declared in the Verilog.
     ///
     /// # Errors
-    /// If the index is outside of the memory.
+    /// If the index is outside of the memory, or its elements are wider than 64 bits.
     pub fn get(&self, index: i64) -> Result<u64, ModelError> {
+        self.check_narrow()?;
         let offset = self.info.element_offset(index)?;
         // SAFETY: `core` keeps the model alive; the offset was checked.
         Ok(unsafe { self.info.load(offset) })
@@ -295,19 +404,56 @@ impl Memory {
     /// Buffers a write of the element at an index, as declared in the Verilog.
     ///
     /// # Errors
-    /// If the index is outside of the memory, the value does not fit, the memory is an output, or the region is
-    /// `ReadOnly`.
+    /// If the index is outside of the memory, the value does not fit, the memory is an output or has elements wider
+    /// than 64 bits, or the region is `ReadOnly`.
     pub fn set(&self, index: i64, value: u64) -> Result<(), ModelError> {
-        if self.info.direction == Direction::Output {
-            let top = self.core.model.borrow().library().top().to_owned();
-            return Err(ModelError::NotWritable { signal: self.info.name.clone(), top });
-        }
+        self.check_narrow()?;
+        self.check_writable()?;
         let offset = self.info.element_offset(index)?;
         self.info.check_unsigned(value)?;
         self.core.write_element(self.id.index() as u32, offset, value)
     }
 
-    /// All elements, lowest index first.
+    /// The element at an index, of any width, as 32-bit words, lowest first.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory.
+    pub fn get_words(&self, index: i64) -> Result<Vec<u32>, ModelError> {
+        let offset = self.info.element_offset(index)?;
+        // SAFETY: `core` keeps the model alive; the offset was checked.
+        Ok(unsafe { load_words(self.info.data.add(offset), self.info.storage) })
+    }
+
+    /// Buffers a write of the element at an index, of any width, as 32-bit words, lowest first.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, the value does not fit, the memory is an output, or the region is
+    /// `ReadOnly`.
+    pub fn set_words(&self, index: i64, words: &[u32]) -> Result<(), ModelError> {
+        self.check_writable()?;
+        let offset = self.info.element_offset(index)?;
+        self.info.check_words(words)?;
+        self.core.write_element_words(self.id.index() as u32, offset, words)
+    }
+
+    fn check_narrow(&self) -> Result<(), ModelError> {
+        match self.info.storage {
+            Storage::Wide(_) => {
+                Err(wrong_shape(&self.info, "has elements wider than 64 bits", "get_words and set_words"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_writable(&self) -> Result<(), ModelError> {
+        if self.info.direction != Direction::Output {
+            return Ok(());
+        }
+        let top = self.core.model.borrow().library().top().to_owned();
+        Err(ModelError::NotWritable { signal: self.info.name.clone(), top })
+    }
+
+    /// All elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits.
     pub fn to_vec(&self) -> Vec<u64> {
         let bytes = self.info.storage.bytes();
         // SAFETY: the offsets run over the memory's own elements.

@@ -52,7 +52,7 @@ pub(super) fn channels(model: &Model, names: &[String]) -> Result<Vec<Channel>, 
         storage: info.storage,
     };
     if names.is_empty() {
-        return Ok(model.signals().iter().filter(|s| s.range.is_none()).map(channel).collect());
+        return Ok(model.signals().iter().filter(|s| s.range.is_none() && !s.real).map(channel).collect());
     }
     names
         .iter()
@@ -60,6 +60,10 @@ pub(super) fn channels(model: &Model, names: &[String]) -> Result<Vec<Channel>, 
             let info = model.info(model.find(name)?);
             if info.range.is_some() {
                 return Err(Error::bench(format!("'{name}' is a memory: memories are not recorded")));
+            }
+            if info.real {
+                let text = format!("'{name}' is a `real`: build the waves in to record it, with .trace(Trace::Vcd)");
+                return Err(Error::Bench(text));
             }
             Ok(channel(info))
         })

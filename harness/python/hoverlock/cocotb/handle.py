@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .. import hierarchy
-from .._core import ArrayHandle, Bits, Element, Handle
+from .._core import ArrayHandle, Bits, Element, Handle, RealHandle, TextHandle
 
 __all__ = [
     "ArrayObject",
@@ -60,7 +60,7 @@ def _kind(name: str, text: str, check: Callable[[Any], bool]) -> Any:
     return _Kind(name, (), {"__doc__": text, "__module__": __name__, "_check": staticmethod(check)})
 
 
-_VALUES = (Handle, ArrayHandle, Element, Bits, hierarchy.Constant)
+_VALUES = (Handle, ArrayHandle, Element, Bits, RealHandle, TextHandle, hierarchy.Constant)
 
 
 def _is_logic(handle: Any) -> bool:
@@ -84,24 +84,24 @@ def _is_integer(handle: Any) -> bool:
 
 
 def _is_real(handle: Any) -> bool:
-    return isinstance(handle, hierarchy.Constant) and isinstance(handle.value, float)
+    return isinstance(handle, RealHandle) or isinstance(handle, hierarchy.Constant) and isinstance(handle.value, float)
 
 
 def _is_string(handle: Any) -> bool:
-    return isinstance(handle, hierarchy.Constant) and isinstance(handle.value, str)
+    return isinstance(handle, TextHandle) or isinstance(handle, hierarchy.Constant) and isinstance(handle.value, str)
 
 
 SimHandleBase = _kind("SimHandleBase", "Any handle.", lambda h: isinstance(h, (*_VALUES, hierarchy.Hierarchy)))
 ValueObjectBase = _kind("ValueObjectBase", "A handle with a value.", lambda h: isinstance(h, _VALUES))
 NonHierarchyObject = NonConstantObject = ValueObjectBase
-ModifiableObject = _kind("ModifiableObject", "A signal.", lambda h: isinstance(h, (Handle, Bits, Element, ArrayHandle)))
+ModifiableObject = _kind("ModifiableObject", "A signal.", lambda h: isinstance(h, _VALUES[:-1]))
 LogicObject = _kind("LogicObject", "A signal of one bit.", _is_logic)
 LogicArrayObject = _kind("LogicArrayObject", "A signal of several bits.", _is_vector)
 PackedObject = LogicArrayObject
 EnumObject = _kind("EnumObject", "A signal of an enumeration's type.", lambda h: getattr(h, "_type", "") == "GPI_ENUM")
 IntegerObject = _kind("IntegerObject", "A parameter that is a whole number.", _is_integer)
-RealObject = _kind("RealObject", "A parameter that is a real number.", _is_real)
-StringObject = _kind("StringObject", "A parameter that is a string.", _is_string)
+RealObject = _kind("RealObject", "A `real`, or a parameter that is one.", _is_real)
+StringObject = _kind("StringObject", "A `string`, or a parameter that is one.", _is_string)
 ConstantObject = hierarchy.Constant
 ArrayObject = NonHierarchyIndexableObject = ArrayHandle
 HierarchyObject = _kind("HierarchyObject", "An instance.", _is_instance)

@@ -98,7 +98,7 @@ def Join(task: Task[Any]) -> Trigger:
 TaskComplete = Join
 
 
-async def gather(*awaitables: object, return_exceptions: bool = False) -> list[object]:
+async def gather(*awaitables: object, return_exceptions: bool = False) -> tuple[object, ...]:
     """Awaits all, and returns their results in order; the result of a trigger is the trigger.
 
     >>> a, b = await gather(read(0), read(1))
@@ -116,7 +116,7 @@ async def gather(*awaitables: object, return_exceptions: bool = False) -> list[o
     for _, error in ends:
         if error is not None and not return_exceptions:
             raise error
-    return [given if error is None else error for given, error in ends]
+    return tuple(given if error is None else error for given, error in ends)
 
 
 async def select(*awaitables: object) -> tuple[int, Any]:

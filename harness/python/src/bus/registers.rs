@@ -1,11 +1,11 @@
-//! Avalon-MM and AXI4-Lite: masters and memories.
+//! Avalon-MM, AXI4-Lite and AXI4: masters and memories.
 
 use std::cell::RefCell;
 use std::future::Future;
 use std::rc::Rc;
 
 use hoverlock_harness::Error;
-use hoverlock_harness::bus::{avalon_mm, axi_lite};
+use hoverlock_harness::bus::{Pause, avalon_mm, axi_lite, axi4};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -53,8 +53,11 @@ fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 's
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct Burst {
     task: OnThread<EngineTask>,
-    words: OnThread<Rc<RefCell<Vec<u64>>>>,
+    answer: OnThread<Rc<RefCell<Words>>>,
 }
+
+/// The words read, and the response.
+type Words = (Vec<u64>, u64);
 
 #[pymethods]
 impl Burst {
@@ -64,25 +67,34 @@ impl Burst {
 
     /// The words read; none of a write.
     fn words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u64>>> {
-        Ok(PyArray1::from_vec(py, self.words.get()?.take()))
+        Ok(PyArray1::from_vec(py, std::mem::take(&mut self.answer.get()?.borrow_mut().0)))
+    }
+
+    /// The response; 0 where the bus has none.
+    fn response(&self) -> PyResult<u64> {
+        Ok(self.answer.get()?.borrow().1)
     }
 }
 
-fn burst(name: &str, work: impl Future<Output = Result<Vec<u64>, Error>> + 'static) -> PyResult<Burst> {
-    let words = Rc::new(RefCell::default());
-    let slot = words.clone();
+fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
+    let answer = Rc::new(RefCell::default());
+    let slot = answer.clone();
     let dut = simulation::current()?;
     let task = dut.spawn(name, async move {
         *slot.borrow_mut() = work.await?;
         Ok::<(), Error>(())
     });
-    Ok(Burst { task: OnThread::new(EngineTask { id: task.id(), dut }), words: OnThread::new(words) })
+    Ok(Burst { task: OnThread::new(EngineTask { id: task.id(), dut }), answer: OnThread::new(answer) })
 }
 
 enum Speaks {
     Avalon(avalon_mm::Master),
     Axi(axi_lite::Master),
+    Axi4(axi4::Master),
 }
+
+const NO_BURSTS: &str = "AXI4-Lite has no bursts";
+const WORDS_IN_BURSTS: &str = "AXI4: a word is a burst of one";
 
 /// Reads and writes registers of the design.
 #[pyclass(frozen, module = "hoverlock._core")]
@@ -96,10 +108,10 @@ impl RawMaster {
     fn new(py: Python<'_>, prefix: &str, clock: &Handle, bus: &str, read_latency: u64) -> PyResult<RawMaster> {
         let dut = simulation::current()?;
         let clock = signal_of(&dut, clock)?;
-        let speaks = if bus == "axi" {
-            Speaks::Axi(axi_lite::Master::new(&dut, &clock, prefix).map_err(failed(py))?)
-        } else {
-            Speaks::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?)
+        let speaks = match bus {
+            "axi" => Speaks::Axi(axi_lite::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
+            "axi4" => Speaks::Axi4(axi4::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
+            _ => Speaks::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?),
         };
         Ok(RawMaster { speaks: OnThread::new(speaks) })
     }
@@ -110,6 +122,10 @@ impl RawMaster {
                 Err(PyTypeError::new_err("an Avalon-MM master does not pause: await between accesses"))
             }
             Speaks::Axi(master) => {
+                master.set_pause(pause_of(pause, seed)?);
+                Ok(())
+            }
+            Speaks::Axi4(master) => {
                 master.set_pause(pause_of(pause, seed)?);
                 Ok(())
             }
@@ -138,6 +154,7 @@ impl RawMaster {
                     Ok((0, response as u64))
                 })
             }
+            Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
     }
 
@@ -154,6 +171,7 @@ impl RawMaster {
                     Ok((word, response as u64))
                 })
             }
+            Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
     }
 
@@ -164,24 +182,37 @@ impl RawMaster {
         pause: Option<&Bound<'_, PyAny>>,
         seed: u64,
     ) -> PyResult<Burst> {
-        let (master, pause) = (self.avalon()?.clone(), pause_of(pause, seed)?);
-        burst("write_burst", async move {
-            master.write_burst(address, &words, pause).await?;
-            Ok(Vec::new())
-        })
+        let pause: Pause = pause_of(pause, seed)?;
+        match self.speaks.get()? {
+            Speaks::Avalon(master) => {
+                let master = master.clone();
+                burst("write_burst", async move {
+                    master.write_burst(address, &words, pause).await?;
+                    Ok((Vec::new(), 0))
+                })
+            }
+            Speaks::Axi4(master) => {
+                let master = master.clone();
+                burst("write_burst", async move { Ok((Vec::new(), master.write_burst(address, &words).await? as u64)) })
+            }
+            Speaks::Axi(_) => Err(PyTypeError::new_err(NO_BURSTS)),
+        }
     }
 
     fn read_burst(&self, address: u64, count: usize) -> PyResult<Burst> {
-        let master = self.avalon()?.clone();
-        burst("read_burst", async move { master.read_burst(address, count).await })
-    }
-}
-
-impl RawMaster {
-    fn avalon(&self) -> PyResult<&avalon_mm::Master> {
         match self.speaks.get()? {
-            Speaks::Avalon(master) => Ok(master),
-            Speaks::Axi(_) => Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
+            Speaks::Avalon(master) => {
+                let master = master.clone();
+                burst("read_burst", async move { Ok((master.read_burst(address, count).await?, 0)) })
+            }
+            Speaks::Axi4(master) => {
+                let master = master.clone();
+                burst("read_burst", async move {
+                    let (words, response) = master.read_burst(address, count).await?;
+                    Ok((words, response as u64))
+                })
+            }
+            Speaks::Axi(_) => Err(PyTypeError::new_err(NO_BURSTS)),
         }
     }
 }

@@ -1,25 +1,27 @@
-//! Memories, and ports that are arrays.
+//! Memories, and ports that are arrays, of any number of dimensions.
 
 use std::sync::Arc;
 
-use hoverlock_harness::model::{Direction, SignalInfo};
+use hoverlock_harness::model::{Direction, SignalInfo, Storage};
 use hoverlock_harness::sim::{Dut, Memory};
 use numpy::PyArray1;
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyIterator, PyList};
+use pyo3::types::{PyInt, PyIterator, PyList};
 
 use super::bits::number_of;
 use super::direction_name;
-use super::value::{Stored, Value};
+use super::value::{Stored, Value, words_of_int};
 use crate::errors::{self, RangeError};
 use crate::on_thread::OnThread;
 
-/// A memory, or a port that is an array.
+/// A memory, or a port that is an array; of several dimensions, `dut.rows[1]` is an array too.
 ///
 /// >>> dut.u_ram.cells[5].value = 7
 /// >>> dut.u_ram.cells.value = program
 /// >>> numpy.asarray(dut.u_ram.cells)
+/// >>> dut.rows[1][0].value
 #[pyclass(frozen, module = "hoverlock", weakref)]
 pub struct ArrayHandle {
     memory: OnThread<Memory>,
@@ -28,66 +30,154 @@ pub struct ArrayHandle {
     direction: Direction,
     width: u32,
     signed: bool,
-    /// The index on the left and that on the right, as declared.
-    ends: (i64, i64),
+    wide: bool,
+    /// The index on the left and that on the right of this array's own dimension, as declared, and of those below.
+    dimensions: Vec<(i64, i64)>,
+    /// The memory's index of the element with the lowest indices.
+    base: i64,
+}
+
+fn length(ends: (i64, i64)) -> i64 {
+    ends.0.abs_diff(ends.1) as i64 + 1
 }
 
 impl ArrayHandle {
     pub fn new(dut: &Dut, top: &Arc<str>, info: SignalInfo) -> PyResult<ArrayHandle> {
         let memory = OnThread::new(dut.memory(&info.name).map_err(|e| errors::of_model(&e))?);
-        let SignalInfo { name, direction, width, signed, range, .. } = info;
-        Ok(ArrayHandle { memory, name, top: top.clone(), direction, width, signed, ends: range.unwrap_or((0, 0)) })
-    }
-
-    fn left_to_right(&self) -> PyResult<Vec<u64>> {
-        let mut words = self.memory.get()?.to_vec();
-        if self.ends.0 > self.ends.1 {
-            words.reverse();
+        let SignalInfo { name, direction, width, signed, range, storage, mut dimensions, .. } = info;
+        let (left, right) = range.unwrap_or((0, 0));
+        if dimensions.is_empty() {
+            dimensions.push((left, right));
         }
-        Ok(words)
+        let wide = matches!(storage, Storage::Wide(_));
+        Ok(ArrayHandle {
+            memory,
+            name,
+            top: top.clone(),
+            direction,
+            width,
+            signed,
+            wide,
+            dimensions,
+            base: left.min(right),
+        })
     }
 
-    /// A value in the encoding of an element.
-    fn encode(&self, value: &Bound<'_, PyAny>) -> PyResult<u64> {
+    fn ends(&self) -> (i64, i64) {
+        self.dimensions[0]
+    }
+
+    /// The indices from left to right, as declared.
+    fn indices(&self) -> Vec<i64> {
+        let (left, right) = self.ends();
+        if left <= right { (left..=right).collect() } else { (right..=left).rev().collect() }
+    }
+
+    /// The memory's index of what stands at an index of this dimension.
+    fn flat(&self, index: i64) -> PyResult<i64> {
+        let (left, right) = self.ends();
+        let (low, high) = (left.min(right), left.max(right));
+        if index < low || index > high {
+            let text = format!("address {index} is outside of '{}', which has {low} to {high}", self.name);
+            return Err(PyIndexError::new_err(text));
+        }
+        let stride: i64 = self.dimensions[1..].iter().map(|ends| length(*ends)).product();
+        Ok(self.base + (index - low) * stride)
+    }
+
+    /// The array at an index of an array of several dimensions.
+    fn row(&self, index: i64) -> PyResult<ArrayHandle> {
+        Ok(ArrayHandle {
+            memory: OnThread::new(self.memory.get()?.clone()),
+            name: format!("{}[{index}]", self.name),
+            top: self.top.clone(),
+            direction: self.direction,
+            width: self.width,
+            signed: self.signed,
+            wide: self.wide,
+            dimensions: self.dimensions[1..].to_vec(),
+            base: self.flat(index)?,
+        })
+    }
+
+    fn read(&self, flat: i64) -> PyResult<Value> {
+        let memory = self.memory.get()?;
+        let bits = if self.wide {
+            Stored::Wide(memory.get_words(flat).map_err(|e| errors::of_model(&e))?.into_boxed_slice())
+        } else {
+            Stored::word(memory.get(flat).map_err(|e| errors::of_model(&e))?)
+        };
+        Ok(Value { bits, width: self.width, signed: self.signed })
+    }
+
+    fn write(&self, flat: i64, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let memory = self.memory.get()?;
         let (name, width) = (&self.name, self.width);
         let whole = number_of(value, name)
             .map_err(|_| PyTypeError::new_err(format!("'{name}' takes integers, not {value}")))?;
-        if let Ok(word) = whole.extract::<u64>() {
-            return Ok(word);
+        let unfit = || RangeError::new_err(format!("{whole} does not fit '{name}', which is {width} bits wide"));
+        if self.wide {
+            let words = words_of_int(whole.cast::<PyInt>()?, width)?.ok_or_else(unfit)?;
+            return memory.set_words(flat, &words).map_err(|e| errors::of_model(&e));
         }
-        match whole.extract::<i64>() {
-            Ok(word) if width >= 64 || word >= -(1 << (width - 1)) => {
-                Ok(word as u64 & (u64::MAX >> (64 - width.min(64))))
+        let word = match (whole.extract::<u64>(), whole.extract::<i64>()) {
+            (Ok(word), _) => word,
+            (_, Ok(word)) if width >= 64 || word >= -(1 << (width - 1)) => {
+                word as u64 & (u64::MAX >> (64 - width.min(64)))
             }
-            _ => Err(RangeError::new_err(format!("{whole} does not fit '{name}', which is {width} bits wide"))),
+            _ => return Err(unfit()),
+        };
+        memory.set(flat, word).map_err(|e| errors::of_model(&e))
+    }
+
+    /// The memory's indices of all elements, from left to right as declared.
+    fn all(&self) -> PyResult<Vec<i64>> {
+        if self.dimensions.len() == 1 {
+            return self.indices().into_iter().map(|index| self.flat(index)).collect();
         }
+        let mut found = Vec::new();
+        for index in self.indices() {
+            found.extend(self.row(index)?.all()?);
+        }
+        Ok(found)
     }
 }
 
 #[pymethods]
 impl ArrayHandle {
-    /// The element at an index as declared in the Verilog.
-    fn __getitem__(slf: &Bound<'_, Self>, index: i64) -> PyResult<Element> {
-        // The engine's error names memory and bounds.
-        slf.get().memory.get()?.get(index).map_err(|e| errors::of_model(&e))?;
-        Ok(Element { array: slf.clone().unbind(), index })
+    /// The element, or the array, at an index as declared in the Verilog.
+    fn __getitem__<'py>(slf: &Bound<'py, Self>, index: i64) -> PyResult<Bound<'py, PyAny>> {
+        if slf.get().dimensions.len() > 1 {
+            return slf.get().row(index)?.into_bound_py_any(slf.py());
+        }
+        slf.get().memory.get()?;
+        let flat = slf.get().flat(index)?;
+        Element { array: slf.clone().unbind(), index, flat }.into_bound_py_any(slf.py())
     }
 
     fn __len__(&self) -> usize {
-        self.ends.0.abs_diff(self.ends.1) as usize + 1
+        length(self.ends()) as usize
     }
 
-    /// All elements, from left to right as declared: `[0:15]` begins with element 0, `[15:0]` with element 15.
+    /// All elements, from left to right as declared: `[0:15]` begins with element 0, `[15:0]` with element 15. Of
+    /// several dimensions, a list of lists.
     #[getter]
-    fn get_value(&self) -> PyResult<Vec<Value>> {
-        let value = |word| Value { bits: Stored::word(word), width: self.width, signed: self.signed };
-        Ok(self.left_to_right()?.into_iter().map(value).collect())
+    fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let list = PyList::empty(py);
+        for index in self.indices() {
+            if self.dimensions.len() > 1 {
+                list.append(self.row(index)?.get_value(py)?)?;
+            } else {
+                list.append(self.read(self.flat(index)?)?)?;
+            }
+        }
+        Ok(list)
     }
 
     /// Writes elements, from the left on.
     #[setter]
     fn set_value(&self, values: &Bound<'_, PyAny>) -> PyResult<()> {
-        let values = values.try_iter()?.map(|v| self.encode(&v?)).collect::<PyResult<Vec<_>>>()?;
+        let values = values.try_iter()?.collect::<PyResult<Vec<_>>>()?;
         if values.len() > self.__len__() {
             return Err(PyIndexError::new_err(format!(
                 "{} values for '{}', which has {} elements",
@@ -96,15 +186,14 @@ impl ArrayHandle {
                 self.__len__()
             )));
         }
-        let (left, right) = self.ends;
-        let memory = self.memory.get()?;
-        let step = if left <= right { 1 } else { -1 };
-        let indices = (0..).map(|at| left + step * at);
-        values
-            .into_iter()
-            .zip(indices)
-            .try_for_each(|(word, index)| memory.set(index, word))
-            .map_err(|e| errors::of_model(&e))
+        for (index, value) in self.indices().into_iter().zip(&values) {
+            if self.dimensions.len() > 1 {
+                self.row(index)?.set_value(value)?;
+            } else {
+                self.write(self.flat(index)?, value)?;
+            }
+        }
+        Ok(())
     }
 
     /// The same as assigning to `value`.
@@ -113,17 +202,11 @@ impl ArrayHandle {
     }
 
     fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyIterator>> {
-        let (left, right) = slf.get().ends;
-        let element = |index| Bound::new(slf.py(), Element { array: slf.clone().unbind(), index });
-        let elements: PyResult<Vec<_>> = if left <= right {
-            (left..=right).map(element).collect()
-        } else {
-            (right..=left).rev().map(element).collect()
-        };
-        PyList::new(slf.py(), elements?)?.try_iter()
+        let elements = slf.get().indices().into_iter().map(|index| Self::__getitem__(slf, index));
+        PyList::new(slf.py(), elements.collect::<PyResult<Vec<_>>>()?)?.try_iter()
     }
 
-    /// For `numpy.asarray(dut.u_ram.cells)`: the elements from left to right, as `uint64`.
+    /// For `numpy.asarray(dut.u_ram.cells)`: the elements from left to right, as `uint64`; wider ones as `object`.
     #[pyo3(signature = (dtype = None, copy = None))]
     fn __array__<'py>(
         &self,
@@ -133,7 +216,17 @@ impl ArrayHandle {
     ) -> PyResult<Bound<'py, PyAny>> {
         // The result is always a copy.
         let _ = copy;
-        let array = PyArray1::from_vec(py, self.left_to_right()?).into_any();
+        let all = self.all()?;
+        let array = if self.wide {
+            let values = all.iter().map(|at| self.read(*at)?.int(py)).collect::<PyResult<Vec<_>>>()?;
+            py.import("numpy")?.call_method1("array", (values, "object"))?
+        } else {
+            let memory = self.memory.get()?;
+            let words = all.iter().map(|at| memory.get(*at).map_err(|e| errors::of_model(&e)));
+            PyArray1::from_vec(py, words.collect::<PyResult<Vec<u64>>>()?).into_any()
+        };
+        let shape: Vec<i64> = self.dimensions.iter().map(|ends| length(*ends)).collect();
+        let array = array.call_method1("reshape", (shape,))?;
         dtype.filter(|d| !d.is_none()).map_or(Ok(array.clone()), |d| array.call_method1("astype", (d,)))
     }
 
@@ -158,7 +251,7 @@ impl ArrayHandle {
     /// The index on the left and that on the right, as declared.
     #[getter]
     fn _range(&self) -> (i64, i64) {
-        self.ends
+        self.ends()
     }
 
     /// A logger with the name of the memory.
@@ -174,8 +267,8 @@ impl ArrayHandle {
     }
 
     fn __repr__(&self) -> String {
-        let (a, b) = self.ends;
-        format!("<{} {} [{}:0] [{a}:{b}]>", direction_name(self.direction), self.name, self.width - 1)
+        let bounds: String = self.dimensions.iter().map(|(a, b)| format!("[{a}:{b}]")).collect();
+        format!("<{} {} [{}:0] {bounds}>", direction_name(self.direction), self.name, self.width - 1)
     }
 }
 
@@ -186,6 +279,8 @@ impl ArrayHandle {
 pub struct Element {
     array: Py<ArrayHandle>,
     index: i64,
+    /// The memory's index.
+    flat: i64,
 }
 
 #[pymethods]
@@ -193,16 +288,12 @@ impl Element {
     /// The value. A write is put when all tasks of this round have run.
     #[getter]
     fn get_value(&self) -> PyResult<Value> {
-        let array = self.array.get();
-        let word = array.memory.get()?.get(self.index).map_err(|e| errors::of_model(&e))?;
-        Ok(Value { bits: Stored::word(word), width: array.width, signed: array.signed })
+        self.array.get().read(self.flat)
     }
 
     #[setter]
     fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let array = self.array.get();
-        let word = array.encode(value)?;
-        array.memory.get()?.set(self.index, word).map_err(|e| errors::of_model(&e))
+        self.array.get().write(self.flat, value)
     }
 
     /// The same as assigning to `value`.
@@ -227,8 +318,8 @@ impl Element {
         format!("{}[{}]", self.array.get()._path(), self.index)
     }
 
-    fn __int__(&self) -> PyResult<u64> {
-        self.array.get().memory.get()?.get(self.index).map_err(|e| errors::of_model(&e))
+    fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.get_value()?.int(py)
     }
 
     fn __repr__(&self) -> String {

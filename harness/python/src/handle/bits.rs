@@ -79,6 +79,9 @@ pub struct Bits {
     pub(super) handle: Py<Handle>,
     pub(super) low: u32,
     pub(super) width: u32,
+    pub(super) signed: bool,
+    /// The field of a packed structure that they are, else empty.
+    pub(super) field: String,
 }
 
 impl Bits {
@@ -100,7 +103,8 @@ impl Bits {
     /// The value of these bits. A write leaves the signal's other bits as they are, or as they were written before.
     #[getter]
     fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
-        Ok(self.handle.bind(py).get().get_value(py)?.get().part(self.low, self.width))
+        let part = self.handle.bind(py).get().get_value(py)?.get().part(self.low, self.width);
+        Ok(Value { signed: self.signed, ..part })
     }
 
     #[setter]
@@ -126,6 +130,12 @@ impl Bits {
         let mask = size.sub(&one)?.lshift(self.low)?;
         let kept = whole.sub(whole.bitand(&mask)?)?;
         handle.write_int(kept.bitor(given.lshift(self.low)?)?.cast::<PyInt>()?)
+    }
+
+    /// A field of the structure that these bits are.
+    fn __getattr__(&self, py: Python<'_>, name: &str) -> PyResult<Bits> {
+        let below = if self.field.is_empty() { "[]" } else { &self.field };
+        Handle::field(self.handle.bind(py), below, name)
     }
 
     fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

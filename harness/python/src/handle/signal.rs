@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use hoverlock_harness::build::EnumItems;
+use hoverlock_harness::build::{EnumItems, Field};
 use hoverlock_harness::model::{Direction, SignalId, SignalInfo, Storage};
 use hoverlock_harness::sim::{Dut, Signal, Wide};
 use pyo3::IntoPyObjectExt;
 use pyo3::basic::CompareOp;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -16,7 +16,7 @@ use pyo3::types::{PyInt, PyString};
 
 use super::bits::{Bits, span};
 use super::direction_name;
-use super::value::{Stored, Value, word_of};
+use super::value::{Stored, Value, word_of, words_of_int};
 use crate::errors::{self, RangeError};
 use crate::on_thread::OnThread;
 use crate::trigger::{FallingEdge, RisingEdge, ValueChange};
@@ -40,6 +40,7 @@ pub struct Handle {
     width: u32,
     signed: bool,
     items: EnumItems,
+    fields: Vec<Field>,
     pub rising: PyOnceLock<Py<RisingEdge>>,
     pub falling: PyOnceLock<Py<FallingEdge>>,
     pub change: PyOnceLock<Py<ValueChange>>,
@@ -57,7 +58,7 @@ impl Handle {
             let id = signal.id();
             (Access::Word(signal), id)
         };
-        let SignalInfo { name, direction, width, signed, items, .. } = info;
+        let SignalInfo { name, direction, width, signed, items, fields, .. } = info;
         let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
         Ok(Handle {
             access: OnThread::new(access),
@@ -68,6 +69,7 @@ impl Handle {
             width,
             signed,
             items,
+            fields,
             rising,
             falling,
             change,
@@ -90,6 +92,27 @@ impl Handle {
 
     pub fn width(&self) -> u32 {
         self.width
+    }
+
+    /// The field of that name below another, if the type is a packed structure.
+    pub(super) fn field(slf: &Bound<'_, Self>, below: &str, name: &str) -> PyResult<Bits> {
+        let handle = slf.get();
+        let path = if below.is_empty() { name.to_owned() } else { format!("{below}.{name}") };
+        match handle.fields.iter().find(|field| field.name == path) {
+            Some(field) => Ok(Bits {
+                handle: slf.clone().unbind(),
+                low: field.low,
+                width: field.width,
+                signed: field.signed,
+                field: path,
+            }),
+            None => {
+                let names: Vec<&str> = handle.fields.iter().map(|field| field.name.as_str()).collect();
+                let fields =
+                    if names.is_empty() { String::new() } else { format!("; its fields are {}", names.join(", ")) };
+                Err(PyAttributeError::new_err(format!("'{}' has no attribute '{path}'{fields}", handle.name)))
+            }
+        }
     }
 
     #[cold]
@@ -145,23 +168,10 @@ impl Handle {
             }
             .map_err(|e| errors::of_model(&e)),
             Access::Wide(wide) => {
-                let py = value.py();
-                let negative = value.lt(0)?;
-                let value = if negative { value.add(self.modulus(py)?)? } else { value.clone().into_any() };
-                let half = value.rshift(self.width - 1)?.is_truthy()?;
-                if value.lt(0)? || value.rshift(self.width)?.is_truthy()? || (negative && !half) {
-                    return Err(self.out_of_range(&value));
-                }
-                let bytes = self.width.div_ceil(32) as usize * 4;
-                let bytes: Vec<u8> = value.call_method1("to_bytes", (bytes, "little"))?.extract()?;
-                let words: Vec<u32> = bytes.as_chunks::<4>().0.iter().map(|w| u32::from_le_bytes(*w)).collect();
+                let words = words_of_int(value, self.width)?.ok_or_else(|| self.out_of_range(value))?;
                 wide.set(&words).map_err(|e| errors::of_model(&e))
             }
         }
-    }
-
-    fn modulus<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        1u32.into_bound_py_any(py)?.lshift(self.width)
     }
 
     fn out_of_range(&self, value: &Bound<'_, PyAny>) -> PyErr {
@@ -323,7 +333,12 @@ impl Handle {
     /// `dut.bus[3]` is one bit, `dut.bus[7:4]` are several. They can be read and written, but not awaited.
     fn __getitem__(slf: &Bound<'_, Self>, index: &Bound<'_, PyAny>) -> PyResult<Bits> {
         let (low, width) = span(index, slf.get().width)?;
-        Ok(Bits { handle: slf.clone().unbind(), low, width })
+        Ok(Bits { handle: slf.clone().unbind(), low, width, signed: false, field: String::new() })
+    }
+
+    /// A field of a packed structure: `dut.beat.tag.value`. Those of structures in it follow with another dot.
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Bits> {
+        Handle::field(slf, "", name)
     }
 
     /// Compares the value; with another handle, whether both are the same. `dut.bus <= 3` writes, as in early cocotb 1.

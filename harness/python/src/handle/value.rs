@@ -25,6 +25,28 @@ pub(super) fn word_of(value: &Bound<'_, PyAny>) -> Option<u64> {
     }
 }
 
+/// The number that 32-bit words make, lowest first.
+pub(super) fn int_of_words<'py>(py: Python<'py>, words: &[u32]) -> PyResult<Bound<'py, PyAny>> {
+    let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+    py.get_type::<PyInt>().call_method1("from_bytes", (bytes.as_slice(), "little"))
+}
+
+/// The 32-bit words of a number in so many bits, lowest first, negative ones in two's complement; none if it does not
+/// fit.
+pub(super) fn words_of_int(value: &Bound<'_, PyInt>, width: u32) -> PyResult<Option<Vec<u32>>> {
+    let py = value.py();
+    let negative = value.lt(0)?;
+    let modulus = 1u32.into_bound_py_any(py)?.lshift(width)?;
+    let value = if negative { value.add(modulus)? } else { value.clone().into_any() };
+    let half = value.rshift(width - 1)?.is_truthy()?;
+    if value.lt(0)? || value.rshift(width)?.is_truthy()? || (negative && !half) {
+        return Ok(None);
+    }
+    let bytes = width.div_ceil(32) as usize * 4;
+    let bytes: Vec<u8> = value.call_method1("to_bytes", (bytes, "little"))?.extract()?;
+    Ok(Some(bytes.as_chunks::<4>().0.iter().map(|w| u32::from_le_bytes(*w)).collect()))
+}
+
 /// Whether positions in a value count from the left, as in cocotb 1.
 static LEFT_FIRST: AtomicBool = AtomicBool::new(false);
 
@@ -62,10 +84,7 @@ impl Value {
     pub(super) fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match &self.bits {
             Stored::Word(word) => word.load(Ordering::Relaxed).into_bound_py_any(py),
-            Stored::Wide(words) => {
-                let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
-                py.get_type::<PyInt>().call_method1("from_bytes", (bytes.as_slice(), "little"))
-            }
+            Stored::Wide(words) => int_of_words(py, words),
         }
     }
 

@@ -108,7 +108,7 @@ async def tasks_are_made_and_cancelled(dut):
 
     # Awaiting a task that was made starts it.
     assert await cocotb.create_task(gives(3)) == 3
-    assert await gather(gives(2), gives(1)) == [2, 1]
+    assert await gather(gives(2), gives(1)) == (2, 1)
     which, value = await select(gives(5), gives(4))
     assert (which, value) == (1, 4)
     await ClockCycles(dut.clk, 0)

@@ -222,6 +222,12 @@ impl Core {
                     // SAFETY: the offset was checked when the write was buffered.
                     unsafe { store(state.data.add(offset), state.storage, value) };
                 }
+                LargeWrite::ElementWords(signal, offset, words) => {
+                    let state = &self.signals[signal as usize];
+                    // SAFETY: offset and words were checked when the write was buffered.
+                    unsafe { store_words(state.data.add(offset), state.storage, &words) };
+                }
+                LargeWrite::Text(index, value) => self.model.borrow_mut().set_text(index, &value),
             }
         }
     }

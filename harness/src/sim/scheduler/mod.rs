@@ -69,6 +69,10 @@ enum LargeWrite {
     Words(u32, Vec<u32>),
     /// An element of a memory, at a byte offset.
     Element(u32, usize, u64),
+    /// The same of more than 64 bits.
+    ElementWords(u32, usize, Vec<u32>),
+    /// A `string`, by its place in the list of them.
+    Text(usize, Vec<u8>),
 }
 
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
@@ -268,6 +272,28 @@ impl Core {
             return Err(self.write_in_read_only(signal));
         }
         self.large_writes.borrow_mut().push(LargeWrite::Element(signal, offset, value));
+        Ok(())
+    }
+
+    pub fn write_element_words(&self, signal: u32, offset: usize, words: &[u32]) -> Result<(), ModelError> {
+        if self.region.get() == Region::ReadOnly {
+            return Err(self.write_in_read_only(signal));
+        }
+        self.large_writes.borrow_mut().push(LargeWrite::ElementWords(signal, offset, words.to_vec()));
+        Ok(())
+    }
+
+    /// Buffers a write of a `string`, which is known by its place in the model's list of them.
+    pub fn write_text(&self, index: usize, value: &[u8]) -> Result<(), ModelError> {
+        if self.region.get() == Region::ReadOnly {
+            let name = self.model.borrow().texts()[index].0.clone();
+            return Err(if self.ended.get() {
+                ModelError::Ended { signal: name }
+            } else {
+                ModelError::WriteInReadOnly { signal: name, time: self.now() }
+            });
+        }
+        self.large_writes.borrow_mut().push(LargeWrite::Text(index, value.to_vec()));
         Ok(())
     }
 
