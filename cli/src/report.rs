@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 }
 
 /// Opens all pictures before any work begins, cuts each to the frame of the design, and gives it a name of its own.
-fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Vec<Subject>> {
+pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Vec<Subject>> {
     let (width, height) = (design.width as usize, design.height as usize);
     if width < LEAST_SIDE || height < LEAST_SIDE {
         bail!(

@@ -9,6 +9,7 @@ pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
 pub mod estimates;
+pub mod explore;
 pub mod figures;
 pub mod flight;
 pub mod hardware;

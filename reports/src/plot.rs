@@ -145,6 +145,8 @@ pub enum Mark {
     LineDots,
     /// A dot of this radius in px at each point.
     Dots(i32),
+    /// A cross of this half width in px at each point.
+    Crosses(i32),
     /// A ring of this radius in px around each point.
     Ring(i32),
     /// Bars from the axis up, of this width in units of `x`.
@@ -280,6 +282,9 @@ impl Chart {
                 }
                 Mark::Dots(radius) => {
                     chart.draw_series(points().map(|point| Circle::new(point, radius, colour.mix(0.75).filled())))?;
+                }
+                Mark::Crosses(radius) => {
+                    chart.draw_series(points().map(|point| Cross::new(point, radius, colour.stroke_width(2))))?;
                 }
                 Mark::Ring(radius) => {
                     chart.draw_series(points().map(|point| Circle::new(point, radius, colour.stroke_width(2))))?;

@@ -4,9 +4,11 @@
 //! added: *approximation*, `recursive` and `streaming` against `ideal` (the sampled Gaussian), and *quantisation*,
 //! `quantised` and `bit_true` against `streaming`.
 
-use hoverlock_fixed_point::analysis::acceptance::{Comparison, SigmaEff, check_coefficients, response, sigma_eff};
+use hoverlock_fixed_point::analysis::acceptance::{
+    Comparison, Reference, SigmaEff, check_coefficients, response, sigma_eff,
+};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check, Sense};
-use hoverlock_fixed_point::analysis::displacement::{self, Displacement};
+use hoverlock_fixed_point::analysis::displacement::{self, Displacement, Motions};
 use hoverlock_fixed_point::analysis::errors::{BitKind, ErrorStatistics, Flips};
 use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
 use hoverlock_fixed_point::analysis::range::Ranges;
@@ -29,7 +31,7 @@ use crate::sweep::{self, Cost, Sweep};
 pub const LEAST_SIDE: usize = 79;
 
 /// Known motions per picture.
-const MOTIONS: usize = 5;
+pub(crate) const MOTIONS: usize = 5;
 
 /// A picture to measure.
 #[derive(Debug, Clone, PartialEq)]
@@ -364,9 +366,8 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
         if condition == NOMINAL {
             figures.heat_maps(of(Level::Ideal), of(Level::Streaming), of(Level::BitTrue));
         }
-        let Some((comparison, _)) = Comparison::between(of(Level::Streaming), of(Level::BitTrue), bounds) else {
-            continue;
-        };
+        let reference = Reference::of(of(Level::Streaming), bounds);
+        let Some(comparison) = reference.compare(of(Level::BitTrue), bounds) else { continue };
         let kept = comparison.scales.iter().map(|s| s.kept.within_one_px_percent).fold(f64::INFINITY, f64::min);
         if kept < worst_kept {
             worst_kept = kept;
@@ -376,7 +377,8 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
         conditions.push(ConditionStudy { condition, seed, gain, sha256, comparison });
         step(&format!("{}, {}", subject.name, condition.name));
     }
-    let displacements = displacement::displacements(levels, &subject.frame, &NOMINAL, bounds, MOTIONS);
+    let motions = Motions::new(levels, &subject.frame, &NOMINAL, bounds, MOTIONS);
+    let displacements = motions.displacements(levels);
     step(&format!("{}, displacement", subject.name));
     let frame = (subject.frame.width(), subject.frame.height());
     let whole = (subject.picture.width(), subject.picture.height());

@@ -2,7 +2,7 @@
 //!
 //! One format is varied at a time; the others keep the design point.
 
-use hoverlock_fixed_point::analysis::acceptance::Comparison;
+use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference};
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::analysis::errors::{BitKind, Flips};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
@@ -171,13 +171,13 @@ pub(crate) fn run(
         .par_iter()
         .map(|(subject, condition)| {
             let frame = condition.apply(&subject.frame, bounds.seeds.of(condition));
-            let reference = exact.planes(Level::Streaming, &frame);
+            let reference = Reference::of(&exact.planes(Level::Streaming, &frame), bounds);
             let compare = |levels: &Levels| {
                 let test = levels.planes(Level::BitTrue, &frame);
                 if *condition == CONDITIONS[0] {
                     step(&format!("{}, word lengths", subject.name));
                 }
-                Comparison::between(&reference, &test, bounds).map(|(comparison, _)| comparison)
+                reference.compare(&test, bounds)
             };
             (
                 *condition,
