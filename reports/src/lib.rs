@@ -3,6 +3,7 @@
 //! The HTML page is one file without network access: pictures are `data:` URLs, plots are inline SVG.
 
 pub mod animation;
+pub mod baseline;
 pub mod campaign;
 mod canvas;
 pub mod coefficient_plots;

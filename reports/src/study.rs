@@ -22,10 +22,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::figures::{Figures, overlay};
-use crate::hardware::Hardware;
+use crate::hardware::{Hardware, Made};
 use crate::provenance::Provenance;
 use crate::ranges::RangeRow;
-use crate::sweep::{self, Cost, Sweep};
+use crate::sweep::{self, Alternative, Cost, Sweep};
 
 /// Smallest width and height of a picture, px. The interior leaves out 8 and 70 pixels, and one pixel must remain.
 pub const LEAST_SIDE: usize = 79;
@@ -232,6 +232,8 @@ pub struct Study {
     pub sweeps: Vec<Sweep>,
     /// Error against resources, one entry for each word length of the sweeps.
     pub costs: Vec<Cost>,
+    /// Other choices for each word, and whether they pass.
+    pub alternatives: Vec<Alternative>,
     /// Stability of the points of `ideal` and `recursive` and of three descriptors under warps of the first picture.
     pub repeatability: Vec<Curve>,
     /// The design point.
@@ -239,8 +241,8 @@ pub struct Study {
 }
 
 /// The number of progress steps of [`run`] for this many pictures.
-pub fn steps(pictures: usize) -> u64 {
-    (pictures * (CONDITIONS.len() + 1 + sweep::points()) + 1) as u64
+pub fn steps(pictures: usize, design: &DesignPoint) -> u64 {
+    (pictures * (CONDITIONS.len() + 1 + sweep::points(design)) + 1) as u64
 }
 
 /// Measures every level except `rtl`, which [`Study::with_hardware`] adds. `step` is called after each progress step.
@@ -257,7 +259,7 @@ pub fn run(
     let levels = Levels::new(design)?;
     let measured: Vec<Measured> =
         subjects.par_iter().map(|subject| measure_picture(&levels, subject, bounds, step)).collect();
-    let sweeps = sweep::run(design, subjects, bounds, step)?;
+    let (sweeps, alternatives) = sweep::run(design, subjects, bounds, step)?;
     let chains = subjects.first().map(|subject| chains(&levels, subject, bounds)).unwrap_or_default();
     let repeatability = match subjects.first() {
         Some(subject) => repeatability::curves(&subject.picture)?,
@@ -303,6 +305,7 @@ pub fn run(
         pictures,
         flips,
         costs: sweep::costs(&sweeps),
+        alternatives,
         sweeps,
         repeatability,
         design: design.clone(),
@@ -427,6 +430,38 @@ fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
 }
 
 impl Study {
+    /// What no check of this study says anything about, each with the reason.
+    pub fn unchecked(&self) -> Vec<String> {
+        let mut unchecked = Vec::new();
+        if let Some(Hardware { simulation: Made::NotRun { reason }, .. }) = self.hardware() {
+            unchecked.push(format!("rtl against bit_true: {reason}"));
+        }
+        for picture in &self.pictures {
+            for of in &picture.conditions {
+                let (name, condition) = (&picture.name, of.condition.name);
+                let rms =
+                    of.comparison.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
+                let scales = &of.comparison.scales;
+                let mut without = Vec::new();
+                if scales.iter().any(|scale| scale.signal_class.is_none()) {
+                    without.push("SQNR and flipped bits");
+                }
+                if scales.iter().any(|scale| scale.features_class.is_none()) {
+                    without.push("feature positions");
+                }
+                if !without.is_empty() {
+                    unchecked.push(format!(
+                        "{} of {name}, {condition}: the contrast, {rms:.0} LSB rms, is below every class",
+                        without.join(", ")
+                    ));
+                }
+            }
+        }
+        let missing = self.pictures.iter().filter(|picture| picture.conditions.len() < CONDITIONS.len());
+        unchecked.extend(missing.map(|picture| format!("{}: too small for an interior", picture.name)));
+        unchecked
+    }
+
     /// Flipped bits of one kind over all pictures under a condition, percent of the bits.
     pub fn flips_percent(&self, condition: &str, kind: BitKind) -> f64 {
         self.flips.iter().find(|(name, _)| *name == condition).map_or(f64::NAN, |(_, flips)| flips.percent(kind))

@@ -98,7 +98,7 @@ impl Default for DesignPoint {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// The text is not TOML.
-    #[error("the configuration is not TOML: {0}")]
+    #[error("the design is not TOML: {0}")]
     Syntax(String),
     /// Unknown key.
     #[error("unknown key `{key}`; the keys are {}", DesignPoint::KEYS.join(", "))]

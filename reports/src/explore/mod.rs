@@ -536,7 +536,9 @@ mod tests {
         let found = searched(&Known::new(), &mut kept, 3600);
         assert!(found.pass && found.decided && found.complete && found.restored == 0);
         let best = found.best().unwrap();
-        assert!(best.pass && best.resources.m10k < found.points[0].resources.m10k, "{best:?}");
+        let (of_best, of_base) = (best.resources, found.points[0].resources);
+        assert!(best.pass && of_best.m10k <= of_base.m10k && of_best.alm < of_base.alm, "{best:?}");
+        assert!([Status::Fails, Status::Skipped].iter().all(|status| found.points.iter().any(|p| p.status == *status)));
         for point in &found.points {
             match point.status {
                 Status::Passes => assert!(best.resources.m10k <= point.resources.m10k && point.failure.is_none()),

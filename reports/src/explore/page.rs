@@ -21,9 +21,9 @@ pub fn html(exploration: &Exploration, command: &str) -> Result<String, PageErro
     filters(&mut environment);
     environment.add_template("explore.html", TEMPLATE)?;
     let count = |status: Status| exploration.points.iter().filter(|point| point.status == status).count();
-    let mut measured: Vec<&Point> = exploration.points.iter().filter(|point| point.margin.is_some()).collect();
+    let mut measured: Vec<&Point> = exploration.points.iter().filter(|point| point.frames > 0).collect();
     measured.sort_by_key(|point| (point.resources.m10k, point.resources.alm));
-    let skipped: Vec<&Point> = exploration.points.iter().filter(|point| point.margin.is_none()).collect();
+    let skipped: Vec<&Point> = exploration.points.iter().filter(|point| point.frames == 0).collect();
     Ok(environment.get_template("explore.html")?.render(context! {
         style => STYLE,
         script => SCRIPT,
@@ -37,6 +37,7 @@ pub fn html(exploration: &Exploration, command: &str) -> Result<String, PageErro
         failing => count(Status::Fails),
         skipping => count(Status::Skipped),
         open => count(Status::Open),
+        refused => skipped.iter().filter(|point| point.status == Status::Fails).count(),
         measured => value(measured),
         skipped => value(skipped),
         words => value(words(exploration)),
@@ -90,7 +91,7 @@ pub(super) fn front(exploration: &Exploration) -> Result<String, PlotError> {
 
 /// The closest check against memory.
 fn margins(exploration: &Exploration) -> Result<String, PlotError> {
-    let used = |point: &Point| point.worst.as_ref().map(|worst| 100.0 * worst.used);
+    let used = |point: &Point| point.worst.as_ref().filter(|_| point.frames > 0).map(|worst| 100.0 * worst.used);
     chart(exploration, "Allowance of the closest check used, %, against memory", &used, false)
 }
 
@@ -124,7 +125,7 @@ fn chart(
         line("base", GREEN, Mark::Ring(8), points(&|point| same(exploration.base(), point))),
         line("best", RED, Mark::Ring(11), points(&|point| same(exploration.best(), point))),
     ]);
-    let (low, high) = ((0.8 * low.min(limit)).max(1e-3), (1.25 * high.max(limit)).min(1e4));
+    let (low, high) = ((0.8 * low.min(limit)).max(1e-3), (1.25 * high.max(limit)).min(2e3));
     Chart {
         title: title.into(),
         size: (540, 360),

@@ -62,6 +62,8 @@ pub fn html(study: &Study) -> Result<String, PageError> {
     let closest = groups.iter().max_by(|a, b| a.worst.check.used.total_cmp(&b.worst.check.used));
     let page = environment.get_template("report.html")?.render(context! {
         style => STYLE,
+        script => SCRIPT,
+        unchecked => study.unchecked(),
         conditions => value(CONDITIONS),
         interior => value(Bounds::acceptance().interior),
         study => value(study),
