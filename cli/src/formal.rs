@@ -125,6 +125,9 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
             .with_context(|| format!("--properties {}: cannot be read", shown(properties)))?;
         let mut sources = Vec::new();
         for file in &args.source {
+            if file.is_dir() {
+                bail!("--source {}: is a folder; name its Verilog files", shown(file));
+            }
             if !file.is_file() {
                 bail!("--source {}: no such file", shown(file));
             }
