@@ -58,7 +58,15 @@ fn the_best_design_is_a_design_file_and_a_second_run_measures_nothing() {
     fs::write(out.join("results.jsonl"), &results[..results.len() - 9]).unwrap();
     let (again, said) = run(&["--objective", "m10k"]);
     assert_eq!(again["measured"], 1, "{said}");
-    assert_eq!(again["points"], first["points"]);
+    // A number that was read from JSON may differ in its last bit; what is concluded may not.
+    let concluded = |search: &Value| -> Vec<Value> {
+        let points = search["points"].as_array().unwrap();
+        points
+            .iter()
+            .map(|p| serde_json::json!([p["name"], p["status"], p["because"], p["front"], p["frames"]]))
+            .collect()
+    };
+    assert!(concluded(&again) == concluded(&first));
     let (other, _) = run(&["--objective", "error"]);
     assert!(error(&other["best"]) <= error(&first["best"]));
 }

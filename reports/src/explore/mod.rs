@@ -131,7 +131,8 @@ pub struct Exploration {
     pub measured: usize,
     /// Parts taken from an earlier search.
     pub restored: usize,
-    /// Index of the best design in `points`.
+    /// Index of the best design in `points`. The file of numbers has the design itself under this name.
+    #[serde(skip)]
     pub best: Option<usize>,
     /// Names of the pictures, and SHA-256 of what was measured of them.
     pub pictures: Vec<(String, String)>,
