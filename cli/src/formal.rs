@@ -126,7 +126,7 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
         let mut sources = Vec::new();
         for file in &args.source {
             if file.is_dir() {
-                bail!("--source {}: a folder; name its Verilog files", shown(file));
+                bail!("--source {}: is a folder; name its Verilog files", shown(file));
             }
             if !file.is_file() {
                 bail!("--source {}: no such file", shown(file));

@@ -12,6 +12,7 @@ mod coeffs;
 mod cosim;
 mod design;
 mod doctor;
+mod explore;
 mod formal;
 mod hover;
 mod interrupt;
@@ -50,6 +51,7 @@ enum Verb {
     Completions(shell::CompletionsArgs),
     Cosim(cosim::Args),
     Doctor(doctor::Args),
+    Explore(explore::Args),
     Formal(formal::Args),
     Hover(hover::Args),
     Man(shell::ManArgs),
@@ -79,6 +81,7 @@ fn main() -> ExitCode {
         Verb::Completions(args) => shell::completions(&args),
         Verb::Cosim(args) => cosim::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
+        Verb::Explore(args) => explore::run(&args),
         Verb::Formal(args) => formal::run(&args),
         Verb::Hover(args) => hover::run(&args),
         Verb::Man(args) => shell::man(&args),

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_reports::baseline::{self, Baseline, Kind};
 use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;
 use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
@@ -13,13 +14,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::output::{Folder, command, print, say, shown, verdict};
+use crate::output::{Folder, command, print, say, shown, verdict, write_file};
 use crate::picture::{Limit, listed, open};
 use crate::rtl_level;
 
 /// Measure what quantisation costs, stage by stage, and check it.
 ///
-/// Writes index.html, report.json and junit.xml. Status 0 only where every check passes on every picture under every
+/// Writes index.html, report.json, checks.csv and junit.xml. Status 0 only where every check passes on every picture under every
 /// condition. Where Verilator and Yosys are installed, `rtl` is the simulated hardware and what it takes of a device;
 /// else the report says that it was not run.
 ///
@@ -35,6 +36,10 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     chosen: Chosen,
+    /// The report.json of an earlier report: writes baseline.html, which says what changed check by check. Status 1 where
+    /// a check that passed fails now or is gone
+    #[arg(long, value_name = "FILE")]
+    baseline: Option<PathBuf>,
     #[command(flatten)]
     limit: Limit,
     /// One JSON object on stdout, the same as report.json: pass provenance bounds[] levels[] pictures[] and more
@@ -47,11 +52,13 @@ pub fn run(args: &Args) -> Result<Verdict> {
     // A design point without coefficients is refused before anything is written.
     Levels::new(&design)?;
     let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
+    // Before the work: the file may be the one that this report will replace.
+    let baseline = args.baseline.as_deref().map(earlier).transpose()?;
     let folder = Folder::new(&args.out)?;
     output::prepare(&args.out)?;
     let hardware = rtl_level::prepare(&design, args.chosen.is_changed());
     // `rtl` adds a step for each picture, and one to wait for its tools.
-    let bar = ProgressBar::new(study::steps(subjects.len()) + subjects.len() as u64 + 1);
+    let bar = ProgressBar::new(study::steps(subjects.len(), &design) + subjects.len() as u64 + 1);
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {elapsed}  {msg}") {
         bar.set_style(style);
     }
@@ -63,6 +70,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let study = hardware.finish(study, &subjects, &step)?;
     bar.finish_and_clear();
     output::write(&study, &args.out)?;
+    let compared = baseline.map(|baseline| baseline.compare(&study));
+    let page = args.out.join(baseline::PAGE);
+    if let Some(compared) = &compared {
+        write_file(&page, baseline::html(compared)?.as_bytes())?;
+    }
     drop(folder);
     if let Some(hardware) = study.hardware() {
         let simulation = match &hardware.simulation {
@@ -86,11 +98,28 @@ pub fn run(args: &Args) -> Result<Verdict> {
     } else {
         print(&summary(&study, &args.out))?;
     }
-    Ok(study.pass.into())
+    if let Some(compared) = &compared {
+        let count = |kinds: &[Kind]| compared.changes.iter().filter(|change| kinds.contains(&change.kind)).count();
+        let worse = count(&[Kind::Broken, Kind::Gone]);
+        say(&format!(
+            "against the baseline {worse} checks fail now or are gone, {} pass now, {} are as before: {}",
+            count(&[Kind::Mended]),
+            compared.same,
+            shown(&page)
+        ));
+    }
+    Ok((study.pass && compared.is_none_or(|compared| compared.pass)).into())
+}
+
+/// An earlier report.
+fn earlier(path: &Path) -> Result<Baseline> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).with_context(|| format!("--baseline {name}: cannot be read"))?;
+    Baseline::parse(&text).with_context(|| format!("--baseline {name}: not the report.json of a report"))
 }
 
 /// Opens all pictures before any work begins, cuts each to the frame of the design, and gives it a name of its own.
-fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Vec<Subject>> {
+pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Vec<Subject>> {
     let (width, height) = (design.width as usize, design.height as usize);
     if width < LEAST_SIDE || height < LEAST_SIDE {
         bail!(

@@ -123,7 +123,7 @@ fn bad_input_is_one_line_and_status_2() {
     let properties = saved(folder.path(), "below_ten.sv", BELOW_TEN);
     assert_refused(&formal(&["lerps"]), "lerps");
     assert_refused(&formal(&["--source", &counter]), "--properties");
-    assert_refused(&formal(&["--source", folder.path().to_str().unwrap(), "--properties", &properties]), "a folder");
+    assert_refused(&formal(&["--source", folder.path().to_str().unwrap(), "--properties", &properties]), "is a folder");
     assert_refused(&formal(&["--source", "/nope.v", "--properties", &properties]), "/nope.v");
     assert_refused(&formal(&["--source", &counter, "--properties", "/nope.sv"]), "/nope.sv");
     if !installed() {

@@ -137,3 +137,36 @@ fn level<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value
     let levels = report["levels"].as_array().expect("levels is a list");
     levels.iter().find(|level| level["name"] == name).expect("every level is in the report")
 }
+
+#[test]
+fn a_baseline_tells_what_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let picture = saved(folder.path(), "picture.png", &texture(120, 100));
+    let run = |more: &[&str]| {
+        let output = report(&[&[&picture, "--config", "threshold_target=500"], more].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    run(&["--out", &at("first")]);
+    let earlier = at("first/report.json");
+    // The same again: nothing is worse off. So few features fail all the same.
+    let (status, said) = run(&["--out", &at("same"), "--baseline", &earlier]);
+    assert!(
+        status == Some(1) && said.contains("against the baseline 0 checks fail now or are gone, 0 pass now"),
+        "{said}"
+    );
+    let page = fs::read_to_string(at("same/baseline.html")).unwrap();
+    assert!(page.contains(">PASS<") && page.contains("The design is the same."));
+    // Fewer bits: the page names the check and the key.
+    let (status, said) = run(&["--out", &at("worse"), "--baseline", &earlier, "--config", "dog_bits=9"]);
+    assert!(status == Some(1) && !said.contains("baseline 0 checks"), "{said}");
+    let page = fs::read_to_string(at("worse/baseline.html")).unwrap();
+    assert!(page.contains(">FAIL<") && page.contains("fails now") && page.contains("<code>dog_bits</code>"));
+    // No report.
+    fs::write(at("other.json"), "{}").unwrap();
+    for (file, reason) in [(at("other.json"), "not the report.json"), (at("none.json"), "cannot be read")] {
+        let (status, said) = run(&["--out", &at("none"), "--baseline", &file]);
+        assert!(status == Some(2) && said.contains(reason) && said.trim_end().lines().count() == 1, "{said}");
+        assert!(!Path::new(&at("none")).exists());
+    }
+}

@@ -3,9 +3,9 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use hoverlock_fixed_point::analysis::acceptance::{Comparison, check_coefficients, dog_lsb};
+use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference, check_coefficients, dog_lsb};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
-use hoverlock_fixed_point::analysis::displacement;
+use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_reference::image::conditions::{CONDITIONS, NOMINAL};
@@ -96,7 +96,7 @@ fn the_threshold_gives_both_levels_the_same_number_of_features() {
     for plane in test.dog.iter_mut().chain(&mut test.max_dog) {
         *plane = plane.map(|dn| (dn / dog_lsb()).round() * dog_lsb());
     }
-    let (comparison, _) = Comparison::between(&reference, &test, bounds).unwrap();
+    let comparison = Reference::of(&reference, bounds).compare(&test, bounds).unwrap();
     for scale in &comparison.scales {
         assert!(scale.interior.reference_rms < 200.0, "the contrast must be low: {}", scale.interior.reference_rms);
         assert!(scale.interior.max.abs() <= 0.5 + 1e-9);
@@ -116,7 +116,7 @@ fn real_pictures_pass_the_bounds_under_three_conditions() {
             let comparison = Comparison::of_frame(&levels, &degraded, bounds).unwrap();
             failed.extend(failures(&format!("{}, {}", path.display(), condition.name), comparison.check(bounds)));
         }
-        let displacements = displacement::displacements(&levels, &frame, &NOMINAL, bounds, 3);
+        let displacements = Motions::new(&levels, &frame, &NOMINAL, bounds, 3).displacements(&levels);
         failed.extend(failures(&path.display().to_string(), displacement::check(&displacements, bounds)));
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));

@@ -1,8 +1,8 @@
 //! Error maps and feature maps.
 //!
-//! All error maps share one colour scale, `v = sgn(e) log2(1 + |e|) / 12`, `e` in LSB of the DoG: white is an error of
-//! 0, the ends are 4095 LSB. Maps of approximation and of quantisation can therefore be compared. Each point of a map
-//! shows the error of greatest magnitude in a square of samples.
+//! Each error map has a colour scale of its own, linear from `-full` to `full`, `full` the 99.9th percentile of the
+//! magnitudes that it shows: white is an error of 0, and what lies beyond the ends has their colour. The scale stands
+//! under the map. Each point of a map shows the error of greatest magnitude in a square of samples.
 
 use std::fmt::Write as _;
 
@@ -18,12 +18,12 @@ use crate::colour::{Rgb, diverging};
 use crate::embed;
 use crate::plot::{self, PlotError};
 
-/// Octaves of error from the middle of the colour scale to its end.
-const OCTAVES: f64 = 12.0;
 /// Colours on each side of white. Few colours keep the PNG of a noise picture small.
-const SHADES: f64 = 36.0;
+const SHADES: f64 = 12.0;
 /// Side of a square, samples.
-const SQUARE: usize = 2;
+const SQUARE: usize = 4;
+/// Part of the points of a map that its scale covers.
+const COVERED: f64 = 0.999;
 
 /// Error maps and feature map of one picture.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -41,6 +41,10 @@ pub struct HeatMap {
     pub scale: usize,
     /// True for approximation, false for quantisation.
     pub approximation: bool,
+    /// End of the colour scale, LSB.
+    pub full: f64,
+    /// Error of greatest magnitude, LSB.
+    pub most: f64,
     /// The map as a `data:` URL.
     pub address: String,
 }
@@ -62,8 +66,10 @@ impl Figures {
         for scale in 0..SCALES {
             for (approximation, reference, test) in [(true, ideal, streaming), (false, streaming, fixed)] {
                 let error = response(test, scale).zip_map(&response(reference, scale), |t, r| (t - r) / dog_lsb());
-                let address = embed::colour_png(&pooled(&error).map(|&e| colour(e))).expect("a PNG in memory");
-                self.maps.push(HeatMap { scale, approximation, address });
+                let pooled = pooled(&error);
+                let (full, most) = scale_of(&pooled);
+                let address = embed::colour_png(&pooled.map(|&e| colour(e, full))).expect("a PNG in memory");
+                self.maps.push(HeatMap { scale, approximation, full, most, address });
             }
         }
     }
@@ -79,23 +85,30 @@ fn pooled(error: &Plane<f64>) -> Plane<f64> {
     })
 }
 
-/// Position of an error, LSB, on the colour scale, `-1 ..= 1`.
-fn on_scale(error: f64) -> f64 {
-    (error.abs().ln_1p() / std::f64::consts::LN_2 / OCTAVES).copysign(error)
+/// End of the colour scale of a map, and the error of greatest magnitude; `(1, 0)` for a map without errors.
+fn scale_of(map: &Plane<f64>) -> (f64, f64) {
+    let mut sorted: Vec<f64> = map.as_slice().iter().map(|e| e.abs()).filter(|e| e.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let most = sorted.last().copied().unwrap_or(0.0);
+    let full = sorted.get((sorted.len() as f64 * COVERED) as usize).copied().unwrap_or(most);
+    let full = [full, most].into_iter().find(|end| *end > 0.0).unwrap_or(1.0);
+    (full, most)
 }
 
-fn colour(error: f64) -> Rgb {
-    diverging((on_scale(error) * SHADES).round() / SHADES)
+fn colour(error: f64, full: f64) -> Rgb {
+    diverging((error / full * SHADES).round() / SHADES)
 }
 
-/// The colour bar of the maps.
+/// The colour bar of the maps, from one end of a scale to the other.
 ///
 /// # Errors
 /// Formatting fails, which does not happen for a string.
 pub fn colour_bar() -> Result<String, PlotError> {
     let (width, height, left) = (1040.0, 18.0, 40.0);
-    let mut svg =
-        String::from("<svg viewBox=\"0 0 1120 62\" role=\"img\" aria-label=\"colour bar of the error maps\">");
+    let mut svg = String::from(
+        "<svg viewBox=\"0 0 1120 44\" role=\"img\" aria-label=\"colour bar of the error maps: blue below zero, white at \
+         zero, red above\">",
+    );
     let steps = 2 * SHADES as i32 + 1;
     let mut write =
         |text: std::fmt::Arguments<'_>| svg.write_fmt(text).map_err(|error| plot::failed("colour bar", error));
@@ -107,18 +120,14 @@ pub fn colour_bar() -> Result<String, PlotError> {
             "<rect x=\"{x:.2}\" y=\"2\" width=\"{wide:.2}\" height=\"{height}\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>"
         ))?;
     }
-    for e in [-4095.0f64, -1023.0, -255.0, -63.0, -15.0, -3.0, -1.0, 0.0, 1.0, 3.0, 15.0, 63.0, 255.0, 1023.0, 4095.0] {
-        let x = left + width * (on_scale(e) + 1.0) / 2.0;
-        let label = if e < 0.0 { format!("\u{2212}{}", -e) } else { format!("{e}") };
+    for (part, label) in [(0.0, "\u{2212}full"), (0.5, "0"), (1.0, "full")] {
+        let x = left + width * part;
         write(format_args!(
             "<path d=\"M{x:.1} 20v5\" stroke=\"#8b96a1\"/>\
-             <text x=\"{x:.1}\" y=\"38\" text-anchor=\"middle\">{label}</text>"
+             <text x=\"{x:.1}\" y=\"40\" text-anchor=\"middle\">{label}</text>"
         ))?;
     }
-    write(format_args!(
-        "<text x=\"560\" y=\"58\" text-anchor=\"middle\">\
-         signed DoG error, LSB (1 LSB = full scale / 2¹⁷ = 0.5 DN)</text></svg>"
-    ))?;
+    write(format_args!("</svg>"))?;
     Ok(svg)
 }
 
@@ -177,7 +186,7 @@ pub(crate) fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let (low, high) = (at(0.005), at(0.995).max(at(0.005) + 1.0));
     let grey = frame.map(|&dn| (40.0 + 190.0 * ((f64::from(dn) - low) / (high - low)).clamp(0.0, 1.0)) as u8);
     let mut jpeg = Vec::new();
-    JpegEncoder::new_with_quality(&mut jpeg, 72).encode(
+    JpegEncoder::new_with_quality(&mut jpeg, 50).encode(
         grey.as_slice(),
         grey.width() as u32,
         grey.height() as u32,
@@ -191,17 +200,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_colour_scale_is_symmetric_and_ends_at_4095_lsb() {
-        assert_eq!(on_scale(0.0), 0.0);
-        assert!((on_scale(4095.0) - 1.0).abs() < 1e-12 && (on_scale(-4095.0) + 1.0).abs() < 1e-12);
-        assert!((on_scale(1.0) - 1.0 / 12.0).abs() < 1e-12);
+    fn a_scale_covers_all_but_a_thousandth_of_its_map() {
+        let mut map = Plane::from_fn(100, 50, |x, _| if x % 2 == 0 { 3.0 } else { -2.0 });
+        map[(7, 7)] = -900.0;
+        assert_eq!(scale_of(&map), (3.0, 900.0));
+        assert_eq!((colour(3.0, 3.0), colour(900.0, 3.0)), (diverging(1.0), diverging(1.0)));
+        assert_eq!((colour(-3.0, 3.0), colour(0.0, 3.0)), (diverging(-1.0), diverging(0.0)));
+        // Nearly no errors, and none.
+        let mut few = Plane::filled(100, 50, 0.0);
+        assert_eq!(scale_of(&few), (1.0, 0.0));
+        few[(1, 1)] = 0.5;
+        assert_eq!(scale_of(&few), (0.5, 0.5));
     }
 
     #[test]
     fn pooling_keeps_the_error_of_greatest_magnitude() {
-        let mut error = Plane::filled(5, 3, 0.1);
-        error[(4, 2)] = -7.0;
-        error[(1, 0)] = 3.0;
+        let mut error = Plane::filled(9, 6, 0.1);
+        error[(8, 5)] = -7.0;
+        error[(1, 3)] = 3.0;
         assert_eq!(pooled(&error).as_slice(), [3.0, 0.1, 0.1, 0.1, 0.1, -7.0]);
     }
 }

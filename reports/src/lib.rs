@@ -3,12 +3,14 @@
 //! The HTML page is one file without network access: pictures are `data:` URLs, plots are inline SVG.
 
 pub mod animation;
+pub mod baseline;
 pub mod campaign;
 mod canvas;
 pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
 pub mod estimates;
+pub mod explore;
 pub mod figures;
 pub mod flight;
 pub mod hardware;

@@ -1,11 +1,12 @@
-//! The three files of a report: HTML page, JSON, and JUnit XML with one test case for each check.
+//! The files of a report: HTML page, JSON, the checks as CSV, and JUnit XML with one test case for each check.
 //!
-//! Each file is written under a temporary name in the folder. All three are renamed after the last one is complete.
+//! Each file is written under a temporary name in the folder. All of them are renamed after the last one is complete.
 
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use hoverlock_fixed_point::analysis::bounds::Check;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use tempfile::NamedTempFile;
 
@@ -17,6 +18,8 @@ use crate::study::{BoundRow, Study};
 pub const PAGE: &str = "index.html";
 /// File name of the JSON file.
 pub const NUMBERS: &str = "report.json";
+/// File name of the checks as a table.
+pub const TABLE: &str = "checks.csv";
 /// File name of the JUnit XML file.
 pub const TESTS: &str = "junit.xml";
 
@@ -53,12 +56,12 @@ pub fn prepare(folder: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Writes all three files into `folder`.
+/// Writes all files into `folder`.
 ///
 /// # Errors
 /// A file cannot be made or written. Then no file has changed, unless a rename failed.
 pub fn write(study: &Study, folder: &Path) -> Result<(), OutputError> {
-    let contents = [(PAGE, page::html(study)?), (NUMBERS, json(study)?), (TESTS, junit(study)?)];
+    let contents = [(PAGE, page::html(study)?), (NUMBERS, json(study)?), (TABLE, csv(study)), (TESTS, junit(study)?)];
     let mut written = Vec::new();
     for (name, content) in contents {
         let path = folder.join(name);
@@ -92,6 +95,24 @@ fn readable(_path: &Path) -> io::Result<()> {
 /// The study cannot be written as JSON.
 pub fn json(study: &Study) -> Result<String, OutputError> {
     Ok(serde_json::to_string_pretty(study)? + "\n")
+}
+
+/// The checks as CSV, one row each.
+pub fn csv(study: &Study) -> String {
+    let mut text = String::from("picture,condition,check,measured,limit,unit,margin,used,pass,location\n");
+    for row in &study.bounds {
+        let Check { name, unit, limit, measured, location, used, pass, .. } = &row.check;
+        let picture = field(row.picture.as_deref().unwrap_or_default());
+        let condition = row.condition.unwrap_or_default();
+        let (name, location, margin) = (field(name), field(location), row.margin);
+        text += &format!("{picture},{condition},{name},{measured},{limit},{unit},{margin},{used},{pass},{location}\n");
+    }
+    text
+}
+
+/// A field of CSV (RFC 4180), quoted where it must be.
+pub(crate) fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
 /// The checks as JUnit XML: one suite for each picture and condition, one case for each check.

@@ -145,6 +145,8 @@ pub enum Mark {
     LineDots,
     /// A dot of this radius in px at each point.
     Dots(i32),
+    /// A cross of this half width in px at each point.
+    Crosses(i32),
     /// A ring of this radius in px around each point.
     Ring(i32),
     /// Bars from the axis up, of this width in units of `x`.
@@ -211,7 +213,17 @@ impl Chart {
     pub fn svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
         self.draw(&mut svg).map_err(|error| failed(&self.title, error))?;
-        Ok(scalable(&svg, &self.title))
+        Ok(scalable(&svg, &self.described()))
+    }
+
+    /// The plot in words: title, axes and curves, for whoever cannot see it.
+    fn described(&self) -> String {
+        let axes: Vec<&str> =
+            [&self.y.label, &self.x.label].into_iter().map(String::as_str).filter(|label| !label.is_empty()).collect();
+        let curves: Vec<&str> =
+            self.series.iter().map(|series| series.name.as_str()).filter(|name| !name.is_empty()).collect();
+        let parts = [self.title.clone(), axes.join(" against "), curves.join(", ")];
+        parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
     }
 
     /// The plot as an SVG file of its own, on white.
@@ -267,19 +279,30 @@ impl Chart {
             chart.draw_series(DashedLineSeries::new(line, 5, 4, rgb(colour).stroke_width(1)))?;
             chart.draw_series([Text::new(format!(" {name} "), at, text(13, colour).pos(pos))])?;
         }
-        for series in &self.series {
+        for (series, dash) in self.series.iter().zip(self.dashes()) {
             let colour = rgb(series.colour);
             let points = || series.points.iter().map(|&(x, y)| (self.x.position(x), self.y.position(y)));
             match series.mark {
-                Mark::Line => {
-                    chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?;
-                }
-                Mark::LineDots => {
-                    chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?;
+                Mark::Line | Mark::LineDots => {
+                    let style = colour.stroke_width(2);
+                    match dash {
+                        None => {
+                            chart.draw_series(LineSeries::new(points(), style))?;
+                        }
+                        Some((on, off)) => {
+                            chart.draw_series(DashedLineSeries::new(points(), on, off, style))?;
+                        }
+                    }
+                    if series.mark == Mark::Line {
+                        continue;
+                    }
                     chart.draw_series(points().map(|point| Circle::new(point, 3, colour.filled())))?;
                 }
                 Mark::Dots(radius) => {
                     chart.draw_series(points().map(|point| Circle::new(point, radius, colour.mix(0.75).filled())))?;
+                }
+                Mark::Crosses(radius) => {
+                    chart.draw_series(points().map(|point| Cross::new(point, radius, colour.stroke_width(2))))?;
                 }
                 Mark::Ring(radius) => {
                     chart.draw_series(points().map(|point| Circle::new(point, radius, colour.stroke_width(2))))?;
@@ -303,6 +326,21 @@ impl Chart {
         Ok(())
     }
 
+    /// Length of dash and gap of each series that is a line, px, so that lines differ without their colours too: the
+    /// first named line is solid. A line without a name goes with the one before it.
+    fn dashes(&self) -> Vec<Option<(i32, i32)>> {
+        let mut lines = 0;
+        let dash = |line: usize| [None, Some((9, 4)), Some((2, 4)), Some((14, 3))][line.saturating_sub(1) % 4];
+        self.series
+            .iter()
+            .map(|series| {
+                let is_line = matches!(series.mark, Mark::Line | Mark::LineDots);
+                lines += usize::from(is_line && !series.name.is_empty());
+                if is_line { dash(lines) } else { None }
+            })
+            .collect()
+    }
+
     /// Width of the tick labels and the name of the vertical axis, px.
     fn y_label_width(&self) -> u32 {
         let longest = self.y.ticks.iter().map(|tick| tick.1.chars().count()).max().unwrap_or(0) as u32;
@@ -314,15 +352,33 @@ impl Chart {
         &self,
         root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
     ) -> Result<(), Box<dyn std::error::Error>> {
-        let named: Vec<&Series> = self.series.iter().filter(|series| !series.name.is_empty()).collect();
-        let (dot, gap) = (10, 16);
-        let width: i32 = named.iter().map(|series| dot + text_width(&series.name) + gap).sum();
+        let named: Vec<(&Series, Option<(i32, i32)>)> =
+            self.series.iter().zip(self.dashes()).filter(|(series, _)| !series.name.is_empty()).collect();
+        let (gap, line) = (16, |series: &Series| matches!(series.mark, Mark::Line | Mark::LineDots));
+        // A piece of a line shows its dashes.
+        let key = |series: &Series| if line(series) { 26 } else { 10 };
+        let width: i32 = named.iter().map(|(series, _)| key(series) + text_width(&series.name) + gap).sum();
         let mut left = self.size.0 as i32 - 14 + gap - width;
         let top = if self.title.is_empty() { 6 } else { 30 };
-        for series in named {
+        for (series, dash) in named {
             let colour = rgb(series.colour);
+            let dot = key(series);
             let style = (FONT, 14).into_font().color(&rgb(INK)).pos(Pos::new(HPos::Left, VPos::Top));
-            root.draw(&Circle::new((left + 4, top + 6), 4, colour.filled()))?;
+            if line(series) {
+                let (mut at, end) = (left, left + dot - 3);
+                let (on, off) = dash.unwrap_or((end - at, 0));
+                while at < end {
+                    let piece = vec![(at, top + 6), ((at + on).min(end), top + 6)];
+                    root.draw(&PathElement::new(piece, colour.stroke_width(2)))?;
+                    at += on + off;
+                }
+            } else if let Mark::Crosses(_) = series.mark {
+                root.draw(&Cross::new((left + 4, top + 6), 4, colour.stroke_width(2)))?;
+            } else if let Mark::Ring(_) = series.mark {
+                root.draw(&Circle::new((left + 4, top + 6), 4, colour.stroke_width(2)))?;
+            } else {
+                root.draw(&Circle::new((left + 4, top + 6), 4, colour.filled()))?;
+            }
             // Text starts at its dot. Only the gap to the next entry depends on the estimated text width.
             root.draw(&Text::new(series.name.clone(), (left + dot + 1, top), style))?;
             left += dot + text_width(&series.name) + gap;
@@ -386,7 +442,10 @@ mod tests {
             rules: vec![Rule::Limit(1.0, "limit".into()), Rule::Choice(2.0, "chosen".into())],
         };
         let svg = chart.svg().unwrap();
-        assert!(svg.starts_with("<svg viewBox=\"0 0 320 200\" role=\"img\" aria-label=\"a &lt; b\">"), "{svg}");
+        assert!(
+            svg.starts_with("<svg viewBox=\"0 0 320 200\" role=\"img\" aria-label=\"a &lt; b; y against x; s\">"),
+            "{svg}"
+        );
         assert!(svg.trim_end().ends_with("</svg>") && !svg.contains("width=\"320\" height=\"200\" viewBox"));
         assert!(svg.contains("limit") && svg.contains("chosen"));
         assert!(!svg.contains("<image") && !svg.contains("href"));

@@ -4,9 +4,11 @@
 //! added: *approximation*, `recursive` and `streaming` against `ideal` (the sampled Gaussian), and *quantisation*,
 //! `quantised` and `bit_true` against `streaming`.
 
-use hoverlock_fixed_point::analysis::acceptance::{Comparison, SigmaEff, check_coefficients, response, sigma_eff};
+use hoverlock_fixed_point::analysis::acceptance::{
+    Comparison, Reference, SigmaEff, check_coefficients, response, sigma_eff,
+};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check, Sense};
-use hoverlock_fixed_point::analysis::displacement::{self, Displacement};
+use hoverlock_fixed_point::analysis::displacement::{self, Displacement, Motions};
 use hoverlock_fixed_point::analysis::errors::{BitKind, ErrorStatistics, Flips};
 use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
 use hoverlock_fixed_point::analysis::range::Ranges;
@@ -20,16 +22,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::figures::{Figures, overlay};
-use crate::hardware::Hardware;
+use crate::hardware::{Hardware, Made};
 use crate::provenance::Provenance;
 use crate::ranges::RangeRow;
-use crate::sweep::{self, Cost, Sweep};
+use crate::sweep::{self, Alternative, Cost, Sweep};
 
 /// Smallest width and height of a picture, px. The interior leaves out 8 and 70 pixels, and one pixel must remain.
 pub const LEAST_SIDE: usize = 79;
 
 /// Known motions per picture.
-const MOTIONS: usize = 5;
+pub(crate) const MOTIONS: usize = 5;
 
 /// A picture to measure.
 #[derive(Debug, Clone, PartialEq)]
@@ -230,6 +232,8 @@ pub struct Study {
     pub sweeps: Vec<Sweep>,
     /// Error against resources, one entry for each word length of the sweeps.
     pub costs: Vec<Cost>,
+    /// Other choices for each word, and whether they pass.
+    pub alternatives: Vec<Alternative>,
     /// Stability of the points of `ideal` and `recursive` and of three descriptors under warps of the first picture.
     pub repeatability: Vec<Curve>,
     /// The design point.
@@ -237,8 +241,8 @@ pub struct Study {
 }
 
 /// The number of progress steps of [`run`] for this many pictures.
-pub fn steps(pictures: usize) -> u64 {
-    (pictures * (CONDITIONS.len() + 1 + sweep::points()) + 1) as u64
+pub fn steps(pictures: usize, design: &DesignPoint) -> u64 {
+    (pictures * (CONDITIONS.len() + 1 + sweep::points(design)) + 1) as u64
 }
 
 /// Measures every level except `rtl`, which [`Study::with_hardware`] adds. `step` is called after each progress step.
@@ -255,7 +259,7 @@ pub fn run(
     let levels = Levels::new(design)?;
     let measured: Vec<Measured> =
         subjects.par_iter().map(|subject| measure_picture(&levels, subject, bounds, step)).collect();
-    let sweeps = sweep::run(design, subjects, bounds, step)?;
+    let (sweeps, alternatives) = sweep::run(design, subjects, bounds, step)?;
     let chains = subjects.first().map(|subject| chains(&levels, subject, bounds)).unwrap_or_default();
     let repeatability = match subjects.first() {
         Some(subject) => repeatability::curves(&subject.picture)?,
@@ -301,6 +305,7 @@ pub fn run(
         pictures,
         flips,
         costs: sweep::costs(&sweeps),
+        alternatives,
         sweeps,
         repeatability,
         design: design.clone(),
@@ -364,9 +369,8 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
         if condition == NOMINAL {
             figures.heat_maps(of(Level::Ideal), of(Level::Streaming), of(Level::BitTrue));
         }
-        let Some((comparison, _)) = Comparison::between(of(Level::Streaming), of(Level::BitTrue), bounds) else {
-            continue;
-        };
+        let reference = Reference::of(of(Level::Streaming), bounds);
+        let Some(comparison) = reference.compare(of(Level::BitTrue), bounds) else { continue };
         let kept = comparison.scales.iter().map(|s| s.kept.within_one_px_percent).fold(f64::INFINITY, f64::min);
         if kept < worst_kept {
             worst_kept = kept;
@@ -376,7 +380,8 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
         conditions.push(ConditionStudy { condition, seed, gain, sha256, comparison });
         step(&format!("{}, {}", subject.name, condition.name));
     }
-    let displacements = displacement::displacements(levels, &subject.frame, &NOMINAL, bounds, MOTIONS);
+    let motions = Motions::new(levels, &subject.frame, &NOMINAL, bounds, MOTIONS);
+    let displacements = motions.displacements(levels);
     step(&format!("{}, displacement", subject.name));
     let frame = (subject.frame.width(), subject.frame.height());
     let whole = (subject.picture.width(), subject.picture.height());
@@ -425,6 +430,38 @@ fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
 }
 
 impl Study {
+    /// What no check of this study says anything about, each with the reason.
+    pub fn unchecked(&self) -> Vec<String> {
+        let mut unchecked = Vec::new();
+        if let Some(Hardware { simulation: Made::NotRun { reason }, .. }) = self.hardware() {
+            unchecked.push(format!("rtl against bit_true: {reason}"));
+        }
+        for picture in &self.pictures {
+            for of in &picture.conditions {
+                let (name, condition) = (&picture.name, of.condition.name);
+                let rms =
+                    of.comparison.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
+                let scales = &of.comparison.scales;
+                let mut without = Vec::new();
+                if scales.iter().any(|scale| scale.signal_class.is_none()) {
+                    without.push("SQNR and flipped bits");
+                }
+                if scales.iter().any(|scale| scale.features_class.is_none()) {
+                    without.push("feature positions");
+                }
+                if !without.is_empty() {
+                    unchecked.push(format!(
+                        "{} of {name}, {condition}: the contrast, {rms:.0} LSB rms, is below every class",
+                        without.join(", ")
+                    ));
+                }
+            }
+        }
+        let missing = self.pictures.iter().filter(|picture| picture.conditions.len() < CONDITIONS.len());
+        unchecked.extend(missing.map(|picture| format!("{}: too small for an interior", picture.name)));
+        unchecked
+    }
+
     /// Flipped bits of one kind over all pictures under a condition, percent of the bits.
     pub fn flips_percent(&self, condition: &str, kind: BitKind) -> f64 {
         self.flips.iter().find(|(name, _)| *name == condition).map_or(f64::NAN, |(_, flips)| flips.percent(kind))

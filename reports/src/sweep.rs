@@ -1,27 +1,32 @@
 //! Word-length sweeps: error and resources against the bits of the state, the coefficients or the DoG.
 //!
-//! One format is varied at a time; the others keep the design point.
+//! One format is varied at a time; the others keep the design point. The same measurements, checked against the bounds,
+//! are the alternatives to each word; look-ahead and pixel are among these.
 
-use hoverlock_fixed_point::analysis::acceptance::Comparison;
-use hoverlock_fixed_point::analysis::bounds::Bounds;
-use hoverlock_fixed_point::analysis::errors::{BitKind, Flips};
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
+
+use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference, check_coefficients};
+use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
+use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::{DesignPoint, SMOOTHERS};
 use hoverlock_fixed_point::model::format::Format;
 use hoverlock_reference::image::conditions::{CONDITIONS, Condition};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::explore::{Checked, with_dog_bits};
 use crate::study::Subject;
 
-/// Fraction bits of the state in the sweep.
-const STATE: [i8; 5] = [0, 1, 2, 3, 4];
-/// Fraction bits of the coefficients in the sweep.
+/// Fraction bits of the coefficients in the sweep, beside those of the design.
 const COEFFICIENT: [i8; 6] = [8, 10, 12, 14, 16, 18];
-/// Bits of the DoG magnitude in the sweep.
+/// Bits of the DoG magnitude in the sweep, beside those of the design.
 const DOG: [u32; 7] = [10, 11, 12, 13, 14, 15, 16];
+/// Bits of the pixel among the alternatives, as far as the camera has them.
+const PIXEL: [i8; 4] = [8, 10, 12, 14];
 
 /// The sweep of one format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -34,20 +39,20 @@ pub struct Sweep {
     pub points: Vec<SweepPoint>,
 }
 
-/// One word length under one condition, over all pictures.
+/// One word length under one condition: the worst picture of each measure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepPoint {
     /// Word length, bits.
     pub bits: f64,
     /// The condition.
     pub condition: &'static str,
-    /// Root mean square of the DoG error, LSB of the design point.
+    /// Root mean square of the DoG error, LSB of `kt27`, on the worst picture and scale.
     pub dog_rms_lsb: f64,
-    /// MaxLBP bits flipped, percent.
+    /// MaxLBP bits flipped, percent, on the worst picture.
     pub maxlbp_flips_percent: f64,
-    /// Sign bits flipped, percent.
+    /// Sign bits flipped, percent, on the worst picture.
     pub sign_flips_percent: f64,
-    /// Features not at the same pixel, percent.
+    /// Features not at the same pixel, percent, on the worst picture and scale.
     pub moved_percent: f64,
     /// Resources by the memory model.
     #[serde(flatten)]
@@ -65,11 +70,11 @@ pub struct Cost {
     pub chosen: bool,
     /// True on the Pareto front: no other word length is better in error or resources and no worse in the rest.
     pub front: bool,
-    /// Root mean square of the DoG error, LSB of the design point.
+    /// Root mean square of the DoG error, LSB of `kt27`, on the worst picture and scale.
     pub dog_rms_lsb: f64,
-    /// MaxLBP bits flipped, percent.
+    /// MaxLBP bits flipped, percent, on the worst picture.
     pub maxlbp_flips_percent: f64,
-    /// Features not at the same pixel, percent.
+    /// Features not at the same pixel, percent, on the worst picture and scale.
     pub moved_percent: f64,
     /// Resources by the memory model.
     #[serde(flatten)]
@@ -115,114 +120,210 @@ pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
     costs
 }
 
-/// The format that is varied, its bits at the design point, and the design of each word length.
-type Variants = (&'static str, f64, Vec<(f64, DesignPoint)>);
-
-/// The word lengths with valid coefficients, and the levels of each.
-type LevelsBySetting = Vec<(f64, Levels)>;
-
-/// Number of word lengths of all sweeps.
-pub(crate) const fn points() -> usize {
-    STATE.len() + COEFFICIENT.len() + DOG.len()
+/// Another choice for one word, with every other word as in the design.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Alternative {
+    /// The word: `state`, `coefficients`, `DoG`, `look-ahead` or `pixel`.
+    pub word: &'static str,
+    /// Its value, as in a design file.
+    pub value: String,
+    /// It is the design's own.
+    pub chosen: bool,
+    /// It passes every check on every picture under every condition. Displacement and `rtl` are not checked.
+    pub pass: bool,
+    /// The first check that fails, in the order of the report.
+    pub failure: Option<Checked>,
+    /// The check that is closest to its limit, or furthest beyond it.
+    pub worst: Option<Checked>,
+    /// Part of the allowance that it leaves, percent; negative where it fails.
+    pub margin: Option<f64>,
+    /// Resources by the memory model.
+    #[serde(flatten)]
+    pub resources: Resources,
 }
 
-/// Sums over pictures.
-#[derive(Debug, Clone, Default)]
-struct Sum {
-    squares: f64,
-    planes: f64,
-    flips: Flips,
-    same: usize,
-    features: usize,
+/// A value of a word: its bits for the plots, and the design with it.
+struct Variant {
+    word: &'static str,
+    bits: f64,
+    value: String,
+    chosen: bool,
+    design: DesignPoint,
+    /// `None` where the word has too few bits for valid coefficients.
+    levels: Option<Levels>,
+    /// The checks that need no picture.
+    checks: Vec<Check>,
 }
 
+impl Variant {
+    fn new(word: &'static str, bits: f64, value: String, design: DesignPoint, base: &DesignPoint) -> Self {
+        let levels = Levels::new(&design).ok();
+        let checks = levels.as_ref().map(|levels| check_coefficients(levels, Bounds::acceptance())).unwrap_or_default();
+        Self { word, bits, value, chosen: design == *base, design, levels, checks }
+    }
+
+    /// It is measured on pictures. A look-ahead is not where a check that needs no picture fails: its `streaming` would
+    /// have to be computed anew.
+    fn is_measured(&self) -> bool {
+        self.levels.is_some() && (self.word != LOOK_AHEAD || self.checks.iter().all(|check| check.pass))
+    }
+
+    /// It is drawn as a sweep.
+    fn is_swept(&self) -> bool {
+        self.levels.is_some() && ![LOOK_AHEAD, PIXELS].contains(&self.word)
+    }
+}
+
+const LOOK_AHEAD: &str = "look-ahead";
+const PIXELS: &str = "pixel";
+
+/// The values of every word. The design's own is among them, in each word once.
+fn variants(design: &DesignPoint) -> Vec<Variant> {
+    let integer = design.pixel.integer_bits();
+    let mut variants = Vec::new();
+    let mut add = |word, bits, value: String, changed: DesignPoint| {
+        variants.push(Variant::new(word, bits, value, changed, design));
+    };
+    let own = design.state.fraction_bits();
+    for fraction in (own - 2).max(0)..=own + 2 {
+        let state = Format::unsigned(integer, fraction);
+        add("state", f64::from(state.bits()), state.to_string(), DesignPoint { state, ..design.clone() });
+    }
+    let coefficients: BTreeSet<i8> = COEFFICIENT.into_iter().chain([design.coefficient.fraction_bits()]).collect();
+    for fraction in coefficients {
+        let coefficient = Format::unsigned(0, fraction);
+        let changed = DesignPoint { coefficient, ..design.clone() };
+        add("coefficients", f64::from(fraction), coefficient.to_string(), changed);
+    }
+    for bits in DOG.into_iter().chain([design.dog_bits]).collect::<BTreeSet<u32>>() {
+        add("DoG", f64::from(bits), bits.to_string(), with_dog_bits(design, bits));
+    }
+    let look_ahead = |m: [u32; SMOOTHERS]| (format!("{m:?}"), DesignPoint { look_ahead: m, ..design.clone() });
+    for smoother in 0..SMOOTHERS {
+        let mut m = design.look_ahead;
+        m[smoother] -= 1;
+        if m[smoother] > 0 {
+            let (value, changed) = look_ahead(m);
+            add(LOOK_AHEAD, 0.0, value, changed);
+        }
+    }
+    let (value, changed) = look_ahead(design.look_ahead);
+    add(LOOK_AHEAD, 0.0, value, changed);
+    for bits in PIXEL.into_iter().filter(|bits| *bits < integer).chain([integer]) {
+        let pixel = Format::unsigned(bits, 0);
+        // The state keeps its LSB in DN, so that the pixel alone changes.
+        let state = Format::unsigned(bits, own + integer - bits);
+        add(PIXELS, f64::from(bits), pixel.to_string(), DesignPoint { pixel, state, ..design.clone() });
+    }
+    variants
+}
+
+/// Number of word lengths that are measured for each picture.
+pub(crate) fn points(design: &DesignPoint) -> usize {
+    variants(design).iter().filter(|variant| variant.is_measured()).count()
+}
+
+/// The worst picture and scale of each measure, as the checks take them.
+#[derive(Debug, Clone, Copy, Default)]
+struct Worst {
+    dog_rms_lsb: f64,
+    maxlbp_flips_percent: f64,
+    sign_flips_percent: f64,
+    moved_percent: f64,
+}
+
+/// The sweeps, and the alternatives to each word.
 pub(crate) fn run(
     design: &DesignPoint,
     subjects: &[Subject],
     bounds: &Bounds,
     step: &(dyn Fn(&str) + Sync),
-) -> Result<Vec<Sweep>, CoefficientError> {
-    let integer = design.pixel.integer_bits();
-    let state = |bits: &i8| DesignPoint { state: Format::unsigned(integer, *bits), ..design.clone() };
-    let coefficient = |bits: &i8| DesignPoint { coefficient: Format::unsigned(0, *bits), ..design.clone() };
-    let dog = |bits: &u32| DesignPoint { dog_bits: *bits, ..design.clone() };
-    let variants: [Variants; 3] = [
-        (
-            "state",
-            f64::from(design.state.bits()),
-            STATE.iter().map(|bits| (f64::from(integer + *bits), state(bits))).collect(),
-        ),
-        (
-            "coefficients",
-            f64::from(design.coefficient.bits()),
-            COEFFICIENT.iter().map(|bits| (f64::from(*bits), coefficient(bits))).collect(),
-        ),
-        ("DoG", f64::from(design.dog_bits), DOG.iter().map(|bits| (f64::from(*bits), dog(bits))).collect()),
-    ];
-    // With few bits some filters have no valid coefficients. Such a word length is left out.
-    let existing = |(bits, design): &(f64, DesignPoint)| Some((*bits, Levels::new(design).ok()?));
-    let all_levels: Vec<LevelsBySetting> =
-        variants.iter().map(|(_, _, points)| points.iter().filter_map(existing).collect()).collect();
+) -> Result<(Vec<Sweep>, Vec<Alternative>), CoefficientError> {
+    let variants = variants(design);
     let exact = Levels::new(design)?;
     // `streaming` is computed once for all word lengths, so pictures and conditions are the outer loop.
     let jobs: Vec<(&Subject, Condition)> =
         subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
-    let measured: Vec<(Condition, Vec<Vec<Option<Comparison>>>)> = jobs
+    let measured: Vec<(Condition, String, Vec<Option<Comparison>>)> = jobs
         .par_iter()
         .map(|(subject, condition)| {
             let frame = condition.apply(&subject.frame, bounds.seeds.of(condition));
-            let reference = exact.planes(Level::Streaming, &frame);
-            let compare = |levels: &Levels| {
-                let test = levels.planes(Level::BitTrue, &frame);
+            let reference = Reference::of(&exact.planes(Level::Streaming, &frame), bounds);
+            let compare = |variant: &Variant| {
+                let levels = variant.levels.as_ref().filter(|_| variant.is_measured())?;
                 if *condition == CONDITIONS[0] {
                     step(&format!("{}, word lengths", subject.name));
                 }
-                Comparison::between(&reference, &test, bounds).map(|(comparison, _)| comparison)
+                let test = levels.planes(Level::BitTrue, &frame);
+                // A word length leaves `streaming` as it is, and a camera of fewer bits is compared with this one.
+                // Another look-ahead is another filter, which the check of sigma_eff judges.
+                if variant.word == LOOK_AHEAD && !variant.chosen {
+                    return Reference::of(&levels.planes(Level::Streaming, &frame), bounds).compare(&test, bounds);
+                }
+                reference.compare(&test, bounds)
             };
-            (
-                *condition,
-                all_levels
-                    .iter()
-                    .map(|all_levels| all_levels.iter().map(|(_, levels)| compare(levels)).collect())
-                    .collect(),
-            )
+            let place = format!("{}, {}", subject.name, condition.name);
+            (*condition, place, variants.iter().map(compare).collect())
         })
         .collect();
-    let sweeps = variants.iter().zip(&all_levels).enumerate().map(|(v, ((parameter, chosen, _), all_levels))| {
-        let points = all_levels.iter().enumerate().flat_map(|(p, (bits, levels))| {
-            let (measured, resources) = (&measured, resources(levels.design()));
-            CONDITIONS.into_iter().map(move |condition| {
-                let of_condition = measured.iter().filter(|(of, _)| *of == condition);
-                let mut sum = Sum::default();
-                of_condition.filter_map(|(_, all)| all[v][p].as_ref()).for_each(|comparison| sum.add(comparison));
-                sum.point(*bits, condition.name, resources)
+    let mut sweeps: Vec<Sweep> = Vec::new();
+    for (index, variant) in variants.iter().enumerate().filter(|(_, variant)| variant.is_swept()) {
+        if sweeps.last().is_none_or(|sweep| sweep.parameter != variant.word) {
+            let own = variants.iter().find(|own| own.word == variant.word && own.chosen);
+            let chosen = own.map_or(f64::NAN, |own| own.bits);
+            sweeps.push(Sweep { parameter: variant.word, chosen, points: Vec::new() });
+        }
+        let points: Vec<SweepPoint> = CONDITIONS
+            .into_iter()
+            .map(|condition| {
+                let mut worst = Worst::default();
+                let of_condition = measured.iter().filter(|(of, ..)| *of == condition);
+                of_condition.filter_map(|(.., all)| all[index].as_ref()).for_each(|comparison| worst.see(comparison));
+                worst.point(variant.bits, condition.name, resources(&variant.design))
             })
-        });
-        Sweep { parameter, chosen: *chosen, points: points.collect() }
+            .collect();
+        if let Some(sweep) = sweeps.last_mut() {
+            sweep.points.extend(points);
+        }
+    }
+    let alternatives = variants.iter().enumerate().map(|(index, variant)| {
+        let mut checks: Vec<Checked> = variant.checks.iter().map(|check| Checked::of(check, None)).collect();
+        for (_, place, all) in &measured {
+            let compared = all[index].as_ref().map(|comparison| comparison.check(bounds)).unwrap_or_default();
+            checks.extend(compared.iter().map(|check| Checked::of(check, Some(place))));
+        }
+        if variant.levels.is_none() {
+            let reason = "a coefficient rounds to 0 or to 1".to_owned();
+            checks.push(Checked::impossible("valid coefficients", reason));
+        }
+        let worst =
+            checks.iter().max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(Ordering::Equal));
+        Alternative {
+            word: variant.word,
+            value: variant.value.clone(),
+            chosen: variant.chosen,
+            pass: checks.iter().all(|check| check.pass),
+            failure: checks.iter().find(|check| !check.pass).cloned(),
+            margin: worst.map(|worst| 100.0 * (1.0 - worst.used)),
+            worst: worst.cloned(),
+            resources: resources(&variant.design),
+        }
     });
-    Ok(sweeps.collect())
+    Ok((sweeps, alternatives.collect()))
 }
 
-impl Sum {
-    fn add(&mut self, comparison: &Comparison) {
+impl Worst {
+    fn see(&mut self, comparison: &Comparison) {
         for scale in &comparison.scales {
-            self.squares += scale.interior.rms.powi(2);
-            self.planes += 1.0;
-            self.same += scale.kept.same;
-            self.features += scale.kept.reference.max(scale.kept.test);
+            self.dog_rms_lsb = self.dog_rms_lsb.max(scale.interior.rms);
+            self.moved_percent = self.moved_percent.max(100.0 - scale.kept.same_pixel_percent);
         }
-        self.flips.add(&comparison.flips);
+        self.maxlbp_flips_percent = self.maxlbp_flips_percent.max(comparison.flips.percent(BitKind::Maxlbp));
+        self.sign_flips_percent = self.sign_flips_percent.max(comparison.flips.percent(BitKind::Sign));
     }
 
     fn point(&self, bits: f64, condition: &'static str, resources: Resources) -> SweepPoint {
-        SweepPoint {
-            bits,
-            condition,
-            dog_rms_lsb: (self.squares / self.planes).sqrt(),
-            maxlbp_flips_percent: self.flips.percent(BitKind::Maxlbp),
-            sign_flips_percent: self.flips.percent(BitKind::Sign),
-            moved_percent: 100.0 * (1.0 - self.same as f64 / self.features.max(1) as f64),
-            resources,
-        }
+        let Self { dog_rms_lsb, maxlbp_flips_percent, sign_flips_percent, moved_percent } = *self;
+        SweepPoint { bits, condition, dog_rms_lsb, maxlbp_flips_percent, sign_flips_percent, moved_percent, resources }
     }
 }

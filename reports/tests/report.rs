@@ -89,16 +89,18 @@ fn the_page_needs_no_network_and_has_no_unset_value_or_open_tag() {
     for attribute in ["src=\"", "href=\"", "url("] {
         for (at, _) in html.match_indices(attribute) {
             let target = &html[at + attribute.len()..(at + attribute.len() + 5).min(html.len())];
-            assert!(target == "data:" || target.starts_with("#s"), "{attribute}{target}");
+            let own = [output::NUMBERS, output::TABLE, output::TESTS].iter().any(|name| name.starts_with(target));
+            assert!(target == "data:" || target.starts_with("#s") || own, "{attribute}{target}");
         }
     }
     assert!(
         !html.contains("http://")
             && !html.contains("https://")
             && !html.contains("@import")
-            && !html.contains("<script")
+            && html.matches("<script").count() == 1
+            && html.contains("<script>//")
     );
-    let body = &html[html.find("</style>").unwrap()..];
+    let body = &html[html.find("</style>").unwrap()..html.find("<script>").unwrap()];
     for text in body.split('<').filter_map(|piece| piece.split_once('>')).map(|(_, text)| text) {
         for word in text.split(|c: char| !c.is_alphanumeric()) {
             assert!(!["undefined", "NaN", "nan", "none", "None", "inf"].contains(&word), "{text}");
@@ -185,7 +187,8 @@ fn rtl_mismatches_are_checked_only_where_the_simulation_ran() {
     let skipped: Vec<_> =
         cases().filter(|case| matches!(case.status, TestCaseStatus::Skipped { .. })).map(|case| &case.name).collect();
     assert_eq!(skipped, [MISMATCHES]);
-    assert!(page::html(&FULL).unwrap().contains("rtl not run: no simulation was requested"));
+    assert_eq!(FULL.unchecked(), ["rtl against bit_true: no simulation was requested"]);
+    assert!(page::html(&FULL).unwrap().contains("<li>rtl against bit_true: no simulation was requested</li>"));
     // No mismatch: one more check, and it passes.
     let equal = simulated(0, true);
     let checked = row(&equal).unwrap().check;
@@ -222,6 +225,47 @@ fn the_pareto_front_has_no_dominated_word_length() {
 }
 
 #[test]
+fn every_word_has_its_alternatives_and_the_design_passes_in_each() {
+    for word in ["state", "coefficients", "DoG", "look-ahead", "pixel"] {
+        let of: Vec<_> = FULL.alternatives.iter().filter(|alternative| alternative.word == word).collect();
+        let own: Vec<_> = of.iter().filter(|alternative| alternative.chosen).collect();
+        assert!(own.len() == 1 && own[0].pass && own[0].failure.is_none(), "{word}: {own:?}");
+        // A word far too short fails, names its check, and costs no more.
+        let fails = of.iter().find(|alternative| !alternative.pass).unwrap();
+        assert!(fails.failure.is_some() && fails.margin.unwrap() < 0.0, "{fails:?}");
+        assert!(fails.resources.m10k <= own[0].resources.m10k, "{fails:?}");
+    }
+    // The closest check of the design is that of the report, displacement apart.
+    let checks = FULL.bounds.iter().filter(|row| !row.check.name.starts_with("displacement"));
+    let used = checks.map(|row| row.check.used).fold(0.0, f64::max);
+    let own = FULL.alternatives.iter().find(|alternative| alternative.chosen).unwrap();
+    assert!((own.margin.unwrap() - 100.0 * (1.0 - used)).abs() < 1e-9);
+}
+
+#[test]
+fn a_number_has_one_value_on_the_page() {
+    let row = |name: &str| {
+        let rows = FULL.bounds.iter().filter(|row| row.check.name == name);
+        rows.map(|row| row.check.measured).fold(0.0, f64::max)
+    };
+    let chosen = FULL.costs.iter().find(|cost| cost.chosen).unwrap();
+    assert_eq!(chosen.dog_rms_lsb, row("DoG error, rms"));
+    assert_eq!(chosen.maxlbp_flips_percent, row("MaxLBP bits flipped"));
+    let html = page::html(&FULL).unwrap();
+    let tile = |value: f64| format!("<div class=\"tile\"><b>{value:.3}</b>");
+    assert!(html.contains(&tile(row("DoG error, rms"))), "{}", tile(row("DoG error, rms")));
+}
+
+#[test]
+fn the_table_of_checks_has_a_row_for_each() {
+    let csv = output::csv(&FULL);
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!(lines.len(), 1 + FULL.bounds.len());
+    assert!(lines[1..].iter().all(|line| line.contains(",true,")), "{csv}");
+    assert!(lines.iter().any(|line| line.starts_with("blobs & <co>,fog,\"DoG error, rms\",")), "{csv}");
+}
+
+#[test]
 fn the_smallest_picture_gives_equal_reports_twice_and_fails_for_too_few_features() {
     let once = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
     let again = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
@@ -238,7 +282,7 @@ fn all_files_are_written_or_none() {
     output::write(&FULL, &out).unwrap();
     let mut names: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    assert_eq!(names, [output::PAGE, output::TESTS, output::NUMBERS]);
+    assert_eq!(names, [output::TABLE, output::PAGE, output::TESTS, output::NUMBERS]);
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
     assert!(matches!(output::prepare(&file.join("under")), Err(output::OutputError::Write { .. })));

@@ -62,51 +62,68 @@ pub fn layers(planes: &LevelPlanes) -> [Layer<f64>; SCALES] {
     })
 }
 
-/// `T_k` of both scales for the planes of `streaming`, DN.
-pub fn thresholds(reference: &[Layer<f64>; SCALES], bounds: &Bounds) -> [f64; SCALES] {
-    let lsb = dog_lsb();
-    let all = extractor::features(reference, [lsb; SCALES], 1.0);
-    [0, 1].map(|scale| threshold_of_rank(&all, scale, bounds.features.rank, lsb))
+/// `streaming` on one frame: what every level and every design is compared with.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    layers: [Layer<f64>; SCALES],
+    responses: [Plane<f64>; SCALES],
+    thresholds: [f64; SCALES],
+    features: Vec<Feature>,
 }
 
-/// The features of both levels above the common `T_k`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FeaturePair {
-    /// Of `streaming`.
-    pub reference: Vec<Feature>,
-    /// Of the level under test.
-    pub test: Vec<Feature>,
+impl Reference {
+    /// The common thresholds and the features of the planes of `streaming`.
+    pub fn of(planes: &LevelPlanes, bounds: &Bounds) -> Self {
+        let lsb = dog_lsb();
+        let layers = layers(planes);
+        let all = extractor::features(&layers, [lsb; SCALES], 1.0);
+        let thresholds = [0, 1].map(|scale| threshold_of_rank(&all, scale, bounds.features.rank, lsb));
+        let features = extractor::features(&layers, thresholds.map(|t| t - lsb / 2.0), 1.0);
+        Self { layers, responses: [0, 1].map(|k| response(planes, k)), thresholds, features }
+    }
+
+    /// `T_k` of both scales, DN.
+    pub fn thresholds(&self) -> [f64; SCALES] {
+        self.thresholds
+    }
+
+    /// The features above `T_k`.
+    pub fn features(&self) -> &[Feature] {
+        &self.features
+    }
+
+    /// Compares the planes of another level; `None` where the frame is too small to have an interior.
+    pub fn compare(&self, test: &LevelPlanes, bounds: &Bounds) -> Option<Comparison> {
+        let lsb = dog_lsb();
+        let after = layers(test);
+        let test_features = extractor::features(&after, self.thresholds, 1.0);
+        let flips = Flips::between(&self.layers, &after, &self.features, lsb);
+        let scale = |k: usize| {
+            let (wanted, measured) = (&self.responses[k], &response(test, k));
+            let interior = ErrorStatistics::between(wanted, measured, lsb, bounds.interior)?;
+            Some(ScaleComparison {
+                signal_class: bounds.class.signal.class(interior.reference_rms),
+                features_class: bounds.class.features.class(interior.reference_rms),
+                threshold_lsb: self.thresholds[k] / lsb,
+                interior,
+                whole_frame: ErrorStatistics::between(wanted, measured, lsb, Region::WHOLE)?,
+                kept: Kept::between(&self.features, &test_features, k as u8),
+            })
+        };
+        Some(Comparison { scales: [scale(0)?, scale(1)?], flips })
+    }
+}
+
+/// The features of another level above the thresholds of a reference.
+pub fn features_above(planes: &LevelPlanes, thresholds: [f64; SCALES]) -> Vec<Feature> {
+    extractor::features(&layers(planes), thresholds, 1.0)
 }
 
 impl Comparison {
     /// Compares `bit_true` with `streaming` on a frame; `None` where the frame is too small to have an interior.
     pub fn of_frame(levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Self> {
         let (reference, test) = (levels.planes(Level::Streaming, frame), levels.planes(Level::BitTrue, frame));
-        Self::between(&reference, &test, bounds).map(|(comparison, _)| comparison)
-    }
-
-    /// Compares planes that were computed before. Also returns the features that were compared.
-    pub fn between(reference: &LevelPlanes, test: &LevelPlanes, bounds: &Bounds) -> Option<(Self, FeaturePair)> {
-        let lsb = dog_lsb();
-        let (before, after) = (layers(reference), layers(test));
-        let thresholds = thresholds(&before, bounds);
-        let reference_features = extractor::features(&before, thresholds.map(|t| t - lsb / 2.0), 1.0);
-        let test_features = extractor::features(&after, thresholds, 1.0);
-        let flips = Flips::between(&before, &after, &reference_features, lsb);
-        let scale = |k: usize| {
-            let (wanted, measured) = (response(reference, k), response(test, k));
-            let interior = ErrorStatistics::between(&wanted, &measured, lsb, bounds.interior)?;
-            Some(ScaleComparison {
-                signal_class: bounds.class.signal.class(interior.reference_rms),
-                features_class: bounds.class.features.class(interior.reference_rms),
-                threshold_lsb: thresholds[k] / lsb,
-                interior,
-                whole_frame: ErrorStatistics::between(&wanted, &measured, lsb, Region::WHOLE)?,
-                kept: Kept::between(&reference_features, &test_features, k as u8),
-            })
-        };
-        let scales = [scale(0)?, scale(1)?];
-        Some((Self { scales, flips }, FeaturePair { reference: reference_features, test: test_features }))
+        Reference::of(&reference, bounds).compare(&test, bounds)
     }
 
     /// The check of every bound that applies, for the worse scale.

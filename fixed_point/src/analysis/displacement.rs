@@ -20,9 +20,10 @@ use hoverlock_reference::motion::estimate::Estimator;
 use hoverlock_reference::motion::model::{Model, transfer};
 use hoverlock_reference::motion::ransac::Ransac;
 
-use crate::analysis::acceptance::{Comparison, FeaturePair};
+use crate::analysis::acceptance::{Reference, features_above};
 use crate::analysis::bounds::{Bounds, Check, Sense};
 use crate::analysis::levels::{Level, Levels};
+use crate::model::design::SCALES;
 
 /// One known motion and the estimates of the two levels.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -50,46 +51,87 @@ pub struct Found {
     pub inliers: usize,
 }
 
-/// Estimates `motions` seeded motions of `picture` under `condition`.
-pub fn displacements(
-    levels: &Levels,
-    picture: &Plane<u16>,
-    condition: &Condition,
-    bounds: &Bounds,
-    motions: usize,
-) -> Vec<Displacement> {
-    let features = |frame: &Plane<u16>| -> Option<FeaturePair> {
-        let [reference, test] = [Level::Streaming, Level::BitTrue].map(|level| levels.planes(level, frame));
-        Comparison::between(&reference, &test, bounds).map(|(_, pair)| pair)
-    };
-    let Some(before) = features(&condition.apply(picture, bounds.seeds.of(condition))) else { return Vec::new() };
-    let mut random = ChaCha8Rng::seed_from_u64(bounds.seeds.motion);
-    let known: Vec<Matrix3<f64>> = (0..motions).map(|_| similarity(&mut random, picture)).collect();
-    let centre = Vector2::new((picture.width() - 1) as f64 / 2.0, (picture.height() - 1) as f64 / 2.0);
-    let centre_motion = |h: &Matrix3<f64>| transfer(h, centre).map(|position| position - centre);
-    let measure = |(motion, h): (usize, &Matrix3<f64>)| {
-        let known = centre_motion(h)?;
-        let after = features(&condition.apply(&warp(picture, h)?, bounds.seeds.motion + 1 + motion as u64))?;
-        let estimator =
-            Estimator { ransac: Ransac { model: Model::Similarity, ..Ransac::default() }, ..Estimator::default() };
-        let found = |before: &[Feature], after: &[Feature]| {
-            let estimate = estimator.estimate(before, after).ok()?;
-            let displacement = centre_motion(&estimate.homography)?;
-            Some(Found {
-                displacement: displacement.into(),
-                error_px: (displacement - known).norm(),
-                matches: estimate.matches.len(),
-                inliers: estimate.inliers.len(),
-            })
+/// A picture before and after known motions, with the features and estimates of `streaming`. They are the same for
+/// every design that differs in word lengths alone.
+#[derive(Debug, Clone)]
+pub struct Motions {
+    before: View,
+    moved: Vec<Moved>,
+    centre: Vector2<f64>,
+}
+
+/// A frame, and the thresholds and features of `streaming` on it.
+#[derive(Debug, Clone)]
+struct View {
+    frame: Plane<u16>,
+    thresholds: [f64; SCALES],
+    features: Vec<Feature>,
+}
+
+/// The picture after one known motion.
+#[derive(Debug, Clone)]
+struct Moved {
+    known: Vector2<f64>,
+    view: View,
+    reference: Option<Found>,
+}
+
+impl View {
+    fn new(levels: &Levels, frame: Plane<u16>, bounds: &Bounds) -> Self {
+        let reference = Reference::of(&levels.planes(Level::Streaming, &frame), bounds);
+        Self { frame, thresholds: reference.thresholds(), features: reference.features().to_vec() }
+    }
+
+    fn bit_true(&self, levels: &Levels) -> Vec<Feature> {
+        features_above(&levels.planes(Level::BitTrue, &self.frame), self.thresholds)
+    }
+}
+
+impl Motions {
+    /// Makes `motions` seeded motions of `picture` under `condition`, and estimates them from `streaming`.
+    pub fn new(levels: &Levels, picture: &Plane<u16>, condition: &Condition, bounds: &Bounds, motions: usize) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(bounds.seeds.motion);
+        let motions: Vec<Matrix3<f64>> = (0..motions).map(|_| similarity(&mut random, picture)).collect();
+        let centre = Vector2::new((picture.width() - 1) as f64 / 2.0, (picture.height() - 1) as f64 / 2.0);
+        let before = View::new(levels, condition.apply(picture, bounds.seeds.of(condition)), bounds);
+        let moved = |(motion, h): (usize, &Matrix3<f64>)| {
+            let known = transfer(h, centre)? - centre;
+            let frame = condition.apply(&warp(picture, h)?, bounds.seeds.motion + 1 + motion as u64);
+            let view = View::new(levels, frame, bounds);
+            let reference = found(&before.features, &view.features, centre, known);
+            Some(Moved { known, view, reference })
         };
-        let [reference, test] = [found(&before.reference, &after.reference), found(&before.test, &after.test)];
-        let difference_px = match (&reference, &test) {
-            (Some(a), Some(b)) => (Vector2::from(a.displacement) - Vector2::from(b.displacement)).norm(),
-            _ => f64::INFINITY,
+        let moved = motions.par_iter().enumerate().filter_map(moved).collect();
+        Self { before, moved, centre }
+    }
+
+    /// Estimates the motions from `bit_true` of a design with the same `streaming`.
+    pub fn displacements(&self, levels: &Levels) -> Vec<Displacement> {
+        let before = self.before.bit_true(levels);
+        let measure = |Moved { known, view, reference }: &Moved| {
+            let test = found(&before, &view.bit_true(levels), self.centre, *known);
+            let difference_px = match (reference, &test) {
+                (Some(a), Some(b)) => (Vector2::from(a.displacement) - Vector2::from(b.displacement)).norm(),
+                _ => f64::INFINITY,
+            };
+            Displacement { known: (*known).into(), reference: reference.clone(), test, difference_px }
         };
-        Some(Displacement { known: known.into(), reference, test, difference_px })
-    };
-    known.par_iter().enumerate().filter_map(measure).collect()
+        self.moved.par_iter().map(measure).collect()
+    }
+}
+
+/// The motion of `centre` estimated from two lists of features.
+fn found(before: &[Feature], after: &[Feature], centre: Vector2<f64>, known: Vector2<f64>) -> Option<Found> {
+    let estimator =
+        Estimator { ransac: Ransac { model: Model::Similarity, ..Ransac::default() }, ..Estimator::default() };
+    let estimate = estimator.estimate(before, after).ok()?;
+    let displacement = transfer(&estimate.homography, centre)? - centre;
+    Some(Found {
+        displacement: displacement.into(),
+        error_px: (displacement - known).norm(),
+        matches: estimate.matches.len(),
+        inliers: estimate.inliers.len(),
+    })
 }
 
 /// A similarity about the centre of the picture.

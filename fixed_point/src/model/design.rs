@@ -98,7 +98,7 @@ impl Default for DesignPoint {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// The text is not TOML.
-    #[error("the configuration is not TOML: {0}")]
+    #[error("the design is not TOML: {0}")]
     Syntax(String),
     /// Unknown key.
     #[error("unknown key `{key}`; the keys are {}", DesignPoint::KEYS.join(", "))]
@@ -293,6 +293,30 @@ impl DesignPoint {
         i32::from(self.state_dn().fraction_bits()) + i32::from(DOG_RANGE_BITS) - self.dog_bits as i32
     }
 
+    /// This design point as a design file: `heading` as comments, one line each, then every key with its meaning.
+    pub fn to_file(&self, heading: &[String]) -> String {
+        let mut text: String = heading.iter().map(|line| format!("# {line}\n")).collect();
+        text += "# DN: one step of a 16-bit sample; full scale is 2^16 DN. A camera of P bits has steps of 2^(16 - P) DN.\n";
+        for (line, comment) in self.to_toml().lines().zip(Self::COMMENTS) {
+            text += &format!("\n# {comment}\n{line}\n");
+        }
+        text
+    }
+
+    /// The meaning of each of [`DesignPoint::KEYS`].
+    const COMMENTS: [&str; 10] = [
+        "Columns of the largest frame, px. The line memories hold the next power of two.",
+        "Rows of the camera's frame, px. Pictures are cut to it; the hardware takes 64 to 2048 rows.",
+        "Camera sample: u8.0 to u16.0, in steps of the camera.",
+        "Filter state and line memories, in steps of the camera: the integer bits of the pixel, and fraction bits.",
+        "Filter coefficients g and g_j.",
+        "sigma of the three smoothers, px, rising.",
+        "Look-ahead m of each smoother, stages: m stages reach 2^m - 1 px.",
+        "Bits of a response, its sign apart, over a quarter of full scale: one LSB is 2^(14 - dog_bits) DN.",
+        "Features of one scale pair in a frame that the automatic threshold aims at.",
+        "Threshold before the first frame, LSB of the response.",
+    ];
+
     /// This design point as TOML with all keys.
     pub fn to_toml(&self) -> String {
         let values: [Value; Self::KEYS.len()] = [
@@ -409,6 +433,9 @@ mod tests {
             design = design.with_override(text).unwrap();
         }
         assert_eq!(DesignPoint::from_toml(&design.to_toml()).unwrap(), design);
+        let file = design.to_file(&["What it is for.".into()]);
+        assert!(file.starts_with("# What it is for.\n"));
+        assert_eq!(DesignPoint::from_file(&file).unwrap(), design);
         assert_eq!((design.dog_bits, design.sigmas), (12, [1.0, 2.5, 6.0]));
         // Twelve bits over the same quarter of full scale: one LSB is 4 DN, 64 LSB of a state with four fraction bits.
         assert_eq!((design.dog().lsb(), design.dog_shift()), (4.0, 6));

@@ -234,6 +234,11 @@ impl SimdBitTrue {
         &self.planes
     }
 
+    /// The planes without the model.
+    pub fn into_planes(self) -> Planes {
+        self.planes
+    }
+
     /// The features of the last frame.
     pub fn features(&self) -> &[FeatureRecord] {
         &self.features

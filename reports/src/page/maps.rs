@@ -8,7 +8,7 @@ use crate::study::{PictureStudy, Study};
 #[derive(Debug, Serialize)]
 pub(super) struct FigureView<'a> {
     name: &'a str,
-    maps: Vec<(usize, bool, &'a str)>,
+    maps: Vec<(usize, bool, f64, f64, &'a str)>,
     condition: &'static str,
     features: &'a str,
     counts: [[usize; 4]; 2],
@@ -23,7 +23,11 @@ impl<'a> FigureView<'a> {
         let figures = &picture.figures;
         Self {
             name: &picture.name,
-            maps: figures.maps.iter().map(|map| (map.scale, map.approximation, map.address.as_str())).collect(),
+            maps: figures
+                .maps
+                .iter()
+                .map(|map| (map.scale, map.approximation, map.full, map.most, map.address.as_str()))
+                .collect(),
             condition: figures.features.condition,
             features: &figures.features.svg,
             counts: figures.features.counts,

@@ -34,6 +34,7 @@ use numbers::{grouped, significant};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html");
 pub(crate) const STYLE: &str = include_str!("../../templates/style.css");
+pub(crate) const SCRIPT: &str = include_str!("../../templates/script.js");
 
 /// Why the page could not be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -55,15 +56,14 @@ const CONDITION_COLOURS: [Rgb; 3] = [BLUE, VIOLET, ORANGE];
 /// A plot or the template fails. Either is a defect of this program, not of the input.
 pub fn html(study: &Study) -> Result<String, PageError> {
     let mut environment = Environment::new();
-    environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
-    environment.add_filter("sig", |value: f64, digits: usize| significant(value, digits));
-    environment.add_filter("plain", |value: f64| typeset(value.to_string()));
-    environment.add_filter("count", |value: u64| grouped(value));
+    filters(&mut environment);
     environment.add_template("report.html", TEMPLATE)?;
     let groups = bounds::groups(&study.bounds);
     let closest = groups.iter().max_by(|a, b| a.worst.check.used.total_cmp(&b.worst.check.used));
     let page = environment.get_template("report.html")?.render(context! {
         style => STYLE,
+        script => SCRIPT,
+        unchecked => study.unchecked(),
         conditions => value(CONDITIONS),
         interior => value(Bounds::acceptance().interior),
         study => value(study),
@@ -94,6 +94,14 @@ pub fn html(study: &Study) -> Result<String, PageError> {
         gap => stability::largest_gap(&study.repeatability),
     })?;
     Ok(page)
+}
+
+/// The filters of the templates: numbers as they are printed.
+pub(crate) fn filters(environment: &mut Environment) {
+    environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
+    environment.add_filter("sig", |value: f64, digits: usize| significant(value, digits));
+    environment.add_filter("plain", |value: f64| typeset(value.to_string()));
+    environment.add_filter("count", |value: u64| grouped(value));
 }
 
 fn value(view: impl Serialize) -> Value {

@@ -2,7 +2,6 @@
 
 use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::Level;
-use hoverlock_reference::image::conditions::CONDITIONS;
 use serde::Serialize;
 
 use super::numbers::{grouped, significant};
@@ -28,7 +27,8 @@ pub(super) fn tiles(study: &Study) -> Vec<Tile> {
         let rows = study.bounds.iter().filter(|row| row.check.name == name);
         rows.map(|row| row.check.measured).fold(f64::NAN, f64::max)
     };
-    let flips = CONDITIONS.map(|c| study.flips_percent(c.name, BitKind::Maxlbp)).into_iter().fold(f64::NAN, f64::max);
+    let studies = study.pictures.iter().flat_map(|picture| &picture.conditions);
+    let flips = studies.map(|of| of.comparison.flips.percent(BitKind::Maxlbp)).fold(f64::NAN, f64::max);
     let hardware = match study.hardware().and_then(Hardware::totals) {
         Some(totals) => Tile {
             value: grouped(totals.mismatches),
@@ -39,22 +39,22 @@ pub(super) fn tiles(study: &Study) -> Vec<Tile> {
     };
     vec![
         Tile {
-            value: significant(rms(Level::BitTrue), 2),
+            value: significant(rms(Level::BitTrue), 3),
             unit: "LSB rms",
-            what: "quantisation error of the DoG: bit_true against streaming",
+            what: "quantisation error of the DoG, bit_true against streaming: the worst picture, condition and scale",
         },
         Tile {
-            value: significant(rms(Level::Streaming), 2),
+            value: significant(rms(Level::Streaming), 3),
             unit: "LSB rms",
-            what: "approximation error of the DoG: streaming against ideal",
+            what: "approximation error of the DoG, streaming against ideal: the worst picture, condition and scale",
         },
         Tile {
-            value: significant(flips, 2),
+            value: significant(flips, 3),
             unit: "%",
-            what: "MaxLBP descriptor bits flipped by quantisation, worst condition",
+            what: "MaxLBP descriptor bits flipped by quantisation: the worst picture and condition",
         },
         Tile {
-            value: significant(worst("displacement, largest difference"), 2),
+            value: significant(worst("displacement, largest difference"), 3),
             unit: "px",
             what: "largest change of a measured displacement by quantisation",
         },

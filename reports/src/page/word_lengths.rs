@@ -38,10 +38,7 @@ pub(super) fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
                     .collect(),
             });
             let mut rules = vec![Rule::Choice(sweep.chosen, format!("design point: {}", sweep.chosen))];
-            if row == 0 {
-                let limit = Bounds::acceptance().dog.rms_lsb;
-                rules.push(Rule::Limit(limit, format!("≤ {limit}")));
-            }
+            rules.extend(limits(row));
             let chart = Chart {
                 title: format!("{}: {label}", sweep.parameter),
                 size: (380, 260),
@@ -54,6 +51,23 @@ pub(super) fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
         }
     }
     Ok(plots)
+}
+
+/// The limits of a measure: DoG error, bit flips, features moved. Where the contrast class decides, the strictest and
+/// the loosest one.
+fn limits(measure: usize) -> Vec<Rule> {
+    let bounds = Bounds::acceptance();
+    let columns = [&bounds.nominal, &bounds.combined, &bounds.fog];
+    let limits: Vec<f64> = match measure {
+        0 => vec![bounds.dog.rms_lsb],
+        1 => columns.map(|column| column.maxlbp_flips_percent).to_vec(),
+        _ => columns.map(|column| 100.0 - column.same_pixel_percent).to_vec(),
+    };
+    let (least, most) = (limits.iter().copied().fold(f64::MAX, f64::min), limits.iter().copied().fold(0.0, f64::max));
+    if least == most {
+        return vec![Rule::Limit(least, format!("≤ {least}"))];
+    }
+    vec![Rule::Limit(least, String::new()), Rule::Limit(most, format!("≤ {least} to {most}, by contrast"))]
 }
 
 /// Error and bit flips against M10K blocks, and error against multipliers. One dot for each word length; the line is
@@ -80,7 +94,7 @@ pub(super) fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
         ),
     ];
     let mut plots = Vec::new();
-    for (title, label, error, low, high, price) in charts {
+    for (measure, (title, label, error, low, high, price)) in [0, 1, 0].into_iter().zip(charts) {
         let points = |keep: &dyn Fn(&Cost) -> bool| {
             let kept = study.costs.iter().filter(|cost| keep(cost));
             let mut points: Vec<(f64, f64)> = kept.map(|cost| (price(cost), error(cost))).collect();
@@ -117,8 +131,8 @@ pub(super) fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
             let ticks = kinds.iter().map(|kind| (*kind, kind.to_string())).collect();
             Axis::ticked(label, least - room, most + room, ticks)
         };
-        let chart =
-            Chart { title: title.into(), size: (380, 280), x, y: Axis::log("", low, high), series, rules: Vec::new() };
+        let (y, rules) = (Axis::log("", low, high), limits(measure));
+        let chart = Chart { title: title.into(), size: (380, 280), x, y, series, rules };
         plots.push(chart.svg()?);
     }
     Ok(plots)

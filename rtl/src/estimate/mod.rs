@@ -193,6 +193,17 @@ const DEVICES: [(&str, &str, u64, u64, u64); 5] = [
     ("5AGXB7", "believed: as 5AGTD7, Intel 683440", 190_240, 2414, 1156),
 ];
 
+/// Name of the smallest device, and its ALM, M10K and DSP blocks that a design may use.
+pub fn smallest_device() -> (&'static str, [u64; 3]) {
+    let (name, _, alm, m10k, dsp) = DEVICES[0];
+    (name, limits(alm, m10k, dsp))
+}
+
+/// The most of each that leaves a third free, and no more DSP blocks than [`DSP_LIMIT`].
+fn limits(alm: u64, m10k: u64, dsp: u64) -> [u64; 3] {
+    [2 * alm / 3, 2 * m10k / 3, (2 * dsp / 3).min(DSP_LIMIT)]
+}
+
 /// From a netlist and the memories of its Verilog to resources.
 ///
 /// # Errors
@@ -241,7 +252,7 @@ fn derive(yosys: String, flat: &Flat, memories: Vec<Memory>) -> Result<Estimate,
         .iter()
         .map(|&(name, source, alms, blocks, dsps)| {
             let (used, has) = ([alm, m10k, dsp], [alms, blocks, dsps]);
-            let limits = [2 * alms / 3, 2 * blocks / 3, (2 * dsps / 3).min(DSP_LIMIT)];
+            let limits = limits(alms, blocks, dsps);
             Device {
                 name: name.into(),
                 source,

@@ -1,0 +1,231 @@
+//! `hoverlock explore`: the cheapest design that passes every check of the report on given pictures.
+//!
+//! A result is appended to a file as soon as it is there, under a hash of all that it depends on. The next search with
+//! the same folder takes it from there.
+
+use std::cell::Cell;
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, UNIX_EPOCH};
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use hoverlock_fixed_point::analysis::levels::Levels;
+use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_reports::explore::{self, Exploration, Known, Objective, Outcome, Progress, Task, output};
+use hoverlock_reports::output::PAGE;
+use hoverlock_reports::provenance::COMMIT;
+use hoverlock_rtl::design::buildable;
+use hoverlock_rtl::estimate::smallest_device;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::Verdict;
+use crate::design::Chosen;
+use crate::output::{Batch, Folder, command, print, quoted, say, shown, verdict, write_file};
+use crate::picture::{Limit, listed};
+use crate::report::subjects;
+
+/// Find the cheapest design that passes every check of the report.
+///
+/// Changes state, coefficients, DoG and look-ahead of a design together; frame, pixel and sigmas stay. Writes index.html
+/// with the Pareto front of error against memory, explore.json, points.csv, and the best design as best.toml, which
+/// --design of the other verbs takes. A stopped search goes on where it was. Status 0 only where a design passes every
+/// check on every picture.
+///
+/// Example: hoverlock explore aerial.png --budget 300
+#[derive(clap::Args)]
+pub struct Args {
+    /// Pictures of the ground, or folders of them; - reads one from standard input. As for the report
+    #[arg(value_name = "IMAGE", required = true)]
+    images: Vec<PathBuf>,
+    /// What the best design has least of
+    #[arg(long, value_enum, default_value = "m10k")]
+    objective: Choice,
+    /// Stop after this time, seconds; what was measured stays for the next search
+    #[arg(long, value_name = "S", default_value = "600", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    budget: u64,
+    /// The folder to write into
+    #[arg(long, value_name = "DIR", default_value = "out/explore")]
+    out: PathBuf,
+    #[command(flatten)]
+    chosen: Chosen,
+    #[command(flatten)]
+    limit: Limit,
+    /// One JSON object on stdout, the same as explore.json: pass decided best base pareto[] points[] of name design
+    /// m10k alm dsp fits status pass margin
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Choice {
+    /// Block memories
+    M10k,
+    /// Adaptive logic modules, by a fit to Yosys estimates
+    Alm,
+    /// DSP blocks
+    Dsp,
+    /// The DoG error, among the designs that fit the smallest device
+    Error,
+}
+
+impl Choice {
+    fn objective(self) -> Objective {
+        match self {
+            Self::M10k => Objective::M10k,
+            Self::Alm => Objective::Alm,
+            Self::Dsp => Objective::Dsp,
+            Self::Error => Objective::Error,
+        }
+    }
+}
+
+/// The results of earlier searches, one JSON object a line.
+const RESULTS: &str = "results.jsonl";
+/// Time between two lines of progress where there is no terminal.
+const QUIET: Duration = Duration::from_secs(30);
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    let design = args.chosen.design()?;
+    Levels::new(&design)?;
+    buildable(&design)?;
+    let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
+    let folder = Folder::new(&args.out)?;
+    let results = args.out.join(RESULTS);
+    let known = read(&results)?;
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos} of {len} designs  {elapsed}  {msg}") {
+        bar.set_style(style);
+    }
+    let started = Instant::now();
+    let said = Cell::new(started);
+    let tell = |progress: &Progress| {
+        let best = progress.best.as_ref().map(|(name, m10k)| format!("best {name}, {m10k} M10K; ")).unwrap_or_default();
+        bar.set_length(progress.designs as u64);
+        bar.set_position(progress.settled as u64);
+        bar.set_message(format!("{best}{}", progress.what));
+        // Without a terminal a line now and then, for whoever reads a log.
+        if bar.is_hidden() && said.get().elapsed() >= QUIET {
+            said.set(Instant::now());
+            say(&format!("{} of {} designs settled; {best}{}", progress.settled, progress.designs, progress.what));
+        }
+    };
+    let mut keep = |key: &str, outcome: &Outcome| append(&results, key, outcome);
+    let unbuildable = |design: &DesignPoint| buildable(design).err().map(|error| error.to_string());
+    let task = Task {
+        base: &design,
+        subjects: &subjects,
+        objective: args.objective.objective(),
+        deadline: started + Duration::from_secs(args.budget),
+        device: smallest_device(),
+        unbuildable: &unbuildable,
+        build: &build(),
+    };
+    let found = explore::run::<anyhow::Error>(&task, &known, &mut keep, &tell)?;
+    bar.finish_and_clear();
+    let command = command();
+    let json = output::json(&found, &command).context("the search cannot be written as JSON")?;
+    write(&args.out, &found, &command, &json)?;
+    drop(folder);
+    if found.restored > 0 {
+        say(&format!("{} of {} results are from {}", found.restored, found.restored + found.measured, shown(&results)));
+    }
+    if args.json {
+        print(&json)?;
+    } else {
+        print(&summary(&found, &args.out, started.elapsed()))?;
+    }
+    Ok(found.pass.into())
+}
+
+/// Names the program whose results may be taken over: its sources, and for sources that were changed the file itself.
+fn build() -> String {
+    if !COMMIT.ends_with("-dirty") {
+        return COMMIT.to_owned();
+    }
+    let changed = std::env::current_exe().and_then(fs::metadata).and_then(|file| file.modified());
+    let changed = changed.ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok()).unwrap_or_default();
+    format!("{COMMIT} {}", changed.as_nanos())
+}
+
+/// All files, or none. A best design of an earlier search goes where there is none now.
+fn write(out: &Path, found: &Exploration, command: &str, json: &str) -> Result<()> {
+    let mut batch = Batch::default();
+    batch.add(&out.join(PAGE), output::html(found, command)?.as_bytes())?;
+    batch.add(&out.join(output::NUMBERS), json.as_bytes())?;
+    batch.add(&out.join(output::TABLE), output::csv(found).as_bytes())?;
+    let best = out.join(output::BEST);
+    match output::best(found, command) {
+        Some(text) => batch.add(&best, text.as_bytes())?,
+        None => match fs::remove_file(&best) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(error).with_context(|| format!("{}: cannot be removed", best.display()));
+            }
+            _ => {}
+        },
+    }
+    batch.keep()
+}
+
+/// The results of a file whose last line may have been cut off.
+fn read(path: &Path) -> Result<Known> {
+    let text = match fs::read_to_string(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Known::new()),
+        text => text.with_context(|| format!("{}: cannot be read", path.display()))?,
+    };
+    let whole = text.rfind('\n').map_or(0, |end| end + 1);
+    if whole < text.len() {
+        write_file(path, &text.as_bytes()[..whole])?;
+    }
+    let line = |(number, line): (usize, &str)| {
+        serde_json::from_str::<(String, Outcome)>(line).with_context(|| {
+            format!("{}: line {} is no result of this command; move the file away", path.display(), number + 1)
+        })
+    };
+    text[..whole].lines().enumerate().map(line).collect()
+}
+
+fn append(path: &Path, key: &str, outcome: &Outcome) -> Result<()> {
+    let line = serde_json::to_string(&(key, outcome)).context("a result")? + "\n";
+    let mut file = OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(path)
+        .with_context(|| format!("{}: cannot be written", path.display()))?;
+    file.write_all(line.as_bytes()).with_context(|| format!("{}: cannot be written; free some space", path.display()))
+}
+
+fn summary(found: &Exploration, out: &Path, time: Duration) -> String {
+    let told = match (found.best(), found.base()) {
+        (Some(best), Some(base)) => {
+            let worst = best.worst.as_ref().map(|worst| format!("{} ({})", worst.check, worst.place));
+            format!(
+                "{}: {} M10K, {} DSP blocks, about {} ALM; the base has {}, {} and {}\n  {:.0} % of the allowance left: {}\n",
+                verdict(true, &best.name),
+                best.resources.m10k,
+                best.resources.dsp,
+                best.resources.alm,
+                base.resources.m10k,
+                base.resources.dsp,
+                base.resources.alm,
+                best.margin.unwrap_or_default(),
+                worst.unwrap_or_default(),
+            )
+        }
+        _ => verdict(false, "no design passes every check") + "\n",
+    };
+    let open =
+        if found.decided { "" } else { "the time was up before the search was decided; the same command goes on\n" };
+    let next = match found.best() {
+        Some(_) => format!("next: hoverlock sim --design {} PICTURE..\n", quoted(&out.join(output::BEST))),
+        None => String::new(),
+    };
+    format!(
+        "{told}{open}{} results in {:.0} s, {} designs\n{}\n{next}",
+        found.measured + found.restored,
+        time.as_secs_f64(),
+        found.points.len(),
+        shown(&out.join(PAGE))
+    )
+}

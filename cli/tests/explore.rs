@@ -1,0 +1,111 @@
+//! `hoverlock explore` as a user runs it: the best design, its file, a second run, and bad input.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use hoverlock_fixed_point::model::design::DesignPoint;
+use image::{GrayImage, ImageBuffer, Luma};
+use serde_json::Value;
+
+fn explore(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hoverlock")).arg("explore").args(arguments).output().expect("the command runs")
+}
+
+fn saved(folder: &Path, name: &str, picture: &GrayImage) -> String {
+    let path = folder.join(name);
+    picture.save(&path).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// Blocks of three sizes: features everywhere.
+fn blobs(width: u32, height: u32) -> GrayImage {
+    let hash = |x: u32, y: u32| {
+        let mixed = u64::from(x).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(y).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
+        ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 56) as u32
+    };
+    ImageBuffer::from_fn(width, height, |x, y| {
+        Luma([((hash(x / 5, y / 5) + hash(x / 11, y / 11 + 1000) + hash(x / 23, y / 23 + 2000)) / 3) as u8])
+    })
+}
+
+#[test]
+fn the_best_design_is_a_design_file_and_a_second_run_measures_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = saved(folder.path(), "blobs.png", &blobs(440, 400));
+    let out = folder.path().join("out");
+    let run = |more: &[&str]| {
+        let output = explore(&[&[&picture, "--out", out.to_str().unwrap(), "--json"], more].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        (serde_json::from_slice::<Value>(&output.stdout).unwrap(), said)
+    };
+    let (first, _) = run(&[]);
+    assert_eq!((&first["pass"], &first["decided"], &first["complete"]), (&true.into(), &true.into(), &true.into()));
+    let best = DesignPoint::from_file(&fs::read_to_string(out.join("best.toml")).unwrap()).unwrap();
+    assert_eq!(serde_json::to_value(&best).unwrap(), first["best"]["design"]);
+    // No design that passes costs less, and the front rises in memory and falls in error.
+    let points = first["points"].as_array().unwrap();
+    let m10k = |point: &Value| point["m10k"].as_u64().unwrap();
+    assert!(points.iter().filter(|point| point["pass"] == true).all(|point| m10k(point) >= m10k(&first["best"])));
+    let front = first["pareto"].as_array().unwrap();
+    let error = |point: &Value| point["dog_rms_lsb"].as_f64().unwrap();
+    assert!(front.windows(2).all(|two| m10k(&two[0]) <= m10k(&two[1]) && error(&two[0]) >= error(&two[1])));
+    assert_eq!(fs::read_to_string(out.join("points.csv")).unwrap().lines().count(), 1 + points.len());
+    assert!(fs::read_to_string(out.join("index.html")).unwrap().contains(">FOUND<"));
+    // A search that was cut off in its last line takes over all others; another objective needs the same results.
+    let results = fs::read_to_string(out.join("results.jsonl")).unwrap();
+    fs::write(out.join("results.jsonl"), &results[..results.len() - 9]).unwrap();
+    let (again, said) = run(&["--objective", "m10k"]);
+    assert_eq!(again["measured"], 1, "{said}");
+    // A number that was read from JSON may differ in its last bit; what is concluded may not.
+    let concluded = |search: &Value| -> Vec<Value> {
+        let points = search["points"].as_array().unwrap();
+        points
+            .iter()
+            .map(|p| serde_json::json!([p["name"], p["status"], p["because"], p["front"], p["frames"]]))
+            .collect()
+    };
+    assert!(concluded(&again) == concluded(&first));
+    let (other, _) = run(&["--objective", "error"]);
+    assert!(error(&other["best"]) <= error(&first["best"]));
+}
+
+#[test]
+fn no_design_passes_on_a_picture_without_features() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = ImageBuffer::from_fn(90, 80, |x, y| Luma([(x * x / 7 + y * y / 5 + x * y / 3) as u8]));
+    let picture = saved(folder.path(), "plain.png", &plain);
+    let out = folder.path().join("out");
+    let output = explore(&[&picture, "--out", out.to_str().unwrap(), "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["best"].is_null() && json["pass"] == false && !out.join("best.toml").exists());
+    assert!(json["points"].as_array().unwrap().iter().all(|point| point["pass"] == false));
+}
+
+#[test]
+fn bad_input_is_one_line_and_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let good = saved(folder.path(), "good.png", &blobs(90, 80));
+    let broken = folder.path().join("broken");
+    fs::create_dir(&broken).unwrap();
+    fs::write(broken.join("results.jsonl"), "[1, 2]\n").unwrap();
+    let cases: [(&[&str], &str); 5] = [
+        (&["none.png", "--out", out], "none.png"),
+        (&[&good, "--out", out, "--budget", "0"], "budget"),
+        (&[&good, "--out", out, "--objective", "speed"], "m10k"),
+        (&[&good, "--out", out, "--config", "state=u16.3"], "cannot be built"),
+        (&[&good, "--out", broken.to_str().unwrap()], "line 1 is no result"),
+    ];
+    for (arguments, reason) in cases {
+        let output = explore(arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        assert!(said.contains(reason), "{arguments:?}: {said}");
+        assert!(output.stdout.is_empty() && !Path::new(out).exists());
+    }
+}

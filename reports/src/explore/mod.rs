@@ -1,0 +1,567 @@
+//! The cheapest design that passes every check of the report, found over all words together.
+//!
+//! Each of three words can be short on its own while all three together fail, so the search is over combinations. It
+//! measures no more than it must:
+//!
+//! - a design stops at its first check that fails, and the parts that use most of the base's allowance come first;
+//! - a design with no word longer than one that fails is not measured (*skipped*). Rounding errors only grow with
+//!   shorter words, but the noise of a count of features could still let the shorter one pass: this is an assumption,
+//!   and the page names the design that each skipped one rests on. The best design is measured in full;
+//! - designs are measured in the order of their cost, after one word at a time has been shortened, which is what makes
+//!   most of the rest fail unmeasured.
+//!
+//! What a design takes of the device is the memory model's ([`hoverlock_fixed_point::analysis::resources`]), which
+//! needs no synthesis.
+
+mod measure;
+pub mod output;
+mod page;
+mod space;
+
+use std::collections::{BTreeSet, HashMap};
+use std::time::Instant;
+
+use hoverlock_fixed_point::analysis::levels::Levels;
+use hoverlock_fixed_point::analysis::resources::Resources;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::design::{DesignPoint, SMOOTHERS};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use self::measure::{Bench, Part};
+pub use self::measure::{Checked, Outcome};
+pub use self::space::{Candidate, Unbuildable, changes, with_dog_bits};
+use crate::study::Subject;
+
+/// What the best design has least of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Objective {
+    /// Block memories.
+    M10k,
+    /// Adaptive logic modules.
+    Alm,
+    /// DSP blocks.
+    Dsp,
+    /// The DoG error, among the designs that fit the device.
+    Error,
+}
+
+/// A search to be made.
+pub struct Task<'a> {
+    /// The design whose words are changed.
+    pub base: &'a DesignPoint,
+    /// The pictures.
+    pub subjects: &'a [Subject],
+    /// What counts.
+    pub objective: Objective,
+    /// When to stop.
+    pub deadline: Instant,
+    /// Name of the device, and its ALM, M10K and DSP blocks that a design may use.
+    pub device: (&'a str, [u64; 3]),
+    /// Says why a design cannot be built.
+    pub unbuildable: Unbuildable<'a>,
+    /// Names the program that measures.
+    pub build: &'a str,
+}
+
+/// What is known of a design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// It passes every check.
+    Passes,
+    /// It fails one.
+    Fails,
+    /// A design with no shorter word fails.
+    Skipped,
+    /// The time was up.
+    Open,
+}
+
+/// A design after the search.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Point {
+    /// What differs from the base design, as `--config` takes it; `base` for the base.
+    pub name: String,
+    /// The design.
+    pub design: DesignPoint,
+    /// What it takes.
+    #[serde(flatten)]
+    pub resources: Resources,
+    /// It fits the device.
+    pub fits: bool,
+    /// What is known of it.
+    pub status: Status,
+    /// It passes every check.
+    pub pass: bool,
+    /// Part of the allowance that the closest check leaves, percent; negative where it fails. Missing where nothing was
+    /// measured.
+    pub margin: Option<f64>,
+    /// The check that is closest to its limit, or furthest beyond it.
+    pub worst: Option<Checked>,
+    /// The first check that fails.
+    pub failure: Option<Checked>,
+    /// The design that it is skipped for.
+    pub because: Option<String>,
+    /// Root mean square of the DoG error, LSB of the design point `kt27`, the worst of the frames measured.
+    pub dog_rms_lsb: Option<f64>,
+    /// Frames measured, of all pictures and conditions.
+    pub frames: usize,
+    /// No design that was measured has less memory and an error that is not larger, or as much and a smaller one.
+    pub front: bool,
+}
+
+/// The result of a search.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Exploration {
+    /// A design passes every check.
+    pub pass: bool,
+    /// Every design that could be better than the best has been measured or skipped.
+    pub decided: bool,
+    /// Every design has.
+    pub complete: bool,
+    /// What counted.
+    pub objective: Objective,
+    /// Name of the device.
+    pub device: String,
+    /// Frames of all pictures and conditions.
+    pub frames: usize,
+    /// Parts measured now and taken from an earlier search.
+    pub measured: usize,
+    /// Parts taken from an earlier search.
+    pub restored: usize,
+    /// Index of the best design in `points`. The file of numbers has the design itself under this name.
+    #[serde(skip)]
+    pub best: Option<usize>,
+    /// Names of the pictures, and SHA-256 of what was measured of them.
+    pub pictures: Vec<(String, String)>,
+    /// The base first.
+    pub points: Vec<Point>,
+}
+
+impl Exploration {
+    /// The best design.
+    pub fn best(&self) -> Option<&Point> {
+        self.points.get(self.best?)
+    }
+
+    /// The design that was changed.
+    pub fn base(&self) -> Option<&Point> {
+        self.points.first()
+    }
+}
+
+/// Results by name; those of earlier searches go in, new ones come out.
+pub type Known = HashMap<String, Outcome>;
+
+/// Searches. `keep` is called with every new result, `tell` with what is being done.
+///
+/// # Errors
+/// The base design has no valid coefficients, or `keep` fails.
+pub fn run<E: From<CoefficientError>>(
+    task: &Task,
+    known: &Known,
+    keep: &mut dyn FnMut(&str, &Outcome) -> Result<(), E>,
+    tell: &dyn Fn(&Progress),
+) -> Result<Exploration, E> {
+    Levels::new(task.base)?;
+    let candidates = space::candidates(task.base, task.unbuildable);
+    let bench = Bench::new(task.subjects, task.build);
+    let parts = bench.parts();
+    let outcomes = vec![vec![None; parts.len()]; candidates.len()];
+    let mut search = Search { task, candidates, bench, parts, outcomes, known, keep, tell, measured: 0, restored: 0 };
+    search.go()?;
+    Ok(search.result())
+}
+
+/// How far a search is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// Designs that are measured or skipped.
+    pub settled: usize,
+    /// All of them.
+    pub designs: usize,
+    /// What is measured.
+    pub what: String,
+    /// Name and memory of the cheapest design that passes, so far.
+    pub best: Option<(String, u64)>,
+}
+
+struct Search<'a, E> {
+    task: &'a Task<'a>,
+    candidates: Vec<Candidate>,
+    bench: Bench<'a>,
+    parts: Vec<Part>,
+    /// For each candidate and part.
+    outcomes: Vec<Vec<Option<Outcome>>>,
+    known: &'a Known,
+    keep: &'a mut dyn FnMut(&str, &Outcome) -> Result<(), E>,
+    tell: &'a dyn Fn(&Progress),
+    measured: usize,
+    restored: usize,
+}
+
+/// Designs measured side by side.
+const BATCH: usize = 4;
+
+impl<E> Search<'_, E> {
+    fn go(&mut self) -> Result<(), E> {
+        // The base in full: its tightest parts come first from then on.
+        self.measure(&[0], true)?;
+        let used = |part: usize| self.outcomes[0][part].as_ref().map_or(0.0, |outcome| outcome.worst.used);
+        let motion = |part: usize| matches!(self.parts[part], Part::Motion(_));
+        let mut order: Vec<usize> = (0..self.parts.len()).collect();
+        order.sort_by(|&a, &b| motion(a).cmp(&motion(b)).then(used(b).total_cmp(&used(a))));
+        self.parts = order.iter().map(|&part| self.parts[part]).collect();
+        for outcomes in &mut self.outcomes {
+            *outcomes = order.iter().map(|&part| outcomes[part].take()).collect();
+        }
+        // One word at a time, the others at their longest.
+        let probes = self.probes();
+        for batch in probes.chunks(BATCH) {
+            self.measure_open(batch)?;
+        }
+        let mut order: Vec<usize> = (0..self.candidates.len()).collect();
+        order.sort_by_key(|&index| self.cost(index));
+        let mut rest = order.into_iter();
+        loop {
+            let mut batch = Vec::new();
+            while batch.len() < BATCH {
+                match rest.next() {
+                    Some(index) if self.status(index).0 == Status::Open => batch.push(index),
+                    Some(_) => {}
+                    None => break,
+                }
+            }
+            if batch.is_empty() || self.late() {
+                break;
+            }
+            self.measure_open(&batch)?;
+        }
+        self.complete_front()
+    }
+
+    fn late(&self) -> bool {
+        Instant::now() >= self.task.deadline
+    }
+
+    /// What is compared between designs that pass: the objective first.
+    fn cost(&self, index: usize) -> [u64; 4] {
+        let Resources { m10k, alm, dsp, mul18 } = self.candidates[index].resources;
+        match self.task.objective {
+            Objective::M10k | Objective::Error => [m10k, alm, dsp, mul18],
+            Objective::Alm => [alm, m10k, dsp, mul18],
+            Objective::Dsp => [dsp, m10k, alm, mul18],
+        }
+    }
+
+    /// For each look-ahead and word: the designs in which it alone is shorter than possible.
+    fn probes(&self) -> Vec<usize> {
+        let words = |index: usize| {
+            let design = &self.candidates[index].design;
+            [design.state.bits(), design.coefficient.bits(), design.dog_bits]
+        };
+        let look_aheads: BTreeSet<[u32; SMOOTHERS]> =
+            self.candidates.iter().map(|candidate| candidate.design.look_ahead).collect();
+        let mut probes = Vec::new();
+        for look_ahead in look_aheads {
+            let of: Vec<usize> =
+                (0..self.candidates.len()).filter(|&i| self.candidates[i].design.look_ahead == look_ahead).collect();
+            let longest = [0, 1, 2].map(|word| of.iter().map(|&i| words(i)[word]).max().unwrap_or(0));
+            for word in 0..3 {
+                let alone = |&&i: &&usize| (0..3).all(|other| other == word || words(i)[other] == longest[other]);
+                let mut alone: Vec<usize> = of.iter().filter(alone).copied().collect();
+                // The longest first: where it fails, all of them do.
+                alone.sort_by_key(|&i| std::cmp::Reverse(words(i)[word]));
+                probes.extend(alone);
+            }
+        }
+        probes
+    }
+
+    /// Status of a design, and the design that it is skipped for.
+    fn status(&self, index: usize) -> (Status, Option<usize>) {
+        if self.failure(index).is_some() {
+            return (Status::Fails, None);
+        }
+        if self.outcomes[index].iter().all(Option::is_some) {
+            return (Status::Passes, None);
+        }
+        let candidate = &self.candidates[index];
+        let finer = (0..self.candidates.len()).find(|&other| {
+            other != index && candidate.is_coarser(&self.candidates[other]) && self.failure(other).is_some()
+        });
+        match finer {
+            Some(finer) => (Status::Skipped, Some(finer)),
+            None => (Status::Open, None),
+        }
+    }
+
+    /// The first check that a design fails.
+    fn failure(&self, index: usize) -> Option<&Checked> {
+        let measured = || self.outcomes[index].iter().flatten().find_map(|outcome| outcome.failure.as_ref());
+        self.candidates[index].failure.as_ref().or_else(measured)
+    }
+
+    /// Measures those of a batch that are still open.
+    fn measure_open(&mut self, batch: &[usize]) -> Result<(), E> {
+        let open: Vec<usize> = batch.iter().copied().filter(|&index| self.status(index).0 == Status::Open).collect();
+        self.measure(&open, false)
+    }
+
+    /// Measures designs part by part, each to its first failure, or on all parts if `whole`. It stops when time is up,
+    /// but a whole measurement does not.
+    fn measure(&mut self, batch: &[usize], whole: bool) -> Result<(), E> {
+        let all = (0..self.parts.len()).collect::<Vec<_>>();
+        self.measure_parts(batch, &all, whole)
+    }
+
+    fn measure_parts(&mut self, batch: &[usize], parts: &[usize], whole: bool) -> Result<(), E> {
+        for &slot in parts {
+            let part = self.parts[slot];
+            let wanted = |index: &&usize| {
+                self.outcomes[**index][slot].is_none()
+                    && self.candidates[**index].failure.is_none()
+                    && (whole || self.failure(**index).is_none())
+            };
+            let wanted: Vec<usize> = batch.iter().filter(wanted).copied().collect();
+            let mut left = Vec::new();
+            for index in wanted {
+                match self.known.get(&self.bench.key(&self.candidates[index].design, part)) {
+                    Some(outcome) => {
+                        self.outcomes[index][slot] = Some(outcome.clone());
+                        self.restored += 1;
+                    }
+                    None => left.push(index),
+                }
+            }
+            if left.is_empty() {
+                continue;
+            }
+            if !whole && self.late() {
+                return Ok(());
+            }
+            (self.tell)(&self.progress(&left, part));
+            // Designs of one look-ahead share a reference.
+            left.sort_by_key(|&index| self.candidates[index].design.look_ahead);
+            for same in
+                left.chunk_by(|&a, &b| self.candidates[a].design.look_ahead == self.candidates[b].design.look_ahead)
+            {
+                // A candidate without levels has a failure, so none is lost here.
+                let levels: Vec<(usize, Levels)> = same
+                    .iter()
+                    .filter_map(|&index| Some((index, Levels::new(&self.candidates[index].design).ok()?)))
+                    .collect();
+                let Some((_, first)) = levels.first() else { continue };
+                self.bench.prepare(first, part);
+                let bench = &self.bench;
+                let found: Vec<(usize, Outcome)> =
+                    levels.par_iter().map(|(index, levels)| (*index, bench.measure(levels, part))).collect();
+                for (index, outcome) in found {
+                    (self.keep)(&self.bench.key(&self.candidates[index].design, part), &outcome)?;
+                    self.outcomes[index][slot] = Some(outcome);
+                    self.measured += 1;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn progress(&self, batch: &[usize], part: Part) -> Progress {
+        let status: Vec<Status> = (0..self.candidates.len()).map(|index| self.status(index).0).collect();
+        let passing = (0..status.len()).filter(|&index| status[index] == Status::Passes);
+        let best = passing.min_by_key(|&index| self.cost(index)).map(|index| &self.candidates[index]);
+        let first = batch.first().map_or("", |&index| &self.candidates[index].name);
+        Progress {
+            settled: status.iter().filter(|status| **status != Status::Open).count(),
+            designs: status.len(),
+            what: format!("{first} on {}", self.bench.name(part)),
+            best: best.map(|best| (best.name.clone(), best.resources.m10k)),
+        }
+    }
+
+    /// Memory and error of a design; the error is that of the frames measured.
+    fn price(&self, index: usize) -> Option<(u64, f64)> {
+        let errors = self.outcomes[index].iter().flatten().filter_map(|outcome| outcome.dog_rms_lsb);
+        let error = errors.fold(None, |most: Option<f64>, error| Some(most.map_or(error, |most| most.max(error))))?;
+        Some((self.candidates[index].resources.m10k, error))
+    }
+
+    fn frames(&self) -> Vec<usize> {
+        (0..self.parts.len()).filter(|&slot| matches!(self.parts[slot], Part::Frame(..))).collect()
+    }
+
+    /// A design that stopped early has a small error for want of frames. Those on the front are measured on all of them
+    /// until none is left.
+    fn complete_front(&mut self) -> Result<(), E> {
+        let frames = self.frames();
+        while !self.late() {
+            let short: Vec<usize> = self
+                .front()
+                .into_iter()
+                .filter(|&index| frames.iter().any(|&slot| self.outcomes[index][slot].is_none()))
+                .take(BATCH)
+                .collect();
+            if short.is_empty() {
+                break;
+            }
+            self.measure_parts(&short, &frames, true)?;
+        }
+        Ok(())
+    }
+
+    /// The designs that no other beats in memory and error.
+    fn front(&self) -> Vec<usize> {
+        let prices: Vec<Option<(u64, f64)>> = (0..self.candidates.len()).map(|index| self.price(index)).collect();
+        front(&prices)
+    }
+
+    fn result(self) -> Exploration {
+        let front: BTreeSet<usize> = self.front().into_iter().collect();
+        let frames = self.frames();
+        let limits = self.task.device.1;
+        let point = |index: usize| {
+            let candidate = &self.candidates[index];
+            let (status, finer) = self.status(index);
+            let outcomes = || self.outcomes[index].iter().flatten();
+            let worst = outcomes().map(|outcome| &outcome.worst).max_by(|a, b| a.used.total_cmp(&b.used));
+            let worst = candidate.failure.as_ref().or(worst).cloned();
+            let Resources { m10k, alm, dsp, .. } = candidate.resources;
+            Point {
+                name: candidate.name.clone(),
+                design: candidate.design.clone(),
+                resources: candidate.resources,
+                fits: [alm, m10k, dsp].iter().zip(limits).all(|(used, limit)| *used <= limit),
+                pass: status == Status::Passes,
+                margin: worst.as_ref().map(|worst| 100.0 * (1.0 - worst.used)),
+                worst,
+                failure: self.failure(index).cloned(),
+                because: finer.map(|finer| self.candidates[finer].name.clone()),
+                dog_rms_lsb: self.price(index).map(|price| price.1),
+                frames: frames.iter().filter(|&&slot| self.outcomes[index][slot].is_some()).count(),
+                front: front.contains(&index),
+                status,
+            }
+        };
+        let points: Vec<Point> = (0..self.candidates.len()).map(point).collect();
+        let passing = || (0..points.len()).filter(|&index| points[index].pass);
+        let error = |index: usize| points[index].dog_rms_lsb.unwrap_or(f64::INFINITY);
+        let best = match self.task.objective {
+            Objective::Error => passing()
+                .filter(|&index| points[index].fits)
+                .min_by(|&a, &b| error(a).total_cmp(&error(b)).then(self.cost(a).cmp(&self.cost(b)))),
+            _ => passing().min_by_key(|&index| self.cost(index)),
+        };
+        let open = || (0..points.len()).filter(|&index| points[index].status == Status::Open);
+        let decided = match (self.task.objective, best) {
+            (Objective::Error, _) | (_, None) => open().next().is_none(),
+            (_, Some(best)) => open().all(|index| self.cost(index) > self.cost(best)),
+        };
+        let pictures = self.task.subjects.iter().zip(self.bench.hashes());
+        Exploration {
+            pass: best.is_some(),
+            decided,
+            complete: open().next().is_none(),
+            objective: self.task.objective,
+            device: self.task.device.0.into(),
+            frames: frames.len(),
+            measured: self.measured,
+            restored: self.restored,
+            best,
+            pictures: pictures.map(|(subject, hash)| (subject.name.clone(), hash.clone())).collect(),
+            points,
+        }
+    }
+}
+
+/// The indices of the points that no other beats: less of one and not more of the other.
+fn front(prices: &[Option<(u64, f64)>]) -> Vec<usize> {
+    let beats = |a: (u64, f64), b: (u64, f64)| (a.0 <= b.0 && a.1 < b.1) || (a.0 < b.0 && a.1 <= b.1);
+    (0..prices.len())
+        .filter(|&index| prices[index].is_some_and(|price| !prices.iter().flatten().any(|&other| beats(other, price))))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hoverlock_fixed_point::model::design::KT27;
+    use hoverlock_reference::image::plane::Plane;
+    use std::time::Duration;
+
+    #[test]
+    fn the_front_has_what_none_beats() {
+        let prices = [Some((437, 0.5)), Some((410, 0.9)), Some((420, 0.9)), None, Some((410, 0.9)), Some((380, 2.0))];
+        assert_eq!(front(&prices), [0, 1, 4, 5]);
+    }
+
+    /// Blocks of three sizes: features everywhere.
+    fn subject() -> Subject {
+        let hash = |x: usize, y: usize| {
+            let mixed = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
+            (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 48
+        };
+        let frame = Plane::from_fn(440, 400, |x, y| {
+            ((hash(x / 5, y / 5) + hash(x / 11, y / 11 + 1000) + hash(x / 23, y / 23 + 2000)) / 3) as u16
+        });
+        Subject { name: "blobs".into(), frame: frame.clone(), picture: frame }
+    }
+
+    fn searched(known: &Known, kept: &mut Known, budget: u64) -> Exploration {
+        let subjects = [subject()];
+        let unbuildable = |design: &DesignPoint| {
+            let odd = design.state.bits() > 18 || design.coefficient.bits() > 16 || design.coefficient.bits() < 14;
+            let odd = odd || !(13..=15).contains(&design.dog_bits) || design.dog_shift() < 0;
+            odd.then(String::new)
+        };
+        let task = Task {
+            base: &KT27,
+            subjects: &subjects,
+            objective: Objective::M10k,
+            deadline: Instant::now() + Duration::from_secs(budget),
+            device: ("any", [u64::MAX; 3]),
+            unbuildable: &unbuildable,
+            build: "test",
+        };
+        let mut keep = |key: &str, outcome: &Outcome| {
+            kept.insert(key.into(), outcome.clone());
+            Ok(())
+        };
+        run::<Box<dyn std::error::Error>>(&task, known, &mut keep, &|_| ()).unwrap()
+    }
+
+    #[test]
+    fn the_best_is_the_cheapest_that_passes_and_a_second_search_measures_nothing() {
+        let mut kept = Known::new();
+        let found = searched(&Known::new(), &mut kept, 3600);
+        assert!(found.pass && found.decided && found.complete && found.restored == 0);
+        let best = found.best().unwrap();
+        let (of_best, of_base) = (best.resources, found.points[0].resources);
+        assert!(best.pass && of_best.m10k <= of_base.m10k && of_best.alm < of_base.alm, "{best:?}");
+        assert!([Status::Fails, Status::Skipped].iter().all(|status| found.points.iter().any(|p| p.status == *status)));
+        for point in &found.points {
+            match point.status {
+                Status::Passes => assert!(best.resources.m10k <= point.resources.m10k && point.failure.is_none()),
+                Status::Fails => assert!(point.failure.is_some() && point.margin.unwrap() < 0.0),
+                // What it rests on fails, and is nowhere shorter.
+                Status::Skipped => {
+                    let finer = found.points.iter().find(|other| Some(&other.name) == point.because.as_ref()).unwrap();
+                    assert!(finer.failure.is_some() && finer.design.state.bits() >= point.design.state.bits());
+                    assert!(finer.design.dog_bits >= point.design.dog_bits);
+                }
+                Status::Open => panic!("{point:?}"),
+            }
+        }
+        let again = searched(&kept, &mut Known::new(), 3600);
+        assert_eq!((again.measured, again.restored), (0, found.measured));
+        assert_eq!(again.points, found.points);
+    }
+
+    #[test]
+    fn without_time_only_the_base_is_measured() {
+        let found = searched(&Known::new(), &mut Known::new(), 0);
+        assert!(!found.complete && !found.decided);
+        assert_eq!(found.best().unwrap().name, "base");
+    }
+}

@@ -1,0 +1,110 @@
+//! The files of a search: page, numbers, table, and the best design as a design file.
+
+use hoverlock_fixed_point::model::design::DesignPoint;
+use serde::Serialize;
+
+use super::{Exploration, Point, Status};
+use crate::provenance::COMMIT;
+
+pub use super::page::html;
+
+/// File name of the numbers.
+pub const NUMBERS: &str = "explore.json";
+/// File name of the table.
+pub const TABLE: &str = "points.csv";
+/// File name of the best design.
+pub const BEST: &str = "best.toml";
+
+/// What the JSON file has.
+#[derive(Serialize)]
+struct Numbers<'a> {
+    commit: &'static str,
+    command: &'a str,
+    best: Option<&'a Point>,
+    base: Option<&'a Point>,
+    pareto: Vec<&'a Point>,
+    #[serde(flatten)]
+    exploration: &'a Exploration,
+}
+
+/// The search as JSON; `best` and `base` are points, `pareto` those of the front, cheapest first.
+///
+/// # Errors
+/// The search cannot be written as JSON.
+pub fn json(exploration: &Exploration, command: &str) -> Result<String, serde_json::Error> {
+    let mut pareto: Vec<&Point> = exploration.points.iter().filter(|point| point.front).collect();
+    pareto.sort_by_key(|point| point.resources.m10k);
+    let (best, base) = (exploration.best(), exploration.base());
+    Ok(serde_json::to_string_pretty(&Numbers { commit: COMMIT, command, best, base, pareto, exploration })? + "\n")
+}
+
+/// All points as CSV, the base first.
+pub fn csv(exploration: &Exploration) -> String {
+    let mut text = String::from(
+        "name,pixel,state,coefficient,look_ahead,dog_bits,m10k,alm,dsp,mul18,fits,status,margin_percent,check,measured,\
+         limit,unit,dog_rms_lsb,frames,front\n",
+    );
+    for point in &exploration.points {
+        let DesignPoint { pixel, state, coefficient, look_ahead, dog_bits, .. } = &point.design;
+        let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+        let check = point.failure.as_ref().or(point.worst.as_ref());
+        let [m1, m2, m3] = look_ahead;
+        text += &format!(
+            "\"{}\",{pixel},{state},{coefficient},{m1} {m2} {m3},{dog_bits},{},{},{},{},{},{},{},\"{}\",{},{},{},{},{},{}\n",
+            point.name,
+            point.resources.m10k,
+            point.resources.alm,
+            point.resources.dsp,
+            point.resources.mul18,
+            point.fits,
+            status(point.status),
+            number(point.margin),
+            check.map(|check| check.check.as_str()).unwrap_or_default(),
+            number(check.and_then(|check| check.measured)),
+            number(check.and_then(|check| check.limit)),
+            check.map(|check| check.unit.as_str()).unwrap_or_default(),
+            number(point.dog_rms_lsb),
+            point.frames,
+            point.front,
+        );
+    }
+    text
+}
+
+/// The word of a status.
+pub(super) fn status(status: Status) -> &'static str {
+    match status {
+        Status::Passes => "passes",
+        Status::Fails => "fails",
+        Status::Skipped => "skipped",
+        Status::Open => "open",
+    }
+}
+
+/// The best design as a design file, which `--design` takes.
+pub fn best(exploration: &Exploration, command: &str) -> Option<String> {
+    let best = exploration.best()?;
+    let worst = best.worst.as_ref()?;
+    let margin = best.margin.unwrap_or_default();
+    let pictures: Vec<&str> = exploration.pictures.iter().map(|(name, _)| name.as_str()).collect();
+    let heading = [
+        format!("Found by: {}", one_line(command)),
+        format!("Changes: {}", best.name),
+        format!(
+            "It passes every check of the report on {}. Closest to its limit: {} ({}), {margin:.0} % of the allowance left.",
+            one_line(&pictures.join(", ")),
+            worst.check,
+            one_line(&worst.place)
+        ),
+        format!(
+            "By the memory model {} M10K, {} DSP blocks and about {} ALM.",
+            best.resources.m10k, best.resources.dsp, best.resources.alm
+        ),
+    ];
+    Some(best.design.to_file(&heading))
+}
+
+/// A text that stays in its comment.
+fn one_line(text: &str) -> String {
+    text.replace(|c: char| c.is_control(), " ")
+}
