@@ -8,8 +8,8 @@
 //! displacement that the frame's pose has, `R` its attitude, `r` the range. A point that is far off the plane lies on a
 //! house or a tree and is left out; where most points are, they are the ground, and the plane begins anew.
 //!
-//! Why the laser: two pictures of a slope, one taken a metre lower, differ as if the camera had moved by the slope times
-//! a metre. Beams at different tilts tell slope and motion apart.
+//! Why the laser: two pictures of a slope, one taken a metre lower, differ as if the camera had moved by the slope
+//! times a metre. Beams at different tilts tell slope and motion apart.
 
 use hoverlock_reference::motion::pose::{Pose, Sight, Terrain};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -22,6 +22,9 @@ const SLOPE: f64 = 0.1;
 
 /// A point that is further off the plane, in standard deviations, lies on something else.
 const GATE: f64 = 3.0;
+
+/// Beams that a slope takes: a plane has three unknowns.
+const FEW: u32 = 4;
 
 /// By how many the beams that met something else must be more than those on the plane to be the ground.
 const MAJORITY: u32 = 30;
@@ -94,7 +97,12 @@ impl GroundPlane {
     pub fn terrain(&self) -> Terrain {
         let least = Matrix3::from_diagonal(&Vector3::from(LEAST));
         let [height, along_x, along_y] = self.mean.into();
-        Terrain { height, slope: Vector2::new(along_x, along_y), covariance: self.covariance + least }
+        Terrain {
+            height,
+            slope: Vector2::new(along_x, along_y),
+            covariance: self.covariance + least,
+            measured: self.ground >= FEW,
+        }
     }
 }
 

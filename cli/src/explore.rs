@@ -28,10 +28,10 @@ use crate::report::subjects;
 
 /// Find the cheapest design that passes every check of the report.
 ///
-/// Changes state, coefficients, DoG and look-ahead of a design together; frame, pixel and sigmas stay. Writes index.html
-/// with the Pareto front of error against memory, explore.json, points.csv, and the best design as best.toml, which
-/// --design of the other verbs takes. A stopped search goes on where it was. Status 0 only where a design passes every
-/// check on every picture.
+/// Changes state, coefficients, DoG and look-ahead of a design together; frame, pixel and sigmas stay. Writes
+/// index.html with the Pareto front of error against memory, explore.json, points.csv, and the best design as
+/// best.toml, which --design of the other verbs takes. A stopped search goes on where it was. Status 0 only where a
+/// design passes every check on every picture.
 ///
 /// Example: hoverlock explore aerial.png --budget 300
 #[derive(clap::Args)]
@@ -201,7 +201,8 @@ fn summary(found: &Exploration, out: &Path, time: Duration) -> String {
         (Some(best), Some(base)) => {
             let worst = best.worst.as_ref().map(|worst| format!("{} ({})", worst.check, worst.place));
             format!(
-                "{}: {} M10K, {} DSP blocks, about {} ALM; the base has {}, {} and {}\n  {:.0} % of the allowance left: {}\n",
+                "{}: {} M10K, {} DSP blocks, about {} ALM; the base has {}, {} and {}\n  \
+                 {:.0} % of the allowance left: {}\n",
                 verdict(true, &best.name),
                 best.resources.m10k,
                 best.resources.dsp,

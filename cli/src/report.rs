@@ -20,9 +20,9 @@ use crate::rtl_level;
 
 /// Measure what quantisation costs, stage by stage, and check it.
 ///
-/// Writes index.html, report.json, checks.csv and junit.xml. Status 0 only where every check passes on every picture under every
-/// condition. Where Verilator and Yosys are installed, `rtl` is the simulated hardware and what it takes of a device;
-/// else the report says that it was not run.
+/// Writes index.html, report.json, checks.csv and junit.xml. Status 0 only where every check passes on every picture
+/// under every condition. Where Verilator and Yosys are installed, `rtl` is the simulated hardware and what it takes of
+/// a device; else the report says that it was not run.
 ///
 /// Example: hoverlock report aerial.png --out out/report
 #[derive(clap::Args)]
@@ -36,8 +36,8 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     chosen: Chosen,
-    /// The report.json of an earlier report: writes baseline.html, which says what changed check by check. Status 1 where
-    /// a check that passed fails now or is gone
+    /// The report.json of an earlier report: writes baseline.html, which says what changed check by check. Status 1
+    /// where a check that passed fails now or is gone
     #[arg(long, value_name = "FILE")]
     baseline: Option<PathBuf>,
     #[command(flatten)]

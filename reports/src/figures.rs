@@ -106,8 +106,8 @@ fn colour(error: f64, full: f64) -> Rgb {
 pub fn colour_bar() -> Result<String, PlotError> {
     let (width, height, left) = (1040.0, 18.0, 40.0);
     let mut svg = String::from(
-        "<svg viewBox=\"0 0 1120 44\" role=\"img\" aria-label=\"colour bar of the error maps: blue below zero, white at \
-         zero, red above\">",
+        "<svg viewBox=\"0 0 1120 44\" role=\"img\" aria-label=\"colour bar of the error maps: blue below zero, white \
+         at zero, red above\">",
     );
     let steps = 2 * SHADES as i32 + 1;
     let mut write =

@@ -107,12 +107,12 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     found
 }
 
-/// Adaptive logic modules of a design point, about: `L (2.73 s + c/4 + 76.7) + 148 N + 817` for `L` lerps and words of `s`
-/// (state), `c` (coefficient) and `N` bits (DoG).
+/// Adaptive logic modules of a design point, about: `L (2.73 s + c/4 + 76.7) + 148 N + 817` for `L` lerps and words of
+/// `s` (state), `c` (coefficient) and `N` bits (DoG).
 ///
 /// A line through the Yosys estimates of `kt27` and `small`, module by module: a lerp with its coefficient and borders,
-/// the modules of responses, and the rest. It is 2 % too high for `hd1080`, which it was not fitted to. It orders designs
-/// of equal memory; a number to rely on is that of `hoverlock rtl estimate`.
+/// the modules of responses, and the rest. It is 2 % too high for `hd1080`, which it was not fitted to. It orders
+/// designs of equal memory; a number to rely on is that of `hoverlock rtl estimate`.
 pub fn alm(design: &DesignPoint) -> u64 {
     let bits = |word: u32| f64::from(word);
     let lerps: f64 = design.look_ahead.iter().map(|m| 1.0 + 3.0 * bits(*m)).sum();

@@ -296,7 +296,8 @@ impl DesignPoint {
     /// This design point as a design file: `heading` as comments, one line each, then every key with its meaning.
     pub fn to_file(&self, heading: &[String]) -> String {
         let mut text: String = heading.iter().map(|line| format!("# {line}\n")).collect();
-        text += "# DN: one step of a 16-bit sample; full scale is 2^16 DN. A camera of P bits has steps of 2^(16 - P) DN.\n";
+        text += "# DN: one step of a 16-bit sample; full scale is 2^16 DN. A camera of P bits has steps of \
+                 2^(16 - P) DN.\n";
         for (line, comment) in self.to_toml().lines().zip(Self::COMMENTS) {
             text += &format!("\n# {comment}\n{line}\n");
         }

@@ -87,6 +87,8 @@ pub struct Terrain {
     pub slope: Vector2<f64>,
     /// Covariance of height and slope.
     pub covariance: Matrix3<f64>,
+    /// Whether the beams of several frames tell of it: a single one knows no slope.
+    pub measured: bool,
 }
 
 impl Terrain {
@@ -94,7 +96,7 @@ impl Terrain {
     pub fn of(sight: &Sight) -> Self {
         let hills = sight.errors.hills;
         let covariance = Matrix3::from_diagonal(&Vector3::new(hills * hills, SLOPE * SLOPE, SLOPE * SLOPE));
-        Self { height: sight.view.height(), slope: Vector2::zeros(), covariance }
+        Self { height: sight.view.height(), slope: Vector2::zeros(), covariance, measured: false }
     }
 
     /// Whether a level plane could be seen with this slope by chance.
@@ -341,11 +343,12 @@ pub fn fit_in(
     sloped[HEIGHT] = terrain.height;
     sloped[SLOPES] = terrain.slope.x;
     sloped[SLOPES + 1] = terrain.slope.y;
-    let may_be_level = terrain.may_be_level();
+    let (may_be_level, measured) = (terrain.may_be_level(), terrain.measured);
     let terrain = terrain.covariance.try_inverse().ok_or(PoseError::Sensors)?;
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
     let overlap = relief::overlap(pairs, &mut buffers.places, budget).ok_or(PoseError::Late)?;
-    let mut problem = Problem { scene, level: readings, sloped, errors, terrain, pairs, buffers, budget, overlap };
+    let mut problem =
+        Problem { scene, level: readings, sloped, errors, terrain, measured, pairs, buffers, budget, overlap };
     let start = match may_be_level.then(|| problem.plane()) {
         Some(Ok(solution)) => return solution.pose(match_quality),
         Some(Err(start)) => start,
@@ -381,6 +384,7 @@ struct Problem<'pairs> {
     sloped: Unknowns,
     /// Of height and slope of other ground, inverse of the covariance.
     terrain: Matrix3<f64>,
+    measured: bool,
     /// Of the readings of REF and of CUR.
     errors: [Errors; 2],
     pairs: &'pairs [Pair],
@@ -422,8 +426,9 @@ impl Problem<'_> {
         (self.pairs.len() / FEW).max(1)
     }
 
-    /// Over a plane with things on it: pairs whose error is not noise are left out. `None` where they are many, or
-    /// where the readings contradict what is left.
+    /// Over a plane with things on it: pairs whose error is not noise are left out. `None` where they are many, where
+    /// the readings contradict what is left, or where that may be a hill: no beams have told of its slope, and it shows
+    /// relief.
     fn things(&mut self, start: Unknowns) -> Option<Solution> {
         self.buffers.kept.clear();
         self.buffers.kept.extend_from_slice(self.pairs);
@@ -434,7 +439,8 @@ impl Problem<'_> {
             }
             found = self.settle(Ground::Things, found.unknowns, 1, SETTLED).ok()?;
         }
-        (found.chi2 < CHI2_SUSPECT).then_some(found)
+        let ground = self.measured || self.evidence() < EVIDENCE;
+        (ground && found.chi2 < CHI2_SUSPECT).then_some(found)
     }
 
     /// Keeps the pairs that the plane of a solution explains, and tells which part of all they are.
@@ -863,7 +869,8 @@ mod tests {
                 let [reference, mut current] = flight.views.map(|view| Sight { view, errors: SENSORS.into() });
                 current.errors.hills = current.errors.hills.max(conditions.houses / 2.0);
                 let covariance = Matrix3::from_diagonal(&Vector3::new(0.04, 1e-4, 1e-4));
-                let all = Terrain { height: 100.0, slope: Vector2::new(conditions.slope, 0.0), covariance };
+                let all =
+                    Terrain { height: 100.0, slope: Vector2::new(conditions.slope, 0.0), covariance, measured: true };
                 let terrain = if known { all } else { Terrain::of(&reference) };
                 let (mut buffers, mut budget) = (PoseBuffers::with_capacity(300), Budget::UNLIMITED);
                 let pose = fit_in(&mut buffers, &mut budget, &reference, &terrain, &current, &flight.pairs, 255);

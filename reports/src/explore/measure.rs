@@ -1,7 +1,7 @@
 //! One design on one part of the measurement: a picture under a condition, or the known motions of a picture.
 //!
-//! A part is small enough to stop after it, and its result is worth keeping: it is named by the content of everything it
-//! depends on, so that a later search takes it from a file.
+//! A part is small enough to stop after it, and its result is worth keeping: it is named by the content of everything
+//! it depends on, so that a later search takes it from a file.
 
 use std::collections::HashMap;
 

@@ -50,7 +50,8 @@ pub fn csv(exploration: &Exploration) -> String {
         let check = point.failure.as_ref().or(point.worst.as_ref());
         let [m1, m2, m3] = look_ahead;
         text += &format!(
-            "\"{}\",{pixel},{state},{coefficient},{m1} {m2} {m3},{dog_bits},{},{},{},{},{},{},{},\"{}\",{},{},{},{},{},{}\n",
+            "\"{}\",{pixel},{state},{coefficient},{m1} {m2} {m3},{dog_bits},{},{},{},{},{},{},{},\"{}\",{},{},{},{},{},\
+             {}\n",
             point.name,
             point.resources.m10k,
             point.resources.alm,
@@ -91,7 +92,8 @@ pub fn best(exploration: &Exploration, command: &str) -> Option<String> {
         format!("Found by: {}", one_line(command)),
         format!("Changes: {}", best.name),
         format!(
-            "It passes every check of the report on {}. Closest to its limit: {} ({}), {margin:.0} % of the allowance left.",
+            "It passes every check of the report on {}. Closest to its limit: {} ({}), {margin:.0} % of the allowance \
+             left.",
             one_line(&pictures.join(", ")),
             worst.check,
             one_line(&worst.place)

@@ -1,8 +1,8 @@
 //! The designs that a search may choose from: the words of a base design, changed.
 //!
 //! Frame, pixel and sigmas belong to the camera and the application; they stay. State, coefficients and DoG take every
-//! length that can be built. The look-ahead takes the shortest combinations that pass the check of `sigma_eff`: a longer
-//! one costs memory, and no check sees what it brings.
+//! length that can be built. The look-ahead takes the shortest combinations that pass the check of `sigma_eff`: a
+//! longer one costs memory, and no check sees what it brings.
 
 use hoverlock_fixed_point::analysis::acceptance::check_coefficients;
 use hoverlock_fixed_point::analysis::bounds::Bounds;
