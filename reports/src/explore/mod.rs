@@ -424,8 +424,9 @@ impl<E> Search<'_, E> {
         let point = |index: usize| {
             let candidate = &self.candidates[index];
             let (status, finer) = self.status(index);
-            let outcomes = || self.outcomes[index].iter().flatten();
-            let worst = outcomes().map(|outcome| &outcome.worst).max_by(|a, b| a.used.total_cmp(&b.used));
+            let measured = self.outcomes[index].iter().flatten().map(|outcome| &outcome.worst);
+            let worst = measured.max_by(|a, b| a.used.total_cmp(&b.used));
+            let worst = worst.map(|worst| closest(worst, candidate.closest.as_ref()));
             let worst = candidate.failure.as_ref().or(worst).cloned();
             let Resources { m10k, alm, dsp, .. } = candidate.resources;
             Point {
@@ -473,6 +474,11 @@ impl<E> Search<'_, E> {
             points,
         }
     }
+}
+
+/// The one of two checks that uses more of its allowance.
+fn closest<'a>(measured: &'a Checked, coefficients: Option<&'a Checked>) -> &'a Checked {
+    coefficients.filter(|check| check.used > measured.used).unwrap_or(measured)
 }
 
 /// The indices of the points that no other beats: less of one and not more of the other.
@@ -563,5 +569,16 @@ mod tests {
         let found = searched(&Known::new(), &mut Known::new(), 0);
         assert!(!found.complete && !found.decided);
         assert_eq!(found.best().unwrap().name, "base");
+    }
+
+    /// The report counts the checks of the coefficients, which need no picture; so does a search.
+    #[test]
+    fn the_checks_of_the_coefficients_count() {
+        let base = Candidate::new(KT27, &KT27);
+        let coefficients = base.closest.unwrap();
+        assert!(coefficients.check.starts_with("sigma_eff") && coefficients.used > 0.7, "{coefficients:?}");
+        let frame = |used: f64| Checked { used, ..Checked::impossible("a frame", String::new()) };
+        assert_eq!(closest(&frame(0.5), Some(&coefficients)), &coefficients);
+        assert_eq!(closest(&frame(0.9), Some(&coefficients)), &frame(0.9));
     }
 }

@@ -37,19 +37,22 @@ pub struct Candidate {
     pub resources: Resources,
     /// The check of the coefficients that it fails, which needs no picture.
     pub failure: Option<Checked>,
+    /// The check of the coefficients that is closest to its limit.
+    pub closest: Option<Checked>,
 }
 
 impl Candidate {
     /// A design beside its base.
     pub fn new(design: DesignPoint, base: &DesignPoint) -> Self {
-        let failure = match Levels::new(&design) {
-            Err(error) => Some(Checked::impossible("coefficients", error.to_string())),
-            Ok(levels) => check_coefficients(&levels, Bounds::acceptance())
-                .iter()
-                .find(|check| !check.pass)
-                .map(|check| Checked::of(check, None)),
+        let checks: Vec<Checked> = match Levels::new(&design) {
+            Err(error) => vec![Checked::impossible("coefficients", error.to_string())],
+            Ok(levels) => {
+                check_coefficients(&levels, Bounds::acceptance()).iter().map(|check| Checked::of(check, None)).collect()
+            }
         };
-        Self { name: changes(&design, base), resources: resources(&design), design, failure }
+        let failure = checks.iter().find(|check| !check.pass).cloned();
+        let closest = checks.into_iter().max_by(|a, b| a.used.total_cmp(&b.used));
+        Self { name: changes(&design, base), resources: resources(&design), design, failure, closest }
     }
 
     /// No word is longer than that of `other`, and the look-ahead is the same: the rounding is nowhere finer.
