@@ -370,10 +370,12 @@ impl Navigator {
         }
         let fresh = |last: &Last| telemetry.time_us.checked_sub(last.time_us).is_some_and(|age| age <= FRESH_US);
         let last = self.last.filter(fresh);
+        // What the laser reads may be the height over a roof.
+        let at_height = |height| View::at_height(camera, telemetry.attitude, height).unwrap_or(view);
         let expected = last.map(|last| reference.sight.view.height() - (last.descent - reference.base.descent));
         let gate = last.map(|last| {
             let moved = last.displacement - reference.base.displacement;
-            let level = expected.and_then(|height| at_height(&view, height)).unwrap_or(view);
+            let level = expected.map_or(view, at_height);
             Gate { prediction: predicted(&reference.sight.view, &level, moved), radius: GATE_RADIUS }
         });
         let mut estimator = Estimator::default();
@@ -401,7 +403,7 @@ impl Navigator {
         if !reference.is_proved(telemetry.time_us) {
             return Err(Reason::Unproved);
         }
-        let level = at_height(&view, pose.current.height).unwrap_or(view);
+        let level = at_height(pose.current.height);
         let homography = predicted(&reference.sight.view, &level, pose.displacement);
         let worn = reference.is_worn(&estimate, &homography, (size.width, size.height), telemetry);
         if (worn || self.renew) && is_anchor(&step) {
@@ -411,12 +413,6 @@ impl Navigator {
         }
         Ok(Some(estimate))
     }
-}
-
-/// A view as from another height, m; nothing where that is no view of the ground.
-fn at_height(view: &View, height: f64) -> Option<View> {
-    let range = height / view.attitude().rotation()[(2, 2)];
-    View::new(*view.camera(), *view.attitude(), range).ok()
 }
 
 /// REF pixel -> CUR pixel, when the camera has moved by `displacement` (m) over level ground.

@@ -145,9 +145,9 @@ impl Reference {
 
     /// Takes the attitude that a fit has found, over the ground as it is known by now.
     fn learn(&mut self, found: &Found) {
-        let range = self.ground.height() / found.attitude.rotation()[(2, 2)];
+        let view = View::at_height(*self.sight.view.camera(), found.attitude, self.ground.height());
         // A pose that is no view of the ground teaches nothing.
-        let Ok(view) = View::new(*self.sight.view.camera(), found.attitude, range) else { return };
+        let Ok(view) = view else { return };
         self.sight.view = view;
         self.sight.errors.tilt = found.tilt.max(LEARNT * self.sensors.tilt);
         self.sight.errors.heading = found.heading.max(LEARNT * self.sensors.heading);

@@ -4,8 +4,8 @@
 //! the same folder takes it from there.
 
 use std::cell::Cell;
-use std::fs::{self, OpenOptions};
-use std::io::{ErrorKind, Write as _};
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
@@ -22,7 +22,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::output::{Batch, Folder, command, print, quoted, say, shown, verdict, write_file};
+use crate::journal;
+use crate::output::{Batch, Folder, command, print, quoted, say, shown, verdict};
 use crate::picture::{Limit, listed};
 use crate::report::subjects;
 
@@ -168,32 +169,19 @@ fn write(out: &Path, found: &Exploration, command: &str, json: &str) -> Result<(
     batch.keep()
 }
 
-/// The results of a file whose last line may have been cut off.
+/// The results of a file.
 fn read(path: &Path) -> Result<Known> {
-    let text = match fs::read_to_string(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Known::new()),
-        text => text.with_context(|| format!("{}: cannot be read", path.display()))?,
-    };
-    let whole = text.rfind('\n').map_or(0, |end| end + 1);
-    if whole < text.len() {
-        write_file(path, &text.as_bytes()[..whole])?;
-    }
     let line = |(number, line): (usize, &str)| {
         serde_json::from_str::<(String, Outcome)>(line).with_context(|| {
             format!("{}: line {} is no result of this command; move the file away", path.display(), number + 1)
         })
     };
-    text[..whole].lines().enumerate().map(line).collect()
+    journal::read(path)?.lines().enumerate().map(line).collect()
 }
 
 fn append(path: &Path, key: &str, outcome: &Outcome) -> Result<()> {
     let line = serde_json::to_string(&(key, outcome)).context("a result")? + "\n";
-    let mut file = OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(path)
-        .with_context(|| format!("{}: cannot be written", path.display()))?;
-    file.write_all(line.as_bytes()).with_context(|| format!("{}: cannot be written; free some space", path.display()))
+    journal::append(path, |_| Ok(line.into_bytes()))
 }
 
 fn summary(found: &Exploration, out: &Path, time: Duration) -> String {

@@ -16,6 +16,7 @@ mod explore;
 mod formal;
 mod hover;
 mod interrupt;
+mod journal;
 mod matching;
 mod output;
 mod picture;

@@ -7,7 +7,6 @@
 
 use std::collections::HashMap;
 use std::ffi::OsString;
-use std::fs::{self, OpenOptions};
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -29,6 +28,7 @@ use crate::Verdict;
 use crate::chain::{Program, Source};
 use crate::design::{configured, named};
 use crate::hover::{Climb, Course, View, between, fly, scene};
+use crate::journal;
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
 
 /// Fly a campaign: many seeds, scenes, gusts, heights and word lengths, and what each costs in the FPGA.
@@ -334,17 +334,10 @@ fn parsed<T: serde::de::DeserializeOwned>(row: &str) -> Result<T> {
     row.context("not a row of the table")
 }
 
-/// The points of a table that may have been cut off in its last row.
+/// The points of a table.
 fn read(table: &Path) -> Result<HashMap<String, Finished>> {
-    let text = match fs::read_to_string(table) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(HashMap::new()),
-        text => text.with_context(|| format!("{}: cannot be read", table.display()))?,
-    };
-    let whole = text.rfind('\n').map_or(0, |end| end + 1);
-    if whole < text.len() {
-        write_file(table, &text.as_bytes()[..whole])?;
-    }
-    let mut rows = csv::Reader::from_reader(&text.as_bytes()[..whole]);
+    let text = journal::read(table)?;
+    let mut rows = csv::Reader::from_reader(text.as_bytes());
     let finished = rows.deserialize().map(|row| {
         let finished: Finished =
             row.with_context(|| format!("{}: not a table of this command; move it away", table.display()))?;
@@ -355,16 +348,11 @@ fn read(table: &Path) -> Result<HashMap<String, Finished>> {
 
 /// A row at the end of the table; a new table begins with its header.
 fn append(table: &Path, finished: &Finished) -> Result<()> {
-    let mut file = OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(table)
-        .with_context(|| format!("{}: cannot be written", table.display()))?;
-    let empty = file.metadata().map_or(0, |metadata| metadata.len()) == 0;
-    let mut rows = csv::WriterBuilder::new().has_headers(empty).from_writer(Vec::new());
-    rows.serialize(finished).context("a row of the table")?;
-    file.write_all(&rows.into_inner().context("a row of the table")?)
-        .with_context(|| format!("{}: cannot be written; free some space", table.display()))
+    journal::append(table, |first| {
+        let mut rows = csv::WriterBuilder::new().has_headers(first).from_writer(Vec::new());
+        rows.serialize(finished).context("a row of the table")?;
+        rows.into_inner().context("a row of the table")
+    })
 }
 
 fn text(designs: &[Design], out: &Path) -> String {

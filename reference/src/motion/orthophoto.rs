@@ -144,6 +144,14 @@ impl View {
         Ok(Self { camera, attitude, range })
     }
 
+    /// The view from a `height` over the plane, m.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn at_height(camera: Camera, attitude: Attitude, height: f64) -> Result<Self, ViewError> {
+        Self::new(camera, attitude, height / attitude.rotation()[(2, 2)])
+    }
+
     /// The camera.
     pub fn camera(&self) -> &Camera {
         &self.camera

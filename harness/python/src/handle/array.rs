@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyInt, PyIterator, PyList};
 
 use super::bits::number_of;
-use super::direction_name;
 use super::value::{Stored, Value, words_of_int};
+use super::{direction_name, own_name, path};
 use crate::errors::{self, RangeError};
 use crate::on_thread::OnThread;
 
@@ -233,13 +233,13 @@ impl ArrayHandle {
     /// The memory's own name, without those of the instances it is in.
     #[getter]
     fn _name(&self) -> &str {
-        self.name.rsplit('.').next().unwrap_or(&self.name)
+        own_name(&self.name)
     }
 
     /// The name from the top module on.
     #[getter]
     fn _path(&self) -> String {
-        format!("{}.{}", self.top, self.name)
+        path(&self.top, &self.name)
     }
 
     /// The type, by cocotb's name.

@@ -50,3 +50,13 @@ fn direction_name(direction: Direction) -> &'static str {
         Direction::Internal => "internal",
     }
 }
+
+/// A name without those of the instances it is in.
+fn own_name(name: &str) -> &str {
+    name.rsplit('.').next().unwrap_or(name)
+}
+
+/// A name from the top module on.
+fn path(top: &str, name: &str) -> String {
+    format!("{top}.{name}")
+}

@@ -8,7 +8,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
 
-use super::direction_name;
+use super::{direction_name, own_name, path};
 use crate::errors;
 use crate::on_thread::OnThread;
 
@@ -51,13 +51,13 @@ impl RealHandle {
     /// The signal's own name, without those of the instances it is in.
     #[getter]
     fn _name(&self) -> &str {
-        self.name.rsplit('.').next().unwrap_or(&self.name)
+        own_name(&self.name)
     }
 
     /// The name from the top module on.
     #[getter]
     fn _path(&self) -> String {
-        format!("{}.{}", self.top, self.name)
+        path(&self.top, &self.name)
     }
 
     /// The type, by cocotb's name.
@@ -131,13 +131,13 @@ impl TextHandle {
     /// The signal's own name, without those of the instances it is in.
     #[getter]
     fn _name(&self) -> &str {
-        self.name.rsplit('.').next().unwrap_or(&self.name)
+        own_name(&self.name)
     }
 
     /// The name from the top module on.
     #[getter]
     fn _path(&self) -> String {
-        format!("{}.{}", self.top, self.name)
+        path(&self.top, &self.name)
     }
 
     /// The type, by cocotb's name.

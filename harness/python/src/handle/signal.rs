@@ -15,8 +15,8 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyInt, PyString};
 
 use super::bits::{Bits, span};
-use super::direction_name;
 use super::value::{Stored, Value, word_of, words_of_int};
+use super::{direction_name, own_name, path};
 use crate::errors::{self, RangeError};
 use crate::on_thread::OnThread;
 use crate::trigger::{FallingEdge, RisingEdge, ValueChange};
@@ -271,13 +271,13 @@ impl Handle {
     /// The signal's own name, without those of the instances it is in.
     #[getter]
     fn _name(&self) -> &str {
-        self.name.rsplit('.').next().unwrap_or(&self.name)
+        own_name(&self.name)
     }
 
     /// The name from the top module on.
     #[getter]
     fn _path(&self) -> String {
-        format!("{}.{}", self.top, self.name)
+        path(&self.top, &self.name)
     }
 
     /// The type, by cocotb's name.
