@@ -4,7 +4,7 @@ use minijinja::value::{Serde, Value};
 use minijinja::{Environment, context};
 use serde::{Deserialize, Serialize};
 
-use crate::page::{PageError, STYLE, typeset};
+use crate::page::{PageError, SCRIPT, STYLE, typeset};
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, Series, VIOLET};
 use crate::provenance::COMMIT;
 
@@ -189,6 +189,7 @@ pub fn html(points: &[Finished], designs: &[Design], command: &str) -> Result<St
     let failed: Vec<&&Finished> = kt27.iter().filter(|point| !point.pass).collect();
     Ok(environment.get_template("campaign.html")?.render(context! {
         style => STYLE,
+        script => SCRIPT,
         commit => COMMIT,
         command => command,
         points => points.len(),

@@ -8,7 +8,7 @@ use minijinja::{Environment, context};
 use serde::Serialize;
 
 use crate::estimates::{Estimate, Run, Sample, told};
-use crate::page::{PageError, STYLE, typeset};
+use crate::page::{PageError, SCRIPT, STYLE, typeset};
 use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
 use crate::provenance::COMMIT;
 use crate::still::{Still, reduced, still};
@@ -90,6 +90,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
     let stills = flight.frames.iter().step_by(step).map(shown).collect::<Result<Vec<_>, PlotError>>()?;
     Ok(environment.get_template("flight.html")?.render(context! {
         style => STYLE,
+        script => SCRIPT,
         commit => COMMIT,
         flight => Value::from(Serde(flight)),
         estimates => flight.frames.iter().filter(|frame| frame.estimate.is_some()).count(),

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::embed;
 use crate::estimates::{Estimate, Run, Sample, told};
-use crate::page::{PageError, STYLE, typeset};
+use crate::page::{PageError, SCRIPT, STYLE, typeset};
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, Rule, Series, VIOLET};
 use crate::provenance::COMMIT;
 use crate::still::{Still, still};
@@ -125,6 +125,7 @@ pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
     let run = run(hover);
     Ok(environment.get_template("hover.html")?.render(context! {
         style => STYLE,
+        script => SCRIPT,
         commit => COMMIT,
         command => command,
         hover => Value::from(Serde(hover)),

@@ -1,13 +1,15 @@
 //! Plots as SVG: lines, points and bars with explicit axis ticks.
 //!
 //! A logarithmic axis is a linear axis of `log10` with labels in the original unit. All plots share one style: thin
-//! grey grid lines, no frame, text in the size of the page.
+//! grey grid lines, no frame, text in the size of the page. A plot carries its own data (`data-plot`): the script of a
+//! page shows the values under the pointer, and a test reads the drawn labels against them.
 
 use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use serde::Serialize;
 
 use crate::colour::Rgb;
 
@@ -43,6 +45,8 @@ pub struct Axis {
     from: f64,
     to: f64,
     log: bool,
+    /// The ticks name the values, as the names of stages do; a value between them has none.
+    named: bool,
     ticks: Vec<(f64, String)>,
 }
 
@@ -56,12 +60,12 @@ impl Axis {
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         let ticks =
             (first..=last).map(|i| (i as f64 * step, minus(format!("{:.decimals$}", i as f64 * step)))).collect();
-        Self { label: label.into(), from, to, log: false, ticks }
+        Self { label: label.into(), from, to, log: false, named: false, ticks }
     }
 
     /// A linear axis with the given ticks.
     pub fn ticked(label: impl Into<String>, from: f64, to: f64, ticks: Vec<(f64, String)>) -> Self {
-        Self { label: label.into(), from, to, log: false, ticks }
+        Self { label: label.into(), from, to, log: false, named: true, ticks }
     }
 
     /// A logarithmic axis between two positive numbers, with ticks at the decades, and at 2 and 5 times a decade
@@ -75,7 +79,18 @@ impl Axis {
             .filter(|value| (from - 1e-9..=to + 1e-9).contains(&value.log10()))
             .map(|value| (value.log10(), plain(value)))
             .collect();
-        Self { label: label.into(), from, to, log: true, ticks }
+        Self { label: label.into(), from, to, log: true, named: false, ticks }
+    }
+
+    /// What a page needs to find a value under the pointer.
+    fn data(&self) -> AxisData<'_> {
+        AxisData {
+            label: &self.label,
+            from: self.from,
+            to: self.to,
+            log: self.log,
+            names: if self.named { &self.ticks } else { &[] },
+        }
     }
 
     /// `value` on the axis, clamped to its ends; `log10` of it on a logarithmic axis.
@@ -129,6 +144,11 @@ fn round_step(step: f64) -> f64 {
 fn plain(value: f64) -> String {
     let decimals = (-value.log10().floor()).max(0.0) as usize;
     format!("{value:.decimals$}")
+}
+
+/// `value` to five digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
 }
 
 /// Replaces the ASCII minus sign by U+2212.
@@ -199,6 +219,35 @@ pub struct Chart {
     pub rules: Vec<Rule>,
 }
 
+/// An axis in the `data-plot` of a plot. On a logarithmic axis `from` and `to` are `log10` of its ends.
+#[derive(Debug, Serialize)]
+struct AxisData<'a> {
+    label: &'a str,
+    from: f64,
+    to: f64,
+    log: bool,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    names: &'a [(f64, String)],
+}
+
+/// A series in the `data-plot` of a plot.
+#[derive(Debug, Serialize)]
+struct SeriesData<'a> {
+    name: &'a str,
+    /// Rounded to five digits.
+    points: Vec<(f64, f64)>,
+}
+
+/// The `data-plot` of a plot.
+#[derive(Debug, Serialize)]
+struct PlotData<'a> {
+    x: AxisData<'a>,
+    y: AxisData<'a>,
+    /// Left, top, right and bottom of the plot inside its axes, px of the view box.
+    area: [i32; 4],
+    series: Vec<SeriesData<'a>>,
+}
+
 const FONT: &str = "sans-serif";
 
 fn rgb(colour: Rgb) -> RGBColor {
@@ -212,8 +261,27 @@ impl Chart {
     /// The plotting crate fails.
     pub fn svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
-        self.draw(&mut svg).map_err(|error| failed(&self.title, error))?;
-        Ok(scalable(&svg, &self.described()))
+        let area = self.draw(&mut svg).map_err(|error| failed(&self.title, error))?;
+        let data = serde_json::to_string(&self.data(area)).map_err(|error| failed(&self.title, error))?;
+        let tag = format!("<svg data-plot=\"{}\"", minijinja::HtmlEscape(&data));
+        Ok(scalable(&svg, &self.described()).replacen("<svg", &tag, 1))
+    }
+
+    /// What the page needs to show values. A series without a name goes with the one before it; without any, it is the
+    /// plot's only one.
+    fn data(&self, area: [i32; 4]) -> PlotData<'_> {
+        let mut series: Vec<SeriesData<'_>> = Vec::new();
+        for one in &self.series {
+            // The height of a column begins at its own foot and is no value of the axis.
+            let points = one.points.iter().filter(|_| !matches!(one.mark, Mark::Columns { .. }));
+            let points = points.filter(|(x, y)| x.is_finite() && y.is_finite()).map(|&(x, y)| (rounded(x), rounded(y)));
+            match series.last_mut() {
+                Some(last) if one.name.is_empty() => last.points.extend(points),
+                _ => series.push(SeriesData { name: &one.name, points: points.collect() }),
+            }
+        }
+        series.retain(|one| !one.points.is_empty());
+        PlotData { x: self.x.data(), y: self.y.data(), area, series }
     }
 
     /// The plot in words: title, axes and curves, for whoever cannot see it.
@@ -235,7 +303,8 @@ impl Chart {
         Ok(self.svg()?.replacen("<svg", head, 1))
     }
 
-    fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+    /// Draws into `svg` and returns left, top, right and bottom of the plot inside its axes, px.
+    fn draw(&self, svg: &mut String) -> Result<[i32; 4], Box<dyn std::error::Error>> {
         let root = SVGBackend::with_string(svg, self.size).into_drawing_area();
         let text = |size: i32, colour: Rgb| (FONT, size).into_font().color(&rgb(colour));
         let mut builder = ChartBuilder::on(&root);
@@ -321,9 +390,10 @@ impl Chart {
                 }
             }
         }
+        let (across, down) = chart.plotting_area().get_pixel_range();
         self.draw_legend(&root)?;
         root.present()?;
-        Ok(())
+        Ok([across.start, down.start, across.end, down.end])
     }
 
     /// Length of dash and gap of each series that is a line, px, so that lines differ without their colours too: the

@@ -11,6 +11,8 @@ use hoverlock_reports::{output, page};
 use quick_junit::{Report, TestCaseStatus};
 use serde_json::Value;
 
+mod plots;
+
 /// A picture of blocks of three sizes: features in every part of it.
 fn subject(width: usize, height: usize) -> Subject {
     let hash = |x: usize, y: usize| {
