@@ -21,6 +21,7 @@ use hoverlock_fixed_point::analysis::resources::{Resources, resources};
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::campaign::{self, Design, Finished, Point};
 use hoverlock_reports::output::PAGE;
+use hoverlock_reports::provenance::sha256;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -188,17 +189,19 @@ fn points(args: &Args) -> Result<Vec<Point>> {
     }
     let mut points = Vec::new();
     for name in &args.scene {
-        scene(name)?;
+        let subject = scene(name)?;
         for &height_m in &args.height {
             for &gusts_m_s in &args.gusts {
-                for design in &designs {
+                for name_of_design in &designs {
+                    let inputs = inputs(&subject, &design(name_of_design)?);
                     points.extend((1..=args.seeds).map(|seed| Point {
                         scene: name.clone(),
                         height_m,
                         gusts_m_s,
                         seconds: args.seconds,
                         features: crate::chain::name(&args.features),
-                        design: design.clone(),
+                        design: name_of_design.clone(),
+                        inputs: inputs.clone(),
                         seed,
                     }));
                 }
@@ -217,10 +220,24 @@ fn design(name: &str) -> Result<DesignPoint> {
     configured(&changes).context("--config")
 }
 
+/// Hash of the numbers of scene and design; of a picture that a scene names, its path only.
+fn inputs(scene: &Scene, design: &DesignPoint) -> String {
+    let mut digest = sha256(&format!("{scene:?} {}", design.to_toml()));
+    digest.truncate(8);
+    digest
+}
+
 /// Flies a point.
 fn flown(point: &Point) -> Result<Finished> {
     let subject: Scene = scene(&point.scene)?;
     let design = design(&point.design)?;
+    if inputs(&subject, &design) != point.inputs {
+        bail!(
+            "scene {} or design {} has other numbers here than where the campaign began: copy the files of there",
+            point.scene,
+            point.design
+        );
+    }
     let features = <Source as clap::ValueEnum>::from_str(&point.features, false).map_err(|error| anyhow!(error))?;
     let course = Course {
         scene: point.scene.clone(),
@@ -244,6 +261,7 @@ fn flown(point: &Point) -> Result<Finished> {
         seconds: point.seconds,
         features: point.features.clone(),
         design: point.design.clone(),
+        inputs: point.inputs.clone(),
         seed: point.seed,
         m10k,
         mul18,
@@ -375,4 +393,23 @@ fn text(designs: &[Design], out: &Path) -> String {
         );
     }
     text + &format!("{}\n{}\n", shown(&out.join(PAGE)), shown(&out.join(TABLE)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hoverlock_fixed_point::model::design::KT27;
+
+    #[test]
+    fn another_number_of_scene_or_design_is_another_point() {
+        let of = |scene: &str, change: &str| {
+            let scene = Scene::parse(scene, ".".as_ref()).unwrap();
+            inputs(&scene, &KT27.with_override(change).unwrap())
+        };
+        let field = Scene::named("field").unwrap();
+        let own = of(field, "dog_bits=15");
+        assert!(own.len() == 8 && own == of(&format!("# a comment\n{field}"), "dog_bits=15"));
+        assert_ne!(own, of(&field.replace("rms_m = 3.0", "rms_m = 3.1"), "dog_bits=15"));
+        assert_ne!(own, of(field, "dog_bits=14"));
+    }
 }

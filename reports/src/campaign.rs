@@ -28,6 +28,8 @@ pub struct Point {
     pub features: String,
     /// [`DEFAULT`], or its changes.
     pub design: String,
+    /// Hash of the numbers of scene and design, hex: a file that was changed since gives another point.
+    pub inputs: String,
     /// Of wind, sensors, camera and scene.
     pub seed: u64,
 }
@@ -47,6 +49,8 @@ pub struct Finished {
     pub features: String,
     /// As in [`Point`].
     pub design: String,
+    /// As in [`Point`].
+    pub inputs: String,
     /// As in [`Point`].
     pub seed: u64,
     /// Block memories of the design, by the memory model.
@@ -74,8 +78,8 @@ pub struct Finished {
 impl Point {
     /// What tells it from others.
     pub fn key(&self) -> String {
-        let Self { scene, height_m, gusts_m_s, seconds, features, design, seed } = self;
-        format!("{scene}|{height_m}|{gusts_m_s}|{seconds}|{features}|{design}|{seed}")
+        let Self { scene, height_m, gusts_m_s, seconds, features, design, inputs, seed } = self;
+        format!("{scene}|{height_m}|{gusts_m_s}|{seconds}|{features}|{design}|{inputs}|{seed}")
     }
 }
 
@@ -89,6 +93,7 @@ impl Finished {
             seconds: self.seconds,
             features: self.features.clone(),
             design: self.design.clone(),
+            inputs: self.inputs.clone(),
             seed: self.seed,
         }
     }
@@ -319,6 +324,7 @@ mod tests {
             seconds: 10.0,
             features: "fixed".into(),
             design: design.into(),
+            inputs: "0123abcd".into(),
             seed,
             m10k,
             mul18: 51,

@@ -54,6 +54,7 @@ impl Provenance {
     }
 }
 
-fn sha256(text: &str) -> String {
+/// SHA-256 of a text, in hex.
+pub fn sha256(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
