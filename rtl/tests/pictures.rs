@@ -4,7 +4,7 @@ use hoverlock_reference::image::picture::{Picture, data_dir};
 use hoverlock_rtl::simulation::{Job, Simulator, Streams, run};
 
 #[test]
-#[ignore = "long: five real pictures, seeds 1 to 5, 60 million cycles"]
+#[ignore = "long: five real pictures, six times, 30 million cycles"]
 fn real_pictures_are_exact_with_and_without_pauses() {
     let Some(folder) = data_dir() else {
         eprintln!("skipped: no folder of pictures; set HOVERLOCK_DATA");
@@ -16,8 +16,9 @@ fn real_pictures_are_exact_with_and_without_pauses() {
         let picture = Picture::open(folder.join(format!("textures/{name}.png"))).unwrap();
         Job::new(picture.frame().luma, [60, 60]).unwrap()
     });
-    for seed in 1..=5 {
-        for stall in [0.0, 0.4] {
+    // Without pauses a seed changes nothing.
+    for (stall, seeds) in [(0.0, 1..=1), (0.4, 1..=5)] {
+        for seed in seeds {
             let streams = Streams { source_pause: stall, sink_pause: stall, seed, ..Streams::default() };
             let outcome = run(&simulator, &jobs, streams).unwrap();
             assert!(outcome.pass(), "stall {stall}, seed {seed}: {outcome:#?}");
