@@ -97,7 +97,8 @@ impl Coverage {
 /// Builds a model, or finds it in the cache. The interpreter's lock is released meanwhile.
 #[pyfunction]
 #[pyo3(signature = (top, sources, *, includes = vec![], parameters = None, defines = None, flags = vec![],
-                    internals = vec![], forceable = vec![], waves = None, coverage = false, random_initial = false, assertions = true,
+                    internals = vec![], forceable = vec![], waves = None, coverage = false, random_initial = false,
+                    assertions = true,
                     warnings_are_errors = false, timescale = None, verilator = None, cache = None))]
 #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
 pub fn compile(

@@ -710,8 +710,8 @@ mod tests {
         let newer =
             "    __Vscopep_g->varInsert(\"m\", &(TOP.g__DOT__m), false, VLVT_UINT16, VLVD_NODIR, 1, 1 ,0,15 ,15,0);";
         assert_eq!(inserted(newer), Some(("__Vscopep_g", "m", "TOP.g__DOT__m")));
-        let forceable = "__Vscopep_g->forceableVarInsert(\"f\", &(TOP.g__DOT__f), false, VLVT_UINT8, VLVF_FORCEABLE, &(TOP.f__VforceRd), \
-             \"f__VforceRd\", {__Vscopep_g->varInsert(\"f__VforceEn\", &(TOP.f__VforceEn), false, 0)}, 0, 0);";
+        let forceable = "__Vscopep_g->forceableVarInsert(\"f\", &(TOP.g__DOT__f), false, VLVT_UINT8, \
+                         &(TOP.f__VforceRd), {__Vscopep_g->varInsert(\"f__VforceEn\", &(TOP.f__VforceEn), false)}, 0);";
         assert_eq!(inserted(forceable), Some(("__Vscopep_g", "f", "TOP.g__DOT__f")));
         let comment =
             "  //UNSUP __Vscope_g.varInsert(__Vfinal,\"grid\", &(TOP.grid), false, VLVT_UINT8,0,3 ,3,0 ,0,1 ,0,2);";
