@@ -125,7 +125,8 @@ fn an_axi4_memory_checks_its_master() {
     let crossing = with(&[("s_axi_awaddr", 0xffc)]);
     let three = with(&[("s_axi_awburst", 2), ("s_axi_awlen", 2)]);
     let reserved = with(&[("s_axi_awburst", 3)]);
-    let cases: [(Vec<&[(&str, u64)]>, &str); 7] = [
+    type Steps<'a> = Vec<&'a [(&'a str, u64)]>;
+    let cases: [(Steps, &str); 7] = [
         (vec![&[], ADDRESS, beat, &[("s_axi_wlast", 0)], &[]], "wlast is 0 at beat 2 of 2"),
         (vec![&[], ADDRESS, early, &[("s_axi_awvalid", 0), ("s_axi_wvalid", 0)]], "wlast is 1 at beat 1 of 2"),
         (vec![&crossing], "aw: 2 beats from 0xffc on cross a multiple of 4 KiB"),

@@ -470,7 +470,7 @@ async def fractions(dut: Any) -> None:
     assert hoverlock.get_sim_time("fs") == 1500
 
 
-@row("deprecation warnings", "of old names", "none: old and new names are of equal standing")
+@row("deprecation warnings", "of old names", "none: old and new names are of equal standing", "a bench runs under either version")
 def warnings_of_old_names() -> None:
     import warnings
 
@@ -482,6 +482,12 @@ def warnings_of_old_names() -> None:
 async def _old_names(dut: Any) -> None:
     await Timer(1, units="ns")
     assert dut.step.value.integer == 0 and cocotb.fork is start_soon
+
+
+@row("`cocotb_tools.config`, `cocotb-config`", "folders of makefiles and of libraries for simulators", "none", "there are no such libraries")
+def no_config() -> None:
+    with pytest.raises(ModuleNotFoundError):
+        __import__("hoverlock.cocotb_tools.config")
 
 
 @row("GPI, VHDL, other simulators", "yes", "Verilator only, in the same process", "speed")
