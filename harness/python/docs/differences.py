@@ -27,6 +27,7 @@ BEGIN, END = "<!-- written by docs/differences.py -->\n", "<!-- end -->\n"
 DESIGNS = HERE.parent / "tests" / "designs"
 counter = Design(DESIGNS / "counter.v", top="counter")
 talker = Design(DESIGNS / "talker.v", top="talker")
+adder = Design(HERE.parents[1] / "tests" / "designs" / "overrides.v", top="overrides", internals=["u_adder.*"])
 generated = Design(DESIGNS / "generated.sv", top="generated", internals=["*"])
 
 
@@ -234,11 +235,65 @@ def edges_of_reals() -> None:
         hoverlock.ValueChange(session.dut.gain)
 
 
-@row("`Force`, `Release`, `Freeze`", "yes", "an error", "the model's own assignments cannot be overridden")
+@row(
+    "`Force`, `Freeze`, `Release`", "on every signal",
+    "on signals inside, or some of their bits, named in `Design(..., forceable=[\"u_core.state\"])` or "
+    "`--hoverlock-forceable`, else an error that says so; with cocotb's runner, a bench that forces another is run again with all. "
+    "On inputs of the top a `Force` is a plain write. Not on outputs of the top, arrays and `real`",
+    "the model checks at each use of such a signal whether it is forced",
+)  # fmt: skip
 def forcing() -> None:
-    for kind in (Force, Freeze, Release):
-        with pytest.raises(NotImplementedError, match="cannot be overridden"):
-            kind(1)
+    with Session(adder) as session, pytest.raises(hoverlock.NotForceable, match="forceable="):
+        session.dut.u_adder.sum.value = Force(1)
+    with Session(adder.changed(forceable="u_adder.sum")) as session:
+        dut = session.dut
+        for change, value in ((Force(0x55), 0x55), (Release(), 1), (Freeze(), 1)):
+            dut.u_adder.sum.value = change
+            session.run_for(1, "ns")
+            assert dut.next.value == dut.u_adder.sum.value == value
+        dut.data.value = Force(8)
+        session.run_for(1, "ns")
+        assert (dut.next.value, dut.odd.value, dut.data.value) == (1, 0, 8)
+        with pytest.raises(hoverlock.NotForceable, match="a port of the top"):
+            dut.next.value = Force(1)
+
+
+@row(
+    "`Release` of a register", "keeps the forced value until its next assignment",
+    "has at once what the design assigned last, also while it was forced", "Verilator keeps both values",
+)  # fmt: skip
+def releasing() -> None:
+    simulate(adder.changed(forceable="u_adder.held"), _release_a_register)
+
+
+async def _release_a_register(dut: Any) -> None:
+    Clock(dut.clk, 10, "ns").start()
+    dut.u_adder.held.value = Force(9)
+    await Timer(22, "ns")
+    assert dut.held.value == 9
+    dut.u_adder.held.value = Release()
+    await Timer(1, "ns")
+    assert dut.held.value == 1
+
+
+@row(
+    "`inout`", "Z resolves both drivers; X where they differ",
+    "the design's value in the bits that it drives, else the bench's: write the pull-up as 1, `Z` as 0. Verilators without "
+    "`--pins-inout-enables`, such as 5.006: a write is an error",
+    "two states",
+)  # fmt: skip
+@bench(adder)
+async def inouts(dut: Any) -> None:
+    try:
+        dut.pad.value = 0x5A
+    except hoverlock.NotWritable as error:
+        assert "cannot drive on this Verilator" in str(error)
+        return
+    await Timer(1, "ns")
+    assert dut.pad_seen.value == 0x5A
+    dut.data.value, dut.drive.value = 3, 1
+    await Timer(1, "ns")
+    assert dut.pad_seen.value == dut.pad.value == 3
 
 
 @row(
@@ -415,7 +470,7 @@ async def fractions(dut: Any) -> None:
     assert hoverlock.get_sim_time("fs") == 1500
 
 
-@row("deprecation warnings", "of old names", "none: old and new names are of equal standing")
+@row("deprecation warnings", "of old names", "none: old and new names are of equal standing", "a bench runs under either version")
 def warnings_of_old_names() -> None:
     import warnings
 
@@ -427,6 +482,12 @@ def warnings_of_old_names() -> None:
 async def _old_names(dut: Any) -> None:
     await Timer(1, units="ns")
     assert dut.step.value.integer == 0 and cocotb.fork is start_soon
+
+
+@row("`cocotb_tools.config`, `cocotb-config`", "folders of makefiles and of libraries for simulators", "none", "there are no such libraries")
+def no_config() -> None:
+    with pytest.raises(ModuleNotFoundError):
+        __import__("hoverlock.cocotb_tools.config")
 
 
 @row("GPI, VHDL, other simulators", "yes", "Verilator only, in the same process", "speed")

@@ -29,6 +29,7 @@ from .errors import (
     DeadlockError,
     HoverlockError,
     NoSuchSignal,
+    NotForceable,
     NotWritable,
     ProtocolError,
     RangeError,
@@ -64,6 +65,7 @@ from .triggers import (
     with_timeout,
 )
 from .utils import get_sim_time
+from .writes import Force, Freeze, Release
 
 __all__ = [
     "ArrayHandle",
@@ -82,6 +84,8 @@ __all__ = [
     "Event",
     "FallingEdge",
     "First",
+    "Force",
+    "Freeze",
     "Handle",
     "Hierarchy",
     "HoverlockError",
@@ -90,6 +94,7 @@ __all__ = [
     "Lock",
     "NextTimeStep",
     "NoSuchSignal",
+    "NotForceable",
     "NotWritable",
     "NullTrigger",
     "Outputs",
@@ -103,6 +108,7 @@ __all__ = [
     "ReadOnly",
     "ReadOnlyError",
     "ReadWrite",
+    "Release",
     "RisingEdge",
     "Session",
     "SimTimeoutError",

@@ -36,6 +36,8 @@ def add_design_options(add: object) -> None:
            help="wall-clock limit of each test (default: 600 s)")
     option("--hoverlock-internal", action="append", default=[],  # type: ignore[operator]
            metavar="PATTERN", help="internal signals to make accessible, such as 'u_core.*' (may be repeated)")
+    option("--hoverlock-forceable", action="append", default=[],  # type: ignore[operator]
+           metavar="PATTERN", help="internal signals that Force may override (may be repeated)")
     option("--hoverlock-flag", action="append", default=[],  # type: ignore[operator]
            metavar="FLAG", help="a further argument of Verilator, such as --hoverlock-flag=-DFAST (may be repeated)")
     option("--hoverlock-plusarg", action="append", default=[],  # type: ignore[operator]
@@ -83,6 +85,7 @@ def design_from(option: Callable[[str], Any]) -> Design | None:
         top=top,
         parameters=chosen,
         internals=option("hoverlock_internal"),
+        forceable=option("hoverlock_forceable"),
         flags=[_from_here(flag) for flag in option("hoverlock_flag")],
         plusargs=option("hoverlock_plusarg"),
         folder=".",

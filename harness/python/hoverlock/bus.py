@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,18 +25,26 @@ if TYPE_CHECKING:
     from .transfer import Pause
 
 __all__ = [
+    "ApbMaster",
+    "ApbMemory",
     "AvalonMaster",
     "AvalonMemory",
     "AvalonMonitor",
     "AvalonSink",
     "AvalonSource",
+    "AxiChecker",
     "AxiLiteMaster",
     "AxiLiteMemory",
     "AxiMaster",
+    "AxiMemory",
     "AxiMonitor",
     "AxiSink",
     "AxiSource",
     "Frame",
+    "UartSink",
+    "UartSource",
+    "WishboneMaster",
+    "WishboneMemory",
 ]
 
 
@@ -467,6 +475,28 @@ class AxiLiteMaster(_Master):
         self._raw.set_pause(pause, seed)
 
 
+class ApbMaster(_Master):
+    """Reads and writes an APB slave of the design: one access at a time, in the order of the calls. Parameters as of
+    `AvalonMaster`, without ``read_latency``.
+
+    >>> csr = ApbMaster(dut, "apb_", dut.clk)
+    >>> await csr.write(0x10, 1)
+    """
+
+    _bus = "apb"
+
+
+class WishboneMaster(_Master):
+    """Reads and writes a Wishbone slave of the design in classic cycles: one access at a time, in the order of the calls.
+    Parameters as of `AvalonMaster`, without ``read_latency``. Names may end with ``_i`` and ``_o``.
+
+    >>> csr = WishboneMaster(dut, "wb_", dut.clk)
+    >>> await csr.read(4)
+    """
+
+    _bus = "wishbone"
+
+
 class AxiMaster:
     """Reads and writes an AXI4 slave of the design in bursts of increasing addresses, and checks its answers: one write and
     one read at a time.
@@ -665,6 +695,142 @@ class AxiLiteMemory(_Memory):
 
     def _addresses_of_a_word(self, dut: Any, prefix: str) -> int:
         return len(getattr(dut, f"{prefix}rdata")) // 8
+
+
+class AxiMemory(_Memory):
+    """A memory for an AXI4 master of the design, with bursts of all kinds; addresses count bytes. It checks the rules of the
+    bus. Parameters as of `AvalonMemory`, without ``step``.
+
+    >>> memory = AxiMemory(dut, "m_axi_", dut.clk, reset=dut.rst)
+    >>> memory.write(0, np.arange(64))
+    """
+
+    _bus = "axi4"
+
+    def _addresses_of_a_word(self, dut: Any, prefix: str) -> int:
+        return len(getattr(dut, f"{prefix}rdata")) // 8
+
+
+class ApbMemory(_Memory):
+    """A memory for an APB master of the design; addresses count bytes. It checks the rules of the bus. Parameters as of
+    `AvalonMemory`, without ``step``.
+
+    >>> memory = ApbMemory(dut, "m_", dut.clk)
+    >>> memory.stall(0.3, seed=1)
+    """
+
+    _bus = "apb"
+
+    def _addresses_of_a_word(self, dut: Any, prefix: str) -> int:
+        return len(getattr(dut, f"{prefix}prdata")) // 8
+
+
+class WishboneMemory(_Memory):
+    """A memory for a Wishbone master of the design, classic cycles; addresses count as its ``adr`` does. It checks the rules
+    of the bus. Parameters as of `AvalonMemory`, without ``step``.
+
+    >>> memory = WishboneMemory(dut, "wbm_", dut.clk, reset=dut.rst)
+    >>> memory[3] = 7
+    """
+
+    _bus = "wishbone"
+
+
+class AxiChecker:
+    """Listens to an AXI4 bus without driving it, and checks the rules of master and slave. Parameters as of `AvalonMemory`,
+    without ``step``.
+
+    >>> checker = AxiChecker(dut, "m_axi_", dut.clk, reset=dut.rst)
+    >>> checker.writes, checker.reads
+    """
+
+    def __init__(
+        self, dut: Any, prefix: str, clock: Handle, *, reset: Handle | None = None, reset_active: bool = True
+    ) -> None:
+        self._raw = _core.RawChecker(_below(dut, prefix), clock, reset, reset_active)
+
+    @property
+    def writes(self) -> int:
+        """Bursts written."""
+        return self._raw.bursts()[0]
+
+    @property
+    def reads(self) -> int:
+        """Bursts read."""
+        return self._raw.bursts()[1]
+
+
+class UartSource:
+    """Drives a serial line into the design, idle at 1.
+
+    Parameters
+    ----------
+    line : Handle
+        The line.
+    baud : float
+        Bits a second.
+    bits : int
+        Bits of data in a character, from 5 to 9.
+    parity : "even" or "odd", optional
+        The parity bit. Default: none.
+    stop_bits : int
+        1 or 2.
+
+    Raises
+    ------
+    HoverlockError
+        If the format is not possible.
+
+    >>> source = UartSource(dut.rx, 115200)
+    >>> await source.send(b"hello")
+    """
+
+    def __init__(
+        self, line: Handle, baud: float, *, bits: int = 8, parity: Literal["even", "odd"] | None = None, stop_bits: int = 1
+    ) -> None:
+        self._raw = _core.RawUartSource(line, _bit_of(baud), bits, parity, stop_bits)
+
+    async def send(self, values: Iterable[int]) -> None:
+        """Sends characters, such as bytes, and waits until the last stop bit is over."""
+        await self._raw.send([int(value) for value in values]).ended()
+
+
+class UartSink:
+    """Listens to a serial line out of the design. A wrong parity or stop bit ends the test with ``ProtocolError``. Parameters
+    as of `UartSource`.
+
+    >>> sink = UartSink(dut.tx, 115200)
+    >>> assert await sink.recv(5) == b"hello"
+    """
+
+    def __init__(
+        self, line: Handle, baud: float, *, bits: int = 8, parity: Literal["even", "odd"] | None = None, stop_bits: int = 1
+    ) -> None:
+        self._raw = _core.RawUartSink(line, _bit_of(baud), bits, parity, stop_bits)
+        self._bits = bits
+
+    async def recv(self, count: int = 1) -> bytes | list[int]:
+        """Waits for characters: bytes, or a list where a character has 9 bits."""
+        values: list[int] = []
+        while len(values) < count:
+            value = self._raw.try_recv()
+            if value is None:
+                await self._raw.arrived()
+            else:
+                values.append(value)
+        return values if self._bits > 8 else bytes(values)
+
+    @property
+    def count(self) -> int:
+        """Characters that have come."""
+        return self._raw.count()
+
+
+def _bit_of(baud: float) -> int:
+    """The time of a bit in femtoseconds."""
+    if not baud > 0:
+        raise ValueError(f"a rate of {baud} bits a second")
+    return round(1e15 / baud)
 
 
 def _below(dut: Any, prefix: str) -> str:

@@ -40,6 +40,8 @@ class Design:
         Folders for ``include`` and for modules that are named like their files.
     internals : iterable of str
         Internal signals and memories to make accessible: ``"u_core.state"``, ``"u_core.*"``.
+    forceable : iterable of str
+        Internal signals that ``Force`` may override, and that are accessible too: ``"u_core.enable"``.
     flags : iterable of str
         Further arguments of Verilator.
     plusargs : iterable of str
@@ -72,6 +74,7 @@ class Design:
     defines: Mapping[str, object] = field(default_factory=dict)
     includes: Iterable[str | Path] = ()
     internals: Iterable[str] = ()
+    forceable: Iterable[str] = ()
     flags: Iterable[str] = ()
     plusargs: Iterable[str] = ()
     waves: str | None = None
@@ -89,7 +92,7 @@ class Design:
         one = isinstance(self.sources, (str, os.PathLike))
         sources = (self.sources,) if one else tuple(self.sources)  # type: ignore[arg-type]
         object.__setattr__(self, "sources", sources)
-        for name in ("includes", "internals", "flags", "plusargs"):
+        for name in ("includes", "internals", "forceable", "flags", "plusargs"):
             value = getattr(self, name)
             object.__setattr__(self, name, (value,) if isinstance(value, str) else tuple(value))
         if self.folder is None:
@@ -121,6 +124,7 @@ class Design:
             defines=dict(self.defines),
             flags=list(self.flags),
             internals=list(self.internals),
+            forceable=list(self.forceable),
             waves=self.waves,
             coverage=self.coverage,
             random_initial=self.random_initial,

@@ -22,7 +22,11 @@ class RangeError(HoverlockError, OverflowError, ValueError):
 
 
 class NotWritable(HoverlockError):
-    """A write to an output of the design."""
+    """A write to an output of the design, or to an ``inout`` that this Verilator does not let a bench drive."""
+
+
+class NotForceable(HoverlockError):
+    """A ``Force`` of a signal that was not made forceable; the message says how to ask for it."""
 
 
 class ReadOnlyError(HoverlockError, RuntimeError):

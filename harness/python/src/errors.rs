@@ -14,6 +14,7 @@ mod python {
     pyo3::import_exception!(hoverlock.errors, NoSuchSignal);
     pyo3::import_exception!(hoverlock.errors, RangeError);
     pyo3::import_exception!(hoverlock.errors, NotWritable);
+    pyo3::import_exception!(hoverlock.errors, NotForceable);
     pyo3::import_exception!(hoverlock.errors, ReadOnlyError);
     pyo3::import_exception!(hoverlock.errors, SimulationError);
     pyo3::import_exception!(hoverlock.errors, TriggerError);
@@ -76,6 +77,12 @@ pub fn of_model(error: &ModelError) -> PyErr {
                 text.replace("add .internal(\"", "Design(..., internals=[\"").replace("\") to the build)", "\"]))");
             python::NoSuchSignal::new_err(text)
         }
+        ModelError::NotForceable { .. } => {
+            let text =
+                text.replace("add .forceable(\"", "Design(..., forceable=[\"").replace("\") to the build", "\"])");
+            python::NotForceable::new_err(text)
+        }
+        ModelError::InoutNotDrivable { .. } => python::NotWritable::new_err(text),
         ModelError::NotReachable { .. } => python::NoSuchSignal::new_err(text),
         ModelError::OutOfRange { .. } => python::RangeError::new_err(text),
         ModelError::Address { .. } => PyIndexError::new_err(text),

@@ -18,7 +18,9 @@ mod trigger;
 #[pyo3::pymodule]
 mod _core {
     #[pymodule_export]
-    use crate::bus::{Access, Burst, RawListener, RawMaster, RawMemory, RawSource, Symbols};
+    use crate::bus::{Access, Burst, RawChecker, RawListener, RawMaster, RawMemory, RawSource, Symbols};
+    #[pymodule_export]
+    use crate::bus::{RawUartSink, RawUartSource, Sending};
     #[pymodule_export]
     use crate::handle::{
         ArrayHandle, Bits, Element, Handle, HierarchyBase, RealHandle, TextHandle, Value, count_bits_from_left,

@@ -97,7 +97,8 @@ impl Coverage {
 /// Builds a model, or finds it in the cache. The interpreter's lock is released meanwhile.
 #[pyfunction]
 #[pyo3(signature = (top, sources, *, includes = vec![], parameters = None, defines = None, flags = vec![],
-                    internals = vec![], waves = None, coverage = false, random_initial = false, assertions = true,
+                    internals = vec![], forceable = vec![], waves = None, coverage = false, random_initial = false,
+                    assertions = true,
                     warnings_are_errors = false, timescale = None, verilator = None, cache = None))]
 #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
 pub fn compile(
@@ -109,6 +110,7 @@ pub fn compile(
     defines: Option<&Bound<'_, PyDict>>,
     flags: Vec<String>,
     internals: Vec<String>,
+    forceable: Vec<String>,
     waves: Option<&str>,
     coverage: bool,
     random_initial: bool,
@@ -146,6 +148,9 @@ pub fn compile(
     }
     for pattern in internals {
         build = build.internal(pattern);
+    }
+    for pattern in forceable {
+        build = build.forceable(pattern);
     }
     if let Some(text) = timescale {
         build = build.timescale(text);

@@ -212,11 +212,13 @@ impl Simulation {
     }
 
     /// Cancels all tasks, runs the Verilog's `final` blocks and frees the model; returns what these print.
-    fn close(&self) -> PyResult<Vec<String>> {
+    fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let inner = self.0.get()?;
         let _entered = Entered::new(inner.dut.clone());
-        let Some(sim) = inner.sim.borrow_mut().take() else { return Ok(Vec::new()) };
+        let Some(mut sim) = inner.sim.borrow_mut().take() else { return Ok(Vec::new()) };
+        let recorded = sim.stop_waves();
         let messages = sim.finish();
+        recorded.map_err(|error| errors::exception(py, error))?;
         let text = |message| match message {
             hoverlock_harness::model::Message::Text(text) => Some(text),
             _ => None,

@@ -116,6 +116,24 @@ def test_a_runner_in_the_bench_runs_unchanged(tmp_path):
     assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
 
 
+def test_versions_of_simulators_are_compared():
+    said = textwrap.dedent("""
+        import hoverlock
+        hoverlock.as_cocotb()
+        from cocotb_tools.sim_versions import IcarusVersion, ModelsimVersion, VerilatorVersion
+        of = VerilatorVersion
+        assert of("5.006 2023-01-22 rev (Debian 5.006-3)") == of("Verilator 5.006") < of("5.048 devel") and of("5.10") > of("5.9")
+        assert IcarusVersion("11.0 (stable)") >= IcarusVersion("11") != IcarusVersion("11.1")
+        assert ModelsimVersion("10.5b") < ModelsimVersion("10.5.1") and hash(of("5.0")) == hash(of("5"))
+        try:
+            of("5") < IcarusVersion("5")
+        except TypeError as error:
+            print("told:", error)
+    """)
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True)
+    assert done.returncode == 0 and "told: '<' not supported" in done.stdout, done.stdout + done.stderr
+
+
 def test_a_makefile_of_cocotb_needs_one_line(tmp_path):
     (tmp_path / "include").mkdir()
     (tmp_path / "include" / "start.vh").write_text("`define START 8'd7\n")

@@ -302,6 +302,37 @@ def test_events_locks_and_queues_of_a_module_serve_test_after_test():
     assert [simulate(counter, bench) for _ in range(3)] == [5, 5, 5]
 
 
+def test_an_fst_that_does_not_fit_is_an_error_and_no_abort(tmp_path):
+    # The build comes first: the limit is of all files that the process writes.
+    recorded = counter.changed(waves="fst")
+    try:
+        recorded.compile()
+    except hoverlock.BuildError as error:
+        pytest.skip(f"SKIPPED: no FST waves here: {error}")
+    (tmp_path / "bench.py").write_text(textwrap.dedent(f"""
+        import resource, sys
+        import hoverlock
+        from hoverlock import Clock, Design, Session, Timer
+
+        async def bench(dut):
+            Clock(dut.clk, 10, "ns").start()
+            dut.enable.value = dut.step.value = 1
+            await Timer(300, "us")
+
+        design = Design({str(counter.sources[0])!r}, top="counter", folder={str(counter.folder)!r}, waves="fst")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
+        with Session(design) as session:
+            session.simulation.start_waves("all.fst")
+            session.run(bench)
+    """))
+    told = {}
+    for limit in (2000, 1 << 20):
+        done = subprocess.run([sys.executable, "bench.py", str(limit)], cwd=tmp_path, capture_output=True, text=True)
+        told[limit] = (done.returncode, done.stderr)
+    assert told[1 << 20] == (0, "")
+    assert told[2000][0] == 1 and "the waves are not whole" in told[2000][1], told[2000]
+
+
 def test_a_full_disk_ends_the_test_with_its_reason(tmp_path):
     async def bench(dut):
         Clock(dut.clk, 10, "ns").start()

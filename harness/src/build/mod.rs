@@ -135,6 +135,7 @@ pub struct Build {
     pub(crate) defines: BTreeMap<String, Option<String>>,
     pub(crate) flags: Vec<String>,
     pub(crate) internals: Vec<String>,
+    pub(crate) forceable: Vec<String>,
     pub(crate) trace: Trace,
     pub(crate) coverage: Coverage,
     pub(crate) initial: Initial,
@@ -159,6 +160,7 @@ impl Build {
             defines: BTreeMap::new(),
             flags: Vec::new(),
             internals: Vec::new(),
+            forceable: Vec::new(),
             trace: Trace::None,
             coverage: Coverage::default(),
             initial: Initial::Zero,
@@ -218,6 +220,13 @@ impl Build {
     /// accessible cannot be optimised away: everything (`*`) costs a third of the speed or more.
     pub fn internal(mut self, pattern: impl Into<String>) -> Build {
         self.internals.push(pattern.into());
+        self
+    }
+
+    /// Makes internal vectors forceable, and accessible, by hierarchical name below the top; `*` matches any text. The
+    /// model checks at each use of such a signal whether it is forced.
+    pub fn forceable(mut self, pattern: impl Into<String>) -> Build {
+        self.forceable.push(pattern.into());
         self
     }
 
@@ -334,6 +343,8 @@ pub(crate) struct Record {
     pub signals: Vec<Variable>,
     /// Ports and internals asked for that the shim's table does not have.
     pub odd: Vec<String>,
+    /// Whether the bench may drive the `inout`s of the top.
+    pub drivable_inouts: bool,
     /// Parameters by name.
     pub constants: Vec<(String, Constant)>,
     /// All names of the hierarchy, for the nearest names in errors.

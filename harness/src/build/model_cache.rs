@@ -337,7 +337,10 @@ fn model_key(
     hash.add(tool::fingerprint(&verilator.path).as_bytes());
     hash.add(tool::fingerprint(compiler).as_bytes());
     build.verilator_arguments(sources, includes).iter().for_each(|argument| hash.add(argument.as_bytes()));
+    // The patterns of both lists are told apart by the count between them.
     build.internals.iter().for_each(|pattern| hash.add(pattern.as_bytes()));
+    hash.add(&build.internals.len().to_le_bytes());
+    build.forceable.iter().for_each(|pattern| hash.add(pattern.as_bytes()));
     hash.add(format!("{:?} {:?} {:?}", build.trace, build.coverage, build.initial).as_bytes());
     for source in sources {
         hash.add(hash_file(source)?.as_bytes());

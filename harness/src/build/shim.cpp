@@ -1,6 +1,7 @@
 // The whole interface between the harness and one Verilated model: plain C functions on one instance.
 // The generated file before this one defines HV_SIGNALS(X), one X(member) for each port and public variable. What a
-// member is, its C++ type says, in every version of Verilator.
+// member is, its C++ type says, in every version of Verilator. HV_FORCED(X) has one X(place in that table, member) for
+// each that can be forced, HV_INOUTS(X) the same for each `inout` that the bench may drive.
 // Events ($finish, $error, printed text) are collected in the instance and fetched after eval: no calls back.
 #include <cstdarg>
 #include <cstdio>
@@ -41,7 +42,10 @@ enum HvKind : uint32_t { HV_BITS = 0, HV_REAL = 1, HV_TEXT = 2, HV_OTHER = 3 };
 constexpr uint32_t HV_DIMENSIONS = 8;
 
 struct HvSignal {
-    void* data;
+    void* data;    // what is read
+    void* target;  // what is written: the same, except of a signal that can be forced, and of an `inout`
+    void* force_enable;  // the bits forced, and their values; null if it cannot be forced
+    void* force_value;
     uint32_t kind;
     uint32_t element_bytes;
     uint32_t dimensions;
@@ -79,13 +83,60 @@ template <typename T, std::size_t N> struct HvShape<T[N]> : HvArray<T, N> {};
 
 template <typename T> HvSignal signal_of(T& member) {
     HvSignal found{};
-    found.data = (void*)&member;
+    found.data = found.target = (void*)&member;
     HvShape<typename std::remove_cv<T>::type>::fill(found);
     return found;
 }
 
 struct HvFatal final : std::runtime_error {
     using std::runtime_error::runtime_error;
+};
+
+// The width of a row of bits, rounded up: 8 bytes hold any vector of at most 64 bits.
+using HvBits = std::vector<uint64_t>;
+HvBits bits_of(std::size_t bytes) { return HvBits((bytes + 7) / 8); }
+
+// A signal that can be forced. Verilator keeps what the design assigns in the member; readers in the design get, bit by
+// bit, value where enable is 1. The bench reads the same from `shown`.
+struct HvForced {
+    std::size_t bytes;
+    const void* member;
+    void* enable;
+    void* value;
+    HvBits shown, asked_enable, asked_value, put_enable, put_value;
+
+    void before() {
+        if (asked_enable == put_enable && asked_value == put_value) return;
+        std::memcpy(enable, asked_enable.data(), bytes);
+        std::memcpy(value, asked_value.data(), bytes);
+        put_enable = asked_enable;
+        put_value = asked_value;
+    }
+    void after() {
+        std::memcpy(shown.data(), member, bytes);
+        for (std::size_t at = 0; at < shown.size(); ++at)
+            shown[at] = (shown[at] & ~asked_enable[at]) | (asked_value[at] & asked_enable[at]);
+    }
+};
+
+// An `inout`, which Verilator splits into what comes in and what goes out with an enable for each bit. What comes in is
+// what goes out where the design drives, else what the bench drives.
+struct HvInout {
+    std::size_t bytes;
+    void* in;
+    const void* out;
+    const void* enable;
+    HvBits driven, now, drives;
+
+    // Whether what comes in has changed.
+    bool resolve() {
+        std::memcpy(now.data(), out, bytes);
+        std::memcpy(drives.data(), enable, bytes);
+        for (std::size_t at = 0; at < now.size(); ++at) now[at] = (now[at] & drives[at]) | (driven[at] & ~drives[at]);
+        if (std::memcmp(in, now.data(), bytes) == 0) return false;
+        std::memcpy(in, now.data(), bytes);
+        return true;
+    }
 };
 
 struct HvInstance;
@@ -98,6 +149,8 @@ struct HvInstance {
     HvContext context;
     HV_MODEL* model = nullptr;
     std::vector<HvSignal> signals;
+    std::vector<HvForced> forced;
+    std::vector<HvInout> inouts;
     std::vector<HvEvent> events;
     std::string text;
     std::string taken;  // keeps the text handed out alive until the next call
@@ -120,6 +173,55 @@ void record(uint32_t kind, const char* file, int line, const char* message) {
         self->pending |= 1;
     }
 }
+
+template <typename T> void add_forced(HvInstance* self, std::size_t at, T& member, T& enable, T& value) {
+    const HvBits none = bits_of(sizeof(T));
+    self->forced.push_back(HvForced{sizeof(T), (void*)&member, (void*)&enable, (void*)&value, none, none, none, none, none});
+    auto& signal = self->signals[at];
+    auto& forced = self->forced.back();
+    std::memcpy(forced.shown.data(), (void*)&member, sizeof(T));
+    signal.data = forced.shown.data();
+    signal.force_enable = forced.asked_enable.data();
+    signal.force_value = forced.asked_value.data();
+}
+// A type for which Verilator keeps the enable in another way.
+template <typename T, typename E, typename V> void add_forced(HvInstance*, std::size_t, T&, E&, V&) {}
+
+template <typename T> void add_inout(HvInstance* self, std::size_t at, T& in, T& out, T& enable) {
+    const HvBits none = bits_of(sizeof(T));
+    self->inouts.push_back(HvInout{sizeof(T), (void*)&in, (void*)&out, (void*)&enable, none, none, none});
+    self->signals[at].target = self->inouts.back().driven.data();
+}
+
+inline void evaluate(HvInstance* self) {
+#if HV_DIRECT_EVAL
+    // Past the first time, `eval_step` adds only the ends of threads that this model does not have: half its time
+    // on a small design goes to thread-local variables. Defined only where the generated text is known.
+    auto* const root = self->model->rootp;
+    if (VL_LIKELY(root->vlSymsp->__Vm_didInit)) {
+        Vdut___024root___eval(root);
+        return;
+    }
+#endif
+    self->model->eval();
+}
+
+#if HV_OVERRIDES
+void evaluate_overridden(HvInstance* self) {
+    for (auto& forced : self->forced) forced.before();
+    for (auto& inout : self->inouts) inout.resolve();
+    evaluate(self);
+    // What the design drives now may come in again through an `inout`.
+    for (int round = 0;; ++round) {
+        bool changed = false;
+        for (auto& inout : self->inouts) changed |= inout.resolve();
+        if (!changed) break;
+        if (round == 100) throw std::runtime_error("its `inout`s do not settle");
+        evaluate(self);
+    }
+    for (auto& forced : self->forced) forced.after();
+}
+#endif
 
 }  // namespace
 
@@ -200,6 +302,12 @@ HV_API HvInstance* hv_new(uint64_t seed, int32_t random_reset, int32_t argc, con
 #define HV_ADD(member) self->signals.push_back(signal_of(symbols.member));
     HV_SIGNALS(HV_ADD)
 #undef HV_ADD
+#define HV_ADD(at, member) add_forced(self, at, symbols.member, symbols.member##__VforceEn, symbols.member##__VforceVal);
+    HV_FORCED(HV_ADD)
+#undef HV_ADD
+#define HV_ADD(at, member) add_inout(self, at, symbols.member, symbols.member##__out, symbols.member##__en);
+    HV_INOUTS(HV_ADD)
+#undef HV_ADD
     (void)symbols;
     return self;
 }
@@ -225,16 +333,11 @@ HV_API void hv_delete(HvInstance* self) {
 
 HV_API void hv_eval_bound(HvInstance* self) {
     try {
-#if HV_DIRECT_EVAL
-        // Past the first time, `eval_step` adds only the ends of threads that this model does not have: half its time
-        // on a small design goes to thread-local variables. Defined only where the generated text is known.
-        auto* const root = self->model->rootp;
-        if (VL_LIKELY(root->vlSymsp->__Vm_didInit)) {
-            Vdut___024root___eval(root);
-            return;
-        }
+#if HV_OVERRIDES
+        evaluate_overridden(self);
+#else
+        evaluate(self);
 #endif
-        self->model->eval();
     } catch (const HvFatal&) {
         self->pending |= 3;
     } catch (const std::exception& error) {

@@ -15,7 +15,10 @@ use crate::error::{BuildError, nearest};
 
 pub(super) const SHIM: &str = include_str!("shim.cpp");
 /// Incremented whenever the shim's functions change.
-pub(crate) const INTERFACE: u32 = 2;
+pub(crate) const INTERFACE: u32 = 3;
+
+/// Splits each `inout` of the top into an input and two outputs: value and enable. Older versions do not have it.
+const SPLIT_INOUTS: &str = "--pins-inout-enables";
 
 /// Paths of one build, all absolute.
 pub(super) struct Workshop<'a> {
@@ -37,9 +40,15 @@ impl Workshop<'_> {
     ) -> Result<Record, BuildError> {
         let root = self.verilator.root()?;
         let hierarchy = self.read_hierarchy(version)?;
+        let forceable = self.choose_forceable(&hierarchy)?;
         let mut internals = self.choose_internals(&hierarchy)?;
+        internals.extend(forceable.iter().filter(|v| !internals.contains(v)).cloned().collect::<Vec<_>>());
         let generated = self.folder.join("out");
-        let mut warnings = self.verilate(&internals)?;
+        let of_top = hierarchy.variables.iter().filter(|v| v.port.is_some() && v.scope == self.build.top);
+        // A build that splits them itself drives the halves itself.
+        let split_by_flag = self.build.flags.iter().any(|flag| flag == SPLIT_INOUTS);
+        let has_inouts = of_top.clone().any(|v| v.port == Some(PortDirection::Inout)) && !split_by_flag;
+        let (mut warnings, drivable) = self.verilate_with_inouts(&internals, &forceable, has_inouts)?;
         let mut tables = Tables::read(&generated)?;
         let odd = tables.unreachable(&generated)?;
         if !odd.is_empty() {
@@ -49,11 +58,11 @@ impl Workshop<'_> {
                 internals.iter().filter(|v| !odd.contains(&(&v.module, &v.name))).cloned().collect();
             std::fs::remove_dir_all(&generated)
                 .map_err(|source| BuildError::Cache { path: generated.clone(), source })?;
-            warnings = self.verilate(&rest)?;
+            let forceable: Vec<Variable> = forceable.iter().filter(|v| rest.contains(v)).cloned().collect();
+            warnings = self.verilate(&rest, &forceable, drivable)?;
             tables = Tables::read(&generated)?;
         }
         let header = read(&generated.join("Vdut.h"))?;
-        let of_top = hierarchy.variables.iter().filter(|v| v.port.is_some() && v.scope == self.build.top);
         let mut signals = ports(&header, &of_top.clone().collect::<Vec<_>>());
         let mut odd: Vec<String> =
             of_top.filter(|v| !signals.iter().any(|(port, _)| port.name == v.name)).map(|v| v.path.clone()).collect();
@@ -63,12 +72,24 @@ impl Workshop<'_> {
                 None => odd.push(variable.path),
             }
         }
-        self.write_unity(&generated, &signals)?;
+        if drivable {
+            // Only the two halves of an `inout` have such names: Verilator refuses a design that has them already.
+            let is_half = |name: &str| {
+                let of = name.strip_suffix("__out").or_else(|| name.strip_suffix("__en"));
+                of.is_some_and(|of| signals.iter().any(|(v, _)| v.name == of && v.port == Some(PortDirection::Inout)))
+            };
+            let halves: Vec<bool> = signals.iter().map(|(v, _)| v.scope.is_empty() && is_half(&v.name)).collect();
+            let mut halves = halves.into_iter();
+            signals.retain(|_| !halves.next().unwrap_or(false));
+        }
+        let overrides = Overrides::new(&generated, &signals, &forceable, drivable)?;
+        self.write_unity(&generated, &signals, &overrides)?;
         self.compile(&root, &generated, &runtime(&root)?)?;
         Ok(Record {
             top: self.build.top.clone(),
             signals: signals.into_iter().map(|(variable, _)| variable).collect(),
             odd,
+            drivable_inouts: drivable || split_by_flag,
             constants: hierarchy.constants.iter().take(20_000).cloned().collect(),
             names: hierarchy.variables.iter().take(20_000).map(|v| v.path.clone()).collect(),
             trace: self.build.trace,
@@ -97,7 +118,8 @@ impl Workshop<'_> {
             self.check_output(&self.verilator_command(&output)?)?;
             return hierarchy::parse_json(&read(&self.folder.join("design.json"))?, &self.build.top);
         }
-        let output = self.verilator_command(&["--xml-only", "--xml-output", "design.xml", "--Mdir", "xml"])?;
+        // Optimised, the description would lack nets that are only another name of an expression.
+        let output = self.verilator_command(&["--xml-only", "--xml-output", "design.xml", "--Mdir", "xml", "-O0"])?;
         self.check_output(&output)?;
         hierarchy::parse_xml(&read(&self.folder.join("design.xml"))?)
     }
@@ -121,14 +143,66 @@ impl Workshop<'_> {
         Ok(inner().filter(wanted).cloned().collect())
     }
 
-    fn verilate(&self, internals: &[Variable]) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {
-        let mut wanted: Vec<(&str, &str)> = internals.iter().map(|v| (v.module.as_str(), v.name.as_str())).collect();
-        wanted.sort();
-        wanted.dedup();
+    /// The variables to make forceable: those that a pattern names, of vectors.
+    fn choose_forceable(&self, hierarchy: &Hierarchy) -> Result<Vec<Variable>, BuildError> {
+        let refused = |name: &str, reason| BuildError::BadOption { what: "forceable", value: name.to_owned(), reason };
+        let mut found: Vec<Variable> = Vec::new();
+        for pattern in &self.build.forceable {
+            let is_port = |v: &&Variable| v.port.is_some() && !v.path.contains('.');
+            let matching = || hierarchy.variables.iter().filter(|v| hierarchy::matches(pattern, &v.path));
+            let is_vector =
+                |v: &&Variable| matches!(v.kind, hierarchy::Kind::Bits { .. }) && v.dimensions.is_empty() && !v.nested;
+            let chosen: Vec<Variable> = matching().filter(|v| !is_port(v) && is_vector(v)).cloned().collect();
+            if !chosen.is_empty() || pattern == "*" {
+                found.extend(chosen);
+            } else if matching().any(|v| is_port(&v)) {
+                return Err(refused(pattern, "a port of the top: force the signal inside that drives it"));
+            } else if matching().next().is_some() {
+                return Err(refused(pattern, "no vector: arrays, `real` and variables of functions cannot be forced"));
+            } else {
+                return Err(BuildError::NoSuchInternal {
+                    name: pattern.clone(),
+                    top: self.build.top.clone(),
+                    nearest: nearest(pattern, hierarchy.variables.iter().map(|v| v.path.as_str())),
+                });
+            }
+        }
+        Ok(found)
+    }
+
+    /// Runs Verilator; with the `inout`s of the top split into what comes in and what goes out, if this version can.
+    /// The second value tells whether it did.
+    fn verilate_with_inouts(
+        &self,
+        internals: &[Variable],
+        forceable: &[Variable],
+        has_inouts: bool,
+    ) -> Result<(Vec<diagnostic::Diagnostic>, bool), BuildError> {
+        match self.verilate(internals, forceable, has_inouts) {
+            Err(BuildError::Verilog { diagnostics })
+                if diagnostics.iter().any(|d| d.message.contains(&format!("Invalid option: {SPLIT_INOUTS}"))) =>
+            {
+                Ok((self.verilate(internals, forceable, false)?, false))
+            }
+            other => other.map(|warnings| (warnings, has_inouts)),
+        }
+    }
+
+    fn verilate(
+        &self,
+        internals: &[Variable],
+        forceable: &[Variable],
+        split_inouts: bool,
+    ) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {
         let mut config = String::from("`verilator_config\n");
-        for (module, variable) in wanted {
-            // Writing to a String cannot fail.
-            let _ = writeln!(config, "public_flat_rw -module \"{module}\" -var \"{variable}\"");
+        for (attribute, variables) in [("public_flat_rw", internals), ("forceable", forceable)] {
+            let mut wanted: Vec<_> = variables.iter().map(|v| (v.module.as_str(), v.name.as_str())).collect();
+            wanted.sort();
+            wanted.dedup();
+            for (module, variable) in wanted {
+                // Writing to a String cannot fail.
+                let _ = writeln!(config, "{attribute} -module \"{module}\" -var \"{variable}\"");
+            }
         }
         write(&self.folder.join("public.vlt"), &config)?;
         let unique = match self.build.initial {
@@ -149,6 +223,13 @@ impl Workshop<'_> {
             (coverage.user, "--coverage-user"),
         ];
         arguments.extend(kinds.iter().filter(|(on, _)| *on).map(|(_, flag)| *flag));
+        if split_inouts {
+            arguments.push(SPLIT_INOUTS);
+        }
+        if !forceable.is_empty() {
+            // This optimiser of older versions puts the expression assigned in the place of the forced net.
+            arguments.push("-fno-dfg");
+        }
         arguments.push("public.vlt");
         let output = self.verilator_command(&arguments)?;
         self.check_output(&output)
@@ -195,11 +276,24 @@ impl Workshop<'_> {
     }
 
     /// Writes the table of signals and the unity file.
-    fn write_unity(&self, generated: &Path, signals: &[(Variable, String)]) -> Result<(), BuildError> {
+    fn write_unity(
+        &self,
+        generated: &Path,
+        signals: &[(Variable, String)],
+        overrides: &Overrides,
+    ) -> Result<(), BuildError> {
         let mut table = String::from("#define HV_SIGNALS(HV_SIGNAL)");
         for (_, member) in signals {
             let _ = write!(table, " \\\n    HV_SIGNAL({member})");
         }
+        for (name, places) in [("HV_FORCED", &overrides.forced), ("HV_INOUTS", &overrides.inouts)] {
+            let _ = write!(table, "\n#define {name}(HV_SIGNAL)");
+            for at in places {
+                let _ = write!(table, " \\\n    HV_SIGNAL({at}, {})", signals[*at].1);
+            }
+        }
+        let any = u8::from(!overrides.forced.is_empty() || !overrides.inouts.is_empty());
+        let _ = write!(table, "\n#define HV_OVERRIDES {any}");
         let mut evaluation = read(&generated.join("Vdut.cpp"))?;
         if !has_classes(generated)? {
             evaluation = evaluation.replace("    vlSymsp->__Vm_deleter.deleteAll();\n", "");
@@ -310,13 +404,8 @@ impl Tables {
     /// asked for: a `genvar` or an interface's reference, which no class has, so that the C++ does not compile; and a
     /// queue, as if it were one byte.
     fn unreachable(&self, generated: &Path) -> Result<HashSet<(String, String)>, BuildError> {
-        // `Vdut_child   TOP__child;` names the class of an instance.
         let symbols = read(&generated.join("Vdut__Syms.h"))?;
-        let classes: HashMap<&str, &str> = symbols
-            .lines()
-            .filter_map(|line| line.trim().strip_suffix(';')?.split_once(' '))
-            .map(|(class, instance)| (instance.trim(), class))
-            .collect();
+        let classes = classes_in(&symbols);
         let mut numbers: HashMap<&str, HashSet<String>> = HashMap::new();
         let mut found = HashSet::new();
         for (name, expression) in &self.members {
@@ -330,6 +419,47 @@ impl Tables {
             }
         }
         Ok(found)
+    }
+}
+
+/// The class of each instance: `Vdut_child   TOP__child;`.
+fn classes_in(symbols: &str) -> HashMap<&str, &str> {
+    let lines = symbols.lines().filter_map(|line| line.trim().strip_suffix(';')?.split_once(' '));
+    lines.map(|(class, instance)| (instance.trim(), class)).collect()
+}
+
+/// Signals whose value is not the design's alone, by their places in the table.
+struct Overrides {
+    /// Those that can be forced.
+    forced: Vec<usize>,
+    /// The `inout`s of the top that the bench may drive.
+    inouts: Vec<usize>,
+}
+
+impl Overrides {
+    fn new(
+        generated: &Path,
+        signals: &[(Variable, String)],
+        forceable: &[Variable],
+        drivable: bool,
+    ) -> Result<Overrides, BuildError> {
+        let symbols = read(&generated.join("Vdut__Syms.h"))?;
+        let classes = classes_in(&symbols);
+        let mut forced = Vec::new();
+        for (at, (variable, expression)) in signals.iter().enumerate() {
+            if !forceable.contains(variable) {
+                continue;
+            }
+            let Some((instance, member)) = expression.split_once('.') else { continue };
+            let Some(class) = classes.get(instance) else { continue };
+            if numbers_of(&read(&generated.join(format!("{class}.h")))?).contains(&format!("{member}__VforceEn")) {
+                forced.push(at);
+            }
+        }
+        let is_inout = |v: &Variable| v.port == Some(PortDirection::Inout) && !v.path.contains('.');
+        let inouts =
+            signals.iter().enumerate().filter(|(_, (v, _))| drivable && is_inout(v) && v.dimensions.is_empty());
+        Ok(Overrides { forced, inouts: inouts.map(|(at, _)| at).collect() })
     }
 }
 
@@ -370,7 +500,8 @@ fn configured(line: &str) -> Option<(&str, &str)> {
 fn inserted(line: &str) -> Option<(&str, &str, &str)> {
     let line = line.trim();
     let line = line.strip_prefix("//UNSUP ").unwrap_or(line);
-    let (scope, rest) = line.split_once(".varInsert(__Vfinal,\"").or_else(|| line.split_once("->varInsert(\""))?;
+    let heads = [".varInsert(__Vfinal,\"", "->forceableVarInsert(\"", "->varInsert(\""];
+    let (scope, rest) = heads.iter().find_map(|head| line.split_once(head))?;
     let (name, rest) = rest.split_once("\", &(")?;
     Some((scope, name, rest.split_once(')')?.0))
 }
@@ -579,6 +710,9 @@ mod tests {
         let newer =
             "    __Vscopep_g->varInsert(\"m\", &(TOP.g__DOT__m), false, VLVT_UINT16, VLVD_NODIR, 1, 1 ,0,15 ,15,0);";
         assert_eq!(inserted(newer), Some(("__Vscopep_g", "m", "TOP.g__DOT__m")));
+        let forceable = "__Vscopep_g->forceableVarInsert(\"f\", &(TOP.g__DOT__f), false, VLVT_UINT8, \
+                         &(TOP.f__VforceRd), {__Vscopep_g->varInsert(\"f__VforceEn\", &(TOP.f__VforceEn), false)}, 0);";
+        assert_eq!(inserted(forceable), Some(("__Vscopep_g", "f", "TOP.g__DOT__f")));
         let comment =
             "  //UNSUP __Vscope_g.varInsert(__Vfinal,\"grid\", &(TOP.grid), false, VLVT_UINT8,0,3 ,3,0 ,0,1 ,0,2);";
         assert_eq!(inserted(comment), Some(("__Vscope_g", "grid", "TOP.grid")));

@@ -16,7 +16,8 @@ use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
 use std::rc::Rc;
 
-use super::{Pause, Random, Reset, Violation, optional};
+use super::handshake::Offer;
+use super::{Pause, Random, Reset, Violation, bits_of, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
 
@@ -218,8 +219,8 @@ struct MemoryAgent {
     cycle: u64,
     /// Reads in flight: the cycle of the answer, and the word.
     answers: VecDeque<(u64, u64)>,
-    /// The command that waits for `waitrequest` to fall, to check that it does not change.
-    held: Option<Command>,
+    /// The command, which must stay while `waitrequest` is 1.
+    command: Offer<Command>,
     /// The write burst in progress: the next word's address, and the number of words to come.
     burst: Option<(u64, u64)>,
 }
@@ -260,7 +261,7 @@ impl Memory {
             state: state.clone(),
             cycle: 0,
             answers: VecDeque::new(),
-            held: None,
+            command: Offer::default(),
             burst: None,
         };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
@@ -307,7 +308,7 @@ impl Agent for MemoryAgent {
         let high = |signal: &Option<Signal>| signal.as_ref().is_some_and(Signal::is_high);
         if self.reset.as_ref().is_some_and(Reset::is_active) {
             self.answers.clear();
-            self.held = None;
+            self.command = Offer::default();
             self.burst = None;
             put(&self.ports.read_data_valid, 0)?;
             return Ok(());
@@ -326,9 +327,8 @@ impl Agent for MemoryAgent {
             data: self.ports.write_data.as_ref().filter(|_| write).map_or(0, Signal::get),
             count: self.ports.burst_count.as_ref().map_or(1, Signal::get),
         };
-        if let Some(held) = self.held.take()
-            && held != command
-        {
+        let waits = high(&self.ports.wait_request);
+        if self.command.cycle((read || write).then_some(command), !waits).1.is_some() {
             return Err(violation("the command changed while waitrequest was 1").into());
         }
         if (read || write) && command.count == 0 && self.burst.is_none() {
@@ -337,10 +337,8 @@ impl Agent for MemoryAgent {
         if read && self.burst.is_some() {
             return Err(violation("a read inside a burst of writes").into());
         }
-        if high(&self.ports.wait_request) {
-            if read || write {
-                self.held = Some(command);
-            }
+        if waits {
+            // The command stays.
         } else if write {
             state.accesses += 1;
             // Address and count come with the first word.
@@ -349,7 +347,7 @@ impl Agent for MemoryAgent {
                 self.burst = Some((address.wrapping_add(state.step), count - 1));
             }
             let bytes = self.ports.byte_enable.as_ref().map_or(u64::MAX, Signal::get);
-            let mask = (0..8).filter(|b| bytes >> b & 1 == 1).fold(0, |m, b| m | 0xff << (8 * b));
+            let mask = bits_of(bytes);
             let word = state.words.entry(address).or_insert(0);
             *word = *word & !mask | command.data & mask;
         } else if read {

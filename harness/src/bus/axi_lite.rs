@@ -7,7 +7,8 @@ use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
 use std::rc::Rc;
 
-use super::{Pause, Reset, Violation, optional};
+use super::handshake::Offer;
+use super::{Pause, Reset, Violation, bits_of, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal, both};
 use crate::time::Time;
@@ -219,8 +220,8 @@ struct MemoryAgent {
     data: VecDeque<(u64, u64)>,
     responses: u64,
     reads: VecDeque<u64>,
-    /// What the master offers on `aw`, `w` and `ar` and was not taken yet.
-    offered: [Option<(u64, u64)>; 3],
+    /// What the master offers on `aw`, `w` and `ar`.
+    offers: [Offer<(u64, u64)>; 3],
 }
 
 impl Memory {
@@ -245,7 +246,7 @@ impl Memory {
             data: VecDeque::new(),
             responses: 0,
             reads: VecDeque::new(),
-            offered: [None; 3],
+            offers: Default::default(),
         };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
         Ok(Memory { state, bytes })
@@ -280,7 +281,7 @@ impl Agent for MemoryAgent {
             self.data.clear();
             self.reads.clear();
             self.responses = 0;
-            self.offered = [None; 3];
+            self.offers = Default::default();
             for signal in [&ports.aw.1, &ports.w.1, &ports.ar.1, &ports.b.0, &ports.r.0] {
                 signal.set(0)?;
             }
@@ -294,24 +295,12 @@ impl Agent for MemoryAgent {
             ("ar", &ports.ar, (ports.ar_address.get(), 0)),
         ];
         for (at, (name, (valid, ready), payload)) in channels.into_iter().enumerate() {
-            if let Some(offered) = self.offered[at].take() {
-                let broken = match (valid.is_high(), offered == payload) {
-                    (false, _) => Some("valid fell before ready came"),
-                    (true, false) => Some("the payload changed while valid waited for ready"),
-                    _ => None,
-                };
-                if let Some(rule) = broken {
-                    let rule = format!("{name}: {rule}");
-                    return Err(Violation { bus: ports.name.clone(), rule, time: core.now() }.into());
-                }
+            let (taken, broken) = self.offers[at].cycle(valid.is_high().then_some(payload), ready.is_high());
+            if let Some(rule) = broken {
+                let rule = format!("{name}: {rule}");
+                return Err(Violation { bus: ports.name.clone(), rule, time: core.now() }.into());
             }
-            if !valid.is_high() {
-                continue;
-            }
-            if !ready.is_high() {
-                self.offered[at] = Some(payload);
-                continue;
-            }
+            let Some(payload) = taken else { continue };
             match at {
                 0 => self.addresses.push_back(payload.0),
                 1 => self.data.push_back(payload),
@@ -321,7 +310,7 @@ impl Agent for MemoryAgent {
         let mut state = self.state.borrow_mut();
         while !self.addresses.is_empty() && !self.data.is_empty() {
             if let (Some(address), Some((data, strobe))) = (self.addresses.pop_front(), self.data.pop_front()) {
-                let mask = (0..8).filter(|b| strobe >> b & 1 == 1).fold(0, |m, b| m | 0xff << (8 * b));
+                let mask = bits_of(strobe);
                 let word = state.words.entry(address / bytes).or_insert(0);
                 *word = *word & !mask | data & mask;
                 state.accesses += 1;

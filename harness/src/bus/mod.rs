@@ -7,17 +7,24 @@
 //! | AXI4-Stream | the same, with [`stream::Dialect::Axi`] | the same |
 //! | Avalon-MM | [`avalon_mm::Master`] | [`avalon_mm::Memory`] |
 //! | AXI4-Lite | [`axi_lite::Master`] | [`axi_lite::Memory`] |
-//! | AXI4, with bursts | [`axi4::Master`], which checks the slave | |
+//! | AXI4, with bursts | [`axi4::Master`], which checks the slave | [`axi4::Memory`], [`axi4::Checker`] |
+//! | APB | [`apb::Master`] | [`apb::Memory`] |
+//! | Wishbone, classic cycles | [`wishbone::Master`] | [`wishbone::Memory`] |
+//! | UART | [`uart::Source`] | [`uart::Sink`] |
 //!
 //! Every model that drives takes a [`Pause`]: the cycles in which it inserts idle or stall cycles. Sinks, monitors and
 //! memories check the rules of their bus: a broken rule ends the run with a [`Violation`] that names rule and time.
 //! [`bulk`] moves whole frames without the scheduler.
 
+pub mod apb;
 pub mod avalon_mm;
 pub mod axi4;
 pub mod axi_lite;
 pub mod bulk;
+mod handshake;
 pub mod stream;
+pub mod uart;
+pub mod wishbone;
 
 use crate::error::ModelError;
 use crate::sim::{Dut, Signal};
@@ -134,6 +141,11 @@ impl Reset {
     pub(crate) fn is_active(&self) -> bool {
         self.signal.is_high() == self.active_high
     }
+}
+
+/// The bits of the bytes that a strobe selects.
+fn bits_of(strobe: u64) -> u64 {
+    (0..8).filter(|b| strobe >> b & 1 == 1).fold(0, |mask, b| mask | 0xff << (8 * b))
 }
 
 /// The signal `prefix` + `name`; `None` if there is none.

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::library::{Functions, Instance, Library, RawSlot};
 use super::message::Message;
 use super::raw::{RawSignal, Word};
-use super::signal::{Direction, SignalId, SignalInfo};
+use super::signal::{Direction, Force, SignalId, SignalInfo};
 use super::storage::{Storage, load, load_words, store, store_words};
 use crate::build::{Initial, Kind, PortDirection, Variable};
 use crate::error::{ModelError, nearest};
@@ -36,6 +36,7 @@ thread_local! {
 #[derive(Clone, Copy)]
 struct Slot {
     data: *mut u8,
+    target: *mut u8,
     mask: u64,
     storage: Storage,
     writable: bool,
@@ -77,6 +78,8 @@ fn describe(variable: &Variable, slot: &RawSlot) -> Option<SignalInfo> {
         items: variable.items.clone(),
         fields: variable.fields.clone(),
         data: slot.data,
+        target: slot.target,
+        force: None,
     })
 }
 
@@ -87,7 +90,9 @@ pub struct Model {
     pending: *const u8,
     pub(super) library: Library,
     id: u32,
+    /// Those that have names, then those by which others are forced.
     signals: Vec<SignalInfo>,
+    named: usize,
     slots: Vec<Slot>,
     by_name: HashMap<String, u32>,
     /// Names and addresses of the `string`s.
@@ -135,6 +140,7 @@ impl Model {
             pending,
             id: NEXT_MODEL.fetch_add(1, Ordering::Relaxed),
             signals: Vec::new(),
+            named: 0,
             slots: Vec::new(),
             by_name: HashMap::new(),
             texts: Vec::new(),
@@ -165,22 +171,46 @@ impl Model {
             if count == 0 { &[] } else { std::slice::from_raw_parts(list, count) }
         };
         let library = self.library.clone();
+        let mut forceable = Vec::new();
         for (variable, slot) in library.record().signals.iter().zip(slots) {
             if let Some(signal) = describe(variable, slot) {
+                self.by_name.insert(signal.name.clone(), self.signals.len() as u32);
+                if !slot.force_enable.is_null() {
+                    forceable.push((self.signals.len(), *slot));
+                }
                 self.add(signal);
             } else if variable.kind == Kind::Text && (slot.kind, slot.dimensions) == (2, 0) {
                 self.texts.push((variable.path.clone(), slot.data));
             }
         }
+        self.named = self.signals.len();
+        for (at, slot) in forceable {
+            let place = self.signals.len() as u32;
+            for (what, data) in [("force enable", slot.force_enable), ("force value", slot.force_value)] {
+                let of = &self.signals[at];
+                let name = format!("{} ({what})", of.name);
+                let (items, fields) = (Vec::new(), Vec::new());
+                self.add(SignalInfo {
+                    name,
+                    direction: Direction::Internal,
+                    items,
+                    fields,
+                    data,
+                    target: data,
+                    ..of.clone()
+                });
+            }
+            self.signals[at].force = Some(Force { enable: place, value: place + 1 });
+        }
     }
 
     fn add(&mut self, signal: SignalInfo) {
-        self.by_name.insert(signal.name.clone(), self.signals.len() as u32);
         self.slots.push(Slot {
             data: signal.data,
+            target: signal.target,
             mask: signal.mask(),
             storage: signal.storage,
-            writable: signal.direction != Direction::Output && !matches!(signal.storage, Storage::Wide(_)),
+            writable: self.is_writable(&signal) && !matches!(signal.storage, Storage::Wide(_)),
         });
         self.signals.push(signal);
     }
@@ -192,7 +222,46 @@ impl Model {
 
     /// All ports, in the order of the Verilog, then the public internals.
     pub fn signals(&self) -> &[SignalInfo] {
+        &self.signals[..self.named]
+    }
+
+    /// The same, and those by which others are forced.
+    pub(crate) fn all_signals(&self) -> &[SignalInfo] {
         &self.signals
+    }
+
+    /// The ids of the two signals by which another is forced: its enable and its value.
+    ///
+    /// # Errors
+    /// If it was not made forceable.
+    pub(crate) fn force_of(&self, signal: SignalId) -> Result<(SignalId, SignalId), ModelError> {
+        let info = self.info(signal);
+        let Some(force) = info.force else {
+            return Err(ModelError::NotForceable {
+                signal: info.name.clone(),
+                is_port: info.direction != Direction::Internal,
+            });
+        };
+        let id = |index| SignalId { index, model: self.id };
+        Ok((id(force.enable), id(force.value)))
+    }
+
+    /// Whether a bench may write a signal.
+    pub(crate) fn is_writable(&self, info: &SignalInfo) -> bool {
+        match info.direction {
+            Direction::Output => false,
+            Direction::Inout => self.library.record().drivable_inouts,
+            Direction::Input | Direction::Internal => true,
+        }
+    }
+
+    /// The error of a write to a signal that a bench may not write.
+    pub(crate) fn not_writable(&self, info: &SignalInfo) -> ModelError {
+        let signal = info.name.clone();
+        match info.direction {
+            Direction::Inout => ModelError::InoutNotDrivable { signal },
+            _ => ModelError::NotWritable { signal, top: self.library.top().to_owned() },
+        }
     }
 
     /// The signal of that name; `a.b` also finds a port that is written `a$b`.
@@ -272,7 +341,7 @@ impl Model {
             return Err(self.refused(self.info(signal), value));
         }
         // SAFETY: the signal is of this live model, borrowed alone.
-        unsafe { store(slot.data, slot.storage, value) };
+        unsafe { store(slot.target, slot.storage, value) };
         Ok(())
     }
 
@@ -284,8 +353,8 @@ impl Model {
 
     #[cold]
     fn refused(&self, info: &SignalInfo, value: u64) -> ModelError {
-        if info.direction == Direction::Output {
-            return ModelError::NotWritable { signal: info.name.clone(), top: self.library.top().to_owned() };
+        if !self.is_writable(info) {
+            return self.not_writable(info);
         }
         match info.check_unsigned(value) {
             Err(error) => error,
@@ -306,12 +375,12 @@ impl Model {
     /// If the value does not fit, or the signal is an output.
     pub fn set_words(&mut self, signal: SignalId, words: &[u32]) -> Result<(), ModelError> {
         let info = self.info(signal);
-        if info.direction == Direction::Output {
+        if !self.is_writable(info) {
             return Err(self.refused(info, 0));
         }
         info.check_words(words)?;
         // SAFETY: as in `set`.
-        unsafe { store_words(info.data, info.storage, words) };
+        unsafe { store_words(info.target, info.storage, words) };
         Ok(())
     }
 
@@ -345,7 +414,7 @@ impl Model {
         let info = self.info(memory);
         let offset = info.element_offset(index)?;
         info.check_words(words)?;
-        if info.direction == Direction::Output {
+        if !self.is_writable(info) {
             return Err(self.refused(info, 0));
         }
         // SAFETY: the offset was checked.
@@ -361,7 +430,7 @@ impl Model {
         let info = self.info(memory);
         let offset = info.element_offset(index)?;
         info.check_unsigned(value)?;
-        if info.direction == Direction::Output {
+        if !self.is_writable(info) {
             return Err(self.refused(info, value));
         }
         // SAFETY: the offset was checked.
@@ -375,6 +444,10 @@ impl Model {
     /// If there is no such signal, it is a memory, or Verilator stores it in another type than `T`.
     pub fn raw<T: Word>(&self, name: &str) -> Result<RawSignal<T>, ModelError> {
         let info = self.info(self.find(name)?);
+        if info.is_overridden() {
+            let is = "is an `inout`, or can be forced: its value is decided in each evaluation";
+            return Err(ModelError::WrongShape { signal: name.to_owned(), is, instead: "get and set" });
+        }
         if info.range.is_some()
             || info.storage.bytes() * 8 != T::BITS as usize
             || matches!(info.storage, Storage::Wide(_)) != T::WIDE

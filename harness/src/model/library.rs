@@ -18,6 +18,9 @@ pub(crate) const DIMENSIONS: usize = 8;
 #[derive(Clone, Copy)]
 pub(crate) struct RawSlot {
     pub data: *mut u8,
+    pub target: *mut u8,
+    pub force_enable: *mut u8,
+    pub force_value: *mut u8,
     pub kind: u32,
     pub element_bytes: u32,
     pub dimensions: u32,

@@ -41,10 +41,29 @@ pub struct SignalInfo {
     pub items: EnumItems,
     /// The fields, if the type is a packed structure or union.
     pub fields: Vec<Field>,
+    /// What is read.
     pub(crate) data: *mut u8,
+    /// What is written: the same, except of signals that can be forced and of `inout`s, whose value the evaluation
+    /// decides.
+    pub(crate) target: *mut u8,
+    pub(crate) force: Option<Force>,
+}
+
+/// The two signals by which another is forced, as places in the model's list.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Force {
+    /// The bits that are forced.
+    pub enable: u32,
+    /// Their values.
+    pub value: u32,
 }
 
 impl SignalInfo {
+    /// Whether the bench's writes are only one part of the value.
+    pub(crate) fn is_overridden(&self) -> bool {
+        self.data != self.target
+    }
+
     /// A mask of the signal's bits, of up to 64.
     pub fn mask(&self) -> u64 {
         if self.width >= 64 { u64::MAX } else { (1 << self.width) - 1 }

@@ -6,6 +6,7 @@ use std::rc::Rc;
 
 use super::Region;
 use super::clock::Clock;
+use super::forcing::Forcing;
 use super::future::{Either, First, Wait, race};
 use super::log::Level;
 use super::scheduler::{Body, Core};
@@ -45,6 +46,15 @@ impl Dut {
     pub fn wide(&self, name: &str) -> Result<Wide, ModelError> {
         let id = self.core.model.borrow().find(name)?;
         Wide::new(&self.core, id)
+    }
+
+    /// The force of an internal signal made forceable by [`Build::forceable`](crate::build::Build::forceable).
+    ///
+    /// # Errors
+    /// If there is no such signal, or it was not made forceable.
+    pub fn forcing(&self, name: &str) -> Result<Forcing, ModelError> {
+        let id = self.core.model.borrow().find(name)?;
+        Forcing::new(&self.core, id)
     }
 
     /// A memory made public by [`Build::internal`](crate::build::Build::internal), or a port that is an array.

@@ -22,6 +22,7 @@
 
 mod clock;
 mod dut;
+mod forcing;
 mod future;
 mod log;
 mod scheduler;
@@ -35,6 +36,7 @@ use std::time::Duration;
 
 pub use self::clock::Clock;
 pub use self::dut::Dut;
+pub use self::forcing::Forcing;
 pub use self::future::{Either, First, Wait, both, race};
 pub use self::log::{Level, Line};
 pub(crate) use self::scheduler::{Agent, Core, WallClock};

@@ -6,7 +6,7 @@ use super::future::Wait;
 use super::scheduler::Core;
 use super::trigger::{Edge, Trigger};
 use crate::error::{Error, ModelError};
-use crate::model::{Direction, SignalId, SignalInfo, Storage, load, load_words};
+use crate::model::{SignalId, SignalInfo, Storage, load, load_words};
 
 /// A signal of at most 64 bits.
 #[derive(Clone)]
@@ -43,7 +43,7 @@ impl Signal {
             data: info.data,
             storage: info.storage,
             mask: info.mask(),
-            writable: info.direction != Direction::Output,
+            writable: core.model.borrow().is_writable(info),
         })
     }
 
@@ -56,7 +56,8 @@ impl Signal {
 
     /// The value after the writes that are buffered so far; for writes of single bits.
     pub fn get_pending(&self) -> u64 {
-        self.core.pending(self.id.index() as u32).unwrap_or_else(|| self.get())
+        let index = self.id.index() as u32;
+        self.core.pending(index).unwrap_or_else(|| self.core.written(index))
     }
 
     /// The value in two's complement.
@@ -112,7 +113,7 @@ impl Signal {
         let model = self.core.model.borrow();
         let info = model.info(self.id);
         if !self.writable {
-            return ModelError::NotWritable { signal: info.name.clone(), top: model.library().top().to_owned() };
+            return model.not_writable(info);
         }
         match info.check_unsigned(value) {
             Err(error) => error,
@@ -208,7 +209,8 @@ impl Wide {
 
     /// The words after the writes that are buffered so far; for writes of single bits.
     pub fn get_pending(&self) -> Vec<u32> {
-        let mut words = self.core.pending_words(self.id.index() as u32).unwrap_or_else(|| self.get());
+        let index = self.id.index() as u32;
+        let mut words = self.core.pending_words(index).unwrap_or_else(|| self.core.written_words(index));
         words.resize(self.width.div_ceil(32) as usize, 0);
         words
     }
@@ -238,8 +240,8 @@ impl Wide {
     pub fn set(&self, words: &[u32]) -> Result<(), ModelError> {
         let model = self.core.model.borrow();
         let info = model.info(self.id);
-        if info.direction == Direction::Output {
-            return Err(ModelError::NotWritable { signal: info.name.clone(), top: model.library().top().to_owned() });
+        if !model.is_writable(info) {
+            return Err(model.not_writable(info));
         }
         info.check_words(words)?;
         drop(model);
@@ -446,11 +448,8 @@ impl Memory {
     }
 
     fn check_writable(&self) -> Result<(), ModelError> {
-        if self.info.direction != Direction::Output {
-            return Ok(());
-        }
-        let top = self.core.model.borrow().library().top().to_owned();
-        Err(ModelError::NotWritable { signal: self.info.name.clone(), top })
+        let model = self.core.model.borrow();
+        if model.is_writable(&self.info) { Ok(()) } else { Err(model.not_writable(&self.info)) }
     }
 
     /// All elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits.

@@ -161,6 +161,16 @@ impl Sim {
         self.core.evaluations()
     }
 
+    /// Ends all recordings of waves and completes their files.
+    ///
+    /// # Errors
+    /// If a file cannot be written, such as on a full disk.
+    pub fn stop_waves(&mut self) -> Result<(), Error> {
+        self.core.waves.borrow_mut().stop_all(&mut self.core.model.borrow_mut())?;
+        self.core.set_waves(false);
+        Ok(())
+    }
+
     /// Ends all tasks, runs the Verilog's `final` blocks and returns the messages.
     pub fn finish(self) -> Vec<Message> {
         self.core.cancel_all();

@@ -159,15 +159,26 @@ impl Waves {
         self.running.is_empty()
     }
 
-    /// Samples the settled values of a time step.
+    /// Ends all recordings and completes their files; gives the first error.
+    pub fn stop_all(&mut self, model: &mut Model) -> Result<(), Error> {
+        let ids: Vec<_> = self.running.iter().map(|running| RecordingId(running.id)).collect();
+        let ends: Vec<_> = ids.into_iter().map(|id| self.stop(model, id)).collect();
+        ends.into_iter().collect()
+    }
+
+    /// Samples the settled values of a time step. A recording whose file cannot be written ends.
     pub fn sample(&mut self, model: &mut Model, now: Time) -> Result<(), Error> {
-        for running in self.running.iter_mut().filter(|r| r.from <= now && now <= r.until) {
+        for at in 0..self.running.len() {
+            let running = &mut self.running[at];
+            if now < running.from || now > running.until {
+                continue;
+            }
             let again = running.last.replace(now) == Some(now);
-            match &mut running.recorder {
+            let written = match &mut running.recorder {
                 // Verilator's files take one sample for each time.
-                Recorder::Everything if again => {}
-                Recorder::Everything => model.trace_dump(now)?,
-                Recorder::Signals(writer) => writer.sample(now)?,
+                Recorder::Everything if again => Ok(()),
+                Recorder::Everything => model.trace_dump(now),
+                Recorder::Signals(writer) => writer.sample(now),
                 Recorder::BeforeFailure { channels, kept, steps, .. } => {
                     let reused = if again { kept.pop_back() } else { None };
                     let reused = reused.or_else(|| if kept.len() >= *steps { kept.pop_front() } else { None });
@@ -175,7 +186,12 @@ impl Waves {
                     words.clear();
                     channels.iter().for_each(|c| c.append_words(&mut words));
                     kept.push_back((now, words));
+                    Ok(())
                 }
+            };
+            if let Err(error) = written {
+                self.running.remove(at);
+                return Err(error);
             }
         }
         Ok(())

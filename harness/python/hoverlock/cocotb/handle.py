@@ -11,6 +11,7 @@ from typing import Any
 
 from .. import hierarchy
 from .._core import ArrayHandle, Bits, Element, Handle, RealHandle, TextHandle
+from ..writes import Deposit, Force, Freeze, Immediate, Release
 
 __all__ = [
     "ArrayObject",
@@ -119,36 +120,3 @@ class GPIDiscovery:
 
     AUTO = 0
     NATIVE = 1
-
-
-class Deposit:
-    """A plain write."""
-
-    def __init__(self, value: Any) -> None:
-        self.value = value
-
-    def __index__(self) -> int:
-        return int(self.value, 2) if isinstance(self.value, str) else int(self.value.__index__())
-
-
-class Immediate(Deposit):
-    """A plain write: there are no delta cycles here."""
-
-
-class _Refused:
-    def __init__(self, *_: object) -> None:
-        raise NotImplementedError(
-            f"{type(self).__name__}: a model's own assignments cannot be overridden; see 'Coming from cocotb'"
-        )
-
-
-class Force(_Refused):
-    """Not supported: raises ``NotImplementedError``."""
-
-
-class Freeze(_Refused):
-    """Not supported: raises ``NotImplementedError``."""
-
-
-class Release(_Refused):
-    """Not supported: raises ``NotImplementedError``."""

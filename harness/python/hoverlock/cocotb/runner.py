@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..design import Design
-from ..errors import HoverlockError, NoSuchSignal
+from ..errors import HoverlockError, NoSuchSignal, NotForceable
 from ..runner import new_seed, run, say, write_junit
 
 log = logging.getLogger("hoverlock.runner")
@@ -22,6 +22,14 @@ log = logging.getLogger("hoverlock.runner")
 __all__ = ["Verilator", "get_results", "get_runner"]
 
 _OTHERS = ("icarus", "questa", "ghdl", "riviera", "activehdl", "vcs", "xcelium", "nvc", "dsim", "modelsim", "ius")
+
+
+_AGAIN = "a bench %s: all tests run again on a slower model%s; faster is build(..., %s=['u_core.state'])"
+# What a bench may need of the model beyond its ports, the error that shows it, and what is said then.
+_MORE = (
+    ("internals", NoSuchSignal, _AGAIN % ("uses a signal that is not a port", " with all internal signals accessible", "internals")),
+    ("forceable", NotForceable, _AGAIN % ("forces a signal", " in which all can be forced", "forceable")),
+)
 
 
 class Verilator:
@@ -48,12 +56,14 @@ class Verilator:
         waves: bool = False,
         timescale: tuple[str, str] | str | None = None,
         internals: Sequence[str] | None = None,
+        forceable: Sequence[str] = (),
         **ignored: Any,
     ) -> None:
         """Builds the model. cocotb's other arguments (``always``, ``clean``, ``log_file`` ...) are ignored.
 
         ``internals`` names the internal signals to make accessible. If it is not given, and a bench uses an internal
-        signal, all tests run again on a slower model with all internal signals.
+        signal, all tests run again on a slower model with all internal signals. ``forceable``, of the signals that `Force`
+        may override, likewise.
         """
         if hdl_toplevel is None:
             raise HoverlockError("build needs hdl_toplevel")
@@ -68,6 +78,7 @@ class Verilator:
             includes=includes,
             flags=[str(flag) for flag in build_args] if self.arguments_are_verilators else (),
             internals=internals or (),
+            forceable=forceable,
             waves="vcd" if waves else None,
             timescale="/".join(timescale) if isinstance(timescale, tuple) else timescale,
             folder=Path.cwd(),
@@ -99,15 +110,15 @@ class Verilator:
             modules = [name for text in modules for name in text.split(",") if name.strip()]
             chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
             session_seed = new_seed() if chosen is None else int(chosen)
-            # Whether a bench uses internals shows only when it runs: the results of such a first run are not printed.
-            results = run(modules, design, seed=session_seed, names=names, quiet=not self.internals_are_chosen, fresh=True)
-            if not self.internals_are_chosen and any(isinstance(r.error, NoSuchSignal) for r in results):
-                text = "a bench uses a signal that is not a port: all tests run again with all internal signals accessible; "
-                log.warning("%sfaster is build(..., internals=['u_core.state'])", text)
-                self.design, design = self.design.changed(internals=("*",)), design.changed(internals=("*",))
-                self.internals_are_chosen = True
-                results = run(modules, design, seed=session_seed, names=names, fresh=True)
-            elif not self.internals_are_chosen:
+            # Whether a bench uses internals, or forces one, shows only when it runs: results of such runs are not printed.
+            quiet = not self.internals_are_chosen
+            results = run(modules, design, seed=session_seed, names=names, quiet=quiet, fresh=True)
+            for option, kind, text in _MORE if quiet else ():
+                if any(isinstance(result.error, kind) for result in results):
+                    log.warning(text)
+                    self.design, design = self.design.changed(**{option: ("*",)}), design.changed(**{option: ("*",)})
+                    results = run(modules, design, seed=session_seed, names=names, quiet=True, fresh=True)
+            if quiet:
                 say(results, session_seed)
         finally:
             os.environ.clear()

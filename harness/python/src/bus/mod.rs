@@ -3,6 +3,7 @@
 mod registers;
 mod stream;
 mod transfer;
+mod uart;
 
 use hoverlock_harness::Error;
 use hoverlock_harness::bus::stream::Dialect;
@@ -11,9 +12,10 @@ use hoverlock_harness::sim::{self, Dut, Signal, TaskId};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-pub use self::registers::{Access, Burst, RawMaster, RawMemory};
+pub use self::registers::{Access, Burst, RawChecker, RawMaster, RawMemory};
 pub use self::stream::{RawListener, RawSource, Symbols};
 pub use self::transfer::{Transfer, TransferOptions, Transferred};
+pub use self::uart::{RawUartSink, RawUartSource, Sending};
 use crate::errors;
 use crate::handle::Handle;
 use crate::trigger::Trigger;

@@ -1,11 +1,11 @@
-//! Avalon-MM, AXI4-Lite and AXI4: masters and memories.
+//! Avalon-MM, AXI4-Lite, AXI4, APB and Wishbone: masters and memories; the checker of AXI4.
 
 use std::cell::RefCell;
 use std::future::Future;
 use std::rc::Rc;
 
 use hoverlock_harness::Error;
-use hoverlock_harness::bus::{Pause, avalon_mm, axi_lite, axi4};
+use hoverlock_harness::bus::{Pause, apb, avalon_mm, axi_lite, axi4, wishbone};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -91,9 +91,11 @@ enum Speaks {
     Avalon(avalon_mm::Master),
     Axi(axi_lite::Master),
     Axi4(axi4::Master),
+    Apb(apb::Master),
+    Wishbone(wishbone::Master),
 }
 
-const NO_BURSTS: &str = "AXI4-Lite has no bursts";
+const NO_BURSTS: &str = "this bus has no bursts";
 const WORDS_IN_BURSTS: &str = "AXI4: a word is a burst of one";
 
 /// Reads and writes registers of the design.
@@ -111,6 +113,8 @@ impl RawMaster {
         let speaks = match bus {
             "axi" => Speaks::Axi(axi_lite::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
             "axi4" => Speaks::Axi4(axi4::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
+            "apb" => Speaks::Apb(apb::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
+            "wishbone" => Speaks::Wishbone(wishbone::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
             _ => Speaks::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?),
         };
         Ok(RawMaster { speaks: OnThread::new(speaks) })
@@ -118,8 +122,8 @@ impl RawMaster {
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
         match self.speaks.get()? {
-            Speaks::Avalon(_) => {
-                Err(PyTypeError::new_err("an Avalon-MM master does not pause: await between accesses"))
+            Speaks::Avalon(_) | Speaks::Apb(_) | Speaks::Wishbone(_) => {
+                Err(PyTypeError::new_err("this master does not pause: await between accesses"))
             }
             Speaks::Axi(master) => {
                 master.set_pause(pause_of(pause, seed)?);
@@ -154,6 +158,14 @@ impl RawMaster {
                     Ok((0, response as u64))
                 })
             }
+            Speaks::Apb(master) => {
+                let master = master.clone();
+                access("write", async move { Ok((0, master.write(address, data, bytes).await? as u64)) })
+            }
+            Speaks::Wishbone(master) => {
+                let master = master.clone();
+                access("write", async move { Ok((0, master.write(address, data, bytes).await? as u64)) })
+            }
             Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
     }
@@ -170,6 +182,20 @@ impl RawMaster {
                     let (word, response) = master.read(address).await?;
                     Ok((word, response as u64))
                 })
+            }
+            Speaks::Apb(master) => {
+                let master = master.clone();
+                access(
+                    "read",
+                    async move { master.read(address).await.map(|(word, response)| (word, response as u64)) },
+                )
+            }
+            Speaks::Wishbone(master) => {
+                let master = master.clone();
+                access(
+                    "read",
+                    async move { master.read(address).await.map(|(word, response)| (word, response as u64)) },
+                )
             }
             Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
@@ -195,7 +221,7 @@ impl RawMaster {
                 let master = master.clone();
                 burst("write_burst", async move { Ok((Vec::new(), master.write_burst(address, &words).await? as u64)) })
             }
-            Speaks::Axi(_) => Err(PyTypeError::new_err(NO_BURSTS)),
+            _ => Err(PyTypeError::new_err(NO_BURSTS)),
         }
     }
 
@@ -212,7 +238,7 @@ impl RawMaster {
                     Ok((words, response as u64))
                 })
             }
-            Speaks::Axi(_) => Err(PyTypeError::new_err(NO_BURSTS)),
+            _ => Err(PyTypeError::new_err(NO_BURSTS)),
         }
     }
 }
@@ -220,6 +246,9 @@ impl RawMaster {
 enum Answers {
     Avalon(avalon_mm::Memory),
     Axi(axi_lite::Memory),
+    Axi4(axi4::Memory),
+    Apb(apb::Memory),
+    Wishbone(wishbone::Memory),
 }
 
 /// A memory that a master in the design reads and writes.
@@ -242,11 +271,14 @@ impl RawMemory {
         let dut = simulation::current()?;
         let clock = signal_of(&dut, clock)?;
         let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
-        let answers = if bus == "axi" {
-            Answers::Axi(axi_lite::Memory::new(&dut, &clock, prefix, reset).map_err(failed(py))?)
-        } else {
-            Answers::Avalon(avalon_mm::Memory::new(&dut, &clock, prefix, reset).map_err(failed(py))?)
+        let answers = match bus {
+            "axi" => axi_lite::Memory::new(&dut, &clock, prefix, reset).map(Answers::Axi),
+            "axi4" => axi4::Memory::new(&dut, &clock, prefix, reset).map(Answers::Axi4),
+            "apb" => apb::Memory::new(&dut, &clock, prefix, reset).map(Answers::Apb),
+            "wishbone" => wishbone::Memory::new(&dut, &clock, prefix, reset).map(Answers::Wishbone),
+            _ => avalon_mm::Memory::new(&dut, &clock, prefix, reset).map(Answers::Avalon),
         };
+        let answers = answers.map_err(failed(py))?;
         Ok(RawMemory { answers: OnThread::new(answers) })
     }
 
@@ -255,6 +287,9 @@ impl RawMemory {
         match self.answers.get()? {
             Answers::Avalon(memory) => memory.set_stall(pause),
             Answers::Axi(memory) => memory.set_stall(pause),
+            Answers::Axi4(memory) => memory.set_stall(pause),
+            Answers::Apb(memory) => memory.set_stall(pause),
+            Answers::Wishbone(memory) => memory.set_stall(pause),
         }
         Ok(())
     }
@@ -266,9 +301,7 @@ impl RawMemory {
         }
         match self.answers.get()? {
             Answers::Avalon(memory) => memory.set_latency(least, most, seed),
-            Answers::Axi(_) => {
-                return Err(PyTypeError::new_err("AXI4-Lite: use `stall`"));
-            }
+            _ => return Err(PyTypeError::new_err("of Avalon-MM only: use `stall`")),
         }
         Ok(())
     }
@@ -277,7 +310,7 @@ impl RawMemory {
     fn set_step(&self, step: u64) -> PyResult<()> {
         match self.answers.get()? {
             Answers::Avalon(memory) => memory.set_step(step),
-            Answers::Axi(_) => return Err(PyTypeError::new_err("AXI4-Lite has no bursts")),
+            _ => return Err(PyTypeError::new_err("of Avalon-MM only")),
         }
         Ok(())
     }
@@ -297,6 +330,9 @@ impl RawMemory {
         Ok(match self.answers.get()? {
             Answers::Avalon(memory) => memory.get(address),
             Answers::Axi(memory) => memory.get(address),
+            Answers::Axi4(memory) => memory.get(address),
+            Answers::Apb(memory) => memory.get(address),
+            Answers::Wishbone(memory) => memory.get(address),
         })
     }
 
@@ -304,6 +340,9 @@ impl RawMemory {
         match self.answers.get()? {
             Answers::Avalon(memory) => memory.set(address, word),
             Answers::Axi(memory) => memory.set(address, word),
+            Answers::Axi4(memory) => memory.set(address, word),
+            Answers::Apb(memory) => memory.set(address, word),
+            Answers::Wishbone(memory) => memory.set(address, word),
         }
         Ok(())
     }
@@ -312,6 +351,35 @@ impl RawMemory {
         Ok(match self.answers.get()? {
             Answers::Avalon(memory) => memory.accesses(),
             Answers::Axi(memory) => memory.accesses(),
+            Answers::Axi4(memory) => memory.accesses(),
+            Answers::Apb(memory) => memory.accesses(),
+            Answers::Wishbone(memory) => memory.accesses(),
         })
+    }
+}
+
+/// Checks both sides of an AXI4 bus without driving it.
+#[pyclass(frozen, module = "hoverlock._core")]
+pub struct RawChecker(OnThread<axi4::Checker>);
+
+#[pymethods]
+impl RawChecker {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        prefix: &str,
+        clock: &Handle,
+        reset: Option<PyRef<'_, Handle>>,
+        reset_active: bool,
+    ) -> PyResult<RawChecker> {
+        let dut = simulation::current()?;
+        let clock = signal_of(&dut, clock)?;
+        let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
+        Ok(RawChecker(OnThread::new(axi4::Checker::new(&dut, &clock, prefix, reset).map_err(failed(py))?)))
+    }
+
+    /// Bursts written and read so far.
+    fn bursts(&self) -> PyResult<(u64, u64)> {
+        Ok(self.0.get()?.bursts())
     }
 }

@@ -1,14 +1,13 @@
 //! Bits of a signal.
 
-use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyInt, PySlice, PyString};
 
-use super::signal::{Access, Handle, has_unknown, resolve};
-use super::value::{Stored, Value};
-use crate::errors::RangeError;
+use super::forcing::Change;
+use super::signal::{Handle, has_unknown, resolve};
+use super::value::Value;
 
 /// The lowest bit and the width that an index names: `[3]` or, higher bit first as in Verilog, `[7:4]`.
 pub(super) fn span(index: &Bound<'_, PyAny>, of_width: u32) -> PyResult<(u32, u32)> {
@@ -109,27 +108,11 @@ impl Bits {
 
     #[setter]
     fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let py = value.py();
-        let handle = self.handle.bind(py).get();
-        let given = number_of(value, handle.name())?;
-        let one = 1u32.into_bound_py_any(py)?;
-        let size = one.lshift(self.width)?;
-        let given = if given.lt(0)? { given.add(&size)? } else { given };
-        if given.lt(0)? || given.ge(&size)? {
-            return Err(RangeError::new_err(format!(
-                "{value} does not fit {} bits of '{}'",
-                self.width,
-                handle.name()
-            )));
+        let handle = self.handle.bind(value.py()).get();
+        match Change::of(value)? {
+            Some(change) => handle.change(&change, self.low, self.width),
+            None => handle.write_bits(value, self.low, self.width),
         }
-        let whole = match handle.access.get()? {
-            Access::Word(signal) => Stored::word(signal.get_pending()),
-            Access::Wide(wide) => Stored::Wide(wide.get_pending().into_boxed_slice()),
-        };
-        let whole = Value { bits: whole, width: handle.width(), signed: false }.int(py)?;
-        let mask = size.sub(&one)?.lshift(self.low)?;
-        let kept = whole.sub(whole.bitand(&mask)?)?;
-        handle.write_int(kept.bitor(given.lshift(self.low)?)?.cast::<PyInt>()?)
     }
 
     /// A field of the structure that these bits are.

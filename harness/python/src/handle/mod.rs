@@ -3,6 +3,7 @@
 
 mod array;
 mod bits;
+mod forcing;
 mod hierarchy;
 mod scalar;
 mod signal;

@@ -14,7 +14,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyInt, PyString};
 
-use super::bits::{Bits, span};
+use super::bits::{Bits, number_of, span};
+use super::forcing::Change;
 use super::value::{Stored, Value, word_of, words_of_int};
 use super::{direction_name, own_name, path};
 use crate::errors::{self, RangeError};
@@ -33,6 +34,7 @@ pub(super) enum Access {
 #[pyclass(frozen, module = "hoverlock", weakref)]
 pub struct Handle {
     pub(super) access: OnThread<Access>,
+    dut: OnThread<Dut>,
     id: SignalId,
     name: String,
     top: Arc<str>,
@@ -62,6 +64,7 @@ impl Handle {
         let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
         Ok(Handle {
             access: OnThread::new(access),
+            dut: OnThread::new(dut.clone()),
             id,
             name,
             top: top.clone(),
@@ -115,8 +118,45 @@ impl Handle {
         }
     }
 
+    /// Forces, freezes or releases the `width` bits from `low` on.
+    #[cold]
+    pub(super) fn change(&self, change: &Change<'_>, low: u32, width: u32) -> PyResult<()> {
+        if self.direction == Direction::Input {
+            // Nothing but the bench drives it: its value stays until the next write.
+            return match change {
+                Change::Force(value) => self.write_bits(value, low, width),
+                Change::Freeze | Change::Release => Ok(()),
+            };
+        }
+        let forcing = self.dut.get()?.forcing(&self.name).map_err(|e| errors::of_model(&e))?;
+        change.make(&forcing, &self.name, low, width)
+    }
+
+    /// Writes the `width` bits from `low` on; the others stay as they are, or as they were written before.
+    pub(super) fn write_bits(&self, value: &Bound<'_, PyAny>, low: u32, width: u32) -> PyResult<()> {
+        let py = value.py();
+        let given = number_of(value, &self.name)?;
+        let one = 1u32.into_bound_py_any(py)?;
+        let size = one.lshift(width)?;
+        let given = if given.lt(0)? { given.add(&size)? } else { given };
+        if given.lt(0)? || given.ge(&size)? {
+            return Err(RangeError::new_err(format!("{value} does not fit {width} bits of '{}'", self.name)));
+        }
+        let whole = match self.access.get()? {
+            Access::Word(signal) => Stored::word(signal.get_pending()),
+            Access::Wide(wide) => Stored::Wide(wide.get_pending().into_boxed_slice()),
+        };
+        let whole = Value { bits: whole, width: self.width, signed: false }.int(py)?;
+        let mask = size.sub(&one)?.lshift(low)?;
+        let kept = whole.sub(whole.bitand(&mask)?)?;
+        self.write_int(kept.bitor(given.lshift(low)?)?.cast::<PyInt>()?)
+    }
+
     #[cold]
     fn write_other(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Some(change) = Change::of(value)? {
+            return self.change(&change, 0, self.width);
+        }
         if let Ok(text) = value.cast::<PyString>() {
             let text = text.to_str()?;
             if let Some((_, code)) = self.items.iter().find(|(name, _)| name == text) {
@@ -143,6 +183,10 @@ impl Handle {
 
     fn parse_binary<'py>(&self, py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyInt>> {
         let mut digits: String = text.chars().filter(|c| *c != '_').collect();
+        if self.direction == Direction::Inout {
+            // A bit that the bench lets go: where the design does not drive it either, it reads 0.
+            digits = digits.replace(['Z', 'z'], "0");
+        }
         if digits.len() == self.width as usize && has_unknown(&digits) {
             digits = resolve(py, &self.name, &digits)?;
         }

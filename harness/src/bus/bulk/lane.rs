@@ -72,7 +72,7 @@ impl<T: Element> Lane<T> {
             )));
         }
         let in_last = info.width - 32 * (parts as u32 - 1);
-        if driven && info.direction == Direction::Output {
+        if driven && (info.direction == Direction::Output || info.is_overridden()) {
             return Err(ModelError::NotWritable { signal: info.name, top: dut.top() }.into());
         }
         Ok(Lane {

@@ -6,6 +6,7 @@ use std::rc::Rc;
 
 use super::Frame;
 use super::ports::{Beat, Ports, ReadyHistory};
+use crate::bus::handshake::Offer;
 use crate::bus::{Reset, Violation};
 use crate::error::Error;
 use crate::sim::{Dut, Event};
@@ -35,8 +36,8 @@ pub(super) struct Listener {
     pub reset: Option<Reset>,
     pub strict: bool,
     pub history: ReadyHistory,
-    /// The beat that was offered and not taken yet.
-    pub waiting: Option<Beat>,
+    /// The beat, which must stay until it is taken.
+    pub offer: Offer<Beat>,
     pub collector: Rc<RefCell<Collector>>,
 }
 
@@ -52,20 +53,16 @@ impl Listener {
         if valid && !was_ready {
             broken.push(format!("valid without ready {latency} cycles before"));
         }
-        if latency == 0 {
-            if let Some(offered) = self.waiting.take() {
-                if !valid {
-                    broken.push("valid fell before ready came".into());
-                } else if self.ports.get() != offered {
-                    broken.push("the beat changed while valid waited for ready".into());
-                }
-            }
-            if valid && !ready {
-                self.waiting = Some(self.ports.get());
-            }
-        }
-        if valid && (latency > 0 || ready) {
-            self.take(&mut broken);
+        let offered = valid.then(|| self.ports.get());
+        let taken = if latency > 0 {
+            offered
+        } else {
+            let (taken, rule) = self.offer.cycle(offered, ready);
+            broken.extend(rule.map(|rule| rule.replace("payload", "beat")));
+            taken
+        };
+        if let Some(beat) = taken {
+            self.take(&beat, &mut broken);
         }
         if !broken.is_empty() {
             let violations = broken.into_iter().map(|rule| Violation { bus: self.ports.name.clone(), rule, time: now });
@@ -80,9 +77,8 @@ impl Listener {
         Ok(())
     }
 
-    fn take(&mut self, broken: &mut Vec<String>) {
+    fn take(&mut self, beat: &Beat, broken: &mut Vec<String>) {
         let ports = &self.ports;
-        let beat = ports.get();
         let mut collector = self.collector.borrow_mut();
         let collector = &mut *collector;
         collector.beats += 1;
@@ -128,7 +124,7 @@ impl Listener {
     pub fn in_reset(&mut self) -> bool {
         let active = self.reset.as_ref().is_some_and(Reset::is_active);
         if active {
-            self.waiting = None;
+            self.offer = Offer::default();
             self.history = ReadyHistory::default();
         }
         active

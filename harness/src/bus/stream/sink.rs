@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::Frame;
 use super::checker::{Collector, Listener, Rules, new_collector};
 use super::ports::{Ports, ReadyHistory};
+use crate::bus::handshake::Offer;
 use crate::bus::{Pause, Reset, Violation};
 use crate::error::Error;
 use crate::sim::{Agent, Core, Dut, Edge, Event, Signal};
@@ -107,7 +108,7 @@ impl Sink {
             reset,
             strict: rules == Rules::Strict,
             history: ReadyHistory::default(),
-            waiting: None,
+            offer: Offer::default(),
             collector: collector.clone(),
         };
         dut.core().add_agent(Box::new(SinkAgent { listener, pause: pause.clone() }), clock.id(), Edge::Rising);
@@ -156,7 +157,7 @@ impl Monitor {
             reset,
             strict: rules == Rules::Strict,
             history: ReadyHistory::default(),
-            waiting: None,
+            offer: Offer::default(),
             collector: collector.clone(),
         };
         dut.core().add_agent(Box::new(MonitorAgent(listener)), clock.id(), Edge::Rising);

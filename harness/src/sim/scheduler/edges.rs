@@ -6,7 +6,7 @@ use super::task_state::TaskWait;
 use super::wait_table::{Target, WaitId, Waiting};
 use super::{Core, LargeWrite, NONE, Ready, Write};
 use crate::error::SimError;
-use crate::model::{SignalId, Storage, load, load_words, store, store_words};
+use crate::model::{Direction, SignalId, SignalInfo, Storage, load, load_words, store, store_words};
 use crate::sim::task::TaskId;
 use crate::sim::trigger::Edge;
 
@@ -28,6 +28,8 @@ pub(super) struct Watcher {
 
 pub(super) struct SignalState {
     pub data: *mut u8,
+    /// What is written, if the evaluation decides what is read.
+    pub target: *mut u8,
     pub storage: Storage,
     /// Whether the design may change the signal itself.
     pub observed: bool,
@@ -41,11 +43,12 @@ pub(super) struct SignalState {
 }
 
 impl SignalState {
-    pub fn new(data: *mut u8, storage: Storage, observed: bool) -> SignalState {
+    pub fn new(info: &SignalInfo) -> SignalState {
         SignalState {
-            data,
-            storage,
-            observed,
+            data: info.data,
+            target: info.target,
+            storage: info.storage,
+            observed: info.direction != Direction::Input,
             last: Cell::new(0),
             last_words: RefCell::default(),
             watchers: RefCell::default(),
@@ -187,9 +190,12 @@ impl Core {
             // SAFETY: the model lives as long as the core; no reference into it exists.
             let old = unsafe {
                 let old = load(state.data, state.storage);
-                store(state.data, state.storage, value);
+                store(state.target, state.storage, value);
                 old
             };
+            if state.data != state.target {
+                continue;
+            }
             state.last.set(value);
             if old != value {
                 self.fire_edges(state, old, value);
@@ -209,12 +215,14 @@ impl Core {
                     // SAFETY: as in `apply_writes`; the words fit the signal.
                     let changed = unsafe {
                         let old = load_words(state.data, state.storage);
-                        store_words(state.data, state.storage, &words);
+                        store_words(state.target, state.storage, &words);
                         old != load_words(state.data, state.storage)
                     };
-                    self.remember(state);
-                    if changed {
-                        self.fire_edges(state, 0, 1);
+                    if state.data == state.target {
+                        self.remember(state);
+                        if changed {
+                            self.fire_edges(state, 0, 1);
+                        }
                     }
                 }
                 LargeWrite::Element(signal, offset, value) => {

@@ -34,7 +34,7 @@ pub(crate) use self::wait_table::WaitId;
 use self::wait_table::WaitTable;
 pub(crate) use self::wall_clock::WallClock;
 use crate::error::{Error, ModelError, SimError};
-use crate::model::{Direction, Message, Model, has_words, load};
+use crate::model::{Message, Model, has_words, load, load_words};
 use crate::sim::log::{Level, Log};
 use crate::sim::task::TaskId;
 use crate::sim::{EdgeOrder, Limits, Region};
@@ -147,11 +147,7 @@ pub(crate) struct Core {
 
 impl Core {
     pub fn new(model: Model) -> Result<Rc<Core>, Error> {
-        let signals = model
-            .signals()
-            .iter()
-            .map(|info| SignalState::new(info.data, info.storage, info.direction != Direction::Input))
-            .collect();
+        let signals = model.all_signals().iter().map(SignalState::new).collect();
         let core = Rc::new(Core {
             model_id: model.id(),
             model: RefCell::new(model),
@@ -217,7 +213,7 @@ impl Core {
     }
 
     pub fn signal_name(&self, signal: u32) -> String {
-        self.model.borrow().signals()[signal as usize].name.clone()
+        self.model.borrow().all_signals()[signal as usize].name.clone()
     }
 
     /// Buffers a write of a value known to fit. A write that changes nothing is dropped: it would cost an evaluation.
@@ -232,7 +228,7 @@ impl Core {
         if at != NONE {
             writes[at as usize].value = value;
         // SAFETY: the model lives as long as the core.
-        } else if unsafe { load(state.data, state.storage) } != value {
+        } else if unsafe { load(state.target, state.storage) } != value {
             state.pending.set(writes.len() as u32);
             writes.push(Write { signal, value });
         }
@@ -247,7 +243,7 @@ impl Core {
         let state = &self.signals[signal as usize];
         let mut writes = self.large_writes.borrow_mut();
         // SAFETY: the model lives as long as the core.
-        if !writes.is_empty() || !unsafe { has_words(state.data, state.storage, words) } {
+        if !writes.is_empty() || !unsafe { has_words(state.target, state.storage, words) } {
             writes.push(LargeWrite::Words(signal, words.to_vec()));
         }
         Ok(())
@@ -257,6 +253,20 @@ impl Core {
     pub fn pending(&self, signal: u32) -> Option<u64> {
         let at = self.signals[signal as usize].pending.get();
         (at != NONE).then(|| self.writes.borrow()[at as usize].value)
+    }
+
+    /// What the bench wrote last, which is the value except where the evaluation overrides it.
+    pub fn written(&self, signal: u32) -> u64 {
+        let state = &self.signals[signal as usize];
+        // SAFETY: the model lives as long as the core; asked only of signals that are not wide.
+        unsafe { load(state.target, state.storage) }
+    }
+
+    /// The same of any width, as 32-bit words.
+    pub fn written_words(&self, signal: u32) -> Vec<u32> {
+        let state = &self.signals[signal as usize];
+        // SAFETY: the model lives as long as the core.
+        unsafe { load_words(state.target, state.storage) }
     }
 
     /// The words a buffered write will put, if there is one.

@@ -1,13 +1,20 @@
-//! AXI4 with bursts: a master that drives a slave in the design, and checks its answers.
+//! AXI4 with bursts: a master that drives a slave in the design and checks its answers, a memory for a master in the
+//! design, and a checker that only listens.
 //!
 //! A burst is one address and `len + 1` beats of data, the last of them marked by `wlast` or `rlast`; its addresses
 //! increase by the bytes of a beat. The master has one write and one read in flight at a time. A broken rule of the
 //! slave ends the access with a [`Violation`].
 
+mod checker;
+mod memory;
+
 use std::cell::RefCell;
 use std::rc::Rc;
 
+pub use self::checker::Checker;
+pub use self::memory::Memory;
 use super::axi_lite::{Ports, Response, response};
+use super::handshake::Offer;
 use super::{Pause, Violation, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Dut, Lock, Signal, both};
@@ -187,19 +194,15 @@ impl Inner {
     async fn receive(&self, count: usize) -> Result<(Vec<u64>, Response), Error> {
         let ports = &self.ports;
         let (mut words, mut worst) = (Vec::with_capacity(count), Response::Okay);
-        // What the slave offers and was not taken.
-        let mut offered = None;
+        let mut offer = Offer::default();
         while words.len() < count {
             let ready = !self.idle.borrow_mut().next_cycle();
             ports.r.1.set(u64::from(ready))?;
             ports.clock.rising_edge().await;
             let beat = ports.r.0.is_high().then(|| (ports.r_data.get(), self.read.last.is_high()));
-            if offered.is_some() {
-                self.rule(beat.is_some(), || "r: valid fell before ready came".into())?;
-                self.rule(beat == offered, || "r: the payload changed while valid waited for ready".into())?;
-            }
-            offered = beat.filter(|_| !ready);
-            let Some((word, last)) = beat.filter(|_| ready) else { continue };
+            let (taken, broken) = offer.cycle(beat, ready);
+            self.rule(broken.is_none(), || format!("r: {}", broken.unwrap_or_default()))?;
+            let Some((word, last)) = taken else { continue };
             words.push(word);
             let expected = words.len() == count;
             self.rule(last == expected, || format!("rlast is {} at beat {} of {count}", u8::from(last), words.len()))?;

@@ -1,0 +1,73 @@
+"""Kinds of writes: what a bench assigns to ``value`` where a plain value is not meant.
+
+>>> dut.u_core.enable.value = Force(1)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["Deposit", "Force", "Freeze", "Immediate", "Release"]
+
+
+class Deposit:
+    """A plain write.
+
+    >>> dut.data.value = Deposit(5)
+    """
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __index__(self) -> int:
+        return int(self.value, 2) if isinstance(self.value, str) else int(self.value.__index__())
+
+
+class Immediate(Deposit):
+    """A plain write: there are no delta cycles here.
+
+    >>> dut.data.value = Immediate(5)
+    """
+
+
+class Force:
+    """A value that overrides what the design assigns, for the design as for the bench, until ``Release``.
+
+    The signal is one of ``Design(..., forceable=[...])``, or some bits of it. On an input of the top, which the bench
+    alone drives, it is a plain write.
+
+    >>> dut.u_core.enable.value = Force(1)
+    >>> dut.u_core.state[3].value = Force(0)
+    """
+
+    _change = "force"
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __repr__(self) -> str:
+        return f"Force({self.value!r})"
+
+
+class Freeze:
+    """The value that the signal has now, as by ``Force``.
+
+    >>> dut.u_core.enable.value = Freeze()
+    """
+
+    _change = "freeze"
+
+    def __repr__(self) -> str:
+        return "Freeze()"
+
+
+class Release:
+    """The end of a ``Force`` or ``Freeze``: the signal has again what the design assigns.
+
+    >>> dut.u_core.enable.value = Release()
+    """
+
+    _change = "release"
+
+    def __repr__(self) -> str:
+        return "Release()"

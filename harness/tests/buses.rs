@@ -1,0 +1,300 @@
+//! APB, Wishbone, UART, and memory and checker of AXI4: against small designs, and against each other through wires.
+
+mod common;
+
+use common::{build, run, sim};
+use hoverlock_harness::Time;
+use hoverlock_harness::bus::axi_lite::Response;
+use hoverlock_harness::bus::uart::{Format, Parity};
+use hoverlock_harness::bus::{Pause, Reset, apb, axi4, uart, wishbone};
+use hoverlock_harness::sim::{Dut, Sim};
+
+fn begin(sim: &Sim) -> Dut {
+    let dut = sim.dut();
+    dut.clock("clk", Time::ns(10)).unwrap();
+    dut
+}
+
+/// After an edge, sets signals by name, waits for an edge, and so on.
+async fn drive(dut: &Dut, steps: &[&[(&str, u64)]]) {
+    let clk = dut.signal("clk").unwrap();
+    clk.rising_edge().await;
+    for step in steps {
+        for (name, value) in *step {
+            dut.signal(name).unwrap().set(*value).unwrap();
+        }
+        clk.rising_edge().await;
+    }
+    clk.cycles(4).await;
+}
+
+/// The rule that a run of `drive` ends with.
+fn broken(watch: impl Fn(&Dut), steps: &[&[(&str, u64)]]) -> String {
+    let mut sim = sim(build("buses"));
+    let dut = begin(&sim);
+    watch(&dut);
+    let end = sim.run(async {
+        drive(&dut, steps).await;
+        Ok::<(), hoverlock_harness::Error>(())
+    });
+    end.err().map(|e| e.to_string()).unwrap_or_default()
+}
+
+#[test]
+fn an_axi4_memory_answers_bursts_of_any_length() {
+    for stall in [Pause::Never, Pause::random(0.4, 3)] {
+        let mut sim = sim(build("buses"));
+        let dut = begin(&sim);
+        let clk = dut.signal("clk").unwrap();
+        let reset = Some(Reset::high(&dut.signal("rst").unwrap()));
+        let memory = axi4::Memory::new(&dut, &clk, "m_axi_", reset.clone()).unwrap();
+        let checker = axi4::Checker::new(&dut, &clk, "s_axi_", reset).unwrap();
+        let master = axi4::Master::new(&dut, &clk, "s_axi_").unwrap();
+        memory.set_stall(stall.clone());
+        master.set_pause(stall);
+        run(&mut sim, async {
+            let mut at = 0;
+            for count in [1, 2, 16, 256] {
+                let words: Vec<u64> = (0..count).map(|n| 0xa000_0000 + at + n).collect();
+                let base = 0x1000 + 4 * at / 0x1000 * 0x1000 + 0x400 * (count % 7);
+                assert_eq!(master.write_burst(base, &words).await?, Response::Okay);
+                assert_eq!((memory.get(base), memory.get(base + 4 * (count - 1))), (words[0], words[words.len() - 1]));
+                assert_eq!(master.read_burst(base, words.len()).await?, (words, Response::Okay));
+                at += count;
+            }
+            Ok(())
+        });
+        assert_eq!((memory.accesses(), checker.bursts()), (2 * 275, (4, 4)));
+    }
+}
+
+/// A burst of two beats on the write channels.
+const ADDRESS: &[(&str, u64)] = &[
+    ("s_axi_awvalid", 1),
+    ("s_axi_awlen", 1),
+    ("s_axi_awsize", 2),
+    ("s_axi_awburst", 1),
+    ("s_axi_arsize", 2),
+    ("s_axi_wstrb", 15),
+];
+
+#[test]
+fn an_axi4_memory_takes_wrapping_fixed_and_narrow_bursts() {
+    let mut sim = sim(build("buses"));
+    let dut = begin(&sim);
+    let memory = axi4::Memory::new(&dut, &dut.signal("clk").unwrap(), "m_axi_", None).unwrap();
+    run(&mut sim, async {
+        let name = |name: &'static str, value| (name, value);
+        let stop: &[(&str, u64)] = &[("s_axi_awvalid", 0), ("s_axi_wvalid", 0), ("s_axi_wlast", 0)];
+        let beat = |data, strobe, last| {
+            [
+                name("s_axi_awvalid", 0),
+                name("s_axi_wvalid", 1),
+                name("s_axi_wdata", data),
+                name("s_axi_wstrb", strobe),
+                name("s_axi_wlast", last),
+            ]
+        };
+        drive(&dut, &[&[("s_axi_bready", 1)]]).await;
+        // Wrapping: from the second word of two on.
+        let wrap = [ADDRESS, &[("s_axi_awburst", 2), ("s_axi_awaddr", 0x104)]].concat();
+        drive(&dut, &[&wrap, &beat(1, 15, 0), &beat(2, 15, 1), stop]).await;
+        assert_eq!((memory.get(0x104), memory.get(0x100)), (1, 2));
+        // Fixed: both to one word.
+        let fixed = [ADDRESS, &[("s_axi_awburst", 0), ("s_axi_awaddr", 0x200)]].concat();
+        drive(&dut, &[&fixed, &beat(0x11, 1, 0), &beat(0x2200, 2, 1), stop]).await;
+        assert_eq!((memory.get(0x200), memory.get(0x204)), (0x2211, 0));
+        // Narrow: two bytes of one word, at 0x301.
+        let narrow = [ADDRESS, &[("s_axi_awsize", 0), ("s_axi_awaddr", 0x301)]].concat();
+        drive(&dut, &[&narrow, &beat(0x4400, 2, 0), &beat(0x55_0000, 4, 1), stop]).await;
+        assert_eq!(memory.get(0x300), 0x55_4400);
+        Ok(())
+    });
+}
+
+#[test]
+fn an_axi4_memory_checks_its_master() {
+    let stalled = |dut: &Dut, pattern: &[bool]| {
+        let memory = axi4::Memory::new(dut, &dut.signal("clk").unwrap(), "m_axi_", None).unwrap();
+        memory.set_stall(Pause::pattern(pattern));
+    };
+    let memory = |dut: &Dut| stalled(dut, &[false]);
+    let with = |more: &[(&'static str, u64)]| [ADDRESS, more].concat();
+    let beat: &[(&str, u64)] = &[("s_axi_awvalid", 0), ("s_axi_wvalid", 1)];
+    let early: &[(&str, u64)] = &[("s_axi_wvalid", 1), ("s_axi_wlast", 1)];
+    let crossing = with(&[("s_axi_awaddr", 0xffc)]);
+    let three = with(&[("s_axi_awburst", 2), ("s_axi_awlen", 2)]);
+    let reserved = with(&[("s_axi_awburst", 3)]);
+    type Steps<'a> = Vec<&'a [(&'a str, u64)]>;
+    let cases: [(Steps, &str); 7] = [
+        (vec![&[], ADDRESS, beat, &[("s_axi_wlast", 0)], &[]], "wlast is 0 at beat 2 of 2"),
+        (vec![&[], ADDRESS, early, &[("s_axi_awvalid", 0), ("s_axi_wvalid", 0)]], "wlast is 1 at beat 1 of 2"),
+        (vec![&crossing], "aw: 2 beats from 0xffc on cross a multiple of 4 KiB"),
+        (vec![&three], "aw: a wrapping burst of 3 beats"),
+        (vec![&reserved], "aw: burst is 3, which is reserved"),
+        (vec![ADDRESS, &[("s_axi_awvalid", 0)]], "aw: valid fell before ready came"),
+        (vec![ADDRESS, &[("s_axi_awaddr", 4)]], "aw: the payload changed while valid waited for ready"),
+    ];
+    for (steps, rule) in cases {
+        // An offer must stay while it is not taken.
+        let waits = rule.contains("ready");
+        let told = broken(|dut| stalled(dut, &[waits, waits, waits, waits, false]), &steps);
+        assert!(told.contains("m_axi at ") && told.ends_with(rule), "{rule}: '{told}'");
+    }
+    let narrow = with(&[("s_axi_awsize", 0), ("s_axi_wvalid", 1), ("s_axi_wstrb", 3)]);
+    assert!(broken(memory, &[&narrow, &[], &[]]).contains("wstrb is 0b11 in a beat at 0x0 whose bytes are 0b1"));
+}
+
+#[test]
+fn an_axi4_checker_finds_the_faults_of_a_slave() {
+    for (fault, rule) in
+        [(0, ""), (1, "rlast is 1 at beat"), (3, "of id"), (4, "the payload changed"), (5, "r: valid fell")]
+    {
+        let mut sim = sim(build("ram_axi4").parameter("FAULT", fault).parameter("STALL", 0));
+        let dut = begin(&sim);
+        let clk = dut.signal("clk").unwrap();
+        drop(axi4::Checker::new(&dut, &clk, "s_axi_", Some(Reset::high(&dut.signal("rst").unwrap()))).unwrap());
+        let master = axi4::Master::new(&dut, &clk, "s_axi_").unwrap();
+        master.set_pause(Pause::pattern([true, true, false]));
+        let end = sim.run(async {
+            dut.signal("rst")?.set(1)?;
+            clk.cycles(2).await;
+            dut.signal("rst")?.set(0)?;
+            clk.cycles(1).await;
+            master.write_burst(0x40, &[1, 2, 3, 4]).await?;
+            master.read_burst(0x40, 4).await.map(|_| ())
+        });
+        let told = end.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(told.contains(rule) && told.is_empty() == rule.is_empty(), "fault {fault}: '{told}'");
+    }
+}
+
+#[test]
+fn apb_reads_and_writes_a_slave_and_a_memory() {
+    let mut sim = sim(build("buses"));
+    let dut = begin(&sim);
+    let clk = dut.signal("clk").unwrap();
+    let memory = apb::Memory::new(&dut, &clk, "m_", None).unwrap();
+    let (through, slave) = (apb::Master::new(&dut, &clk, "s_").unwrap(), apb::Master::new(&dut, &clk, "r_").unwrap());
+    run(&mut sim, async {
+        slave.write(4, 0x1234_5678, None).await?;
+        slave.write(0, 7, None).await?;
+        assert_eq!(slave.read(4).await?, (0x1234_5678, Response::Okay));
+        assert_eq!(slave.write(8, 1, None).await?, Response::SlaveError);
+        assert_eq!(slave.read(0).await?, (7, Response::Okay));
+        memory.set(0x10, 0xffff_ffff);
+        for stall in [Pause::Never, Pause::random(0.5, 1)] {
+            memory.set_stall(stall);
+            through.write(0x10, 0xaabb_ccdd, Some(0b0101)).await?;
+            assert_eq!(through.read(0x10).await?, (0xffbb_ffdd, Response::Okay));
+            through.write(0x14, 3, None).await?;
+        }
+        Ok(())
+    });
+    assert_eq!((memory.get(0x14), memory.accesses()), (3, 6));
+}
+
+#[test]
+fn an_apb_memory_checks_its_master() {
+    let memory = |dut: &Dut| drop(apb::Memory::new(dut, &dut.signal("clk").unwrap(), "m_", None).unwrap());
+    let setup: &[(&str, u64)] = &[("s_psel", 1), ("s_pwrite", 1)];
+    let told = |steps: &[&[(&str, u64)]]| broken(memory, steps);
+    assert!(told(&[&[("s_psel", 1), ("s_penable", 1)]]).ends_with("penable is 1 in the setup cycle"));
+    assert!(told(&[setup, &[]]).ends_with("penable is 0 in an access cycle"));
+    assert!(
+        told(&[setup, &[("s_penable", 1), ("s_paddr", 4)]]).ends_with("payload changed while psel waited for pready")
+    );
+    assert!(told(&[setup, &[("s_psel", 0)]]).ends_with("psel fell before pready came"));
+}
+
+#[test]
+fn wishbone_reads_and_writes_a_slave_and_a_memory() {
+    let mut sim = sim(build("buses"));
+    let dut = begin(&sim);
+    let clk = dut.signal("clk").unwrap();
+    let memory = wishbone::Memory::new(&dut, &clk, "m_", None).unwrap();
+    let through = wishbone::Master::new(&dut, &clk, "s_").unwrap();
+    let slave = wishbone::Master::new(&dut, &clk, "r_").unwrap();
+    run(&mut sim, async {
+        slave.write(3, 0xffff_ffff, None).await?;
+        slave.write(3, 0x1122_3344, Some(0b0110)).await?;
+        assert_eq!(slave.read(3).await?, (0xff22_33ff, Response::Okay));
+        assert_eq!(slave.read(15).await?.1, Response::SlaveError);
+        for stall in [Pause::Never, Pause::random(0.5, 1)] {
+            memory.set_stall(stall);
+            memory.set(2, 0);
+            through.write(2, 0xaabb_ccdd, Some(0b1001)).await?;
+            through.write(1, 9, None).await?;
+            assert_eq!(through.read(2).await?, (0xaa00_00dd, Response::Okay));
+        }
+        Ok(())
+    });
+    assert_eq!((memory.get(1), memory.accesses()), (9, 6));
+    let memory = |dut: &Dut| drop(wishbone::Memory::new(dut, &dut.signal("clk").unwrap(), "m_", None).unwrap());
+    let asks: &[(&str, u64)] = &[("s_cyc", 1), ("s_stb", 1)];
+    assert!(broken(memory, &[&[("s_stb", 1)]]).ends_with("stb without cyc"));
+    assert!(broken(memory, &[asks, &[("s_adr", 1)]]).ends_with("the payload changed while stb waited for ack"));
+    assert!(broken(memory, &[asks, &[("s_stb", 0)]]).ends_with("stb fell before ack came"));
+}
+
+#[test]
+fn uart_characters_go_both_ways() {
+    let mut sim = sim(build("uart"));
+    let dut = begin(&sim);
+    let format = Format { bit: Time::ns(80), ..Format::baud(1).unwrap() };
+    let source = uart::Source::new(&dut, &dut.signal("rx").unwrap(), format).unwrap();
+    let sink = uart::Sink::new(&dut, &dut.signal("tx").unwrap(), format).unwrap();
+    let signal = |name: &str| dut.signal(name).unwrap();
+    let (clk, valid, data) = (signal("clk"), signal("rx_valid"), signal("rx_data"));
+    run(&mut sim, async {
+        signal("rst").set(1)?;
+        clk.cycles(2).await;
+        signal("rst").set(0)?;
+        clk.cycles(20).await;
+        // What the design gives before its reset may be no character.
+        while sink.try_recv().is_some() {}
+        let sender = source.clone();
+        let task = dut.spawn("send", async move { sender.send(&[0x5a]).await });
+        valid.rising_edge().await;
+        assert_eq!(data.get(), 0x5a);
+        task.await?;
+        signal("tx_data").set(0xc3)?;
+        signal("send").set(1)?;
+        clk.cycles(1).await;
+        signal("send").set(0)?;
+        assert_eq!(sink.recv().await, 0xc3);
+        Ok(())
+    });
+}
+
+#[test]
+fn uart_formats_and_faults_are_checked() {
+    let of = |bits, parity, stop_bits| Format { bits, parity, stop_bits, ..Format::baud(1_000_000).unwrap() };
+    let meet = |sent: Format, heard: Format| {
+        let mut sim = sim(build("buses"));
+        let dut = sim.dut();
+        let source = uart::Source::new(&dut, &dut.signal("rxd").unwrap(), sent).unwrap();
+        let sink = uart::Sink::new(&dut, &dut.signal("txd").unwrap(), heard).unwrap();
+        let mut got = Vec::new();
+        let end = sim.run(async {
+            dut.timer(Time::us(3)).await;
+            source.send(&[0x15, 0x0b, 0x1f]).await?;
+            dut.timer(Time::us(30)).await;
+            Ok::<(), hoverlock_harness::Error>(())
+        });
+        got.extend(std::iter::from_fn(|| sink.try_recv()));
+        (got, end.err().map(|e| e.to_string()).unwrap_or_default())
+    };
+    for format in [of(8, None, 1), of(5, Some(Parity::Even), 2), of(9, Some(Parity::Odd), 1)] {
+        assert_eq!(meet(format, format), (vec![0x15, 0x0b, 0x1f], String::new()), "{format:?}");
+    }
+    let (even, odd) = (of(8, Some(Parity::Even), 1), of(8, Some(Parity::Odd), 1));
+    assert!(meet(even, odd).1.contains("the parity bit of 0x15 is 1"), "{}", meet(even, odd).1);
+    let slow = Format { bit: Time::ns(700), ..of(8, None, 1) };
+    assert!(meet(of(8, None, 1), slow).1.contains("the stop bit after"), "{}", meet(of(8, None, 1), slow).1);
+    let mut sim = sim(build("buses"));
+    let dut = sim.dut();
+    let source = uart::Source::new(&dut, &dut.signal("rxd").unwrap(), of(5, None, 1)).unwrap();
+    assert!(sim.run(source.send(&[0x20])).unwrap_err().to_string().contains("0x20 does not fit a character of 5 bits"));
+    assert!(uart::Source::new(&dut, &dut.signal("rxd").unwrap(), of(4, None, 1)).is_err() && Format::baud(0).is_err());
+}
