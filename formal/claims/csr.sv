@@ -7,7 +7,7 @@ module csr_properties (input clock);
   (* anyseq *) reg [3:0] errors;
   (* anyseq *) reg [19:0] count, dropped;
   (* anyseq *) reg [14:0] threshold_0, threshold_1;
-  (* anyconst *) reg [5:0] followed;
+  wire [5:0] followed;
   wire [31:0] readdata;
   wire irq, clear, enable, committed;
   wire [10:0] width;
@@ -53,11 +53,19 @@ module csr_properties (input clock);
     : followed == THRESHOLD ? {bank[335:304]}
     : {16'd0, bank[351:336]};
 
+  // The bus: read data one clock after `read`, no wait states.
   reg running = 0;
-  reg known = 0;
-  reg [31:0] value;
-  reg was_read, was_followed, was_reset;
-  reg [31:0] was_value;
+  reg was_read = 0;
+  wire known, asked;
+  wire [31:0] value, wanted;
+  wire [7:0] outstanding, ahead;
+  avalon_slave #(.ADDRESS(6)) slave (
+    .clock(clock), .reset(reset), .address(address), .read(read), .write(write), .writedata(writedata),
+    .waitrequest(1'b0), .readdatavalid(was_read), .readdata(readdata), .bits(writable ? bits : 32'd0),
+    .followed(followed), .outstanding(outstanding), .known(known), .value(value), .asked(asked), .ahead(ahead),
+    .wanted(wanted)
+  );
+  reg was_reset;
   // The set when it was committed.
   wire [391:0] set = {\dut.control_automatic , \dut.size_height , \dut.size_width , bank};
   reg [391:0] set_committed, was_set;
@@ -73,17 +81,9 @@ module csr_properties (input clock);
   always @(posedge clock) begin
     running <= 1;
     was_reset <= reset;
-    was_read <= read;
-    was_followed <= address == followed && known;
-    was_value <= value;
+    was_read <= read & ~reset;
     was_set <= set;
     was_quiet <= !write && !reset;
-    if (reset)
-      known <= 0;
-    else if (write && address == followed) begin
-      known <= 1;
-      value <= writedata & bits;
-    end
     if (!committed || was_reset)
       set_committed <= set;
     status_wanted <= reset ? 8'd0 : (status & ~(write && address == STATUS ? writedata[7:0] : 8'd0)) | events;
@@ -100,8 +100,9 @@ module csr_properties (input clock);
     if (!running) assume (reset);
     assume (writable);
     if (running) begin
-      holds: assert (!known || held == value);
-      reads_back: assert (!(was_read && was_followed) || readdata == was_value);
+      holds: assert (!known || held == (value & bits));
+      // What makes the rules of the bus inductive: one read at most is outstanding, answered in this clock.
+      one_read: assert (outstanding == {7'd0, was_read} && (!asked || (was_read && ahead == 8'd0 && readdata == wanted)));
       reads_change_nothing: assert (!was_quiet || set == was_set);
       whole_set: assert (!committed || was_reset || set == set_committed);
       status_bits: assert (status == status_wanted);
@@ -111,7 +112,7 @@ module csr_properties (input clock);
       interrupt: assert (irq == ((\dut.control_interrupt_frame && status[0])
         || (\dut.control_interrupt_error && status[6:1] != 6'd0)));
       withdrawn: cover (known && !committed && followed == LAST_COEFFICIENT);
-      read_back: cover (was_read && was_followed && followed == THRESHOLD && readdata == 32'h00110022);
+      read_back: cover (asked && followed == THRESHOLD && readdata == 32'h00110022);
     end
   end
 endmodule

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::claim::Claim;
+use crate::library::named_in;
 
 /// Why nothing can be decided.
 #[derive(Debug, thiserror::Error)]
@@ -98,10 +99,20 @@ pub fn model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf,
     write(&properties, &claim.properties)?;
     let model = work.join("model.smt2");
     let top = claim.top.as_ref().map_or("-auto-top".to_owned(), |top| format!("-top {top}"));
-    let cut = if claim.cut_products { "cutpoint t:$mul\n" } else { "" };
+    let mut library = String::new();
+    for (name, text) in named_in(&claim.properties) {
+        let file = work.join(format!("{name}.sv"));
+        write(&file, text)?;
+        library += &format!(" \"{}\"", file.display());
+    }
+    let products = if claim.cut_products { "cutpoint t:$mul\n" } else { "" };
+    let (boxes, cut) = match claim.cut.join(" ") {
+        none if none.is_empty() => (String::new(), String::new()),
+        names => (format!("blackbox {names}\n"), format!("cutpoint t:{}\n", names.replace(' ', " t:"))),
+    };
     let files: String = sources.iter().map(|file| format!(" \"{}\"", file.display())).collect();
     let script = format!(
-        "read_verilog -formal -sv \"{}\"\nread_verilog -formal{files}\nprep {top} -flatten\n{cut}async2sync\ndffunmap\n\
+        "read_verilog -formal -sv{library} \"{}\"\nread_verilog -formal{files}\n{boxes}prep {top} -flatten\n{products}{cut}memory_map -rom-only\nasync2sync\ndffunmap\n\
          write_smt2 -wires \"{}\"\n",
         properties.display(),
         model.display()

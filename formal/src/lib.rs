@@ -9,9 +9,11 @@
 //! | module | its one reason |
 //! |---|---|
 //! | [`claim`] | what is claimed, and of what |
+//! | [`library`] | rules of buses and streams for every design |
 //! | [`prove`] | a claim to a verdict |
 //! | [`engine`] | Yosys and the solver as processes |
 
 pub mod claim;
 pub mod engine;
+pub mod library;
 pub mod prove;

@@ -1,0 +1,182 @@
+//! The property modules for every design: each proves a good design and refutes a broken one.
+
+use std::path::Path;
+use std::time::Duration;
+
+use hoverlock_formal::claim::Claim;
+use hoverlock_formal::engine::found;
+use hoverlock_formal::prove::{Outcome, Place, Status, Task, run};
+
+/// Yosys and the solver are installed by `make test`.
+fn installed() -> bool {
+    let all = ["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| found(program).is_some());
+    if !all {
+        eprintln!("SKIPPED: no yosys or no yices-smt2; `make test` installs them");
+    }
+    all
+}
+
+fn outcome(source: &str, properties: &str, task: Task, depth: u32) -> Outcome {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("design.v"), source).unwrap();
+    let claim = Claim {
+        name: "design".into(),
+        properties: properties.into(),
+        sources: vec!["design.v".into()],
+        depth,
+        cover: depth,
+        ..Claim::default()
+    };
+    let out = folder.path().join("out");
+    run(&claim, task, &Place { sources: folder.path(), out: &out, limit: Duration::from_secs(120) }).unwrap()
+}
+
+/// `good` is proved with its covers; with `from` replaced by `to` the property that ends in `rule` is violated.
+fn assert_sees(good: &str, properties: &str, depth: u32, faults: &[(&str, &str, &str)]) {
+    if !installed() {
+        return;
+    }
+    let proof = outcome(good, properties, Task::Proof, depth);
+    assert_eq!((proof.status, proof.detail.as_str()), (Status::Proved, ""));
+    let cover = outcome(good, properties, Task::Cover, depth);
+    assert_eq!((cover.status, cover.detail.as_str()), (Status::Reached, ""));
+    // A fault is shown by the rules alone: without the wrapper's invariants, which would see it first.
+    let rules: Vec<&str> = properties.lines().filter(|line| !line.trim_start().starts_with("invariant_")).collect();
+    for (from, to, rule) in faults {
+        assert_eq!(good.matches(from).count(), 1, "{from}");
+        let refuted = outcome(&good.replace(from, to), &rules.join("\n"), Task::Proof, depth);
+        assert!(!refuted.pass && refuted.detail.contains(rule), "{to}: {}", refuted.detail);
+    }
+}
+
+#[test]
+fn axi4_stream_and_stream_order_prove_the_fifo_of_the_readme() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let [fifo, properties] = ["fifo.v", "fifo.sv"].map(|name| std::fs::read_to_string(folder.join(name)).unwrap());
+    let faults = [
+        ("held != 3'd4", "held != 3'd5", "beats.full"),
+        ("held != 3'd0", "held != 3'd0 & m_tready", "beats.offers"),
+        ("entries[9 * read_count[1:0] +: 9]", "entries[9 * read_count[1:0] +: 9] ^ {8'd0, ~m_tready}", "out.hold"),
+        ("entries[9 * read_count[1:0] +: 9]", "entries[8:0]", "beats.order"),
+    ];
+    assert_sees(&fifo, &properties, 12, &faults);
+}
+
+/// A register stage of an Avalon-ST stream.
+const STAGE: &str = "module stage (
+  input clock, input reset, output in_ready, input in_valid, input [9:0] in_beat,
+  input out_ready, output reg out_valid, output reg [9:0] out_beat
+);
+assign in_ready = ~out_valid | out_ready;
+always @(posedge clock) begin
+  if (reset) out_valid <= 1'b0;
+  else if (in_ready) out_valid <= in_valid;
+  if (in_ready) out_beat <= in_beat;
+end
+endmodule
+";
+
+const STAGE_RULES: &str = "module stage_properties (
+  input clock, input reset, input in_valid, input [9:0] in_beat, input out_ready
+);
+  wire in_ready, out_valid;
+  wire [9:0] out_beat;
+  stage dut (
+    .clock(clock), .reset(reset), .in_ready(in_ready), .in_valid(in_valid), .in_beat(in_beat),
+    .out_ready(out_ready), .out_valid(out_valid), .out_beat(out_beat)
+  );
+  wire in_packet, out_packet;
+  avalon_stream #(.ASSUMED(1)) into (
+    .clock(clock), .reset(reset), .ready(in_ready), .valid(in_valid), .data(in_beat[7:0]),
+    .startofpacket(in_beat[9]), .endofpacket(in_beat[8]), .in_packet(in_packet)
+  );
+  avalon_stream out (
+    .clock(clock), .reset(reset), .ready(out_ready), .valid(out_valid), .data(out_beat[7:0]),
+    .startofpacket(out_beat[9]), .endofpacket(out_beat[8]), .in_packet(out_packet)
+  );
+  reg begun = 0;
+  always @(posedge clock) begin
+    begun <= 1;
+    if (!begun) assume (reset);
+    else begin
+      invariant_same: assert (reset || in_packet == (out_valid ? ~out_beat[8] : out_packet));
+      ended: cover (out_valid && out_ready && out_beat[8] && !out_beat[9]);
+    end
+  end
+endmodule
+";
+
+#[test]
+fn avalon_stream_proves_a_stage_and_sees_a_beat_that_changes_and_a_packet_without_start() {
+    let faults = [
+        ("if (in_ready) out_beat", "if (in_valid) out_beat", "out.hold"),
+        ("out_beat <= in_beat;", "out_beat <= {1'b0, in_beat[8:0]};", "out.start"),
+    ];
+    assert_sees(STAGE, STAGE_RULES, 8, &faults);
+}
+
+/// Two registers behind one wait state, read data a clock after the read is accepted.
+const REGISTERS: &str = "module registers (
+  input clock, input reset, input address, input read, input write, input [31:0] writedata,
+  output waitrequest, output reg readdatavalid, output reg [31:0] readdata
+);
+reg [31:0] low, high;
+reg waited;
+assign waitrequest = (read | write) & ~waited;
+wire accepted_read = read & ~waitrequest;
+always @(posedge clock) begin
+  waited <= ~reset & waitrequest;
+  readdatavalid <= ~reset & accepted_read;
+  readdata <= address ? high : low;
+  if (write & ~waitrequest & ~address) low <= writedata;
+  if (write & ~waitrequest & address) high <= writedata;
+end
+endmodule
+";
+
+const REGISTER_RULES: &str = "module registers_properties (
+  input clock, input reset, input address, input read, input write, input [31:0] writedata
+);
+  wire waitrequest, readdatavalid;
+  wire [31:0] readdata;
+  registers dut (
+    .clock(clock), .reset(reset), .address(address), .read(read), .write(write), .writedata(writedata),
+    .waitrequest(waitrequest), .readdatavalid(readdatavalid), .readdata(readdata)
+  );
+  wire followed, known, asked;
+  wire [31:0] value, wanted;
+  wire [7:0] outstanding, ahead;
+  avalon_slave #(.ADDRESS(1), .WAITS(1), .LATENCY(1)) bus (
+    .clock(clock), .reset(reset), .address(address), .read(read), .write(write), .writedata(writedata),
+    .waitrequest(waitrequest), .readdatavalid(readdatavalid), .readdata(readdata), .bits(32'hffffffff),
+    .followed(followed), .outstanding(outstanding), .known(known), .value(value), .asked(asked), .ahead(ahead),
+    .wanted(wanted)
+  );
+  (* hierconn *) wire [31:0] \\dut.low ;
+  (* hierconn *) wire [31:0] \\dut.high ;
+  (* hierconn *) wire \\dut.waited ;
+  (* hierconn *) wire [7:0] \\bus.waits_so_far ;
+  reg begun = 0;
+  always @(posedge clock) begin
+    begun <= 1;
+    if (!begun) assume (reset);
+    else begin
+      invariant_kept: assert (!known || (followed ? \\dut.high : \\dut.low ) == value);
+      invariant_one: assert (outstanding == {7'd0, readdatavalid} && (!asked || (readdatavalid && ahead == 8'd0 && readdata == wanted)));
+      invariant_waits: assert (\\bus.waits_so_far == {7'd0, \\dut.waited });
+      read_back: cover (asked && readdata == 32'd77);
+    end
+  end
+endmodule
+";
+
+#[test]
+fn avalon_slave_proves_registers_with_wait_states_and_sees_their_faults() {
+    let faults = [
+        ("& ~waited;", "& 1'b1;", "bus.waits"),
+        ("~reset & accepted_read;", "~reset & (accepted_read | write);", "bus.invented"),
+        ("~reset & accepted_read;", "1'b0;", "bus.answers"),
+        ("& address) high <= writedata;", "& address) high <= writedata ^ 32'd4;", "bus.order"),
+    ];
+    assert_sees(REGISTERS, REGISTER_RULES, 8, &faults);
+}

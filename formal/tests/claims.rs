@@ -1,0 +1,28 @@
+//! The claims of a few seconds, proved on the committed Verilog with all their faults.
+
+use std::path::Path;
+use std::time::Duration;
+
+use hoverlock_formal::claim::shipped;
+use hoverlock_formal::engine::found;
+use hoverlock_formal::prove::{Place, Task, run};
+
+#[test]
+fn bus_and_record_claims_are_proved_and_their_faults_seen() {
+    if !["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| found(program).is_some()) {
+        eprintln!("SKIPPED: no yosys or no yices-smt2; `make test` installs them");
+        return;
+    }
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/verilog");
+    let out = tempfile::tempdir().unwrap();
+    let place = Place { sources: &sources, out: out.path(), limit: Duration::from_secs(200) };
+    let names = ["record_fifo", "csr", "ring_comparator", "record_writer", "top"];
+    for claim in shipped().unwrap().iter().filter(|claim| names.contains(&claim.name.as_str())) {
+        let mutants = (0..claim.mutants.len()).map(Task::Mutant);
+        for task in [Task::Proof, Task::Cover].into_iter().chain(mutants) {
+            let outcome = run(claim, task, &place).unwrap();
+            assert!(outcome.pass, "{}: {:?}: {}", outcome.name, outcome.status, outcome.detail);
+            eprintln!("{} {:?} {:.1} s {}", outcome.name, outcome.status, outcome.seconds, outcome.detail);
+        }
+    }
+}
