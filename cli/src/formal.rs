@@ -7,9 +7,13 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueHint;
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::analysis::bounds::Bounds;
+use hoverlock_fixed_point::model::bit_true::BitTrue;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_fixed_point::model::stages::StageCoefficients;
 use hoverlock_formal::claim::{Claim, shipped};
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};
+use hoverlock_formal::rounding::{self, Subject};
 use hoverlock_rtl::emission::verilog::verilog;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -27,6 +31,7 @@ use crate::output::{print, print_json, shown, verdict, write_file};
 /// Examples:
 ///   hoverlock formal
 ///   hoverlock formal record_fifo --mutants
+///   hoverlock formal rounding saturation
 ///   hoverlock formal --source my_fifo.v --properties my_fifo.sv --depth 12
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
@@ -77,7 +82,7 @@ struct Report<'a> {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let claims = claims(args)?;
+    let (claims, subjects) = claims(args)?;
     let sources = match (&args.rtl, args.source.is_empty()) {
         (Some(folder), _) => folder.clone(),
         (None, false) => PathBuf::new(),
@@ -97,11 +102,28 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
     }
     let place = Place { sources: &sources, out: &args.out, limit: Duration::from_secs_f64(args.limit) };
-    let results = all(&tasks, &place)?;
+    let mut results = all(&tasks, &place)?;
+    let design = rounding_design(&KT27)?;
+    let mut answers = Vec::new();
+    for &subject in &subjects {
+        let faults = if args.mutants { subject.faults().len() } else { 0 };
+        for task in [Task::Proof, Task::Cover].into_iter().chain((0..faults).map(Task::Mutant)) {
+            answers.push((subject, task));
+            results.push(rounding::run(&design, subject, task, &args.out)?);
+        }
+    }
     let failed = results.iter().filter(|outcome| !outcome.pass).count();
     let proved = results.iter().filter(|o| matches!(o.status, Status::Proved | Status::Bounded)).count();
     if let Some(file) = &args.table {
-        write_file(file, table(&claims, &tasks, &results).as_bytes())?;
+        let mut rows: Vec<Row> = claims.iter().map(Row::of_claim).collect();
+        rows.extend(subjects.iter().map(|&subject| Row::of_subject(subject)));
+        let done = tasks.iter().map(|(claim, task)| (claim.name.as_str(), *task));
+        let done: Vec<_> = done.chain(answers.iter().map(|(subject, task)| (subject.name(), *task))).collect();
+        let mut text = table(&rows, &done, &results);
+        if subjects.contains(&Subject::Rounding) {
+            text += &format!("\n## Worst-case errors\n\n{}", rounding_table(&design)?);
+        }
+        write_file(file, text.as_bytes())?;
     }
     if args.json {
         print_json(&Report { results: &results, proved, failed })?;
@@ -118,8 +140,41 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok((failed == 0).into())
 }
 
+/// What the claims about rounding are about, of a design point.
+fn rounding_design(design: &DesignPoint) -> Result<rounding::Design> {
+    let smoother = |of: &StageCoefficients<u32>| rounding::Smoother { g: of.g, g_j: of.g_j.clone() };
+    Ok(rounding::Design {
+        smoothers: BitTrue::new(design)?.coefficients().iter().map(smoother).collect(),
+        coefficient_bits: design.coefficient.bits(),
+        full_scale: u32::try_from(design.pixel.max_raw())? << design.state.fraction_bits(),
+        dog_shift: u32::try_from(design.dog_shift())?,
+        dog_bits: design.dog_bits,
+    })
+}
+
+/// The proved bounds beside the largest errors ever measured.
+fn rounding_table(design: &rounding::Design) -> Result<String> {
+    #[derive(serde::Deserialize)]
+    struct Measured {
+        scale: usize,
+        whole_frame_max: f64,
+    }
+    let (mut largest, mut frames) = (vec![0.0f64; design.smoothers.len() - 1], 0);
+    for row in csv::Reader::from_reader(Bounds::CALIBRATION.as_bytes()).deserialize() {
+        let Measured { scale, whole_frame_max } = row?;
+        let of = largest.get_mut(scale).context("calibration.csv: a scale pair that the design has not")?;
+        *of = of.max(whole_frame_max.abs());
+        frames += usize::from(scale == 0);
+    }
+    let of = format!(
+        "the largest over {frames} frames of `fixed_point/calibration.csv`, whole frames, against the unrounded coefficients; so it \
+         includes the error that rounded coefficients make, which the proved bound does not"
+    );
+    Ok(rounding::table(design, &largest, &of))
+}
+
 /// The claims that were named, or the user's own.
-fn claims(args: &Args) -> Result<Vec<Claim>> {
+fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
     if let Some(properties) = &args.properties {
         let text = std::fs::read_to_string(properties)
             .with_context(|| format!("--properties {}: cannot be read", shown(properties)))?;
@@ -135,7 +190,7 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
             sources.push(file.to_str().ok_or_else(|| anyhow!("--source {}: not UTF-8", shown(&file)))?.to_owned());
         }
         let name = properties.file_stem().map_or("properties".into(), |stem| stem.to_string_lossy().into_owned());
-        return Ok(vec![Claim {
+        let own = Claim {
             name,
             sources,
             properties: text,
@@ -143,17 +198,24 @@ fn claims(args: &Args) -> Result<Vec<Claim>> {
             cover: args.depth,
             bounded: args.bounded,
             ..Claim::default()
-        }]);
+        };
+        return Ok((vec![own], Vec::new()));
     }
     let mut claims = shipped()?;
+    // A folder of Verilog has no part in the claims about a design's numbers.
+    let mut subjects = if args.rtl.is_none() { Subject::ALL.to_vec() } else { Vec::new() };
     for name in &args.names {
-        if !claims.iter().any(|claim| claim.name == *name) {
-            let known: Vec<&str> = claims.iter().map(|claim| claim.name.as_str()).collect();
+        let mut known = claims.iter().map(|claim| claim.name.as_str()).chain(subjects.iter().map(|of| of.name()));
+        if !known.any(|known| known == name) {
+            let subjects = subjects.iter().map(|of| of.name());
+            let known: Vec<&str> = claims.iter().map(|claim| claim.name.as_str()).chain(subjects).collect();
             bail!("{name}: no such claim; they are {}", known.join(", "));
         }
     }
-    claims.retain(|claim| args.names.is_empty() || args.names.contains(&claim.name));
-    Ok(claims)
+    let asked = |name: &str| args.names.is_empty() || args.names.iter().any(|asked| asked == name);
+    claims.retain(|claim| asked(&claim.name));
+    subjects.retain(|subject| asked(subject.name()));
+    Ok((claims, subjects))
 }
 
 /// All tasks on all cores; their results in order.
@@ -185,22 +247,46 @@ fn all(tasks: &[(&Claim, Task)], place: &Place) -> Result<Vec<Outcome>> {
     Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
 }
 
+/// What the table says of a claim beside its results.
+struct Row<'a> {
+    name: &'a str,
+    statement: &'a str,
+    assumed: Vec<&'a str>,
+    /// How it is proved.
+    how: String,
+}
+
+impl<'a> Row<'a> {
+    fn of_claim(claim: &'a Claim) -> Self {
+        let how = match claim.bounded {
+            false => format!("induction, k = {}", claim.depth),
+            true => format!("{} steps from reset", claim.depth),
+        };
+        let assumed = claim.assumed.iter().map(String::as_str).collect();
+        Self { name: &claim.name, statement: &claim.statement, assumed, how }
+    }
+
+    fn of_subject(subject: Subject) -> Self {
+        let assumed = subject.assumed().to_vec();
+        Self { name: subject.name(), statement: subject.statement(), assumed, how: "linear arithmetic".into() }
+    }
+}
+
 /// Claims and results as Markdown.
-fn table(claims: &[Claim], tasks: &[(&Claim, Task)], results: &[Outcome]) -> String {
+fn table(rows: &[Row], done: &[(&str, Task)], results: &[Outcome]) -> String {
     let head = "claim | proof | time, s | memory, MiB | covers | mutants that fail";
     let mut text = format!(
         "<!-- Written by `hoverlock formal --mutants --table formal/RESULTS.md`. Do not edit. -->\n\n\
          # What is proved\n\nProved with Yices.\n\n| {head} |\n|{}\n",
         "---|".repeat(6)
     );
-    for claim in claims {
+    for row in rows {
         let (mut proof, mut cover, mut faults, mut seen) = (String::new(), "", 0, 0);
-        for ((_, task), outcome) in tasks.iter().zip(results).filter(|((of, _), _)| of.name == claim.name) {
+        for ((_, task), outcome) in done.iter().zip(results).filter(|((of, _), _)| *of == row.name) {
             match task {
                 Task::Proof => {
                     let how = match outcome.status {
-                        Status::Proved => format!("induction, k = {}", claim.depth),
-                        Status::Bounded => format!("{} steps from reset", claim.depth),
+                        Status::Proved | Status::Bounded => row.how.clone(),
                         status => format!("**{}**", name_of(status)),
                     };
                     proof = format!("{how} | {:.1} | {:.0}", outcome.seconds, outcome.memory_mib);
@@ -212,12 +298,12 @@ fn table(claims: &[Claim], tasks: &[(&Claim, Task)], results: &[Outcome]) -> Str
                 }
             }
         }
-        text += &format!("| `{}` | {proof} | {cover} | {seen} of {faults} |\n", claim.name);
+        text += &format!("| `{}` | {proof} | {cover} | {seen} of {faults} |\n", row.name);
     }
     text += "\n## Statements\n\n";
-    for claim in claims {
-        text += &format!("- **`{}`** {}\n", claim.name, claim.statement);
-        for assumed in &claim.assumed {
+    for row in rows {
+        text += &format!("- **`{}`** {}\n", row.name, row.statement);
+        for assumed in &row.assumed {
             text += &format!("  Assumed: {assumed}.\n");
         }
     }
