@@ -25,7 +25,8 @@ use crate::output::{print, print_json, shown, verdict, write_file};
 /// Prove claims about the emitted Verilog, or about any Verilog with properties.
 ///
 /// Each claim has covers, which show that it is not vacuous, and mutants: faults put into the Verilog that its proof
-/// must see. A claim that fails leaves the waveform of the violation in the folder of --out. Status 0 only where every
+/// must see. A claim that fails leaves the waveform of the violation, and a test in
+/// Rust that replays it, in the folder of --out. Status 0 only where every
 /// proof passes, every cover is reached and, with --mutants, every mutant fails.
 ///
 /// Examples:
@@ -66,7 +67,7 @@ pub struct Args {
     /// Write claims and results into this file, as Markdown
     #[arg(long, value_name = "FILE", conflicts_with = "source", value_hint = ValueHint::FilePath)]
     table: Option<PathBuf>,
-    /// One JSON object on stdout: results[] of name status pass seconds memory_mib detail trace, proved failed
+    /// One JSON object on stdout: results[] of name status pass seconds memory_mib detail trace replay steps, proved failed
     #[arg(long)]
     json: bool,
 }
@@ -316,9 +317,11 @@ fn name_of(status: Status) -> String {
 
 /// A result as a line.
 fn line(outcome: &Outcome) -> String {
-    let Outcome { name, status, pass, seconds, memory_mib, detail, trace } = outcome;
+    let Outcome { name, status, pass, seconds, memory_mib, detail, trace, replay, steps } = outcome;
     let status = name_of(*status);
     let mark = if *pass { "" } else { "FAIL " };
     let trace = trace.as_ref().map_or(String::new(), |path| format!("  {}", shown(path)));
-    format!("{name:<28} {mark}{status:<9} {seconds:6.1} s {memory_mib:5.0} MiB  {detail}{trace}\n")
+    let steps: String = steps.iter().map(|step| format!("    {step}\n")).collect();
+    let replay = replay.as_ref().map_or(String::new(), |path| format!("    replayed by {}\n", shown(path)));
+    format!("{name:<28} {mark}{status:<9} {seconds:6.1} s {memory_mib:5.0} MiB  {detail}{trace}\n{steps}{replay}")
 }

@@ -135,3 +135,23 @@ fn bad_input_is_one_line_and_status_2() {
     let silent = saved(folder.path(), "silent.sv", "module silent (input clock);\n// assert (1);\nendmodule\n");
     assert_refused(&formal(&["--source", &counter, "--properties", &silent]), "no assert");
 }
+
+#[test]
+fn worst_case_errors_are_proved_and_their_table_is_that_of_the_results() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("table.md");
+    let output = formal(&["--json", "--mutants", "rounding", "saturation", "--table", table.to_str().unwrap()]);
+    let results = told(&output);
+    assert_eq!((output.status.code(), &results["proved"]), (Some(0), &2.into()), "{results}");
+    assert_eq!(results["results"].as_array().unwrap().len(), 9);
+    let section = |text: String| {
+        let start = text.find("## Worst-case errors").expect("the table has no worst-case errors");
+        text[start..].to_owned()
+    };
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../formal/RESULTS.md");
+    let [now, committed] = [table, committed].map(|file| section(fs::read_to_string(file).unwrap()));
+    assert_eq!(now, committed, "write it anew: hoverlock formal --mutants --table formal/RESULTS.md");
+}

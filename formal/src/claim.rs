@@ -1,5 +1,7 @@
 //! A claim: properties over Verilog modules, and how they are proved.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 
 /// A fault that must make the proof fail.
@@ -24,13 +26,23 @@ pub struct Observe {
     pub text: String,
 }
 
+/// What the raw integer of an input stands for.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Unit {
+    /// Its unit.
+    pub unit: String,
+    /// One LSB in this unit.
+    pub lsb: f64,
+}
+
 /// Steps in which most faults show.
 fn fault() -> u32 {
     8
 }
 
 /// A claim; what its TOML file says, and what follows from its name.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
     /// Its name, that of its files.
@@ -71,6 +83,9 @@ pub struct Claim {
     /// What the claim takes for granted, in words.
     #[serde(default)]
     pub assumed: Vec<String>,
+    /// Units of the wrapper's inputs, in which a violation is told.
+    #[serde(default)]
+    pub units: BTreeMap<String, Unit>,
 }
 
 /// Why a claim cannot be read.

@@ -129,7 +129,8 @@ pub fn model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf,
     Ok(model)
 }
 
-/// Asks about a transition system; a violation leaves its waveform in `trace`.
+/// Asks about a transition system; a violation leaves its waveform in `trace`, and beside it a bench
+/// in Verilog (`.v`).
 ///
 /// # Errors
 /// The solver is missing, or the system is not as it should be.
@@ -159,6 +160,7 @@ pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> R
         command.env("PATH", path);
     }
     command.args(["--noprogress", "-s", "yices"]).arg("--dump-vcd").arg(trace);
+    command.arg("--dump-vlogtb").arg(trace.with_extension("v"));
     match question {
         Question::Base(depth) => command.args(["-t", &depth.to_string()]),
         Question::Step(depth) => command.args(["-i", "-t", &depth.to_string()]),

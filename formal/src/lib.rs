@@ -12,10 +12,12 @@
 //! | [`library`] | rules of buses and streams for every design |
 //! | [`prove`] | a claim to a verdict |
 //! | [`engine`] | Yosys and the solver as processes |
+//! | [`replay`] | a violation step by step, and as a test |
 //! | [`rounding`] | worst-case errors and saturation from a design's coefficients |
 
 pub mod claim;
 pub mod engine;
 pub mod library;
 pub mod prove;
+pub mod replay;
 pub mod rounding;

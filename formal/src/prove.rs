@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::claim::{Claim, Mutant};
 use crate::engine::{Answer, Asked, EngineError, Question, ask, at_path, model};
+use crate::replay;
 
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
@@ -82,6 +83,10 @@ pub struct Outcome {
     pub detail: String,
     /// The waveform of the violation.
     pub trace: Option<PathBuf>,
+    /// The test that replays it, in Rust.
+    pub replay: Option<PathBuf>,
+    /// The inputs of the violation, one line a step.
+    pub steps: Vec<String>,
 }
 
 /// Where Verilog is, where files may be written, and how long a question may take.
@@ -154,8 +159,17 @@ pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveErr
     } else {
         None
     };
+    // A violation, in a run from reset or in one that begins in the free state of the induction, and not a cover.
+    let bench = trace.with_extension("v");
+    let replay = if task == Task::Proof && kept.is_some() && bench.exists() {
+        let folder = place.out.join(format!("{}_replay", claim.name));
+        Some(replay::write(claim, &sources, &bench, &folder).map_err(wrong)?)
+    } else {
+        None
+    };
+    let (replay, steps) = replay.map_or((None, Vec::new()), |replay| (Some(replay.test), replay.steps));
     let (seconds, memory_mib) = (told.time.as_secs_f64(), told.memory as f64 / 1024.0);
-    Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept })
+    Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept, replay, steps })
 }
 
 /// The sources of a claim: as they are, or copies in `work` where they are observed or changed.

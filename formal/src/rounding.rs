@@ -290,7 +290,8 @@ pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<
     } else {
         None
     };
-    Ok(Outcome { name, status, pass, seconds: asked.seconds, memory_mib: asked.memory_mib, detail, trace })
+    let (seconds, memory_mib) = (asked.seconds, asked.memory_mib);
+    Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace, replay: None, steps: Vec::new() })
 }
 
 /// What the solver says.
@@ -341,9 +342,10 @@ pub fn table(design: &Design, measured: &[f64], of: &str) -> String {
     let bounds = Bounds::of(design);
     // Rounded up, as the bound itself.
     let three = |micro: u64| format!("{:.3}", micro.div_ceil(1000) as f64 / 1000.0);
-    let mut text = "| smoother | recursion | after the column stages | after the row stages back | smoother's output |\n\
+    let mut text =
+        "| smoother | recursion | after the column stages | after the row stages back | smoother's output |\n\
                     |---|---|---|---|---|\n"
-        .to_owned();
+            .to_owned();
     for (k, (of, smoother)) in bounds.stages.iter().zip(&design.smoothers).enumerate() {
         let m = smoother.g_j.len();
         let ends = [0, m, 2 * m, 3 * m].map(|n| three(of[n]));

@@ -131,7 +131,8 @@ mod tests {
                     u = (0..length).map(|k| after(k) + g(raw) * (u[k] - after(k))).collect();
                 }
                 let expected = u[length - 1 - from_end] * f64::from(1u32 << ONE);
-                let (low, high) = (line.low[n] as f64, line.high[n] as f64 + if n == 0 { line.rest as f64 } else { 0.0 });
+                let (low, high) =
+                    (line.low[n] as f64, line.high[n] as f64 + if n == 0 { line.rest as f64 } else { 0.0 });
                 assert!(low - 0.01 <= expected && expected <= high + 0.01, "{vertical} {n}: {low} {expected} {high}");
                 assert!(high - low < 1e3, "{n}: {low} {high}");
             }

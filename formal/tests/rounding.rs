@@ -1,0 +1,48 @@
+//! The claims about a design's numbers: a small design by hand, and one that saturates.
+
+use hoverlock_formal::engine::found;
+use hoverlock_formal::prove::{Status, Task};
+use hoverlock_formal::rounding::{Bounds, Design, Smoother, Subject, run};
+
+/// Two smoothers of one stage a direction, coefficients of four bits: small enough for a sheet of paper.
+fn design(dog_bits: u32) -> Design {
+    let narrow = Smoother { g: 16, g_j: vec![16] };
+    let wide = Smoother { g: 8, g_j: vec![8] };
+    Design { smoothers: vec![narrow, wide], coefficient_bits: 4, full_scale: 1020, dog_shift: 1, dog_bits }
+}
+
+#[test]
+fn bounds_are_those_of_the_equations() {
+    let bounds = Bounds::of(&design(10));
+    // 1/2 and 1 LSB of the recursions, then half an LSB a stage.
+    assert_eq!(bounds.stages[0], [500_000, 1_000_000, 1_500_000, 2_000_000]);
+    assert_eq!(bounds.stages[1], [1_000_000, 1_500_000, 2_000_000, 2_500_000]);
+    assert_eq!(bounds.dog, [2_750_000]);
+    // The narrow smoother changes nothing. Of the wide one a sample keeps itself g g_j = 1/4 in the column and 1/2 * 1/2
+    // + 1/2 * 1/2 ... in mid-row; beyond the border it is held, and keeps less than in the middle of the frame nowhere
+    // but there: the positive part is 1 less the sample's own weight, and the least own weight is that in mid-frame.
+    let column = 0.5 * 0.5 + 0.5 * 0.5 * 0.5;
+    let row = 0.25 + 0.25;
+    let expected = 1020.0 * (1.0 - column * row) + 4.5;
+    let largest = bounds.largest[0] as f64 / 1e6;
+    assert!(largest >= expected - 0.01 && largest < expected + 1.0, "{largest} {expected}");
+}
+
+#[test]
+fn a_dog_that_is_too_short_is_seen_and_leaves_its_questions() {
+    if found("yices-smt2").is_none() {
+        eprintln!("SKIPPED: no yices-smt2; `make test` installs it");
+        return;
+    }
+    let out = tempfile::tempdir().unwrap();
+    let outcome = |bits, subject, task| run(&design(bits), subject, task, out.path()).unwrap();
+    for task in [Task::Proof, Task::Cover] {
+        let done = outcome(10, Subject::Rounding, task);
+        assert!(done.pass && done.detail.is_empty(), "{done:?}");
+    }
+    assert_eq!(outcome(10, Subject::Saturation, Task::Proof).status, Status::Proved);
+    let failed = outcome(8, Subject::Saturation, Task::Proof);
+    assert_eq!((failed.status, failed.detail.as_str()), (Status::Failed, "bound exceeded: DoG 0"));
+    let questions = std::fs::read_to_string(failed.trace.unwrap()).unwrap();
+    assert!(questions.contains("QF_LRA") && questions.contains("; DoG 0"), "{questions}");
+}
