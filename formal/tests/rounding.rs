@@ -18,9 +18,9 @@ fn bounds_are_those_of_the_equations() {
     assert_eq!(bounds.stages[0], [500_000, 1_000_000, 1_500_000, 2_000_000]);
     assert_eq!(bounds.stages[1], [1_000_000, 1_500_000, 2_000_000, 2_500_000]);
     assert_eq!(bounds.dog, [2_750_000]);
-    // The narrow smoother changes nothing. Of the wide one a sample keeps itself g g_j = 1/4 in the column and 1/2 * 1/2
-    // + 1/2 * 1/2 ... in mid-row; beyond the border it is held, and keeps less than in the middle of the frame nowhere
-    // but there: the positive part is 1 less the sample's own weight, and the least own weight is that in mid-frame.
+    // The narrow smoother changes nothing, so d is largest where the wide one keeps least of the sample itself: away
+    // from the lower border 1/2 of its own recursion's 1/2 and 1/2 of the 1/4 in the row below, and along the row 1/2 * 1/2
+    // twice.
     let column = 0.5 * 0.5 + 0.5 * 0.5 * 0.5;
     let row = 0.25 + 0.25;
     let expected = 1020.0 * (1.0 - column * row) + 4.5;
