@@ -1,5 +1,8 @@
 //! The claims about a design's numbers: a small design by hand, and one that saturates.
 
+use hoverlock_fixed_point::analysis::worst_case::{largest_difference, rounding};
+use hoverlock_fixed_point::model::bit_true::BitTrue;
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_formal::engine::found;
 use hoverlock_formal::prove::{Status, Task};
 use hoverlock_formal::rounding::{Bounds, Design, Smoother, Subject, run};
@@ -45,4 +48,27 @@ fn a_dog_that_is_too_short_is_seen_and_leaves_its_questions() {
     assert_eq!((failed.status, failed.detail.as_str()), (Status::Failed, "bound exceeded: DoG 0"));
     let questions = std::fs::read_to_string(failed.trace.unwrap()).unwrap();
     assert!(questions.contains("QF_LRA") && questions.contains("; DoG 0"), "{questions}");
+}
+
+/// The same numbers from input to output in f64, where the module goes from output to input in integers.
+#[test]
+fn bounds_of_the_default_design_are_those_derived_in_floating_point() {
+    let model = BitTrue::new(&KT27).unwrap();
+    let raw = model.coefficients();
+    let smoothers = raw.iter().map(|of| Smoother { g: of.g, g_j: of.g_j.clone() }).collect();
+    let full_scale = 65535 * 4;
+    let bounds = Bounds::of(&Design { smoothers, coefficient_bits: 16, full_scale, dog_shift: 1, dog_bits: 15 });
+    let values = raw.each_ref().map(|of| of.values(KT27.coefficient));
+    for (of, values) in bounds.stages.iter().zip(&values) {
+        let (proved, derived) = (*of.last().unwrap() as f64 / 1e6, rounding(values));
+        assert!(proved >= derived && proved < derived + 2e-6, "{proved} {derived}");
+    }
+    for k in 0..2 {
+        let derived = largest_difference(&values[k], &values[k + 1]) * f64::from(full_scale)
+            + rounding(&values[k])
+            + rounding(&values[k + 1]);
+        let proved = bounds.largest[k] as f64 / 1e6;
+        // Outward rounding of weights to 2^-31 costs a few LSB at most, and cannot make the bound smaller.
+        assert!(proved >= derived - 1e-3 && proved < derived + 4.0, "pair {k}: {proved} {derived}");
+    }
 }
