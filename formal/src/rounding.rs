@@ -221,22 +221,21 @@ fn rounding(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Question> {
 
 /// The questions of `saturation`: can a `|d|` saturate, or (`reached`) be the largest that is allowed?
 fn saturation(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Question> {
-    let pairs = design.smoothers.windows(2).zip(bounds.stages.windows(2)).zip(&bounds.largest);
-    let question = |(k, ((pair, bounds), &largest)): (usize, ((&[Smoother], &[Vec<u64>]), &u64))| {
-        let last = |n: usize| bounds[n][bounds[n].len() - 1];
+    let question = |(k, largest): (usize, &u64)| {
+        let last = |of: &[u64]| of[of.len() - 1];
         let text = real(&["exact", "narrow", "wide", "d"])
-            + &within("exact", exact(design, pair))
-            + &within("narrow", last(0))
-            + &within("wide", last(1))
+            + &within("exact", exact(design, &design.smoothers[k..=k + 1]))
+            + &within("narrow", last(&bounds.stages[k]))
+            + &within("wide", last(&bounds.stages[k + 1]))
             + "(assert (= d (+ exact (- narrow wide))))\n"
             + &if reached {
-                beyond("d", largest, true)
+                beyond("d", *largest, true)
             } else {
                 format!("(assert (>= (ite (>= d 0.0) d (- d)) {}.0))\n", limit(design))
             };
         Question { name: format!("DoG {k}"), text }
     };
-    pairs.enumerate().map(question).collect()
+    bounds.largest.iter().enumerate().map(question).collect()
 }
 
 /// Does a task for a claim about a design: its proof; its covers, which are that each bound is reached by the
@@ -351,10 +350,8 @@ pub fn table(design: &Design, measured: &[f64], of: &str) -> String {
         let ends = [0, m, 2 * m, 3 * m].map(|n| three(of[n]));
         text += &format!("| {k} | {} |\n", ends.join(" | "));
     }
-    text += &format!(
-        "\nState LSB; each stage adds half an LSB.\n\n| DoG | error, proved, DoG LSB | measured, DoG LSB | largest \\|d\\|, proved, state LSB | \
-         saturates from |\n|---|---|---|---|---|\n",
-    );
+    text += "\nState LSB; each stage adds half an LSB.\n\n| DoG | error, proved, DoG LSB | measured, DoG LSB | largest \\|d\\|, proved, state LSB | \
+         saturates from |\n|---|---|---|---|---|\n";
     for (k, (dog, largest)) in bounds.dog.iter().zip(&bounds.largest).enumerate() {
         let measured = measured.get(k).map_or("-".to_owned(), |measured| format!("{measured:.2}"));
         text += &format!("| {k} | {} | {measured} | {} | {} |\n", three(*dog), three(*largest), limit(design));
