@@ -1,11 +1,14 @@
 //! From a design file to the constants and the wiring that depend on it.
 //!
 //! rust-hdl has widths in its types, so the emitter is compiled for a design: `HOVERLOCK_DESIGN` names the design file,
-//! `designs/kt27.toml` where it is not set. Two files are written for `include!`:
+//! `designs/kt27.toml` where it is not set. Three files are written for `include!`:
 //!
 //! - `design.rs`: the numbers of the file as plain constants;
-//! - `smoothers.rs`: a smoother type for each look-ahead, and the three smoothers with the delays that align them. A
-//!   `#[hdl_gen]` body has no choice but that of numbers, and which delays there are is more than a number.
+//! - `smoothers.rs`: a smoother type for each look-ahead, and the smoothers with the delays that align them;
+//! - `extractor.rs`: which smoothers each scale pair subtracts.
+//!
+//! A `#[hdl_gen]` body has no choice but that of numbers, and which delays and smoothers there are is more than a
+//! number.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -19,7 +22,14 @@ const LONGEST_DELAY: u64 = 33;
 /// Bits of a field of the bank.
 const FIELD_BITS: u64 = 16;
 
-const NAMES: [&str; 3] = ["narrow", "middle", "wide"];
+/// The names of so many smoothers, the narrowest first.
+fn names(smoothers: usize) -> &'static [&'static str] {
+    match smoothers {
+        2 => &["narrow", "wide"],
+        3 => &["narrow", "middle", "wide"],
+        _ => &["narrow", "middle", "wide", "widest"],
+    }
+}
 
 fn main() {
     if let Err(error) = run() {
@@ -40,6 +50,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
     std::fs::write(out.join("design.rs"), design.constants())?;
     std::fs::write(out.join("smoothers.rs"), design.smoothers())?;
+    std::fs::write(out.join("extractor.rs"), design.extractor())?;
     Ok(())
 }
 
@@ -49,8 +60,8 @@ struct Design {
     pixel: [u64; 2],
     state: [u64; 2],
     coefficient: [u64; 2],
-    look_ahead: [u64; 3],
-    sigmas: [f64; 3],
+    look_ahead: Vec<u64>,
+    sigmas: Vec<f64>,
     /// The other keys.
     numbers: Vec<(&'static str, u64)>,
 }
@@ -76,7 +87,19 @@ impl Design {
         let look_ahead: Vec<u64> = list("look_ahead")?.iter().filter_map(number).collect();
         let real = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
         let sigmas: Vec<f64> = list("sigmas")?.iter().filter_map(real).collect();
+        let scale_pairs = whole("scale_pairs")?;
+        if !(1..=3).contains(&scale_pairs) {
+            return Err(format!("scale_pairs = {scale_pairs} is not from 1 to 3"));
+        }
+        for (key, length) in [("look_ahead", look_ahead.len()), ("sigmas", sigmas.len())] {
+            if length as u64 != scale_pairs + 1 {
+                return Err(format!(
+                    "{key} has {length} numbers, and scale_pairs = {scale_pairs} needs one more than pairs"
+                ));
+            }
+        }
         let keys = [
+            ("SCALE_PAIRS", "scale_pairs"),
             ("WIDTH", "width"),
             ("HEIGHT", "height"),
             ("DOG_BITS", "dog_bits"),
@@ -87,8 +110,8 @@ impl Design {
             pixel: format("pixel")?,
             state: format("state")?,
             coefficient: format("coefficient")?,
-            look_ahead: look_ahead.try_into().map_err(|_| "look_ahead is not three whole numbers")?,
-            sigmas: sigmas.try_into().map_err(|_| "sigmas are not three numbers")?,
+            look_ahead,
+            sigmas,
             numbers: keys.iter().map(|(name, key)| Ok((*name, whole(key)?))).collect::<Result<_, String>>()?,
         })
     }
@@ -105,17 +128,30 @@ impl Design {
             constant("As in the design file.", name, *value);
         }
         text + &format!(
-            "/// Look-ahead of each smoother.\npub const LOOK_AHEAD: [usize; 3] = {:?};\n\
-             /// Sigma of each smoother, px.\npub const SIGMAS: [f64; 3] = {:?};\n",
+            "/// Look-ahead of each smoother.\npub const LOOK_AHEAD: [usize; SCALE_PAIRS + 1] = {:?};\n\
+             /// Sigma of each smoother, px.\npub const SIGMAS: [f64; SCALE_PAIRS + 1] = {:?};\n",
             self.look_ahead, self.sigmas
         )
     }
 
     /// The delay of a smoother to the longest one; `None` where it is as long.
     fn delay(&self, look_ahead: u64) -> Option<Delay> {
-        let longest = self.look_ahead.into_iter().max().unwrap_or(look_ahead);
+        let longest = self.look_ahead.iter().copied().max().unwrap_or(look_ahead);
         let lines = (1 << longest) - (1 << look_ahead);
         (lines > 0).then_some(Delay { lines, steps: 12 * (longest - look_ahead) + lines })
+    }
+
+    fn names(&self) -> &'static [&'static str] {
+        names(self.look_ahead.len())
+    }
+
+    /// The scale pairs of the module `extractor` with their smoothers; the rings of all but the first reach 16 px.
+    fn extractor(&self) -> String {
+        let pairs = self.names().windows(2).enumerate();
+        let smoothers: Vec<String> =
+            pairs.map(|(k, pair)| format!("{k} {} {} THRESHOLD_{k}_AT", pair[0], pair[1])).collect();
+        let wide: Vec<String> = (1..smoothers.len()).map(|k| format!("{k} ring_lines_{k} ring_rows_{k}")).collect();
+        format!("extractor!({}; {});\n", smoothers.join(", "), wide.join(", "))
     }
 
     /// The module `smoothers` in rust-hdl.
@@ -128,8 +164,10 @@ impl Design {
             1 => String::new(),
             _ => format!("_{}", delays.iter().position(|known| known == delay).unwrap_or_default()),
         };
+        let names = self.names();
+        let last = names[names.len() - 1];
         let mut types = String::new();
-        for m in self.look_ahead.into_iter().collect::<BTreeSet<_>>() {
+        for m in self.look_ahead.iter().copied().collect::<BTreeSet<_>>() {
             types += &format!("smoother!(Smoother{m}, {m}, \"module: smoother_{m}\");\n");
         }
         let (mut fields, mut made, mut body) = (String::new(), String::new(), String::new());
@@ -150,11 +188,11 @@ impl Design {
             cell("pixel_line_delay", &format!("LineDelay<{pixel}, {out}>"), &format!("LineDelay::new(&{taps:?})"));
             let shorter = self.look_ahead.iter().filter(|m| self.delay(**m).is_some()).count();
             let comment = match (delays.as_slice(), shorter) {
-                ([Delay { lines, steps }], 2) => format!(
+                ([Delay { lines, steps }], 2) if self.look_ahead.len() == 3 => format!(
                     "The wide smoother is {lines} lines and {steps} steps longer than the others, so their pixels \
                      are delayed by that."
                 ),
-                _ => "The wide smoother is the longest, so the pixels of the others are delayed.".into(),
+                _ => format!("The {last} smoother is the longest, so the pixels of the others are delayed."),
             };
             body += &format!("        comment!(\"{comment}\");\n");
             body += "        self.pixel_line_delay.clock.next = self.clock.val();
@@ -196,11 +234,13 @@ impl Design {
         }
         cell("state", "PixelState", "PixelState::default()");
         body += "        self.state.x.next = self.pixel.val();\n\n";
-        body += if delays.is_empty() {
-            "        comment!(\"Banks: frame_bank for the columns, rows_bank for all rows.\");\n"
+        body += &if delays.is_empty() {
+            "        comment!(\"Banks: frame_bank for the columns, rows_bank for all rows.\");\n".to_owned()
         } else {
-            "        comment!(\"Banks: frame_bank for the wide columns, delayed_bank for the other columns, rows_bank \
-             for all rows.\");\n"
+            format!(
+                "        comment!(\"Banks: frame_bank for the {last} columns, delayed_bank for the other columns, \
+                 rows_bank for all rows.\");\n"
+            )
         };
         for delay in &delays {
             let suffix = suffix(delay);
@@ -210,12 +250,14 @@ impl Design {
         self.delayed_bank{suffix}.d.next = self.frame_bank.val();\n"
             );
         }
-        body += "        self.rows_bank.clock.next = self.clock.val();
-        self.rows_bank.load.next = self.wide_smoother.columns_done.val();
+        body += &format!(
+            "        self.rows_bank.clock.next = self.clock.val();
+        self.rows_bank.load.next = self.{last}_smoother.columns_done.val();
         self.rows_bank.d.next = self.frame_bank.val();
-        self.window_bank.next = self.rows_bank.q.val();\n";
+        self.window_bank.next = self.rows_bank.q.val();\n"
+        );
         let mut field = 0;
-        for (name, m) in NAMES.into_iter().zip(self.look_ahead) {
+        for (name, &m) in names.iter().zip(&self.look_ahead) {
             let smoother = format!("{name}_smoother");
             cell(&smoother, &format!("Smoother{m}"), &format!("Smoother{m}::default()"));
             let (start, x, bank) = match self.delay(m) {
@@ -253,13 +295,28 @@ impl Design {
             }
             field += 1 + m;
         }
-        types + &TEMPLATE.replace("FIELDS", &fields).replace("MADE", &made).replace("BODY", &body)
+        let (mut ports, mut signals, mut outputs) = (String::new(), String::new(), String::new());
+        for (i, name) in names.iter().enumerate() {
+            ports += &format!("    /// `G_{i}`.\n    pub {name}: Signal<Out, State>,\n");
+            signals += &format!("            {name}: Signal::default(),\n");
+            outputs += &format!("        self.{name}.next = self.{name}_smoother.y.val();\n");
+        }
+        outputs += &format!("        self.start_out.next = self.{last}_smoother.start_out.val();\n");
+        let parts = [
+            ("PORTS", ports),
+            ("SIGNALS", signals),
+            ("OUTPUTS", outputs),
+            ("FIELDS", fields),
+            ("MADE", made),
+            ("BODY", body),
+        ];
+        types + &parts.iter().fold(TEMPLATE.to_owned(), |text, (name, part)| text.replace(name, part))
     }
 }
 
-/// The module without what depends on the look-ahead.
+/// The module without what depends on the look-ahead and the number of smoothers.
 const TEMPLATE: &str = r#"
-/// The three smoothers with aligned outputs.
+/// The smoothers with aligned outputs.
 #[derive(LogicBlock)]
 pub struct Smoothers {
     /// Clock.
@@ -284,13 +341,7 @@ pub struct Smoothers {
     pub address: Signal<Out, Address>,
     /// The address one step ago.
     pub address_delayed_1: Signal<Out, Address>,
-    /// `G_0`.
-    pub narrow: Signal<Out, State>,
-    /// `G_1`.
-    pub middle: Signal<Out, State>,
-    /// `G_2`.
-    pub wide: Signal<Out, State>,
-    /// Marker one step before the first smoothed samples of a frame.
+PORTS    /// Marker one step before the first smoothed samples of a frame.
     pub start_out: Signal<Out, Bit>,
 FIELDS}
 
@@ -308,10 +359,7 @@ impl Default for Smoothers {
             window_bank: Signal::default(),
             address: Signal::default(),
             address_delayed_1: Signal::default(),
-            narrow: Signal::default(),
-            middle: Signal::default(),
-            wide: Signal::default(),
-            start_out: Signal::default(),
+SIGNALS            start_out: Signal::default(),
 MADE        }
     }
 }
@@ -328,10 +376,6 @@ impl Logic for Smoothers {
         self.address_delayed_1.next = self.counter.delayed_1.val();
 
 BODY
-        self.narrow.next = self.narrow_smoother.y.val();
-        self.middle.next = self.middle_smoother.y.val();
-        self.wide.next = self.wide_smoother.y.val();
-        self.start_out.next = self.wide_smoother.start_out.val();
-    }
+OUTPUTS    }
 }
 "#;

@@ -6,6 +6,7 @@
 //! without the FPGA. The frame is processed twice, and only the second is marked, when all memory is there. The records
 //! go to the standard output as the hardware emits them.
 
+use hoverlock_fixed_point::model::bit_true::TWO_PAIR_WORDS;
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
@@ -20,7 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let (width, height) = (width.parse::<usize>()?, height.parse::<usize>()?);
     let thresholds: Vec<u32> = thresholds.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
-    let thresholds: [u32; 2] = thresholds.try_into().map_err(|_| "two thresholds")?;
+    if thresholds.len() != 2 {
+        return Err("two thresholds".into());
+    }
     let bytes = std::fs::read(pixels)?;
     if width == 0 || height == 0 || bytes.len() != 2 * width * height {
         return Err(format!("{pixels} has {} bytes, not 2 x {width} x {height}", bytes.len()).into());
@@ -30,12 +33,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         u16::from_le_bytes([bytes[at], bytes[at + 1]])
     });
     let mut model = SimdBitTrue::new(&KT27)?;
-    model.portable_frame(&frame, thresholds);
+    model.portable_frame(&frame, &thresholds);
     mark(Part::Extraction);
-    model.portable_frame(&frame, thresholds);
+    model.portable_frame(&frame, &thresholds);
     mark(Part::End);
-    let records: Vec<u8> =
-        model.features().iter().flat_map(|feature| feature.pack()).flat_map(u32::to_le_bytes).collect();
+    let words = model.features().iter().flat_map(|feature| feature.pack().into_iter().take(TWO_PAIR_WORDS));
+    let records: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
     std::io::stdout().write_all(&records)?;
     Ok(())
 }

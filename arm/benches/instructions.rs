@@ -7,7 +7,7 @@
 mod support;
 
 use hoverlock_arm::message::{self, Command as Order, Telemetry};
-use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, TWO_PAIR_WORDS, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::image::picture::{Picture, data_dir, newcomer_dir};
 use rand::{RngExt, SeedableRng};
@@ -121,7 +121,7 @@ fn diluted(frame: u32, part: f64) -> Vec<FeatureRecord> {
             record.x = rng.random_range(20..1004);
             record.y = rng.random_range(20..748);
             let words = &mut record.descriptor;
-            words.maxlbp.iter_mut().chain(&mut words.sign).for_each(|word| *word = rng.random());
+            words.maxlbp[..2].iter_mut().chain(&mut words.sign[..2]).for_each(|word| *word = rng.random());
         }
     }
     all.sort_by_key(|record| (record.y, record.x, record.scale));
@@ -153,7 +153,7 @@ struct Sample {
     path: PathBuf,
     pixels: Vec<u8>,
     /// As the automatic threshold leaves them.
-    thresholds: [u32; 2],
+    thresholds: Vec<u32>,
     features: Vec<FeatureRecord>,
 }
 
@@ -168,9 +168,10 @@ fn picture() -> Result<Sample, Box<dyn Error>> {
     let planes = BitTrue::new(&KT27)?.planes(&frame);
     let mut controller = ThresholdController::new(&KT27);
     controller.settle(|thresholds| counts(&planes.features(thresholds)));
-    let thresholds = controller.thresholds();
+    let thresholds = controller.thresholds().to_vec();
     let pixels = frame.as_slice().iter().flat_map(|sample| sample.to_le_bytes()).collect();
-    Ok(Sample { path, pixels, thresholds, features: planes.features(thresholds) })
+    let features = planes.features(&thresholds);
+    Ok(Sample { path, pixels, thresholds, features })
 }
 
 fn row(name: &str, parts: &Parts) {
@@ -209,9 +210,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     let Sample { path, pixels, thresholds, features } = picture()?;
     let file = tools.work.join("frame.raw");
     std::fs::write(&file, pixels)?;
-    let [t0, t1] = thresholds.map(|threshold| threshold.to_string());
+    let [t0, t1] = [0, 1].map(|k| thresholds[k].to_string());
     let (records, frames) = tools.counted("hoverlock-extract", &["1024", "768", &file.to_string_lossy(), &t0, &t1])?;
-    let expected: Vec<u8> = features.iter().flat_map(FeatureRecord::pack).flat_map(u32::to_le_bytes).collect();
+    let words = features.iter().flat_map(|feature| feature.pack().into_iter().take(TWO_PAIR_WORDS));
+    let expected: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
     if records != expected {
         return Err("the features of hoverlock-extract are not those of the bit-true model".into());
     }

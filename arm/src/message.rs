@@ -13,7 +13,7 @@
 //! the columns. It may come before or after its frame. The standard errors are what IMU and laser are good for now:
 //! over rough ground the laser's is that of the relief.
 
-use hoverlock_fixed_point::model::bit_true::{FLAG_TRAILER, FeatureRecord};
+use hoverlock_fixed_point::model::bit_true::{FLAG_TRAILER, FeatureRecord, TWO_PAIR_WORDS};
 use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_reference::motion::pose::Sensors;
 
@@ -224,8 +224,8 @@ pub fn encode_frame(
 ) -> Vec<u8> {
     let count = features.len() as u32;
     let trailer = Trailer { frame, errors, count, dropped, thresholds: thresholds[1] << 16 | thresholds[0] };
-    let records = features.iter().map(FeatureRecord::pack).chain([trailer.pack()]);
-    records.flatten().flat_map(u32::to_le_bytes).collect()
+    let words = features.iter().flat_map(|feature| feature.pack().into_iter().take(TWO_PAIR_WORDS));
+    words.chain(trailer.pack()).flat_map(u32::to_le_bytes).collect()
 }
 
 /// What the pilot or the control system wants.

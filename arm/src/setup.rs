@@ -134,7 +134,7 @@ mod tests {
 
     /// As the design point has them, from the model and not from the map.
     fn coefficients() -> Vec<(u32, u32)> {
-        let stages = KT27.sigmas.into_iter().zip(KT27.look_ahead).flat_map(|(sigma, look_ahead)| {
+        let stages = KT27.sigmas.iter().zip(&*KT27.look_ahead).flat_map(|(&sigma, &look_ahead)| {
             let designed = LerpCoefficients::design(sigma, look_ahead, KT27.coefficient.bits()).unwrap();
             let stages = StageCoefficients::from(designed);
             [stages.g].into_iter().chain(stages.g_j).collect::<Vec<_>>()

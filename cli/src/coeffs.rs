@@ -156,8 +156,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let wishes: Vec<Wish> = match args.design.as_deref().map(named).transpose()? {
         None => args.sigma.iter().map(|sigma| wish(*sigma, args.frac_bits, look_ahead)).collect(),
         Some(design) => {
-            let smoothers = design.sigmas.into_iter().zip(design.look_ahead);
-            smoothers.map(|(sigma, m)| wish(sigma, design.coefficient.bits(), LookAhead::Stages(m))).collect()
+            let smoothers = design.sigmas.iter().zip(&*design.look_ahead);
+            smoothers.map(|(sigma, m)| wish(*sigma, design.coefficient.bits(), LookAhead::Stages(*m))).collect()
         }
     };
     let sets = wishes.iter().map(CoefficientSet::design).collect::<Result<Vec<_>, _>>()?;

@@ -11,7 +11,7 @@ use crate::output::quoted;
 /// The arguments that choose a design.
 #[derive(clap::Args)]
 pub struct Chosen {
-    /// The design: kt27, hd1080, small, or a design file with all keys
+    /// The design: kt27, hd1080, small, three_scales, or a design file with all keys
     #[arg(long, value_name = "NAME|FILE")]
     design: Option<OsString>,
     /// Change the design: a TOML file with some keys, or one key like dog_bits=12 or state=u16.4

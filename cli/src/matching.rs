@@ -6,11 +6,11 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_arm::message::Telemetry;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord};
-use hoverlock_fixed_point::model::design::{DesignPoint, SCALES};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::fast::FastExtractor;
-use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::features::feature::{Feature, MAX_PAIRS};
 use hoverlock_reference::features::maxima::strongest_per_cell;
 use hoverlock_reference::image::picture::{Frame, Picture};
 use hoverlock_reference::image::plane::Plane;
@@ -231,7 +231,7 @@ fn located(readings: &[Telemetry], pictures: [&Plane<u16>; 2], estimate: &Estima
 }
 
 /// A threshold that lets every maximum through: the strongest are taken afterwards.
-const ALL: [u32; SCALES] = [1; SCALES];
+const ALL: [u32; MAX_PAIRS] = [1; MAX_PAIRS];
 
 impl Source {
     /// Features of both pictures, whole or their centres, in coordinates of the whole; by the clear code of the level,
@@ -244,10 +244,14 @@ impl Source {
                 let smooth = |plane: &Plane<f64>, sigma: f64| -> Plane<f64> {
                     Smoother::first_order(sigma).expect("a sigma of the design").smooth(plane, Border::Held)
                 };
-                return Ok(pictures.map(|picture| extract(&picture.luma, smooth, &selection)));
+                return Ok(pictures.map(|picture| extract(&picture.luma, &design.sigmas, smooth, &selection)));
             }
-            let mut extractor = FastExtractor::new(selection)?;
-            return Ok(pictures.map(|picture| extractor.extract(&picture.luma)));
+            return Ok(match *design.sigmas {
+                [a, b] => fast([a, b], selection, pictures)?,
+                [a, b, c] => fast([a, b, c], selection, pictures)?,
+                [a, b, c, d] => fast([a, b, c, d], selection, pictures)?,
+                _ => bail!("a chain of {} sigmas; the float extractor takes 2 to 4", design.sigmas.len()),
+            });
         }
         let frames = pictures.map(|picture| {
             let frame = picture.crop(design.width as usize, design.height as usize);
@@ -257,11 +261,11 @@ impl Source {
             Self::Rtl => simulated(design, &frames)?,
             _ if clear => {
                 let model = BitTrue::new(design)?;
-                frames.iter().map(|frame| model.planes(&frame.luma).features(ALL)).collect()
+                frames.iter().map(|frame| model.planes(&frame.luma).features(&ALL)).collect()
             }
             _ => {
                 let mut model = Quickest::new(design)?;
-                frames.iter().map(|frame| model.features(&frame.luma, ALL)).collect()
+                frames.iter().map(|frame| model.features(&frame.luma, &ALL)).collect()
             }
         };
         Ok(std::array::from_fn(|i| {
@@ -279,6 +283,12 @@ impl Source {
     fn least_side(self) -> usize {
         if self == Self::Rtl { LEAST_HARDWARE_SIDE } else { LEAST_SIDE }
     }
+}
+
+/// The float features of both pictures over a chain of sigmas, by the fast path.
+fn fast<const F: usize>(sigmas: [f64; F], selection: Selection, pictures: [&Picture; 2]) -> Result<[Vec<Feature>; 2]> {
+    let mut extractor = FastExtractor::of_chain(sigmas, selection)?;
+    Ok(pictures.map(|picture| extractor.extract(&picture.luma)))
 }
 
 /// What the hardware sends for each frame, one after the other through one simulation.

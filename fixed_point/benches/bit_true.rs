@@ -36,17 +36,17 @@ fn textured() -> Plane<u16> {
 fn bit_true(criterion: &mut Criterion) {
     let picture = textured();
     let mut simd = SimdBitTrue::new(&KT27).expect("the simd model supports the design point");
-    simd.frame(&picture, [1; 2]);
+    simd.frame(&picture, &[1; 2]);
     let strongest = |layer: &Layer<u16>| nth_strongest(&layer.dog.magnitude, 1, 512).expect("noise has many maxima");
-    let thresholds = simd.planes().layers.each_ref().map(|layer| u32::from(strongest(layer)));
-    let features = simd.frame(&picture, thresholds).len();
+    let thresholds = simd.planes().layers.iter().map(|layer| u32::from(strongest(layer))).collect::<Vec<_>>();
+    let features = simd.frame(&picture, &thresholds).len();
     assert!(features >= 800, "only {features} features: the picture has too little texture");
     println!("{features} features in 1024 x 768 pixels");
 
     let mut group = criterion.benchmark_group("bit_true");
     group.throughput(Throughput::Elements(1024 * 768));
-    group.bench_function("best instructions", |bencher| bencher.iter(|| simd.frame(&picture, thresholds).len()));
-    group.bench_function("portable", |bencher| bencher.iter(|| simd.portable_frame(&picture, thresholds).len()));
+    group.bench_function("best instructions", |bencher| bencher.iter(|| simd.frame(&picture, &thresholds).len()));
+    group.bench_function("portable", |bencher| bencher.iter(|| simd.portable_frame(&picture, &thresholds).len()));
     group.finish();
 }
 

@@ -32,14 +32,14 @@ fn simd_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
         let mut controller = ThresholdController::new(&KT27);
         let mut settled = None;
         for round in 0..60 {
-            let thresholds = controller.thresholds();
-            let features = planes.features(thresholds);
+            let thresholds = controller.thresholds().to_vec();
+            let features = planes.features(&thresholds);
             if round < 2 {
-                assert_eq!(simd.frame(&frame, thresholds), features, "{}", path.display());
-                assert_eq!(portable.portable_frame(&frame, thresholds), features, "{}", path.display());
+                assert_eq!(simd.frame(&frame, &thresholds), features, "{}", path.display());
+                assert_eq!(portable.portable_frame(&frame, &thresholds), features, "{}", path.display());
                 assert!(*simd.planes() == planes && *portable.planes() == planes, "{}", path.display());
             }
-            controller.finish_frame(counts(&features));
+            controller.finish_frame(&counts(&features));
             if controller.thresholds() == thresholds {
                 settled = Some((round, thresholds, counts(&features)));
                 break;

@@ -112,7 +112,8 @@ pub fn model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf,
     };
     let files: String = sources.iter().map(|file| format!(" \"{}\"", file.display())).collect();
     let script = format!(
-        "read_verilog -formal -sv{library} \"{}\"\nread_verilog -formal{files}\n{boxes}prep {top} -flatten\n{products}{cut}memory_map -rom-only\nasync2sync\ndffunmap\n\
+        "read_verilog -formal -sv{library} \"{}\"\nread_verilog -formal{files}\n{boxes}\
+         prep {top} -flatten\n{products}{cut}memory_map -rom-only\nasync2sync\ndffunmap\n\
          write_smt2 -wires \"{}\"\n",
         properties.display(),
         model.display()

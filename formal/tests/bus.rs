@@ -162,7 +162,8 @@ const REGISTER_RULES: &str = "module registers_properties (
     if (!begun) assume (reset);
     else begin
       invariant_kept: assert (!known || (followed ? \\dut.high : \\dut.low ) == value);
-      invariant_one: assert (outstanding == {7'd0, readdatavalid} && (!asked || (readdatavalid && ahead == 8'd0 && readdata == wanted)));
+      invariant_one: assert (outstanding == {7'd0, readdatavalid}
+                             && (!asked || (readdatavalid && ahead == 8'd0 && readdata == wanted)));
       invariant_waits: assert (\\bus.waits_so_far == {7'd0, \\dut.waited });
       read_back: cover (asked && readdata == 32'd77);
     end

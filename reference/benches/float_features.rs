@@ -6,6 +6,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use hoverlock_reference::features::dog::SIGMAS;
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::image::picture::Picture;
@@ -41,7 +42,7 @@ fn float_features(c: &mut Criterion) {
     let clear = |plane: &Plane<f64>, sigma| Smoother::first_order(sigma).expect("a pole").smooth(plane, Border::Held);
     group.sample_size(20);
     group.bench_function("f64, clear", |b| {
-        b.iter(|| one_thread.install(|| extract(black_box(&frame), clear, &selection)))
+        b.iter(|| one_thread.install(|| extract(black_box(&frame), &SIGMAS, clear, &selection)))
     });
     group.finish();
 }

@@ -9,7 +9,6 @@ use std::fmt::Write as _;
 use hoverlock_fixed_point::analysis::acceptance::{Comparison, dog_lsb, response};
 use hoverlock_fixed_point::analysis::errors::Fate;
 use hoverlock_fixed_point::analysis::levels::LevelPlanes;
-use hoverlock_fixed_point::model::design::SCALES;
 use hoverlock_reference::image::plane::Plane;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageError};
@@ -57,13 +56,13 @@ pub struct FeatureMap {
     /// The drawing, an `<svg>` element.
     pub svg: String,
     /// Features kept, moved, lost and new, per scale.
-    pub counts: [[usize; 4]; SCALES],
+    pub counts: Vec<[usize; 4]>,
 }
 
 impl Figures {
     /// Maps of the DoG: approximation of `streaming` against `ideal`, quantisation of `bit_true` against `streaming`.
     pub(crate) fn heat_maps(&mut self, ideal: &LevelPlanes, streaming: &LevelPlanes, fixed: &LevelPlanes) {
-        for scale in 0..SCALES {
+        for scale in 0..fixed.dog.len() {
             for (approximation, reference, test) in [(true, ideal, streaming), (false, streaming, fixed)] {
                 let error = response(test, scale).zip_map(&response(reference, scale), |t, r| (t - r) / dog_lsb());
                 let pooled = pooled(&error);
@@ -140,11 +139,11 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
         w = frame.width(),
         h = frame.height()
     );
-    let mut counts = [[0; 4]; SCALES];
+    let mut counts = vec![[0; 4]; comparison.scales.len()];
     for fate in [Fate::Kept, Fate::Moved, Fate::New, Fate::Lost] {
         let mut path = String::new();
         for (scale, counts) in counts.iter_mut().enumerate() {
-            let r = [5, 9][scale];
+            let r = [5, 9, 14][scale];
             let of_fate = comparison.scales[scale].kept.fates.iter().filter(|(_, _, of)| *of == fate);
             for (x, y, _) in of_fate {
                 counts[fate as usize] += 1;

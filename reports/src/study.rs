@@ -13,7 +13,7 @@ use hoverlock_fixed_point::analysis::errors::{BitKind, ErrorStatistics, Flips};
 use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
 use hoverlock_fixed_point::analysis::range::Ranges;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27, SCALES, SMOOTHERS};
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_reference::features::repeatability::{self, Curve};
 use hoverlock_reference::image::conditions::{CONDITIONS, Condition, NOMINAL};
 use hoverlock_reference::image::picture;
@@ -120,16 +120,12 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// All of them, in the order of the data.
-    pub const ALL: [Self; SMOOTHERS + 2 * SCALES] = [
-        Self::Smoothed(0),
-        Self::Smoothed(1),
-        Self::Smoothed(2),
-        Self::Dog(0),
-        Self::Dog(1),
-        Self::MaxDog(0),
-        Self::MaxDog(1),
-    ];
+    /// All of a design, in the order of the data.
+    pub fn all(design: &DesignPoint) -> Vec<Self> {
+        let smoothed = (0..design.smoothers()).map(Self::Smoothed);
+        let dogs = (0..design.pairs()).map(Self::Dog);
+        smoothed.chain(dogs).chain((0..design.pairs()).map(Self::MaxDog)).collect()
+    }
 
     /// The label in tables, with the sigmas of the design.
     pub fn name(self, design: &DesignPoint) -> String {
@@ -287,7 +283,7 @@ pub fn run(
         .iter()
         .enumerate()
         .map(|(index, condition)| {
-            let mut sum = Flips::default();
+            let mut sum = Flips::of_pairs(levels.design().pairs());
             pictures.iter().filter_map(|p| p.conditions.get(index)).for_each(|c| sum.add(&c.comparison.flips));
             (condition.name, sum)
         })
@@ -353,7 +349,7 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
             (Level::Quantised, Level::Streaming, Kind::Quantisation),
             (Level::BitTrue, Level::Streaming, Kind::Quantisation),
         ];
-        for stage in Stage::ALL {
+        for stage in Stage::all(levels.design()) {
             let planes: Vec<Plane<f64>> = planes.iter().map(|planes| stage.plane(planes)).collect();
             for (test, reference, kind) in pairs {
                 let (reference, tested) = (&planes[reference as usize], &planes[test as usize]);
@@ -426,7 +422,7 @@ fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
         });
         Chain { sigma: levels.design().sigmas[smoother], stages }
     };
-    (0..SMOOTHERS).into_par_iter().map(chain).collect()
+    (0..levels.design().smoothers()).into_par_iter().map(chain).collect()
 }
 
 impl Study {

@@ -12,7 +12,7 @@ use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::{DesignPoint, SMOOTHERS};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::format::Format;
 use hoverlock_reference::image::conditions::{CONDITIONS, Condition};
 use rayon::prelude::*;
@@ -198,16 +198,16 @@ fn variants(design: &DesignPoint) -> Vec<Variant> {
     for bits in DOG.into_iter().chain([design.dog_bits]).collect::<BTreeSet<u32>>() {
         add("DoG", f64::from(bits), bits.to_string(), with_dog_bits(design, bits));
     }
-    let look_ahead = |m: [u32; SMOOTHERS]| (format!("{m:?}"), DesignPoint { look_ahead: m, ..design.clone() });
-    for smoother in 0..SMOOTHERS {
-        let mut m = design.look_ahead;
+    let look_ahead = |m: Vec<u32>| (format!("{m:?}"), DesignPoint { look_ahead: m.into(), ..design.clone() });
+    for smoother in 0..design.smoothers() {
+        let mut m = design.look_ahead.to_vec();
         m[smoother] -= 1;
         if m[smoother] > 0 {
             let (value, changed) = look_ahead(m);
             add(LOOK_AHEAD, 0.0, value, changed);
         }
     }
-    let (value, changed) = look_ahead(design.look_ahead);
+    let (value, changed) = look_ahead(design.look_ahead.to_vec());
     add(LOOK_AHEAD, 0.0, value, changed);
     for bits in PIXEL.into_iter().filter(|bits| *bits < integer).chain([integer]) {
         let pixel = Format::unsigned(bits, 0);

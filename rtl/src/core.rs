@@ -4,6 +4,7 @@ use rust_hdl::prelude::*;
 
 use crate::{
     cells::{Fields, Height, Pixel, Response, Width, bank::Bank, queue::RecordFifo, sequencer::Sequencer},
+    design::{RECORD_BITS, SCALE_PAIRS},
     extractor::Extractor,
 };
 
@@ -38,8 +39,8 @@ pub struct Core {
     pub feature_ready: Signal<In, Bit>,
     /// A record is offered.
     pub feature_valid: Signal<Out, Bit>,
-    /// Record, 256 bits.
-    pub feature_data: Signal<Out, Bits<256>>,
+    /// Record.
+    pub feature_data: Signal<Out, Bits<RECORD_BITS>>,
     /// Start of packet.
     pub feature_startofpacket: Signal<Out, Bit>,
     /// End of packet: the record is the trailer.
@@ -60,10 +61,8 @@ pub struct Core {
     pub frames: Signal<Out, Bits<32>>,
     /// A response was saturated.
     pub saturated: Signal<Out, Bit>,
-    /// Threshold `T_0` in use.
-    pub threshold_0: Signal<Out, Response>,
-    /// Threshold `T_1` in use.
-    pub threshold_1: Signal<Out, Response>,
+    /// Thresholds `T_k` in use.
+    pub threshold: [Signal<Out, Response>; SCALE_PAIRS],
     sequencer: Sequencer,
     frame_bank: Bank,
     extractor: Extractor,
@@ -110,8 +109,9 @@ impl Logic for Core {
         self.dropped.next = self.extractor.dropped.val();
         self.frames.next = self.extractor.frames.val();
         self.saturated.next = self.extractor.saturated.val();
-        self.threshold_0.next = self.extractor.threshold_0.val();
-        self.threshold_1.next = self.extractor.threshold_1.val();
+        for k in 0..SCALE_PAIRS {
+            self.threshold[k].next = self.extractor.threshold[k].val();
+        }
 
         self.fifo.clock.next = self.clock.val();
         self.fifo.reset.next = self.reset.val();

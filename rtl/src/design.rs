@@ -4,6 +4,7 @@
 //! names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`] puts the
 //! numbers in their place ([`CONSTANTS`]), because rust-hdl prints the names.
 
+use hoverlock_fixed_point::model::bit_true::{RECORD_WORDS, TWO_PAIR_WORDS};
 use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
 use hoverlock_fixed_point::model::format::Format;
 
@@ -16,6 +17,7 @@ macro_rules! constants {
 
         /// The constants that may stand in Verilog, by name.
         pub const CONSTANTS: &[(&str, usize)] = &[
+            ("SCALE_PAIRS", SCALE_PAIRS),
             ("PIXEL_BITS", PIXEL_BITS),
             ("COEFFICIENT_BITS", COEFFICIENT_BITS),
             ("DOG_BITS", DOG_BITS),
@@ -59,42 +61,50 @@ constants! {
     DRAIN_TOP = DRAIN_BITS - 1;
     /// Bits of a beat of the video with its two flags.
     BEAT_BITS = PIXEL_BITS + 2;
-    /// Coefficients of the three smoothers.
-    COEFFICIENTS = 3 + LOOK_AHEAD[0] + LOOK_AHEAD[1] + LOOK_AHEAD[2];
-    /// Bits of a bank: the coefficients, two thresholds, target and mode, 16 bits each.
-    BANK_BITS = 16 * (COEFFICIENTS + 4);
+    /// Coefficients of the smoothers.
+    COEFFICIENTS = coefficients();
+    /// Bits of a bank: the coefficients, a threshold for each scale pair, target and mode, 16 bits each.
+    BANK_BITS = 16 * (COEFFICIENTS + SCALE_PAIRS + 2);
     /// Where the threshold of scale pair 0 stands in a bank.
-    FINE_AT = 16 * COEFFICIENTS;
-    /// The threshold of scale pair 1.
-    COARSE_AT = FINE_AT + 16;
+    THRESHOLD_0_AT = 16 * COEFFICIENTS;
+    /// Of scale pair 1, where there is one.
+    THRESHOLD_1_AT = THRESHOLD_0_AT + 16;
+    /// Of scale pair 2.
+    THRESHOLD_2_AT = THRESHOLD_0_AT + 32;
     /// The target.
-    TARGET_AT = FINE_AT + 32;
+    TARGET_AT = THRESHOLD_0_AT + 16 * SCALE_PAIRS;
     /// The mode.
-    MODE_AT = FINE_AT + 48;
+    MODE_AT = TARGET_AT + 16;
     /// Bits of the six rows above the newest one of a 7x7 window.
     WINDOW_BITS = 6 * SIGNED_BITS;
     /// Bits of the four neighbours of a centre.
     NEIGHBOURS_BITS = 4 * DOG_BITS;
     /// Bits of the 15 rows of a ring.
     RING_BITS = 15 * SIGNED_BITS;
-    /// Bits of those of the coarse ring that are not the newest.
+    /// Bits of those of a wide ring that are not the newest.
     OLDER_BITS = 14 * SIGNED_BITS;
     /// Bits of the 32 points of a ring.
     POINTS_BITS = 32 * SIGNED_BITS;
-    /// Where the hits stand in a candidate, above the position.
-    HIT_0_AT = POSITION_BITS;
-    /// The hit of scale pair 1.
-    HIT_1_AT = POSITION_BITS + 1;
-    /// The sign and response of scale pair 0.
-    CENTRE_0_AT = POSITION_BITS + 2;
-    /// Of scale pair 1.
-    CENTRE_1_AT = CENTRE_0_AT + SIGNED_BITS;
-    /// The neighbours of scale pair 0.
-    NEIGHBOURS_0_AT = CENTRE_1_AT + SIGNED_BITS;
-    /// Of scale pair 1.
-    NEIGHBOURS_1_AT = NEIGHBOURS_0_AT + NEIGHBOURS_BITS;
+    /// Where the hits stand in a candidate, above the position, one bit for each scale pair.
+    HITS_AT = POSITION_BITS;
+    /// Signs and responses of the scale pairs.
+    CENTRES_AT = HITS_AT + SCALE_PAIRS;
+    /// Their neighbours.
+    NEIGHBOURS_AT = CENTRES_AT + SCALE_PAIRS * SIGNED_BITS;
     /// Bits of a candidate.
-    CANDIDATE_BITS = NEIGHBOURS_1_AT + NEIGHBOURS_BITS;
+    CANDIDATE_BITS = NEIGHBOURS_AT + SCALE_PAIRS * NEIGHBOURS_BITS;
+    /// Bits of a record.
+    RECORD_BITS = 32 * if SCALE_PAIRS > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS };
+}
+
+/// A recursion and its look-ahead for each smoother.
+const fn coefficients() -> usize {
+    let (mut smoother, mut sum) = (0, 0);
+    while smoother < LOOK_AHEAD.len() {
+        sum += 1 + LOOK_AHEAD[smoother];
+        smoother += 1;
+    }
+    sum
 }
 
 /// One DoG LSB is `2^s` state LSB.
@@ -111,9 +121,14 @@ pub const SMOOTHER_STEPS: usize = crate::smoother::steps(LONGEST as u64) as usiz
 
 /// Look-ahead of the longest smoother.
 pub const LONGEST: usize = {
-    let [narrow, middle, wide] = LOOK_AHEAD;
-    let wider = if middle > wide { middle } else { wide };
-    if narrow > wider { narrow } else { wider }
+    let (mut smoother, mut longest) = (0, 0);
+    while smoother < LOOK_AHEAD.len() {
+        if LOOK_AHEAD[smoother] > longest {
+            longest = LOOK_AHEAD[smoother];
+        }
+        smoother += 1;
+    }
+    longest
 };
 
 /// The design that this was compiled for.
@@ -124,8 +139,9 @@ pub fn compiled() -> DesignPoint {
         pixel: Format::unsigned(PIXEL_BITS as i8, 0),
         state: Format::unsigned(PIXEL_BITS as i8, FRACTION_BITS as i8),
         coefficient: Format::unsigned(0, COEFFICIENT_BITS as i8),
-        sigmas: SIGMAS,
-        look_ahead: LOOK_AHEAD.map(|m| m as u32),
+        scale_pairs: SCALE_PAIRS as u32,
+        sigmas: SIGMAS.to_vec().into(),
+        look_ahead: LOOK_AHEAD.iter().map(|m| *m as u32).collect(),
         dog_bits: DOG_BITS as u32,
         threshold: AutomaticThreshold { target: THRESHOLD_TARGET as u32, initial: THRESHOLD_INITIAL as u32 },
     }
@@ -146,7 +162,6 @@ pub struct Unbuildable {
 /// The first constraint that the design breaks.
 pub fn buildable(design: &DesignPoint) -> Result<(), Unbuildable> {
     let DesignPoint { width, height, state, coefficient, look_ahead, dog_bits, threshold, .. } = design;
-    let [narrow, middle, wide] = *look_ahead;
     let constraints = [
         ("width", width.to_string(), (64..=4096).contains(width), "the hardware takes 64 to 4096 columns"),
         ("height", height.to_string(), (64..=2048).contains(height), "the hardware takes 64 to 2048 rows"),
@@ -171,8 +186,8 @@ pub fn buildable(design: &DesignPoint) -> Result<(), Unbuildable> {
         (
             "look_ahead",
             format!("{look_ahead:?}"),
-            narrow <= middle && middle <= wide,
-            "the pixels of a smoother are delayed to align it with the wide one, so none may look further ahead",
+            look_ahead.is_sorted(),
+            "the pixels of a smoother are delayed to align it with the wider ones, so none may look further ahead",
         ),
         (
             "dog_bits",

@@ -53,8 +53,32 @@ pub struct Register {
 /// `HLCK`.
 pub const IDENTIFICATION: u32 = 0x484c_434b;
 
-/// Major and minor.
+/// Major and minor, of one and two scale pairs.
 pub const VERSION: u32 = 0x0002_0000;
+
+/// Major and minor of three scale pairs: records of ten words, and a register for the third threshold.
+pub const THREE_PAIR_VERSION: u32 = 0x0003_0000;
+
+/// The fields of the thresholds of the scale pairs.
+pub const THRESHOLD_FIELDS: [&str; 3] = ["fine", "coarse", "coarsest"];
+
+/// The register that holds the threshold of scale pair `k`, of the two registers that begin with a name.
+pub fn threshold_register(name: &'static str, k: usize) -> &'static str {
+    match (k, name) {
+        (2.., "threshold") => "threshold_2",
+        (2.., _) => "threshold_now_2",
+        _ => name,
+    }
+}
+
+/// The names of so many smoothers, the narrowest first.
+pub fn smoother_names(smoothers: usize) -> &'static [&'static str] {
+    match smoothers {
+        2 => &["narrow", "wide"],
+        3 => &["narrow", "middle", "wide"],
+        _ => &["narrow", "middle", "wide", "widest"],
+    }
+}
 
 /// Byte address of the first coefficient.
 pub const COEFFICIENTS_AT: u32 = 0x40;
@@ -65,7 +89,7 @@ pub const COEFFICIENTS_AT: u32 = 0x40;
 /// Where a smoother of the design does not exist.
 pub fn default_coefficients(design: &DesignPoint) -> Result<Vec<u32>, CoefficientError> {
     let mut coefficients = Vec::new();
-    for (sigma, look_ahead) in design.sigmas.into_iter().zip(design.look_ahead) {
+    for (&sigma, &look_ahead) in design.sigmas.iter().zip(&*design.look_ahead) {
         let designed = hoverlock_fixed_point::model::stages::StageCoefficients::from(LerpCoefficients::design(
             sigma,
             look_ahead,
@@ -97,11 +121,17 @@ pub fn registers(design: &DesignPoint) -> Result<Vec<Register>, CoefficientError
     let columns = format!("columns, {LEAST_SIDE} to {}", design.width);
     let rows = format!("rows, {LEAST_SIDE} to {MAX_HEIGHT}");
     let lsb = design.dog().lsb();
-    let least = [0, 1].map(|k| format!("least response of scale pair {k}, in {lsb} DN"));
     let dog_bits = design.dog_bits;
+    let pairs = design.pairs();
+    let of_pair = |k: usize, access: Access, reset: u32, what: &str| {
+        field(THRESHOLD_FIELDS[k], 16 * (k as u32 % 2), dog_bits, access, reset, what)
+    };
+    let manual = |k: usize| of_pair(k, ReadWrite, threshold, &format!("least response of scale pair {k}, in {lsb} DN"));
+    let in_use = |k: usize| of_pair(k, Read, 0, &format!("threshold in use, scale pair {k}"));
+    let version = if pairs > 2 { THREE_PAIR_VERSION } else { VERSION };
     let mut map = vec![
         register("identification", 0x00, vec![field("letters", 0, 32, Read, IDENTIFICATION, "`HLCK`")]),
-        register("version", 0x04, vec![field("number", 0, 32, Read, VERSION, "major above minor, 16 bits each")]),
+        register("version", 0x04, vec![field("number", 0, 32, Read, version, "major above minor, 16 bits each")]),
         register(
             "emission",
             0x08,
@@ -162,27 +192,13 @@ pub fn registers(design: &DesignPoint) -> Result<Vec<Register>, CoefficientError
                 field("height", 16, HEIGHT_BITS as u32, ReadWrite, design.height, &rows),
             ],
         ),
-        register(
-            "threshold",
-            0x18,
-            vec![
-                field("fine", 0, dog_bits, ReadWrite, threshold, &least[0]),
-                field("coarse", 16, dog_bits, ReadWrite, threshold, &least[1]),
-            ],
-        ),
+        register("threshold", 0x18, (0..pairs.min(2)).map(manual).collect()),
         register(
             "target",
             0x1c,
             vec![field("count", 0, 16, ReadWrite, design.threshold.target, "features per scale pair")],
         ),
-        register(
-            "threshold_now",
-            0x20,
-            vec![
-                field("fine", 0, dog_bits, Read, 0, "threshold in use, scale pair 0"),
-                field("coarse", 16, dog_bits, Read, 0, "threshold in use, scale pair 1"),
-            ],
-        ),
+        register("threshold_now", 0x20, (0..pairs.min(2)).map(in_use).collect()),
         register("frames", 0x24, vec![field("count", 0, 32, Read, 0, "frames finished since reset")]),
         register("features", 0x28, vec![field("count", 0, 20, Read, 0, "features of the last finished frame")]),
         register(
@@ -193,10 +209,14 @@ pub fn registers(design: &DesignPoint) -> Result<Vec<Register>, CoefficientError
     ];
     let what = "write 1: commits the set for the next frame; reads 1 until captured or until the set is written";
     map.push(register("commit", 0x30, vec![field("pending", 0, 1, Request, 1, what)]));
-    let names = ["narrow", "middle", "wide"];
+    if pairs > 2 {
+        map.push(register("threshold_2", 0x34, vec![manual(2)]));
+        map.push(register("threshold_now_2", 0x38, vec![in_use(2)]));
+    }
+    let names = smoother_names(design.smoothers());
     let mut coefficients = default_coefficients(design)?.into_iter();
     let mut offset = COEFFICIENTS_AT;
-    for (smoother, look_ahead) in names.into_iter().zip(design.look_ahead) {
+    for (smoother, &look_ahead) in names.iter().zip(&*design.look_ahead) {
         for cell in 0..=look_ahead {
             let (name, what) = match cell {
                 0 => (format!("{smoother}_g"), format!("`g` of the recursion, {}", design.coefficient)),

@@ -6,7 +6,7 @@ use rust_hdl::prelude::*;
 use crate::{
     cells::{Pixel, csr::Csr},
     core::Core,
-    design::compiled,
+    design::{RECORD_BITS, SCALE_PAIRS, compiled},
     registers::registers,
 };
 
@@ -31,8 +31,8 @@ pub struct Top {
     pub feature_ready: Signal<In, Bit>,
     /// A record is offered.
     pub feature_valid: Signal<Out, Bit>,
-    /// Record, 256 bits.
-    pub feature_data: Signal<Out, Bits<256>>,
+    /// Record.
+    pub feature_data: Signal<Out, Bits<RECORD_BITS>>,
     /// Start of packet.
     pub feature_startofpacket: Signal<Out, Bit>,
     /// End of packet: the record is the trailer.
@@ -108,8 +108,9 @@ impl Logic for Top {
         self.registers.dropped.next = self.core.dropped.val();
         self.registers.frames.next = self.core.frames.val();
         self.registers.saturated.next = self.core.saturated.val();
-        self.registers.threshold_0.next = self.core.threshold_0.val();
-        self.registers.threshold_1.next = self.core.threshold_1.val();
+        for k in 0..SCALE_PAIRS {
+            self.registers.threshold[k].next = self.core.threshold[k].val();
+        }
 
         self.core.clock.next = self.clock.val();
         self.core.reset.next = self.registers.clear.val();

@@ -53,7 +53,7 @@ fn coefficients_travel_with_their_frame() {
     let mut jobs = jobs(&[(64, 64); 5]);
     for job in &mut jobs[1..] {
         job.coefficients.iter_mut().for_each(|raw| *raw = random.random_range(0..=0xffff));
-        job.thresholds = [random.random_range(1..200), random.random_range(1..200)];
+        job.thresholds = vec![random.random_range(1..200), random.random_range(1..200)];
     }
     exact(&jobs, Streams::default());
 }
@@ -76,7 +76,7 @@ fn ties_and_thresholds_that_are_met_exactly() {
     let mut jobs = jobs(&[(90, 80); 4]);
     for (job, thresholds) in jobs.iter_mut().zip([[1, 1], [4, 3], [5, 3], [6, 4]]) {
         job.pixels = Plane::from_fn(90, 80, |_, _| 30_000 + random.random_range(0..60u16));
-        job.thresholds = thresholds;
+        job.thresholds = thresholds.into();
     }
     let outcome = exact(&jobs, Streams::default());
     assert!(outcome.features > 40, "{outcome:#?}");
@@ -91,7 +91,7 @@ fn automatic_thresholds_follow_the_count_of_the_frame_before() {
         jobs[i].automatic = Some(target);
     }
     let outcome = exact(&jobs, Streams { source_pause: 0.05, ..Streams::default() });
-    let thresholds: Vec<_> = outcome.frames.iter().map(|frame| frame.thresholds).collect();
+    let thresholds: Vec<_> = outcome.frames.iter().map(|frame| frame.thresholds.clone()).collect();
     let moved = thresholds.windows(2).filter(|pair| pair[0] != pair[1]).count();
     assert!(moved >= 6, "{thresholds:?}");
     for manual in [0, 6, 7] {
@@ -130,7 +130,7 @@ fn faults_are_reported_and_the_next_frame_is_exact() {
 #[test]
 fn a_sink_that_is_not_ready_costs_features_but_no_pixels_and_each_is_counted() {
     let mut jobs = jobs(&[(192, 128); 3]);
-    jobs.iter_mut().for_each(|job| job.thresholds = [1, 1]);
+    jobs.iter_mut().for_each(|job| job.thresholds = vec![1, 1]);
     let outcome = exact(&jobs, Streams { sink_opens: 60_000, ..Default::default() });
     assert!(outcome.dropped > 0, "{outcome:#?}");
     assert_eq!(outcome.status >> 5 & 1, 1);
@@ -158,7 +158,7 @@ fn size(width: usize, height: usize) -> Outcome {
         job.pixels = noise(width, height, seed + i as u64);
         if i > 0 {
             job.coefficients.iter_mut().for_each(|raw| *raw = random.random_range(10_000..=0xffff));
-            job.thresholds = [random.random_range(40..200), random.random_range(40..200)];
+            job.thresholds = vec![random.random_range(40..200), random.random_range(40..200)];
         }
     }
     let pause = random.random_range(0.05..0.3);

@@ -19,8 +19,9 @@ use rand_chacha::ChaCha8Rng;
 /// How many designs are drawn, and the seed of the first.
 const DESIGNS: (u64, u64) = (20, 1);
 
-fn frame(design: &DesignPoint, picture: &Plane<u16>, thresholds: [u32; 2]) -> Job {
-    Job::of(design, design.samples(picture), thresholds).unwrap()
+/// A frame with the thresholds that the design has pairs for.
+fn frame(design: &DesignPoint, picture: &Plane<u16>, thresholds: [u32; 3]) -> Job {
+    Job::of(design, design.samples(picture), &thresholds[..design.pairs()]).unwrap()
 }
 
 #[track_caller]
@@ -48,16 +49,27 @@ fn ground(design: &DesignPoint) -> Plane<u16> {
 
 #[test]
 fn the_small_design_is_exact() {
-    let design = DesignPoint::shipped("small").unwrap().unwrap();
+    shipped_is_exact("small");
+}
+
+/// Noise with low thresholds: two pairs find one pixel and the third the next one, so that a candidate is held.
+#[test]
+fn the_design_of_three_scale_pairs_is_exact() {
+    shipped_is_exact("three_scales");
+}
+
+fn shipped_is_exact(name: &str) {
+    let design = DesignPoint::shipped(name).unwrap().unwrap();
     let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
-    let whole = frame(&design, &ground(&design), [2, 2]);
+    let whole = frame(&design, &ground(&design), [2, 2, 2]);
     let outcome = exact(&simulator, &vec![whole; 3], Streams::default());
     assert_eq!(outcome.cycles_per_pixel, Some(1.0), "{outcome:#?}");
     // Sizes at the limits of the design, changes of size, coefficients of its bits, faults, and pauses on both sides.
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let sizes = [(64, 64), (640, 65), (639, 64), (65, 66), (65, 66), (128, 64), (128, 64)];
+    let widest = design.width as usize;
+    let sizes = [(64, 64), (widest, 65), (widest - 1, 64), (65, 66), (65, 66), (128, 64), (128, 64)];
     let mut jobs: Vec<Job> =
-        (0..).zip(sizes).map(|(seed, (w, h))| frame(&design, &noise(w, h, seed), [3, 2])).collect();
+        (0..).zip(sizes).map(|(seed, (w, h))| frame(&design, &noise(w, h, seed), [3, 2, 2])).collect();
     for job in &mut jobs[1..] {
         job.coefficients.iter_mut().for_each(|raw| *raw = random.random_range(0..=design.coefficient.max_raw() as u32));
     }
@@ -74,7 +86,8 @@ fn the_small_design_is_exact() {
 fn drawn(random: &mut ChaCha8Rng) -> DesignPoint {
     loop {
         let pixel = random.random_range(8..=16);
-        let mut look_ahead = [0; 3].map(|_| random.random_range(2..=6));
+        let pairs = random.random_range(1..=3);
+        let mut look_ahead: Vec<u32> = (0..=pairs).map(|_| random.random_range(2..=6)).collect();
         look_ahead.sort_unstable();
         let narrow = random.random_range(0.8..2.5);
         let design = DesignPoint {
@@ -83,8 +96,9 @@ fn drawn(random: &mut ChaCha8Rng) -> DesignPoint {
             pixel: Format::unsigned(pixel, 0),
             state: Format::unsigned(pixel, random.random_range(0..=(18 - pixel).min(8))),
             coefficient: Format::unsigned(0, random.random_range(7..=16)),
-            sigmas: [1.0, 1.6, 2.4].map(|ratio| narrow * ratio),
-            look_ahead,
+            scale_pairs: pairs as u32,
+            sigmas: [1.0, 1.6, 2.4, 3.5][..=pairs].iter().map(|ratio| narrow * ratio).collect(),
+            look_ahead: look_ahead.into(),
             dog_bits: random.random_range(6..=15),
             threshold: AutomaticThreshold {
                 target: random.random_range(1..=1000),
@@ -114,7 +128,7 @@ fn designs_drawn_at_random_are_exact() {
         let widest = design.width as usize;
         let sizes = [(widest, 64), (64, 70), (64, 70), (64, 70), (64.max(widest - 1), 65)];
         let jobs: Vec<Job> =
-            (0..).zip(sizes).map(|(seed, (w, h))| frame(&design, &noise(w, h, seed), [2, 1])).collect();
+            (0..).zip(sizes).map(|(seed, (w, h))| frame(&design, &noise(w, h, seed), [2, 1, 1])).collect();
         let outcome = exact(&simulator, &jobs, Streams::default());
         assert_eq!(outcome.cycles_per_pixel, Some(1.0), "{outcome:#?}");
         let paused = exact(&simulator, &jobs, paused(seed));

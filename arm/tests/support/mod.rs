@@ -72,10 +72,10 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
             field_of_view: FIELD_OF_VIEW,
             sensors: SENSORS,
         };
-        let thresholds = controller.thresholds();
-        let features = model.frame(&frame, thresholds);
+        let features = model.frame(&frame, controller.thresholds());
+        let thresholds = controller.thresholds().try_into().expect("two scale pairs");
         source.frame(&telemetry, features, thresholds);
-        controller.finish_frame(counts(features));
+        controller.finish_frame(&counts(features));
     }
     Ok(source)
 }

@@ -48,7 +48,7 @@ fn record(point: &Point, x: f64, y: f64, rng: &mut impl Rng) -> Option<FeatureRe
         scale: point.scale,
         bright: point.bright,
         neighbours: [left, right, up, down],
-        descriptor: Descriptor { maxlbp: [a, b], sign: [c, d] },
+        descriptor: Descriptor::of_two([a, b], [c, d]),
     })
 }
 

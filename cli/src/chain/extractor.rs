@@ -35,7 +35,7 @@ pub enum Source {
 }
 
 /// The features of a frame at its thresholds.
-pub type Features = Box<dyn FnMut(&Plane<u16>, [u32; 2]) -> Vec<FeatureRecord>>;
+pub type Features = Box<dyn FnMut(&Plane<u16>, &[u32]) -> Vec<FeatureRecord>>;
 
 /// A packet for each frame, with the thresholds that follow the count of the frame before.
 pub enum Extractor {
@@ -49,18 +49,26 @@ impl Extractor {
     /// An extractor whose thresholds have settled on the first frame, as of a camera that has looked at it for a while.
     /// `design` is that of the fixed point.
     pub fn new(source: Source, design: &DesignPoint, first: &Plane<u16>) -> Result<Self> {
-        let model = |features, thresholds| {
+        let model = |features, thresholds: &[u32]| {
             let control = ThresholdController::resumed(design, thresholds);
             Self::Model { features, control, frames: 0 }
         };
+        if design.pairs() > 2 {
+            bail!(
+                "scale_pairs = {}: the flight program reads records of eight words, of one or two scale pairs; choose \
+                 such a design",
+                design.scale_pairs
+            );
+        }
         Ok(match source {
             Source::Float => {
-                let mut extractor = FastExtractor::new(Selection { thresholds: [LEAST; 2], count: usize::MAX })?;
+                let mut extractor = FastExtractor::new(Selection { threshold: LEAST, count: usize::MAX })?;
                 let all = records(&extractor.extract(first));
                 let mut control = ThresholdController::new(&KT27);
                 control.settle(|thresholds| counts(&above(&all, thresholds)));
-                let features =
-                    move |frame: &Plane<u16>, thresholds| above(&records(&extractor.extract(frame)), thresholds);
+                let features = move |frame: &Plane<u16>, thresholds: &[u32]| {
+                    above(&records(&extractor.extract(frame)), thresholds)
+                };
                 model(Box::new(features), control.thresholds())
             }
             Source::Fixed => {
@@ -78,15 +86,15 @@ impl Extractor {
                 let (design, mut quickest) = (design.clone(), Quickest::new(design)?);
                 let thresholds = quickest.settled(&design.samples(first));
                 let features =
-                    move |frame: &Plane<u16>, thresholds| quickest.features(&design.samples(frame), thresholds);
-                model(Box::new(features), thresholds)
+                    move |frame: &Plane<u16>, thresholds: &[u32]| quickest.features(&design.samples(frame), thresholds);
+                model(Box::new(features), &thresholds)
             }
             Source::Rtl if *design != KT27 => {
                 bail!("--features rtl: the Verilog is that of the design point kt27; leave --design and --config out")
             }
             Source::Rtl => {
                 let size = Size::new(first.width() as u32, first.height() as u32)?;
-                let thresholds = Thresholds::Automatic(Quickest::new(&KT27)?.settled(first));
+                let thresholds = Thresholds::Automatic(two(&Quickest::new(&KT27)?.settled(first)));
                 let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
                 let driver = Driver::start(&simulator, LATENCY, |port| {
                     Ok::<_, anyhow::Error>(set_up(&mut Port(port), size, thresholds)?)
@@ -123,9 +131,9 @@ impl Extractor {
                 }
             }
             Self::Model { features, control, frames } => {
-                let thresholds = control.thresholds();
-                let found = features(frame, thresholds);
-                control.finish_frame(counts(&found));
+                let thresholds = two(control.thresholds());
+                let found = features(frame, control.thresholds());
+                control.finish_frame(&counts(&found));
                 *frames += 1;
                 Ok(encode_frame(*frames - 1, &found, 0, 0, thresholds))
             }
@@ -163,8 +171,13 @@ fn records(features: &[Feature]) -> Vec<FeatureRecord> {
     features.iter().map(record).collect()
 }
 
+/// The thresholds of a trailer of eight words; 0 for a scale pair that there is not.
+fn two(thresholds: &[u32]) -> [u32; 2] {
+    std::array::from_fn(|k| thresholds.get(k).copied().unwrap_or_default())
+}
+
 /// Those whose response reaches the threshold of their scale.
-fn above(records: &[FeatureRecord], thresholds: [u32; 2]) -> Vec<FeatureRecord> {
+fn above(records: &[FeatureRecord], thresholds: &[u32]) -> Vec<FeatureRecord> {
     let reaches = |record: &&FeatureRecord| u32::from(record.response) >= thresholds[usize::from(record.scale)];
     records.iter().filter(reaches).copied().collect()
 }

@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::analysis::bounds::{Bounds, Check, Class, Sense};
 use crate::analysis::errors::{BitKind, ErrorStatistics, Flips, Kept, Region, threshold_of_rank};
 use crate::analysis::levels::{Level, LevelPlanes, Levels};
-use crate::model::design::{KT27, SCALES};
+use crate::model::design::KT27;
 
 /// One scale pair of one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -38,8 +38,8 @@ pub struct ScaleComparison {
 /// `bit_true` against `streaming` on one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Both scale pairs.
-    pub scales: [ScaleComparison; SCALES],
+    /// All scale pairs.
+    pub scales: Vec<ScaleComparison>,
     /// Flipped descriptor bits at the features of `streaming`.
     pub flips: Flips,
 }
@@ -54,20 +54,21 @@ pub fn response(planes: &LevelPlanes, scale: usize) -> Plane<f64> {
     planes.dog[scale].zip_map(&planes.signed_dog[scale], |magnitude, d| magnitude.copysign(*d))
 }
 
-/// DoG, sign and MaxDOG of both scales, for features and descriptors.
-pub fn layers(planes: &LevelPlanes) -> [Layer<f64>; SCALES] {
-    [0, 1].map(|k| Layer {
+/// DoG, sign and MaxDOG of all scales, for features and descriptors.
+pub fn layers(planes: &LevelPlanes) -> Vec<Layer<f64>> {
+    let layer = |k: usize| Layer {
         dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
         max_dog: planes.max_dog[k].clone(),
-    })
+    };
+    (0..planes.dog.len()).map(layer).collect()
 }
 
 /// `streaming` on one frame: what every level and every design is compared with.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    layers: [Layer<f64>; SCALES],
-    responses: [Plane<f64>; SCALES],
-    thresholds: [f64; SCALES],
+    layers: Vec<Layer<f64>>,
+    responses: Vec<Plane<f64>>,
+    thresholds: Vec<f64>,
     features: Vec<Feature>,
 }
 
@@ -76,15 +77,18 @@ impl Reference {
     pub fn of(planes: &LevelPlanes, bounds: &Bounds) -> Self {
         let lsb = dog_lsb();
         let layers = layers(planes);
-        let all = extractor::features(&layers, [lsb; SCALES], 1.0);
-        let thresholds = [0, 1].map(|scale| threshold_of_rank(&all, scale, bounds.features.rank, lsb));
-        let features = extractor::features(&layers, thresholds.map(|t| t - lsb / 2.0), 1.0);
-        Self { layers, responses: [0, 1].map(|k| response(planes, k)), thresholds, features }
+        let pairs = 0..layers.len();
+        let all = extractor::features(&layers, &vec![lsb; layers.len()], 1.0);
+        let thresholds: Vec<_> =
+            pairs.clone().map(|k| threshold_of_rank(&all, k as u8, bounds.features.rank, lsb)).collect();
+        let just_below: Vec<_> = thresholds.iter().map(|t| t - lsb / 2.0).collect();
+        let features = extractor::features(&layers, &just_below, 1.0);
+        Self { layers, responses: pairs.map(|k| response(planes, k)).collect(), thresholds, features }
     }
 
-    /// `T_k` of both scales, DN.
-    pub fn thresholds(&self) -> [f64; SCALES] {
-        self.thresholds
+    /// `T_k` of all scales, DN.
+    pub fn thresholds(&self) -> &[f64] {
+        &self.thresholds
     }
 
     /// The features above `T_k`.
@@ -96,7 +100,7 @@ impl Reference {
     pub fn compare(&self, test: &LevelPlanes, bounds: &Bounds) -> Option<Comparison> {
         let lsb = dog_lsb();
         let after = layers(test);
-        let test_features = extractor::features(&after, self.thresholds, 1.0);
+        let test_features = extractor::features(&after, &self.thresholds, 1.0);
         let flips = Flips::between(&self.layers, &after, &self.features, lsb);
         let scale = |k: usize| {
             let (wanted, measured) = (&self.responses[k], &response(test, k));
@@ -110,12 +114,12 @@ impl Reference {
                 kept: Kept::between(&self.features, &test_features, k as u8),
             })
         };
-        Some(Comparison { scales: [scale(0)?, scale(1)?], flips })
+        Some(Comparison { scales: (0..self.layers.len()).map(scale).collect::<Option<_>>()?, flips })
     }
 }
 
 /// The features of another level above the thresholds of a reference.
-pub fn features_above(planes: &LevelPlanes, thresholds: [f64; SCALES]) -> Vec<Feature> {
+pub fn features_above(planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
     extractor::features(&layers(planes), thresholds, 1.0)
 }
 
@@ -126,18 +130,27 @@ impl Comparison {
         Reference::of(&reference, bounds).compare(&test, bounds)
     }
 
-    /// The check of every bound that applies, for the worse scale.
+    /// The scales over which flips are counted.
+    fn scales_name(&self) -> &'static str {
+        match self.scales.len() {
+            1 => "scale 0",
+            2 => "both scales",
+            _ => "all scales",
+        }
+    }
+
+    /// The check of every bound that applies, for the worst scale.
     pub fn check(&self, bounds: &Bounds) -> Vec<Check> {
         let worse = |check: &dyn Fn(usize, &ScaleComparison) -> Option<Check>| {
-            let both = self.scales.iter().enumerate().filter_map(|(k, scale)| check(k, scale));
+            let all = self.scales.iter().enumerate().filter_map(|(k, scale)| check(k, scale));
             // NaN counts as the worst.
-            both.max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(std::cmp::Ordering::Greater))
+            all.max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(std::cmp::Ordering::Greater))
         };
         let position =
             |k: usize, error: &ErrorStatistics| format!("scale {k} at {}, {}", error.max_at.0, error.max_at.1);
         let at_scale = |k: usize| format!("scale {k}");
         let column = |class: Option<Class>| class.map(|class| bounds.column(class));
-        // Flips are counted over both scales, so the scale of lower contrast selects the class.
+        // Flips are counted over all scales, so the scale of lower contrast selects the class.
         let lowest = self.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
         let bits = column(bounds.class.signal.class(lowest));
         let at_most = |name, unit, limit, measured, location| {
@@ -160,11 +173,11 @@ impl Comparison {
             }),
             bits.and_then(|column| {
                 let measured = self.flips.percent(BitKind::Maxlbp);
-                at_most("MaxLBP bits flipped", "%", column.maxlbp_flips_percent, measured, "both scales".into())
+                at_most("MaxLBP bits flipped", "%", column.maxlbp_flips_percent, measured, self.scales_name().into())
             }),
             bits.and_then(|column| {
                 let measured = self.flips.percent(BitKind::Sign);
-                at_most("sign bits flipped", "%", column.sign_flips_percent, measured, "both scales".into())
+                at_most("sign bits flipped", "%", column.sign_flips_percent, measured, self.scales_name().into())
             }),
             worse(&|k, scale| {
                 let (limit, measured) =

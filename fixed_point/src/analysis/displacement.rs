@@ -23,7 +23,6 @@ use hoverlock_reference::motion::ransac::Ransac;
 use crate::analysis::acceptance::{Reference, features_above};
 use crate::analysis::bounds::{Bounds, Check, Sense};
 use crate::analysis::levels::{Level, Levels};
-use crate::model::design::SCALES;
 
 /// One known motion and the estimates of the two levels.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -64,7 +63,7 @@ pub struct Motions {
 #[derive(Debug, Clone)]
 struct View {
     frame: Plane<u16>,
-    thresholds: [f64; SCALES],
+    thresholds: Vec<f64>,
     features: Vec<Feature>,
 }
 
@@ -79,11 +78,11 @@ struct Moved {
 impl View {
     fn new(levels: &Levels, frame: Plane<u16>, bounds: &Bounds) -> Self {
         let reference = Reference::of(&levels.planes(Level::Streaming, &frame), bounds);
-        Self { frame, thresholds: reference.thresholds(), features: reference.features().to_vec() }
+        Self { frame, thresholds: reference.thresholds().to_vec(), features: reference.features().to_vec() }
     }
 
     fn bit_true(&self, levels: &Levels) -> Vec<Feature> {
-        features_above(&levels.planes(Level::BitTrue, &self.frame), self.thresholds)
+        features_above(&levels.planes(Level::BitTrue, &self.frame), &self.thresholds)
     }
 }
 

@@ -241,9 +241,9 @@ pub struct MarginBin {
 /// Descriptor bits that differ between two levels at the reference's features.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Flips {
-    /// Features of both scales.
+    /// Features of all scales.
     pub features: u64,
-    /// Flips of each of the 128 bits, in the order of the descriptor.
+    /// Flips of each bit: the MaxLBP bits of all scale pairs, then their sign bits.
     pub per_bit: Vec<u64>,
     /// MaxLBP bits by margin: bin 0 below half an LSB, bin `j` from `2^(j-2)` to `2^(j-1)` LSB, the last one open.
     pub maxlbp_margin: Vec<MarginBin>,
@@ -251,21 +251,20 @@ pub struct Flips {
     pub sign_margin: Vec<MarginBin>,
 }
 
-impl Default for Flips {
-    fn default() -> Self {
-        let bins = vec![MarginBin::default(); Self::MARGIN_BINS];
-        Self { features: 0, per_bit: vec![0; 4 * RING_POINTS], maxlbp_margin: bins.clone(), sign_margin: bins }
-    }
-}
-
 impl Flips {
     /// Number of margin bins.
     pub const MARGIN_BINS: usize = 16;
 
+    /// None yet, of descriptors of so many scale pairs.
+    pub fn of_pairs(pairs: usize) -> Self {
+        let bins = vec![MarginBin::default(); Self::MARGIN_BINS];
+        Self { features: 0, per_bit: vec![0; 2 * pairs * RING_POINTS], maxlbp_margin: bins.clone(), sign_margin: bins }
+    }
+
     /// Compares the descriptors that both levels give at the pixels of the reference's `features`; `lsb` is the step of
     /// the test's DoG in the planes' unit.
-    pub fn between(reference: &[Layer<f64>; 2], test: &[Layer<f64>; 2], features: &[Feature], lsb: f64) -> Self {
-        let mut flips = Self::default();
+    pub fn between(reference: &[Layer<f64>], test: &[Layer<f64>], features: &[Feature], lsb: f64) -> Self {
+        let mut flips = Self::of_pairs(reference.len());
         for feature in features {
             let (x, y) = (feature.x as usize, feature.y as usize);
             flips.count(&feature.descriptor, &descriptor(test, x, y), &margins(reference, x, y, lsb));
@@ -273,14 +272,18 @@ impl Flips {
         flips
     }
 
-    /// Counts one feature: its descriptor at both levels, and the margins of the reference's 128 bits in LSB.
-    pub fn count(&mut self, reference: &Descriptor, test: &Descriptor, margins: &[f64; 4 * RING_POINTS]) {
+    /// Counts one feature: its descriptor at both levels, and the margins of the reference's bits in LSB.
+    pub fn count(&mut self, reference: &Descriptor, test: &Descriptor, margins: &[f64]) {
         self.features += 1;
+        let pairs = self.per_bit.len() / (2 * RING_POINTS);
         for (bit, margin) in margins.iter().enumerate() {
             let (word, point) = (bit / RING_POINTS, bit % RING_POINTS);
-            let flipped = u64::from((reference.words()[word] ^ test.words()[word]) >> point & 1);
+            let (bins, differs) = match word.checked_sub(pairs) {
+                None => (&mut self.maxlbp_margin, reference.maxlbp[word] ^ test.maxlbp[word]),
+                Some(k) => (&mut self.sign_margin, reference.sign[k] ^ test.sign[k]),
+            };
+            let flipped = u64::from(differs >> point & 1);
             self.per_bit[bit] += flipped;
-            let bins = if word < 2 { &mut self.maxlbp_margin } else { &mut self.sign_margin };
             let octave = if *margin < 0.5 { 0 } else { (margin.log2().floor() + 2.0) as usize };
             let bin = &mut bins[octave.min(Self::MARGIN_BINS - 1)];
             bin.bits += 1;
@@ -301,23 +304,24 @@ impl Flips {
         }
     }
 
-    /// Flipped bits of one kind over both scales, percent.
+    /// Flipped bits of one kind over all scales, percent.
     pub fn percent(&self, kind: BitKind) -> f64 {
-        let first = if kind == BitKind::Sign { 2 * RING_POINTS } else { 0 };
-        let flipped: u64 = self.per_bit[first..first + 2 * RING_POINTS].iter().sum();
-        100.0 * flipped as f64 / (self.features * 2 * RING_POINTS as u64).max(1) as f64
+        let (maxlbp, sign) = self.per_bit.split_at(self.per_bit.len() / 2);
+        let of_kind = if kind == BitKind::Sign { sign } else { maxlbp };
+        let flipped: u64 = of_kind.iter().sum();
+        100.0 * flipped as f64 / (self.features * of_kind.len() as u64).max(1) as f64
     }
 }
 
-/// The margin of each of the 128 bits at `(x, y)`, LSB, in the order of the descriptor.
-fn margins(layers: &[Layer<f64>; 2], x: usize, y: usize, lsb: f64) -> [f64; 4 * RING_POINTS] {
-    let mut margins = [0.0; 4 * RING_POINTS];
+/// The margin of each bit at `(x, y)`, LSB, in the order of [`Flips::per_bit`].
+fn margins(layers: &[Layer<f64>], x: usize, y: usize, lsb: f64) -> Vec<f64> {
+    let mut margins = vec![0.0; 2 * layers.len() * RING_POINTS];
     for (k, layer) in layers.iter().enumerate() {
         let centre = layer.dog.magnitude[(x, y)];
         for (i, &(dx, dy)) in rings()[k].iter().enumerate() {
             let at = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
             margins[k * RING_POINTS + i] = (centre - layer.max_dog[at]).abs() / lsb;
-            margins[(k + 2) * RING_POINTS + i] = layer.dog.magnitude[at] / lsb;
+            margins[(k + layers.len()) * RING_POINTS + i] = layer.dog.magnitude[at] / lsb;
         }
     }
     margins
@@ -403,9 +407,9 @@ mod tests {
         margins[3] = 0.2;
         margins[32 + 31] = 0.5;
         margins[96] = 1.5;
-        let reference = Descriptor { maxlbp: [0b1000, 1 << 31], sign: [0, 0] };
-        let test = Descriptor { maxlbp: [0, 0], sign: [0, 1] };
-        let mut flips = Flips::default();
+        let reference = Descriptor::of_two([0b1000, 1 << 31], [0, 0]);
+        let test = Descriptor::of_two([0, 0], [0, 1]);
+        let mut flips = Flips::of_pairs(2);
         flips.count(&reference, &test, &margins);
         assert_eq!((flips.per_bit[3], flips.per_bit[63], flips.per_bit[96]), (1, 1, 1));
         assert_eq!(flips.per_bit.iter().sum::<u64>(), 3);
@@ -428,17 +432,18 @@ mod tests {
         // little less.
         let narrow = |k: usize| Plane::from_fn(41, 41, |x, y| ((x * 7919 + y * 104_729 + k * 31) % 1009) as f64);
         let wide = Plane::filled(41, 41, 500.25);
-        let layers = [0, 1].map(|k| Layer::new(Dog::between(&narrow(k), &wide)));
+        let layers = [0, 1, 2].map(|k| Layer::new(Dog::between(&narrow(k), &wide)));
         let margins = margins(&layers, 20, 20, 0.5);
-        let before = descriptor(&layers, 20, 20).words();
+        let words = |of: Descriptor| [of.maxlbp, of.sign].concat();
+        let before = words(descriptor(&layers, 20, 20));
         for (bit, margin) in margins.iter().enumerate() {
             let (word, point) = (bit / RING_POINTS, bit % RING_POINTS);
-            let k = word % 2;
+            let k = word % 3;
             let (dx, dy) = rings()[k][point];
             let at = (20usize.wrapping_add_signed(dx as isize), 20usize.wrapping_add_signed(dy as isize));
             let flips_after = |step: f64| {
                 let mut moved = layers.clone();
-                if word < 2 {
+                if word < 3 {
                     let up = before[word] >> point & 1 == 0;
                     moved[k].dog.magnitude[(20, 20)] += if up { step } else { -step };
                 } else {
@@ -446,7 +451,7 @@ mod tests {
                     let d = signed[at] - step * signed[at].signum();
                     moved[k].dog.positive[at] = d >= 0.0;
                 }
-                descriptor(&moved, 20, 20).words()[word] >> point & 1 != before[word] >> point & 1
+                words(descriptor(&moved, 20, 20))[word] >> point & 1 != before[word] >> point & 1
             };
             assert!(flips_after(0.5 * margin + 0.01) && !flips_after(0.5 * margin - 0.01), "bit {bit}");
         }

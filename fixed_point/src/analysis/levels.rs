@@ -29,7 +29,7 @@ use hoverlock_reference::smoothing::smoother::Smoother;
 use crate::analysis::worst_case;
 use crate::model::bit_true::{BitTrue, Planes};
 use crate::model::coefficients::CoefficientError;
-use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
+use crate::model::design::DesignPoint;
 use crate::model::simd::SimdBitTrue;
 use crate::model::stages::{self, Stage, StageCoefficients};
 
@@ -81,22 +81,23 @@ impl std::fmt::Display for Level {
 /// All planes of one level, in DN of the camera sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LevelPlanes {
-    /// `G_0 .. G_2`.
-    pub smoothed: [Plane<f64>; SMOOTHERS],
+    /// `G_0, G_1 ..`, one more than scale pairs.
+    pub smoothed: Vec<Plane<f64>>,
     /// `d_k = G_k - G_{k+1}`; in `bit_true` before it is rounded to an LSB of the DoG.
-    pub signed_dog: [Plane<f64>; SCALES],
+    pub signed_dog: Vec<Plane<f64>>,
     /// `DOG_k`.
-    pub dog: [Plane<f64>; SCALES],
+    pub dog: Vec<Plane<f64>>,
     /// `MaxDOG_k`.
-    pub max_dog: [Plane<f64>; SCALES],
+    pub max_dog: Vec<Plane<f64>>,
 }
 
 impl LevelPlanes {
     /// The planes of a float level, computed from its smoothed planes.
-    pub fn of(smoothed: [Plane<f64>; SMOOTHERS]) -> Self {
-        let signed_dog = [0, 1].map(|k| smoothed[k].zip_map(&smoothed[k + 1], |narrow, wide| narrow - wide));
-        let dog = [0, 1].map(|k: usize| signed_dog[k].map(|d: &f64| d.abs()));
-        let max_dog = [0, 1].map(|k: usize| max_dog(&dog[k]));
+    pub fn of(smoothed: Vec<Plane<f64>>) -> Self {
+        let signed_dog: Vec<_> =
+            smoothed.windows(2).map(|pair| pair[0].zip_map(&pair[1], |narrow, wide| narrow - wide)).collect();
+        let dog: Vec<_> = signed_dog.iter().map(|plane| plane.map(|d: &f64| d.abs())).collect();
+        let max_dog = dog.iter().map(max_dog).collect();
         Self { smoothed, signed_dog, dog, max_dog }
     }
 }
@@ -114,10 +115,10 @@ pub struct Smoothed {
 #[derive(Debug, Clone)]
 pub struct Levels {
     design: DesignPoint,
-    ideal: [Smoother; SMOOTHERS],
-    recursive: [Smoother; SMOOTHERS],
-    streaming: [StageCoefficients<f64>; SMOOTHERS],
-    quantised: [StageCoefficients<f64>; SMOOTHERS],
+    ideal: Vec<Smoother>,
+    recursive: Vec<Smoother>,
+    streaming: Vec<StageCoefficients<f64>>,
+    quantised: Vec<StageCoefficients<f64>>,
     bit_true: BitTrue,
 }
 
@@ -128,17 +129,17 @@ impl Levels {
     /// A filter cannot be designed for one of the sigmas or cannot be rounded to the coefficient format.
     pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
         let bit_true = BitTrue::new(design)?;
-        let [narrow, middle, wide] = design.sigmas;
-        let streaming = |smoother: usize| {
-            first_order::pole(design.sigmas[smoother])
-                .map(|a| StageCoefficients::of_pole(a, design.look_ahead[smoother]))
+        let streaming = |(sigma, look_ahead): (&f64, &u32)| {
+            first_order::pole(*sigma).map(|a| StageCoefficients::of_pole(a, *look_ahead))
         };
+        let sigmas = || design.sigmas.iter();
+        let quantised = |coefficients: &StageCoefficients<u32>| coefficients.values(design.coefficient);
         Ok(Self {
             design: design.clone(),
-            ideal: [Smoother::gaussian(narrow)?, Smoother::gaussian(middle)?, Smoother::gaussian(wide)?],
-            recursive: [Smoother::first_order(narrow)?, Smoother::first_order(middle)?, Smoother::first_order(wide)?],
-            streaming: [streaming(0)?, streaming(1)?, streaming(2)?],
-            quantised: bit_true.coefficients().each_ref().map(|coefficients| coefficients.values(design.coefficient)),
+            ideal: sigmas().map(|sigma| Smoother::gaussian(*sigma)).collect::<Result<_, _>>()?,
+            recursive: sigmas().map(|sigma| Smoother::first_order(*sigma)).collect::<Result<_, _>>()?,
+            streaming: sigmas().zip(&*design.look_ahead).map(streaming).collect::<Result<_, _>>()?,
+            quantised: bit_true.coefficients().iter().map(quantised).collect(),
             bit_true,
         })
     }
@@ -155,7 +156,7 @@ impl Levels {
 
     /// Coefficients of `streaming` (unrounded), or of `quantised` and `bit_true` (rounded), as real numbers. `None` for
     /// the other levels.
-    pub fn coefficients(&self, level: Level) -> Option<&[StageCoefficients<f64>; SMOOTHERS]> {
+    pub fn coefficients(&self, level: Level) -> Option<&[StageCoefficients<f64>]> {
         match level {
             Level::Ideal | Level::Recursive | Level::Rtl => None,
             Level::Streaming => Some(&self.streaming),
@@ -163,7 +164,7 @@ impl Levels {
         }
     }
 
-    /// Smooths by one of the three smoothers and passes every stage's output, in order, to `each`.
+    /// Smooths by one of the smoothers and passes every stage's output, in order, to `each`.
     ///
     /// # Panics
     /// For levels other than `streaming`, `quantised` and `bit_true`: they have no stages.
@@ -229,18 +230,18 @@ impl Levels {
             Level::Recursive => self.recursive[smoother].smooth(&self.dn(pixels), Border::Held),
             _ => self.stages(level, smoother, pixels, |_, _| ()),
         };
-        LevelPlanes::of(per_smoother(smooth))
+        LevelPlanes::of(self.per_smoother(smooth))
     }
 
     /// All planes of `bit_true` in raw integers, in the quickest code that the formats allow.
     pub fn bit_true_planes(&self, pixels: &Plane<u16>) -> Planes {
         if let Ok(mut simd) = SimdBitTrue::new(&self.design) {
-            // The planes alone are wanted: no response reaches this threshold.
-            simd.frame(&self.design.samples(pixels), [u32::MAX; SCALES]);
+            // The planes alone are wanted: without thresholds there are no features.
+            simd.frame(&self.design.samples(pixels), &[]);
             return simd.into_planes();
         }
         let state = self.state(pixels);
-        self.bit_true.planes_of(per_smoother(|smoother| self.bit_true.smooth(smoother, &state, |_, _| ())))
+        self.bit_true.planes_of(self.per_smoother(|smoother| self.bit_true.smooth(smoother, &state, |_, _| ())))
     }
 
     /// The states of a picture of 16-bit samples.
@@ -258,10 +259,10 @@ impl Levels {
     pub fn in_dn(&self, planes: &Planes) -> LevelPlanes {
         let (state, dog) = (self.design.state_dn().lsb(), self.design.dog().lsb());
         LevelPlanes {
-            smoothed: planes.smoothed.each_ref().map(|plane| plane.map(|raw| f64::from(*raw) * state)),
-            signed_dog: planes.signed_dog.each_ref().map(|plane| plane.map(|raw| f64::from(*raw) * state)),
-            dog: planes.layers.each_ref().map(|layer| layer.dog.magnitude.map(|raw| f64::from(*raw) * dog)),
-            max_dog: planes.layers.each_ref().map(|layer| layer.max_dog.map(|raw| f64::from(*raw) * dog)),
+            smoothed: planes.smoothed.iter().map(|plane| plane.map(|raw| f64::from(*raw) * state)).collect(),
+            signed_dog: planes.signed_dog.iter().map(|plane| plane.map(|raw| f64::from(*raw) * state)).collect(),
+            dog: planes.layers.iter().map(|layer| layer.dog.magnitude.map(|raw| f64::from(*raw) * dog)).collect(),
+            max_dog: planes.layers.iter().map(|layer| layer.max_dog.map(|raw| f64::from(*raw) * dog)).collect(),
         }
     }
 
@@ -270,7 +271,7 @@ impl Levels {
     /// `rtl` it is 0.
     pub fn worst_case(&self, level: Level, smoother: usize, range: f64) -> Option<f64> {
         let (streaming, rounded) = (&self.streaming[smoother], &self.quantised[smoother]);
-        let response = |filters: &[Smoother; SMOOTHERS]| filters[smoother].impulse_response();
+        let response = |filters: &[Smoother]| filters[smoother].impulse_response();
         match level {
             Level::Ideal => None,
             Level::Recursive => {
@@ -290,20 +291,20 @@ impl Levels {
         Some(self.worst_case(level, k, range)? + self.worst_case(level, k + 1, range)?)
     }
 
-    /// All features of a level in raster order, scale 0 before scale 1 at one pixel; thresholds in DN of the camera
+    /// All features of a level in raster order, the finer scale first at one pixel; thresholds in DN of the camera
     /// sample.
-    pub fn features(&self, planes: &LevelPlanes, thresholds: [f64; SCALES]) -> Vec<Feature> {
+    pub fn features(&self, planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
         let layer = |k: usize| Layer {
             dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
             max_dog: planes.max_dog[k].clone(),
         };
-        extractor::features(&[layer(0), layer(1)], thresholds, 1.0)
+        let layers: Vec<_> = (0..planes.dog.len()).map(layer).collect();
+        extractor::features(&layers, thresholds, 1.0)
     }
-}
 
-fn per_smoother<T: Send>(make: impl Fn(usize) -> T + Send + Sync) -> [T; SMOOTHERS] {
-    let made: Vec<T> = (0..SMOOTHERS).into_par_iter().map(make).collect();
-    made.try_into().ok().expect("one per smoother")
+    fn per_smoother<T: Send>(&self, make: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+        (0..self.design.smoothers()).into_par_iter().map(make).collect()
+    }
 }
 
 /// The vertical pass of a smoother. Each column is smoothed as a picture of one column, on which the horizontal pass
@@ -322,6 +323,7 @@ fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::acceptance::layers;
     use crate::model::design::KT27;
     use crate::model::format::Format;
     use crate::pictures::{Content, Picture, pictures};
@@ -333,13 +335,14 @@ mod tests {
         let sigma = 0.8..3.0f64;
         let fraction = |design: i8, low: i8, high: i8| prop_oneof![1 => Just(design), 2 => low..=high];
         let free = (
-            (sigma, 1.2..2.5f64, 1.2..2.5f64),
-            prop::array::uniform3(1..=7u32),
+            (sigma, prop::collection::vec(1.2..2.5f64, 1..=3)),
+            prop::array::uniform4(1..=7u32),
             (fraction(2, 0, 8), fraction(16, 8, 20), fraction(15, 9, 16)),
         )
-            .prop_map(|((sigma, first, second), look_ahead, (state, coefficient, dog))| DesignPoint {
-                sigmas: [sigma, sigma * first, sigma * first * second],
-                look_ahead,
+            .prop_map(|((sigma, ratios), look_ahead, (state, coefficient, dog))| DesignPoint {
+                scale_pairs: ratios.len() as u32,
+                sigmas: (0..=ratios.len()).map(|i| sigma * ratios[..i].iter().product::<f64>()).collect(),
+                look_ahead: look_ahead[..=ratios.len()].to_vec().into(),
                 state: Format::unsigned(16, state),
                 coefficient: Format::unsigned(0, coefficient),
                 dog_bits: dog as u32,
@@ -361,13 +364,6 @@ mod tests {
     /// Bound of the f64 rounding error: some 60 stages on values up to 2^16, each with an error of 2^-53, are 5e-10 DN.
     const FLOAT: f64 = 1e-8;
 
-    fn layers(planes: &LevelPlanes) -> [Layer<f64>; 2] {
-        [0, 1].map(|k: usize| Layer {
-            dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
-            max_dog: planes.max_dog[k].clone(),
-        })
-    }
-
     #[test]
     fn levels_are_named_from_ideal_to_rtl() {
         let names = Level::ALL.map(Level::name);
@@ -384,7 +380,7 @@ mod tests {
                 let shapes = planes.smoothed.iter().chain(&planes.signed_dog).chain(&planes.dog).chain(&planes.max_dog);
                 assert!(shapes.clone().all(|plane| (plane.width(), plane.height()) == (width, height)));
                 let thresholds = [1.0; 2];
-                assert!(width == 37 || levels.features(&planes, thresholds).is_empty());
+                assert!(width == 37 || levels.features(&planes, &thresholds).is_empty());
             }
         }
     }
@@ -401,7 +397,7 @@ mod tests {
             let planes = Level::MODELS.map(|level| levels.planes(level, &pixels));
             for (pair, level) in planes.windows(2).zip(&Level::MODELS[1..]) {
                 let (above, below) = (&pair[0], &pair[1]);
-                for smoother in 0..SMOOTHERS {
+                for smoother in 0..design.smoothers() {
                     let bound = levels.worst_case(*level, smoother, range).unwrap() + FLOAT;
                     let (above, below) = (&above.smoothed[smoother], &below.smoothed[smoother]);
                     if *level == Level::Recursive {
@@ -424,7 +420,7 @@ mod tests {
                     }
                 }
                 if *level != Level::Recursive {
-                    for k in 0..SCALES {
+                    for k in 0..design.pairs() {
                         let bound = levels.worst_dog(*level, k, range).unwrap() + FLOAT;
                         let error = distance(&above.signed_dog[k], &below.signed_dog[k]);
                         prop_assert!(error <= bound, "{level:?} d_{k}: {error} DN, bound {bound}");
@@ -442,7 +438,8 @@ mod tests {
             let levels = Levels::new(&design).unwrap();
             let (above, below) = (levels.planes(Level::Quantised, &pixels), levels.planes(Level::BitTrue, &pixels));
             let (half, most) = (design.dog().lsb() / 2.0, design.dog().value(i64::from(design.max_dog())));
-            let bounds = [0, 1].map(|k| levels.worst_dog(Level::BitTrue, k, 0.0).unwrap() + FLOAT);
+            let bound = |k| levels.worst_dog(Level::BitTrue, k, 0.0).unwrap() + FLOAT;
+            let bounds: Vec<f64> = (0..design.pairs()).map(bound).collect();
             for (k, bound) in bounds.iter().enumerate() {
                 let clipped = above.dog[k].map(|dog| dog.min(most));
                 prop_assert!(distance(&clipped, &below.dog[k]) <= bound + half);
@@ -453,7 +450,7 @@ mod tests {
             for y in hoverlock_reference::features::maxima::eligible(pixels.height()) {
                 for x in hoverlock_reference::features::maxima::eligible(pixels.width()) {
                     let (a, b) = (descriptor(&float, x, y), descriptor(&fixed, x, y));
-                    for k in 0..SCALES {
+                    for k in 0..design.pairs() {
                         let (maxlbp, sign) = (a.maxlbp[k] ^ b.maxlbp[k], a.sign[k] ^ b.sign[k]);
                         for (i, (dx, dy)) in rings[k].iter().enumerate() {
                             let at = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
@@ -483,7 +480,7 @@ mod tests {
                     prop_assert!(smoothed.as_slice().iter().all(|sample| *sample == f64::from(value)), "{level:?}");
                 }
                 prop_assert!(planes.dog.iter().all(|dog| dog.as_slice().iter().all(|sample| *sample == 0.0)));
-                prop_assert!(levels.features(&planes, [design.dog().lsb(); 2]).is_empty());
+                prop_assert!(levels.features(&planes, &[design.dog().lsb(); 3]).is_empty());
             }
         }
 
@@ -493,8 +490,8 @@ mod tests {
         ) {
             let levels = Levels::new(&KT27).unwrap();
             let planes = levels.bit_true_planes(&picture.draw());
-            let records: Vec<Feature> = planes.features([threshold; 2]).iter().map(Feature::from).collect();
-            prop_assert_eq!(records, levels.features(&levels.in_dn(&planes), [f64::from(threshold) / 2.0; 2]));
+            let records: Vec<Feature> = planes.features(&[threshold; 2]).iter().map(Feature::from).collect();
+            prop_assert_eq!(records, levels.features(&levels.in_dn(&planes), &[f64::from(threshold) / 2.0; 2]));
         }
 
         #[test]
@@ -503,7 +500,7 @@ mod tests {
             let levels = Levels::new(&design).unwrap();
             for level in Level::MODELS {
                 let planes = levels.planes(level, &pixels);
-                for smoother in 0..SMOOTHERS {
+                for smoother in 0..design.smoothers() {
                     let passes = levels.smoothed(level, smoother, &pixels);
                     prop_assert_eq!(&passes.rows, &planes.smoothed[smoother]);
                     // Columns alone: a picture whose rows are constant is smoothed by the vertical pass only.

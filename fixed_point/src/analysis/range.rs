@@ -15,7 +15,7 @@ use std::fmt;
 use hoverlock_reference::image::plane::Plane;
 
 use crate::analysis::levels::{Level, LevelPlanes, Levels};
-use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
+use crate::model::design::DesignPoint;
 use crate::model::format::Format;
 use crate::model::stages::Stage;
 
@@ -46,12 +46,12 @@ impl Node {
     /// The nodes of a design point, in the order of the chain.
     pub fn all(design: &DesignPoint) -> Vec<Node> {
         let mut nodes = vec![Node::Pixel];
-        for (smoother, look_ahead) in design.look_ahead.into_iter().enumerate() {
-            nodes.extend(Stage::chain(look_ahead).map(|stage| Node::Stage(smoother, stage)));
+        for (smoother, look_ahead) in design.look_ahead.iter().enumerate() {
+            nodes.extend(Stage::chain(*look_ahead).map(|stage| Node::Stage(smoother, stage)));
         }
-        nodes.extend((0..SCALES).map(Node::Difference));
-        nodes.extend((0..SCALES).map(Node::Dog));
-        nodes.extend((0..SCALES).map(Node::MaxDog));
+        nodes.extend((0..design.pairs()).map(Node::Difference));
+        nodes.extend((0..design.pairs()).map(Node::Dog));
+        nodes.extend((0..design.pairs()).map(Node::MaxDog));
         nodes
     }
 
@@ -227,14 +227,15 @@ impl Ranges {
     /// Adds a frame: values from `streaming`, saturated samples from `bit_true`.
     pub fn see(&mut self, levels: &Levels, pixels: &Plane<u16>) {
         self.node(Node::Pixel).see(&levels.dn(pixels));
-        let smoothed: [Plane<f64>; SMOOTHERS] = [0, 1, 2].map(|smoother| {
+        let smooth = |smoother| {
             levels.stages(Level::Streaming, smoother, pixels, |stage, plane| {
                 self.node(Node::Stage(smoother, stage)).see(plane);
             })
-        });
+        };
+        let smoothed = (0..levels.design().smoothers()).map(smooth).collect();
         let LevelPlanes { signed_dog, dog, max_dog, .. } = LevelPlanes::of(smoothed);
         let saturated = levels.bit_true_planes(pixels).saturated;
-        for k in 0..SCALES {
+        for k in 0..dog.len() {
             self.node(Node::Difference(k)).see(&signed_dog[k]);
             self.node(Node::Dog(k)).see(&dog[k]);
             self.node(Node::Dog(k)).saturated += saturated[k];

@@ -112,7 +112,8 @@ mod tests {
     #[test]
     fn saturation_is_impossible_at_the_design_point() {
         let model = BitTrue::new(&KT27).unwrap();
-        let coefficients = model.coefficients().each_ref().map(|coefficients| coefficients.values(KT27.coefficient));
+        let coefficients: Vec<_> =
+            model.coefficients().iter().map(|coefficients| coefficients.values(KT27.coefficient)).collect();
         for k in 0..2 {
             let share = largest_difference(&coefficients[k], &coefficients[k + 1]);
             let largest = share * FULL_SCALE + rounding(&coefficients[k]) + rounding(&coefficients[k + 1]);

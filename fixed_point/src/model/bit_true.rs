@@ -1,8 +1,8 @@
 //! The bit-true model: the integer arithmetic of the hardware, for any formats and any frame from 1 x 1.
 //!
-//! A frame of pixels `x` of `P` bits becomes the state `x << f`; three smoothers (the chains of
-//! [`crate::model::stages`] with the integer [`lerp`]) give `G_0 .. G_2`. Then, with `f` the state's fraction bits, `N`
-//! the DoG's bits and `s = f + P - 2 - N`:
+//! A frame of pixels `x` of `P` bits becomes the state `x << f`; the smoothers (the chains of
+//! [`crate::model::stages`] with the integer [`lerp`]) give `G_0, G_1 ..`, one more than scale pairs. Then, with `f`
+//! the state's fraction bits, `N` the DoG's bits and `s = f + P - 2 - N`:
 //!
 //! ```text
 //! d_k       = G_k - G_{k+1}                               state LSB, signed
@@ -14,12 +14,12 @@
 //! sign word : bit i = sign_k(p + o_i)
 //! ```
 //!
-//! **Eligible pixels.** A centre is eligible where `18 <= x < W - 18` and `18 <= y < H - 18`, for both scales, so no
+//! **Eligible pixels.** A centre is eligible where `18 <= x < W - 18` and `18 <= y < H - 18`, for all scales, so no
 //! window leaves the frame, and frames of less than 37 rows or columns have no features. The window test uses all 48
 //! neighbours, eligible or not. Windows, rings and the tie rule are those of [`hoverlock_reference::features::maxima`]
 //! and [`hoverlock_reference::features::maxlbp`], which support integers and floats.
 //!
-//! **Order.** Raster order of the pixel; at one pixel scale 0 before scale 1. Of equal responses in one window the
+//! **Order.** Raster order of the pixel; at one pixel the finer scale first. Of equal responses in one window the
 //! first in raster order is the feature: the comparison is strict against earlier pixels only, so a tie gives exactly
 //! one feature.
 //!
@@ -27,30 +27,32 @@
 //! It counts them and keeps the order of the others, so emitted + dropped is the length of this list.
 
 use hoverlock_reference::features::dog::Dog;
-use hoverlock_reference::features::feature::{Descriptor, Feature};
+use hoverlock_reference::features::feature::{Descriptor, Feature, MAX_PAIRS};
 use hoverlock_reference::features::maxima::maxima;
 use hoverlock_reference::features::maxlbp::{Layer, descriptor};
 use hoverlock_reference::image::plane::Plane;
 
 use crate::model::coefficients::{CoefficientError, LerpCoefficients};
-use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
+use crate::model::design::DesignPoint;
 use crate::model::lerp::lerp;
 use crate::model::stages::{self, Stage, StageCoefficients};
 
 /// The planes of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Planes {
-    /// `G_0 .. G_2`, state LSB.
-    pub smoothed: [Plane<u32>; SMOOTHERS],
+    /// `G_0, G_1 ..`, state LSB.
+    pub smoothed: Vec<Plane<u32>>,
     /// `d_k`, state LSB.
-    pub signed_dog: [Plane<i32>; SCALES],
+    pub signed_dog: Vec<Plane<i32>>,
     /// `DOG_k` and `MaxDOG_k`, LSB of the DoG, and the sign bits.
-    pub layers: [Layer<u16>; SCALES],
+    pub layers: Vec<Layer<u16>>,
     /// Samples of `DOG_k` that saturated; the hardware has one sticky bit that is set where this is not 0.
-    pub saturated: [u64; SCALES],
+    pub saturated: Vec<u64>,
 }
 
-/// The feature record of the hardware: 256 bits in eight 32-bit words.
+/// The feature record of the hardware: 256 bits in eight 32-bit words, or 320 bits in ten where the design has three
+/// scale pairs. The first eight words have the same layout in both; the words of a pair that the design does not have
+/// are 0.
 ///
 /// | word | bits 31..16 | bits 15..0 |
 /// |---|---|---|
@@ -60,9 +62,11 @@ pub struct Planes {
 /// | 3 | lower neighbour | upper neighbour |
 /// | 4, 5 | MaxLBP k0, MaxLBP k1 | |
 /// | 6, 7 | sign k0, sign k1 | |
+/// | 8, 9 | MaxLBP k2, sign k2: records of ten words only | |
 ///
-/// Flags: bit 0 the scale pair, bit 1 the polarity (1 where `d_k >= 0`, a bright spot), bit 15 set in the
-/// trailer record of a frame and never in a feature. The other bits are 0.
+/// Flags: bits 0 and 2 the scale pair, bit 0 the lower, bit 1 the polarity (1 where `d_k >= 0`, a bright spot), bit 15
+/// set in the trailer record of a frame and never in a feature. Bit 12 of the trailer says that the records have ten
+/// words. The other bits are 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FeatureRecord {
     /// Column.
@@ -71,54 +75,76 @@ pub struct FeatureRecord {
     pub y: u16,
     /// `DOG_k` at the pixel, LSB of the DoG.
     pub response: u16,
-    /// Scale pair, 0 or 1.
+    /// Scale pair, 0 to 2.
     pub scale: u8,
     /// Polarity: `d_k >= 0`.
     pub bright: bool,
     /// `DOG_k` at the left, right, upper and lower neighbour.
     pub neighbours: [u16; 4],
-    /// Descriptor of both scales.
+    /// Descriptor of all scales.
     pub descriptor: Descriptor,
 }
 
-/// Flag bit of the scale pair.
+/// Words of the record of one or two scale pairs.
+pub const TWO_PAIR_WORDS: usize = 8;
+/// Words of the record of three scale pairs: all that there are.
+pub const RECORD_WORDS: usize = 10;
+
+/// Lower flag bit of the scale pair.
 pub const FLAG_SCALE: u16 = 1;
 /// Flag bit of the polarity.
 pub const FLAG_BRIGHT: u16 = 1 << 1;
+/// Upper flag bit of the scale pair, in records of ten words only.
+pub const FLAG_THIRD: u16 = 1 << 2;
+/// Flag bit of a trailer: the records of its frame have ten words.
+pub const FLAG_TEN_WORDS: u16 = 1 << 12;
 /// Flag bit of the record that ends a frame's packet.
 pub const FLAG_TRAILER: u16 = 1 << 15;
 
 impl FeatureRecord {
-    /// The record as 32-bit words, least significant word first.
-    pub fn pack(&self) -> [u32; 8] {
+    /// The record as 32-bit words, least significant word first; of one or two scale pairs the first
+    /// [`TWO_PAIR_WORDS`] are sent, the others are 0.
+    pub fn pack(&self) -> [u32; RECORD_WORDS] {
         let pair = |low: u16, high: u16| u32::from(low) | (u32::from(high) << 16);
-        let flags = if self.scale == 1 { FLAG_SCALE } else { 0 } | if self.bright { FLAG_BRIGHT } else { 0 };
+        let scale = [0, FLAG_SCALE, FLAG_THIRD][usize::from(self.scale)];
+        let flags = scale | if self.bright { FLAG_BRIGHT } else { 0 };
         let [left, right, up, down] = self.neighbours;
-        let [maxlbp0, maxlbp1, sign0, sign1] = self.descriptor.words();
-        [
+        let mut words = [0; RECORD_WORDS];
+        words[..4].copy_from_slice(&[
             pair(self.x, self.y),
             pair(self.response, flags),
             pair(left, right),
             pair(up, down),
-            maxlbp0,
-            maxlbp1,
-            sign0,
-            sign1,
-        ]
+        ]);
+        words[4..].copy_from_slice(&self.descriptor.words());
+        words
     }
 
-    /// The feature of a record; `None` where a flag is set that no feature has.
-    pub fn unpack(words: &[u32; 8]) -> Option<Self> {
+    /// The feature of a record of eight or ten words; `None` where a flag is set that no feature has, or with another
+    /// number of words.
+    pub fn unpack(words: &[u32]) -> Option<Self> {
         let (low, high) = (|word: u32| word as u16, |word: u32| (word >> 16) as u16);
-        let flags = high(words[1]);
-        (flags & !(FLAG_SCALE | FLAG_BRIGHT) == 0).then(|| Self {
-            x: low(words[0]),
-            y: high(words[0]),
-            response: low(words[1]),
-            scale: u8::from(flags & FLAG_SCALE != 0),
+        let first: &[u32; TWO_PAIR_WORDS] = words.first_chunk()?;
+        let (third, ten_words) = match words[TWO_PAIR_WORDS..] {
+            [] => ([0; 2], false),
+            [maxlbp, sign] => ([maxlbp, sign], true),
+            _ => return None,
+        };
+        let flags = high(first[1]);
+        let scale = match flags & (FLAG_SCALE | FLAG_THIRD) {
+            0 => 0,
+            FLAG_SCALE => 1,
+            FLAG_THIRD if ten_words => 2,
+            _ => return None,
+        };
+        (flags & !(FLAG_SCALE | FLAG_THIRD | FLAG_BRIGHT) == 0).then(|| Self {
+            x: low(first[0]),
+            y: high(first[0]),
+            response: low(first[1]),
+            scale,
             bright: flags & FLAG_BRIGHT != 0,
-            neighbours: [low(words[2]), high(words[2]), low(words[3]), high(words[3])],
-            descriptor: Descriptor { maxlbp: [words[4], words[5]], sign: [words[6], words[7]] },
+            neighbours: [low(first[2]), high(first[2]), low(first[3]), high(first[3])],
+            descriptor: Descriptor { maxlbp: [first[4], first[5], third[0]], sign: [first[6], first[7], third[1]] },
         })
     }
 
@@ -151,29 +177,33 @@ impl From<&FeatureRecord> for Feature {
 pub struct ThresholdController {
     target: u32,
     max: u32,
-    thresholds: [u32; SCALES],
+    thresholds: Vec<u32>,
 }
 
 impl ThresholdController {
     /// The controller of a design point before its first frame.
     pub fn new(design: &DesignPoint) -> Self {
-        Self { target: design.threshold.target, max: design.max_dog(), thresholds: [design.threshold.initial; SCALES] }
+        Self {
+            target: design.threshold.target,
+            max: design.max_dog(),
+            thresholds: vec![design.threshold.initial; design.pairs()],
+        }
     }
 
     /// The controller of a design point after a frame with the thresholds `T_k`.
-    pub fn resumed(design: &DesignPoint, thresholds: [u32; SCALES]) -> Self {
-        Self { thresholds, ..Self::new(design) }
+    pub fn resumed(design: &DesignPoint, thresholds: &[u32]) -> Self {
+        Self { thresholds: thresholds.to_vec(), ..Self::new(design) }
     }
 
     /// `T_k` of the frame about to start.
-    pub fn thresholds(&self) -> [u32; SCALES] {
-        self.thresholds
+    pub fn thresholds(&self) -> &[u32] {
+        &self.thresholds
     }
 
     /// Updates the thresholds with the number of features of each scale in the frame just finished.
-    pub fn finish_frame(&mut self, counts: [u32; SCALES]) {
+    pub fn finish_frame(&mut self, counts: &[u32]) {
         for (threshold, count) in self.thresholds.iter_mut().zip(counts) {
-            let (count, target) = (u64::from(count), u64::from(self.target));
+            let (count, target) = (u64::from(*count), u64::from(self.target));
             let step = (*threshold >> 3) + 1;
             if 4 * count > 5 * target {
                 *threshold = (*threshold + step).min(self.max);
@@ -185,10 +215,10 @@ impl ThresholdController {
 
     /// Updates the thresholds until they rest, as of a camera that has looked at one picture for a while. `counts`
     /// tells the features of each scale in that picture at given thresholds.
-    pub fn settle(&mut self, mut counts: impl FnMut([u32; SCALES]) -> [u32; SCALES]) {
+    pub fn settle(&mut self, mut counts: impl FnMut(&[u32]) -> [u32; MAX_PAIRS]) {
         for _ in 0..SETTLING {
-            let before = self.thresholds;
-            self.finish_frame(counts(before));
+            let before = self.thresholds.clone();
+            self.finish_frame(&counts(&before));
             if self.thresholds == before {
                 break;
             }
@@ -199,17 +229,18 @@ impl ThresholdController {
 /// Frames in which thresholds settle: steps of an eighth lead from one end of their range to the other in fewer.
 const SETTLING: usize = 100;
 
-/// The number of features of each scale.
-pub fn counts(features: &[FeatureRecord]) -> [u32; SCALES] {
-    let coarse = features.iter().filter(|feature| feature.scale == 1).count() as u32;
-    [features.len() as u32 - coarse, coarse]
+/// The number of features of each scale; 0 for scale pairs that the design does not have.
+pub fn counts(features: &[FeatureRecord]) -> [u32; MAX_PAIRS] {
+    let mut counts = [0; MAX_PAIRS];
+    features.iter().for_each(|feature| counts[usize::from(feature.scale)] += 1);
+    counts
 }
 
 /// The bit-true model of one design point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BitTrue {
     design: DesignPoint,
-    coefficients: [StageCoefficients<u32>; SMOOTHERS],
+    coefficients: Vec<StageCoefficients<u32>>,
 }
 
 impl BitTrue {
@@ -218,11 +249,11 @@ impl BitTrue {
     /// # Errors
     /// A smoother cannot be designed for one of the sigmas or cannot be rounded to the coefficient format.
     pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
-        let coefficients = |smoother: usize| {
-            let (sigma, look_ahead) = (design.sigmas[smoother], design.look_ahead[smoother]);
-            LerpCoefficients::design(sigma, look_ahead, design.coefficient.bits()).map(StageCoefficients::from)
+        let coefficients = |(sigma, look_ahead): (&f64, &u32)| {
+            LerpCoefficients::design(*sigma, *look_ahead, design.coefficient.bits()).map(StageCoefficients::from)
         };
-        Ok(Self { design: design.clone(), coefficients: [coefficients(0)?, coefficients(1)?, coefficients(2)?] })
+        let coefficients = design.sigmas.iter().zip(&*design.look_ahead).map(coefficients).collect::<Result<_, _>>()?;
+        Ok(Self { design: design.clone(), coefficients })
     }
 
     /// The design point.
@@ -231,7 +262,7 @@ impl BitTrue {
     }
 
     /// Raw coefficients of the smoothers.
-    pub fn coefficients(&self) -> &[StageCoefficients<u32>; SMOOTHERS] {
+    pub fn coefficients(&self) -> &[StageCoefficients<u32>] {
         &self.coefficients
     }
 
@@ -283,30 +314,26 @@ impl BitTrue {
     /// All planes of a frame of pixels in steps of the camera ([`DesignPoint::samples`]).
     pub fn planes(&self, pixels: &Plane<u16>) -> Planes {
         let state = self.state(pixels);
-        let smoothed = [0, 1, 2].map(|smoother| self.smooth(smoother, &state, |_, _| ()));
-        self.planes_of(smoothed)
+        let smooth = |smoother| self.smooth(smoother, &state, |_, _| ());
+        self.planes_of((0..self.design.smoothers()).map(smooth).collect())
     }
 
     /// All planes of a frame from its smoothed planes.
-    pub fn planes_of(&self, smoothed: [Plane<u32>; SMOOTHERS]) -> Planes {
-        let signed_dog = [0, 1].map(|k| Self::signed_dog(&smoothed[k], &smoothed[k + 1]));
-        let [(fine, fine_saturated), (coarse, coarse_saturated)] = [0, 1].map(|k: usize| self.dog(&signed_dog[k]));
-        Planes {
-            smoothed,
-            signed_dog,
-            layers: [Layer::new(fine), Layer::new(coarse)],
-            saturated: [fine_saturated, coarse_saturated],
-        }
+    pub fn planes_of(&self, smoothed: Vec<Plane<u32>>) -> Planes {
+        let signed_dog: Vec<_> = smoothed.windows(2).map(|pair| Self::signed_dog(&pair[0], &pair[1])).collect();
+        let dogs = signed_dog.iter().map(|signed| self.dog(signed));
+        let (layers, saturated) = dogs.map(|(dog, saturated)| (Layer::new(dog), saturated)).unzip();
+        Planes { smoothed, signed_dog, layers, saturated }
     }
 }
 
 impl Planes {
-    /// All features of the frame, in order. A threshold of 0 counts as 1.
-    pub fn features(&self, thresholds: [u32; SCALES]) -> Vec<FeatureRecord> {
+    /// All features of the frame, in order. A threshold of 0 counts as 1; a scale pair without one has no features.
+    pub fn features(&self, thresholds: &[u32]) -> Vec<FeatureRecord> {
         let mut positions = Vec::new();
-        for (k, layer) in self.layers.iter().enumerate() {
+        for (k, (layer, threshold)) in self.layers.iter().zip(thresholds).enumerate() {
             // A response has 16 bits, so none reaches a larger threshold.
-            if let Ok(threshold) = u16::try_from(thresholds[k].max(1)) {
+            if let Ok(threshold) = u16::try_from((*threshold).max(1)) {
                 positions.extend(maxima(&layer.dog.magnitude, threshold).into_iter().map(|(x, y)| (y, x, k)));
             }
         }
@@ -339,9 +366,16 @@ mod tests {
     use proptest::prelude::*;
 
     /// A design point with other word lengths, reach and sigmas; the others stay.
-    fn design(state: i8, coefficient: i8, dog_bits: u32, look_ahead: [u32; SMOOTHERS]) -> DesignPoint {
-        let state = Format::unsigned(16, state);
-        DesignPoint { state, coefficient: Format::unsigned(0, coefficient), dog_bits, look_ahead, ..KT27 }
+    fn design(state: i8, coefficient: i8, dog_bits: u32, look_ahead: &[u32]) -> DesignPoint {
+        DesignPoint {
+            state: Format::unsigned(16, state),
+            coefficient: Format::unsigned(0, coefficient),
+            dog_bits,
+            scale_pairs: look_ahead.len() as u32 - 1,
+            sigmas: [2.0, 3.2, 5.12, 8.2][..look_ahead.len()].to_vec().into(),
+            look_ahead: look_ahead.to_vec().into(),
+            ..KT27
+        }
     }
 
     /// `numerator / 2^bits`, rounded half away from zero, in wide signed integers: another formula than [`lerp`].
@@ -385,12 +419,13 @@ mod tests {
         fn planes_and_features_agree_with_the_equations(
             picture in pictures(60),
             (state, coefficient, dog_bits) in (0i8..=12, 6i8..=31, 2u32..=16),
-            look_ahead in prop::array::uniform3(1u32..=7),
-            thresholds in prop::array::uniform2(prop_oneof![0u32..50, 0..5000u32]),
+            look_ahead in prop::collection::vec(1u32..=7, 2..=4),
+            thresholds in prop::array::uniform3(prop_oneof![0u32..50, 0..5000u32]),
         ) {
             let pixels = picture.draw();
             let (width, height) = (pixels.width(), pixels.height());
-            let design = design(state, coefficient, dog_bits, look_ahead);
+            let design = design(state, coefficient, dog_bits, &look_ahead);
+            let thresholds = &thresholds[..design.pairs()];
             let model = BitTrue::new(&design).unwrap();
             let planes = model.planes(&pixels);
             let state_row = |row: &[u16]| row.iter().map(|p| i128::from(*p) << state).collect();
@@ -405,7 +440,7 @@ mod tests {
             let dog =
                 |k: usize, r: usize, c: usize| half_away(d(k, r, c).abs() << dog_bits, u32::from(state as u8) + 14);
             let most = (1i128 << dog_bits) - 1;
-            for k in 0..SCALES {
+            for k in 0..design.pairs() {
                 let mut saturated = 0;
                 for r in 0..height {
                     for c in 0..width {
@@ -463,12 +498,17 @@ mod tests {
 
         #[test]
         fn unpacking_restores_a_packed_record(
-            (x, y, response, scale, bright) in (any::<u16>(), any::<u16>(), any::<u16>(), 0u8..2, any::<bool>()),
-            neighbours: [u16; 4], maxlbp: [u32; 2], sign: [u32; 2],
+            (x, y, response, scale, bright) in (any::<u16>(), any::<u16>(), any::<u16>(), 0u8..3, any::<bool>()),
+            neighbours: [u16; 4], maxlbp: [u32; 3], sign: [u32; 3],
         ) {
             let record =
                 FeatureRecord { x, y, response, scale, bright, neighbours, descriptor: Descriptor { maxlbp, sign } };
-            prop_assert_eq!(FeatureRecord::unpack(&record.pack()), Some(record));
+            let words = record.pack();
+            prop_assert_eq!(FeatureRecord::unpack(&words), Some(record));
+            let two_pairs = Descriptor { maxlbp: [maxlbp[0], maxlbp[1], 0], sign: [sign[0], sign[1], 0] };
+            let short = (scale < 2).then_some(FeatureRecord { descriptor: two_pairs, ..record });
+            prop_assert_eq!(FeatureRecord::unpack(&words[..TWO_PAIR_WORDS]), short);
+            prop_assert_eq!(FeatureRecord::unpack(&words[..9]), None);
         }
 
         #[test]
@@ -478,8 +518,8 @@ mod tests {
             let mut controller = ThresholdController::new(&KT27);
             for count in counts {
                 let before = controller.thresholds()[0];
-                controller.finish_frame([count, 512]);
-                let [after, other] = controller.thresholds();
+                controller.finish_frame(&[count, 512]);
+                let [after, other] = *controller.thresholds() else { panic!("two scale pairs") };
                 prop_assert!((1..=KT27.max_dog()).contains(&after));
                 // 640 = 5/4 of 512, 384 = 3/4: neither is beyond its limit.
                 match count {
@@ -494,7 +534,10 @@ mod tests {
 
     #[test]
     fn records_have_the_documented_layout() {
-        let descriptor = Descriptor { maxlbp: [0x0102_0304, 0x1112_1314], sign: [0x2122_2324, 0x3132_3334] };
+        let descriptor = Descriptor {
+            maxlbp: [0x0102_0304, 0x1112_1314, 0x4142_4344],
+            sign: [0x2122_2324, 0x3132_3334, 0x5152_5354],
+        };
         let record = FeatureRecord {
             x: 0x0a0b,
             y: 0x0c0d,
@@ -506,7 +549,9 @@ mod tests {
         };
         let words = record.pack();
         assert_eq!(words[..4], [0x0c0d_0a0b, 0x0003_7abc, 0x2222_1111, 0x4444_3333]);
-        assert_eq!(words[4..], [0x0102_0304, 0x1112_1314, 0x2122_2324, 0x3132_3334]);
+        assert_eq!(words[4..8], [0x0102_0304, 0x1112_1314, 0x2122_2324, 0x3132_3334]);
+        assert_eq!(words[8..], [0x4142_4344, 0x5152_5354]);
+        assert_eq!(FeatureRecord { scale: 2, ..record }.pack()[1], 0x0006_7abc);
         let mut trailer = words;
         trailer[1] |= u32::from(FLAG_TRAILER) << 16;
         assert_eq!(FeatureRecord::unpack(&trailer), None);
@@ -519,15 +564,15 @@ mod tests {
         let mut controller = ThresholdController::new(&KT27);
         let mut asked = 0;
         // 512 features at a threshold of 300; none ever at the other scale.
-        let counts = |[fine, _]: [u32; 2]| [512 * 300 / fine, 0];
+        let counts = |thresholds: &[u32]| [512 * 300 / thresholds[0], 0, 0];
         controller.settle(|thresholds| {
             asked += 1;
             counts(thresholds)
         });
-        let [fine, coarse] = controller.thresholds();
-        assert!((384..=640).contains(&counts([fine, coarse])[0]) && coarse == 1, "{fine}, {coarse}");
+        let now = controller.thresholds();
+        assert!((384..=640).contains(&counts(now)[0]) && now[1] == 1, "{now:?}");
         assert!(asked < SETTLING, "{asked} frames");
-        controller.settle(|_| [u32::MAX, 512]);
+        controller.settle(|_| [u32::MAX, 512, 0]);
         assert_eq!(controller.thresholds(), [32767, 1]);
     }
 
@@ -535,12 +580,12 @@ mod tests {
     fn threshold_steps_are_those_of_the_specification() {
         let mut controller = ThresholdController::new(&KT27);
         assert_eq!(controller.thresholds(), [2048, 2048]);
-        controller.finish_frame([641, 383]);
+        controller.finish_frame(&[641, 383]);
         assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
-        controller.finish_frame([640, 384]);
+        controller.finish_frame(&[640, 384]);
         assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
         for _ in 0..100 {
-            controller.finish_frame([u32::MAX, 0]);
+            controller.finish_frame(&[u32::MAX, 0]);
         }
         assert_eq!(controller.thresholds(), [32767, 1]);
     }
@@ -568,7 +613,7 @@ mod tests {
                     if x.abs_diff(64).pow(2) + y.abs_diff(64).pow(2) <= 36 { u16::MAX } else { 0 }
                 },
             );
-        let planes = BitTrue::new(&design(2, 16, 2, KT27.look_ahead)).unwrap().planes(&spot);
+        let planes = BitTrue::new(&design(2, 16, 2, &KT27.look_ahead)).unwrap().planes(&spot);
         assert!(f64::from(planes.signed_dog[1][(64, 64)]) >= 0.22 * 262_140.0);
         assert!(planes.saturated[1] > 0);
         assert_eq!(planes.layers[1].dog.magnitude[(64, 64)], 3);

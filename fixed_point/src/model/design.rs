@@ -14,20 +14,16 @@
 //! A design file, `designs/NAME.toml`, is TOML with all keys of [`DesignPoint::KEYS`]. A configuration has some of them
 //! and changes a design: a key that is absent keeps its value.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 
+use hoverlock_reference::features::feature::MAX_PAIRS;
 use hoverlock_reference::image::plane::Plane;
 use serde::Serialize;
 use toml::{Table, Value};
 
 use crate::model::coefficients::MAX_FRACTION_BITS;
 use crate::model::format::Format;
-
-/// Scale pairs, so also DoG planes.
-pub const SCALES: usize = 2;
-
-/// Smoothers: two scale pairs share the middle one.
-pub const SMOOTHERS: usize = 3;
 
 /// Integer bits of the DoG magnitude in DN: its range is `FS/4 = 2^14` DN.
 pub const DOG_RANGE_BITS: i8 = 14;
@@ -57,10 +53,13 @@ pub struct DesignPoint {
     pub state: Format,
     /// Format of the coefficients `g` and `g_j`.
     pub coefficient: Format,
-    /// `sigma` of the three smoothers, pixels, rising.
-    pub sigmas: [f64; SMOOTHERS],
+    /// Scale pairs `k`, 1 to 3, chained: pair `k` is the difference of smoothers `k` and `k + 1`, so there is one
+    /// smoother more.
+    pub scale_pairs: u32,
+    /// `sigma` of each smoother, pixels, rising.
+    pub sigmas: Cow<'static, [f64]>,
     /// Look-ahead `m` of each smoother: `m` stages span `2^m - 1` samples.
-    pub look_ahead: [u32; SMOOTHERS],
+    pub look_ahead: Cow<'static, [u32]>,
     /// `N`: bits of the DoG magnitude and of its maxima, over the range `FS/4`.
     pub dog_bits: u32,
     /// The automatic threshold.
@@ -74,18 +73,20 @@ pub const KT27: DesignPoint = DesignPoint {
     pixel: Format::unsigned(16, 0),
     state: Format::unsigned(16, 2),
     coefficient: Format::unsigned(0, 16),
-    sigmas: [2.0, 3.2, 5.12],
-    look_ahead: [5, 5, 6],
+    scale_pairs: 2,
+    sigmas: Cow::Borrowed(&[2.0, 3.2, 5.12]),
+    look_ahead: Cow::Borrowed(&[5, 5, 6]),
     dog_bits: 15,
     // Real ground of full contrast settles between 985 and 8240 LSB.
     threshold: AutomaticThreshold { target: 512, initial: 2048 },
 };
 
 /// The design files that are built in: name and text.
-pub const SHIPPED: [(&str, &str); 3] = [
+pub const SHIPPED: [(&str, &str); 4] = [
     ("kt27", include_str!("../../../designs/kt27.toml")),
     ("hd1080", include_str!("../../../designs/hd1080.toml")),
     ("small", include_str!("../../../designs/small.toml")),
+    ("three_scales", include_str!("../../../designs/three_scales.toml")),
 ];
 
 impl Default for DesignPoint {
@@ -126,12 +127,13 @@ pub enum DesignError {
 
 impl DesignPoint {
     /// The keys of a configuration.
-    pub const KEYS: [&str; 10] = [
+    pub const KEYS: [&str; 11] = [
         "width",
         "height",
         "pixel",
         "state",
         "coefficient",
+        "scale_pairs",
         "sigmas",
         "look_ahead",
         "dog_bits",
@@ -230,6 +232,7 @@ impl DesignPoint {
                     !format.is_signed() && format.integer_bits() == 0 && bits.contains(&format.fraction_bits())
                 })?;
             }
+            "scale_pairs" => self.scale_pairs = given.whole(1..=MAX_PAIRS as u32)?,
             "sigmas" => self.sigmas = given.list(|given| given.real(0.3..=64.0))?,
             "look_ahead" => self.look_ahead = given.list(|given| given.whole(1..=10))?,
             "dog_bits" => self.dog_bits = given.whole(2..=16)?,
@@ -242,6 +245,18 @@ impl DesignPoint {
 
     /// Checks that involve several values.
     fn check(&self) -> Result<(), DesignError> {
+        let (pairs, smoothers) = (self.scale_pairs, self.smoothers());
+        let lists = [
+            ("sigmas", self.sigmas.len(), format!("{:?}", self.sigmas)),
+            ("look_ahead", self.look_ahead.len(), format!("{:?}", self.look_ahead)),
+        ];
+        if let Some((key, _, value)) = lists.into_iter().find(|(_, length, _)| *length != smoothers) {
+            return Err(DesignError::Value {
+                key: key.into(),
+                value,
+                allowed: format!("scale_pairs = {pairs} needs a list of {smoothers} values, one for each smoother"),
+            });
+        }
         if !self.sigmas.is_sorted_by(|narrow, wide| narrow < wide) {
             return Err(DesignError::Value {
                 key: "sigmas".into(),
@@ -250,6 +265,16 @@ impl DesignPoint {
             });
         }
         Ok(())
+    }
+
+    /// Scale pairs, so also DoG planes.
+    pub fn pairs(&self) -> usize {
+        self.scale_pairs as usize
+    }
+
+    /// Smoothers: neighbouring scale pairs share one.
+    pub fn smoothers(&self) -> usize {
+        self.pairs() + 1
     }
 
     /// The step of the camera is `2^n` DN.
@@ -305,13 +330,14 @@ impl DesignPoint {
     }
 
     /// The meaning of each of [`DesignPoint::KEYS`].
-    const COMMENTS: [&str; 10] = [
+    const COMMENTS: [&str; 11] = [
         "Columns of the largest frame, px. The line memories hold the next power of two.",
         "Rows of the camera's frame, px. Pictures are cut to it; the hardware takes 64 to 2048 rows.",
         "Camera sample: u8.0 to u16.0, in steps of the camera.",
         "Filter state and line memories, in steps of the camera: the integer bits of the pixel, and fraction bits.",
         "Filter coefficients g and g_j.",
-        "sigma of the three smoothers, px, rising.",
+        "Scale pairs, 1 to 3: pair k is the difference of smoothers k and k + 1, so there is one smoother more.",
+        "sigma of each smoother, px, rising.",
         "Look-ahead m of each smoother, stages: m stages reach 2^m - 1 px.",
         "Bits of a response, its sign apart, over a quarter of full scale: one LSB is 2^(14 - dog_bits) DN.",
         "Features of one scale pair in a frame that the automatic threshold aims at.",
@@ -326,6 +352,7 @@ impl DesignPoint {
             self.pixel.to_string().into(),
             self.state.to_string().into(),
             self.coefficient.to_string().into(),
+            self.scale_pairs.into(),
             self.sigmas.to_vec().into(),
             self.look_ahead.to_vec().into(),
             self.dog_bits.into(),
@@ -373,9 +400,12 @@ impl Given<'_> {
         format.filter(|format| possible(*format)).ok_or_else(|| self.refused(format!("a format from {allowed}")))
     }
 
-    fn list<T, const N: usize>(&self, read: impl Fn(&Given) -> Result<T, DesignError>) -> Result<[T; N], DesignError> {
-        let values = self.value.as_array().ok_or_else(|| self.refused(format!("a list of {N} values")))?;
-        let read: Vec<T> = values
+    fn list<T: Clone>(
+        &self,
+        read: impl Fn(&Given) -> Result<T, DesignError>,
+    ) -> Result<Cow<'static, [T]>, DesignError> {
+        let values = self.value.as_array().ok_or_else(|| self.refused("a list, one value for each smoother"))?;
+        values
             .iter()
             .map(|value| {
                 read(&Given { key: self.key, value }).map_err(|error| match error {
@@ -383,8 +413,7 @@ impl Given<'_> {
                     other => other,
                 })
             })
-            .collect::<Result<_, _>>()?;
-        read.try_into().map_err(|_| self.refused(format!("a list of {N} values")))
+            .collect()
     }
 }
 
@@ -437,7 +466,7 @@ mod tests {
         let file = design.to_file(&["What it is for.".into()]);
         assert!(file.starts_with("# What it is for.\n"));
         assert_eq!(DesignPoint::from_file(&file).unwrap(), design);
-        assert_eq!((design.dog_bits, design.sigmas), (12, [1.0, 2.5, 6.0]));
+        assert_eq!((design.dog_bits, &*design.sigmas), (12, &[1.0, 2.5, 6.0][..]));
         // Twelve bits over the same quarter of full scale: one LSB is 4 DN, 64 LSB of a state with four fraction bits.
         assert_eq!((design.dog().lsb(), design.dog_shift()), (4.0, 6));
     }
@@ -451,8 +480,12 @@ mod tests {
             ("sigmas = [0, 3.2, 5.12]", "sigmas", "[0, 3.2, 5.12]", "from 0.3 to 64"),
             ("sigmas = [2.0, 3.2, 1e9]", "sigmas", "1000000000.0", "from 0.3 to 64"),
             ("sigmas = [3.2, 2.0, 5.12]", "sigmas", "[3.2, 2.0, 5.12]", "rise"),
-            ("sigmas = [2.0, 3.2]", "sigmas", "[2.0, 3.2]", "3 values"),
-            ("sigmas = 2.0", "sigmas", "2.0", "3 values"),
+            ("sigmas = [2.0, 3.2]", "sigmas", "[2.0, 3.2]", "scale_pairs = 2 needs a list of 3 values"),
+            ("sigmas = 2.0", "sigmas", "2.0", "one value for each smoother"),
+            ("scale_pairs = 3", "sigmas", "[2.0, 3.2, 5.12]", "scale_pairs = 3 needs a list of 4 values"),
+            ("scale_pairs = 1\nsigmas = [2.0, 3.2]", "look_ahead", "[5, 5, 6]", "needs a list of 2 values"),
+            ("scale_pairs = 4", "scale_pairs", "4", "from 1 to 3"),
+            ("scale_pairs = 0", "scale_pairs", "0", "from 1 to 3"),
             ("coefficient = 'u0.0'", "coefficient", "\"u0.0\"", "u0.4 to u0.31"),
             ("coefficient = 'u0.200'", "coefficient", "\"u0.200\"", "u0.4 to u0.31"),
             ("state = 'u15.2'", "state", "\"u15.2\"", "u16.0 to u16.12"),

@@ -3,7 +3,7 @@
 use hoverlock_reference::image::plane::Plane;
 
 use crate::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
-use crate::model::design::{DesignPoint, SCALES};
+use crate::model::design::DesignPoint;
 use crate::model::simd::{SimdBitTrue, SimdError};
 
 /// The model: [`SimdBitTrue`] where it supports the formats, else [`BitTrue`]. Their bits are the same.
@@ -32,7 +32,7 @@ impl Quickest {
     }
 
     /// The features of a frame of pixels in steps of the camera ([`DesignPoint::samples`]), in order.
-    pub fn features(&mut self, pixels: &Plane<u16>, thresholds: [u32; SCALES]) -> Vec<FeatureRecord> {
+    pub fn features(&mut self, pixels: &Plane<u16>, thresholds: &[u32]) -> Vec<FeatureRecord> {
         match &mut self.code {
             Code::Simd(simd) => simd.frame(pixels, thresholds).to_vec(),
             Code::Clear(model) => model.planes(pixels).features(thresholds),
@@ -40,7 +40,7 @@ impl Quickest {
     }
 
     /// The thresholds at which the automatic control would rest on a frame.
-    pub fn settled(&mut self, pixels: &Plane<u16>) -> [u32; SCALES] {
+    pub fn settled(&mut self, pixels: &Plane<u16>) -> Vec<u32> {
         let mut control = ThresholdController::new(&self.design);
         match &mut self.code {
             Code::Simd(simd) => {
@@ -52,7 +52,7 @@ impl Quickest {
                 control.settle(|thresholds| counts(&planes.features(thresholds)));
             }
         }
-        control.thresholds()
+        control.thresholds().to_vec()
     }
 }
 
@@ -72,8 +72,8 @@ mod tests {
             let mut control = ThresholdController::new(&design);
             control.settle(|thresholds| counts(&planes.features(thresholds)));
             assert_eq!(quickest.settled(&frame), control.thresholds(), "{change}");
-            let features = quickest.features(&frame, [200, 200]);
-            assert!(!features.is_empty() && features == planes.features([200, 200]), "{change}");
+            let features = quickest.features(&frame, &[200, 200]);
+            assert!(!features.is_empty() && features == planes.features(&[200, 200]), "{change}");
         }
     }
 }

@@ -26,7 +26,7 @@ use multiversion::multiversion;
 
 use crate::model::bit_true::{FeatureRecord, Planes};
 use crate::model::coefficients::{CoefficientError, LerpCoefficients, MAX_LOOK_AHEAD};
-use crate::model::design::{DesignPoint, SCALES, SMOOTHERS};
+use crate::model::design::DesignPoint;
 use crate::model::format::Format;
 
 /// Columns of a strip: four cache lines of states.
@@ -136,7 +136,7 @@ struct Gains {
 /// The SIMD bit-true model. It reuses its planes, so that frames of equal size need no allocation.
 #[derive(Debug, Clone)]
 pub struct SimdBitTrue {
-    gains: [Gains; SMOOTHERS],
+    gains: Vec<Gains>,
     words: Words,
     planes: Planes,
     scratch: Scratch,
@@ -187,7 +187,7 @@ struct Scratch {
     /// A row of responses, with space for the MaxDOG window at both ends.
     responses: Vec<u16>,
     /// Horizontal maxima of the last rows, one ring buffer per scale pair.
-    row_maxima: [[Vec<u16>; MAX_ROWS]; SCALES],
+    row_maxima: Vec<[Vec<u16>; MAX_ROWS]>,
     /// Pixels of at least the threshold that equal their MaxDOG: `(y, x, k)`.
     candidates: Vec<(usize, usize, usize)>,
 }
@@ -202,30 +202,30 @@ impl SimdBitTrue {
         if state.bits() > 18 || coefficient.bits() > 16 || dog_bits > 15 {
             return Err(SimdError::Formats { state, coefficient, dog_bits });
         }
-        let gains = |smoother: usize| {
-            let (sigma, look_ahead) = (design.sigmas[smoother], design.look_ahead[smoother]);
+        let gains = |(sigma, look_ahead): (&f64, &u32)| {
             let gain = |raw: u32| Gain::new(raw << (16 - coefficient.bits()));
-            LerpCoefficients::design(sigma, look_ahead, coefficient.bits()).map(|coefficients| Gains {
+            LerpCoefficients::design(*sigma, *look_ahead, coefficient.bits()).map(|coefficients| Gains {
                 g: gain(coefficients.g),
                 g_j: coefficients.g_j.into_iter().map(gain).collect(),
             })
         };
         Ok(Self {
-            gains: [gains(0)?, gains(1)?, gains(2)?],
+            gains: design.sigmas.iter().zip(&*design.look_ahead).map(gains).collect::<Result<_, _>>()?,
             words: Words::new(design),
-            planes: blank(1, 1),
+            planes: blank(design.pairs(), 1, 1),
             scratch: Scratch::default(),
             features: Vec::new(),
         })
     }
 
-    /// Processes a frame. [`SimdBitTrue::planes`] and the features returned equal those of [`crate::model::bit_true`].
-    pub fn frame(&mut self, pixels: &Plane<u16>, thresholds: [u32; SCALES]) -> &[FeatureRecord] {
+    /// Processes a frame. [`SimdBitTrue::planes`] and the features returned equal those of [`crate::model::bit_true`];
+    /// a scale pair without a threshold has no features.
+    pub fn frame(&mut self, pixels: &Plane<u16>, thresholds: &[u32]) -> &[FeatureRecord] {
         self.run(pixels, thresholds, chain)
     }
 
     /// As [`SimdBitTrue::frame`], with the portable code: for any processor of the target.
-    pub fn portable_frame(&mut self, pixels: &Plane<u16>, thresholds: [u32; SCALES]) -> &[FeatureRecord] {
+    pub fn portable_frame(&mut self, pixels: &Plane<u16>, thresholds: &[u32]) -> &[FeatureRecord] {
         self.run(pixels, thresholds, chain_everywhere)
     }
 
@@ -244,15 +244,17 @@ impl SimdBitTrue {
         &self.features
     }
 
-    fn run(&mut self, pixels: &Plane<u16>, thresholds: [u32; SCALES], chain: Chain) -> &[FeatureRecord] {
+    fn run(&mut self, pixels: &Plane<u16>, thresholds: &[u32], chain: Chain) -> &[FeatureRecord] {
         let (width, height) = (pixels.width(), pixels.height());
         let shape = &self.planes.smoothed[0];
         if (width, height) != (shape.width(), shape.height()) {
-            self.planes = blank(width, height);
+            self.planes = blank(self.gains.len() - 1, width, height);
         }
         // A response has 15 bits, so none reaches 2^16 - 1.
-        let thresholds = thresholds.map(|threshold| u16::try_from(threshold.max(1)).unwrap_or(u16::MAX));
-        chain(pixels, &self.gains, self.words, thresholds, &mut self.planes, &mut self.scratch);
+        let mut thresholds: Vec<u16> =
+            thresholds.iter().map(|threshold| u16::try_from((*threshold).max(1)).unwrap_or(u16::MAX)).collect();
+        thresholds.resize(self.gains.len() - 1, u16::MAX);
+        chain(pixels, &self.gains, self.words, &thresholds, &mut self.planes, &mut self.scratch);
 
         self.features.clear();
         let candidates = &mut self.scratch.candidates;
@@ -263,28 +265,28 @@ impl SimdBitTrue {
     }
 }
 
-fn blank(width: usize, height: usize) -> Planes {
-    let layer = || Layer {
+fn blank(pairs: usize, width: usize, height: usize) -> Planes {
+    let layer = Layer {
         dog: Dog { magnitude: Plane::filled(width, height, 0), positive: Plane::filled(width, height, true) },
         max_dog: Plane::filled(width, height, 0),
     };
     Planes {
-        smoothed: [(); SMOOTHERS].map(|()| Plane::filled(width, height, 0)),
-        signed_dog: [(); SCALES].map(|()| Plane::filled(width, height, 0)),
-        layers: [layer(), layer()],
-        saturated: [0; SCALES],
+        smoothed: vec![Plane::filled(width, height, 0); pairs + 1],
+        signed_dog: vec![Plane::filled(width, height, 0); pairs],
+        layers: vec![layer; pairs],
+        saturated: vec![0; pairs],
     }
 }
 
 /// Computes the planes of a frame and the candidates of its features.
-type Chain = fn(&Plane<u16>, &[Gains; SMOOTHERS], Words, [u16; SCALES], &mut Planes, &mut Scratch);
+type Chain = fn(&Plane<u16>, &[Gains], Words, &[u16], &mut Planes, &mut Scratch);
 
 #[multiversion(targets("x86_64+avx2"))]
 fn chain(
     pixels: &Plane<u16>,
-    gains: &[Gains; SMOOTHERS],
+    gains: &[Gains],
     words: Words,
-    thresholds: [u16; SCALES],
+    thresholds: &[u16],
     planes: &mut Planes,
     scratch: &mut Scratch,
 ) {
@@ -293,9 +295,9 @@ fn chain(
 
 fn chain_everywhere(
     pixels: &Plane<u16>,
-    gains: &[Gains; SMOOTHERS],
+    gains: &[Gains],
     words: Words,
-    thresholds: [u16; SCALES],
+    thresholds: &[u16],
     planes: &mut Planes,
     scratch: &mut Scratch,
 ) {
@@ -306,9 +308,9 @@ fn chain_everywhere(
 #[inline(always)]
 fn whole_chain(
     pixels: &Plane<u16>,
-    gains: &[Gains; SMOOTHERS],
+    gains: &[Gains],
     words: Words,
-    thresholds: [u16; SCALES],
+    thresholds: &[u16],
     planes: &mut Planes,
     scratch: &mut Scratch,
 ) {
@@ -325,19 +327,20 @@ fn whole_chain(
     scratch.lines.iter_mut().for_each(|line| line.resize(width + 2 * pad, 0));
     scratch.responses.clear();
     scratch.responses.resize(width + 2 * MAX_RADIUS, 0);
+    scratch.row_maxima.resize_with(gains.len() - 1, Default::default);
     for line in scratch.row_maxima.as_flattened_mut() {
         line.clear();
         line.resize(width, 0);
     }
     scratch.candidates.clear();
-    planes.saturated = [0; SCALES];
+    planes.saturated.fill(0);
     for y in 0..height + MAX_RADIUS {
         if y < height {
             for (gains, smoothed) in gains.iter().zip(&mut planes.smoothed) {
                 row(gains, smoothed.row_mut(y), &mut scratch.lines, pad);
             }
         }
-        for (k, threshold) in thresholds.into_iter().enumerate() {
+        for (k, threshold) in thresholds.iter().enumerate() {
             let row_maxima = &mut scratch.row_maxima[k];
             let layer = &mut planes.layers[k];
             if y < height {
@@ -363,7 +366,7 @@ fn whole_chain(
                 if eligible(height).contains(&y) && !columns.is_empty() {
                     let (responses, max_dog) =
                         (&layer.dog.magnitude.row(y)[columns.clone()], &max_dog[columns.clone()]);
-                    candidates(responses, max_dog, threshold, |i| {
+                    candidates(responses, max_dog, *threshold, |i| {
                         scratch.candidates.push((y, columns.start + i, k));
                     });
                 }
@@ -603,12 +606,12 @@ mod tests {
         let content = Content::Noise { low: 20_000, high: 30_000 };
         let frame = Picture { width: 1024, height: 768, seed: 11, content }.draw();
         let planes = BitTrue::new(&KT27).unwrap().planes(&frame);
-        let features = planes.features([300, 200]);
+        let features = planes.features(&[300, 200]);
         assert!(features.len() > 800, "{}", features.len());
         let mut simd = SimdBitTrue::new(&KT27).unwrap();
-        assert_eq!(simd.frame(&frame, [300, 200]), features);
+        assert_eq!(simd.frame(&frame, &[300, 200]), features);
         assert!(*simd.planes() == planes);
-        assert_eq!(simd.portable_frame(&frame, [300, 200]), features);
+        assert_eq!(simd.portable_frame(&frame, &[300, 200]), features);
         assert!(*simd.planes() == planes);
     }
 
@@ -620,6 +623,7 @@ mod tests {
             picture in pictures(80),
             words in (8..=16i8, 0..=10i8, 6..=16i8, 4..=15u32),
             shipped in prop::option::of(0..SHIPPED.len()),
+            pairs in 1..=3u32,
         ) {
             let (pixel, fraction, coefficient, dog_bits) = words;
             let design = match shipped {
@@ -629,7 +633,9 @@ mod tests {
                     state: Format::unsigned(pixel, fraction.min(18 - pixel)),
                     coefficient: Format::unsigned(0, coefficient),
                     dog_bits,
-                    look_ahead: [2, 3, 3],
+                    scale_pairs: pairs,
+                    sigmas: [2.0, 3.2, 5.12, 8.2][..=pairs as usize].to_vec().into(),
+                    look_ahead: [2, 3, 3, 2][..=pairs as usize].to_vec().into(),
                     ..KT27
                 },
             };
@@ -637,9 +643,9 @@ mod tests {
             let frame = design.samples(&picture.draw());
             let planes = bit_true.planes(&frame);
             let mut simd = SimdBitTrue::new(&design).unwrap();
-            prop_assert_eq!(simd.frame(&frame, [2, 3]), planes.features([2, 3]));
+            prop_assert_eq!(simd.frame(&frame, &[2, 3, 5]), planes.features(&[2, 3, 5]));
             prop_assert!(simd.planes() == &planes, "planes differ: {}", design.to_toml());
-            prop_assert_eq!(simd.portable_frame(&frame, [2, 3]), planes.features([2, 3]));
+            prop_assert_eq!(simd.portable_frame(&frame, &[2, 3, 5]), planes.features(&[2, 3, 5]));
         }
 
         #[test]
@@ -650,7 +656,7 @@ mod tests {
             for frame in &frames {
                 let frame = &frame.draw();
                 let planes = bit_true.planes(frame);
-                for thresholds in [[1, 1], [40, 700], [0, 70_000]] {
+                for thresholds in [&[1, 1], &[40, 700], &[0, 70_000]] {
                     let features = planes.features(thresholds);
                     prop_assert_eq!(simd.frame(frame, thresholds), &features[..]);
                     prop_assert_eq!(portable.portable_frame(frame, thresholds), &features[..]);

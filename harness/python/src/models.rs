@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use hoverlock_fixed_point::model::bit_true::FeatureRecord;
+use hoverlock_fixed_point::model::bit_true::{RECORD_WORDS, TWO_PAIR_WORDS};
 use hoverlock_fixed_point::model::coefficients::{LerpCoefficients, look_ahead_for};
-use hoverlock_fixed_point::model::design::{DesignPoint, SCALES};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -63,30 +63,32 @@ impl BitTrue {
 
     /// The thresholds before the first frame, in LSB of the DoG.
     #[getter]
-    fn initial_thresholds(&self) -> [u32; SCALES] {
-        [self.design_point.threshold.initial; SCALES]
+    fn initial_thresholds(&self) -> Vec<u32> {
+        vec![self.design_point.threshold.initial; self.design_point.pairs()]
     }
 
-    /// The features of a frame as packed 256-bit records: `uint32` of shape `(features, 8)`. Thresholds in LSB of the
-    /// DoG.
+    /// The features of a frame as packed records: `uint32` of shape `(features, 8)`, or `(features, 10)` with three
+    /// scale pairs. Thresholds in LSB of the DoG.
     fn features<'py>(
         &self,
         py: Python<'py>,
         frame: PyReadonlyArray2<'py, u16>,
-        thresholds: [u32; SCALES],
+        thresholds: Vec<u32>,
     ) -> PyResult<Bound<'py, PyArray2<u32>>> {
         let pixels = plane_of(&frame)?;
         let mut model = self.model.lock().unwrap_or_else(PoisonError::into_inner);
-        let words: Vec<u32> = model.frame(&pixels, thresholds).iter().flat_map(FeatureRecord::pack).collect();
-        let count = words.len() / 8;
-        PyArray1::from_vec(py, words).reshape([count, 8])
+        let each = if self.design_point.pairs() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS };
+        let records = model.frame(&pixels, &thresholds).iter();
+        let words: Vec<u32> = records.flat_map(|record| record.pack().into_iter().take(each)).collect();
+        let count = words.len() / each;
+        PyArray1::from_vec(py, words).reshape([count, each])
     }
 
     /// All planes of a frame, by name: see `hoverlock.models.Planes`.
     fn planes<'py>(&self, py: Python<'py>, frame: PyReadonlyArray2<'py, u16>) -> PyResult<Bound<'py, PyDict>> {
         let pixels = plane_of(&frame)?;
         let mut model = self.model.lock().unwrap_or_else(PoisonError::into_inner);
-        model.frame(&pixels, [u32::MAX; SCALES]);
+        model.frame(&pixels, &[]);
         let planes = model.planes();
         let out = PyDict::new(py);
         for (smoother, plane) in planes.smoothed.iter().enumerate() {

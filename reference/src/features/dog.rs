@@ -2,10 +2,10 @@
 //! frame.
 //!
 //! `sigma1 < sigma2` in pixels; the default is the chain 2.0 - 3.2 - 5.12, so that the two pairs `k = 0, 1` share three
-//! filters. `DOG_k` is in the unit of the planes (DN of the camera sample, or LSB where the planes are integers); at
-//! most 0.243 of full scale with the first-order filters of the default chain. The sign of `d_k` is a separate bit,
-//! which distinguishes bright from dark spots. Source: D. Lowe, "Distinctive image features from scale-invariant
-//! keypoints", 2004, eq. (1).
+//! filters. A chain of one to three pairs has one filter more than pairs. `DOG_k` is in the unit of the planes (DN of
+//! the camera sample, or LSB where the planes are integers); at most 0.243 of full scale with the first-order filters
+//! of the default chain. The sign of `d_k` is a separate bit, which distinguishes bright from dark spots. Source: D.
+//! Lowe, "Distinctive image features from scale-invariant keypoints", 2004, eq. (1).
 
 use std::ops::Sub;
 

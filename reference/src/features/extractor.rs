@@ -1,12 +1,12 @@
 //! `I -> {G_sigma * I} -> {DOG_k, MaxDOG_k} -> features`: features of a frame with any smoother, in f64.
 //!
 //! This is the readable reference; [`fast`](crate::features::fast) computes the same features in f32. Features are in
-//! raster order, `k = 0` before `k = 1` at one pixel. The steps are separate functions, so that every model level,
+//! raster order, the lower `k` first at one pixel. The steps are separate functions, so that every model level,
 //! integers included, uses the same search and the same descriptors.
 
 use std::ops::Sub;
 
-use crate::features::dog::{Dog, SIGMAS};
+use crate::features::dog::Dog;
 use crate::features::feature::Feature;
 use crate::features::maxima::{maxima, spread};
 use crate::features::maxlbp::{Layer, descriptor};
@@ -15,8 +15,8 @@ use crate::image::plane::Plane;
 /// The maxima that become features.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Selection {
-    /// `T_k` in DN of the camera sample: a feature has `DOG_k >= T_k`.
-    pub thresholds: [f64; 2],
+    /// `T` of every scale pair in DN of the camera sample: a feature has `DOG_k >= T`.
+    pub threshold: f64,
     /// Largest number of features, spread over the frame by [`spread`].
     pub count: usize,
 }
@@ -24,45 +24,48 @@ pub struct Selection {
 impl Default for Selection {
     /// One LSB of the fixed-point DoG (0.5 DN), the lowest threshold of the hardware, and 1000 features.
     fn default() -> Self {
-        Self { thresholds: [0.5; 2], count: 1000 }
+        Self { threshold: 0.5, count: 1000 }
     }
 }
 
-/// The features of a frame; `smooth(plane, sigma)` smooths by a Gaussian of `sigma` px or by an approximation of it.
+/// The features of a frame over a chain of sigmas, px; `smooth(plane, sigma)` smooths by a Gaussian of `sigma` px or by
+/// an approximation of it.
 pub fn extract(
     frame: &Plane<u16>,
+    sigmas: &[f64],
     smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>,
     selection: &Selection,
 ) -> Vec<Feature> {
-    let layers = layers(frame, smooth);
-    let found = points(&layers, selection.thresholds);
+    let layers = layers(frame, sigmas, smooth);
+    let found = points(&layers, &vec![selection.threshold; layers.len()]);
     let position = |p: &Point| (p.x as u32, p.y as u32, layers[p.scale].dog.magnitude[(p.x, p.y)]);
     let kept = spread(&found, selection.count, position);
     kept.into_iter().map(|point| feature(&layers, point, 1.0)).collect()
 }
 
-/// `DOG_k`, sign and `MaxDOG_k` of both scale pairs of the default chain of sigmas.
-pub fn layers(frame: &Plane<u16>, smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>) -> [Layer<f64>; 2] {
+/// `DOG_k`, sign and `MaxDOG_k` of the scale pairs of a chain of sigmas, one pair less than sigmas.
+pub fn layers(frame: &Plane<u16>, sigmas: &[f64], smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>) -> Vec<Layer<f64>> {
     let frame = frame.map(|&dn| f64::from(dn));
-    layers_between(&SIGMAS.map(|sigma| smooth(&frame, sigma)))
+    let smoothed: Vec<_> = sigmas.iter().map(|sigma| smooth(&frame, *sigma)).collect();
+    layers_between(&smoothed)
 }
 
 /// The same from smoothed planes, the narrowest first.
 ///
 /// # Panics
 /// The planes differ in shape.
-pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>([narrow, middle, wide]: &[Plane<T>; 3]) -> [Layer<T>; 2] {
-    [Dog::between(narrow, middle), Dog::between(middle, wide)].map(Layer::new)
+pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>(smoothed: &[Plane<T>]) -> Vec<Layer<T>> {
+    smoothed.windows(2).map(|pair| Layer::new(Dog::between(&pair[0], &pair[1]))).collect()
 }
 
 /// The features of all maxima of at least the threshold of their scale. `dn_per_unit` converts a response to DN: 1 for
 /// float planes, 1/2 for the fixed-point DoG.
 ///
 /// # Panics
-/// The two layers differ in shape.
+/// The layers differ in shape.
 pub fn features<T: Copy + PartialOrd + Into<f64>>(
-    layers: &[Layer<T>; 2],
-    thresholds: [T; 2],
+    layers: &[Layer<T>],
+    thresholds: &[T],
     dn_per_unit: f64,
 ) -> Vec<Feature> {
     points(layers, thresholds).into_iter().map(|point| feature(layers, point, dn_per_unit)).collect()
@@ -76,19 +79,19 @@ struct Point {
     scale: usize,
 }
 
-fn points<T: Copy + PartialOrd>(layers: &[Layer<T>; 2], thresholds: [T; 2]) -> Vec<Point> {
-    let shape = |k: usize| (layers[k].dog.magnitude.width(), layers[k].dog.magnitude.height());
-    assert_eq!(shape(0), shape(1), "layers of different shape");
+fn points<T: Copy + PartialOrd>(layers: &[Layer<T>], thresholds: &[T]) -> Vec<Point> {
+    let shape = |layer: &Layer<T>| (layer.dog.magnitude.width(), layer.dog.magnitude.height());
+    assert!(layers.windows(2).all(|pair| shape(&pair[0]) == shape(&pair[1])), "layers of different shape");
     let mut found = Vec::new();
-    for (scale, threshold) in thresholds.into_iter().enumerate() {
-        let maxima = maxima(&layers[scale].dog.magnitude, threshold);
+    for (scale, (layer, threshold)) in layers.iter().zip(thresholds).enumerate() {
+        let maxima = maxima(&layer.dog.magnitude, *threshold);
         found.extend(maxima.into_iter().map(|(x, y)| Point { y, x, scale }));
     }
     found.sort_unstable();
     found
 }
 
-fn feature<T: Copy + PartialOrd + Into<f64>>(layers: &[Layer<T>; 2], at: Point, dn_per_unit: f64) -> Feature {
+fn feature<T: Copy + PartialOrd + Into<f64>>(layers: &[Layer<T>], at: Point, dn_per_unit: f64) -> Feature {
     let Point { x, y, scale } = at;
     let dog = &layers[scale].dog;
     let dn = |x: usize, y: usize| dog.magnitude[(x, y)].into() * dn_per_unit;
@@ -108,6 +111,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::features::dog::SIGMAS;
 
     /// A smoother with a known result: the mean over a square of about `sigma` px to each side, cut at the border.
     fn box_mean(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
@@ -130,11 +134,12 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(32))]
 
         #[test]
-        fn features_are_ordered_eligible_and_agree_with_the_layers(frame in picture()) {
-            let layers = layers(&frame, box_mean);
-            let thresholds = [30.0, 20.0];
-            let all = features(&layers, thresholds, 1.0);
-            let expected: usize = (0..2).map(|k| maxima(&layers[k].dog.magnitude, thresholds[k]).len()).sum();
+        fn features_are_ordered_eligible_and_agree_with_the_layers(frame in picture(), pairs in 1usize..=3) {
+            let sigmas = [2.0, 3.2, 5.12, 8.2];
+            let layers = layers(&frame, &sigmas[..=pairs], box_mean);
+            let thresholds = [30.0, 20.0, 15.0];
+            let all = features(&layers, &thresholds, 1.0);
+            let expected: usize = (0..pairs).map(|k| maxima(&layers[k].dog.magnitude, thresholds[k]).len()).sum();
             prop_assert_eq!(all.len(), expected);
             prop_assert!(all.windows(2).all(|w| (w[0].y, w[0].x, w[0].scale) < (w[1].y, w[1].x, w[1].scale)));
             for f in &all {
@@ -155,7 +160,7 @@ mod tests {
             let frames = [3.0, 5.0, 9.0].map(|reach| box_mean(&frame.map(|&c| f64::from(c)), reach).map(|v| v.round()));
             let float = layers_between(&frames);
             let whole = layers_between(&frames.map(|f| f.map(|&v| v as u32)));
-            prop_assert_eq!(features(&float, [40.0; 2], 0.5), features(&whole, [40; 2], 0.5));
+            prop_assert_eq!(features(&float, &[40.0; 2], 0.5), features(&whole, &[40; 2], 0.5));
         }
     }
 
@@ -165,7 +170,7 @@ mod tests {
         // d_1 is 728 on the 7x7 px, which start at (28, 27), and -496 on the rest of the 11x11.
         let mut frame = Plane::filled(64, 64, 0u16);
         frame[(31, 30)] = 60000;
-        let mut found = features(&layers(&frame, box_mean), [100.0; 2], 1.0);
+        let mut found = features(&layers(&frame, &SIGMAS, box_mean), &[100.0; 2], 1.0);
         found.retain(|f| f.bright && f.scale == 1);
         assert_eq!(found.len(), 1, "the flat top of the box mean counts once");
         assert_eq!((found[0].x, found[0].y), (28, 27), "at its first pixel");
@@ -175,17 +180,17 @@ mod tests {
     #[test]
     fn pictures_without_texture_or_too_small_have_no_features() {
         for frame in [Plane::filled(60, 60, 777u16), Plane::filled(60, 60, u16::MAX), Plane::filled(1, 500, 3)] {
-            assert_eq!(extract(&frame, box_mean, &Selection::default()), []);
+            assert_eq!(extract(&frame, &SIGMAS, box_mean, &Selection::default()), []);
         }
         let busy = Plane::from_fn(36, 90, |x, y| ((x * 7919 + y * 104_729) % 65_536) as u16);
-        assert_eq!(extract(&busy, box_mean, &Selection::default()), []);
+        assert_eq!(extract(&busy, &SIGMAS, box_mean, &Selection::default()), []);
     }
 
     #[test]
     fn count_limits_the_features() {
         let frame = Plane::from_fn(120, 120, |x, y| ((x * x * 7919 + y * y * 31_337 + x * y * 911) % 65_536) as u16);
-        let all = features(&layers(&frame, box_mean), [0.5; 2], 1.0);
+        let all = features(&layers(&frame, &SIGMAS, box_mean), &[0.5; 2], 1.0);
         assert!(all.len() > 20, "{}", all.len());
-        assert_eq!(extract(&frame, box_mean, &Selection { count: 20, ..Selection::default() }).len(), 20);
+        assert_eq!(extract(&frame, &SIGMAS, box_mean, &Selection { count: 20, ..Selection::default() }).len(), 20);
     }
 }

@@ -8,8 +8,8 @@
 //! 10 000.
 //!
 //! `G_a = C^T C` along the rows, then the same down the columns, where `C` is the causal recursion
-//! `s += (1 - a)(x - s)`, `s[-1] = x[0]`, and `C^T` its mirror image, which repeats the last sample. The three
-//! smoothers run in parallel:
+//! `s += (1 - a)(x - s)`, `s[-1] = x[0]`, and `C^T` its mirror image, which repeats the last sample. The `F` smoothers
+//! of a chain run in parallel:
 //!
 //! 1. Eight rows at a time: eight columns are transposed, so that the recursion along a row has eight rows as its
 //!    lanes; the causal half fills a buffer of one block of rows. The anticausal half runs back over it, is transposed
@@ -43,23 +43,23 @@ type Lanes = [f32; LANES];
 /// `LANES` lines of `LANES` samples.
 type Tile = [Lanes; LANES];
 
-/// One vector of each of the three smoothers.
-type Smoothed = [Lanes; SIGMAS.len()];
+/// One vector of each of the `F` smoothers.
+type Smoothed<const F: usize> = [Lanes; F];
 
 /// Rows of maxima along the row that are kept: the height of the 7x7 window.
 const WINDOW: usize = 2 * WINDOW_RADIUS + 1;
 
-/// The fast float extractor. It keeps its buffers from frame to frame.
+/// The fast float extractor of a chain of `F` smoothers. It keeps its buffers from frame to frame.
 #[derive(Debug, Clone)]
-pub struct FastExtractor {
+pub struct FastExtractor<const F: usize = { SIGMAS.len() }> {
     selection: Selection,
-    poles: [f32; SIGMAS.len()],
+    poles: [f32; F],
     /// A block of rows after the causal half along the rows: one entry per column, lanes are rows.
-    block: Vec<Smoothed>,
+    block: Vec<Smoothed<F>>,
     /// State of the recursion down or up the columns: one entry per eight columns, as in `planes`.
-    columns: Vec<Smoothed>,
-    /// First the three smoothed rows of every row, which lack the anticausal half of the columns; then, in the first
-    /// two of them, the signed `d_k` in their place. A row of one is `stride` samples.
+    columns: Vec<Smoothed<F>>,
+    /// First the `F` smoothed rows of every row, which lack the anticausal half of the columns; then, in all of them
+    /// but the last, the signed `d_k` in their place. A row of one is `stride` samples.
     planes: Vec<f32>,
     scratch: Scratch,
     candidates: Vec<Candidate>,
@@ -71,7 +71,7 @@ struct Scratch {
     /// `DOG_k` of one row.
     magnitude: Vec<f32>,
     /// Maxima of 7 along the row, of the last seven rows.
-    row_maxima: [[Vec<f32>; WINDOW]; 2],
+    row_maxima: Vec<[Vec<f32>; WINDOW]>,
     /// Bit `k` where the sample may be a maximum of scale `k`.
     flags: Vec<u8>,
 }
@@ -85,13 +85,23 @@ struct Candidate {
 }
 
 impl FastExtractor {
-    /// An extractor for frames of any size.
+    /// An extractor of the default chain for frames of any size.
     ///
     /// # Errors
     /// A pole cannot be found for the default sigmas. This is a defect of this program.
     pub fn new(selection: Selection) -> Result<Self, DesignError> {
-        let mut poles = [0.0; SIGMAS.len()];
-        for (pole, sigma) in poles.iter_mut().zip(SIGMAS) {
+        Self::of_chain(SIGMAS, selection)
+    }
+}
+
+impl<const F: usize> FastExtractor<F> {
+    /// An extractor of a chain of rising sigmas, px, for frames of any size.
+    ///
+    /// # Errors
+    /// A pole cannot be found for one of the sigmas.
+    pub fn of_chain(sigmas: [f64; F], selection: Selection) -> Result<Self, DesignError> {
+        let mut poles = [0.0; F];
+        for (pole, sigma) in poles.iter_mut().zip(sigmas) {
             *pole = first_order::pole(sigma)? as f32;
         }
         Ok(Self {
@@ -105,53 +115,53 @@ impl FastExtractor {
         })
     }
 
-    /// The features of a frame, in raster order, `k = 0` before `k = 1` at a pixel.
+    /// The features of a frame, in raster order, the lower `k` first at a pixel.
     pub fn extract(&mut self, frame: &Plane<u16>) -> Vec<Feature> {
         let (width, height) = (frame.width(), frame.height());
         if eligible(width).is_empty() || eligible(height).is_empty() {
             return Vec::new();
         }
         let stride = width.next_multiple_of(LANES) + 2 * LANES;
-        self.block.resize(stride, Smoothed::default());
-        self.columns.resize(stride / LANES, Smoothed::default());
-        self.planes.resize(3 * stride * height.next_multiple_of(LANES), 0.0);
-        self.scratch.resize(stride);
+        self.block.resize(stride, [Lanes::default(); F]);
+        self.columns.resize(stride / LANES, [Lanes::default(); F]);
+        self.planes.resize(F * stride * height.next_multiple_of(LANES), 0.0);
+        self.scratch.resize(F - 1, stride);
 
         smooth_rows_and_down(frame.as_slice(), width, self.poles, &mut self.block, &mut self.columns, &mut self.planes);
 
-        let thresholds = self.selection.thresholds.map(|t| t as f32);
+        let threshold = self.selection.threshold as f32;
         let columns = eligible(width);
         self.candidates.clear();
         for y in (0..height).rev() {
-            let rows = &mut self.planes[y * 3 * stride..][..3 * stride];
+            let rows = &mut self.planes[y * F * stride..][..F * stride];
             if y == height - 1 {
                 hold(rows, &mut self.columns);
             }
             smooth_up(rows, self.poles, &mut self.columns);
-            for (k, dog) in rows.chunks_exact(stride).take(2).enumerate() {
+            for (k, dog) in rows.chunks_exact(stride).take(F - 1).enumerate() {
                 let maxima = &mut self.scratch.row_maxima[k][y % WINDOW];
                 maxima_along_row(dog, &mut self.scratch.magnitude, maxima);
             }
             let centre = y + WINDOW_RADIUS;
             if eligible(height).contains(&centre) {
                 let flags = &mut self.scratch.flags[columns.clone()];
-                for (k, threshold) in thresholds.into_iter().enumerate() {
-                    let centres = &self.planes[(3 * centre + k) * stride..][columns.clone()];
-                    let row_maxima = &self.scratch.row_maxima[k];
+                for (k, row_maxima) in self.scratch.row_maxima.iter().enumerate() {
+                    let centres = &self.planes[(F * centre + k) * stride..][columns.clone()];
                     let rows = std::array::from_fn(|i| &row_maxima[(y + i) % WINDOW][columns.clone()]);
                     flag(centres, rows, threshold, k, flags);
                 }
-                gather(flags, &self.planes, stride, (columns.start, centre), &mut self.candidates);
+                gather::<F>(flags, &self.planes, stride, (columns.start, centre), &mut self.candidates);
             }
         }
         self.candidates.reverse();
         let kept = spread(&self.candidates, self.selection.count, |c| (c.x, c.y, f64::from(c.response)));
-        describe(&kept, &self.planes, stride)
+        describe::<F>(&kept, &self.planes, stride)
     }
 }
 
 impl Scratch {
-    fn resize(&mut self, stride: usize) {
+    fn resize(&mut self, pairs: usize, stride: usize) {
+        self.row_maxima.resize_with(pairs, Default::default);
         self.magnitude.resize(stride, 0.0);
         self.row_maxima.iter_mut().flatten().for_each(|row| row.resize(stride, 0.0));
         self.flags.resize(stride, 0);
@@ -181,20 +191,20 @@ fn transposed(tile: &Tile) -> Tile {
 
 /// Step 1: both halves along the rows and the causal half down the columns.
 #[multiversion(targets("x86_64+avx2"))]
-fn smooth_rows_and_down(
+fn smooth_rows_and_down<const F: usize>(
     frame: &[u16],
     width: usize,
-    poles: [f32; 3],
-    block: &mut [Smoothed],
-    columns: &mut [Smoothed],
+    poles: [f32; F],
+    block: &mut [Smoothed<F>],
+    columns: &mut [Smoothed<F>],
     planes: &mut [f32],
 ) {
     let (height, vectors) = (frame.len() / width, columns.len());
-    for (b, planes) in planes.as_chunks_mut::<LANES>().0.chunks_exact_mut(3 * vectors * LANES).enumerate() {
+    for (b, planes) in planes.as_chunks_mut::<LANES>().0.chunks_exact_mut(F * vectors * LANES).enumerate() {
         // Below the frame the last row is repeated. Those lanes go to rows of `planes` that are not read.
         let rows: [&[u16]; LANES] = std::array::from_fn(|r| &frame[(b * LANES + r).min(height - 1) * width..][..width]);
 
-        let mut state = [std::array::from_fn(|r| f32::from(rows[r][0])); 3];
+        let mut state = [std::array::from_fn(|r| f32::from(rows[r][0])); F];
         for (v, out) in block.chunks_exact_mut(LANES).enumerate() {
             let x = v * LANES;
             let tile: Tile = if x + LANES <= width {
@@ -206,7 +216,7 @@ fn smooth_rows_and_down(
                 std::array::from_fn(|r| std::array::from_fn(|c| f32::from(rows[r][(x + c).min(width - 1)])))
             };
             for (column, out) in transposed(&tile).iter().zip(out) {
-                for f in 0..3 {
+                for f in 0..F {
                     step(column, poles[f], &mut state[f]);
                 }
                 *out = state;
@@ -216,19 +226,19 @@ fn smooth_rows_and_down(
         let mut state = block[width - 1];
         block[width..].fill(state);
         for column in block.iter_mut().rev() {
-            for f in 0..3 {
+            for f in 0..F {
                 step(&column[f], poles[f], &mut state[f]);
             }
             *column = state;
         }
 
         for (v, (tile, columns)) in block.chunks_exact(LANES).zip(columns.iter_mut()).enumerate() {
-            for f in 0..3 {
+            for f in 0..F {
                 let tile = transposed(&std::array::from_fn(|c| tile[c][f]));
                 let mut down = if b == 0 { tile[0] } else { columns[f] };
                 for (r, row) in tile.iter().enumerate() {
                     step(row, poles[f], &mut down);
-                    planes[(3 * r + f) * vectors + v] = down;
+                    planes[(F * r + f) * vectors + v] = down;
                 }
                 columns[f] = down;
             }
@@ -237,7 +247,7 @@ fn smooth_rows_and_down(
 }
 
 /// The anticausal half of the columns begins on the last row.
-fn hold(rows: &[f32], columns: &mut [Smoothed]) {
+fn hold<const F: usize>(rows: &[f32], columns: &mut [Smoothed<F>]) {
     for (f, row) in rows.chunks_exact(columns.len() * LANES).enumerate() {
         for (vector, state) in row.as_chunks::<LANES>().0.iter().zip(columns.iter_mut()) {
             state[f] = *vector;
@@ -245,22 +255,20 @@ fn hold(rows: &[f32], columns: &mut [Smoothed]) {
     }
 }
 
-/// Step 2, for one row: the anticausal half up the columns, and `d_k` in place of the first two of the three rows.
+/// Step 2, for one row: the anticausal half up the columns, and `d_k` in place of all smoothed rows but the last.
 #[multiversion(targets("x86_64+avx2"))]
-fn smooth_up(rows: &mut [f32], poles: [f32; 3], columns: &mut [Smoothed]) {
-    let stride = columns.len() * LANES;
-    let (narrow, others) = rows.split_at_mut(stride);
-    let (middle, wide) = others.split_at_mut(stride);
-    let narrow = narrow.as_chunks_mut::<LANES>().0;
-    let middle = middle.as_chunks_mut::<LANES>().0;
-    let wide = wide.as_chunks::<LANES>().0;
-    for (((narrow, middle), wide), state) in narrow.iter_mut().zip(middle).zip(wide).zip(columns) {
-        step(narrow, poles[0], &mut state[0]);
-        step(middle, poles[1], &mut state[1]);
-        step(wide, poles[2], &mut state[2]);
-        for l in 0..LANES {
-            narrow[l] = state[0][l] - state[1][l];
-            middle[l] = state[1][l] - state[2][l];
+fn smooth_up<const F: usize>(rows: &mut [f32], poles: [f32; F], columns: &mut [Smoothed<F>]) {
+    let vectors = columns.len();
+    let mut rows = rows.as_chunks_mut::<LANES>().0.chunks_exact_mut(vectors);
+    let rows: [&mut [Lanes]; F] = std::array::from_fn(|_| rows.next().unwrap_or_default());
+    for (v, state) in columns.iter_mut().enumerate() {
+        for f in 0..F {
+            step(&rows[f][v], poles[f], &mut state[f]);
+        }
+        for k in 0..F - 1 {
+            for l in 0..LANES {
+                rows[k][v][l] = state[k][l] - state[k + 1][l];
+            }
         }
     }
 }
@@ -304,10 +312,16 @@ fn flag(centres: &[f32], rows: [&[f32]; WINDOW], threshold: f32, scale: usize, f
 
 /// Appends the flagged samples that none of the three to their left equals, from the last to the first. `start` is
 /// column and row of the first flag.
-fn gather(flags: &[u8], planes: &[f32], stride: usize, start: (usize, usize), candidates: &mut Vec<Candidate>) {
+fn gather<const F: usize>(
+    flags: &[u8],
+    planes: &[f32],
+    stride: usize,
+    start: (usize, usize),
+    candidates: &mut Vec<Candidate>,
+) {
     let mut examine = |i: usize, k: usize| {
         let (x, y) = (start.0 + i, start.1);
-        let at = (3 * y + k) * stride + x;
+        let at = (F * y + k) * stride + x;
         let response = planes[at].abs();
         if planes[at - WINDOW_RADIUS..at].iter().all(|d| d.abs() < response) {
             candidates.push(Candidate { x: x as u32, y: y as u32, scale: k as u8, response });
@@ -328,14 +342,14 @@ fn gather(flags: &[u8], planes: &[f32], stride: usize, start: (usize, usize), ca
 
 /// Step 3: neighbours and descriptors of the features kept.
 #[multiversion(targets("x86_64+avx2"))]
-fn describe(kept: &[Candidate], planes: &[f32], stride: usize) -> Vec<Feature> {
+fn describe<const F: usize>(kept: &[Candidate], planes: &[f32], stride: usize) -> Vec<Feature> {
     let rings = rings();
-    let pitch = 3 * stride;
+    let pitch = F * stride;
     let mut features = Vec::with_capacity(kept.len());
     for c in kept {
         let at = |k: usize| c.y as usize * pitch + k * stride + c.x as usize;
         let mut descriptor = Descriptor::default();
-        for k in 0..2 {
+        for k in 0..F - 1 {
             let response = planes[at(k)].abs();
             for (i, &(dx, dy)) in rings[k].iter().enumerate() {
                 let point = at(k).wrapping_add_signed(dy as isize * pitch as isize + dx as isize);
@@ -359,7 +373,7 @@ fn describe(kept: &[Candidate], planes: &[f32], stride: usize) -> Vec<Feature> {
 }
 
 /// `MaxDOG` at one sample: of every row a vector of eight is read, of which five count. The others may belong to the
-/// next row; there is always one, for below `d_1` of the last row stands what was smoothed widest.
+/// next row; there is always one, for below the last `d_k` of the last row stands what was smoothed widest.
 #[inline(always)]
 fn max_dog(planes: &[f32], pitch: usize, at: usize) -> f32 {
     let mut highest = Lanes::default();
@@ -419,12 +433,18 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
         #[test]
-        fn features_agree_with_the_f64_path(frame in pictures()) {
-            let layers = layers(&frame, clear);
+        fn features_agree_with_the_f64_path(frame in pictures(), pairs in 1usize..=3) {
+            let sigmas = &[2.0, 3.2, 5.12, 8.2][..=pairs];
+            let layers = layers(&frame, sigmas, clear);
             let threshold = 8.0;
-            let all = |t: f64| features(&layers, [t; 2], 1.0);
-            let selection = Selection { thresholds: [threshold; 2], count: usize::MAX };
-            let fast = FastExtractor::new(selection).unwrap().extract(&frame);
+            let all = |t: f64| features(&layers, &[t; 3][..pairs], 1.0);
+            let selection = Selection { threshold, count: usize::MAX };
+            let fast = match *sigmas {
+                [a, b] => FastExtractor::of_chain([a, b], selection).unwrap().extract(&frame),
+                [a, b, c] => FastExtractor::of_chain([a, b, c], selection).unwrap().extract(&frame),
+                [a, b, c, d] => FastExtractor::of_chain([a, b, c, d], selection).unwrap().extract(&frame),
+                _ => unreachable!(),
+            };
             prop_assert!(fast.windows(2).all(|w| key(&w[0]) < key(&w[1])), "raster order");
             // Every feature exists in the other path, except where two responses of a window differ by less than the
             // rounding.
@@ -451,12 +471,12 @@ mod tests {
                     prop_assert!((a - b).abs() < TOLERANCE);
                 }
                 prop_assert!(f.bright == theirs.bright);
-                for k in 0..2 {
+                for k in 0..pairs {
                     for (i, &(dx, dy)) in rings()[k].iter().enumerate() {
                         let at = (f.x as usize, f.y as usize);
                         let ring = (at.0.wrapping_add_signed(dx as isize), at.1.wrapping_add_signed(dy as isize));
                         let margin = (layers[k].dog.magnitude[at] - layers[k].max_dog[ring]).abs();
-                        let differs = |a: [u32; 2], b: [u32; 2]| (a[k] ^ b[k]) >> i & 1 == 1;
+                        let differs = |a: [u32; 3], b: [u32; 3]| (a[k] ^ b[k]) >> i & 1 == 1;
                         prop_assert!(!differs(f.descriptor.maxlbp, theirs.descriptor.maxlbp) || margin < TOLERANCE);
                         let margin = layers[k].dog.magnitude[ring];
                         prop_assert!(!differs(f.descriptor.sign, theirs.descriptor.sign) || margin < TOLERANCE);
@@ -528,7 +548,7 @@ mod tests {
         for path in paths {
             let name = path.display();
             let frame = Picture::open(&path).unwrap().frame().luma;
-            let clear = extract(&frame, clear, &Selection::default());
+            let clear = extract(&frame, &SIGMAS, clear, &Selection::default());
             let fast = FastExtractor::new(Selection::default()).unwrap().extract(&frame);
             let same: Vec<(&Feature, &Feature)> =
                 fast.iter().filter_map(|f| Some((f, &clear[clear.binary_search_by_key(&key(f), key).ok()?]))).collect();

@@ -3,25 +3,38 @@
 /// Number of ring points of a descriptor word: `n` in `o_i = R (cos(2 pi i / n), sin(2 pi i / n))`, `i = 0 .. n - 1`.
 pub const RING_POINTS: usize = 32;
 
-/// The 128-bit descriptor of a feature; bit `i` of each word is ring point `i`.
+/// Most scale pairs of a chain of smoothers; the default chain has two.
+pub const MAX_PAIRS: usize = 3;
+
+/// The descriptor of a feature, 64 bits for each scale pair; bit `i` of each word is ring point `i`. The words of pairs
+/// that the chain does not have are 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Descriptor {
     /// `MaxLBP_k`: bit `i` is `DOG_k(p) >= MaxDOG_k(o_i)`, one word per scale pair.
-    pub maxlbp: [u32; 2],
+    pub maxlbp: [u32; MAX_PAIRS],
     /// Bit `i` is the sign of the signed DoG at `o_i`, 1 where it is not negative, one word per scale pair.
-    pub sign: [u32; 2],
+    pub sign: [u32; MAX_PAIRS],
 }
 
 impl Descriptor {
-    /// Number of bits that differ, `0 ..= 128`; with `strict` only the MaxLBP words count, `0 ..= 64`.
+    /// Number of bits that differ, at most 64 for each scale pair; with `strict` only the MaxLBP words count, 32 for
+    /// each.
     pub fn hamming(&self, other: &Self, strict: bool) -> u32 {
-        let differ = |a: &[u32; 2], b: &[u32; 2]| (a[0] ^ b[0]).count_ones() + (a[1] ^ b[1]).count_ones();
+        let differ = |a: &[u32; MAX_PAIRS], b: &[u32; MAX_PAIRS]| -> u32 {
+            a.iter().zip(b).map(|(a, b)| (a ^ b).count_ones()).sum()
+        };
         differ(&self.maxlbp, &other.maxlbp) + if strict { 0 } else { differ(&self.sign, &other.sign) }
     }
 
-    /// The four words in the order of the feature record: MaxLBP k0, MaxLBP k1, sign k0, sign k1.
-    pub fn words(&self) -> [u32; 4] {
-        [self.maxlbp[0], self.maxlbp[1], self.sign[0], self.sign[1]]
+    /// The descriptor of two scale pairs.
+    pub fn of_two(maxlbp: [u32; 2], sign: [u32; 2]) -> Self {
+        Self { maxlbp: [maxlbp[0], maxlbp[1], 0], sign: [sign[0], sign[1], 0] }
+    }
+
+    /// The words in the order of the feature record: MaxLBP k0, MaxLBP k1, sign k0, sign k1, MaxLBP k2, sign k2.
+    pub fn words(&self) -> [u32; 2 * MAX_PAIRS] {
+        let [maxlbp, sign] = [self.maxlbp, self.sign];
+        [maxlbp[0], maxlbp[1], sign[0], sign[1], maxlbp[2], sign[2]]
     }
 }
 
@@ -32,7 +45,7 @@ pub struct Feature {
     pub x: u32,
     /// Row of the pixel.
     pub y: u32,
-    /// Scale pair `k`: 0 the finer, 1 the coarser.
+    /// Scale pair `k`, 0 the finest.
     pub scale: u8,
     /// Polarity: the signed DoG (narrow minus wide) at the pixel is not negative, that is a bright spot.
     pub bright: bool,
@@ -81,9 +94,9 @@ mod tests {
 
     #[test]
     fn hamming_counts_each_word_once() {
-        let a = Descriptor { maxlbp: [0b1011, 0], sign: [0, 1 << 31] };
-        let b = Descriptor { maxlbp: [0b0001, 1], sign: [7, 0] };
-        assert_eq!(a.hamming(&b, true), 3);
-        assert_eq!(a.hamming(&b, false), 7);
+        let a = Descriptor { maxlbp: [0b1011, 0, 1], sign: [0, 1 << 31, 0] };
+        let b = Descriptor { maxlbp: [0b0001, 1, 0], sign: [7, 0, 3] };
+        assert_eq!(a.hamming(&b, true), 4);
+        assert_eq!(a.hamming(&b, false), 10);
     }
 }

@@ -22,7 +22,7 @@ pub fn descriptor<T: Copy + PartialOrd>(intensity: &Plane<T>, x: usize, y: usize
             word | u32::from(intensity[at] >= centre) << i
         })
     };
-    Descriptor { maxlbp: [word(0), word(1)], sign: [0; 2] }
+    Descriptor::of_two([word(0), word(1)], [0; 2])
 }
 
 #[cfg(test)]
@@ -33,10 +33,10 @@ mod tests {
     fn a_ramp_sets_the_half_ring_it_rises_to() {
         // Intensity grows to the right: points with dx >= 0 are i = 0 ..= 8 and 24 ..= 31.
         let ramp = Plane::from_fn(40, 40, |x, _| x as u16);
-        assert_eq!(descriptor(&ramp, 20, 20).maxlbp, [0xFF00_01FF; 2]);
+        assert_eq!(descriptor(&ramp, 20, 20).maxlbp, [0xFF00_01FF, 0xFF00_01FF, 0]);
         // Intensity grows downwards: dy >= 0 are i = 0 ..= 16.
         let ramp = Plane::from_fn(40, 40, |_, y| y as f64);
-        assert_eq!(descriptor(&ramp, 20, 20).maxlbp, [0x0001_FFFF; 2]);
+        assert_eq!(descriptor(&ramp, 20, 20).maxlbp, [0x0001_FFFF, 0x0001_FFFF, 0]);
     }
 
     #[test]

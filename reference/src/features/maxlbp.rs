@@ -2,27 +2,28 @@
 //! `DOG_k(p) >= MaxDOG_k(p + o_i)` for `i = 0 .. 31`.
 //!
 //! The ring is `o_i = (round(R cos(2 pi i / 32)), round(R sin(2 pi i / 32)))`, `x` to the right, `y` down, half away
-//! from zero, `R` = 12 px for `k = 0` and 16 px for `k = 1`. At a maximum nine of ten of these bits are 1, so that
-//! descriptors are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p + o_i`
-//! (1 where `d_k >= 0`): 128 bits. A descriptor always has both scales at the pixel of the feature. The strict distance
-//! ignores the sign words; the descriptor always has them. MaxLBP is the LBP of T. Ojala et al., 2002, eq. (4), with
-//! the intensity replaced by the response and the neighbour by the maximum around it.
+//! from zero, `R` = 12 px for `k = 0` and 16 px for the others: a third pair has the ring of the second, so that the
+//! same centres are eligible whatever the number of pairs. At a maximum nine of ten of these bits are 1, so that
+//! descriptors are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p + o_i`,
+//! 1 where `d_k >= 0`: 128 bits for two pairs. A descriptor always has all scales at the pixel of the feature. The
+//! strict distance ignores the sign words; the descriptor always has them. MaxLBP is the LBP of T. Ojala et al., 2002,
+//! eq. (4), with the intensity replaced by the response and the neighbour by the maximum around it.
 
 use std::sync::LazyLock;
 
 use crate::features::dog::Dog;
-use crate::features::feature::{Descriptor, RING_POINTS};
+use crate::features::feature::{Descriptor, MAX_PAIRS, RING_POINTS};
 use crate::image::plane::Plane;
 
 /// `D`: MaxDOG is the maximum of `(2D + 1)^2` samples.
 pub const MAX_RADIUS: usize = 2;
 
 /// Radius of the ring in pixels, per scale pair.
-pub const RING_RADII: [f64; 2] = [12.0, 16.0];
+pub const RING_RADII: [f64; MAX_PAIRS] = [12.0, 16.0, 16.0];
 
 /// The ring points `o_i` of each scale pair as `(dx, dy)`.
-pub fn rings() -> &'static [[(i32, i32); RING_POINTS]; 2] {
-    static RINGS: LazyLock<[[(i32, i32); RING_POINTS]; 2]> = LazyLock::new(|| RING_RADII.map(ring));
+pub fn rings() -> &'static [[(i32, i32); RING_POINTS]; MAX_PAIRS] {
+    static RINGS: LazyLock<[[(i32, i32); RING_POINTS]; MAX_PAIRS]> = LazyLock::new(|| RING_RADII.map(ring));
     &RINGS
 }
 
@@ -94,11 +95,11 @@ fn max_along_row<T: Copy + PartialOrd>(source: &[T], out: &mut [T]) {
     }
 }
 
-/// The descriptor at a pixel, from both scale pairs.
+/// The descriptor at a pixel, from all scale pairs.
 ///
 /// # Panics
-/// Where a ring point leaves the frame: the pixel is not an eligible centre.
-pub fn descriptor<T: Copy + PartialOrd>(layers: &[Layer<T>; 2], x: usize, y: usize) -> Descriptor {
+/// Where a ring point leaves the frame: the pixel is not an eligible centre; or with more than [`MAX_PAIRS`] layers.
+pub fn descriptor<T: Copy + PartialOrd>(layers: &[Layer<T>], x: usize, y: usize) -> Descriptor {
     let mut descriptor = Descriptor::default();
     for (k, layer) in layers.iter().enumerate() {
         let centre = layer.dog.magnitude[(x, y)];
@@ -119,7 +120,7 @@ mod tests {
 
     #[test]
     fn ring_is_the_table_of_the_design() {
-        let [inner, outer] = *rings();
+        let [inner, outer, _] = *rings();
         // 16 cos and 16 sin of 0, 11.25, 22.5, 33.75, 45 degrees: 16/0, 15.69/3.12, 14.78/6.12, 13.30/8.89,
         // 11.31/11.31.
         assert_eq!(outer[..5], [(16, 0), (16, 3), (15, 6), (13, 9), (11, 11)]);
@@ -152,10 +153,11 @@ mod tests {
 
         #[test]
         fn bits_are_those_of_the_definition(narrow in plane(40, 39), middle in plane(40, 39), wide in plane(40, 39)) {
-            let layers = [Dog::between(&narrow, &middle), Dog::between(&middle, &wide)].map(Layer::new);
+            let layers = [Dog::between(&narrow, &middle), Dog::between(&middle, &wide), Dog::between(&narrow, &wide)]
+                .map(Layer::new);
             for (x, y) in [(18, 18), (21, 20), (20, 19)] {
                 let found = descriptor(&layers, x, y);
-                for k in 0..2 {
+                for k in 0..MAX_PAIRS {
                     let dog = &layers[k].dog;
                     for i in 0..32 {
                         let (sin, cos) = (f64::from(i) * 11.25).to_radians().sin_cos();
@@ -175,6 +177,6 @@ mod tests {
         let flat = Plane::filled(37, 37, 4u16);
         let layer = || Layer::new(Dog { magnitude: flat.clone(), positive: Plane::filled(37, 37, false) });
         let found = descriptor(&[layer(), layer()], 18, 18);
-        assert_eq!(found, Descriptor { maxlbp: [u32::MAX; 2], sign: [0; 2] });
+        assert_eq!(found, Descriptor::of_two([u32::MAX; 2], [0; 2]));
     }
 }

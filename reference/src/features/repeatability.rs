@@ -180,7 +180,7 @@ impl Bank {
             let (x, y) = feature.subpixel();
             Point { feature, lbp: Feature { descriptor, ..feature }, position: Vector2::new(x, y) }
         };
-        features(&layers, [0.5; 2], 1.0).into_iter().map(point).collect()
+        features(&layers, &[0.5; 2], 1.0).into_iter().map(point).collect()
     }
 }
 

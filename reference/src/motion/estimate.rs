@@ -213,7 +213,7 @@ mod tests {
             bright: group.1,
             response: 100.0,
             neighbours: [lift(l, dx), lift(r, dx), lift(u, dy), lift(d, dy)],
-            descriptor: Descriptor { maxlbp: [noisy[0], noisy[1]], sign: [noisy[2], noisy[3]] },
+            descriptor: Descriptor::of_two([noisy[0], noisy[1]], [noisy[2], noisy[3]]),
         })
     }
 

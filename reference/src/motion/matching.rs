@@ -1,11 +1,11 @@
 //! Matching of features by the distance `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`.
 //!
 //! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair;
-//! strict: MaxLBP alone, 0 ..= 32); `DOG` is the feature's response at its own scale, in DN of the camera sample. `C`
-//! (one over squared DN) is small, so that the second term decides between equal Hamming distances only. The default is
-//! therefore a lexicographic order: Hamming distance, then `|DOG(a) - DOG(b)|`, then the smaller index. It gives the
-//! same result for fixed point, whose responses are multiples of 0.5 DN with exact differences in f64. The sum with a
-//! given `C` is a separate mode.
+//! strict: MaxLBP alone, 0 ..= 32), for as many pairs as the chain has; `DOG` is the feature's response at its own
+//! scale, in DN of the camera sample. `C` (one over squared DN) is small, so that the second term decides between equal
+//! Hamming distances only. The default is therefore a lexicographic order: Hamming distance, then `|DOG(a) - DOG(b)|`,
+//! then the smaller index. It gives the same result for fixed point, whose responses are multiples of 0.5 DN with exact
+//! differences in f64. The sum with a given `C` is a separate mode.
 //!
 //! Two features can match when scale and polarity agree and, where there is a prediction, when the position in CUR is
 //! within the gate's radius of where the prediction takes the position in REF. A match is mutual: `b` is the best
@@ -156,7 +156,7 @@ impl Matching {
                 return false;
             }
             for (block, near) in blocks.iter_mut().enumerate().take(looked_at.end).skip(looked_at.start) {
-                let (mut closer, hamming) = near.closer(&a.bytes, floor(limit(&best_from[i])));
+                let (mut closer, hamming) = near.closer(&a.words, floor(limit(&best_from[i])));
                 while closer != 0 {
                     let lane = closer.trailing_zeros() as usize;
                     closer &= closer - 1;
@@ -255,9 +255,9 @@ impl MatchBuffers {
                 return false;
             }
             for (query, (i, limit)) in queries {
-                let bytes = Candidate::of(i, &reference[i], self.strict).bytes;
+                let words = Candidate::of(i, &reference[i], self.strict).words;
                 for (near, features) in self.blocks[blocks.clone()].iter().zip(to.chunks(BLOCK)) {
-                    let (mut closer, _) = near.closer(&bytes, limit);
+                    let (mut closer, _) = near.closer(&words, limit);
                     while closer != 0 {
                         found(query, features[closer.trailing_zeros() as usize].position);
                         closer &= closer - 1;
@@ -323,25 +323,35 @@ struct Group {
 /// What the inner loop needs of a feature.
 struct Candidate {
     index: usize,
-    /// The words that count; the others are 0.
-    bytes: [u8; BYTES],
+    words: Words,
     response: f64,
     row: u32,
     position: Vector2<f64>,
 }
 
-/// Bytes of a descriptor.
+/// The words of a descriptor that count; the others are 0.
+#[derive(Clone, Copy)]
+struct Words {
+    /// Of the first two scale pairs.
+    bytes: [u8; BYTES],
+    /// Of the third, 0 where the chain has none.
+    third: [u8; BYTES / 2],
+}
+
+/// Bytes of the descriptor of two scale pairs.
 const BYTES: usize = 16;
 
 /// Candidates that are compared together: as many bytes as a NEON or SSE register has.
 const BLOCK: usize = 16;
 
 /// Descriptors of sixteen candidates, byte `k` of all side by side. So the Hamming distance of sixteen pairs is
-/// sixteen times exclusive or, count of bits in bytes and sum of bytes; the largest, 128, fits a byte. For x86-64
+/// sixteen times exclusive or, count of bits in bytes and sum of bytes; the largest, 192, fits a byte. For x86-64
 /// compilers make vector instructions of that by themselves. For NEON they sum along the wrong axis, a thousand
 /// instructions a block where the hundred of [`neon`] suffice.
 struct Block {
     bytes: [[u8; BLOCK]; BYTES],
+    /// Those of the third scale pair, where one has any.
+    third: Option<Box<[[u8; BLOCK]; BYTES / 2]>>,
     /// Hamming distance above which a candidate takes no notice.
     limits: [u8; BLOCK],
     /// A bit for each lane that has a candidate.
@@ -351,31 +361,50 @@ struct Block {
 impl Block {
     fn of(candidates: &[Candidate]) -> Self {
         let lanes = (((1u32 << candidates.len()) - 1) & 0xffff) as u16;
-        let mut block = Self { bytes: [[0; BLOCK]; BYTES], limits: [u8::MAX; BLOCK], lanes };
+        let mut block = Self { bytes: [[0; BLOCK]; BYTES], third: None, limits: [u8::MAX; BLOCK], lanes };
         for (lane, candidate) in candidates.iter().enumerate() {
-            (0..BYTES).for_each(|k| block.bytes[k][lane] = candidate.bytes[k]);
+            let Words { bytes, third } = candidate.words;
+            (0..BYTES).for_each(|k| block.bytes[k][lane] = bytes[k]);
+            if third != [0; BYTES / 2] {
+                let lanes = block.third.get_or_insert_default();
+                (0..BYTES / 2).for_each(|k| lanes[k][lane] = third[k]);
+            }
         }
         block
     }
 
     /// All Hamming distances, and a bit for each lane where it is small enough for either side to take notice.
     #[inline(always)]
-    fn closer(&self, bytes: &[u8; BYTES], limit: u8) -> (u16, [u8; BLOCK]) {
+    fn closer(&self, words: &Words, limit: u8) -> (u16, [u8; BLOCK]) {
+        if self.third.is_some() || words.third != [0; BYTES / 2] {
+            let (closer, hamming) = self.portable(words, limit);
+            return (closer & self.lanes, hamming);
+        }
         #[cfg(all(target_arch = "arm", target_feature = "neon"))]
-        let (closer, hamming) = neon::closer(&self.bytes, &self.limits, bytes, limit);
+        let (closer, hamming) = neon::closer(&self.bytes, &self.limits, &words.bytes, limit);
         #[cfg(not(all(target_arch = "arm", target_feature = "neon")))]
-        let (closer, hamming) = self.portable(bytes, limit);
+        let (closer, hamming) = self.two_pairs(words, limit);
         (closer & self.lanes, hamming)
     }
 
-    #[cfg_attr(all(target_arch = "arm", target_feature = "neon"), expect(dead_code, reason = "for other processors"))]
-    fn portable(&self, bytes: &[u8; BYTES], limit: u8) -> (u16, [u8; BLOCK]) {
+    /// All three scale pairs.
+    fn portable(&self, words: &Words, limit: u8) -> (u16, [u8; BLOCK]) {
+        const NONE: &[[u8; BLOCK]; BYTES / 2] = &[[0; BLOCK]; BYTES / 2];
         let mut hamming = [0u8; BLOCK];
-        for (lanes, byte) in self.bytes.iter().zip(bytes) {
-            for (sum, lane) in hamming.iter_mut().zip(lanes) {
-                *sum += (lane ^ byte).count_ones() as u8;
-            }
-        }
+        add_distances(&mut hamming, &self.bytes, &words.bytes);
+        add_distances(&mut hamming, self.third.as_deref().unwrap_or(NONE), &words.third);
+        self.near(hamming, limit)
+    }
+
+    #[cfg_attr(all(target_arch = "arm", target_feature = "neon"), expect(dead_code, reason = "for other processors"))]
+    fn two_pairs(&self, words: &Words, limit: u8) -> (u16, [u8; BLOCK]) {
+        let mut hamming = [0u8; BLOCK];
+        add_distances(&mut hamming, &self.bytes, &words.bytes);
+        self.near(hamming, limit)
+    }
+
+    #[inline(always)]
+    fn near(&self, hamming: [u8; BLOCK], limit: u8) -> (u16, [u8; BLOCK]) {
         let mut small = [0u8; BLOCK];
         for ((small, hamming), other) in small.iter_mut().zip(&hamming).zip(&self.limits) {
             *small = u8::from(*hamming <= limit) | u8::from(hamming <= other);
@@ -385,6 +414,15 @@ impl Block {
             return (0, hamming);
         }
         (small.iter().enumerate().fold(0, |bits, (lane, small)| bits | u16::from(*small) << lane), hamming)
+    }
+}
+
+#[inline(always)]
+fn add_distances<const N: usize>(hamming: &mut [u8; BLOCK], lanes: &[[u8; BLOCK]; N], bytes: &[u8; N]) {
+    for (lanes, byte) in lanes.iter().zip(bytes) {
+        for (sum, lane) in hamming.iter_mut().zip(lanes) {
+            *sum += (lane ^ byte).count_ones() as u8;
+        }
     }
 }
 
@@ -471,12 +509,21 @@ fn floor(limit: f64) -> u8 {
 
 impl Candidate {
     fn of(index: usize, feature: &Feature, strict: bool) -> Self {
-        let counted = |(i, word): (usize, u32)| if strict && i >= 2 { [0; 4] } else { word.to_le_bytes() };
-        let mut bytes = [0; BYTES];
-        let all = feature.descriptor.words().into_iter().enumerate().flat_map(counted);
-        bytes.iter_mut().zip(all).for_each(|(own, byte)| *own = byte);
+        let mut descriptor = feature.descriptor;
+        if strict {
+            descriptor.sign = Default::default();
+        }
+        let mut all = descriptor.words().into_iter().flat_map(u32::to_le_bytes);
+        let mut next = || all.next().unwrap_or_default();
+        let (bytes, third) = (std::array::from_fn(|_| next()), std::array::from_fn(|_| next()));
         let (x, y) = feature.subpixel();
-        Self { index, bytes, response: feature.response, row: feature.y, position: Vector2::new(x, y) }
+        Self {
+            index,
+            words: Words { bytes, third },
+            response: feature.response,
+            row: feature.y,
+            position: Vector2::new(x, y),
+        }
     }
 }
 
@@ -509,7 +556,9 @@ mod tests {
     use crate::features::feature::Descriptor;
     use proptest::prelude::*;
 
-    fn feature(position: (u32, u32), group: (u8, bool), response: f64, words: [u32; 4]) -> Feature {
+    /// The words in the order of the record; those left out are 0.
+    fn feature<const N: usize>(position: (u32, u32), group: (u8, bool), response: f64, words: [u32; N]) -> Feature {
+        let word = |i: usize| words.get(i).copied().unwrap_or_default();
         Feature {
             x: position.0,
             y: position.1,
@@ -517,15 +566,20 @@ mod tests {
             bright: group.1,
             response,
             neighbours: [0.0; 4],
-            descriptor: Descriptor { maxlbp: [words[0], words[1]], sign: [words[2], words[3]] },
+            descriptor: Descriptor { maxlbp: [word(0), word(1), word(4)], sign: [word(2), word(3), word(5)] },
         }
     }
 
     /// Few bits and few responses, so that ties abound.
     fn features() -> impl Strategy<Value = Vec<Feature>> {
-        let one = ((0..1024u32, 0..768u32), (0..2u8, any::<bool>()), 1..6u32, prop::array::uniform4(0..8u32))
+        let one = ((0..1024u32, 0..768u32), (0..3u8, any::<bool>()), 1..6u32, prop::array::uniform6(0..8u32))
             .prop_map(|(position, group, halves, words)| feature(position, group, f64::from(halves) / 2.0, words));
-        prop::collection::vec(one, 0..60)
+        (prop::collection::vec(one, 0..60), any::<bool>()).prop_map(|(mut features, three_pairs)| {
+            if !three_pairs {
+                features.iter_mut().for_each(|f| (f.descriptor.maxlbp[2], f.descriptor.sign[2]) = (0, 0));
+            }
+            features
+        })
     }
 
     fn settings() -> impl Strategy<Value = Matching> {

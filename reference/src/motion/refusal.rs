@@ -109,7 +109,7 @@ pub fn repeats(
     let strict = matching.strict;
     let queries = inliers.iter().map(|&i| {
         let Match { reference: a, current: b, .. } = estimate.matches[i];
-        // At most 128 + 8.
+        // At most 192 + 8.
         (a, (reference[a].descriptor.hamming(&current[b].descriptor, strict) + MARGIN) as u8)
     });
     let RepeatBuffers { votes, touched } = buffers;

@@ -9,7 +9,7 @@ use hoverlock_fixed_point::analysis::acceptance::Reference;
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
-use hoverlock_fixed_point::model::design::{DesignPoint, SMOOTHERS};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reference::image::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_reference::image::picture;
 use hoverlock_reference::image::plane::Plane;
@@ -110,8 +110,8 @@ pub struct Bench<'a> {
     hashes: Vec<String>,
     build: String,
     /// The look-ahead and part of the last reference, and the frame.
-    last: Option<([u32; SMOOTHERS], Part, Plane<u16>, Reference)>,
-    motions: HashMap<([u32; SMOOTHERS], usize), Motions>,
+    last: Option<(Vec<u32>, Part, Plane<u16>, Reference)>,
+    motions: HashMap<(Vec<u32>, usize), Motions>,
 }
 
 impl<'a> Bench<'a> {
@@ -159,11 +159,11 @@ impl<'a> Bench<'a> {
 
     /// Computes `streaming` for a part, unless it is there.
     pub fn prepare(&mut self, levels: &Levels, part: Part) {
-        let look_ahead = levels.design().look_ahead;
+        let look_ahead = levels.design().look_ahead.to_vec();
         let bounds = Bounds::acceptance();
         match part {
             Part::Frame(picture, condition) => {
-                if self.last.as_ref().is_some_and(|last| (last.0, last.1) == (look_ahead, part)) {
+                if self.last.as_ref().is_some_and(|last| (&last.0, last.1) == (&look_ahead, part)) {
                     return;
                 }
                 let condition = CONDITIONS[condition];
@@ -193,7 +193,7 @@ impl<'a> Bench<'a> {
                 Outcome::of(&checks, &place, rms)
             }
             Part::Motion(picture) => {
-                let motions = self.motions.get(&(levels.design().look_ahead, picture));
+                let motions = self.motions.get(&(levels.design().look_ahead.to_vec(), picture));
                 let displacements = motions.map(|motions| motions.displacements(levels)).unwrap_or_default();
                 Outcome::of(&displacement::check(&displacements, bounds), &place, None)
             }

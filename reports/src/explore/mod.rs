@@ -24,7 +24,7 @@ use std::time::Instant;
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::analysis::resources::Resources;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::{DesignPoint, SMOOTHERS};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -262,12 +262,12 @@ impl<E> Search<'_, E> {
             let design = &self.candidates[index].design;
             [design.state.bits(), design.coefficient.bits(), design.dog_bits]
         };
-        let look_aheads: BTreeSet<[u32; SMOOTHERS]> =
-            self.candidates.iter().map(|candidate| candidate.design.look_ahead).collect();
+        let look_aheads: BTreeSet<&[u32]> =
+            self.candidates.iter().map(|candidate| &*candidate.design.look_ahead).collect();
         let mut probes = Vec::new();
         for look_ahead in look_aheads {
             let of: Vec<usize> =
-                (0..self.candidates.len()).filter(|&i| self.candidates[i].design.look_ahead == look_ahead).collect();
+                (0..self.candidates.len()).filter(|&i| *self.candidates[i].design.look_ahead == *look_ahead).collect();
             let longest = [0, 1, 2].map(|word| of.iter().map(|&i| words(i)[word]).max().unwrap_or(0));
             for word in 0..3 {
                 let alone = |&&i: &&usize| (0..3).all(|other| other == word || words(i)[other] == longest[other]);
@@ -344,7 +344,7 @@ impl<E> Search<'_, E> {
             }
             (self.tell)(&self.progress(&left, part));
             // Designs of one look-ahead share a reference.
-            left.sort_by_key(|&index| self.candidates[index].design.look_ahead);
+            left.sort_by_key(|&index| self.candidates[index].design.look_ahead.clone());
             for same in
                 left.chunk_by(|&a, &b| self.candidates[a].design.look_ahead == self.candidates[b].design.look_ahead)
             {

@@ -48,9 +48,9 @@ pub fn csv(exploration: &Exploration) -> String {
         let DesignPoint { pixel, state, coefficient, look_ahead, dog_bits, .. } = &point.design;
         let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
         let check = point.failure.as_ref().or(point.worst.as_ref());
-        let [m1, m2, m3] = look_ahead;
+        let look_ahead = look_ahead.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
         text += &format!(
-            "\"{}\",{pixel},{state},{coefficient},{m1} {m2} {m3},{dog_bits},{},{},{},{},{},{},{},\"{}\",{},{},{},{},{},\
+            "\"{}\",{pixel},{state},{coefficient},{look_ahead},{dog_bits},{},{},{},{},{},{},{},\"{}\",{},{},{},{},{},\
              {}\n",
             point.name,
             point.resources.m10k,

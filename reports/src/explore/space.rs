@@ -8,7 +8,7 @@ use hoverlock_fixed_point::analysis::acceptance::check_coefficients;
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
-use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint, SMOOTHERS};
+use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
 use hoverlock_fixed_point::model::format::Format;
 use rayon::prelude::*;
 
@@ -97,7 +97,7 @@ pub fn candidates(base: &DesignPoint, unbuildable: Unbuildable) -> Vec<Candidate
             for coefficient in COEFFICIENT {
                 for bits in DOG {
                     let design = DesignPoint {
-                        look_ahead,
+                        look_ahead: look_ahead.clone().into(),
                         state: Format::unsigned(base.pixel.integer_bits(), fraction),
                         coefficient: Format::unsigned(0, coefficient),
                         ..with_dog_bits(base, bits)
@@ -113,22 +113,20 @@ pub fn candidates(base: &DesignPoint, unbuildable: Unbuildable) -> Vec<Candidate
 }
 
 /// The base's look-ahead, and the shortest that pass the checks of the coefficients at the base's coefficient format.
-fn look_aheads(base: &DesignPoint, unbuildable: Unbuildable) -> Vec<[u32; SMOOTHERS]> {
-    let mut passing: Vec<[u32; SMOOTHERS]> = Vec::new();
-    for narrow in LOOK_AHEAD {
-        for middle in LOOK_AHEAD {
-            for wide in LOOK_AHEAD {
-                let design = DesignPoint { look_ahead: [narrow, middle, wide], ..base.clone() };
-                if unbuildable(&design).is_none() && Candidate::new(design, base).failure.is_none() {
-                    passing.push([narrow, middle, wide]);
-                }
-            }
-        }
+fn look_aheads(base: &DesignPoint, unbuildable: Unbuildable) -> Vec<Vec<u32>> {
+    // All lists of a look-ahead for each smoother, the widest smoother's changing first.
+    let mut all: Vec<Vec<u32>> = vec![Vec::new()];
+    for _ in 0..base.smoothers() {
+        all = all.iter().flat_map(|before| LOOK_AHEAD.map(|m| [&before[..], &[m]].concat())).collect();
     }
-    let longer = |a: &[u32; SMOOTHERS], b: &[u32; SMOOTHERS]| a != b && a.iter().zip(b).all(|(a, b)| a >= b);
-    let mut shortest: Vec<_> = passing.iter().filter(|a| !passing.iter().any(|b| longer(a, b))).copied().collect();
-    if !shortest.contains(&base.look_ahead) {
-        shortest.insert(0, base.look_ahead);
+    all.retain(|look_ahead| {
+        let design = DesignPoint { look_ahead: look_ahead.clone().into(), ..base.clone() };
+        unbuildable(&design).is_none() && Candidate::new(design, base).failure.is_none()
+    });
+    let longer = |a: &[u32], b: &[u32]| a != b && a.iter().zip(b).all(|(a, b)| a >= b);
+    let mut shortest: Vec<_> = all.iter().filter(|a| !all.iter().any(|b| longer(a, b))).cloned().collect();
+    if !shortest.iter().any(|known| **known == *base.look_ahead) {
+        shortest.insert(0, base.look_ahead.to_vec());
     }
     shortest
 }

@@ -23,8 +23,8 @@ pub(super) struct BoundGroup<'a> {
 pub(super) struct MatrixRow<'a> {
     picture: &'a str,
     condition: &'a str,
-    /// Rms of the streaming DoG of both scales, LSB.
-    rms: [f64; 2],
+    /// Rms of the streaming DoG of each scale, LSB.
+    rms: Vec<f64>,
     cells: Vec<Option<&'a BoundRow>>,
 }
 
@@ -82,7 +82,7 @@ pub(super) fn matrix<'a>(study: &'a Study, groups: &[BoundGroup<'_>]) -> Vec<Mat
         MatrixRow {
             picture: &picture.name,
             condition: of.condition.name,
-            rms: of.comparison.scales.each_ref().map(|scale| scale.interior.reference_rms),
+            rms: of.comparison.scales.iter().map(|scale| scale.interior.reference_rms).collect(),
             cells: groups.iter().filter(|group| group.worst.condition.is_some()).map(cell).collect(),
         }
     })

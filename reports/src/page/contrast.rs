@@ -47,8 +47,8 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     let columns = [&bounds.nominal, &bounds.combined, &bounds.fog];
     let of_report = |measure: &dyn Fn(&ConditionStudy, usize) -> f64| {
         let studies = study.pictures.iter().flat_map(|picture| &picture.conditions);
-        let both = studies.flat_map(|of| [(of, 0), (of, 1)]);
-        both.map(|(of, k)| (of.comparison.scales[k].interior.reference_rms, measure(of, k))).collect::<Vec<_>>()
+        let each = studies.flat_map(|of| (0..of.comparison.scales.len()).map(move |k| (of, k)));
+        each.map(|(of, k)| (of.comparison.scales[k].interior.reference_rms, measure(of, k))).collect::<Vec<_>>()
     };
     let chart =
         |title: &str, label: &str, floor: f64, top: f64, all: Vec<(f64, f64)>, mine: Vec<(f64, f64)>, limit| Chart {
@@ -73,7 +73,7 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
         steps(&bounds.class.features, columns.map(|column| 100.0 - column.within_one_px_percent)),
     );
     let flips = chart(
-        "MaxLBP bits flipped, both scales",
+        "MaxLBP bits flipped, all scales",
         "%",
         0.0005,
         1.0,

@@ -2,18 +2,23 @@
 
 use hoverlock_fixed_point::analysis::errors::{Flips, MarginBin};
 
-use crate::plot::{Axis, BLUE, Chart, GREEN, Mark, ORANGE, PlotError, Series, VIOLET};
+use crate::colour::Rgb;
+use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Series, VIOLET};
 use crate::study::Study;
 
 /// Flips of each bit, flips against margin, and how many bits have each margin; all pictures and conditions.
 pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
-    let mut all = Flips::default();
+    let pairs = study.flips.first().map_or(0, |(_, flips)| flips.per_bit.len() / 64);
+    let mut all = Flips::of_pairs(pairs);
     study.flips.iter().for_each(|(_, flips)| all.add(flips));
     let percent = |flipped: u64, of: u64| 100.0 * flipped as f64 / of.max(1) as f64;
-    let groups =
-        [("MaxLBP, scale 0", BLUE), ("MaxLBP, scale 1", VIOLET), ("sign, scale 0", ORANGE), ("sign, scale 1", GREEN)];
+    let groups = [("MaxLBP", [BLUE, VIOLET, GREY]), ("sign", [ORANGE, GREEN, RED])];
+    let groups: Vec<(String, Rgb)> = groups
+        .iter()
+        .flat_map(|(kind, colours)| (0..pairs).map(move |k| (format!("{kind}, scale {k}"), colours[k])))
+        .collect();
     let series = groups.iter().enumerate().map(|(group, (name, colour))| Series {
-        name: (*name).into(),
+        name: name.clone(),
         colour: *colour,
         mark: Mark::Bars(0.8),
         points: (32 * group..32 * (group + 1))
@@ -21,11 +26,12 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
             .collect(),
     });
     let top = all.per_bit.iter().map(|&flipped| percent(flipped, all.features)).fold(0.01, f64::max);
-    let ticks = (0..=128).step_by(16).map(|bit| (f64::from(bit) - 0.5, bit.to_string())).collect();
+    let bits = all.per_bit.len();
+    let ticks = (0..=bits).step_by(16).map(|bit| (bit as f64 - 0.5, bit.to_string())).collect();
     let per_bit = Chart {
         title: String::new(),
         size: (1040, 250),
-        x: Axis::ticked("descriptor bit", -1.0, 128.0, ticks),
+        x: Axis::ticked("descriptor bit", -1.0, bits as f64, ticks),
         y: Axis::linear("flipped, %", 0.0, 1.25 * top),
         series: series.collect(),
         rules: Vec::new(),

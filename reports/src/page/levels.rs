@@ -66,7 +66,7 @@ pub(super) fn error_rows(study: &Study, kind: Kind) -> Vec<ErrorRow<'_>> {
     let mut rows = Vec::new();
     for level in &study.levels {
         let mut first_of_level = true;
-        for stage in Stage::ALL {
+        for stage in Stage::all(&study.design) {
             let of_stage: Vec<&Measurement> =
                 level.measurements.iter().filter(|m| m.stage == stage && m.kind == kind).collect();
             let worst =

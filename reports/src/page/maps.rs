@@ -11,7 +11,7 @@ pub(super) struct FigureView<'a> {
     maps: Vec<(usize, bool, f64, f64, &'a str)>,
     condition: &'static str,
     features: &'a str,
-    counts: [[usize; 4]; 2],
+    counts: &'a [[usize; 4]],
 }
 
 pub(super) fn views(study: &Study) -> Vec<FigureView<'_>> {
@@ -30,7 +30,7 @@ impl<'a> FigureView<'a> {
                 .collect(),
             condition: figures.features.condition,
             features: &figures.features.svg,
-            counts: figures.features.counts,
+            counts: &figures.features.counts,
         }
     }
 }

@@ -4,8 +4,10 @@
 use rust_hdl::prelude::*;
 
 use super::{Fields, Height, Response, Width, low, zeros};
-use crate::design::{COARSE_AT, COEFFICIENT_BITS, DOG_BITS, FINE_AT, HEIGHT_BITS, MODE_AT, TARGET_AT, WIDTH_BITS};
-use crate::registers::{Access, Field, Register};
+use crate::design::{
+    COEFFICIENT_BITS, DOG_BITS, HEIGHT_BITS, MODE_AT, SCALE_PAIRS, TARGET_AT, THRESHOLD_0_AT, WIDTH_BITS,
+};
+use crate::registers::{Access, Field, Register, THRESHOLD_FIELDS, threshold_register};
 
 /// Bits of a register address, which counts 32-bit registers.
 pub const WORD_ADDRESS_BITS: usize = 6;
@@ -57,10 +59,8 @@ pub struct Csr {
     pub frames: Signal<In, Bits<32>>,
     /// A response was saturated.
     pub saturated: Signal<In, Bit>,
-    /// Threshold in use.
-    pub threshold_0: Signal<In, Response>,
-    /// Threshold in use.
-    pub threshold_1: Signal<In, Response>,
+    /// Thresholds in use.
+    pub threshold: [Signal<In, Response>; SCALE_PAIRS],
     _map: Vec<Register>,
     _words: Vec<u32>,
     _read: u32,
@@ -96,8 +96,7 @@ impl Csr {
             dropped: Signal::default(),
             frames: Signal::default(),
             saturated: Signal::default(),
-            threshold_0: Signal::default(),
-            threshold_1: Signal::default(),
+            threshold: Default::default(),
             _map: map,
             _words: words,
             _read: 0,
@@ -134,11 +133,17 @@ impl Csr {
     fn shown(&self, name: &str) -> Option<u32> {
         Some(match name {
             "status" => u32::from(self.busy.val()) << 31,
-            "threshold_now" => self.threshold_1.val().to_u32() << 16 | self.threshold_0.val().to_u32(),
+            "threshold_now" => in_halves(self.threshold.iter().take(2)),
+            "threshold_now_2" => in_halves(self.threshold.iter().skip(2)),
             "frames" => self.frames.val().to_u32(),
             _ => return None,
         })
     }
+}
+
+/// Thresholds in 16 bits each, from the lowest.
+fn in_halves<'a>(thresholds: impl Iterator<Item = &'a Signal<In, Response>>) -> u32 {
+    (0..).zip(thresholds).fold(0, |word, (half, threshold)| word | threshold.val().to_u32() << (16 * half))
 }
 
 /// Whether a frame captures the register; a write to it then withdraws a commit.
@@ -213,9 +218,10 @@ impl Logic for Csr {
         for (i, (_, word)) in coefficients.enumerate() {
             bank.set_bits(16 * i, Bits::<16>::from(u64::from(*word)));
         }
-        let threshold = self.word("threshold");
-        bank.set_bits(FINE_AT, Bits::<16>::from(low(u64::from(threshold), DOG_BITS)));
-        bank.set_bits(COARSE_AT, Bits::<16>::from(low(u64::from(threshold >> 16), DOG_BITS)));
+        for k in 0..SCALE_PAIRS {
+            let threshold = self.word(threshold_register("threshold", k)) >> (16 * (k % 2));
+            bank.set_bits(THRESHOLD_0_AT + 16 * k, Bits::<16>::from(low(u64::from(threshold), DOG_BITS)));
+        }
         bank.set_bits(TARGET_AT, Bits::<16>::from(u64::from(self.word("target"))));
         bank.set_bits(MODE_AT, Bits::<16>::from(u64::from(control >> 1 & 1)));
         self.bank.next = bank;
@@ -286,8 +292,10 @@ impl Logic for Csr {
                             writes += &format!("    if (done & ~clear_now)\n      {name} <= {source};\n");
                         }
                         ("status", _) => declarations += &format!("wire {range}{name} = busy;\n"),
-                        ("threshold_now", "fine") => declarations += &format!("wire {range}{name} = threshold_0;\n"),
-                        ("threshold_now", _) => declarations += &format!("wire {range}{name} = threshold_1;\n"),
+                        ("threshold_now" | "threshold_now_2", field) => {
+                            let pair = THRESHOLD_FIELDS.iter().position(|known| *known == field).unwrap_or_default();
+                            declarations += &format!("wire {range}{name} = threshold_{pair};\n");
+                        }
                         ("frames", _) => declarations += &format!("wire {range}{name} = frames;\n"),
                         _ => declarations += &format!("wire {range}{name} = {bits}'h{:x};\n", field.reset),
                     },
@@ -356,13 +364,20 @@ always @(*) begin
   committed = commit_pending;
   width  = commit_pending ? size_width : taken_width;
   height = commit_pending ? size_height : taken_height;
-  bank   = {{15'd0, control_automatic, target_count, {pad}, threshold_coarse, {pad}, threshold_fine,
+  bank   = {{15'd0, control_automatic, target_count, {},
             {}}};
 end
 ",
             disturbing.join(" | "),
-            coefficients.join(",\n            "),
-            pad = zeros(16 - DOG_BITS)
+            (0..SCALE_PAIRS)
+                .rev()
+                .map(|k| {
+                    let register = threshold_register("threshold", k);
+                    format!("{}, {register}_{}", zeros(16 - DOG_BITS), THRESHOLD_FIELDS[k])
+                })
+                .collect::<Vec<_>>()
+                .join(", "),
+            coefficients.join(",\n            ")
         ))
     }
 }

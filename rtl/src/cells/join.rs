@@ -97,7 +97,7 @@ wire unused = ^{lower[DOG_BITS], upper[DOG_BITS], right[DOG_BITS], left[DOG_BITS
     }
 }
 
-/// The rows of the coarse ring: the newest row in the lowest bits, the older ones above it.
+/// The rows of a ring of 16 px: the newest row in the lowest bits, the older ones above it.
 #[derive(LogicBlock, Default)]
 pub struct RingRows {
     /// The newest row.

@@ -9,29 +9,32 @@ use rust_hdl::prelude::*;
 
 use super::{Candidate, Column, FourNeighbours, PixelPosition, Response, Row, SignedResponse, low, zeros};
 use crate::design::{
-    CENTRE_0_AT, CENTRE_1_AT, COLUMN_BITS, DOG_BITS, HIT_0_AT, HIT_1_AT, NEIGHBOURS_0_AT, NEIGHBOURS_1_AT,
-    POSITION_BITS, ROW_BITS, SIGNED_BITS,
+    CENTRES_AT, COLUMN_BITS, DOG_BITS, HITS_AT, NEIGHBOURS_AT, NEIGHBOURS_BITS, POSITION_BITS, RECORD_BITS, ROW_BITS,
+    SCALE_PAIRS, SIGNED_BITS,
 };
 
+/// Texts of all scale pairs with something between them.
+fn of_pairs(text: impl Fn(usize) -> String, between: &str) -> String {
+    (0..SCALE_PAIRS).map(text).collect::<Vec<_>>().join(between)
+}
+
+/// The same, the highest pair first, as in a concatenation.
+fn concatenated(text: impl Fn(usize) -> String) -> String {
+    (0..SCALE_PAIRS).rev().map(text).collect::<Vec<_>>().join(", ")
+}
+
 /// A candidate as one memory word: from the lowest bit
-/// `position, hit_0, hit_1, sign and response of scale 0, of scale 1, neighbours of scale 0, of scale 1`, neighbours
-/// left, right, upper, lower.
+/// `position`, and of all scale pairs `hit`, sign and response, neighbours left, right, upper, lower.
 #[derive(LogicBlock, Default)]
 pub struct CandidateWord {
     /// Row above column.
     pub position: Signal<In, PixelPosition>,
-    /// Found at scale pair 0.
-    pub hit_0: Signal<In, Bit>,
-    /// Found at scale pair 1.
-    pub hit_1: Signal<In, Bit>,
-    /// Sign and response of scale pair 0.
-    pub centre_0: Signal<In, SignedResponse>,
-    /// Of scale pair 1.
-    pub centre_1: Signal<In, SignedResponse>,
-    /// Neighbours of scale pair 0.
-    pub neighbours_0: Signal<In, FourNeighbours>,
-    /// Of scale pair 1.
-    pub neighbours_1: Signal<In, FourNeighbours>,
+    /// Found at scale pair `k`.
+    pub hit: [Signal<In, Bit>; SCALE_PAIRS],
+    /// Sign and response of scale pair `k`.
+    pub centre: [Signal<In, SignedResponse>; SCALE_PAIRS],
+    /// Neighbours of scale pair `k`.
+    pub neighbours: [Signal<In, FourNeighbours>; SCALE_PAIRS],
     /// Input sample.
     pub word: Signal<Out, Candidate>,
 }
@@ -40,12 +43,11 @@ impl Logic for CandidateWord {
     fn update(&mut self) {
         let mut word = Candidate::default();
         word.set_bits(0, self.position.val());
-        word = word.replace_bit(HIT_0_AT, self.hit_0.val()).replace_bit(HIT_1_AT, self.hit_1.val());
-        let (zero, one) = (self.centre_0.val(), self.centre_1.val());
-        word.set_bits(CENTRE_0_AT, zero);
-        word.set_bits(CENTRE_1_AT, one);
-        word.set_bits(NEIGHBOURS_0_AT, self.neighbours_0.val());
-        word.set_bits(NEIGHBOURS_1_AT, self.neighbours_1.val());
+        for k in 0..SCALE_PAIRS {
+            word = word.replace_bit(HITS_AT + k, self.hit[k].val());
+            word.set_bits(CENTRES_AT + SIGNED_BITS * k, self.centre[k].val());
+            word.set_bits(NEIGHBOURS_AT + NEIGHBOURS_BITS * k, self.neighbours[k].val());
+        }
         self.word.next = word;
     }
 
@@ -54,14 +56,13 @@ impl Logic for CandidateWord {
     }
 
     fn hdl(&self) -> Verilog {
-        Verilog::Custom(
-            "\
-// module: candidate_word
-always @(*)
-  word = {neighbours_1, neighbours_0, centre_1, centre_0, hit_1, hit_0, position};
-"
-            .into(),
-        )
+        let all = |port: &str| concatenated(|k| format!("{port}_{k}"));
+        Verilog::Custom(format!(
+            "// module: candidate_word\nalways @(*)\n  word = {{{}, {}, {}, position}};\n",
+            all("neighbours"),
+            all("centre"),
+            all("hit")
+        ))
     }
 }
 
@@ -86,10 +87,8 @@ pub struct CandidateQueue {
     pub found: Signal<Out, Bit>,
     /// The candidate, valid with `found`.
     pub candidate: Signal<Out, Candidate>,
-    /// Its response at scale pair 0.
-    pub centre_0: Signal<Out, Response>,
-    /// At scale pair 1.
-    pub centre_1: Signal<Out, Response>,
+    /// Its response at scale pair `k`.
+    pub centre: [Signal<Out, Response>; SCALE_PAIRS],
     /// Features dropped because the queue was full, one step later.
     pub dropped: Signal<Out, Bits<2>>,
     _memory: VecDeque<Candidate>,
@@ -122,8 +121,9 @@ impl Logic for CandidateQueue {
         self.found.next = fits;
         if let Some(head) = self._head {
             self.candidate.next = head;
-            self.centre_0.next = head.get_bits::<DOG_BITS>(CENTRE_0_AT);
-            self.centre_1.next = head.get_bits::<DOG_BITS>(CENTRE_1_AT);
+            for k in 0..SCALE_PAIRS {
+                self.centre[k].next = head.get_bits::<DOG_BITS>(CENTRES_AT + SIGNED_BITS * k);
+            }
         }
         let full = self._memory.len() == CANDIDATES;
         let take_head = self._head.is_none() || fits;
@@ -135,7 +135,7 @@ impl Logic for CandidateQueue {
             self._next = self._memory.pop_front();
         }
         let word = self.word.val();
-        let hits = u64::from(word.get_bit(HIT_0_AT)) + u64::from(word.get_bit(HIT_1_AT));
+        let hits = (0..SCALE_PAIRS).map(|k| u64::from(word.get_bit(HITS_AT + k))).sum::<u64>();
         self.dropped.next = if full { hits } else { 0 }.into();
         if hits != 0 && !full {
             self._memory.push_back(word);
@@ -145,8 +145,7 @@ impl Logic for CandidateQueue {
     fn connect(&mut self) {
         self.found.connect();
         self.candidate.connect();
-        self.centre_0.connect();
-        self.centre_1.connect();
+        self.centre.iter_mut().for_each(|centre| centre.connect());
         self.dropped.connect();
     }
 
@@ -168,7 +167,7 @@ wire take_head = ~head_valid | fits;
 wire take_next = ~next_valid | take_head;
 wire not_empty      = waiting != 10'd0;
 wire full      = waiting[9];
-wire push      = (word[HIT_0_AT] | word[HIT_1_AT]) & ~full;
+wire push      = (ANY_HIT) & ~full;
 wire pop       = take_next & not_empty;
 
 always @(posedge clock)
@@ -189,7 +188,7 @@ always @(posedge clock)
     if (take_head)
       head_valid <= next_valid;
     found   <= fits;
-    dropped <= full ? {1'b0, word[HIT_0_AT]} + {1'b0, word[HIT_1_AT]} : 2'd0;
+    dropped <= full ? HITS : 2'd0;
   end
 
 always @(posedge clock)
@@ -205,19 +204,30 @@ always @(posedge clock)
     if (take_head)
       head <= next;
     candidate <= head;
-    centre_0  <= head[CENTRE_0_AT+DOG_BITS-1:CENTRE_0_AT];
-    centre_1  <= head[CENTRE_1_AT+DOG_BITS-1:CENTRE_1_AT];
-  end
+CENTRES  end
 "
-            .into(),
+            .replace("ANY_HIT", &of_pairs(|k| format!("word[{}]", HITS_AT + k), " | "))
+            .replace("HITS", &of_pairs(|k| format!("{{1'b0, word[{}]}}", HITS_AT + k), " + "))
+            .replace(
+                "CENTRES",
+                &of_pairs(
+                    |k| {
+                        let at = CENTRES_AT + SIGNED_BITS * k;
+                        format!("    centre_{k}  <= head[{}:{at}];\n", at + DOG_BITS - 1)
+                    },
+                    "",
+                ),
+            ),
         )
     }
 }
 
-/// From candidates with their rings to records of 256 bits, and the trailer that ends a frame.
+/// From candidates with their rings to records, and the trailer that ends a frame.
 ///
-/// Both scale pairs may find the same pixel; the second record is written one step after the first. This never
-/// collides: after a pixel that both found, neither finds another one for three steps.
+/// Several scale pairs may find the same pixel; their records are written one a step. After a pixel that a pair found
+/// it finds none for three steps. So two pairs never collide: after a pixel that both found comes none. Of three pairs
+/// two may find a pixel and the third the next one: that candidate is held until the records before it are written, and
+/// none comes while one is held.
 #[derive(LogicBlock, Default)]
 pub struct RecordWriter {
     /// Clock.
@@ -230,14 +240,10 @@ pub struct RecordWriter {
     pub found: Signal<In, Bit>,
     /// The candidate.
     pub candidate: Signal<In, Candidate>,
-    /// MaxLBP of scale pair 0.
-    pub maxlbp_0: Signal<In, Bits<32>>,
-    /// MaxLBP of scale pair 1.
-    pub maxlbp_1: Signal<In, Bits<32>>,
-    /// Signs of scale pair 0.
-    pub sign_0: Signal<In, Bits<32>>,
-    /// Signs of scale pair 1.
-    pub sign_1: Signal<In, Bits<32>>,
+    /// MaxLBP of scale pair `k`.
+    pub maxlbp: [Signal<In, Bits<32>>; SCALE_PAIRS],
+    /// Signs of scale pair `k`.
+    pub sign: [Signal<In, Bits<32>>; SCALE_PAIRS],
     /// Features that the candidate queue dropped.
     pub lost: Signal<In, Bits<2>>,
     /// The last pixel of a frame was at the centre of the ring.
@@ -247,16 +253,14 @@ pub struct RecordWriter {
     /// Store the thresholds for the trailer: after the trailer of the previous frame and before the next frame sets its
     /// own.
     pub take: Signal<In, Bit>,
-    /// The threshold in use.
-    pub threshold_0: Signal<In, Response>,
-    /// The threshold in use.
-    pub threshold_1: Signal<In, Response>,
+    /// The thresholds in use.
+    pub threshold: [Signal<In, Response>; SCALE_PAIRS],
     /// The FIFO accepts features.
     pub room: Signal<In, Bit>,
     /// Write `record`.
     pub write: Signal<Out, Bit>,
-    /// Record, 256 bits.
-    pub record: Signal<Out, Bits<256>>,
+    /// Record.
+    pub record: Signal<Out, Bits<RECORD_BITS>>,
     /// Pulse: a trailer is written, the frame is complete.
     pub done: Signal<Out, Bit>,
     /// Features of the frame written.
@@ -267,17 +271,27 @@ pub struct RecordWriter {
     pub frames: Signal<Out, Bits<32>>,
     _waits: bool,
     _waiting: Candidate,
-    _hits: u64,
-    _now: Candidate,
-    _ring_bits: [u64; 4],
+    _now: Described,
+    /// With three scale pairs only; nothing where it has no hits.
+    _held: Described,
     _trailer: bool,
-    _thresholds: u64,
+    _thresholds: [u64; SCALE_PAIRS],
+}
+
+/// A candidate whose ring bits are there.
+#[derive(Clone, Copy, Default)]
+struct Described {
+    /// Pairs whose records are to be written, bit `k` for pair `k`.
+    hits: u64,
+    candidate: Candidate,
+    maxlbp: [u64; SCALE_PAIRS],
+    sign: [u64; SCALE_PAIRS],
 }
 
 impl RecordWriter {
     fn step(&mut self) {
         if self.advance.val() {
-            let feature = self._hits != 0;
+            let feature = self._now.hits != 0;
             let end_now = self._trailer && !feature;
             let (count, dropped) = (self.count.val().to_u64(), self.dropped.val().to_u64());
             self.record.next = words_to_bits(if end_now { self.trailer(count, dropped) } else { self.feature() });
@@ -290,24 +304,33 @@ impl RecordWriter {
             self.write.next = taken || end_now;
             self.done.next = end_now;
             self._trailer = self.frame_end.val() || (self._trailer && !end_now);
-            self._hits = match (self._waits, self._hits & 1) {
-                (true, _) => self._waiting.get_bits::<2>(HIT_0_AT).to_u64(),
-                (false, 1) => self._hits & 2,
-                (false, _) => 0,
+            let new = Described {
+                hits: if self._waits {
+                    low(self._waiting.get_bits::<SCALE_PAIRS>(HITS_AT).to_u64(), SCALE_PAIRS)
+                } else {
+                    0
+                },
+                candidate: self._waiting,
+                maxlbp: self.maxlbp.each_ref().map(|word| word.val().to_u64()),
+                sign: self.sign.each_ref().map(|word| word.val().to_u64()),
             };
-            if self._waits {
-                self._now = self._waiting;
-                self._ring_bits =
-                    [&self.maxlbp_0, &self.maxlbp_1, &self.sign_0, &self.sign_1].map(|word| word.val().to_u64());
+            // The record of the lowest pair was written.
+            self._now.hits &= self._now.hits.wrapping_sub(1);
+            if self._now.hits != 0 {
+                if new.hits != 0 {
+                    self._held = new;
+                }
+            } else {
+                self._now = if self._held.hits != 0 { std::mem::take(&mut self._held) } else { new };
             }
             if self.take.val() {
-                self._thresholds = self.threshold_1.val().to_u64() << 16 | self.threshold_0.val().to_u64();
+                self._thresholds = self.threshold.each_ref().map(|threshold| threshold.val().to_u64());
             }
             self._waits = self.found.val();
             self._waiting = self.candidate.val();
         }
         if self.reset.val() {
-            (self._waits, self._hits, self._trailer) = (false, 0, false);
+            (self._waits, self._now.hits, self._held.hits, self._trailer) = (false, 0, 0, false);
             self.write.next = false;
             self.done.next = false;
             self.count.next = 0u64.into();
@@ -316,33 +339,42 @@ impl RecordWriter {
         }
     }
 
-    fn feature(&self) -> [u64; 8] {
-        let second = self._hits & 1 == 0;
-        let (centre, around) = if second { (CENTRE_1_AT, NEIGHBOURS_1_AT) } else { (CENTRE_0_AT, NEIGHBOURS_0_AT) };
-        let centre = self._now.get_bits::<SIGNED_BITS>(centre).to_u64();
-        let position = self._now.get_bits::<POSITION_BITS>(0).to_u64();
-        let neighbour = |i: usize| self._now.get_bits::<DOG_BITS>(around + DOG_BITS * i).to_u64();
-        let [maxlbp_0, maxlbp_1, sign_0, sign_1] = self._ring_bits;
-        [
-            (position >> COLUMN_BITS) << 16 | low(position, COLUMN_BITS),
-            (centre >> DOG_BITS) << 17 | u64::from(second) << 16 | low(centre, DOG_BITS),
-            neighbour(1) << 16 | neighbour(0),
-            neighbour(3) << 16 | neighbour(2),
-            maxlbp_0,
-            maxlbp_1,
-            sign_0,
-            sign_1,
-        ]
+    fn feature(&self) -> [u64; RECORD_BITS / 32] {
+        let Described { hits, candidate, maxlbp, sign } = &self._now;
+        let pair = (hits.trailing_zeros() as usize).min(SCALE_PAIRS - 1);
+        let centre = candidate.get_bits::<SIGNED_BITS>(CENTRES_AT + SIGNED_BITS * pair).to_u64();
+        let position = candidate.get_bits::<POSITION_BITS>(0).to_u64();
+        let around = NEIGHBOURS_AT + NEIGHBOURS_BITS * pair;
+        let neighbour = |i: usize| candidate.get_bits::<DOG_BITS>(around + DOG_BITS * i).to_u64();
+        // Bits 0 and 2 of the flags.
+        let flags = [0, 1, 4][pair] | (centre >> DOG_BITS) << 1;
+        let mut words = [0; RECORD_BITS / 32];
+        words[0] = (position >> COLUMN_BITS) << 16 | low(position, COLUMN_BITS);
+        words[1] = flags << 16 | low(centre, DOG_BITS);
+        words[2] = neighbour(1) << 16 | neighbour(0);
+        words[3] = neighbour(3) << 16 | neighbour(2);
+        for k in 0..SCALE_PAIRS {
+            let (maxlbp_at, sign_at) = [(4, 6), (5, 7), (8, 9)][k];
+            (words[maxlbp_at], words[sign_at]) = (maxlbp[k], sign[k]);
+        }
+        words
     }
 
-    fn trailer(&self, count: u64, dropped: u64) -> [u64; 8] {
-        let flags = 0x8000_0000 | self.errors.val().to_u64();
-        [self.frames.val().to_u64(), flags, count, dropped, self._thresholds, 0, 0, 0]
+    fn trailer(&self, count: u64, dropped: u64) -> [u64; RECORD_BITS / 32] {
+        let layout = if SCALE_PAIRS > 2 { 0x9000 } else { 0x8000 };
+        let mut words = [0; RECORD_BITS / 32];
+        words[0] = self.frames.val().to_u64();
+        words[1] = layout << 16 | self.errors.val().to_u64();
+        (words[2], words[3]) = (count, dropped);
+        for (k, threshold) in self._thresholds.iter().enumerate() {
+            words[4 + k / 2] |= threshold << (16 * (k % 2));
+        }
+        words
     }
 }
 
-fn words_to_bits(words: [u64; 8]) -> Bits<256> {
-    let mut record = Bits::<256>::default();
+fn words_to_bits(words: [u64; RECORD_BITS / 32]) -> Bits<RECORD_BITS> {
+    let mut record = Bits::<RECORD_BITS>::default();
     words.into_iter().enumerate().for_each(|(i, word)| record.set_bits(32 * i, Bits::<32>::from(word)));
     record
 }
@@ -364,37 +396,33 @@ impl Logic for RecordWriter {
     }
 
     fn hdl(&self) -> Verilog {
-        Verilog::Custom(
-            "\
+        let parts = writer_parts();
+        let text = "\
 // module: record_writer
 // The candidate waits one step for its ring bits, then its records are written, scale pair 0 first.
 reg         waits;
 reg [CANDIDATE_BITS-1:0] waiting;
-reg [1:0]   hits;
+reg [HIT_TOP:0]   hits;
 reg [CANDIDATE_BITS-1:0] now;
-reg [127:0] ring_bits;
-reg         trailer;
-reg [2*DOG_BITS-1:0]  thresholds;
+reg [RING_TOP:0] ring_bits;
+HELDreg         trailer;
+reg [THRESHOLDS_TOP:0]  thresholds;
 
-wire         second  = ~hits[0];
-wire         feature = |hits;
+SELECTIONwire         feature = |hits;
 wire         end_now = trailer & ~feature;
-wire [SIGNED_BITS-1:0]  centre  = second ? now[CENTRE_1_AT+SIGNED_BITS-1:CENTRE_1_AT] \
-                               : now[CENTRE_0_AT+SIGNED_BITS-1:CENTRE_0_AT];
-wire [NEIGHBOURS_BITS-1:0]  neighbours = second ? now[CANDIDATE_BITS-1:NEIGHBOURS_1_AT] \
-                                   : now[NEIGHBOURS_1_AT-1:NEIGHBOURS_0_AT];
+wire [SIGNED_BITS-1:0]  centre  = CENTRE;
+wire [NEIGHBOURS_BITS-1:0]  neighbours = AROUND;
 wire [31:0]  position = {ROW_PAD, now[POSITION_BITS-1:COLUMN_BITS], COLUMN_PAD, now[COLUMN_BITS-1:0]};
-wire [31:0]  response = {14'd0, centre[DOG_BITS], second, DOG_PAD, centre[DOG_BITS-1:0]};
+wire [31:0]  response = {FLAGS, DOG_PAD, centre[DOG_BITS-1:0]};
 wire [63:0]  cardinal = {DOG_PAD, neighbours[4*DOG_BITS-1:3*DOG_BITS], DOG_PAD, neighbours[3*DOG_BITS-1:2*DOG_BITS],
                          DOG_PAD, neighbours[2*DOG_BITS-1:DOG_BITS], DOG_PAD, neighbours[DOG_BITS-1:0]};
-wire [255:0] trailer_record = {96'd0, DOG_PAD, thresholds[2*DOG_BITS-1:DOG_BITS], \
-                              DOG_PAD, thresholds[DOG_BITS-1:0], 12'd0, dropped, 12'd0, count,
-                        16'h8000, 12'd0, errors, frames};
+wire [RECORD_TOP:0] trailer_record = {RESERVED, THRESHOLDS, 12'd0, dropped, 12'd0, count,
+                        LAYOUT, 12'd0, errors, frames};
 
 always @(posedge clock)
   if (reset) begin
     waits   <= 1'b0;
-    hits    <= 2'd0;
+    hits    <= NO_HITS;
     trailer <= 1'b0;
     write   <= 1'b0;
     done    <= 1'b0;
@@ -403,11 +431,7 @@ always @(posedge clock)
     frames  <= 32'd0;
   end else if (advance) begin
     waits <= found;
-    if (waits)
-      hits <= waiting[HIT_1_AT:HIT_0_AT];
-    else
-      hits <= hits[0] ? {hits[1], 1'b0} : 2'd0;
-    trailer <= frame_end | (trailer & ~end_now);
+NEXT_HITS    trailer <= frame_end | (trailer & ~end_now);
     write   <= (feature & room) | end_now;
     done    <= end_now;
     count   <= done ? {19'd0, feature & room} : count + {19'd0, feature & room};
@@ -419,19 +443,98 @@ always @(posedge clock)
   if (advance) begin
     waiting <= candidate;
     if (take)
-      thresholds <= {threshold_1, threshold_0};
-    if (waits) begin
-      now   <= waiting;
-      ring_bits <= {sign_1, sign_0, maxlbp_1, maxlbp_0};
-    end
-    record <= end_now ? trailer_record : {ring_bits, cardinal, response, position};
+      thresholds <= {ALL_THRESHOLDS};
+NEXT_NOW    record <= end_now ? trailer_record : {ALL_RING_BITS, cardinal, response, position};
   end
-"
-            .replace("ROW_PAD", &zeros(16 - ROW_BITS))
-            .replace("COLUMN_PAD", &zeros(16 - COLUMN_BITS))
-            .replace("DOG_PAD", &zeros(16 - DOG_BITS)),
+";
+        let text = parts.iter().fold(text.to_owned(), |text, (name, part)| text.replace(name, part));
+        Verilog::Custom(
+            text.replace("ROW_PAD", &zeros(16 - ROW_BITS))
+                .replace("COLUMN_PAD", &zeros(16 - COLUMN_BITS))
+                .replace("DOG_PAD", &zeros(16 - DOG_BITS)),
         )
     }
+}
+
+/// What of the record writer's Verilog depends on the number of scale pairs; a name before those that it contains.
+fn writer_parts() -> Vec<(&'static str, String)> {
+    let pairs = SCALE_PAIRS;
+    let choice = |slice: &dyn Fn(usize) -> String| match pairs {
+        1 => slice(0),
+        2 => format!("second ? {} : {}", slice(1), slice(0)),
+        _ => format!("third ? {} : second ? {} : {}", slice(2), slice(1), slice(0)),
+    };
+    let slice = |at: usize, bits: usize| format!("now[{}:{at}]", at + bits - 1);
+    let (selection, flags) = match pairs {
+        1 => ("", "14'd0, centre[DOG_BITS], 1'b0"),
+        2 => ("wire         second  = ~hits[0];\n", "14'd0, centre[DOG_BITS], second"),
+        _ => (
+            "wire         second  = (hits[1:0] == 2'd2);\nwire         third   = (hits[1:0] == 2'd0);\n\
+             // The hits whose records are still to be written after this step; a new candidate is held meanwhile.\n\
+             wire [2:0]   rest = hits[0] ? {hits[2:1], 1'b0} : hits[1] ? {hits[2], 2'd0} : 3'd0;\n\
+             wire         holds = |held_hits;\n",
+            "13'd0, third, centre[DOG_BITS], second",
+        ),
+    };
+    let hits = format!(
+        "waiting[{}]",
+        if pairs == 1 { HITS_AT.to_string() } else { format!("{}:{HITS_AT}", HITS_AT + pairs - 1) }
+    );
+    let all = |port: &str| concatenated(|k| format!("{port}_{k}"));
+    // The words of pair 1 are 0 where there is none.
+    let ring_bits = if pairs == 1 { "32'd0, ring_bits[63:32], 32'd0, ring_bits[31:0]" } else { "ring_bits" };
+    let captured = match pairs {
+        3 => "sign_2, maxlbp_2, sign_1, sign_0, maxlbp_1, maxlbp_0".to_owned(),
+        _ => format!("{}, {}", all("sign"), all("maxlbp")),
+    };
+    let (next_hits, next_now) = match pairs {
+        1 => (
+            format!("    hits <= waits & {hits};\n"),
+            format!("    if (waits) begin\n      now   <= waiting;\n      ring_bits <= {{{captured}}};\n    end\n"),
+        ),
+        2 => (
+            format!(
+                "    if (waits)\n      hits <= {hits};\n    else\n      hits <= hits[0] ? {{hits[1], 1'b0}} : 2'd0;\n"
+            ),
+            format!("    if (waits) begin\n      now   <= waiting;\n      ring_bits <= {{{captured}}};\n    end\n"),
+        ),
+        _ => (
+            format!(
+                "    if (rest != 3'd0) begin\n      hits <= rest;\n      if (waits)\n        held_hits <= {hits};\n    \
+                 end else begin\n      hits <= holds ? held_hits : waits ? {hits} : 3'd0;\n      \
+                 held_hits <= 3'd0;\n    end\n"
+            ),
+            format!(
+                "    if (waits) begin\n      held <= waiting;\n      held_bits <= {{{captured}}};\n    end\n    \
+                 if (rest == 3'd0) begin\n      now <= holds ? held : waiting;\n      \
+                 ring_bits <= holds ? held_bits : {{{captured}}};\n    end\n"
+            ),
+        ),
+    };
+    let zero_words = RECORD_BITS - 128 - 16 * pairs;
+    let held = match pairs {
+        3 => "reg [2:0]   held_hits;\nreg [CANDIDATE_BITS-1:0] held;\nreg [191:0] held_bits;\n",
+        _ => "",
+    };
+    vec![
+        ("HELD", held.into()),
+        ("HIT_TOP", (pairs - 1).to_string()),
+        ("RING_TOP", (64 * pairs - 1).to_string()),
+        ("SELECTION", selection.into()),
+        ("CENTRE", choice(&|k| slice(CENTRES_AT + SIGNED_BITS * k, SIGNED_BITS))),
+        ("AROUND", choice(&|k| slice(NEIGHBOURS_AT + NEIGHBOURS_BITS * k, NEIGHBOURS_BITS))),
+        ("FLAGS", flags.into()),
+        ("RECORD_TOP", (RECORD_BITS - 1).to_string()),
+        ("THRESHOLDS_TOP", (pairs * DOG_BITS - 1).to_string()),
+        ("RESERVED", format!("{zero_words}'d0")),
+        ("ALL_THRESHOLDS", all("threshold")),
+        ("THRESHOLDS", concatenated(|k| format!("DOG_PAD, thresholds[{}:{}]", DOG_BITS * (k + 1) - 1, DOG_BITS * k))),
+        ("LAYOUT", if pairs > 2 { "16'h9000" } else { "16'h8000" }.into()),
+        ("NO_HITS", if pairs > 2 { "3'd0;\n    held_hits <= 3'd0".to_owned() } else { format!("{pairs}'d0") }),
+        ("NEXT_HITS", next_hits),
+        ("NEXT_NOW", next_now),
+        ("ALL_RING_BITS", ring_bits.into()),
+    ]
 }
 
 /// Depth of the record FIFO.
@@ -449,8 +552,8 @@ pub struct RecordFifo {
     pub reset: Signal<In, Bit>,
     /// Write in this cycle.
     pub write: Signal<In, Bit>,
-    /// Record, 256 bits.
-    pub record: Signal<In, Bits<256>>,
+    /// Record.
+    pub record: Signal<In, Bits<RECORD_BITS>>,
     /// The FIFO accepts features.
     pub room: Signal<Out, Bit>,
     /// No space for a trailer: the datapath must stall.
@@ -459,14 +562,14 @@ pub struct RecordFifo {
     pub ready: Signal<In, Bit>,
     /// `data` is a record.
     pub valid: Signal<Out, Bit>,
-    /// Record, 256 bits.
-    pub data: Signal<Out, Bits<256>>,
+    /// Record.
+    pub data: Signal<Out, Bits<RECORD_BITS>>,
     /// First of its packet.
     pub start_of_packet: Signal<Out, Bit>,
     /// Last of its packet, the trailer.
     pub end_of_packet: Signal<Out, Bit>,
-    _memory: VecDeque<Bits<256>>,
-    _next: Option<Bits<256>>,
+    _memory: VecDeque<Bits<RECORD_BITS>>,
+    _next: Option<Bits<RECORD_BITS>>,
     _first: bool,
 }
 
@@ -518,11 +621,11 @@ impl Logic for RecordFifo {
         Verilog::Custom(
             "\
 // module: record_fifo
-reg [255:0] memory [0:511];
+reg [RECORD_BITS-1:0] memory [0:511];
 reg [8:0]   write_address;
 reg [8:0]   read_address;
 reg [9:0]   waiting;
-reg [255:0] next;
+reg [RECORD_BITS-1:0] next;
 reg         next_valid;
 reg         in_packet;
 

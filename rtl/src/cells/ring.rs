@@ -1,7 +1,7 @@
 //! The ring around a centre: `MaxDOG(p + o_i)` and its sign at 32 points, and the descriptor bits.
 //!
 //! Point `(dx, dy)` of the ring is the sample `16 - dy` lines and `16 - dx` steps before the newest one, for both
-//! radii, so both scale pairs have the same centre. The lines come from a line delay. In a row with two points the
+//! radii, so all scale pairs have the same centre. The lines come from a line delay. In a row with two points the
 //! delay chain of the right point feeds the left one, so at most `2 dx` samples are stored.
 
 use hoverlock_reference::features::maxlbp::rings;

@@ -4,9 +4,10 @@
 //! power of the first. `<NAME>` is a number of the design, `<NAME+1>` one more.
 
 use crate::design::{
-    COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, FRACTION_BITS, LOOK_AHEAD, MAX_WIDTH, PIXEL_BITS,
-    SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS,
+    COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, FRACTION_BITS, LONGEST, LOOK_AHEAD, MAX_WIDTH, PIXEL_BITS,
+    RECORD_BITS, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS,
 };
+use crate::registers::smoother_names;
 
 /// The comment above a module.
 pub fn header(module: &str) -> String {
@@ -56,21 +57,38 @@ fn of_design(text: &str) -> String {
         ("DOG_SHIFT", DOG_SHIFT),
         ("HALF", half),
         ("MAX_WIDTH", MAX_WIDTH),
+        ("RECORD_BITS", RECORD_BITS),
     ];
-    let text = text.replace("<ALIGNED>", &aligned());
+    let k = SCALE_PAIRS - 1;
+    let names: Vec<String> = smoother_names(LOOK_AHEAD.len()).iter().map(|name| format!("`{name}`")).collect();
+    let (last, others) =
+        names.split_last().map_or((String::new(), String::new()), |(last, others)| (last.clone(), others.join(", ")));
+    let wide_rings = if SCALE_PAIRS > 2 { "wide rings" } else { "coarse ring" };
+    let words = [
+        ("ALIGNED", aligned()),
+        ("ALL_PAIRS", ["the scale pair", "both scale pairs", "all scale pairs"][k].into()),
+        ("THRESHOLDS", ["one threshold", "two thresholds", "three thresholds"][k].into()),
+        ("PAIR_ORDER", ["", ", scale pair 0 before 1", ", the finer scale pair first"][k].into()),
+        ("RECORD_STEPS", ["", "   step 4  record of pair 1", "   step 4  record of the next pair"][k].into()),
+        ("SMOOTHED", format!("{others} and {last}")),
+        ("WIDE_RINGS", wide_rings.into()),
+    ];
+    let text = words.iter().fold(text.to_owned(), |text, (name, word)| text.replace(&format!("<{name}>"), word));
     numbers.iter().fold(text, |text, (name, number)| text.replace(&format!("<{name}>"), &number.to_string()))
 }
 
 /// How the smoothers are aligned.
 fn aligned() -> String {
-    let longest = LOOK_AHEAD[2];
+    let longest = LONGEST;
     let delay = |m: usize| ((1usize << longest) - (1 << m), 12 * (longest - m) + (1 << longest) - (1 << m));
-    let [narrow, middle, _] = LOOK_AHEAD;
     let pixel = PIXEL_BITS;
-    match (narrow == longest, middle == longest) {
-        (true, _) => "The three smoothers on the same pixels. They have the same look-ahead.".into(),
-        (false, false) if narrow == middle => {
-            let (lines, steps) = delay(narrow);
+    let count = ["two", "three", "four"][SCALE_PAIRS - 1];
+    // Look-ahead rises from the narrowest smoother to the widest.
+    let shorter: Vec<usize> = LOOK_AHEAD.into_iter().filter(|m| *m != longest).collect();
+    match shorter.as_slice() {
+        [] => format!("The {count} smoothers on the same pixels. They have the same look-ahead."),
+        [a, b] if a == b && SCALE_PAIRS == 2 => {
+            let (lines, steps) = delay(*a);
             format!(
                 "The three smoothers on the same pixels, aligned: the pixels of the two short ones are delayed by \
                  {lines} lines and\n{steps} steps.\n  pixel_line_delay, pixel_delay_0, pixel_delay_1   x[n - {lines} W \
@@ -79,16 +97,16 @@ fn aligned() -> String {
             )
         }
         _ => {
-            let told: Vec<String> = [narrow, middle]
-                .into_iter()
-                .filter(|m| *m != longest)
+            let mut told: Vec<String> = shorter
+                .iter()
                 .map(|m| {
-                    let (lines, steps) = delay(m);
+                    let (lines, steps) = delay(*m);
                     format!("x[n - {lines} W - {steps}] for look-ahead {m}")
                 })
                 .collect();
+            told.dedup();
             format!(
-                "The three smoothers on the same pixels, aligned: those of less look-ahead than {longest} get their \
+                "The {count} smoothers on the same pixels, aligned: those of less look-ahead than {longest} get their \
                  pixels later.\n  pixel_line_delay, pixel_delay*   {}\n  delayed_bank*   coefficients of the frame \
                  that leaves the delay, for the columns of that smoother",
                 told.join(", ")
@@ -126,7 +144,7 @@ Latency: up to {1} lines.",
     (
         "line_delay",
         "x32_taps",
-        "y_i[n] = x[n - k_i W] for the {2} lines k_i > 0 of the coarse ring, the newest lowest, {1} lines the oldest:
+        "y_i[n] = x[n - k_i W] for the {2} lines k_i > 0 of the <WIDE_RINGS>, the newest lowest, {1} lines the oldest:
 all rows of a column are
 one memory word, read, shifted by one row and written back. The address counts steps modulo W.
 Latency: up to {1} lines.",
@@ -162,7 +180,7 @@ Latency: 2 clocks in the sequencer, <LINES+18> lines and some <STEPS+36> steps i
   lines       steps   from the pixel
   0               1   input of the smoothers
   <LINES>            <STEPS+1>   smoothed states
-  <LINES>            <STEPS+3>   response DOG and its sign, both scale pairs
+  <LINES>            <STEPS+3>   response DOG and its sign, <ALL_PAIRS>
   <LINES+2>            <STEPS+11>   MaxDOG and sign, input of the ring's line memories
   <LINES+3>            <STEPS+13>   operands of the decision at the centre of the 7x7 window; candidates enter the queue
   <LINES+18>            <STEPS+26>   the ring of the candidate is complete and its record is written
@@ -173,7 +191,7 @@ Latency: <LINES+18> lines and some <STEPS+36> steps from a pixel to the record a
         "<ALIGNED>
   rows_bank      coefficients of the frame that leaves the columns, for all rows and the window
 `start` and `start_out` are one step before the first sample of a frame.
-Latency: <LINES> lines and <STEPS> steps from `pixel` to `narrow`, `middle` and `wide`.",
+Latency: <LINES> lines and <STEPS> steps from `pixel` to <SMOOTHED>.",
     ),
     (
         "smoother_",
@@ -296,7 +314,7 @@ Latency: none.",
     ),
     (
         "ring_rows",
-        "The newest row of the coarse ring in the lowest bits, the older rows above: y = {older, newest}.
+        "The newest row of the <WIDE_RINGS> in the lowest bits, the older rows above: y = {older, newest}.
 Latency: none.",
     ),
     (
@@ -364,9 +382,9 @@ Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.",
     ("ring_comparator", "maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i), i = 0 .. 31.\nLatency: 1 step."),
     (
         "record_writer",
-        "Feature records of 256 bits, scale pair 0 before 1, and the trailer that ends a frame: frame number, errors,
+        "Feature records of <RECORD_BITS> bits<PAIR_ORDER>, and the trailer that ends a frame: frame number, errors,
 count, dropped, thresholds.
-  step 1  candidate waits   step 2  ring bits arrive   step 3  record of pair 0   step 4  record of pair 1
+  step 1  candidate waits   step 2  ring bits arrive   step 3  record of pair 0<RECORD_STEPS>
 Latency: 3 steps from `found` to `write`.",
     ),
     (
@@ -398,7 +416,7 @@ Latency: 1 clock from `read` to `readdata`.",
     (
         "bank",
         "The register values of a frame, 16 bits each from the lowest: <COEFFICIENTS> coefficients, \
-two thresholds, target, mode.
+<THRESHOLDS>, target, mode.
 Latency: 1 clock from `load`.",
     ),
 ];

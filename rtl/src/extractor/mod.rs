@@ -1,5 +1,7 @@
 //! The datapath from pixels to records, without bus interfaces.
 //!
+//! The build script says which smoothers each scale pair subtracts, because their number is the design's.
+//!
 //! | part | lines | steps |
 //! |---|---|---|
 //! | pixel delay before a smoother of look-ahead `m`, `M` the longest | `2^M - 2^m` | `12 (M - m) + 2^M - 2^m` |
@@ -24,8 +26,15 @@ use crate::cells::{
     queue::{CandidateQueue, CandidateWord, RecordWriter},
     ring::{RingComparator, RingTaps, rows},
 };
-use crate::design::{COARSE_AT, DOG_BITS, FINE_AT, OLDER_BITS, PIXEL_BITS, RING_BITS, SIGNED_BITS, TARGET_AT};
+use crate::design::{DOG_BITS, OLDER_BITS, PIXEL_BITS, RECORD_BITS, RING_BITS, SCALE_PAIRS, SIGNED_BITS, TARGET_AT};
 
+// A pair `k` subtracts `wide` from `narrow` and has its threshold at `threshold_at` in a bank. Each pair but the first
+// has a ring that reaches the newest row, so its lines are a memory and that row.
+macro_rules! extractor {
+    (
+        $($k:tt $narrow:ident $wide:ident $threshold_at:ident),*;
+        $($wide_ring:tt $ring_lines:ident $ring_rows:ident),*
+    ) => {
 /// The extractor: pixels in, records out.
 #[derive(LogicBlock)]
 pub struct Extractor {
@@ -52,7 +61,7 @@ pub struct Extractor {
     /// Write `record` in this cycle.
     pub write: Signal<Out, Bit>,
     /// Output record.
-    pub record: Signal<Out, Bits<256>>,
+    pub record: Signal<Out, Bits<RECORD_BITS>>,
     /// Pulse: a frame is complete.
     pub done: Signal<Out, Bit>,
     /// Features of the frame that were written to the FIFO.
@@ -63,34 +72,27 @@ pub struct Extractor {
     pub frames: Signal<Out, Bits<32>>,
     /// A response was saturated.
     pub saturated: Signal<Out, Bit>,
-    /// Threshold `T_0` in use.
-    pub threshold_0: Signal<Out, Response>,
-    /// Threshold `T_1` in use.
-    pub threshold_1: Signal<Out, Response>,
+    /// Thresholds `T_k` in use.
+    pub threshold: [Signal<Out, Response>; SCALE_PAIRS],
     pixels: Delay<PIXEL_BITS>,
     smoothers: Smoothers,
     response_start: FlagDelay,
     response_cursor: Cursor,
-    scale_pair_0: ScalePair,
-    scale_pair_1: ScalePair,
+    scale_pair: [ScalePair; SCALE_PAIRS],
     window_start: FrameDelay,
     window_cursor: Cursor,
     eligible: Eligible,
-    decision_0: Decision,
-    decision_1: Decision,
-    controller_0: Threshold,
-    controller_1: Threshold,
+    decision: [Decision; SCALE_PAIRS],
+    controller: [Threshold; SCALE_PAIRS],
     candidate: CandidateWord,
     ring_start: FrameDelay,
     ring_cursor: Cursor,
     queue: CandidateQueue,
     ring_lines_0: LineDelay<SIGNED_BITS, RING_BITS>,
-    ring_lines_1: LineDelay<SIGNED_BITS, OLDER_BITS>,
-    ring_rows_1: RingRows,
-    ring_taps_0: RingTaps<RING_BITS>,
-    ring_taps_1: RingTaps<RING_BITS>,
-    ring_0: RingComparator,
-    ring_1: RingComparator,
+    $($ring_lines: LineDelay<SIGNED_BITS, OLDER_BITS>,)*
+    $($ring_rows: RingRows,)*
+    ring_taps: [RingTaps<RING_BITS>; SCALE_PAIRS],
+    ring: [RingComparator; SCALE_PAIRS],
     writer: RecordWriter,
 }
 
@@ -114,32 +116,26 @@ impl Default for Extractor {
             dropped: Signal::default(),
             frames: Signal::default(),
             saturated: Signal::default(),
-            threshold_0: Signal::default(),
-            threshold_1: Signal::default(),
+            threshold: Default::default(),
             pixels: Delay::new(1),
             smoothers: Smoothers::default(),
             response_start: FlagDelay::new(2),
             response_cursor: Cursor::default(),
-            scale_pair_0: ScalePair::default(),
-            scale_pair_1: ScalePair::default(),
+            scale_pair: Default::default(),
             window_start: FrameDelay::new(3, 10),
             window_cursor: Cursor::default(),
             eligible: Eligible::default(),
-            decision_0: Decision::default(),
-            decision_1: Decision::default(),
-            controller_0: Threshold::default(),
-            controller_1: Threshold::default(),
+            decision: Default::default(),
+            controller: Default::default(),
             candidate: CandidateWord::default(),
             ring_start: FrameDelay::new(15, 13),
             ring_cursor: Cursor::default(),
             queue: CandidateQueue::default(),
             ring_lines_0: LineDelay::new(&ring_lines(0)),
-            ring_lines_1: LineDelay::new(&ring_lines(1)),
-            ring_rows_1: RingRows::default(),
-            ring_taps_0: RingTaps::new(0),
-            ring_taps_1: RingTaps::new(1),
-            ring_0: RingComparator::default(),
-            ring_1: RingComparator::default(),
+            $($ring_lines: LineDelay::new(&ring_lines(1)),)*
+            $($ring_rows: RingRows::default(),)*
+            ring_taps: std::array::from_fn(|k| RingTaps::new(k.min(1))),
+            ring: Default::default(),
             writer: RecordWriter::default(),
         }
     }
@@ -165,20 +161,15 @@ impl Logic for Extractor {
         self.response_start.reset.next = self.reset.val();
         self.response_start.advance.next = self.advance.val();
         self.response_start.x.next = self.smoothers.start_out.val();
-        self.scale_pair_0.clock.next = self.clock.val();
-        self.scale_pair_0.reset.next = self.reset.val();
-        self.scale_pair_0.advance.next = self.advance.val();
-        self.scale_pair_0.address.next = self.smoothers.address.val();
-        self.scale_pair_0.address_delayed_1.next = self.smoothers.address_delayed_1.val();
-        self.scale_pair_0.narrow.next = self.smoothers.narrow.val();
-        self.scale_pair_0.wide.next = self.smoothers.middle.val();
-        self.scale_pair_1.clock.next = self.clock.val();
-        self.scale_pair_1.reset.next = self.reset.val();
-        self.scale_pair_1.advance.next = self.advance.val();
-        self.scale_pair_1.address.next = self.smoothers.address.val();
-        self.scale_pair_1.address_delayed_1.next = self.smoothers.address_delayed_1.val();
-        self.scale_pair_1.narrow.next = self.smoothers.middle.val();
-        self.scale_pair_1.wide.next = self.smoothers.wide.val();
+        $(
+        self.scale_pair[$k].clock.next = self.clock.val();
+        self.scale_pair[$k].reset.next = self.reset.val();
+        self.scale_pair[$k].advance.next = self.advance.val();
+        self.scale_pair[$k].address.next = self.smoothers.address.val();
+        self.scale_pair[$k].address_delayed_1.next = self.smoothers.address_delayed_1.val();
+        self.scale_pair[$k].narrow.next = self.smoothers.$narrow.val();
+        self.scale_pair[$k].wide.next = self.smoothers.$wide.val();
+        )*
         comment!("Samples between frames are undefined and must not set the status bit.");
         self.response_cursor.clock.next = self.clock.val();
         self.response_cursor.reset.next = self.reset.val();
@@ -187,7 +178,7 @@ impl Logic for Extractor {
         self.response_cursor.height.next = self.height.val();
         self.response_cursor.start.next = self.response_start.y.val();
         self.saturated.next =
-            (self.scale_pair_0.saturated.val() | self.scale_pair_1.saturated.val()) & self.response_cursor.active.val();
+            ($(self.scale_pair[$k].saturated.val())|*) & self.response_cursor.active.val();
 
         comment!("The 7x7 window decides whether its centre is a feature.");
         self.window_start.clock.next = self.clock.val();
@@ -208,49 +199,31 @@ impl Logic for Extractor {
         self.eligible.active.next = self.window_cursor.active.val();
         self.eligible.x.next = self.window_cursor.x.val();
         self.eligible.y.next = self.window_cursor.y.val();
-        self.decision_0.clock.next = self.clock.val();
-        self.decision_0.reset.next = self.reset.val();
-        self.decision_0.advance.next = self.advance.val();
-        self.decision_0.eligible.next = self.eligible.eligible.val();
-        self.decision_0.p.next = self.scale_pair_0.p.val().get_bits::<DOG_BITS>(0);
-        self.decision_0.strict.next = self.scale_pair_0.strict.val();
-        self.decision_0.loose.next = self.scale_pair_0.loose.val();
-        self.decision_0.threshold.next = self.controller_0.threshold.val();
-        self.controller_0.clock.next = self.clock.val();
-        self.controller_0.reset.next = self.reset.val();
-        self.controller_0.advance.next = self.advance.val();
-        self.controller_0.start.next = self.window_start.y.val();
-        self.controller_0.hit.next = self.decision_0.hit.val();
-        self.controller_0.manual.next = self.smoothers.window_bank.val().get_bits::<DOG_BITS>(FINE_AT);
-        self.controller_0.target.next = self.smoothers.window_bank.val().get_bits::<16>(TARGET_AT);
-        self.controller_0.follow.next = self.smoothers.window_bank.val().get_bit(FINE_AT + 48);
-        self.threshold_0.next = self.controller_0.threshold.val();
-        self.decision_1.clock.next = self.clock.val();
-        self.decision_1.reset.next = self.reset.val();
-        self.decision_1.advance.next = self.advance.val();
-        self.decision_1.eligible.next = self.eligible.eligible.val();
-        self.decision_1.p.next = self.scale_pair_1.p.val().get_bits::<DOG_BITS>(0);
-        self.decision_1.strict.next = self.scale_pair_1.strict.val();
-        self.decision_1.loose.next = self.scale_pair_1.loose.val();
-        self.decision_1.threshold.next = self.controller_1.threshold.val();
-        self.controller_1.clock.next = self.clock.val();
-        self.controller_1.reset.next = self.reset.val();
-        self.controller_1.advance.next = self.advance.val();
-        self.controller_1.start.next = self.window_start.y.val();
-        self.controller_1.hit.next = self.decision_1.hit.val();
-        self.controller_1.manual.next = self.smoothers.window_bank.val().get_bits::<DOG_BITS>(COARSE_AT);
-        self.controller_1.target.next = self.smoothers.window_bank.val().get_bits::<16>(TARGET_AT);
-        self.controller_1.follow.next = self.smoothers.window_bank.val().get_bit(FINE_AT + 48);
-        self.threshold_1.next = self.controller_1.threshold.val();
+        $(
+        self.decision[$k].clock.next = self.clock.val();
+        self.decision[$k].reset.next = self.reset.val();
+        self.decision[$k].advance.next = self.advance.val();
+        self.decision[$k].eligible.next = self.eligible.eligible.val();
+        self.decision[$k].p.next = self.scale_pair[$k].p.val().get_bits::<DOG_BITS>(0);
+        self.decision[$k].strict.next = self.scale_pair[$k].strict.val();
+        self.decision[$k].loose.next = self.scale_pair[$k].loose.val();
+        self.decision[$k].threshold.next = self.controller[$k].threshold.val();
+        self.controller[$k].clock.next = self.clock.val();
+        self.controller[$k].reset.next = self.reset.val();
+        self.controller[$k].advance.next = self.advance.val();
+        self.controller[$k].start.next = self.window_start.y.val();
+        self.controller[$k].hit.next = self.decision[$k].hit.val();
+        self.controller[$k].manual.next = self.smoothers.window_bank.val().get_bits::<DOG_BITS>($threshold_at);
+        self.controller[$k].target.next = self.smoothers.window_bank.val().get_bits::<16>(TARGET_AT);
+        self.controller[$k].follow.next = self.smoothers.window_bank.val().get_bit(TARGET_AT + 16);
+        self.threshold[$k].next = self.controller[$k].threshold.val();
+        )*
 
         comment!("A candidate waits until its ring is complete.");
         self.candidate.position.next = self.eligible.position.val();
-        self.candidate.hit_0.next = self.decision_0.hit.val();
-        self.candidate.hit_1.next = self.decision_1.hit.val();
-        self.candidate.centre_0.next = self.scale_pair_0.centre.val();
-        self.candidate.centre_1.next = self.scale_pair_1.centre.val();
-        self.candidate.neighbours_0.next = self.scale_pair_0.neighbours.val();
-        self.candidate.neighbours_1.next = self.scale_pair_1.neighbours.val();
+        $(self.candidate.hit[$k].next = self.decision[$k].hit.val();)*
+        $(self.candidate.centre[$k].next = self.scale_pair[$k].centre.val();)*
+        $(self.candidate.neighbours[$k].next = self.scale_pair[$k].neighbours.val();)*
         self.ring_start.clock.next = self.clock.val();
         self.ring_start.reset.next = self.reset.val();
         self.ring_start.advance.next = self.advance.val();
@@ -275,30 +248,32 @@ impl Logic for Extractor {
         self.ring_lines_0.advance.next = self.advance.val();
         self.ring_lines_0.address.next = self.smoothers.address.val();
         self.ring_lines_0.write_address.next = self.smoothers.address_delayed_1.val();
-        self.ring_lines_0.x.next = self.scale_pair_0.ring.val();
-        self.ring_lines_1.clock.next = self.clock.val();
-        self.ring_lines_1.advance.next = self.advance.val();
-        self.ring_lines_1.address.next = self.smoothers.address.val();
-        self.ring_lines_1.write_address.next = self.smoothers.address_delayed_1.val();
-        self.ring_lines_1.x.next = self.scale_pair_1.ring.val();
-        self.ring_rows_1.newest.next = self.scale_pair_1.ring.val();
-        self.ring_rows_1.older.next = self.ring_lines_1.y.val();
-        self.ring_taps_0.clock.next = self.clock.val();
-        self.ring_taps_0.reset.next = self.reset.val();
-        self.ring_taps_0.advance.next = self.advance.val();
-        self.ring_taps_0.rows.next = self.ring_lines_0.y.val();
-        self.ring_taps_1.clock.next = self.clock.val();
-        self.ring_taps_1.reset.next = self.reset.val();
-        self.ring_taps_1.advance.next = self.advance.val();
-        self.ring_taps_1.rows.next = self.ring_rows_1.y.val();
-        self.ring_0.clock.next = self.clock.val();
-        self.ring_0.advance.next = self.advance.val();
-        self.ring_0.centre.next = self.queue.centre_0.val();
-        self.ring_0.points.next = self.ring_taps_0.points.val();
-        self.ring_1.clock.next = self.clock.val();
-        self.ring_1.advance.next = self.advance.val();
-        self.ring_1.centre.next = self.queue.centre_1.val();
-        self.ring_1.points.next = self.ring_taps_1.points.val();
+        self.ring_lines_0.x.next = self.scale_pair[0].ring.val();
+        $(
+        self.$ring_lines.clock.next = self.clock.val();
+        self.$ring_lines.advance.next = self.advance.val();
+        self.$ring_lines.address.next = self.smoothers.address.val();
+        self.$ring_lines.write_address.next = self.smoothers.address_delayed_1.val();
+        self.$ring_lines.x.next = self.scale_pair[$wide_ring].ring.val();
+        self.$ring_rows.newest.next = self.scale_pair[$wide_ring].ring.val();
+        self.$ring_rows.older.next = self.$ring_lines.y.val();
+        )*
+        self.ring_taps[0].clock.next = self.clock.val();
+        self.ring_taps[0].reset.next = self.reset.val();
+        self.ring_taps[0].advance.next = self.advance.val();
+        self.ring_taps[0].rows.next = self.ring_lines_0.y.val();
+        $(
+        self.ring_taps[$wide_ring].clock.next = self.clock.val();
+        self.ring_taps[$wide_ring].reset.next = self.reset.val();
+        self.ring_taps[$wide_ring].advance.next = self.advance.val();
+        self.ring_taps[$wide_ring].rows.next = self.$ring_rows.y.val();
+        )*
+        $(
+        self.ring[$k].clock.next = self.clock.val();
+        self.ring[$k].advance.next = self.advance.val();
+        self.ring[$k].centre.next = self.queue.centre[$k].val();
+        self.ring[$k].points.next = self.ring_taps[$k].points.val();
+        )*
 
         comment!("Feature records and trailers.");
         self.writer.clock.next = self.clock.val();
@@ -306,16 +281,13 @@ impl Logic for Extractor {
         self.writer.advance.next = self.advance.val();
         self.writer.found.next = self.queue.found.val();
         self.writer.candidate.next = self.queue.candidate.val();
-        self.writer.maxlbp_0.next = self.ring_0.maxlbp.val();
-        self.writer.maxlbp_1.next = self.ring_1.maxlbp.val();
-        self.writer.sign_0.next = self.ring_0.sign.val();
-        self.writer.sign_1.next = self.ring_1.sign.val();
+        $(self.writer.maxlbp[$k].next = self.ring[$k].maxlbp.val();)*
+        $(self.writer.sign[$k].next = self.ring[$k].sign.val();)*
         self.writer.lost.next = self.queue.dropped.val();
         self.writer.frame_end.next = self.ring_cursor.last_row.val() & self.ring_cursor.last_column.val();
         self.writer.errors.next = self.errors.val();
         self.writer.take.next = self.ring_cursor.first_row.val() & self.ring_cursor.last_column.val();
-        self.writer.threshold_0.next = self.controller_0.threshold.val();
-        self.writer.threshold_1.next = self.controller_1.threshold.val();
+        $(self.writer.threshold[$k].next = self.controller[$k].threshold.val();)*
         self.writer.room.next = self.room.val();
         self.write.next = self.writer.write.val() & self.advance.val();
         self.record.next = self.writer.record.val();
@@ -325,6 +297,13 @@ impl Logic for Extractor {
         self.frames.next = self.writer.frames.val();
     }
 }
+    };
+}
+
+#[allow(unused_imports, reason = "constants of the pairs that the design has")]
+use crate::design::{THRESHOLD_0_AT, THRESHOLD_1_AT, THRESHOLD_2_AT};
+
+include!(concat!(env!("OUT_DIR"), "/extractor.rs"));
 
 /// The lines of a ring that come from a line delay: all but the newest.
 fn ring_lines(scale: usize) -> Vec<usize> {

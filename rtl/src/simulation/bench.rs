@@ -12,25 +12,31 @@ use super::{
     job::{Fault, Job, Map, Streams},
     outcome::{FrameOutcome, Outcome, Position},
     planes::{Passing, Shown, Units},
-    records::{Records, Taken, Words},
+    records::{Records, Taken, Words, halves},
     waves::{Recorder, time},
 };
+use crate::registers::smoother_names;
 
-/// Signals below the top that the bench reads.
-pub(super) const INTERNALS: [&str; 12] = [
+/// Signals below the top that the bench reads: those of every design.
+const INTERNALS: [&str; 5] = [
     "core.sequencer.capture",
     "core.sequencer.advance",
     "core.extractor.smoothers.start_out",
-    "core.extractor.smoothers.narrow",
-    "core.extractor.smoothers.middle",
-    "core.extractor.smoothers.wide",
-    "core.extractor.scale_pair_0.response",
-    "core.extractor.scale_pair_1.response",
-    "core.extractor.scale_pair_0.ring",
-    "core.extractor.scale_pair_1.ring",
     "core.extractor.write",
     "core.extractor.record",
 ];
+
+/// The samples of a design: smoothed states, responses, ring samples.
+fn samples(design: &DesignPoint) -> [Vec<String>; 3] {
+    let of_pairs = |port: &str| (0..design.pairs()).map(|k| format!("core.extractor.scale_pair_{k}.{port}")).collect();
+    let smoothed = smoother_names(design.smoothers()).iter().map(|name| format!("core.extractor.smoothers.{name}"));
+    [smoothed.collect(), of_pairs("response"), of_pairs("ring")]
+}
+
+/// All signals below the top that the bench reads.
+pub(super) fn internals(design: &DesignPoint) -> Vec<String> {
+    INTERNALS.iter().map(|name| (*name).to_owned()).chain(samples(design).into_iter().flatten()).collect()
+}
 
 /// Clock cycles of the reset, before cycle 0.
 pub(super) const RESET_CYCLES: u64 = 5;
@@ -61,9 +67,9 @@ struct Pins<'a> {
     capture: RawSignal<u8>,
     advance: RawSignal<u8>,
     start: RawSignal<u8>,
-    smoothed: [Narrow; 3],
-    response: [Narrow; 2],
-    ring: [Narrow; 2],
+    smoothed: Vec<Narrow>,
+    response: Vec<Narrow>,
+    ring: Vec<Narrow>,
     write: RawSignal<u8>,
     record: SignalId,
     /// Largest pixel.
@@ -93,24 +99,19 @@ impl<'a> Pins<'a> {
         if let Some(recorder) = &recorder {
             recorder.open(&mut model)?;
         }
+        let find = |names: &[String]| -> Result<Vec<Narrow>, SimulationError> {
+            Ok(names.iter().map(|name| Narrow::find(&model, name)).collect::<Result<_, _>>()?)
+        };
+        let [smoothed, response, ring] = samples(simulator.design());
+        let (smoothed, response, ring) = (find(&smoothed)?, find(&response)?, find(&ring)?);
         Ok(Self {
             ports: Ports::find(&model)?,
             capture: model.raw("core.sequencer.capture")?,
             advance: model.raw("core.sequencer.advance")?,
             start: model.raw("core.extractor.smoothers.start_out")?,
-            smoothed: [
-                Narrow::find(&model, "core.extractor.smoothers.narrow")?,
-                Narrow::find(&model, "core.extractor.smoothers.middle")?,
-                Narrow::find(&model, "core.extractor.smoothers.wide")?,
-            ],
-            response: [
-                Narrow::find(&model, "core.extractor.scale_pair_0.response")?,
-                Narrow::find(&model, "core.extractor.scale_pair_1.response")?,
-            ],
-            ring: [
-                Narrow::find(&model, "core.extractor.scale_pair_0.ring")?,
-                Narrow::find(&model, "core.extractor.scale_pair_1.ring")?,
-            ],
+            smoothed,
+            response,
+            ring,
             largest,
             write: model.raw("core.extractor.write")?,
             record: model.find("core.extractor.record")?,
@@ -174,14 +175,14 @@ impl<'a> Pins<'a> {
 
     fn words(&self, signal: SignalId) -> Words {
         let words = self.model.get_words(signal);
-        std::array::from_fn(|i| words[i])
+        std::array::from_fn(|i| words.get(i).copied().unwrap_or_default())
     }
 
     fn shown(&self) -> Shown {
         Shown {
-            smoothed: [get!(self.smoothed[0]), get!(self.smoothed[1]), get!(self.smoothed[2])],
-            response: [get!(self.response[0]), get!(self.response[1])],
-            ring: [get!(self.ring[0]), get!(self.ring[1])],
+            smoothed: std::array::from_fn(|i| self.smoothed.get(i).map_or(0, |signal| get!(signal))),
+            response: std::array::from_fn(|k| self.response.get(k).map_or(0, |signal| get!(signal))),
+            ring: std::array::from_fn(|k| self.ring.get(k).map_or(0, |signal| get!(signal))),
         }
     }
 }
@@ -303,7 +304,7 @@ impl<'a> Bench<'a> {
             streams,
             jobs,
             source: Source::new(simulator.design(), jobs)?,
-            records: Records::new(simulator.design().dog().lsb()),
+            records: Records::of(simulator.design()),
             units: Units::of(simulator.design()),
             passing: VecDeque::new(),
             arriving: 0,
@@ -494,14 +495,17 @@ impl<'a> Bench<'a> {
             && !job.is_lost()
             && self.records.done == self.jobs.len()
         {
-            let thresholds = oracle.frame(last).map_or([0; 2], |expected| expected.thresholds);
+            let expected = oracle.frame(last);
+            let thresholds = halves(expected.as_ref().map_or(&[], |expected| &expected.thresholds[..]));
             let registers = [
                 ("frames", self.records.frames() as u32),
                 ("features", frame.features as u32),
                 ("dropped", frame.dropped as u32),
-                ("threshold_now", thresholds[1] << 16 | thresholds[0]),
+                ("threshold_now", thresholds[0]),
+                ("threshold_now_2", thresholds[1]),
             ];
-            for (name, want) in registers {
+            let has_third = self.pins.smoothed.len() > 3;
+            for (name, want) in registers.into_iter().take(if has_third { 5 } else { 4 }) {
                 let got = self.pins.read(self.source.map.address(name)?)?;
                 if want != got {
                     let text = |word: u32| format!("0x{word:08x}, {word}");

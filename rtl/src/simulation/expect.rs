@@ -9,6 +9,8 @@ use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, Planes, Thr
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_fixed_point::model::design::DesignPoint;
 
+use hoverlock_reference::features::feature::MAX_PAIRS;
+
 use super::job::Job;
 
 /// `bit_true` of a frame.
@@ -16,7 +18,7 @@ use super::job::Job;
 pub(super) struct Expected {
     pub planes: Arc<Planes>,
     pub records: Vec<FeatureRecord>,
-    pub thresholds: [u32; 2],
+    pub thresholds: Vec<u32>,
 }
 
 /// `bit_true` of all frames, in their order.
@@ -27,7 +29,7 @@ pub(super) struct Expectation<'a> {
     /// The planes of the frame before, which the next one shares where it is the same picture.
     planes: Option<Arc<Planes>>,
     /// Thresholds and counts of the frame before, if it was in automatic mode.
-    follows: Option<([u32; 2], [u32; 2])>,
+    follows: Option<(Vec<u32>, [u32; MAX_PAIRS])>,
 }
 
 impl<'a> Expectation<'a> {
@@ -35,15 +37,15 @@ impl<'a> Expectation<'a> {
         Ok(Self { model: BitTrue::new(design)?, jobs, next: 0, planes: None, follows: None })
     }
 
-    fn thresholds(&self, job: &Job) -> [u32; 2] {
-        let (Some(target), Some((thresholds, counts))) = (job.automatic, self.follows) else {
-            return job.thresholds.map(|threshold| threshold.max(1));
+    fn thresholds(&self, job: &Job) -> Vec<u32> {
+        let (Some(target), Some((thresholds, counts))) = (job.automatic, &self.follows) else {
+            return job.thresholds.iter().map(|threshold| (*threshold).max(1)).collect();
         };
         let mut design = self.model.design().clone();
         design.threshold.target = target;
         let mut control = ThresholdController::resumed(&design, thresholds);
         control.finish_frame(counts);
-        control.thresholds()
+        control.thresholds().to_vec()
     }
 
     fn planes(&self, job: &Job) -> Planes {
@@ -63,8 +65,9 @@ impl Iterator for Expectation<'_> {
         let shared = self.planes.take().filter(|_| before.is_some_and(same));
         let planes = shared.unwrap_or_else(|| Arc::new(self.planes(job)));
         let thresholds = self.thresholds(job);
-        let records = planes.features(thresholds);
-        self.follows = job.automatic.filter(|_| !job.is_lost()).map(|_| (thresholds, counts(&records)));
+        let records = planes.features(&thresholds);
+        let follows = || (thresholds.clone(), counts(&records));
+        self.follows = job.automatic.filter(|_| !job.is_lost()).map(|_| follows());
         self.planes = Some(planes.clone());
         self.next += 1;
         Some(Expected { planes, records, thresholds })

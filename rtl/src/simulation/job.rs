@@ -16,8 +16,8 @@ pub struct Job {
     pub pixels: Plane<u16>,
     /// The coefficients, in the order of the registers.
     pub coefficients: Vec<u32>,
-    /// `T_k`; in automatic mode those of the first such frame.
-    pub thresholds: [u32; 2],
+    /// `T_k`, one for each scale pair of the design; in automatic mode those of the first such frame.
+    pub thresholds: Vec<u32>,
     /// Automatic mode with this target: the thresholds follow the count of the previous frame.
     pub automatic: Option<u32>,
     /// Fault of the frame at the input.
@@ -55,16 +55,20 @@ impl Job {
     ///
     /// # Errors
     /// Where the design has none.
-    pub fn of(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2]) -> Result<Self, CoefficientError> {
+    pub fn of(
+        design: &DesignPoint,
+        pixels: Plane<u16>,
+        thresholds: impl Into<Vec<u32>>,
+    ) -> Result<Self, CoefficientError> {
         let coefficients = default_coefficients(design)?;
-        Ok(Self { pixels, coefficients, thresholds, automatic: None, fault: Fault::None })
+        Ok(Self { pixels, coefficients, thresholds: thresholds.into(), automatic: None, fault: Fault::None })
     }
 
     /// A frame of the default design.
     ///
     /// # Errors
     /// As [`Job::of`].
-    pub fn new(pixels: Plane<u16>, thresholds: [u32; 2]) -> Result<Self, CoefficientError> {
+    pub fn new(pixels: Plane<u16>, thresholds: impl Into<Vec<u32>>) -> Result<Self, CoefficientError> {
         Self::of(&KT27, pixels, thresholds)
     }
 
@@ -175,7 +179,9 @@ impl Map {
         let coefficients = job.coefficients.iter().enumerate();
         let mut writes: Vec<_> = coefficients.map(|(i, raw)| (COEFFICIENTS_AT + 4 * i as u32, *raw)).collect();
         writes.push(self.word("size", &[w as u32, h as u32])?);
-        writes.push(self.word("threshold", &job.thresholds)?);
+        for (name, thresholds) in ["threshold", "threshold_2"].into_iter().zip(job.thresholds.chunks(2)) {
+            writes.push(self.word(name, thresholds)?);
+        }
         if let Some(target) = job.automatic {
             writes.push(self.word("target", &[target])?);
         }

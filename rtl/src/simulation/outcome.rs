@@ -5,7 +5,7 @@ use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Mismatch {
-    /// Stage: `smoother narrow`, `smoother middle`, `smoother wide`, `DoG 0`, `DoG 1`, `MaxDOG 0`, `MaxDOG 1`,
+    /// Stage: `smoother narrow` and the other smoothers, `DoG 0`, `MaxDOG 0` and the other scale pairs,
     /// `decision`, `record`, `descriptor`, `trailer`, `feature FIFO`, `registers`, `end of frame`.
     pub stage: String,
     /// Frame, from 0.
@@ -38,7 +38,7 @@ pub struct FrameOutcome {
     /// The cycle in which its first pixel was taken.
     pub began: u64,
     /// Its thresholds, as `bit_true` has them.
-    pub thresholds: [u32; 2],
+    pub thresholds: Vec<u32>,
     /// Features `bit_true` finds in it; of a frame that a reset cut off, those that came out before.
     pub model_features: u64,
     /// Records that came out.

@@ -8,9 +8,10 @@
 use std::sync::Arc;
 
 use hoverlock_fixed_point::model::{bit_true::Planes, design::DesignPoint};
-use hoverlock_reference::features::maxlbp::Layer;
+use hoverlock_reference::features::{feature::MAX_PAIRS, maxlbp::Layer};
 
 use super::outcome::{Outcome, Position};
+use crate::registers::smoother_names;
 
 /// Steps from the smoothed sample to its response.
 const RESPONSE_STEPS: usize = 2;
@@ -19,14 +20,12 @@ const RING_STEPS: usize = 6;
 /// Half a window of MaxDOG.
 const RADIUS: usize = 2;
 
-/// The smoothers by name.
-const SMOOTHERS: [&str; 3] = ["narrow", "middle", "wide"];
-
-/// The values of the hardware in a step.
+/// The values of the hardware in a step; those of smoothers and scale pairs that the design does not have are not
+/// compared.
 pub(super) struct Shown {
-    pub smoothed: [u32; 3],
-    pub response: [u32; 2],
-    pub ring: [u32; 2],
+    pub smoothed: [u32; MAX_PAIRS + 1],
+    pub response: [u32; MAX_PAIRS],
+    pub ring: [u32; MAX_PAIRS],
 }
 
 /// What a sample of a design means.
@@ -86,24 +85,25 @@ impl Passing {
         let samples = w * h;
         let position = |index: usize| Position { frame: self.frame, x: index % w, y: index / w };
         if self.step < samples {
-            for (i, got) in shown.smoothed.into_iter().enumerate() {
-                let want = planes.smoothed[i].as_slice()[self.step];
+            for (i, (plane, got)) in planes.smoothed.iter().zip(shown.smoothed).enumerate() {
+                let want = plane.as_slice()[self.step];
                 if want != got {
                     let told = |state: u32| format!("0x{state:05x}, {} DN", f64::from(state) * units.state);
-                    outcome.differ(&format!("smoother {}", SMOOTHERS[i]), position(self.step), cycle, || {
+                    let name = smoother_names(planes.smoothed.len())[i];
+                    outcome.differ(&format!("smoother {name}"), position(self.step), cycle, || {
                         ["sample".into(), told(want), told(got)]
                     });
                 }
             }
-            outcome.samples += 3;
+            outcome.samples += planes.smoothed.len() as u64;
         }
         let told = |sample: u32| {
             let sign = if sample >> units.sign == 1 { '+' } else { '-' };
             format!("0x{sample:04x}, {sign}{} DN", f64::from(sample & ((1 << units.sign) - 1)) * units.dog)
         };
         if let Some(index) = self.step.checked_sub(RESPONSE_STEPS).filter(|index| *index < samples) {
-            for (k, got) in shown.response.into_iter().enumerate() {
-                let Layer { dog, .. } = &planes.layers[k];
+            for (k, (layer, got)) in planes.layers.iter().zip(shown.response).enumerate() {
+                let Layer { dog, .. } = layer;
                 let want = units.signed(dog.magnitude.as_slice()[index], dog.positive.as_slice()[index]);
                 if want != got {
                     outcome.differ(&format!("DoG {k}"), position(index), cycle, || {
@@ -111,14 +111,14 @@ impl Passing {
                     });
                 }
             }
-            outcome.samples += 2;
+            outcome.samples += planes.layers.len() as u64;
         }
         if self.step >= self.ring_delay() && !self.is_through() {
             let (x, y) = self.ring;
             if (RADIUS..w - RADIUS).contains(&x) && (RADIUS..h - RADIUS).contains(&y) {
                 let index = y * w + x;
-                for (k, got) in shown.ring.into_iter().enumerate() {
-                    let Layer { dog, max_dog } = &planes.layers[k];
+                for (k, (layer, got)) in planes.layers.iter().zip(shown.ring).enumerate() {
+                    let Layer { dog, max_dog } = layer;
                     let want = units.signed(max_dog.as_slice()[index], dog.positive.as_slice()[index]);
                     if want != got {
                         outcome.differ(&format!("MaxDOG {k}"), position(index), cycle, || {
@@ -126,7 +126,7 @@ impl Passing {
                         });
                     }
                 }
-                outcome.samples += 2;
+                outcome.samples += planes.layers.len() as u64;
             }
             self.ring = if x + 1 == w { (0, y + 1) } else { (x + 1, y) };
         }

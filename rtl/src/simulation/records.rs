@@ -7,7 +7,11 @@
 
 use std::collections::VecDeque;
 
-use hoverlock_fixed_point::model::bit_true::{FLAG_BRIGHT, FLAG_SCALE, FLAG_TRAILER, FeatureRecord};
+use hoverlock_fixed_point::model::bit_true::{
+    FLAG_BRIGHT, FLAG_SCALE, FLAG_TEN_WORDS, FLAG_THIRD, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS,
+};
+
+use hoverlock_fixed_point::model::design::DesignPoint;
 
 use super::{
     expect::Expected,
@@ -15,8 +19,11 @@ use super::{
     outcome::{Outcome, Position},
 };
 
-/// A record of the hardware: eight 32-bit words.
-pub(super) type Words = [u32; 8];
+/// A record of the hardware: eight or ten 32-bit words, the others 0.
+pub(super) type Words = [u32; RECORD_WORDS];
+
+/// The flag bits of the scale pair.
+const SCALE: u16 = FLAG_SCALE | FLAG_THIRD;
 
 fn is_trailer(words: &Words) -> bool {
     words[1] >> 16 & u32::from(FLAG_TRAILER) != 0
@@ -38,6 +45,8 @@ pub(super) struct Taken {
 pub(super) struct Records {
     /// LSB of a response, DN.
     lsb: f64,
+    /// Words of a record.
+    words: usize,
     /// The frame whose records are written, and that of trailer number 0.
     frame: usize,
     origin: usize,
@@ -52,9 +61,9 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// No records yet; `lsb` is that of a response, DN.
-    pub fn new(lsb: f64) -> Self {
-        Self { lsb, ..Self::default() }
+    /// No records yet.
+    pub fn of(design: &DesignPoint) -> Self {
+        Self { lsb: design.dog().lsb(), words: record_words(design), ..Self::default() }
     }
 
     /// The frame whose records are written next.
@@ -69,7 +78,7 @@ impl Records {
 
     /// The pipeline was emptied: frames from this one on.
     pub fn restart(&mut self, frame: usize) {
-        *self = Self { frame, origin: frame, done: frame, ..Self::new(self.lsb) };
+        *self = Self { frame, origin: frame, done: frame, lsb: self.lsb, words: self.words, ..Self::default() };
     }
 
     /// The datapath writes a record.
@@ -85,7 +94,7 @@ impl Records {
         let rest = &expected.records[self.past.min(expected.records.len())..];
         let same_position = |feature: &&FeatureRecord| {
             let packed = feature.pack();
-            packed[0] == words[0] && (packed[1] ^ words[1]) >> 16 & u32::from(FLAG_SCALE) == 0
+            packed[0] == words[0] && (packed[1] ^ words[1]) >> 16 & u32::from(SCALE) == 0
         };
         let found = rest.iter().position(|feature| feature.pack() == words);
         match found.or_else(|| rest.iter().position(|feature| same_position(&feature))) {
@@ -99,7 +108,9 @@ impl Records {
             }
             None => {
                 let next = || rest.first().map_or("no more features".into(), |next| described(next, lsb));
-                let actual = || FeatureRecord::unpack(&words).map_or(format!("{words:08x?}"), |r| described(&r, lsb));
+                let actual = || {
+                    FeatureRecord::unpack(&words[..self.words]).map_or(format!("{words:08x?}"), |r| described(&r, lsb))
+                };
                 outcome
                     .differ("decision", position(self.frame, &words), cycle, || ["feature".into(), next(), actual()]);
             }
@@ -117,13 +128,17 @@ impl Records {
                 ["feature".into(), described(first, self.lsb), format!("none, and {dropped} counted as dropped")]
             });
         }
+        let ten_words = expected.thresholds.len() > 2;
+        let flags = FLAG_TRAILER | if ten_words { FLAG_TEN_WORDS } else { 0 };
+        let threshold_words = halves(&expected.thresholds);
         let fields = [
             ("frame number", (self.frame - self.origin) as u32, words[0]),
-            ("flags and errors", u32::from(FLAG_TRAILER) << 16 | job.errors(), words[1]),
+            ("flags and errors", u32::from(flags) << 16 | job.errors(), words[1]),
             ("features", (list.len() - self.missing.len()) as u32, words[2]),
             ("dropped", self.missing.len() as u32, words[3]),
-            ("thresholds", expected.thresholds[1] << 16 | expected.thresholds[0], words[4]),
-            ("reserved", 0, words[5] | words[6] | words[7]),
+            ("thresholds", threshold_words[0], words[4]),
+            ("threshold 2", threshold_words[1], words[5]),
+            ("reserved", 0, words[6..].iter().fold(0, |all, word| all | word)),
         ];
         if let Some((field, want, got)) = fields.into_iter().find(|(_, want, got)| want != got) {
             let at = Position { frame: self.frame, x: 0, y: 0 };
@@ -132,7 +147,7 @@ impl Records {
         }
         if let Some(frame) = outcome.frames.get_mut(self.frame) {
             frame.model_features = list.len() as u64;
-            frame.thresholds = expected.thresholds;
+            frame.thresholds = expected.thresholds.clone();
         }
     }
 
@@ -167,13 +182,24 @@ impl Records {
                 }
                 false => {
                     frame.features += 1;
-                    frame.records.extend(FeatureRecord::unpack(&beat.words));
+                    frame.records.extend(FeatureRecord::unpack(&beat.words[..self.words]));
                     outcome.features += 1;
                 }
             }
         }
         self.done += usize::from(last);
     }
+}
+
+/// Words of a record of a design.
+pub(super) fn record_words(design: &DesignPoint) -> usize {
+    if design.pairs() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
+}
+
+/// Thresholds of 16 bits in 32-bit words, the first lowest.
+pub(super) fn halves(thresholds: &[u32]) -> [u32; 2] {
+    let half = |k: usize| thresholds.get(k).copied().unwrap_or_default();
+    [half(1) << 16 | half(0), half(2)]
 }
 
 /// A record as text.
@@ -208,7 +234,7 @@ fn differences(want: &Words, got: &Words, lsb: f64) -> [String; 4] {
         }
     }
     let (flags, other) = (half(want, 1, true), half(got, 1, true));
-    let bits = [("scale pair", FLAG_SCALE), ("polarity", FLAG_BRIGHT), ("flags", !(FLAG_SCALE | FLAG_BRIGHT))];
+    let bits = [("scale pair", SCALE), ("polarity", FLAG_BRIGHT), ("flags", !(SCALE | FLAG_BRIGHT))];
     for (name, mask) in bits {
         let (want, got) = (flags & u32::from(mask), other & u32::from(mask));
         if want != got {
@@ -218,7 +244,7 @@ fn differences(want: &Words, got: &Words, lsb: f64) -> [String; 4] {
     if !fields.is_empty() {
         stage = "record";
     }
-    for (word, name) in (4..).zip(["MaxLBP 0", "MaxLBP 1", "sign 0", "sign 1"]) {
+    for (word, name) in (4..).zip(["MaxLBP 0", "MaxLBP 1", "sign 0", "sign 1", "MaxLBP 2", "sign 2"]) {
         let wrong = want[word] ^ got[word];
         if wrong != 0 {
             let list: Vec<_> = (0..32).filter(|bit| wrong >> bit & 1 == 1).map(|bit: u32| bit.to_string()).collect();

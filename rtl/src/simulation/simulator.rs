@@ -8,7 +8,7 @@ use hoverlock_harness::{
     model::Library,
 };
 
-use super::{SimulationError, bench::INTERNALS};
+use super::{SimulationError, bench::internals};
 use crate::emission::verilog::verilog;
 
 /// The Verilated top, built once and cached by content.
@@ -48,7 +48,7 @@ impl Simulator {
 
     fn build(design: &DesignPoint, sources: &[PathBuf], trace: Trace) -> Result<Self, SimulationError> {
         let build = Build::new("hoverlock_top").sources(sources).initial(Initial::Random).trace(trace);
-        let build = INTERNALS.into_iter().fold(build, Build::internal);
+        let build = internals(design).iter().fold(build, |build, name| build.internal(name));
         Ok(Self { library: build.compile()?, design: design.clone(), plusargs: Vec::new() })
     }
 

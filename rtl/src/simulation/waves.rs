@@ -10,8 +10,11 @@ use std::{fmt::Write as _, path::Path};
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_harness::{Time, build::Trace, model::Model};
 
-use super::{Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window};
+use super::{
+    Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window, records::record_words,
+};
 use crate::design::{HEIGHT_BITS, ROW_BITS};
+use crate::registers::smoother_names;
 
 /// Nanoseconds of a clock cycle: 100 MHz.
 pub(super) const PERIOD: u64 = 10;
@@ -152,6 +155,14 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
         ];
         (format!("smoother {name}, sigma {sigma:?}"), false, signals)
     };
+    let pairs = design.pairs();
+    // Of every scale pair, `signals` of pair `k`.
+    let of_pairs = |signals: &dyn Fn(usize) -> Vec<Shown>| (0..pairs).flat_map(signals).collect::<Vec<Shown>>();
+    // A response of a cell.
+    let response = |path: String, label: String| -> Shown {
+        (format!("core.{path}"), dog, format!("{label}, {}", units.dog.2), units.dog.0)
+    };
+    let flag = |path: String, label: String| -> Shown { (format!("core.{path}"), 1, label, Bit) };
     let mut groups: Vec<Group> = vec![
         (
             "clock and reset".into(),
@@ -177,23 +188,27 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
         (
             "registers".into(),
             false,
-            vec![
-                ("csr_address".into(), 6, "word address".into(), Hex),
-                ("csr_write".into(), 1, "write".into(), Bit),
-                ("csr_writedata".into(), 32, "writedata".into(), Hex),
-                ("csr_read".into(), 1, "read".into(), Bit),
-                ("csr_readdata".into(), 32, "readdata".into(), Hex),
-                ("registers.control_enable".into(), 1, "control.enable".into(), Bit),
-                ("registers.control_automatic".into(), 1, "control.automatic".into(), Bit),
-                ("registers.size_width".into(), column + 1, "size.width".into(), Decimal),
-                ("registers.size_height".into(), HEIGHT_BITS as u32, "size.height".into(), Decimal),
-                ("core.threshold_0".into(), dog, format!("T 0 in use, {}", units.dog.2), units.dog.0),
-                ("core.threshold_1".into(), dog, format!("T 1 in use, {}", units.dog.2), units.dog.0),
-                ("core.begun".into(), 1, "frame begun".into(), Bit),
-                ("core.done".into(), 1, "frame done".into(), Bit),
-                ("core.errors".into(), 4, "errors now".into(), Hex),
-                ("core.frames".into(), 32, "frames".into(), Decimal),
-            ],
+            [
+                vec![
+                    ("csr_address".into(), 6, "word address".into(), Hex),
+                    ("csr_write".into(), 1, "write".into(), Bit),
+                    ("csr_writedata".into(), 32, "writedata".into(), Hex),
+                    ("csr_read".into(), 1, "read".into(), Bit),
+                    ("csr_readdata".into(), 32, "readdata".into(), Hex),
+                    ("registers.control_enable".into(), 1, "control.enable".into(), Bit),
+                    ("registers.control_automatic".into(), 1, "control.automatic".into(), Bit),
+                    ("registers.size_width".into(), column + 1, "size.width".into(), Decimal),
+                    ("registers.size_height".into(), HEIGHT_BITS as u32, "size.height".into(), Decimal),
+                ],
+                of_pairs(&|k| vec![response(format!("threshold_{k}"), format!("T {k} in use"))]),
+                vec![
+                    ("core.begun".into(), 1, "frame begun".into(), Bit),
+                    ("core.done".into(), 1, "frame done".into(), Bit),
+                    ("core.errors".into(), 4, "errors now".into(), Hex),
+                    ("core.frames".into(), 32, "frames".into(), Decimal),
+                ],
+            ]
+            .concat(),
         ),
         (
             "sequencer".into(),
@@ -211,109 +226,81 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
             ],
         ),
     ];
-    let names = ["narrow", "middle", "wide"].into_iter();
-    let smoothers = names.zip(design.sigmas).zip(design.look_ahead);
-    groups.extend(smoothers.map(|((name, sigma), look_ahead)| smoother(name, sigma, look_ahead)));
+    let names = smoother_names(design.smoothers());
+    let smoothers = names.iter().zip(&*design.sigmas).zip(&*design.look_ahead);
+    groups.extend(smoothers.map(|((name, sigma), look_ahead)| smoother(name, *sigma, *look_ahead)));
+    // The narrowest as a curve too.
+    let aligned = names.iter().enumerate().flat_map(|(i, name)| -> Vec<Shown> {
+        let path = format!("core.extractor.smoothers.{name}");
+        let mut shown = vec![(path.clone(), state, format!("{name}, {}", units.state.2), units.state.0)];
+        shown.extend((i == 0).then(|| (path, state, (*name).to_owned(), units.state.1)));
+        shown
+    });
     let rest: Vec<Group> = vec![
         (
             "smoothed, aligned".into(),
             true,
-            vec![
-                ("core.extractor.smoothers.start_out".into(), 1, "start of frame".into(), Bit),
-                ("core.extractor.smoothers.narrow".into(), state, format!("narrow, {}", units.state.2), units.state.0),
-                ("core.extractor.smoothers.narrow".into(), state, "narrow".into(), units.state.1),
-                ("core.extractor.smoothers.middle".into(), state, format!("middle, {}", units.state.2), units.state.0),
-                ("core.extractor.smoothers.wide".into(), state, format!("wide, {}", units.state.2), units.state.0),
-            ],
+            std::iter::once(("core.extractor.smoothers.start_out".into(), 1, "start of frame".into(), Bit))
+                .chain(aligned)
+                .collect(),
         ),
         (
             "DoG".into(),
             true,
-            vec![
-                ("core.extractor.response_cursor.x".into(), column, "x".into(), Decimal),
-                ("core.extractor.response_cursor.y".into(), row, "y".into(), Decimal),
-                ("core.extractor.scale_pair_0.difference_positive".into(), 1, "pair 0 bright".into(), Bit),
-                (
-                    "core.extractor.scale_pair_0.difference_magnitude".into(),
-                    dog,
-                    format!("pair 0, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                ("core.extractor.scale_pair_0.difference_magnitude".into(), dog, "pair 0".into(), units.dog.1),
-                ("core.extractor.scale_pair_1.difference_positive".into(), 1, "pair 1 bright".into(), Bit),
-                (
-                    "core.extractor.scale_pair_1.difference_magnitude".into(),
-                    dog,
-                    format!("pair 1, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                ("core.extractor.scale_pair_1.difference_magnitude".into(), dog, "pair 1".into(), units.dog.1),
-            ],
+            [
+                vec![
+                    ("core.extractor.response_cursor.x".into(), column, "x".into(), Decimal),
+                    ("core.extractor.response_cursor.y".into(), row, "y".into(), Decimal),
+                ],
+                of_pairs(&|k| {
+                    let path = |signal: &str| format!("extractor.scale_pair_{k}.difference_{signal}");
+                    let magnitude = path("magnitude");
+                    vec![
+                        flag(path("positive"), format!("pair {k} bright")),
+                        response(magnitude.clone(), format!("pair {k}")),
+                        (format!("core.{magnitude}"), dog, format!("pair {k}"), units.dog.1),
+                    ]
+                }),
+            ]
+            .concat(),
         ),
         (
             "maxima".into(),
             true,
-            vec![
-                ("core.extractor.window_cursor.x".into(), column, "x".into(), Decimal),
-                ("core.extractor.window_cursor.y".into(), row, "y".into(), Decimal),
-                ("core.extractor.eligible.eligible".into(), 1, "eligible".into(), Bit),
-                ("core.extractor.decision_0.p".into(), dog, format!("pair 0 centre, {}", units.dog.2), units.dog.0),
-                (
-                    "core.extractor.decision_0.strict".into(),
-                    dog,
-                    format!("pair 0 earlier maximum, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                (
-                    "core.extractor.decision_0.loose".into(),
-                    dog,
-                    format!("pair 0 later maximum, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                ("core.extractor.decision_0.threshold".into(), dog, format!("pair 0 T, {}", units.dog.2), units.dog.0),
-                ("core.extractor.decision_0.hit".into(), 1, "pair 0 feature".into(), Bit),
-                ("core.extractor.decision_1.p".into(), dog, format!("pair 1 centre, {}", units.dog.2), units.dog.0),
-                (
-                    "core.extractor.decision_1.strict".into(),
-                    dog,
-                    format!("pair 1 earlier maximum, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                (
-                    "core.extractor.decision_1.loose".into(),
-                    dog,
-                    format!("pair 1 later maximum, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                ("core.extractor.decision_1.threshold".into(), dog, format!("pair 1 T, {}", units.dog.2), units.dog.0),
-                ("core.extractor.decision_1.hit".into(), 1, "pair 1 feature".into(), Bit),
-            ],
+            [
+                vec![
+                    ("core.extractor.window_cursor.x".into(), column, "x".into(), Decimal),
+                    ("core.extractor.window_cursor.y".into(), row, "y".into(), Decimal),
+                    ("core.extractor.eligible.eligible".into(), 1, "eligible".into(), Bit),
+                ],
+                of_pairs(&|k| {
+                    let path = |signal: &str| format!("extractor.decision_{k}.{signal}");
+                    vec![
+                        response(path("p"), format!("pair {k} centre")),
+                        response(path("strict"), format!("pair {k} earlier maximum")),
+                        response(path("loose"), format!("pair {k} later maximum")),
+                        response(path("threshold"), format!("pair {k} T")),
+                        flag(path("hit"), format!("pair {k} feature")),
+                    ]
+                }),
+            ]
+            .concat(),
         ),
         (
             "ring and descriptor".into(),
             false,
-            vec![
-                (
-                    "core.extractor.scale_pair_0.max_dog_y".into(),
-                    dog,
-                    format!("MaxDOG 0, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                (
-                    "core.extractor.scale_pair_1.max_dog_y".into(),
-                    dog,
-                    format!("MaxDOG 1, {}", units.dog.2),
-                    units.dog.0,
-                ),
-                ("core.extractor.ring_cursor.x".into(), column, "x".into(), Decimal),
-                ("core.extractor.ring_cursor.y".into(), row, "y".into(), Decimal),
-                ("core.extractor.queue.waiting".into(), 10, "candidates waiting".into(), Decimal),
-                ("core.extractor.queue.found".into(), 1, "ring complete".into(), Bit),
-                ("core.extractor.ring_0.maxlbp".into(), 32, "MaxLBP 0".into(), Hex),
-                ("core.extractor.ring_1.maxlbp".into(), 32, "MaxLBP 1".into(), Hex),
-                ("core.extractor.ring_0.sign".into(), 32, "sign 0".into(), Hex),
-                ("core.extractor.ring_1.sign".into(), 32, "sign 1".into(), Hex),
-            ],
+            [
+                of_pairs(&|k| vec![response(format!("extractor.scale_pair_{k}.max_dog_y"), format!("MaxDOG {k}"))]),
+                vec![
+                    ("core.extractor.ring_cursor.x".into(), column, "x".into(), Decimal),
+                    ("core.extractor.ring_cursor.y".into(), row, "y".into(), Decimal),
+                    ("core.extractor.queue.waiting".into(), 10, "candidates waiting".into(), Decimal),
+                    ("core.extractor.queue.found".into(), 1, "ring complete".into(), Bit),
+                ],
+                of_pairs(&|k| vec![(format!("core.extractor.ring_{k}.maxlbp"), 32, format!("MaxLBP {k}"), Hex)]),
+                of_pairs(&|k| vec![(format!("core.extractor.ring_{k}.sign"), 32, format!("sign {k}"), Hex)]),
+            ]
+            .concat(),
         ),
         (
             "record".into(),
@@ -346,7 +333,7 @@ fn fields(design: &DesignPoint) -> Vec<FieldOfRecord> {
     let units = Units::of(design);
     let response =
         |low: u32, name: &str| -> FieldOfRecord { (low, 16, format!("{name}, {}", units.dog.2), units.dog.0) };
-    vec![
+    let mut all = vec![
         (0, 16, "x".into(), Decimal),
         (16, 16, "y".into(), Decimal),
         response(32, "response"),
@@ -359,17 +346,26 @@ fn fields(design: &DesignPoint) -> Vec<FieldOfRecord> {
         response(112, "lower"),
         (128, 64, "MaxLBP 1, 0".into(), Hex),
         (192, 64, "sign 1, 0".into(), Hex),
-        (0, 256, "record".into(), Hex),
-    ]
+    ];
+    if design.pairs() > 2 {
+        all.push((50, 1, "scale pair 2".into(), Bit));
+        all.push((256, 32, "MaxLBP 2".into(), Hex));
+        all.push((288, 32, "sign 2".into(), Hex));
+    }
+    all.push((0, record_port(design).1, "record".into(), Hex));
+    all
 }
 
-/// Bits of the record, whose fields are the last group's.
-const RECORD: (&str, u32) = ("feature_data", 256);
+/// The port of the records, whose fields are the last group's, and its bits.
+fn record_port(design: &DesignPoint) -> (&'static str, u32) {
+    ("feature_data", 32 * record_words(design) as u32)
+}
 
 /// Every signal the view shows, by its path in the wave file, with its bits.
 pub fn signals(design: &DesignPoint) -> Vec<(String, u32)> {
     let shown = groups(design).into_iter().flat_map(|(_, _, signals)| signals).map(|(path, bits, ..)| (path, bits));
-    let record = (RECORD.0.to_owned(), RECORD.1);
+    let (record, bits) = record_port(design);
+    let record = (record.to_owned(), bits);
     let mut all: Vec<_> = shown.chain([record]).map(|(path, bits)| (full(&path), bits)).collect();
     all.sort();
     all.dedup();
@@ -413,7 +409,7 @@ pub fn view(design: &DesignPoint, wave: &Path, window: Window) -> String {
     );
     for (group, open, signals) in groups(design) {
         let closed = if open { 0 } else { flag::CLOSED };
-        let record = group == "feature out";
+        let is_record = group == "feature out";
         let mut line = |text_of: std::fmt::Arguments<'_>| {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "{text_of}");
@@ -423,8 +419,8 @@ pub fn view(design: &DesignPoint, wave: &Path, window: Window) -> String {
             let range = if bits > 1 { format!("[{}:0]", bits - 1) } else { String::new() };
             shown(&mut line, &format!("+{{{alias}}} {}{range}", full(&path)), form);
         }
-        for (low, bits, alias, form) in fields(design).into_iter().filter(|_| record) {
-            let (path, width) = RECORD;
+        for (low, bits, alias, form) in fields(design).into_iter().filter(|_| is_record) {
+            let (path, width) = record_port(design);
             let signal = format!("{}[{}:0]", full(path), width - 1);
             let bit = |bit: u32| format!("({}){signal}", width - 1 - bit);
             let text = match bits {

@@ -236,12 +236,12 @@ fn a_start_that_stands_keeps_its_set(library: &Library, plusargs: &[String]) -> 
 }
 
 /// The thresholds that the model's controller makes of a frame's.
-fn followed(thresholds: [u32; 2], target: u32, counts: [u32; 2]) -> [u32; 2] {
+fn followed(thresholds: [u32; 2], target: u32, counts: [u32; 3]) -> [u32; 2] {
     let mut design = KT27.clone();
     design.threshold.target = target;
-    let mut control = ThresholdController::resumed(&design, thresholds);
-    control.finish_frame(counts);
-    control.thresholds()
+    let mut control = ThresholdController::resumed(&design, &thresholds);
+    control.finish_frame(&counts);
+    control.thresholds().try_into().expect("two scale pairs")
 }
 
 /// Frames of the smallest size back to back, so that the next set is there while this frame is still in the columns:
@@ -249,7 +249,7 @@ fn followed(thresholds: [u32; 2], target: u32, counts: [u32; 2]) -> [u32; 2] {
 fn every_frame_its_own_mode_and_target(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = enabled(library, plusargs, 9);
     let steps = [(false, 0), (true, 0), (true, 2000), (false, 2000), (true, 0), (true, 0), (true, 2000), (false, 0)];
-    let mut last: Option<([u32; 2], [u32; 2], bool)> = None;
+    let mut last: Option<([u32; 2], [u32; 3], bool)> = None;
     let mut expected = Vec::new();
     for (i, (automatic, target)) in steps.into_iter().enumerate() {
         let manual = [40 + 10 * i as u32, 90 - 10 * i as u32];
@@ -261,7 +261,7 @@ fn every_frame_its_own_mode_and_target(library: &Library, plusargs: &[String]) -
         bench.write(TARGET, target);
         bench.write(CONTROL, ENABLE | if automatic { AUTOMATIC } else { 0 });
         bench.begin(&frame, frame.beats())?;
-        last = Some((thresholds, counts(&frame.planes.features(thresholds)), automatic));
+        last = Some((thresholds, counts(&frame.planes.features(&thresholds)), automatic));
         expected.push((frame, thresholds));
     }
     for (number, (frame, thresholds)) in expected.iter().enumerate() {
@@ -283,7 +283,7 @@ fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> O
     bench.packet()?.check(frame, *number + 1, frame.thresholds, 0)?;
     let packet = bench.packet()?;
     let now = [packet.trailer[4] & 0x7fff, packet.trailer[4] >> 16];
-    let expected = followed(frame.thresholds, target, counts(&frame.planes.features(frame.thresholds)));
+    let expected = followed(frame.thresholds, target, counts(&frame.planes.features(&frame.thresholds)));
     for k in 0..2 {
         equal("threshold", &format!("scale pair {k}, target {target}"), expected[k], now[k])?;
     }
@@ -301,7 +301,7 @@ fn a_target_that_is_met_changes_nothing(library: &Library, plusargs: &[String]) 
     for (quarters, k) in [(3, 0), (3, 1), (5, 0), (5, 1)] {
         // A threshold that as many features reach as can be such a part of a target.
         let found = (1..6000).find_map(|threshold| {
-            let count = counts(&planes.planes.features([threshold; 2]))[k];
+            let count = counts(&planes.planes.features(&[threshold; 2]))[k];
             (count > 0 && (4 * count).is_multiple_of(quarters)).then_some((threshold, 4 * count / quarters))
         });
         let Some((threshold, target)) = found else { return fail("bench", "no threshold has such a count") };
@@ -322,7 +322,7 @@ fn a_target_that_is_met_changes_nothing(library: &Library, plusargs: &[String]) 
 fn a_count_beyond_4096(library: &Library, plusargs: &[String]) -> Outcome {
     let mut bench = enabled(library, plusargs, 11);
     let frame = Frame::new(lattice(300, 300), [9, 9]);
-    let many = counts(&frame.planes.features([9, 9]))[0];
+    let many = counts(&frame.planes.features(&[9, 9]))[0];
     if !(4097..4500).contains(&many) {
         return fail("bench", format!("{many} features"));
     }
@@ -343,7 +343,7 @@ fn thresholds_stop_at_their_limits(library: &Library, plusargs: &[String]) -> Ou
         [([0x7fff, 1], 0), ([0x71c6, 2], 0), ([0x71c7, 3], 0), ([0x71c8, 8], 0), ([0x7000, 9], 0)]
     {
         let frame = Frame::with(Plane::from_fn(64, 64, spot), thresholds, coefficients.clone());
-        if counts(&frame.planes.features(thresholds))[0] == 0 {
+        if counts(&frame.planes.features(&thresholds))[0] == 0 {
             return fail("bench", "no response at the largest code");
         }
         follows(&mut bench, &frame, &mut number, target)?;
@@ -367,7 +367,7 @@ fn with_features(wanted: usize) -> Outcome<Frame> {
 
 /// The frame with thresholds that leave it so many features.
 fn thresholds_for(wanted: usize, all: Frame) -> Option<Frame> {
-    let features = all.planes.features([1, 1]);
+    let features = all.planes.features(&[1, 1]);
     let reach = |scale: u8, threshold: u32| {
         let of_scale = features.iter().filter(|feature| u32::from(feature.scale) == u32::from(scale));
         of_scale.filter(|feature| u32::from(feature.response) >= threshold).count()
@@ -378,7 +378,7 @@ fn thresholds_for(wanted: usize, all: Frame) -> Option<Frame> {
         let Some(coarse) = coarse.iter().skip(1).position(|count| *count == rest) else { continue };
         let thresholds = [fine, coarse as u32 + 1];
         // `room` is a clock or two behind the last record: the last two stand far enough apart for it.
-        let last = all.planes.features(thresholds).split_off(wanted - 2);
+        let last = all.planes.features(&thresholds).split_off(wanted - 2);
         if last[0].y != last[1].y || last[0].x.abs_diff(last[1].x) > 8 {
             return Some(Frame { thresholds, ..all });
         }

@@ -10,7 +10,7 @@ pub mod scenarios;
 
 use std::{collections::VecDeque, fmt};
 
-use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER, Planes};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER, FeatureRecord, Planes};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_harness::model::{InstanceOptions, Library, Model};
 use hoverlock_reference::image::plane::Plane;
@@ -89,9 +89,10 @@ impl Frame {
         self.planes.saturated.iter().any(|count| *count > 0)
     }
 
-    /// The records of its features, packed.
+    /// The records of its features, packed: the eight words of two scale pairs.
     pub fn records(&self, thresholds: [u32; 2]) -> Vec<[u32; 8]> {
-        self.planes.features(thresholds).iter().map(|feature| feature.pack()).collect()
+        let pack = |feature: &FeatureRecord| std::array::from_fn(|i| feature.pack()[i]);
+        self.planes.features(&thresholds).iter().map(pack).collect()
     }
 
     /// Its beats, all of them: pixel, start, end.

@@ -401,7 +401,7 @@ pub fn automatic_thresholds(library: &Library, plusargs: &[String]) -> Outcome {
             }
             bench.exactly(frame, number, control.0, 0)?;
             equal("registers", "thresholds in use", control.0[1] << 16 | control.0[0], bench.read(THRESHOLD_NOW))?;
-            control.follow(counts(&frame.planes.features(control.0)));
+            control.follow(&counts(&frame.planes.features(&control.0)));
             number += 1;
         }
     }
@@ -412,12 +412,12 @@ pub fn automatic_thresholds(library: &Library, plusargs: &[String]) -> Outcome {
 struct Thresholds([u32; 2], u32);
 
 impl Thresholds {
-    fn follow(&mut self, counts: [u32; 2]) {
+    fn follow(&mut self, counts: &[u32]) {
         for (k, threshold) in self.0.iter_mut().enumerate() {
             let mut design = KT27.clone();
             (design.threshold.target, design.threshold.initial) = (self.1, *threshold);
             let mut control = ThresholdController::new(&design);
-            control.finish_frame([counts[k]; 2]);
+            control.finish_frame(&[counts[k]; 2]);
             *threshold = control.thresholds()[k];
         }
     }

@@ -124,7 +124,7 @@ struct Player {
     writes: VecDeque<(u64, u32, u32)>,
     frames: VecDeque<Expected>,
     /// The set of the last frame that came out, its thresholds and the features they found.
-    last: Option<(Set, [u32; 2], [u32; 2])>,
+    last: Option<(Set, [u32; 2], [u32; 3])>,
     /// Frames that came out since the last reset.
     number: u32,
     closed_until: u64,
@@ -402,9 +402,9 @@ impl Player {
             Some((before, thresholds, counts)) if before.automatic && set.automatic => {
                 let mut design = KT27.clone();
                 design.threshold.target = set.target;
-                let mut control = ThresholdController::resumed(&design, *thresholds);
-                control.finish_frame(*counts);
-                control.thresholds()
+                let mut control = ThresholdController::resumed(&design, thresholds);
+                control.finish_frame(counts);
+                control.thresholds().try_into().expect("two scale pairs")
             }
             _ => [set.threshold & 0x7fff, set.threshold >> 16 & 0x7fff].map(|threshold| threshold.max(1)),
         }
@@ -422,7 +422,7 @@ impl Player {
             let model = Frame::with(frame.entered.clone(), thresholds, set.coefficients.clone());
             match packet.check(&model, self.number, thresholds, frame.errors) {
                 Ok(dropped) => {
-                    let features = model.planes.features(thresholds);
+                    let features = model.planes.features(&thresholds);
                     if dropped > 0 && !frame.may_drop && features.len() <= 400 {
                         return fail("record", format!("frame {}: {dropped} dropped without need", self.number));
                     }

@@ -206,7 +206,7 @@ pub fn every_threshold_moves_as_the_model_says() {
             let mut design = KT27.clone();
             (design.threshold.target, design.threshold.initial) = (wanted as u32, t.max(1) as u32);
             let mut control = ThresholdController::new(&design);
-            control.finish_frame([3, 3]);
+            control.finish_frame(&[3, 3]);
             assert_eq!(cycle(&[(start, 1)]), u64::from(control.thresholds()[0]), "from {t}, 3 features of {wanted}");
         }
     }

@@ -26,7 +26,7 @@ pub fn samples_side_by_side() {
         CandidateWord,
         CandidateWord::default(),
         "candidate_word",
-        [position, hit_0, hit_1, centre_0, centre_1, neighbours_0, neighbours_1],
+        [position, hit[0], hit[1], centre[0], centre[1], neighbours[0], neighbours[1]],
         [word]
     );
 }
@@ -67,16 +67,16 @@ pub fn queues_and_records() {
             advance,
             found,
             candidate,
-            maxlbp_0,
-            maxlbp_1,
-            sign_0,
-            sign_1,
+            maxlbp[0],
+            maxlbp[1],
+            sign[0],
+            sign[1],
             lost,
             frame_end,
             errors,
             take,
-            threshold_0,
-            threshold_1,
+            threshold[0],
+            threshold[1],
             room
         ],
         [write, record, done, count, dropped, frames],
@@ -161,8 +161,8 @@ pub fn registers_read_back_and_clear() {
             dropped,
             frames,
             saturated,
-            threshold_0,
-            threshold_1
+            threshold[0],
+            threshold[1]
         ],
         [readdata, irq, clear, enable, width, height, bank, committed],
         |cell: &mut Csr, cycle, draw: &mut ChaCha8Rng| {

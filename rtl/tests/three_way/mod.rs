@@ -209,7 +209,7 @@ macro_rules! alike {
 macro_rules! alike_with {
     (
         |$ticking:ident| $tick:expr, $cell:expr, $module:expr, $cycles:expr,
-        [$($input:ident),*], [$($output:ident),*], $tame:expr, $check:expr
+        [$($input:ident $([$in:tt])?),*], [$($output:ident $([$out:tt])?),*], $tame:expr, $check:expr
     ) => {
         if is_driven($module) {
         let mut cell = $cell;
@@ -221,11 +221,12 @@ macro_rules! alike_with {
         #[allow(unused_mut)]
         let (mut tame, mut check) = ($tame, $check);
         for cycle in 0..$cycles {
-            $(cell.$input.next = random(&mut draw);)*
+            $(cell.$input$([$in])?.next = random(&mut draw);)*
             tame(&mut cell, cycle, &mut draw);
             $({
-                let signal = model.find(&format!("{module}__{}", stringify!($input))).unwrap();
-                model.set_words(signal, &Word::words(cell.$input.next)).unwrap();
+                let name = concat!(stringify!($input) $(, "_", stringify!($in))?);
+                let signal = model.find(&format!("{module}__{name}")).unwrap();
+                model.set_words(signal, &Word::words(cell.$input$([$in])?.next)).unwrap();
             })*
             model.set(clock, 0).unwrap();
             model.eval().unwrap();
@@ -240,8 +241,9 @@ macro_rules! alike_with {
             // Without a reset in the first cycles registers may hold anything.
             if cycle >= 2 {
                 $({
-                    let signal = model.find(&format!("{module}__{}", stringify!($output))).unwrap();
-                    let (rust, verilog) = (Word::words(cell.$output.val()), model.get_words(signal));
+                    let name = concat!(stringify!($output) $(, "_", stringify!($out))?);
+                    let signal = model.find(&format!("{module}__{name}")).unwrap();
+                    let (rust, verilog) = (Word::words(cell.$output$([$out])?.val()), model.get_words(signal));
                     assert_eq!(rust, verilog, "{module}.{} in cycle {cycle}", stringify!($output));
                 })*
                 check(&cell, cycle);
@@ -264,16 +266,19 @@ macro_rules! resets {
 
 /// Checks only that both simulators agree.
 macro_rules! agree {
-    ($type:ty, $cell:expr, $module:expr, $cycles:expr, [$($input:ident),*], [$($output:ident),*], $tame:expr) => {
-        alike!($cell, $module, $cycles, [$($input),*], [$($output),*], $tame, |_: &$type, _| {})
+    (
+        $type:ty, $cell:expr, $module:expr, $cycles:expr,
+        [$($input:ident $([$in:tt])?),*], [$($output:ident $([$out:tt])?),*], $tame:expr
+    ) => {
+        alike!($cell, $module, $cycles, [$($input $([$in])?),*], [$($output $([$out])?),*], $tame, |_: &$type, _| {})
     };
 }
 
 /// The same for a cell without a clock.
 macro_rules! agree_now {
-    ($type:ty, $cell:expr, $module:expr, [$($input:ident),*], [$($output:ident),*]) => {
+    ($type:ty, $cell:expr, $module:expr, [$($input:ident $([$in:tt])?),*], [$($output:ident $([$out:tt])?),*]) => {
         alike_with!(
-            |_unclocked| (), $cell, $module, 100, [$($input),*], [$($output),*],
+            |_unclocked| (), $cell, $module, 100, [$($input $([$in])?),*], [$($output $([$out])?),*],
             |_: &mut $type, _, _: &mut ChaCha8Rng| {}, |_: &$type, _| {}
         )
     };

@@ -104,14 +104,16 @@ impl Dma {
 
 #[cfg(test)]
 mod tests {
+    use hoverlock_fixed_point::model::bit_true::RECORD_WORDS;
+
     use super::*;
 
     /// Sends records of a packet while the DMA takes them; returns how many it took in so many cycles.
     fn send(dma: &mut Dma, records: &[u32], cycles: usize) -> usize {
         let mut taken = 0;
         for _ in 0..cycles {
-            let record =
-                (dma.ready() && taken < records.len()).then(|| ([records[taken]; 8], taken + 1 == records.len()));
+            let record = (dma.ready() && taken < records.len())
+                .then(|| ([records[taken]; RECORD_WORDS], taken + 1 == records.len()));
             taken += usize::from(record.is_some());
             dma.clock(record);
         }

@@ -118,7 +118,7 @@ impl Fpga {
         };
         let record = record.then(|| {
             let words = self.model.get_words(self.ports.feature_data);
-            (std::array::from_fn(|i| words[i]), last)
+            (std::array::from_fn(|i| words.get(i).copied().unwrap_or_default()), last)
         });
         // SAFETY: as above.
         unsafe { self.ports.clock.set(1) };
