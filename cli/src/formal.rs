@@ -67,7 +67,8 @@ pub struct Args {
     /// Write claims and results into this file, as Markdown
     #[arg(long, value_name = "FILE", conflicts_with = "source", value_hint = ValueHint::FilePath)]
     table: Option<PathBuf>,
-    /// One JSON object on stdout: results[] of name status pass seconds memory_mib detail trace replay steps, proved failed
+    /// One JSON object on stdout: results[] of name status pass seconds memory_mib detail trace replay steps, proved
+    /// failed
     #[arg(long)]
     json: bool,
 }
@@ -168,8 +169,8 @@ fn rounding_table(design: &rounding::Design) -> Result<String> {
         frames += usize::from(scale == 0);
     }
     let of = format!(
-        "the largest over {frames} frames of `fixed_point/calibration.csv`, whole frames, against the unrounded coefficients; so it \
-         includes the error that rounded coefficients make, which the proved bound does not"
+        "the largest over {frames} frames of `fixed_point/calibration.csv`, whole frames, against the unrounded \
+         coefficients; so it includes the error that rounded coefficients make, which the proved bound does not"
     );
     Ok(rounding::table(design, &largest, &of))
 }

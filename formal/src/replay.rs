@@ -109,18 +109,20 @@ fn test(name: &str, folder: &Path, files: &[String], steps: &[String]) -> String
     let files: String = files.iter().map(|file| format!("{file:?}, ")).collect();
     let function: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     format!(
-        "//! A run that violated a property of `{name}`. It fails while it still does. Put it into `tests/` of a crate with the\n\
-         //! dependency `hoverlock-harness`.\n//!\n{told}\n\
+        "//! A run that violated a property of `{name}`. It fails while it still does. Put it into `tests/` of a\n\
+         //! crate with the dependency `hoverlock-harness`.\n//!\n{told}\n\
          use hoverlock_harness::Time;\nuse hoverlock_harness::build::Build;\nuse hoverlock_harness::sim::Sim;\n\n\
          #[test]\nfn replay_of_{function}() {{\n    \
          let folder = std::path::Path::new({folder:?});\n    \
          let files = [{}].map(|file| folder.join(file));\n    \
-         let build = Build::new(\"testbench\").sources(files).verilator_flag(\"-Wno-lint\").warnings_are_errors(false);\n    \
+         let build = Build::new(\"testbench\").sources(files);\n    \
+         let build = build.verilator_flag(\"-Wno-lint\").warnings_are_errors(false);\n    \
          let mut sim = Sim::new(build.compile().unwrap().instance().unwrap()).unwrap();\n    \
          let dut = sim.dut();\n    \
          dut.clock(\"clock\", Time::ns(10)).unwrap();\n    \
          let clock = dut.signal(\"clock\").unwrap();\n    \
-         let outcome = sim.run(async {{\n        clock.cycles({}).await;\n        Ok::<(), hoverlock_harness::Error>(())\n    }});\n    \
+         let outcome = sim.run(async {{\n        clock.cycles({}).await;\n        \
+         Ok::<(), hoverlock_harness::Error>(())\n    }});\n    \
          assert!(outcome.is_ok(), \"{{}}\", outcome.unwrap_err());\n}}\n",
         files.trim_end_matches(", "),
         steps.len() + 1

@@ -76,8 +76,8 @@ impl Subject {
     pub fn statement(self) -> &'static str {
         match self {
             Self::Rounding => {
-                "For every picture of any size, borders included: no stage of a smoother and no DoG differs by more than the bounds below \
-                 from the same coefficients in exact arithmetic."
+                "For every picture of any size, borders included: no stage of a smoother and no DoG differs by more \
+                 than the bounds below from the same coefficients in exact arithmetic."
             }
             Self::Saturation => "For every picture of any size, borders included: no DoG saturates.",
         }
@@ -89,7 +89,8 @@ impl Subject {
             Self::Rounding => &["a stage errs by at most half an LSB (claim `lerp`)"],
             Self::Saturation => &[
                 "the bounds of claim `rounding`",
-                "half the L1 norm of the kernels' difference is computed in integers, rounded outward, and not by the solver",
+                "half the L1 norm of the kernels' difference is computed in integers, rounded outward, and not by the \
+                 solver",
             ],
         }
     }
@@ -350,8 +351,9 @@ pub fn table(design: &Design, measured: &[f64], of: &str) -> String {
         let ends = [0, m, 2 * m, 3 * m].map(|n| three(of[n]));
         text += &format!("| {k} | {} |\n", ends.join(" | "));
     }
-    text += "\nState LSB; each stage adds half an LSB.\n\n| DoG | error, proved, DoG LSB | measured, DoG LSB | largest \\|d\\|, proved, state LSB | \
-         saturates from |\n|---|---|---|---|---|\n";
+    text += "\nState LSB; each stage adds half an LSB.\n\n\
+         | DoG | error, proved, DoG LSB | measured, DoG LSB | largest \\|d\\|, proved, state LSB | saturates from |\n\
+         |---|---|---|---|---|\n";
     for (k, (dog, largest)) in bounds.dog.iter().zip(&bounds.largest).enumerate() {
         let measured = measured.get(k).map_or("-".to_owned(), |measured| format!("{measured:.2}"));
         text += &format!("| {k} | {} | {measured} | {} | {} |\n", three(*dog), three(*largest), limit(design));

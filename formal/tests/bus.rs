@@ -156,14 +156,14 @@ const REGISTER_RULES: &str = "module registers_properties (
   (* hierconn *) wire [31:0] \\dut.high ;
   (* hierconn *) wire \\dut.waited ;
   (* hierconn *) wire [7:0] \\bus.waits_so_far ;
+  wire answered = readdatavalid && ahead == 8'd0 && readdata == wanted;
   reg begun = 0;
   always @(posedge clock) begin
     begun <= 1;
     if (!begun) assume (reset);
     else begin
       invariant_kept: assert (!known || (followed ? \\dut.high : \\dut.low ) == value);
-      invariant_one: assert (outstanding == {7'd0, readdatavalid}
-                             && (!asked || (readdatavalid && ahead == 8'd0 && readdata == wanted)));
+      invariant_one: assert (outstanding == {7'd0, readdatavalid} && (!asked || answered));
       invariant_waits: assert (\\bus.waits_so_far == {7'd0, \\dut.waited });
       read_back: cover (asked && readdata == 32'd77);
     end

@@ -22,8 +22,8 @@ fn bounds_are_those_of_the_equations() {
     assert_eq!(bounds.stages[1], [1_000_000, 1_500_000, 2_000_000, 2_500_000]);
     assert_eq!(bounds.dog, [2_750_000]);
     // The narrow smoother changes nothing, so d is largest where the wide one keeps least of the sample itself: away
-    // from the lower border 1/2 of its own recursion's 1/2 and 1/2 of the 1/4 in the row below, and along the row 1/2 * 1/2
-    // twice.
+    // from the lower border 1/2 of its own recursion's 1/2 and 1/2 of the 1/4 in the row below, and along the row
+    // 1/2 * 1/2 twice.
     let column = 0.5 * 0.5 + 0.5 * 0.5 * 0.5;
     let row = 0.25 + 0.25;
     let expected = 1020.0 * (1.0 - column * row) + 4.5;

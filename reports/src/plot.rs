@@ -513,7 +513,8 @@ mod tests {
         };
         let svg = chart.svg().unwrap();
         assert!(
-            svg.starts_with("<svg viewBox=\"0 0 320 200\" role=\"img\" aria-label=\"a &lt; b; y against x; s\">"),
+            svg.starts_with("<svg data-plot=\"{&quot;x&quot;:{&quot;label")
+                && svg.contains("viewBox=\"0 0 320 200\" role=\"img\" aria-label=\"a &lt; b; y against x; s\">"),
             "{svg}"
         );
         assert!(svg.trim_end().ends_with("</svg>") && !svg.contains("width=\"320\" height=\"200\" viewBox"));
