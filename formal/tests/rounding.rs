@@ -58,7 +58,7 @@ fn bounds_of_the_default_design_are_those_derived_in_floating_point() {
     let smoothers = raw.iter().map(|of| Smoother { g: of.g, g_j: of.g_j.clone() }).collect();
     let full_scale = 65535 * 4;
     let bounds = Bounds::of(&Design { smoothers, coefficient_bits: 16, full_scale, dog_shift: 1, dog_bits: 15 });
-    let values = raw.each_ref().map(|of| of.values(KT27.coefficient));
+    let values = raw.iter().map(|of| of.values(KT27.coefficient)).collect::<Vec<_>>();
     for (of, values) in bounds.stages.iter().zip(&values) {
         let (proved, derived) = (*of.last().unwrap() as f64 / 1e6, rounding(values));
         assert!(proved >= derived && proved < derived + 2e-6, "{proved} {derived}");

@@ -42,7 +42,7 @@ for (const plot of document.querySelectorAll("svg[data-plot]")) {
     const text = named(axis, value) ?? String(Number(value.toPrecision(4))).replace("-", "\u2212");
     return axis.label && !named(axis, value) ? `${axis.label.split(":")[0]} = ${text}` : text;
   };
-  const ring = document.createElementNS("http://www.w3.org/2000/svg", "circle");
+  const ring = document.createElementNS(plot.namespaceURI, "circle");
   for (const [name, value] of Object.entries({ r: 6, fill: "none", stroke: "#1d2935", "stroke-width": 1.5 })) ring.setAttribute(name, value);
   const hide = () => { tip.hidden = true; ring.remove(); };
   const show = (event) => {
