@@ -293,7 +293,8 @@ fn fast<const F: usize>(sigmas: [f64; F], selection: Selection, pictures: [&Pict
 
 /// What the hardware sends for each frame, one after the other through one simulation.
 fn simulated(design: &DesignPoint, frames: &[Frame]) -> Result<Vec<Vec<FeatureRecord>>> {
-    let jobs = frames.iter().map(|frame| Job::of(design, frame.luma.clone(), ALL)).collect::<Result<Vec<_>, _>>()?;
+    let all = &ALL[..design.pairs()];
+    let jobs = frames.iter().map(|frame| Job::of(design, frame.luma.clone(), all)).collect::<Result<Vec<_>, _>>()?;
     let build = || Simulator::of_design(design, None, Trace::None);
     let simulator = spinning("building the Verilated model (once; later runs find it)", build)?;
     let outcome = simulate(&simulator, &jobs, Streams::default())?;

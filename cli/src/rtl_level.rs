@@ -81,7 +81,8 @@ fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<S
             // The study's LSB is that of the default design.
             let lsb = design.dog().lsb() / dog_lsb();
             let threshold = |k: usize| (condition.comparison.scales[k].threshold_lsb / lsb).round() as u32;
-            Ok(Job::of(design, design.samples(&frame), [0, 1].map(|k| threshold(k).clamp(1, design.max_dog())))?)
+            let thresholds: Vec<u32> = (0..design.pairs()).map(|k| threshold(k).clamp(1, design.max_dog())).collect();
+            Ok(Job::of(design, design.samples(&frame), thresholds)?)
         })
         .collect::<Result<Vec<_>>>()?;
     let outcome = run(simulator, &jobs, Streams::default())?;
