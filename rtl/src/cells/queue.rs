@@ -315,9 +315,12 @@ impl RecordWriter {
                 sign: self.sign.each_ref().map(|word| word.val().to_u64()),
             };
             // The record of the lowest pair was written.
-            self._now.hits &= self._now.hits.wrapping_sub(1);
-            if self._now.hits != 0 {
-                if new.hits != 0 {
+            let rest = self._now.hits & self._now.hits.wrapping_sub(1);
+            if SCALE_PAIRS < 3 {
+                self._now = if self._waits { new } else { Described { hits: rest, ..self._now } };
+            } else if rest != 0 {
+                self._now.hits = rest;
+                if self._waits {
                     self._held = new;
                 }
             } else {
