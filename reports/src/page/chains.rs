@@ -1,6 +1,6 @@
 //! The plot of the error after each stage of the smoothers.
 
-use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series, VIOLET};
+use crate::plot::{Axis, BLUE, Chart, GREEN, Mark, ORANGE, PlotError, Series, VIOLET};
 use crate::study::Chain;
 
 /// One curve for each smoother: the rms error after each stage.
@@ -15,7 +15,7 @@ fn chart(chains: &[Chain]) -> Chart {
     let position = |name: &str| stages.iter().position(|stage| *stage == name).map(|index| index as f64 + 1.0);
     let ticks = stages.iter().enumerate().map(|(index, stage)| (index as f64 + 1.0, short(stage))).collect();
     let top = chains.iter().flat_map(|chain| &chain.stages).map(|stage| stage.rms_lsb).fold(0.5, f64::max);
-    let series = chains.iter().zip([BLUE, VIOLET, ORANGE]).map(|(chain, colour)| Series {
+    let series = chains.iter().zip([BLUE, VIOLET, ORANGE, GREEN]).map(|(chain, colour)| Series {
         name: format!("σ {} px", chain.sigma),
         colour,
         mark: Mark::LineDots,
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn every_point_stands_over_the_label_of_its_stage() {
-        let look_aheads = [5, 7, 6];
+        let look_aheads = [5, 7, 6, 4];
         let chains = look_aheads.map(|look_ahead| Chain {
             sigma: f64::from(look_ahead),
             stages: Stage::chain(look_ahead)
@@ -89,6 +89,7 @@ mod tests {
                 .collect(),
         });
         let chart = chart(&chains);
+        assert_eq!(chart.series.len(), look_aheads.len());
         for (series, look_ahead) in chart.series.iter().zip(look_aheads) {
             let stages: Vec<Stage> = Stage::chain(look_ahead).collect();
             assert_eq!(series.points.len(), stages.len());
