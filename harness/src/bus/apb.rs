@@ -8,12 +8,12 @@
 //! ```
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::axi_lite::Response;
 use super::handshake::Offer;
-use super::{Pause, Reset, Violation, bits_of, optional};
+use super::words::Words;
+use super::{Pause, Reset, Violation, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
 
@@ -120,7 +120,7 @@ impl Master {
 }
 
 struct State {
-    words: HashMap<u64, u64>,
+    words: Words,
     stall: Pause,
     accesses: u64,
 }
@@ -154,7 +154,7 @@ impl Memory {
             signal.set(0)?;
         }
         let bytes = u64::from(ports.read_data.width() / 8).max(1);
-        let state = State { words: HashMap::new(), stall: Pause::Never, accesses: 0 };
+        let state = State { words: Words::default(), stall: Pause::Never, accesses: 0 };
         let state = Rc::new(RefCell::new(state));
         let agent =
             MemoryAgent { ports, reset, state: state.clone(), bytes, offer: Offer::default(), in_access: false };
@@ -169,12 +169,12 @@ impl Memory {
 
     /// The word at a byte address.
     pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(&(address / self.bytes)).copied().unwrap_or(0)
+        self.state.borrow().words.get(address / self.bytes)
     }
 
     /// Sets the word at a byte address.
     pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.insert(address / self.bytes, word);
+        self.state.borrow_mut().words.set(address / self.bytes, word);
     }
 
     /// Accesses so far.
@@ -211,9 +211,7 @@ impl Agent for MemoryAgent {
         if let Some((address, write, data, strobe)) = taken {
             state.accesses += 1;
             if write {
-                let mask = bits_of(strobe);
-                let word = state.words.entry(address / self.bytes).or_insert(0);
-                *word = *word & !mask | data & mask;
+                state.words.write(address / self.bytes, data, strobe);
             }
         }
         self.in_access = selected && taken.is_none();
@@ -222,7 +220,7 @@ impl Agent for MemoryAgent {
             signal.set(u64::from(answers))?;
         }
         if answers && !write {
-            let word = state.words.get(&(ports.address.get() / self.bytes)).copied().unwrap_or(0);
+            let word = state.words.get(ports.address.get() / self.bytes);
             ports.read_data.set(word & ports.read_data.mask())?;
         }
         Ok(())

@@ -13,11 +13,12 @@
 //! `readdatavalid`.
 
 use std::cell::RefCell;
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::handshake::Offer;
-use super::{Pause, Random, Reset, Violation, bits_of, optional};
+use super::words::Words;
+use super::{Pause, Random, Reset, Violation, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
 
@@ -197,7 +198,7 @@ impl Master {
 }
 
 struct MemoryState {
-    words: HashMap<u64, u64>,
+    words: Words,
     stall: Pause,
     latency: (u64, u64),
     random: Random,
@@ -247,7 +248,7 @@ impl Memory {
             signal.set(0)?;
         }
         let state = MemoryState {
-            words: HashMap::new(),
+            words: Words::default(),
             stall: Pause::Never,
             latency: (1, 1),
             random: Random::new(0),
@@ -288,12 +289,12 @@ impl Memory {
 
     /// The word at an address.
     pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(&address).copied().unwrap_or(0)
+        self.state.borrow().words.get(address)
     }
 
     /// Sets the word at an address.
     pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.insert(address, word);
+        self.state.borrow_mut().words.set(address, word);
     }
 
     /// Words read and written so far.
@@ -347,14 +348,12 @@ impl Agent for MemoryAgent {
                 self.burst = Some((address.wrapping_add(state.step), count - 1));
             }
             let bytes = self.ports.byte_enable.as_ref().map_or(u64::MAX, Signal::get);
-            let mask = bits_of(bytes);
-            let word = state.words.entry(address).or_insert(0);
-            *word = *word & !mask | command.data & mask;
+            state.words.write(address, command.data, bytes);
         } else if read {
             for number in 0..command.count {
                 state.accesses += 1;
                 let address = command.address.wrapping_add(number * state.step);
-                let word = state.words.get(&address).copied().unwrap_or(0);
+                let word = state.words.get(address);
                 let (least, most) = state.latency;
                 let latency = least + state.random.below(most - least + 1);
                 let after = self.answers.back().map_or(0, |(cycle, _)| cycle + 1);

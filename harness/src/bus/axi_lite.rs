@@ -4,11 +4,12 @@
 //! Write address and write data may come in any order. A response other than OKAY is returned to the caller.
 
 use std::cell::RefCell;
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::handshake::Offer;
-use super::{Pause, Reset, Violation, bits_of, optional};
+use super::words::Words;
+use super::{Pause, Reset, Violation, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal, both};
 use crate::time::Time;
@@ -199,7 +200,7 @@ impl Master {
 }
 
 struct MemoryState {
-    words: HashMap<u64, u64>,
+    words: Words,
     /// Of the channels `aw`, `w`, `ar`, `b` and `r`.
     stalls: [Pause; 5],
     accesses: u64,
@@ -236,7 +237,7 @@ impl Memory {
             signal.set(0)?;
         }
         let bytes = u64::from(ports.r_data.width() / 8).max(1);
-        let state = MemoryState { words: HashMap::new(), stalls: Default::default(), accesses: 0 };
+        let state = MemoryState { words: Words::default(), stalls: Default::default(), accesses: 0 };
         let state = Rc::new(RefCell::new(state));
         let agent = MemoryAgent {
             ports,
@@ -259,12 +260,12 @@ impl Memory {
 
     /// The word at a byte address.
     pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(&(address / self.bytes)).copied().unwrap_or(0)
+        self.state.borrow().words.get(address / self.bytes)
     }
 
     /// Sets the word at a byte address.
     pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.insert(address / self.bytes, word);
+        self.state.borrow_mut().words.set(address / self.bytes, word);
     }
 
     /// Accesses so far.
@@ -310,9 +311,7 @@ impl Agent for MemoryAgent {
         let mut state = self.state.borrow_mut();
         while !self.addresses.is_empty() && !self.data.is_empty() {
             if let (Some(address), Some((data, strobe))) = (self.addresses.pop_front(), self.data.pop_front()) {
-                let mask = bits_of(strobe);
-                let word = state.words.entry(address / bytes).or_insert(0);
-                *word = *word & !mask | data & mask;
+                state.words.write(address / bytes, data, strobe);
                 state.accesses += 1;
                 self.responses += 1;
             }
@@ -338,7 +337,7 @@ impl Agent for MemoryAgent {
             let offer = !self.reads.is_empty() && !state.stalls[4].next_cycle();
             ports.r.0.set(u64::from(offer))?;
             if let (true, Some(address)) = (offer, self.reads.front()) {
-                let word = state.words.get(&(address / bytes)).copied().unwrap_or(0);
+                let word = state.words.get(address / bytes);
                 ports.r_data.set(word & ports.r_data.mask())?;
             }
             if let Some(signal) = &ports.r_response {

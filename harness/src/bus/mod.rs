@@ -25,6 +25,7 @@ mod handshake;
 pub mod stream;
 pub mod uart;
 pub mod wishbone;
+mod words;
 
 use crate::error::ModelError;
 use crate::sim::{Dut, Signal};
@@ -141,11 +142,6 @@ impl Reset {
     pub(crate) fn is_active(&self) -> bool {
         self.signal.is_high() == self.active_high
     }
-}
-
-/// The bits of the bytes that a strobe selects.
-fn bits_of(strobe: u64) -> u64 {
-    (0..8).filter(|b| strobe >> b & 1 == 1).fold(0, |mask, b| mask | 0xff << (8 * b))
 }
 
 /// The signal `prefix` + `name`; `None` if there is none.

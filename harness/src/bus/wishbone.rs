@@ -4,12 +4,12 @@
 //! specification (Wishbone B4, 2010) with the design's `_i` and `_o`, or without; data as `dat_w` and `dat_r` too.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::axi_lite::Response;
 use super::handshake::Offer;
-use super::{Pause, Reset, Violation, bits_of};
+use super::words::Words;
+use super::{Pause, Reset, Violation};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
 
@@ -131,7 +131,7 @@ impl Master {
 }
 
 struct State {
-    words: HashMap<u64, u64>,
+    words: Words,
     stall: Pause,
     accesses: u64,
 }
@@ -161,7 +161,7 @@ impl Memory {
         if let Some(signal) = &ports.error {
             signal.set(0)?;
         }
-        let state = State { words: HashMap::new(), stall: Pause::Never, accesses: 0 };
+        let state = State { words: Words::default(), stall: Pause::Never, accesses: 0 };
         let state = Rc::new(RefCell::new(state));
         let agent = MemoryAgent { ports, reset, state: state.clone(), offer: Offer::default() };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
@@ -175,12 +175,12 @@ impl Memory {
 
     /// The word at an address.
     pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(&address).copied().unwrap_or(0)
+        self.state.borrow().words.get(address)
     }
 
     /// Sets the word at an address.
     pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.insert(address, word);
+        self.state.borrow_mut().words.set(address, word);
     }
 
     /// Accesses so far.
@@ -214,15 +214,13 @@ impl Agent for MemoryAgent {
         if let Some((address, write, data, select)) = taken {
             state.accesses += 1;
             if write {
-                let mask = bits_of(select);
-                let word = state.words.entry(address).or_insert(0);
-                *word = *word & !mask | data & mask;
+                state.words.write(address, data, select);
             }
         }
         let answers = asks && taken.is_none() && !state.stall.next_cycle();
         ports.acknowledge.set(u64::from(answers))?;
         if answers {
-            let word = state.words.get(&ports.address.get()).copied().unwrap_or(0);
+            let word = state.words.get(ports.address.get());
             ports.read_data.set(word & ports.read_data.mask())?;
         }
         Ok(())

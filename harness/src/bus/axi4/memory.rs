@@ -1,16 +1,17 @@
 //! A memory for an AXI4 master in the design. It takes bursts of all kinds, and checks the master.
 
 use std::cell::RefCell;
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::checker::{Command, Watch, WriteBeat};
-use crate::bus::{Pause, Reset, bits_of};
+use crate::bus::words::Words;
+use crate::bus::{Pause, Reset};
 use crate::error::Error;
 use crate::sim::{Agent, Core, Dut, Edge, Signal};
 
 struct State {
-    words: HashMap<u64, u64>,
+    words: Words,
     /// Of the channels `aw`, `w`, `ar`, `b` and `r`.
     stalls: [Pause; 5],
     accesses: u64,
@@ -47,7 +48,7 @@ impl Memory {
         let watch = Watch::find(dut, clock, prefix, reset)?;
         watch.silence()?;
         let bytes = watch.bytes();
-        let state = State { words: HashMap::new(), stalls: Default::default(), accesses: 0 };
+        let state = State { words: Words::default(), stalls: Default::default(), accesses: 0 };
         let state = Rc::new(RefCell::new(state));
         let agent = MemoryAgent {
             watch,
@@ -70,12 +71,12 @@ impl Memory {
 
     /// The word at a byte address.
     pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(&(address / self.bytes)).copied().unwrap_or(0)
+        self.state.borrow().words.get(address / self.bytes)
     }
 
     /// Sets the word at a byte address.
     pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.insert(address / self.bytes, word);
+        self.state.borrow_mut().words.set(address / self.bytes, word);
     }
 
     /// Beats written and read so far.
@@ -109,9 +110,7 @@ impl MemoryAgent {
             if strobe & !lanes != 0 {
                 return Err(format!("wstrb is {strobe:#b} in a beat at {address:#x} whose bytes are {lanes:#b}"));
             }
-            let mask = bits_of(strobe);
-            let word = state.words.entry(address / bytes).or_insert(0);
-            *word = *word & !mask | data & mask;
+            state.words.write(address / bytes, data, strobe);
             state.accesses += 1;
             self.put += 1;
             self.beats.pop_front();
@@ -177,7 +176,7 @@ impl Agent for MemoryAgent {
             ports.r.0.set(u64::from(offer.is_some()))?;
             put(&ports.r_response, 0)?;
             if let Some(command) = offer {
-                let word = state.words.get(&(command.address_of(self.sent) / bytes)).copied().unwrap_or(0);
+                let word = state.words.get(command.address_of(self.sent) / bytes);
                 ports.r_data.set(word & ports.r_data.mask())?;
                 self.watch.read.last.set(u64::from(self.sent + 1 == command.beats))?;
                 put(&self.watch.read.answer_id, command.id)?;
