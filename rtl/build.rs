@@ -10,10 +10,14 @@
 //! A `#[hdl_gen]` body has no choice but that of numbers, and which delays and smoothers there are is more than a
 //! number.
 
+#[path = "src/names.rs"]
+mod names;
+
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use names::smoother_names;
 use toml::{Table, Value};
 
 /// Longest delay of one cell, as in `cells/delay.rs`.
@@ -21,15 +25,6 @@ const LONGEST_DELAY: u64 = 33;
 
 /// Bits of a field of the bank.
 const FIELD_BITS: u64 = 16;
-
-/// The names of so many smoothers, the narrowest first.
-fn names(smoothers: usize) -> &'static [&'static str] {
-    match smoothers {
-        2 => &["narrow", "wide"],
-        3 => &["narrow", "middle", "wide"],
-        _ => &["narrow", "middle", "wide", "widest"],
-    }
-}
 
 fn main() {
     if let Err(error) = run() {
@@ -142,7 +137,7 @@ impl Design {
     }
 
     fn names(&self) -> &'static [&'static str] {
-        names(self.look_ahead.len())
+        smoother_names(self.look_ahead.len())
     }
 
     /// The scale pairs of the module `extractor` with their smoothers; the rings of all but the first reach 16 px.

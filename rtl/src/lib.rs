@@ -11,6 +11,7 @@ pub mod design;
 pub mod emission;
 pub mod estimate;
 pub mod extractor;
+mod names;
 pub mod registers;
 pub mod simulation;
 pub mod smoother;

@@ -6,6 +6,7 @@ use hoverlock_fixed_point::model::coefficients::{CoefficientError, LerpCoefficie
 use hoverlock_fixed_point::model::design::DesignPoint;
 
 use crate::design::{HEIGHT_BITS, LEAST_SIDE, MAX_HEIGHT};
+use crate::names::smoother_names;
 
 /// What software may do with a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,15 +69,6 @@ pub fn threshold_register(name: &'static str, k: usize) -> &'static str {
         (2.., "threshold") => "threshold_2",
         (2.., _) => "threshold_now_2",
         _ => name,
-    }
-}
-
-/// The names of so many smoothers, the narrowest first.
-pub fn smoother_names(smoothers: usize) -> &'static [&'static str] {
-    match smoothers {
-        2 => &["narrow", "wide"],
-        3 => &["narrow", "middle", "wide"],
-        _ => &["narrow", "middle", "wide", "widest"],
     }
 }
 

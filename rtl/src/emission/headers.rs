@@ -7,7 +7,7 @@ use crate::design::{
     COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, FRACTION_BITS, LONGEST, LOOK_AHEAD, MAX_WIDTH, PIXEL_BITS,
     RECORD_BITS, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS,
 };
-use crate::registers::smoother_names;
+use crate::names::smoother_names;
 
 /// The comment above a module.
 pub fn header(module: &str) -> String {

@@ -15,7 +15,7 @@ use super::{
     records::{Records, Taken, Words, halves},
     waves::{Recorder, time},
 };
-use crate::registers::smoother_names;
+use crate::names::smoother_names;
 
 /// Signals below the top that the bench reads: those of every design.
 const INTERNALS: [&str; 5] = [

@@ -11,7 +11,7 @@ use hoverlock_fixed_point::model::{bit_true::Planes, design::DesignPoint};
 use hoverlock_reference::features::{feature::MAX_PAIRS, maxlbp::Layer};
 
 use super::outcome::{Outcome, Position};
-use crate::registers::smoother_names;
+use crate::names::smoother_names;
 
 /// Steps from the smoothed sample to its response.
 const RESPONSE_STEPS: usize = 2;

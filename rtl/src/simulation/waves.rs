@@ -14,7 +14,7 @@ use super::{
     Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window, records::record_words,
 };
 use crate::design::{HEIGHT_BITS, ROW_BITS};
-use crate::registers::smoother_names;
+use crate::names::smoother_names;
 
 /// Nanoseconds of a clock cycle: 100 MHz.
 pub(super) const PERIOD: u64 = 10;
