@@ -26,7 +26,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::chain::{Program, Source};
+use crate::chain::{Program, Source, readable};
 use crate::design::{configured, named};
 use crate::hover::{Climb, Course, View, between, fly, scene};
 use crate::journal;
@@ -177,7 +177,9 @@ fn points(args: &Args) -> Result<Vec<Point>> {
         bail!("--design, --config: word lengths are those of fixed features; leave --features out");
     }
     for name in &designs {
-        let DesignPoint { width, height, .. } = design(name)?;
+        let design = design(name)?;
+        readable(&design).with_context(|| format!("design {name}"))?;
+        let DesignPoint { width, height, .. } = design;
         if (width as usize) < SIZE.0 || (height as usize) < SIZE.1 {
             bail!(
                 "the design {name} takes {width} x {height} px at most, and the camera's frames have {} x {}: copy its \

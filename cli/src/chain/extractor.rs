@@ -53,13 +53,6 @@ impl Extractor {
             let control = ThresholdController::resumed(design, thresholds);
             Self::Model { features, control, frames: 0 }
         };
-        if design.pairs() > 2 {
-            bail!(
-                "scale_pairs = {}: the flight program reads records of eight words, of one or two scale pairs; choose \
-                 such a design",
-                design.scale_pairs
-            );
-        }
         Ok(match source {
             Source::Float => {
                 let mut extractor = FastExtractor::new(Selection { threshold: LEAST, count: usize::MAX })?;

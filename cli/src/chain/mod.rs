@@ -77,9 +77,22 @@ impl Line {
     }
 }
 
+/// Refuses a design whose records the flight program cannot read.
+pub fn readable(design: &DesignPoint) -> Result<()> {
+    if design.pairs() > 2 {
+        bail!(
+            "scale_pairs = {}: the flight program reads records of eight words, of one or two scale pairs; choose \
+             such a design",
+            design.scale_pairs
+        );
+    }
+    Ok(())
+}
+
 impl Chain {
     /// Starts extractor and flight program, which captures the first frame as its reference.
     pub fn start(features: Source, design: &DesignPoint, program: Program, first: &Plane<u16>) -> Result<Self> {
+        readable(design)?;
         let arm = (program == Program::Arm).then(Arm::start).transpose()?;
         let extractor = Extractor::new(features, design, first)?;
         let mut stream = Stream::default();

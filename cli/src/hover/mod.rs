@@ -14,7 +14,7 @@ use hoverlock_edss::scene::Scene;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
-use crate::chain::{Program, Source};
+use crate::chain::{Program, Source, readable};
 use crate::design::Chosen;
 use crate::output::{Folder, print, print_json, spinning};
 pub use fly::fly;
@@ -137,6 +137,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     course.estimator.find()?;
     let scene = scene(&course.scene)?;
     let design = args.chosen.design()?;
+    readable(&design)?;
     let renderer = spinning("making the scene", || Renderer::new(&scene, course.seed))
         .with_context(|| format!("scene {}", course.scene))?;
     let folder = Folder::new(&args.out)?;
