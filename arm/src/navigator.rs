@@ -29,7 +29,7 @@ use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate};
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose::{self, PoseBuffers, Sight};
+use hoverlock_reference::motion::pose::{self, PoseBuffers, PoseError, Sight};
 use nalgebra::{Matrix3, Vector2};
 
 /// Features of a frame that are used; of more, those with the largest responses.
@@ -393,8 +393,16 @@ impl Navigator {
             // The laser may have met what stands on the ground: the further off, the less it says of the ground.
             sight.errors.hills = sight.errors.hills.max((view.height() - expected).abs() / 2.0);
         }
-        let pose =
-            pose::fit_in(pose, fit, &reference.sight, &reference.ground.terrain(), &sight, inliers, motion.quality)?;
+        let terrain = reference.ground.terrain();
+        let pose = match pose::fit_in(pose, fit, &reference.sight, &terrain, &sight, inliers, motion.quality) {
+            Ok(pose) => pose,
+            Err(error) => {
+                if matches!(error, PoseError::Disagreement { .. } | PoseError::Unexplained { .. }) {
+                    reference.doubt(view.height());
+                }
+                return Err(error.into());
+            }
+        };
         reference.improve(&pose, telemetry.range, telemetry.sensors.range);
         let step = Estimate::of(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);
         let estimate = reference.base.add(step);

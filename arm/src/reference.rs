@@ -16,14 +16,16 @@
 //!
 //! **What is known of it** grows with the frames. Its attitude is not that of one noisy reading: each pose fit says
 //! what is known of it after one more frame. The ground below it is a plane through the points that the laser has met
-//! ([`crate::ground`]).
+//! ([`crate::ground`]). What was learnt may be wrong, where the laser met the crown of a tree: it is forgotten when the
+//! ground turns out to be another, and when the pictures contradict it in [`DOUBTS`] frames in a row. Then the
+//! reference is what its own reading says, over ground of which little is known, and learns anew.
 //!
 //! **Proof.** Waves look like ground until they have moved on. So a captured reference has to be found again after
 //! [`PROVING_US`] before any estimate from it is believed; a reference that a proved one was renewed by is proved.
 //!
 //! A frame whose displacement from the reference is known to more than [`ANCHOR`] only is not taken.
 
-use crate::ground::GroundPlane;
+use crate::ground::{GroundPlane, Told};
 use crate::line::Estimate;
 use crate::message::Telemetry;
 use hoverlock_reference::motion::model::transfer;
@@ -50,6 +52,12 @@ pub const PROVING_US: u64 = 500_000;
 
 /// Largest standard error, from the reference before it, of a frame that becomes the reference, m.
 pub const ANCHOR: f64 = 0.3;
+
+/// Frames in a row that contradict what was learnt, after which it is forgotten: a third of a second.
+pub const DOUBTS: u32 = 5;
+
+/// Standard error of the height over ground that is not known, m.
+const UNKNOWN_GROUND: f64 = 3.0;
 
 /// Part of the error of one reading of attitude, below which the readings of many frames are not believed to bring it:
 /// bias and drift are in all of them.
@@ -108,23 +116,29 @@ pub struct Reference {
     best_quality: u8,
     proved: bool,
     sensors: Sensors,
+    /// Its own reading.
+    own: Sight,
+    /// Frames in a row that contradict what was learnt.
+    doubts: u32,
 }
 
 impl Reference {
     /// The origin.
     pub fn origin(frame: Option<u32>, view: View, telemetry: &Telemetry) -> Self {
         let (field_of_view, since_us) = (telemetry.field_of_view, telemetry.time_us);
-        let errors = Errors::from(telemetry.sensors);
+        let own = Sight { view, errors: Errors::from(telemetry.sensors) };
         Self {
             frame,
-            sight: Sight { view, errors },
-            ground: GroundPlane::new(&Sight { view, errors }),
+            sight: own,
+            ground: GroundPlane::new(&own),
             field_of_view,
             base: Base::default(),
             since_us,
             best_quality: 0,
             proved: false,
             sensors: telemetry.sensors,
+            own,
+            doubts: 0,
         }
     }
 
@@ -155,8 +169,28 @@ impl Reference {
 
     /// Takes what a frame tells of this one: its pose, and what the laser has met (m).
     pub fn improve(&mut self, pose: &Pose, range: f64, error: f64) {
-        self.ground.meet(pose, range, error);
-        self.learn(&pose.reference);
+        self.doubts = 0;
+        match self.ground.meet(pose, range, error) {
+            Told::Same => self.learn(&pose.reference),
+            Told::Another => self.forget(),
+        }
+    }
+
+    /// Takes that a frame, `height` (m) over what its laser meets, contradicts what was learnt.
+    pub fn doubt(&mut self, height: f64) {
+        self.doubts += 1;
+        if self.doubts == DOUBTS {
+            self.ground = GroundPlane::about(height, UNKNOWN_GROUND);
+            self.forget();
+        }
+    }
+
+    /// The attitude of its own reading again, over the ground as it is known by now.
+    fn forget(&mut self) {
+        self.doubts = 0;
+        let own = self.own.view;
+        let view = View::at_height(*own.camera(), *own.attitude(), self.ground.height()).unwrap_or(own);
+        self.sight = Sight { view, ..self.own };
     }
 
     /// Part by which a field of view differs from this one's.
@@ -209,6 +243,48 @@ fn shared(homography: &Matrix3<f64>, (width, height): (u16, u16)) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
+    use nalgebra::Matrix2;
+
+    /// Frames that contradict what was learnt take it back, in a row only.
+    #[test]
+    fn what_is_contradicted_is_forgotten() {
+        let sensors = Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 };
+        let (attitude, range, field_of_view) = (Attitude { roll: 0.02, pitch: -0.01, yaw: 0.3 }, 44.0, 0.87);
+        let camera = Camera::with_field_of_view(1024, 768, field_of_view).unwrap();
+        let telemetry = Telemetry { frame: 0, time_us: 0, attitude, range, field_of_view, sensors };
+        let view = View::new(camera, attitude, range).unwrap();
+        let mut reference = Reference::origin(Some(0), view, &telemetry);
+        let learnt = Found {
+            attitude: Attitude { roll: 0.05, ..attitude },
+            height: reference.ground.height(),
+            tilt: 1e-3,
+            heading: 1e-3,
+        };
+        let pose = Pose {
+            displacement: Vector2::zeros(),
+            descent: 0.0,
+            reference: learnt,
+            current: learnt,
+            covariance: Matrix2::identity() * 1e-4,
+            residual: 0.1,
+            relief: 0.0,
+            quality: 255,
+        };
+        let doubts = |reference: &mut Reference, count: u32| (0..count).for_each(|_| reference.doubt(50.0));
+        reference.improve(&pose, range, sensors.range);
+        doubts(&mut reference, DOUBTS - 1);
+        reference.improve(&pose, range, sensors.range);
+        doubts(&mut reference, DOUBTS - 1);
+        assert_eq!(reference.sight.view.attitude().roll, 0.05);
+        assert!(reference.ground.height() < 45.0);
+        doubts(&mut reference, 1);
+        assert_eq!(reference.sight.view.attitude(), &attitude);
+        assert_eq!(reference.sight.errors, Errors::from(sensors));
+        assert_eq!(reference.ground.height(), 50.0);
+        assert!((reference.sight.view.height() - 50.0).abs() < 1e-9);
+        assert!(reference.ground.terrain().covariance[(0, 0)] > 2.0 && !reference.ground.terrain().measured);
+    }
 
     #[test]
     fn the_common_part_is_that_of_the_rectangles() {

@@ -13,7 +13,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::OnceLock;
 use support::Source;
-use support::scene::{self, displacement, records, stream, telemetry};
+use support::scene::{self, FIELD_OF_VIEW, SIZE, displacement, records, seen, stream, telemetry};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -185,6 +185,35 @@ fn a_clock_that_jumps_costs_no_frame() {
 
 /// Three footprints away, and back: the reference is renewed and the estimate goes on from the same origin. Each
 /// reference adds the error of one estimate.
+/// The laser rests on the crown of a tree below the reference, which looks like steep ground, and then meets the ground
+/// beside it: what was learnt is forgotten within a second, 15 frames.
+#[test]
+fn a_tree_below_the_reference_is_found_out() {
+    const ON_THE_TREE: u32 = 60;
+    let mut source = Source::default();
+    source.start(SIZE.0, SIZE.1);
+    source.send(message::COMMAND, &Command::Capture.encode());
+    let place = |frame: u32| (2.0 * (0.3 * f64::from(frame)).sin(), 2.0 * (0.2 * f64::from(frame)).sin());
+    for frame in 0..ON_THE_TREE + 40 {
+        let (x, y) = place(frame);
+        let on_the_tree = frame < ON_THE_TREE;
+        let range = if on_the_tree { 88.0 + 0.6 * x - 0.5 * y } else { 100.0 };
+        let time_us = 500_000 + u64::from(frame) * 66_667;
+        source.frame(
+            &Telemetry { range, time_us, ..telemetry(frame) },
+            &seen(600, 1.0, place(frame), FIELD_OF_VIEW, frame),
+            [2000; 2],
+        );
+    }
+    let lines = lines(&source);
+    for line in &lines[(ON_THE_TREE + 15) as usize..] {
+        let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
+        let (x, y) = place(line.frame.unwrap());
+        let miss = (estimate.x_e_m - x).hypot(estimate.y_e_m - y);
+        assert!(miss < 0.1, "{miss} m: {line:?}");
+    }
+}
+
 #[test]
 fn the_reference_is_renewed_without_a_jump() {
     let place = |frame: u32| {
