@@ -6,7 +6,7 @@ use crate::message::Registers;
 #[path = "../../rtl/registers/hoverlock_registers.rs"]
 pub mod registers;
 
-include!(concat!(env!("OUT_DIR"), "/hardware.rs"));
+pub use registers::{EMISSION_VALUE as EMISSION, IDENTIFICATION_VALUE as IDENTIFICATION, VERSION_VALUE as VERSION};
 
 /// Columns and rows of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

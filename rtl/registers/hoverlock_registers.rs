@@ -5,14 +5,20 @@
 
 /// Byte address of `identification`.
 pub const IDENTIFICATION: u32 = 0x00;
+/// What `identification` reads in this hardware.
+pub const IDENTIFICATION_VALUE: u32 = 0x484c434b;
 /// `HLCK` (read).
 pub const IDENTIFICATION_LETTERS: u32 = 0xffffffff;
 /// Byte address of `version`.
 pub const VERSION: u32 = 0x04;
+/// What `version` reads in this hardware.
+pub const VERSION_VALUE: u32 = 0x00020000;
 /// major above minor, 16 bits each (read).
 pub const VERSION_NUMBER: u32 = 0xffffffff;
 /// Byte address of `emission`.
 pub const EMISSION: u32 = 0x08;
+/// What `emission` reads in this hardware.
+pub const EMISSION_VALUE: u32 = 0xb9e6a6dc;
 /// first 32 bits of the SHA-256 of the emitted Verilog (read).
 pub const EMISSION_HASH: u32 = 0xffffffff;
 /// Byte address of `control`.

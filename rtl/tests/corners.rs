@@ -7,14 +7,9 @@ mod port_bench;
 use std::{fs, path::Path, sync::LazyLock};
 
 use corner::CORNERS;
-use hoverlock_harness::model::Library;
 use hoverlock_rtl::{emission::files, simulation::Simulator};
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
-
-fn library() -> &'static Library {
-    SIMULATOR.library()
-}
 
 #[test]
 fn rare_cases_are_exact() {
@@ -22,7 +17,7 @@ fn rare_cases_are_exact() {
         .iter()
         .filter_map(|(name, corner)| {
             let begin = std::time::Instant::now();
-            let failure = corner(library(), &[]).err();
+            let failure = corner(&SIMULATOR).err();
             eprintln!("{name}: {:.1} s", begin.elapsed().as_secs_f64());
             Some(format!("{name}: {}", failure?))
         })
@@ -183,7 +178,7 @@ fn each_fault_is_found_by_its_case() {
     let mut wrong = Vec::new();
     for (at, (file, place, fault, name)) in FAULTS.iter().enumerate() {
         let (_, corner) = CORNERS.iter().find(|(this, _)| this == name).unwrap();
-        let found = corner(simulator.library(), &[format!("+FAULT={}", at + 1)]).err();
+        let found = corner(&simulator.clone().with_plusargs(vec![format!("+FAULT={}", at + 1)])).err();
         eprintln!("{file}: `{place}` becomes `{fault}`: {name}: {found:?}");
         if found.as_ref().is_none_or(|failure| failure.stage == "bench") {
             wrong.push(format!("{file}: `{place}` as `{fault}`: {name}: {found:?}"));

@@ -138,11 +138,11 @@ fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &s
         return Some(found);
     }
     for (name, scenario) in SCENARIOS.into_iter().chain(CORNERS) {
-        if let Err(failure) = scenario(simulator.library(), simulator.plusargs()) {
+        if let Err(failure) = scenario(simulator) {
             return Some((name.into(), failure.stage.into()));
         }
     }
-    if let Err(failed) = sequence::campaign(simulator.library(), simulator.plusargs(), 1, 40) {
+    if let Err(failed) = sequence::campaign(simulator, 1, 40) {
         return Some(("sequences".into(), failed.what.stage.into()));
     }
     // The check of the cell itself drives its ports with inputs that no frame produces.

@@ -5,20 +5,15 @@ mod port_bench;
 
 use std::sync::LazyLock;
 
-use hoverlock_harness::model::Library;
 use hoverlock_rtl::simulation::Simulator;
 use port_bench::scenarios::{self, SCENARIOS};
 use proptest::prelude::*;
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
 
-fn library() -> &'static Library {
-    SIMULATOR.library()
-}
-
 fn passes(name: &str) {
     let (_, scenario) = SCENARIOS.iter().find(|(this, _)| *this == name).unwrap();
-    scenario(library(), &[]).unwrap_or_else(|failure| panic!("{failure}"));
+    scenario(&SIMULATOR).unwrap_or_else(|failure| panic!("{failure}"));
 }
 
 macro_rules! scenarios {
@@ -48,14 +43,14 @@ proptest! {
 
     #[test]
     fn any_gap_between_frames(cycles in 0u64..7000, pauses in prop_oneof![Just(0.0), 0.0..0.5], seed: u64) {
-        if let Err(failure) = scenarios::gap(library(), &[], cycles, pauses, seed) {
+        if let Err(failure) = scenarios::gap(&SIMULATOR, cycles, pauses, seed) {
             prop_assert!(false, "{}", failure);
         }
     }
 
     #[test]
     fn a_reset_at_any_cycle(moment in 0u64..12_000, software: bool, seed: u64) {
-        if let Err(failure) = scenarios::reset_at(library(), &[], moment, software, seed) {
+        if let Err(failure) = scenarios::reset_at(&SIMULATOR, moment, software, seed) {
             prop_assert!(false, "{}", failure);
         }
     }

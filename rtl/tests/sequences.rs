@@ -9,33 +9,28 @@ mod sequence;
 
 use std::{sync::LazyLock, time::Instant};
 
-use hoverlock_harness::model::Library;
 use hoverlock_rtl::simulation::Simulator;
 use sequence::{Sequence, campaign, shrink::shrunk};
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
 
-fn library() -> &'static Library {
-    SIMULATOR.library()
-}
-
 fn exact(frames: usize) {
     if let Some(path) = std::env::var_os("HOVERLOCK_SEQUENCE") {
         let text = std::fs::read_to_string(&path).expect("the file of the sequence is read");
         let sequence: Sequence = serde_json::from_str(&text).expect("a sequence as it was printed");
-        eprintln!("{:?}", sequence.play(library(), &[]).unwrap_or_else(|failure| panic!("{failure}")));
+        eprintln!("{:?}", sequence.play(&SIMULATOR).unwrap_or_else(|failure| panic!("{failure}")));
         return;
     }
     let seed = std::env::var("HOVERLOCK_SEQUENCE_SEED").ok().map_or(1, |seed| seed.parse().expect("a number"));
     let begin = Instant::now();
-    match campaign(library(), &[], seed, frames) {
+    match campaign(&SIMULATOR, seed, frames) {
         Ok(tally) => {
             eprintln!("{tally:?} in {:.0} s", begin.elapsed().as_secs_f64());
             assert!(tally.frames as usize > frames / 2 && tally.records > 0 && tally.dropped > 0, "{tally:?}");
         }
         Err(failed) => {
-            let short = shrunk(&failed.sequence, 150, |sequence| sequence.play(library(), &[]).is_err());
-            let last = short.play(library(), &[]).expect_err("what was shrunk fails");
+            let short = shrunk(&failed.sequence, 150, |sequence| sequence.play(&SIMULATOR).is_err());
+            let last = short.play(&SIMULATOR).expect_err("what was shrunk fails");
             panic!("seed {}: {}\nshrunk: {last}\n{}", failed.sequence.seed, failed.what, short.text());
         }
     }

@@ -474,6 +474,7 @@ impl Problem<'_> {
         let readings = if ground == Ground::Plane { self.level } else { self.sloped };
         let mut unknowns = start;
         let mut noise = Noise { places: LEAST_RESIDUAL, relief: 0.0 };
+        let (mut relaxation, mut before) = (1.0, None);
         for iteration in 0..ITERATIONS {
             if !self.budget.spend(ITERATION_WORK + RESIDUAL_WORK * pairs.len().div_ceil(stride)) {
                 return Err(PoseError::Late);
@@ -494,8 +495,11 @@ impl Problem<'_> {
             let factor = (normal + prior).cholesky().ok_or(PoseError::NotConverged)?;
             let gradient = gradient + prior * (readings - unknowns);
             let step = factor.solve(&gradient);
-            unknowns += step;
-            if step.dot(&gradient) < settled * settled {
+            let length2 = step.dot(&gradient);
+            relaxation = before.map_or(1.0, |(last, last2)| relaxed(relaxation, gradient.dot(&last) / last2));
+            before = Some((step, length2));
+            unknowns += step * relaxation;
+            if length2 < settled * settled {
                 let deviation = unknowns - readings;
                 let spread = normal / (relief::excess(residuals, &noise) * self.overlap) + prior;
                 let factor = spread.cholesky().ok_or(PoseError::NotConverged)?;
@@ -516,6 +520,20 @@ impl Problem<'_> {
         Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values).evidence(residuals)
     }
 }
+
+/// The part of the next step that is taken, by the part that was taken of the last one and the part of it that
+/// the next one repeats: 0 where the last one arrived, below where it went too far. Where steps go to and fro between
+/// two sides of the minimum, as pairs enter and leave Huber's bound, the next one goes to where the two would meet
+/// (Aitken 1926, for vectors Irons and Tuck 1969).
+fn relaxed(last: f64, repeated: f64) -> f64 {
+    if repeated > -TO_AND_FRO && last == 1.0 { 1.0 } else { (last / (1.0 - repeated)).clamp(LEAST_RELAXATION, 1.0) }
+}
+
+/// Part of a step that the next one takes back, above which steps go to and fro.
+const TO_AND_FRO: f64 = 0.25;
+
+/// No step is shortened to less than this part.
+const LEAST_RELAXATION: f64 = 0.2;
 
 /// Of the plane-induced homography.
 const HOMOGRAPHY_FREEDOMS: usize = 8;
@@ -806,6 +824,27 @@ mod tests {
 
     const WIDE: Conditions =
         Conditions { field_of_view: 50.0, relief: 0.0, slope: 0.0, houses: 0.0, pixel: 0.3, sensors: 1.0 };
+
+    /// Steps of an iteration that is on either side of 0 by turns arrive; those of one that converges are not changed.
+    #[test]
+    fn steps_that_go_to_and_fro_arrive() {
+        let steps_until_settled = |error_after_a_step: f64| {
+            let (mut at, mut relaxation, mut last) = (100.0f64, 1.0, None);
+            (0..50).position(|_| {
+                let step = (error_after_a_step - 1.0) * at;
+                relaxation = last.map_or(1.0, |last: f64| relaxed(relaxation, step / last));
+                last = Some(step);
+                at += relaxation * step;
+                step.abs() < SETTLED
+            })
+        };
+        for to_and_fro in [-0.98, -0.9, -0.5, -1.3] {
+            assert!(steps_until_settled(to_and_fro).is_some_and(|steps| steps <= 5), "{to_and_fro}");
+        }
+        assert_eq!(relaxed(1.0, -0.1), 1.0);
+        assert_eq!(relaxed(1.0, 0.5), 1.0);
+        assert_eq!(relaxed(0.5, 0.9), 1.0);
+    }
 
     /// 0.2 degrees at 100 m are 0.35 m an axis and a frame, 0.49 m an axis for two frames; the mean length of that is
     /// sqrt(pi / 2) 0.49 m = 0.62 m, and the laser adds little. What the pairs make of it is measured: 300 of them, 0.3

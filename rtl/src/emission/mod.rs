@@ -24,7 +24,7 @@ use self::{
 };
 use crate::{
     design::{Unbuildable, buildable, compiled},
-    registers::{Access, COEFFICIENTS_AT, Register, registers},
+    registers::{Access, COEFFICIENTS_AT, Field, Register, registers},
     top::Top,
 };
 use hoverlock_fixed_point::model::{coefficients::CoefficientError, design::DesignPoint};
@@ -90,7 +90,11 @@ pub fn files() -> Result<Vec<File>, EmitError> {
     let mut list: Vec<String> = modules.iter().map(|module| format!("{}.v\n", module.name)).collect();
     list.sort();
     files.push(File { path: "verilog/hoverlock.f".into(), text: format!("{}\n{}", banner("//"), list.concat()) });
-    let map = registers(&compiled())?;
+    let mut map = registers(&compiled())?;
+    // Only here is it known.
+    for register in map.iter_mut().filter(|register| register.name == "emission") {
+        register.fields.iter_mut().for_each(|field| field.reset = hash);
+    }
     files.push(File { path: "registers/hoverlock_registers.h".into(), text: c_header(&map) });
     files.push(File { path: "registers/hoverlock_registers.rs".into(), text: rust_constants(&map) });
     files.push(File { path: "registers/REGISTERS.md".into(), text: markdown(&map) });
@@ -188,7 +192,7 @@ fn markdown(map: &[Register]) -> String {
                 "| {address} | {name} | {bits} | {} | {} | {} | {} |\n",
                 field.name,
                 rights(field.access),
-                field.reset,
+                reset(field),
                 field.what
             );
         }
@@ -196,11 +200,30 @@ fn markdown(map: &[Register]) -> String {
     text
 }
 
+/// A single bit as a digit, a number in hex with all digits of its field.
+fn reset(field: &Field) -> String {
+    match field.bits {
+        1 => field.reset.to_string(),
+        bits => format!("0x{:0digits$x}", field.reset, digits = bits.div_ceil(4) as usize),
+    }
+}
+
+/// What a register reads that never changes, by which software knows the hardware; `None` for others.
+fn constant(register: &Register) -> Option<u32> {
+    match &register.fields[..] {
+        [Field { access: Access::Read, bits: 32, reset, .. }] if *reset != 0 => Some(*reset),
+        _ => None,
+    }
+}
+
 fn c_header(map: &[Register]) -> String {
     let mut text = format!("{}\n#ifndef HOVERLOCK_REGISTERS_H\n#define HOVERLOCK_REGISTERS_H\n\n", banner("//"));
     for register in map {
         let name = register.name.to_uppercase();
         text += &format!("#define HOVERLOCK_{name} 0x{:02x}u\n", register.offset);
+        if let Some(value) = constant(register) {
+            text += &format!("#define HOVERLOCK_{name}_VALUE 0x{value:08x}u // what it reads\n");
+        }
         for field in &register.fields {
             let mask = ((1u64 << field.bits) - 1) << field.low;
             let field_name = field.name.to_uppercase();
@@ -217,6 +240,12 @@ fn rust_constants(map: &[Register]) -> String {
         let name = register.name.to_uppercase();
         text +=
             &format!("/// Byte address of `{}`.\npub const {name}: u32 = 0x{:02x};\n", register.name, register.offset);
+        if let Some(value) = constant(register) {
+            text += &format!(
+                "/// What `{}` reads in this hardware.\npub const {name}_VALUE: u32 = 0x{value:08x};\n",
+                register.name
+            );
+        }
         for field in &register.fields {
             let mask = ((1u64 << field.bits) - 1) << field.low;
             text += &format!(

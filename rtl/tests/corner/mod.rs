@@ -1,4 +1,5 @@
 //! Rare cases of the control logic, from the ports only: each is met on purpose, because random frames seldom meet it.
+//! The numbers are those of the default design.
 
 #![allow(dead_code, reason = "each test binary uses its part")]
 
@@ -6,9 +7,9 @@ use std::sync::LazyLock;
 
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
-use hoverlock_harness::model::Library;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
+use hoverlock_rtl::simulation::Simulator;
 
 use crate::port_bench::{
     AUTOMATIC, Access, BEGUN, BUSY, Beat, Bench, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FRAME, FRAMES, Frame,
@@ -36,14 +37,15 @@ pub const CORNERS: [(&str, Scenario); 14] = [
 
 const THRESHOLDS: [u32; 2] = [60, 45];
 
-static SMALL: LazyLock<[Frame; 2]> = LazyLock::new(|| [1, 2].map(|seed| Frame::new(noise(64, 64, seed), THRESHOLDS)));
+static SMALL: LazyLock<[Frame; 2]> =
+    LazyLock::new(|| [1, 2].map(|seed| Frame::new(&KT27, noise(64, 64, seed), THRESHOLDS)));
 
 /// A frame of the smallest size that is one pixel again and again.
-static GREY: LazyLock<Frame> = LazyLock::new(|| Frame::new(Plane::filled(64, 64, 777), THRESHOLDS));
+static GREY: LazyLock<Frame> = LazyLock::new(|| Frame::new(&KT27, Plane::filled(64, 64, 777), THRESHOLDS));
 
 /// An enabled core.
-fn enabled(library: &Library, plusargs: &[String], seed: u64) -> Bench {
-    let mut bench = Bench::new(library, seed, plusargs);
+fn enabled(simulator: &Simulator, seed: u64) -> Bench {
+    let mut bench = Bench::new(simulator, seed);
     bench.write(CONTROL, ENABLE);
     bench
 }
@@ -54,11 +56,11 @@ fn flags(bench: &mut Bench, when: &str, expected: u32) -> Outcome {
 }
 
 /// Two wide frames with a gap, so that the second begins at some address of the line memories, and then a narrow one.
-fn a_narrower_frame_behind_a_gap(library: &Library, plusargs: &[String]) -> Outcome {
-    let wide = Frame::new(noise(305, 64, 40), THRESHOLDS);
-    let narrow = Frame::new(noise(69, 64, 41), THRESHOLDS);
+fn a_narrower_frame_behind_a_gap(simulator: &Simulator) -> Outcome {
+    let wide = Frame::new(&KT27, noise(305, 64, 40), THRESHOLDS);
+    let narrow = Frame::new(&KT27, noise(69, 64, 41), THRESHOLDS);
     for gap in [0, 68, 69, 150, 304, 305, 374] {
-        let mut bench = enabled(library, plusargs, 42);
+        let mut bench = enabled(simulator, 42);
         bench.configure(&wide);
         bench.beats.extend(wide.beats().into_iter().chain(wide.beats()));
         bench.gap = Some((wide.pixels.as_slice().len(), gap));
@@ -73,12 +75,12 @@ fn a_narrower_frame_behind_a_gap(library: &Library, plusargs: &[String]) -> Outc
 
 /// Packets of one and two beats behind a change of size: start and end of packet wait in the second beat of the skid
 /// buffer.
-fn packets_that_wait_in_the_skid_buffer(library: &Library, plusargs: &[String]) -> Outcome {
+fn packets_that_wait_in_the_skid_buffer(simulator: &Simulator) -> Outcome {
     let [good, _] = &*SMALL;
     for (beats, seed) in [(1, 1), (2, 2), (3, 3)] {
-        let mut bench = enabled(library, plusargs, seed);
+        let mut bench = enabled(simulator, seed);
         // The pipeline is full of a frame of another size, so what follows has to wait.
-        let before = Frame::new(noise(65, 64, 8), THRESHOLDS);
+        let before = Frame::new(&KT27, noise(65, 64, 8), THRESHOLDS);
         bench.begin(&before, before.beats())?;
         bench.until("the frame before is in", 10_000, |bench| bench.beats.is_empty())?;
         bench.configure(good);
@@ -95,8 +97,8 @@ fn packets_that_wait_in_the_skid_buffer(library: &Library, plusargs: &[String]) 
 
 /// Beats without a start: not reported while disabled, reported once a packet while enabled, also behind a frame that
 /// was too long.
-fn beats_outside_a_frame(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 4, plusargs);
+fn beats_outside_a_frame(simulator: &Simulator) -> Outcome {
+    let mut bench = Bench::new(simulator, 4);
     let [good, other] = &*SMALL;
     let stray: [Beat; 3] = [(1, false, false), (2, false, false), (3, false, true)];
     let swallow = |bench: &mut Bench, beats: &[Beat], when: &str, expected: u32| -> Outcome {
@@ -129,13 +131,14 @@ fn beats_outside_a_frame(library: &Library, plusargs: &[String]) -> Outcome {
 
 /// Two sets that differ in size and all else: one is committed, or withdrawn, at any cycle around a frame's start, and
 /// the frame takes one of them whole.
-fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> Outcome {
+fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
     let codes = |by: u32| default_coefficients(&KT27).unwrap().into_iter().map(|code| code - by).collect::<Vec<u32>>();
-    let first = Frame::with(noise(64, 64, 5), [50, 40], codes(1000));
+    let first = Frame::with(&KT27, noise(64, 64, 5), [50, 40], codes(1000));
     // The same beats under the new size and under the old one: a frame of 66 x 66, or one of 64 x 64 that is too long.
     let pixels = noise(66, 66, 6);
-    let new = Frame::with(pixels.clone(), [70, 30], codes(3000));
+    let new = Frame::with(&KT27, pixels.clone(), [70, 30], codes(3000));
     let old = Frame::with(
+        &KT27,
         Plane::from_fn(64, 64, |x, y| pixels.as_slice()[y * 64 + x]),
         first.thresholds,
         first.coefficients.clone(),
@@ -145,7 +148,7 @@ fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> 
     // coefficient.
     for withdraws in [false, true] {
         for after in -3i64..10 {
-            let mut bench = enabled(library, plusargs, 20 + after.unsigned_abs());
+            let mut bench = enabled(simulator, 20 + after.unsigned_abs());
             bench.begin(&first, first.beats())?;
             bench.exactly(&first, 0, first.thresholds, 0)?;
             bench.idle()?;
@@ -198,7 +201,7 @@ fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> 
     }
     // Not committed since reset: there is no set, so the frame is refused; and a mode that changes withdraws a commit
     // as well.
-    let mut bench = Bench::new(library, 3, plusargs);
+    let mut bench = Bench::new(simulator, 3);
     equal("registers", "commit after reset", 1, bench.read(COMMIT))?;
     bench.write(CONTROL, ENABLE | AUTOMATIC);
     equal("registers", "commit after the mode changed", 0, bench.read(COMMIT))?;
@@ -214,11 +217,11 @@ fn a_set_is_taken_whole_at_any_cycle(library: &Library, plusargs: &[String]) -> 
 
 /// The first beat of a frame, and then no other for long: the registers are written and committed in between, for the
 /// next frame.
-fn a_start_that_stands_keeps_its_set(library: &Library, plusargs: &[String]) -> Outcome {
+fn a_start_that_stands_keeps_its_set(simulator: &Simulator) -> Outcome {
     let codes = |by: u32| default_coefficients(&KT27).unwrap().into_iter().map(|code| code - by).collect();
-    let first = Frame::with(noise(64, 64, 7), [50, 40], codes(500));
-    let second = Frame::with(noise(64, 64, 8), [90, 80], codes(2500));
-    let mut bench = enabled(library, plusargs, 6);
+    let first = Frame::with(&KT27, noise(64, 64, 7), [50, 40], codes(500));
+    let second = Frame::with(&KT27, noise(64, 64, 8), [90, 80], codes(2500));
+    let mut bench = enabled(simulator, 6);
     // A frame before, so that the pipeline neither is empty nor rests.
     let [before, _] = &*SMALL;
     bench.begin(before, before.beats())?;
@@ -246,14 +249,14 @@ fn followed(thresholds: [u32; 2], target: u32, counts: [u32; 3]) -> [u32; 2] {
 
 /// Frames of the smallest size back to back, so that the next set is there while this frame is still in the columns:
 /// mode, target and manual thresholds change with each.
-fn every_frame_its_own_mode_and_target(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = enabled(library, plusargs, 9);
+fn every_frame_its_own_mode_and_target(simulator: &Simulator) -> Outcome {
+    let mut bench = enabled(simulator, 9);
     let steps = [(false, 0), (true, 0), (true, 2000), (false, 2000), (true, 0), (true, 0), (true, 2000), (false, 0)];
     let mut last: Option<([u32; 2], [u32; 3], bool)> = None;
     let mut expected = Vec::new();
     for (i, (automatic, target)) in steps.into_iter().enumerate() {
         let manual = [40 + 10 * i as u32, 90 - 10 * i as u32];
-        let frame = Frame::new(noise(64, 64, 30 + i as u64), manual);
+        let frame = Frame::new(&KT27, noise(64, 64, 30 + i as u64), manual);
         let thresholds = match last {
             Some((thresholds, counts, true)) if automatic => followed(thresholds, target, counts),
             _ => manual,
@@ -293,11 +296,11 @@ fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> O
 }
 
 /// A count of exactly three or five quarters of the target changes nothing, and a target one further away does.
-fn a_target_that_is_met_changes_nothing(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = enabled(library, plusargs, 10);
+fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
+    let mut bench = enabled(simulator, 10);
     let mut number = 0;
     let pixels = noise(128, 96, 9);
-    let planes = Frame::new(pixels.clone(), [1, 1]);
+    let planes = Frame::new(&KT27, pixels.clone(), [1, 1]);
     for (quarters, k) in [(3, 0), (3, 1), (5, 0), (5, 1)] {
         // A threshold that as many features reach as can be such a part of a target.
         let found = (1..6000).find_map(|threshold| {
@@ -305,7 +308,7 @@ fn a_target_that_is_met_changes_nothing(library: &Library, plusargs: &[String]) 
             (count > 0 && (4 * count).is_multiple_of(quarters)).then_some((threshold, 4 * count / quarters))
         });
         let Some((threshold, target)) = found else { return fail("bench", "no threshold has such a count") };
-        let frame = Frame::new(pixels.clone(), [threshold; 2]);
+        let frame = Frame::new(&KT27, pixels.clone(), [threshold; 2]);
         let now = follows(&mut bench, &frame, &mut number, target)?;
         equal("threshold", &format!("met with {quarters} quarters, scale pair {k}"), threshold, now[k])?;
         let beyond = if quarters == 3 { target + 1 } else { target - 1 };
@@ -319,9 +322,9 @@ fn a_target_that_is_met_changes_nothing(library: &Library, plusargs: &[String]) 
 
 /// More than 4096 features of one scale pair: the threshold rises, as it must not if the count stopped at 1023 or lost
 /// its carry.
-fn a_count_beyond_4096(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = enabled(library, plusargs, 11);
-    let frame = Frame::new(lattice(300, 300), [9, 9]);
+fn a_count_beyond_4096(simulator: &Simulator) -> Outcome {
+    let mut bench = enabled(simulator, 11);
+    let frame = Frame::new(&KT27, lattice(300, 300), [9, 9]);
     let many = counts(&frame.planes.features(&[9, 9]))[0];
     if !(4097..4500).contains(&many) {
         return fail("bench", format!("{many} features"));
@@ -331,8 +334,8 @@ fn a_count_beyond_4096(library: &Library, plusargs: &[String]) -> Outcome {
 }
 
 /// Thresholds neither pass the largest code nor fall below 1.
-fn thresholds_stop_at_their_limits(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = enabled(library, plusargs, 12);
+fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
+    let mut bench = enabled(simulator, 12);
     let mut number = 0;
     // White spots, and coefficients that leave the spots in one plane and nothing in the other: responses at the
     // largest code.
@@ -342,14 +345,14 @@ fn thresholds_stop_at_their_limits(library: &Library, plusargs: &[String]) -> Ou
     for (thresholds, target) in
         [([0x7fff, 1], 0), ([0x71c6, 2], 0), ([0x71c7, 3], 0), ([0x71c8, 8], 0), ([0x7000, 9], 0)]
     {
-        let frame = Frame::with(Plane::from_fn(64, 64, spot), thresholds, coefficients.clone());
+        let frame = Frame::with(&KT27, Plane::from_fn(64, 64, spot), thresholds, coefficients.clone());
         if counts(&frame.planes.features(&thresholds))[0] == 0 {
             return fail("bench", "no response at the largest code");
         }
         follows(&mut bench, &frame, &mut number, target)?;
     }
     for (thresholds, target) in [([1, 1], 2000), ([2, 3], 2000), ([8, 7], 2000), ([9, 10], 2000), ([15, 16], 2000)] {
-        let frame = Frame::new(noise(64, 64, 12), thresholds);
+        let frame = Frame::new(&KT27, noise(64, 64, 12), thresholds);
         follows(&mut bench, &frame, &mut number, target)?;
     }
     Ok(())
@@ -361,7 +364,7 @@ const WAITING: usize = 498;
 /// A frame with so many features, the thresholds searched for it.
 fn with_features(wanted: usize) -> Outcome<Frame> {
     (4..12)
-        .find_map(|seed| thresholds_for(wanted, Frame::new(noise(224, 170, seed), [1, 1])))
+        .find_map(|seed| thresholds_for(wanted, Frame::new(&KT27, noise(224, 170, seed), [1, 1])))
         .map_or_else(|| fail("bench", format!("no thresholds give {wanted} features")), Ok)
 }
 
@@ -387,9 +390,9 @@ fn thresholds_for(wanted: usize, all: Frame) -> Option<Frame> {
 }
 
 /// A closed sink and one feature more than there is room for: one dropped feature is counted and reported.
-fn one_dropped_feature(library: &Library, plusargs: &[String]) -> Outcome {
+fn one_dropped_feature(simulator: &Simulator) -> Outcome {
     for extra in [0, 1] {
-        let mut bench = enabled(library, plusargs, 13);
+        let mut bench = enabled(simulator, 13);
         bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
         bench.sink_pause = 1.0;
         let frame = with_features(WAITING + extra)?;
@@ -409,12 +412,12 @@ fn one_dropped_feature(library: &Library, plusargs: &[String]) -> Outcome {
 
 /// Behind a closed sink features fill their part of the FIFO and trailers the rest, down to the last three places; then
 /// the video stops.
-fn the_video_stops_behind_thirteen_trailers(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = enabled(library, plusargs, 14);
+fn the_video_stops_behind_thirteen_trailers(simulator: &Simulator) -> Outcome {
+    let mut bench = enabled(simulator, 14);
     bench.sink_pause = 1.0;
     let frame = with_features(WAITING)?;
     bench.begin(&frame, frame.beats())?;
-    let empty = Frame::new(Plane::filled(64, 64, 9), THRESHOLDS);
+    let empty = Frame::new(&KT27, Plane::filled(64, 64, 9), THRESHOLDS);
     bench.idle()?;
     bench.configure(&empty);
     (0..16).for_each(|_| bench.beats.extend(empty.beats()));
@@ -437,12 +440,12 @@ fn spotted(radius: usize) -> Frame {
         |x: usize, y: usize| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= radius.pow(2) { 0xffff } else { 0 };
     let mut coefficients = default_coefficients(&KT27).unwrap();
     coefficients[..12].fill(0xffff);
-    Frame::with(Plane::from_fn(64, 64, spot), [3000, 2000], coefficients)
+    Frame::with(&KT27, Plane::from_fn(64, 64, spot), [3000, 2000], coefficients)
 }
 
 /// A response cut in the coarse scale pair alone is reported as well.
-fn a_coarse_response_alone_is_cut(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = enabled(library, plusargs, 15);
+fn a_coarse_response_alone_is_cut(simulator: &Simulator) -> Outcome {
+    let mut bench = enabled(simulator, 15);
     let frame = spotted(3);
     if frame.planes.saturated[0] != 0 || frame.planes.saturated[1] == 0 {
         return fail("bench", format!("{:?} responses are cut", frame.planes.saturated));
@@ -454,7 +457,7 @@ fn a_coarse_response_alone_is_cut(library: &Library, plusargs: &[String]) -> Out
 }
 
 /// A status bit that is cleared in the very cycle of its event stays; a cycle later it goes.
-fn an_event_in_the_cycle_of_its_clearing(library: &Library, plusargs: &[String]) -> Outcome {
+fn an_event_in_the_cycle_of_its_clearing(simulator: &Simulator) -> Outcome {
     let [good, other] = &*SMALL;
     let size = good.pixels.as_slice().len();
     let once = spotted(0);
@@ -481,7 +484,7 @@ fn an_event_in_the_cycle_of_its_clearing(library: &Library, plusargs: &[String])
     ];
     for (bit, name, frame, beats, closed) in cases {
         let play = |clear: Option<u64>| -> (Bench, Option<u64>) {
-            let mut bench = enabled(library, plusargs, 16);
+            let mut bench = enabled(simulator, 16);
             bench.configure(frame);
             bench.sink_pause = if closed { 1.0 } else { 0.0 };
             bench.beats.extend(&beats);
@@ -524,10 +527,10 @@ fn an_event_in_the_cycle_of_its_clearing(library: &Library, plusargs: &[String])
 
 /// Exact numbers of cycles, without a pause: from a frame's last beat to its trailer, and from the start of a frame of
 /// a new size to its third beat.
-fn cycles_from_port_to_port(library: &Library, plusargs: &[String]) -> Outcome {
+fn cycles_from_port_to_port(simulator: &Simulator) -> Outcome {
     for (w, h) in [(64, 64), (65, 64), (100, 70), (333, 65)] {
-        let mut bench = enabled(library, plusargs, 17);
-        let frame = Frame::new(noise(w, h, 17), THRESHOLDS);
+        let mut bench = enabled(simulator, 17);
+        let frame = Frame::new(&KT27, noise(w, h, 17), THRESHOLDS);
         bench.configure(&frame);
         bench.run(4);
         bench.beats.extend(frame.beats());

@@ -11,11 +11,12 @@ pub mod scenarios;
 use std::{collections::VecDeque, fmt};
 
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER, FeatureRecord, Planes};
-use hoverlock_fixed_point::model::design::KT27;
-use hoverlock_harness::model::{InstanceOptions, Library, Model};
+use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_harness::model::{InstanceOptions, Model};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_rtl::emission::files_of;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
-use hoverlock_rtl::simulation::Ports;
+use hoverlock_rtl::simulation::{Ports, Simulator};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -68,12 +69,13 @@ pub struct Frame {
 }
 
 impl Frame {
-    pub fn new(pixels: Plane<u16>, thresholds: [u32; 2]) -> Self {
-        Self::with(pixels, thresholds, default_coefficients(&KT27).unwrap())
+    /// With the coefficients of the design. Samples are those of its camera.
+    pub fn new(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2]) -> Self {
+        Self::with(design, pixels, thresholds, default_coefficients(design).unwrap())
     }
 
-    pub fn with(pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
-        let planes = BitTrue::new(&KT27).unwrap().with_coefficients(&coefficients).planes(&pixels);
+    pub fn with(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
+        let planes = BitTrue::new(design).unwrap().with_coefficients(&coefficients).planes(&pixels);
         Self { pixels, coefficients, thresholds, planes }
     }
 
@@ -120,6 +122,8 @@ pub enum Access {
 }
 
 pub struct Bench {
+    /// The design of two scale pairs that is simulated.
+    pub design: DesignPoint,
     model: Model,
     ports: Ports,
     random: ChaCha8Rng,
@@ -161,10 +165,11 @@ macro_rules! set {
 
 impl Bench {
     /// Out of reset, with a first content of registers and memories that the seed decides.
-    pub fn new(library: &Library, seed: u64, plusargs: &[String]) -> Self {
-        let options = InstanceOptions { seed, plusargs: plusargs.to_vec() };
-        let model = library.instance_with(&options).unwrap();
+    pub fn new(simulator: &Simulator, seed: u64) -> Self {
+        let options = InstanceOptions { seed, plusargs: simulator.plusargs().to_vec() };
+        let model = simulator.library().instance_with(&options).unwrap();
         let mut bench = Self {
+            design: simulator.design().clone(),
             ports: Ports::find(&model).unwrap(),
             model,
             random: ChaCha8Rng::seed_from_u64(seed),
@@ -240,7 +245,7 @@ impl Bench {
         let (data, first, last) = match self.beats.front() {
             Some(beat) if self.offered => *beat,
             // The video signals are random while `valid` is low.
-            _ => (self.random.random(), self.random.random(), self.random.random()),
+            _ => (self.random.random_range(0..=white(&self.design)), self.random.random(), self.random.random()),
         };
         set!(self.ports.valid, u8::from(self.offered));
         set!(self.ports.data, data.into());
@@ -412,6 +417,34 @@ impl Packet {
         }
         Ok(dropped)
     }
+}
+
+/// What the `emission` register reads, as the C header of the design says.
+pub fn emission(design: &DesignPoint) -> u32 {
+    let files = files_of(design).unwrap();
+    let header = &files.iter().find(|file| file.path.ends_with(".h")).unwrap().text;
+    let digits = &header.split_once("HOVERLOCK_EMISSION_VALUE 0x").unwrap().1[..8];
+    u32::from_str_radix(digits, 16).unwrap()
+}
+
+/// The largest sample of the camera.
+pub fn white(design: &DesignPoint) -> u16 {
+    design.pixel.max_raw() as u16
+}
+
+/// The largest coefficient.
+pub fn most(design: &DesignPoint) -> u32 {
+    design.coefficient.max_raw() as u32
+}
+
+/// The largest response, which is also the largest threshold.
+pub fn strongest(design: &DesignPoint) -> u32 {
+    (1 << design.dog_bits) - 1
+}
+
+/// [`noise`] as the design's camera takes it.
+pub fn ground(design: &DesignPoint, width: usize, height: usize, seed: u64) -> Plane<u16> {
+    design.samples(&noise(width, height, seed))
 }
 
 /// Grey noise over a slope: many features, all bits in use.

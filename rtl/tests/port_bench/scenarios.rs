@@ -1,21 +1,14 @@
 //! The scenarios of the port bench. The everyday tests run them, and the mutation test runs them against every mutant.
 
-use std::sync::LazyLock;
-
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
-use hoverlock_harness::model::Library;
-use hoverlock_rtl::{
-    emission::emission,
-    registers::{Access, registers},
-};
+use hoverlock_rtl::registers::{Access, registers};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 
-/// A scenario: a Verilated top and the arguments its Verilog sees.
-pub type Scenario = fn(&Library, &[String]) -> Outcome;
+/// A scenario on a model of a design of two scale pairs.
+pub type Scenario = fn(&Simulator) -> Outcome;
 
 /// All of them, the quick and telling ones first.
 pub const SCENARIOS: [(&str, Scenario); 10] = [
@@ -31,16 +24,21 @@ pub const SCENARIOS: [(&str, Scenario); 10] = [
     ("overflow", a_sink_that_sleeps),
 ];
 
-const THRESHOLDS: [u32; 2] = [60, 45];
+/// 30 and 22.5 DN, or the least there is.
+fn low(design: &DesignPoint) -> [u32; 2] {
+    [30.0, 22.5].map(|dn| (dn / design.dog().lsb()).max(1.0) as u32)
+}
 
 /// Three frames of the smallest size, every one different.
-static SMALL: LazyLock<[Frame; 3]> =
-    LazyLock::new(|| [1, 2, 3].map(|seed| Frame::new(noise(64, 64, seed), THRESHOLDS)));
+fn small(design: &DesignPoint) -> [Frame; 3] {
+    [1, 2, 3].map(|seed| Frame::new(design, ground(design, 64, 64, seed), low(design)))
+}
 
 /// Every register: identification, values after reset, what can be written, and what must not change with it.
-pub fn register_map(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 1, plusargs);
-    let map = registers(&KT27).unwrap();
+pub fn register_map(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let mut bench = Bench::new(simulator, 1);
+    let map = registers(design).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(2);
     let mut expected = [0u32; 64];
     let mut writable = [0u32; 64];
@@ -54,7 +52,7 @@ pub fn register_map(library: &Library, plusargs: &[String]) -> Outcome {
             }
         }
     }
-    expected[2] = emission().unwrap();
+    expected[2] = emission(design);
     let reset = expected;
     let all = |bench: &mut Bench, expected: &[u32; 64], when: &str| -> Outcome {
         for (word, expected) in expected.iter().enumerate() {
@@ -92,9 +90,11 @@ fn status(bench: &mut Bench, expected: u32) -> Outcome {
 }
 
 /// Each bit is set by its event only, stays, is cleared by a one and by nothing else; the interrupt follows.
-pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 3, plusargs);
-    let [frame, other, _] = &*SMALL;
+pub fn status_and_interrupt(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 3);
+    let [frame, other, _] = &small(design);
     status(&mut bench, 0)?;
     bench.configure(frame);
     bench.write(CONTROL, ENABLE);
@@ -102,13 +102,13 @@ pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
     bench.until("the frame is in", 10_000, |bench| bench.beats.is_empty())?;
     status(&mut bench, BUSY | BEGUN)?;
     equal("registers", "frames before the first is done", 0, bench.read(FRAMES))?;
-    bench.exactly(frame, 0, THRESHOLDS, 0)?;
+    bench.exactly(frame, 0, low, 0)?;
     bench.idle()?;
     status(&mut bench, BEGUN | FRAME)?;
-    let now = THRESHOLDS[1] << 16 | THRESHOLDS[0];
+    let now = low[1] << 16 | low[0];
     equal("registers", "thresholds in use", now, bench.read(THRESHOLD_NOW))?;
     equal("registers", "frames", 1, bench.read(FRAMES))?;
-    equal("registers", "features", frame.records(THRESHOLDS).len() as u32, bench.read(FEATURES))?;
+    equal("registers", "features", frame.records(low).len() as u32, bench.read(FEATURES))?;
     equal("registers", "dropped", 0, bench.read(DROPPED))?;
     // The interrupt is the frame's and masked by its bit.
     let masks = [ENABLE, INTERRUPT_ERROR, INTERRUPT_FRAME, INTERRUPT_FRAME | ENABLE, AUTOMATIC, 0];
@@ -159,10 +159,14 @@ pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
 
     // A white spot with coefficients near 1 exceeds the largest response.
     let spot =
-        Plane::from_fn(64, 64, |x, y| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { u16::MAX } else { 0 });
-    let mut coefficients = default_coefficients(&KT27).unwrap();
-    coefficients[..6].fill(0xffff);
-    let wide = Frame::with(spot, [3000, 2000], coefficients);
+        Plane::from_fn(
+            64,
+            64,
+            |x, y| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { white(design) } else { 0 },
+        );
+    let mut coefficients = default_coefficients(design).unwrap();
+    coefficients[..=design.look_ahead[0] as usize].fill(most(design));
+    let wide = Frame::with(design, spot, [strongest(design) / 10, strongest(design) / 15], coefficients);
     assert!(wide.saturates() && !wide.records(wide.thresholds).is_empty());
     bench.begin(&wide, wide.beats())?;
     bench.exactly(&wide, 5, wide.thresholds, 0)?;
@@ -174,14 +178,22 @@ pub fn status_and_interrupt(library: &Library, plusargs: &[String]) -> Outcome {
 }
 
 /// Frames back to back, each with its own coefficients and thresholds, its own records and its own trailer.
-pub fn frames_keep_their_registers(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 9, plusargs);
+pub fn frames_keep_their_registers(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 9);
     bench.write(CONTROL, ENABLE);
     let mut random = ChaCha8Rng::seed_from_u64(10);
     let frame = |seed: u64, random: &mut ChaCha8Rng| {
         // From a third to the whole: features are found with any such coefficients.
-        let coefficients = (0..19).map(|_| random.random_range(20_000..=0xffff)).collect();
-        Frame::with(noise(64, 64, seed), [random.random_range(1..90), random.random_range(1..90)], coefficients)
+        let count = default_coefficients(design).unwrap().len();
+        let coefficients = (0..count).map(|_| random.random_range(most(design) / 3..=most(design))).collect();
+        Frame::with(
+            design,
+            ground(design, 64, 64, seed),
+            [random.random_range(1..=2 * low[0]), random.random_range(1..=2 * low[1])],
+            coefficients,
+        )
     };
     let frames: Vec<Frame> = (0..4).map(|seed| frame(seed, &mut random)).collect();
     for frame in &frames {
@@ -194,10 +206,12 @@ pub fn frames_keep_their_registers(library: &Library, plusargs: &[String]) -> Ou
 }
 
 /// Short, long and interrupted frames at telling lengths: padded, cut, reported once, and their neighbours exact.
-pub fn faulty_frames(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 4, plusargs);
+pub fn faulty_frames(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 4);
     bench.write(CONTROL, ENABLE);
-    let [good, other, _] = &*SMALL;
+    let [good, other, _] = &small(design);
     let size = good.pixels.as_slice().len();
     let mut number = 0;
     for (length, extra, ends) in
@@ -205,9 +219,10 @@ pub fn faulty_frames(library: &Library, plusargs: &[String]) -> Outcome {
     {
         let pixels = good.pixels.as_slice();
         let completed = Plane::from_fn(64, 64, |x, y| pixels[(y * 64 + x).min(length - 1)]);
-        let faulty = Frame::new(completed, THRESHOLDS);
+        let faulty = Frame::new(design, completed, low);
         let count = length + extra;
-        let beat = |i: usize| (pixels.get(i).copied().unwrap_or(i as u16), i == 0, ends && i + 1 == count);
+        let beat =
+            |i: usize| (pixels.get(i).copied().unwrap_or(i as u16 & white(design)), i == 0, ends && i + 1 == count);
         bench.begin(&faulty, (0..count).map(beat))?;
         bench.begin(other, other.beats())?;
         let (errors, bit) = if extra > 0 {
@@ -217,8 +232,8 @@ pub fn faulty_frames(library: &Library, plusargs: &[String]) -> Outcome {
         } else {
             (4, INTERRUPTED)
         };
-        bench.exactly(&faulty, number, THRESHOLDS, errors)?;
-        bench.exactly(other, number + 1, THRESHOLDS, 0)?;
+        bench.exactly(&faulty, number, low, errors)?;
+        bench.exactly(other, number + 1, low, 0)?;
         number += 2;
         equal("status", "after a faulty frame", bit, bench.read(STATUS) & (SHORT | LONG | INTERRUPTED | REFUSED))?;
         bench.write(STATUS, bit);
@@ -228,25 +243,28 @@ pub fn faulty_frames(library: &Library, plusargs: &[String]) -> Outcome {
     let mut ended = cut.clone();
     ended[3999].2 = true;
     let padded = Plane::from_fn(64, 64, |x, y| good.pixels.as_slice()[(y * 64 + x).min(3999)]);
-    let faulty = Frame::new(padded, THRESHOLDS);
+    let faulty = Frame::new(design, padded, low);
     bench.beats.extend(ended.iter().chain(&cut).chain(&cut).copied());
     bench.beats.extend(good.beats());
     for (errors, frame) in [(1, &faulty), (4, &faulty), (4, &faulty), (0, good)] {
-        bench.exactly(frame, number, THRESHOLDS, errors)?;
+        bench.exactly(frame, number, low, errors)?;
         number += 1;
     }
     Ok(())
 }
 
 /// Invalid sizes are refused with a sticky bit and the next valid frame is exact; sizes change in all directions.
-pub fn refused_and_changed_sizes(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 5, plusargs);
+pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 5);
     bench.write(CONTROL, ENABLE);
+    let widest = design.width as usize;
     let shapes = [(64, 64), (65, 64), (65, 66), (64, 66), (80, 64), (64, 70), (127, 64), (64, 64)];
-    let refused = [(63, 64), (64, 63), (1025, 64), (64, 2049), (0, 0), (2047, 64), (64, 4095), (1024, 63)];
+    let refused = [(63, 64), (64, 63), (widest + 1, 64), (64, 2049), (0, 0), (2047, 64), (64, 4095), (widest, 63)];
     for (number, ((w, h), (bad_w, bad_h))) in shapes.into_iter().zip(refused).enumerate() {
-        let frame = Frame::new(noise(w, h, number as u64), THRESHOLDS);
-        bench.write(SIZE, bad_h << 16 | bad_w);
+        let frame = Frame::new(design, ground(design, w, h, number as u64), low);
+        bench.write(SIZE, bad_h << 16 | bad_w as u32);
         bench.write(COMMIT, 1);
         bench.beats.extend([(1, true, false), (2, false, false), (3, false, true)]);
         bench.until("a refused frame is swallowed", 20_000, |bench| bench.beats.is_empty())?;
@@ -257,12 +275,12 @@ pub fn refused_and_changed_sizes(library: &Library, plusargs: &[String]) -> Outc
         // Two frames: one right after the change, one directly after it.
         bench.begin(&frame, frame.beats())?;
         bench.begin(&frame, frame.beats())?;
-        bench.exactly(&frame, 2 * number as u32, THRESHOLDS, 0)?;
-        bench.exactly(&frame, 2 * number as u32 + 1, THRESHOLDS, 0)?;
+        bench.exactly(&frame, 2 * number as u32, low, 0)?;
+        bench.exactly(&frame, 2 * number as u32 + 1, low, 0)?;
         equal("status", "refused without reason", 0, bench.read(STATUS) & REFUSED)?;
     }
     // The limits themselves are possible: the first line of the largest frame is taken.
-    for (w, h) in [(1024, 64), (64, 2048)] {
+    for (w, h) in [(design.width, 64), (64, 2048)] {
         bench.idle()?;
         bench.write(SIZE, h << 16 | w);
         bench.write(COMMIT, 1);
@@ -277,33 +295,37 @@ pub fn refused_and_changed_sizes(library: &Library, plusargs: &[String]) -> Outc
 }
 
 /// Two frames of one size with a gap, the second beginning at some step of the first one's drain.
-pub fn gap(library: &Library, plusargs: &[String], cycles: u64, pauses: f64, seed: u64) -> Outcome {
-    let mut bench = Bench::new(library, seed, plusargs);
+pub fn gap(simulator: &Simulator, cycles: u64, pauses: f64, seed: u64) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, seed);
     (bench.source_pause, bench.sink_pause) = (pauses, pauses);
-    let [first, second, _] = &*SMALL;
+    let [first, second, _] = &small(design);
     bench.configure(first);
     bench.write(CONTROL, ENABLE);
     bench.beats.extend(first.beats());
     bench.beats.extend(second.beats());
     bench.gap = Some((second.pixels.as_slice().len(), cycles));
-    bench.exactly(first, 0, THRESHOLDS, 0)?;
-    bench.exactly(second, 1, THRESHOLDS, 0)?;
+    bench.exactly(first, 0, low, 0)?;
+    bench.exactly(second, 1, low, 0)?;
     bench.idle()
 }
 
 /// Frames apart by everything from nothing to longer than the drain, which is 96 lines of 64.
-pub fn gaps_of_every_kind(library: &Library, plusargs: &[String]) -> Outcome {
+pub fn gaps_of_every_kind(simulator: &Simulator) -> Outcome {
     for (i, cycles) in [0, 1, 2, 63, 1000, 5100, 5371, 6143, 6144, 6145, 7000].into_iter().enumerate() {
-        gap(library, plusargs, cycles, if i % 3 == 2 { 0.2 } else { 0.0 }, i as u64)?;
+        gap(simulator, cycles, if i % 3 == 2 { 0.2 } else { 0.0 }, i as u64)?;
     }
     Ok(())
 }
 
 /// A core that is disabled between frames drops further frames without an error and still outputs the records of the
 /// last one.
-pub fn a_disabled_core_drains(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 6, plusargs);
-    let [frame, other, _] = &*SMALL;
+pub fn a_disabled_core_drains(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 6);
+    let [frame, other, _] = &small(design);
     bench.configure(frame);
     bench.beats.extend(frame.beats());
     bench.until("a frame is swallowed", 10_000, |bench| bench.beats.is_empty())?;
@@ -318,31 +340,33 @@ pub fn a_disabled_core_drains(library: &Library, plusargs: &[String]) -> Outcome
         bench.beats.extend(other.beats());
     }
     bench.until("the packet of the frame before", 14_000, |bench| !bench.packets.is_empty())?;
-    bench.exactly(frame, 0, THRESHOLDS, 0)?;
+    bench.exactly(frame, 0, low, 0)?;
     bench.until("the others are swallowed", 14_000, |bench| bench.beats.is_empty())?;
     bench.idle()?;
     status(&mut bench, FRAME)?;
     bench.write(CONTROL, ENABLE);
     bench.begin(other, other.beats())?;
-    bench.exactly(other, 1, THRESHOLDS, 0)
+    bench.exactly(other, 1, low, 0)
 }
 
 /// Resets in the first line, in the middle, while draining, with records waiting, with registers being written.
-pub fn resets_at_any_moment(library: &Library, plusargs: &[String]) -> Outcome {
+pub fn resets_at_any_moment(simulator: &Simulator) -> Outcome {
     let moments =
         [1, 5, 40, 100, 2000, 4096, 4100, 4096 + 2600, 4096 + 3900, 4096 + 5200, 4096 + 5371, 4096 + 6140, 12_000];
     for (i, moment) in moments.into_iter().enumerate() {
         for software in [false, true] {
-            reset_at(library, plusargs, moment, software, i as u64)?;
+            reset_at(simulator, moment, software, i as u64)?;
         }
     }
     Ok(())
 }
 
 /// A reset at a moment of the second frame; then the data in flight are lost and the next frame is the first.
-pub fn reset_at(library: &Library, plusargs: &[String], moment: u64, software: bool, seed: u64) -> Outcome {
-    let mut bench = Bench::new(library, seed, plusargs);
-    let [before, lost, after] = &*SMALL;
+pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, seed);
+    let [before, lost, after] = &small(design);
     bench.write(CONTROL, ENABLE);
     bench.begin(before, before.beats())?;
     // Records of the first frame wait in the FIFO.
@@ -365,23 +389,25 @@ pub fn reset_at(library: &Library, plusargs: &[String], moment: u64, software: b
         bench.reset(1 + (seed % 3) as u32);
         bench.sink_pause = 0.0;
         equal("reset", "status", 0, bench.read(STATUS))?;
-        equal("reset", "size", 768 << 16 | 1024, bench.read(SIZE))?;
+        equal("reset", "size", design.height << 16 | design.width, bench.read(SIZE))?;
         equal("reset", "frames", 0, bench.read(FRAMES))?;
         equal("reset", "features", 0, bench.read(FEATURES))?;
         bench.write(CONTROL, ENABLE);
     }
     bench.begin(after, after.beats())?;
     bench.begin(before, before.beats())?;
-    bench.exactly(after, 0, THRESHOLDS, 0)?;
-    bench.exactly(before, 1, THRESHOLDS, 0)?;
+    bench.exactly(after, 0, low, 0)?;
+    bench.exactly(before, 1, low, 0)?;
     bench.idle()?;
     status(&mut bench, FRAME)
 }
 
 /// Thresholds that follow the count: up, down, held, from the manual one, and back to it.
-pub fn automatic_thresholds(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 7, plusargs);
-    let frame = &Frame::new(noise(80, 72, 9), [40, 300]);
+pub fn automatic_thresholds(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 7);
+    let frame = &Frame::new(design, ground(design, 80, 72, 9), [low[0], 7 * low[1]]);
     let most = frame.records([1, 1]).len() as u32 / 2;
     let mut number = 0;
     // Targets that pull both down, hold, and push up; and what the model's controller would say.
@@ -393,15 +419,15 @@ pub fn automatic_thresholds(library: &Library, plusargs: &[String]) -> Outcome {
         number += 1;
         // The first automatic frame takes the manual thresholds.
         bench.write(CONTROL, ENABLE | AUTOMATIC);
-        let mut control = Thresholds(frame.thresholds, target);
+        let mut control = Thresholds(design, frame.thresholds, target);
         for i in 0..8 {
             bench.begin(frame, frame.beats())?;
             if i % 3 == 2 {
                 bench.idle()?;
             }
-            bench.exactly(frame, number, control.0, 0)?;
-            equal("registers", "thresholds in use", control.0[1] << 16 | control.0[0], bench.read(THRESHOLD_NOW))?;
-            control.follow(&counts(&frame.planes.features(&control.0)));
+            bench.exactly(frame, number, control.1, 0)?;
+            equal("registers", "thresholds in use", control.1[1] << 16 | control.1[0], bench.read(THRESHOLD_NOW))?;
+            control.follow(&counts(&frame.planes.features(&control.1)));
             number += 1;
         }
     }
@@ -409,13 +435,13 @@ pub fn automatic_thresholds(library: &Library, plusargs: &[String]) -> Outcome {
 }
 
 /// The controller of the model from any start: the model's own begins at its design point's thresholds.
-struct Thresholds([u32; 2], u32);
+struct Thresholds<'a>(&'a DesignPoint, [u32; 2], u32);
 
-impl Thresholds {
+impl Thresholds<'_> {
     fn follow(&mut self, counts: &[u32]) {
-        for (k, threshold) in self.0.iter_mut().enumerate() {
-            let mut design = KT27.clone();
-            (design.threshold.target, design.threshold.initial) = (self.1, *threshold);
+        for (k, threshold) in self.1.iter_mut().enumerate() {
+            let mut design = self.0.clone();
+            (design.threshold.target, design.threshold.initial) = (self.2, *threshold);
             let mut control = ThresholdController::new(&design);
             control.finish_frame(&[counts[k]; 2]);
             *threshold = control.thresholds()[k];
@@ -425,20 +451,22 @@ impl Thresholds {
 
 /// The sink is not ready: features are dropped and counted, trailers wait, and then the video stalls. When the sink is
 /// ready again all records come out.
-pub fn a_sink_that_sleeps(library: &Library, plusargs: &[String]) -> Outcome {
-    let mut bench = Bench::new(library, 8, plusargs);
+pub fn a_sink_that_sleeps(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 8);
     bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
     bench.sink_pause = 1.0;
-    let large = Frame::new(noise(224, 170, 4), [1, 1]);
+    let large = Frame::new(design, ground(design, 224, 170, 4), [1, 1]);
     let fits = 496;
     assert!(large.records([1, 1]).len() > fits, "{} features fill no FIFO", large.records([1, 1]).len());
     bench.begin(&large, large.beats())?;
     // Trailers fill the reserved entries; the 15th does not fit, so the video stalls before it.
-    let [small, ..] = &*SMALL;
+    let [plain, ..] = &small(design);
     let frames = 20;
-    bench.begin(small, std::iter::empty::<Beat>().chain(small.beats()))?;
+    bench.begin(plain, std::iter::empty::<Beat>().chain(plain.beats()))?;
     for _ in 1..frames {
-        bench.beats.extend(small.beats());
+        bench.beats.extend(plain.beats());
     }
     bench.run(200_000);
     if bench.beats.is_empty() {
@@ -458,14 +486,14 @@ pub fn a_sink_that_sleeps(library: &Library, plusargs: &[String]) -> Outcome {
     let mut total = 0;
     for number in 1..=frames {
         let packet = bench.packet()?;
-        total += packet.check(small, number, THRESHOLDS, 0)?;
+        total += packet.check(plain, number, low, 0)?;
     }
     if total == 0 {
         return fail("feature FIFO", "nothing dropped with a full FIFO");
     }
     bench.idle()?;
     bench.write(STATUS, u32::MAX);
-    bench.begin(small, small.beats())?;
-    bench.exactly(small, frames + 1, THRESHOLDS, 0)?;
+    bench.begin(plain, plain.beats())?;
+    bench.exactly(plain, frames + 1, low, 0)?;
     equal("status", "drops after the FIFO was emptied", 0, bench.read(STATUS) & DROPS)
 }

@@ -12,13 +12,14 @@
 mod play;
 pub mod shrink;
 
-use hoverlock_harness::model::Library;
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_rtl::simulation::Simulator;
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::port_bench::{Beat, Outcome, lattice, noise};
+use crate::port_bench::{Beat, Outcome, lattice, noise, white};
 pub use play::Tally;
 
 /// Frames one after the other, from a hardware reset.
@@ -104,13 +105,13 @@ pub struct Reset {
 }
 
 impl Sequence {
-    /// A sequence of some frames, all of it decided by the seed.
-    pub fn random(seed: u64, frames: usize) -> Self {
+    /// A sequence of some frames for a design, all of it decided by the seed.
+    pub fn random(design: &DesignPoint, seed: u64, frames: usize) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut sequence = Self { seed, frames: Vec::new() };
         for _ in 0..frames {
             let before = sequence.frames.last().map(|step: &Step| (step.width, step.height));
-            sequence.frames.push(Step::random(&mut random, before));
+            sequence.frames.push(Step::random(design, &mut random, before));
         }
         sequence.agreed()
     }
@@ -147,8 +148,8 @@ impl Sequence {
         self
     }
 
-    pub fn play(&self, library: &Library, plusargs: &[String]) -> Outcome<Tally> {
-        play::play(self, library, plusargs)
+    pub fn play(&self, simulator: &Simulator) -> Outcome<Tally> {
+        play::play(self, simulator)
     }
 
     /// The text that plays it again.
@@ -158,12 +159,12 @@ impl Sequence {
 }
 
 impl Step {
-    fn random(random: &mut ChaCha8Rng, before: Option<(usize, usize)>) -> Self {
+    fn random(design: &DesignPoint, random: &mut ChaCha8Rng, before: Option<(usize, usize)>) -> Self {
         // Most frames are small, so that there are many; every width and height comes.
         let width = match random.random_range(0..10) {
             0..5 => random.random_range(64..=128),
             5..9 => random.random_range(64..=320),
-            _ => random.random_range(64..=1024),
+            _ => random.random_range(64..=design.width as usize),
         };
         // At 64 lines the next frame begins while this one is still in the columns.
         let height = match random.random_range(0..8) {
@@ -191,7 +192,7 @@ impl Step {
             1 => Before::Disabled(random.random_range(5..40), random.random()),
             2 => *[
                 Before::Refused(63, 64),
-                Before::Refused(1025, 64),
+                Before::Refused(design.width + 1, 64),
                 Before::Refused(64, 63),
                 Before::Refused(64, 2049),
             ]
@@ -208,11 +209,12 @@ impl Step {
             0 | 1 => 0,
             _ => random.random_range(1..60),
         };
-        let most = match content {
-            Content::Faint => 12,
-            Content::Blocks => 3000,
-            _ => 120,
+        let most_dn = match content {
+            Content::Faint => 6.0,
+            Content::Blocks => 1500.0,
+            _ => 60.0,
         };
+        let most = (most_dn / design.dog().lsb()).max(3.0) as u32;
         Self {
             width,
             height,
@@ -237,8 +239,8 @@ impl Step {
         }
     }
 
-    /// What the camera sees.
-    fn picture(&self) -> Plane<u16> {
+    /// What the camera sees, 16 bits a sample.
+    fn scene(&self) -> Plane<u16> {
         let (w, h) = (self.width, self.height);
         let mut random = ChaCha8Rng::seed_from_u64(self.pixels);
         match self.content {
@@ -254,8 +256,8 @@ impl Step {
     }
 
     /// The frame as it is to enter the pipeline: cut short, it ends with its last pixel again and again.
-    pub fn entered(&self) -> Plane<u16> {
-        let picture = self.picture();
+    pub fn entered(&self, design: &DesignPoint) -> Plane<u16> {
+        let picture = design.samples(&self.scene());
         match self.fault {
             Fault::Short(beats) | Fault::Interrupted(beats) => {
                 let pixels = picture.as_slice();
@@ -266,8 +268,8 @@ impl Step {
     }
 
     /// The packet as the source sends it.
-    pub fn beats(&self) -> Vec<Beat> {
-        let picture = self.picture();
+    pub fn beats(&self, design: &DesignPoint) -> Vec<Beat> {
+        let picture = design.samples(&self.scene());
         let pixels = picture.as_slice();
         let (count, ends) = match self.fault {
             Fault::None => (pixels.len(), true),
@@ -275,7 +277,10 @@ impl Step {
             Fault::Long(extra, ends) => (pixels.len() + extra, ends),
             Fault::Interrupted(beats) => (beats, false),
         };
-        (0..count).map(|i| (pixels.get(i).copied().unwrap_or(i as u16), i == 0, ends && i + 1 == count)).collect()
+        let extra = |i: usize| i as u16 & white(design);
+        (0..count)
+            .map(|i| (pixels.get(i).copied().unwrap_or_else(|| extra(i)), i == 0, ends && i + 1 == count))
+            .collect()
     }
 
     /// The error bits of its trailer.
@@ -294,7 +299,7 @@ pub const LENGTH: usize = 10;
 
 /// As many frames as asked for, in sequences of [`LENGTH`], two at a time. Gives what was run, or the first sequence
 /// that fails.
-pub fn campaign(library: &Library, plusargs: &[String], seed: u64, frames: usize) -> Result<Tally, Box<Failed>> {
+pub fn campaign(simulator: &Simulator, seed: u64, frames: usize) -> Result<Tally, Box<Failed>> {
     use std::sync::{
         Mutex,
         atomic::{AtomicUsize, Ordering},
@@ -310,8 +315,9 @@ pub fn campaign(library: &Library, plusargs: &[String], seed: u64, frames: usize
                     if at >= count {
                         break;
                     }
-                    let sequence = Sequence::random(seed + at as u64, LENGTH.min(frames - at * LENGTH));
-                    let outcome = sequence.play(library, plusargs);
+                    let sequence =
+                        Sequence::random(simulator.design(), seed + at as u64, LENGTH.min(frames - at * LENGTH));
+                    let outcome = sequence.play(simulator);
                     let mut total = total.lock().unwrap();
                     match outcome {
                         Ok(tally) => total.0.add(&tally),

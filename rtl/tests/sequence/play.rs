@@ -7,10 +7,10 @@
 use std::collections::VecDeque;
 
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
-use hoverlock_harness::model::Library;
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
+use hoverlock_rtl::simulation::Simulator;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 
@@ -18,7 +18,7 @@ use super::{Before, Fault, Reset, Sequence, Step};
 use crate::port_bench::{
     AUTOMATIC, Access, BEGUN, BUSY, Bench, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FEATURES, FRAME, FRAMES, Frame,
     INTERRUPTED, LONG, Outcome, Packet, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET, THRESHOLD, THRESHOLD_NOW,
-    equal, fail,
+    equal, fail, most, strongest,
 };
 
 /// Cycles after which a frame that does not begin is called a hang.
@@ -54,23 +54,24 @@ struct Set {
 
 impl Set {
     /// The registers after a hardware reset.
-    fn reset() -> Self {
+    fn reset(design: &DesignPoint) -> Self {
         Self {
-            size: (KT27.height << 16) | KT27.width,
-            threshold: KT27.threshold.initial << 16 | KT27.threshold.initial,
-            target: KT27.threshold.target,
+            size: (design.height << 16) | design.width,
+            threshold: design.threshold.initial << 16 | design.threshold.initial,
+            target: design.threshold.target,
             automatic: false,
-            coefficients: default_coefficients(&KT27).unwrap(),
+            coefficients: default_coefficients(design).unwrap(),
         }
     }
 
-    fn of(step: &Step) -> Self {
+    fn of(design: &DesignPoint, step: &Step) -> Self {
         let coefficients = match step.coefficients {
             Some(seed) => {
                 let mut random = ChaCha8Rng::seed_from_u64(seed);
-                (0..19).map(|_| random.random_range(20_000..=0xffff)).collect()
+                let count = default_coefficients(design).unwrap().len();
+                (0..count).map(|_| random.random_range(most(design) / 3..=most(design))).collect()
             }
-            None => default_coefficients(&KT27).unwrap(),
+            None => default_coefficients(design).unwrap(),
         };
         Self {
             size: (step.height << 16 | step.width) as u32,
@@ -137,11 +138,11 @@ struct Player {
     tally: Tally,
 }
 
-pub fn play(sequence: &Sequence, library: &Library, plusargs: &[String]) -> Outcome<Tally> {
+pub fn play(sequence: &Sequence, simulator: &Simulator) -> Outcome<Tally> {
     let mut player = Player {
-        bench: Bench::new(library, sequence.seed, plusargs),
+        bench: Bench::new(simulator, sequence.seed),
         random: ChaCha8Rng::seed_from_u64(sequence.seed ^ 0x5e9),
-        registers: Set::reset(),
+        registers: Set::reset(simulator.design()),
         committed: true,
         control: 0,
         queued: 0,
@@ -277,8 +278,8 @@ impl Player {
     }
 
     fn step(&mut self, step: &Step) -> Outcome {
-        let set = Set::of(step);
-        let beats = step.beats();
+        let set = Set::of(&self.bench.design, step);
+        let beats = step.beats(&self.bench.design);
         self.before(step)?;
         if step.racing.is_none() {
             self.write_now(set.writes(), true)?;
@@ -293,7 +294,7 @@ impl Player {
         self.may_drop |= step.closed > 0 || step.pauses[1] > 0;
         self.frames.push_back(Expected {
             start: self.queued,
-            entered: step.entered(),
+            entered: step.entered(&self.bench.design),
             errors: step.errors(),
             may_drop: self.may_drop,
             sets: Vec::new(),
@@ -320,8 +321,12 @@ impl Player {
         self.must |= BEGUN;
         self.until("the registers are written", |player| player.writes.is_empty())?;
         if step.scribbles {
+            let count = self.registers.coefficients.len() as u32;
             let words = (0..self.random.random_range(1..8)).map(|_| {
-                (COEFFICIENTS_AT + 4 * self.random.random_range(0..19u32), self.random.random_range(0..0x1_0000))
+                (
+                    COEFFICIENTS_AT + 4 * self.random.random_range(0..count),
+                    self.random.random_range(0..=most(&self.bench.design)),
+                )
             });
             let words: Vec<_> = words.collect();
             self.write_now(words, false)?;
@@ -369,7 +374,7 @@ impl Player {
         if reset.hard {
             let cycles = self.random.random_range(1..4);
             self.bench.reset(cycles);
-            (self.registers, self.committed, self.control) = (Set::reset(), true, 0);
+            (self.registers, self.committed, self.control) = (Set::reset(&self.bench.design), true, 0);
             (self.seen, self.must, self.may) = (0, 0, 0);
             self.queued = 0;
             let status = self.cycle(Some(STATUS))?;
@@ -400,13 +405,15 @@ impl Player {
     fn thresholds(&self, set: &Set) -> [u32; 2] {
         match &self.last {
             Some((before, thresholds, counts)) if before.automatic && set.automatic => {
-                let mut design = KT27.clone();
+                let mut design = self.bench.design.clone();
                 design.threshold.target = set.target;
                 let mut control = ThresholdController::resumed(&design, thresholds);
                 control.finish_frame(counts);
                 control.thresholds().try_into().expect("two scale pairs")
             }
-            _ => [set.threshold & 0x7fff, set.threshold >> 16 & 0x7fff].map(|threshold| threshold.max(1)),
+            _ => {
+                [set.threshold, set.threshold >> 16].map(|threshold| (threshold & strongest(&self.bench.design)).max(1))
+            }
         }
     }
 
@@ -419,7 +426,7 @@ impl Player {
         let previous = self.last.as_ref().map(|(set, ..)| set.clone());
         for set in frame.sets.iter().filter_map(|set| set.as_ref().or(previous.as_ref())) {
             let thresholds = self.thresholds(set);
-            let model = Frame::with(frame.entered.clone(), thresholds, set.coefficients.clone());
+            let model = Frame::with(&self.bench.design, frame.entered.clone(), thresholds, set.coefficients.clone());
             match packet.check(&model, self.number, thresholds, frame.errors) {
                 Ok(dropped) => {
                     let features = model.planes.features(&thresholds);
@@ -472,7 +479,7 @@ impl Player {
             let now = self.cycle(Some(THRESHOLD_NOW))?;
             equal("registers", "thresholds in use", thresholds[1] << 16 | thresholds[0], now)?;
         }
-        for word in 0..19 {
+        for word in 0..self.registers.coefficients.len() as u32 {
             let address = COEFFICIENTS_AT + 4 * word;
             let code = self.cycle(Some(address))?;
             let expected = *self.registers.register(address).unwrap();
