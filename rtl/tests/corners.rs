@@ -7,6 +7,7 @@ mod port_bench;
 use std::{fs, path::Path, sync::LazyLock};
 
 use corner::CORNERS;
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_rtl::{emission::files, simulation::Simulator};
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
@@ -169,7 +170,7 @@ fn faulty() -> Simulator {
         }
         sources.push(path);
     }
-    Simulator::of(&sources).unwrap()
+    Simulator::of(&KT27, &sources).unwrap()
 }
 
 #[test]

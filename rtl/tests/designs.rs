@@ -4,6 +4,7 @@
 //! built model, in the cache.
 
 mod port_bench;
+mod sequence;
 
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
@@ -12,7 +13,7 @@ use hoverlock_reference::image::picture::{Picture, data_dir};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::design::buildable;
 use hoverlock_rtl::simulation::{Fault, Job, Outcome, Simulator, Streams, Trace, run};
-use port_bench::noise;
+use port_bench::{noise, scenarios::SCENARIOS};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -50,6 +51,20 @@ fn ground(design: &DesignPoint) -> Plane<u16> {
 #[test]
 fn the_small_design_is_exact() {
     shipped_is_exact("small");
+}
+
+/// From its ports: registers, status, resets, sizes, gaps, a sink that sleeps, and frames in random sequences.
+#[test]
+fn the_ports_of_the_small_design_behave() {
+    let design = DesignPoint::shipped("small").unwrap().unwrap();
+    let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
+    let wrong: Vec<String> = SCENARIOS
+        .iter()
+        .filter_map(|(name, scenario)| Some(format!("{name}: {}", scenario(&simulator).err()?)))
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let tally = sequence::campaign(&simulator, 1, 60).unwrap_or_else(|failed| panic!("{failed:?}"));
+    assert!(tally.records > 0, "{tally:?}");
 }
 
 /// Noise with low thresholds: two pairs find one pixel and the third the next one, so that a candidate is held.

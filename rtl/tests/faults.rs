@@ -2,6 +2,7 @@
 
 use std::{fs, path::Path};
 
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     emission::files,
@@ -53,7 +54,7 @@ fn simulator() -> Simulator {
         }
         sources.push(path);
     }
-    Simulator::of(&sources).unwrap()
+    Simulator::of(&KT27, &sources).unwrap()
 }
 
 #[test]

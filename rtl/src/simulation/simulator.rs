@@ -38,12 +38,12 @@ impl Simulator {
         Self::build(design, &verilog(design, folder)?, trace)
     }
 
-    /// A model of these Verilog files of the default design.
+    /// A model of these Verilog files of a design.
     ///
     /// # Errors
     /// Where Verilator or the compiler fails.
-    pub fn of(sources: &[PathBuf]) -> Result<Self, SimulationError> {
-        Self::build(&KT27, sources, Trace::None)
+    pub fn of(design: &DesignPoint, sources: &[PathBuf]) -> Result<Self, SimulationError> {
+        Self::build(design, sources, Trace::None)
     }
 
     fn build(design: &DesignPoint, sources: &[PathBuf], trace: Trace) -> Result<Self, SimulationError> {

@@ -1,12 +1,12 @@
 //! Rare cases of the control logic, from the ports only: each is met on purpose, because random frames seldom meet it.
-//! The numbers are those of the default design.
+//! The numbers are those of the default design but for [`OF_ANY_DESIGN`].
 
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use std::sync::LazyLock;
 
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
 use hoverlock_rtl::simulation::Simulator;
@@ -14,7 +14,7 @@ use hoverlock_rtl::simulation::Simulator;
 use crate::port_bench::{
     AUTOMATIC, Access, BEGUN, BUSY, Beat, Bench, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FRAME, FRAMES, Frame,
     INTERRUPT_ERROR, INTERRUPTED, LONG, Outcome, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET, THRESHOLD_NOW, equal,
-    fail, lattice, noise, scenarios::Scenario,
+    fail, ground, lattice, noise, scenarios::Scenario, strongest,
 };
 
 /// All of them, by the name that a fault is to be found by.
@@ -42,6 +42,9 @@ static SMALL: LazyLock<[Frame; 2]> =
 
 /// A frame of the smallest size that is one pixel again and again.
 static GREY: LazyLock<Frame> = LazyLock::new(|| Frame::new(&KT27, Plane::filled(64, 64, 777), THRESHOLDS));
+
+/// Those that any design of two scale pairs is put through.
+pub const OF_ANY_DESIGN: [&str; 1] = ["met target"];
 
 /// An enabled core.
 fn enabled(simulator: &Simulator, seed: u64) -> Bench {
@@ -239,8 +242,8 @@ fn a_start_that_stands_keeps_its_set(simulator: &Simulator) -> Outcome {
 }
 
 /// The thresholds that the model's controller makes of a frame's.
-fn followed(thresholds: [u32; 2], target: u32, counts: [u32; 3]) -> [u32; 2] {
-    let mut design = KT27.clone();
+fn followed(design: &DesignPoint, thresholds: [u32; 2], target: u32, counts: [u32; 3]) -> [u32; 2] {
+    let mut design = design.clone();
     design.threshold.target = target;
     let mut control = ThresholdController::resumed(&design, &thresholds);
     control.finish_frame(&counts);
@@ -258,7 +261,7 @@ fn every_frame_its_own_mode_and_target(simulator: &Simulator) -> Outcome {
         let manual = [40 + 10 * i as u32, 90 - 10 * i as u32];
         let frame = Frame::new(&KT27, noise(64, 64, 30 + i as u64), manual);
         let thresholds = match last {
-            Some((thresholds, counts, true)) if automatic => followed(thresholds, target, counts),
+            Some((thresholds, counts, true)) if automatic => followed(&KT27, thresholds, target, counts),
             _ => manual,
         };
         bench.write(TARGET, target);
@@ -285,8 +288,8 @@ fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> O
     bench.begin(frame, frame.beats())?;
     bench.packet()?.check(frame, *number + 1, frame.thresholds, 0)?;
     let packet = bench.packet()?;
-    let now = [packet.trailer[4] & 0x7fff, packet.trailer[4] >> 16];
-    let expected = followed(frame.thresholds, target, counts(&frame.planes.features(&frame.thresholds)));
+    let now = [packet.trailer[4] & strongest(&bench.design), packet.trailer[4] >> 16];
+    let expected = followed(&bench.design, frame.thresholds, target, counts(&frame.planes.features(&frame.thresholds)));
     for k in 0..2 {
         equal("threshold", &format!("scale pair {k}, target {target}"), expected[k], now[k])?;
     }
@@ -297,10 +300,11 @@ fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> O
 
 /// A count of exactly three or five quarters of the target changes nothing, and a target one further away does.
 fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
     let mut bench = enabled(simulator, 10);
     let mut number = 0;
-    let pixels = noise(128, 96, 9);
-    let planes = Frame::new(&KT27, pixels.clone(), [1, 1]);
+    let pixels = ground(design, 128, 96, 9);
+    let planes = Frame::new(design, pixels.clone(), [1, 1]);
     for (quarters, k) in [(3, 0), (3, 1), (5, 0), (5, 1)] {
         // A threshold that as many features reach as can be such a part of a target.
         let found = (1..6000).find_map(|threshold| {
@@ -308,7 +312,7 @@ fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
             (count > 0 && (4 * count).is_multiple_of(quarters)).then_some((threshold, 4 * count / quarters))
         });
         let Some((threshold, target)) = found else { return fail("bench", "no threshold has such a count") };
-        let frame = Frame::new(&KT27, pixels.clone(), [threshold; 2]);
+        let frame = Frame::new(design, pixels.clone(), [threshold; 2]);
         let now = follows(&mut bench, &frame, &mut number, target)?;
         equal("threshold", &format!("met with {quarters} quarters, scale pair {k}"), threshold, now[k])?;
         let beyond = if quarters == 3 { target + 1 } else { target - 1 };

@@ -260,8 +260,20 @@ pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
     let mut bench = Bench::new(simulator, 5);
     bench.write(CONTROL, ENABLE);
     let widest = design.width as usize;
-    let shapes = [(64, 64), (65, 64), (65, 66), (64, 66), (80, 64), (64, 70), (127, 64), (64, 64)];
-    let refused = [(63, 64), (64, 63), (widest + 1, 64), (64, 2049), (0, 0), (2047, 64), (64, 4095), (widest, 63)];
+    // A size without its highest bit is a good one.
+    let too_wide = design.width.next_power_of_two() as usize;
+    let shapes = [(64, 64), (65, 64), (65, 66), (64, 66), (80, 64), (64, 70), (127, 64), (64, 64), (66, 64)];
+    let refused = [
+        (63, 64),
+        (64, 63),
+        (widest + 1, 64),
+        (64, 2049),
+        (0, 0),
+        (2047, 64),
+        (64, 4095),
+        (widest, 63),
+        (too_wide + 64, 64),
+    ];
     for (number, ((w, h), (bad_w, bad_h))) in shapes.into_iter().zip(refused).enumerate() {
         let frame = Frame::new(design, ground(design, w, h, number as u64), low);
         bench.write(SIZE, bad_h << 16 | bad_w as u32);
