@@ -38,7 +38,7 @@ impl Access {
     }
 }
 
-fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
+pub(super) fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
     let value: Answer = Rc::default();
     let slot = value.clone();
     let dut = simulation::current()?;
@@ -57,7 +57,7 @@ pub struct Burst {
 }
 
 /// The words read, and the response.
-type Words = (Vec<u64>, u64);
+pub(super) type Words = (Vec<u64>, u64);
 
 #[pymethods]
 impl Burst {
@@ -76,7 +76,7 @@ impl Burst {
     }
 }
 
-fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
+pub(super) fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
     let answer = Rc::new(RefCell::default());
     let slot = answer.clone();
     let dut = simulation::current()?;
