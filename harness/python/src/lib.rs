@@ -38,6 +38,6 @@ mod _core {
     #[pymodule_export]
     use crate::trigger::{
         ClockCycles, Combine, FallingEdge, First, NextTimeStep, NullTrigger, RawEvent, RawLock, ReadOnly, ReadWrite,
-        RisingEdge, Timer, Trigger, ValueChange, VerilogFinish,
+        RisingEdge, Timer, Trigger, ValueChange, VerilogFinish, advise_units,
     };
 }
