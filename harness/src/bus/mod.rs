@@ -33,6 +33,7 @@ pub mod uart;
 pub mod wishbone;
 mod words;
 
+pub use self::words::Contents;
 use crate::error::ModelError;
 use crate::sim::{Dut, Signal};
 use crate::time::Time;
