@@ -104,7 +104,8 @@ fn an_spi_peripheral_answers_a_master_in_the_design_and_checks_it() {
                 signal("clk").cycles(1).await;
                 signal("go").set(0)?;
                 signal("busy").falling_edge().await;
-                heard.push((peripheral.recv().await, signal("got").get()));
+                let word = dut.with_timeout(Time::us(10), peripheral.recv()).await?;
+                heard.push((word, signal("got").get()));
             }
             Ok::<(), Error>(())
         });
