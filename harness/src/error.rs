@@ -174,7 +174,8 @@ pub enum ModelError {
     /// The signal exists, but is of a type that cannot be accessed.
     #[error(
         "'{name}' of '{top}' cannot be accessed: only vectors, arrays of vectors, `real` and internal `string` can, \
-         not queues, events, interfaces, classes or unpacked structures"
+         not queues, events, interfaces and classes, and of an unpacked structure inside the design its fields alone, \
+         '{name}.field'"
     )]
     NotReachable {
         /// The name.

@@ -251,6 +251,48 @@ fn names_go_through_generate_loops_and_a_grid_has_an_index_for_each_dimension() 
 }
 
 #[test]
+fn fields_of_unpacked_structures_and_arrays_of_reals_are_read_and_written() {
+    let internals = ["mixed", "many", "table_of", "levels", "plane"];
+    let build = internals.iter().fold(build("odd"), |build, name| build.internal(*name));
+    let mut sim = sim(build);
+    let dut = sim.dut();
+    let signal = |name: &str| dut.signal(name).unwrap();
+    let fields: Vec<String> =
+        dut.signals().iter().map(|s| s.name.clone()).filter(|name| name.starts_with("mixed.")).collect();
+    let expected = ["bytes", "inner.x", "inner.y", "mode", "pair"].map(|name| format!("mixed.{name}"));
+    assert_eq!(fields, expected);
+    assert_eq!(dut.texts(), ["mixed.note"]);
+    let info = signal("mixed.inner.y").info();
+    assert_eq!((info.width, info.signed), (32, true));
+    let [levels, plane, bytes] = ["levels", "plane", "mixed.bytes"].map(|name| dut.memory(name).unwrap());
+    dut.clock("clk", Time::ns(10)).unwrap();
+    run(&mut sim, async {
+        dut.memory("grid")?.set(5, 6)?;
+        levels.set_real(2, 1.5)?;
+        plane.set_real(plane.index(&[1, 2])?, -0.25)?;
+        bytes.set(2, 42)?;
+        dut.text("mixed.note")?.set(b"none")?;
+        signal("many[3].x").set(9)?;
+        signal("table_of[1][-1].x").set(5)?;
+        signal("table_of[1][0].x").set(3)?;
+        signal("mixed.pair").set(0x15)?;
+        signal("mixed.inner.y").set_signed(-7)?;
+        dut.signal("clk")?.cycles(3).await;
+        dut.read_only().await;
+        assert_eq!((levels.get_real(2)?, levels.get_real(1)?), (1.5, 0.0));
+        assert_eq!((bytes.get(2)?, signal("mixed.inner.x").get()), (42, 9 ^ 5));
+        assert_eq!((signal("mixed.mode").get(), signal("mixed.inner.y").get_signed()), (2, -10));
+        assert_eq!((signal("table_of[1][0].x").get(), signal("many[2].x").get()), (3, 0));
+        assert_eq!(dut.text("mixed.note")?.get(), b"none");
+        Ok(())
+    });
+    let said = |result: Result<(), ModelError>| result.unwrap_err().to_string();
+    assert!(said(levels.get(1).map(drop)).ends_with("has elements that are `real`: use `get_real and set_real`"));
+    assert!(said(bytes.get_real(1).map(drop)).contains("no `real`"));
+    assert!(said(levels.set_real(5, 0.0)).contains("address 5 is outside"));
+}
+
+#[test]
 fn reals_strings_and_arrays_of_any_shape_are_read_and_written() {
     let internals = ["state", "text", "rows", "deep", "loose", "numbers"];
     let build = internals.iter().fold(build("odd"), |build, name| build.internal(*name));
@@ -263,6 +305,7 @@ fn reals_strings_and_arrays_of_any_shape_are_read_and_written() {
     for name in ["loose", "numbers"] {
         let said = dut.signal(name).err().map(|e| e.to_string()).unwrap_or_default();
         assert!(said.starts_with(&format!("'{name}' of 'odd' cannot be accessed: only vectors")), "{name}: {said}");
+        assert!(said.ends_with(&format!("its fields alone, '{name}.field'")), "{name}: {said}");
     }
     assert!(dut.real("corner").is_err() && dut.text("corner").is_err() && dut.memory("text").is_err());
     assert_eq!(dut.texts(), ["text"]);

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ import pytest
 
 import hoverlock
 import hoverlock.cocotb as cocotb
-from hoverlock import Clock, ClockCycles, Design, First, ReadOnly, RisingEdge, Session, Timer, simulate, start_soon
+from hoverlock import Clock, ClockCycles, Design, First, ReadOnly, RisingEdge, Session, Timer, deprecated, simulate, start_soon
 from hoverlock.cocotb.handle import Force, Freeze, Release
 from hoverlock.cocotb.types import LogicArray
 
@@ -215,17 +216,36 @@ async def bits_of_a_signal(dut: Any) -> None:
 
 @row(
     "packed structs, unpacked structs", "a vector; a handle of its own",
-    "a packed struct is a vector whose fields have names, `dut.beat.tag`; an unpacked one is not reached",
+    "a packed struct is a vector whose fields have names, `dut.beat.tag`; the fields of an unpacked one inside the design are "
+    "signals, `dut.pair.low`, and it has no value as a whole. One that is a port of the top is not reached",
     "an unpacked struct is a class in the model",
 )  # fmt: skip
 def shapes() -> None:
     odd = Design(HERE.parents[1] / "tests" / "designs" / "odd.sv", top="odd", internals=["*"])
-    with Session(odd) as session, pytest.raises(hoverlock.NoSuchSignal, match="cannot be accessed"):
+    with Session(odd) as session, pytest.raises(hoverlock.NoSuchSignal, match="no signal 'loose.value'"):
         session.dut.loose.value
     with Session(odd) as session:
-        session.dut.beat.tag.value = 9
+        session.dut.beat.tag.value, session.dut.loose.y.value = 9, -3
         session.run_for(1, "ns")
-        assert session.dut.beat.value == 0x900
+        assert session.dut.beat.value == 0x900 and session.dut.loose.y.value.signed_integer == -3
+
+
+@row(
+    "what cocotb 2 calls deprecated", "a `DeprecationWarning` with its advice",
+    "the same under the alias for 2.1, for what `hoverlock.deprecated` lists; none for `Edge`, for tasks given to `First` and "
+    "`Combine`, and for `str(handle)`",
+)  # fmt: skip
+def deprecations() -> None:
+    deprecated.switch(True)
+    try:
+        with pytest.warns(DeprecationWarning, match="renamed to 'unit'"):
+            Timer(1, units="ns")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            Timer(1, "ns")
+        assert not caught
+    finally:
+        deprecated.switch(False)
 
 
 @row("edges of `real` and `string`", "`ValueChange`", "none; their values are read and written", "")

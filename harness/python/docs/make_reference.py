@@ -18,7 +18,7 @@ REFERENCE = HERE / "reference.md"
 PACKAGE = HERE.parent / "hoverlock"
 MODULES = [
     "hoverlock", "hoverlock.bus", "hoverlock.models", "hoverlock.runner", "hoverlock.stub", "hoverlock.log",
-    "hoverlock.unknown", "hoverlock.as_cocotb", "hoverlock.cocotb", "hoverlock.cocotb.binary", "hoverlock.cocotb.clock", "hoverlock.cocotb.decorators",
+    "hoverlock.unknown", "hoverlock.as_cocotb", "hoverlock.deprecated", "hoverlock.cocotb", "hoverlock.cocotb.binary", "hoverlock.cocotb.clock", "hoverlock.cocotb.decorators",
     "hoverlock.cocotb.handle", "hoverlock.cocotb.log", "hoverlock.cocotb.regression", "hoverlock.cocotb.result",
     "hoverlock.cocotb.runner", "hoverlock.cocotb.simulator", "hoverlock.cocotb.triggers", "hoverlock.cocotb.types",
     "hoverlock.cocotb.utils",

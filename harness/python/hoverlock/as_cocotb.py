@@ -100,7 +100,7 @@ def install(version: str | None = None) -> None:
     asked = version or os.environ.get("HOVERLOCK_COCOTB") or "2.1"
     if asked not in VERSIONS:
         raise ValueError(f"no version '{asked}' of cocotb's names: {' or '.join(VERSIONS)}")
-    from . import _core, cocotb, unknown
+    from . import _core, cocotb, deprecated, unknown
 
     for name in _NAMES:
         loaded = sys.modules.get(name)
@@ -111,6 +111,7 @@ def install(version: str | None = None) -> None:
     cocotb.__version__ = VERSIONS[asked]
     cocotb._alias = True
     _core.count_bits_from_left(asked == "1.9")
+    deprecated.switch(asked != "1.9")
     resolve = os.environ.get("COCOTB_RESOLVE_X", "ZEROS").upper()
     if resolve not in _UNKNOWN:
         raise ValueError(f"COCOTB_RESOLVE_X={resolve}: {', '.join(_UNKNOWN)}")

@@ -20,6 +20,8 @@ mod _core {
     #[pymodule_export]
     use crate::bus::{Access, Burst, RawChecker, RawListener, RawMaster, RawMemory, RawSource, Symbols};
     #[pymodule_export]
+    use crate::bus::{RawI2cLine, RawI2cMaster, RawI2cMemory, RawSpi, RawSpiMaster, RawSpiPeripheral};
+    #[pymodule_export]
     use crate::bus::{RawUartSink, RawUartSource, Sending};
     #[pymodule_export]
     use crate::handle::{
@@ -36,6 +38,6 @@ mod _core {
     #[pymodule_export]
     use crate::trigger::{
         ClockCycles, Combine, FallingEdge, First, NextTimeStep, NullTrigger, RawEvent, RawLock, ReadOnly, ReadWrite,
-        RisingEdge, Timer, Trigger, ValueChange, VerilogFinish,
+        RisingEdge, Timer, Trigger, ValueChange, VerilogFinish, advise_units,
     };
 }

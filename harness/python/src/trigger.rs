@@ -7,6 +7,7 @@
 #![allow(unsafe_op_in_unsafe_fn, reason = "what pyo3 writes for the classes made by macros; no unsafe code is here")]
 
 use std::cell::{Cell, RefCell};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use hoverlock_harness::Time;
 use hoverlock_harness::sim::{self, Edge, Outcome};
@@ -19,6 +20,15 @@ use crate::handle::{Bits, Handle};
 use crate::on_thread::OnThread;
 use crate::simulation;
 use crate::task::{self, Task};
+
+/// Whether the argument `units` of a `Timer` warns.
+static UNITS_ARE_OLD: AtomicBool = AtomicBool::new(false);
+
+/// Sets whether `Timer(units=...)` warns, as cocotb 2 does.
+#[pyfunction]
+pub fn advise_units(on: bool) {
+    UNITS_ARE_OLD.store(on, Ordering::Relaxed);
+}
 
 /// The result of a wait.
 enum Gives {
@@ -246,6 +256,9 @@ impl Timer {
     ) -> PyResult<PyClassInitializer<Self>> {
         // Time is in femtoseconds: there is no simulator step to round to.
         let _ = round_mode;
+        if units.is_some() && UNITS_ARE_OLD.load(Ordering::Relaxed) {
+            time.py().import("hoverlock.deprecated")?.call_method1("advise", ("Timer(units)", 2))?;
+        }
         let span = time_of(time, unit.or(units).unwrap_or("step"))?;
         if span == Time::ZERO {
             return Err(PyValueError::new_err(

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy
 import pytest
+from test_overrides import verilators
 
 import hoverlock
 from hoverlock import Clock, ClockCycles, Design, FallingEdge, NoSuchSignal, RangeError, RisingEdge, Timer, ValueChange, simulate
@@ -232,11 +233,45 @@ def test_reals_strings_fields_and_arrays_of_any_shape():
         assert dut.beat.body.value == 0xB5 and dut.beat.body.low.value.signed_integer == -5
         with pytest.raises(AttributeError, match="its fields are tag, body, body.low, body.rest"):
             dut.beat.nothing
-        with pytest.raises(AttributeError, match="cannot be accessed"):
+        with pytest.raises(AttributeError, match="no signal 'loose.value' in 'odd'"):
             dut.loose.value
+        with pytest.raises(AttributeError, match="'numbers' of 'odd' cannot be accessed"):
+            dut.numbers
         with pytest.raises(TypeError, match="takes bytes or a string"):
             dut.text.value = 3
         with pytest.raises(hoverlock.NotWritable, match="scaled"):
             dut.scaled.value = 1.0
 
     simulate(odd, bench)
+
+
+@pytest.mark.parametrize("verilator", verilators())
+def test_fields_of_unpacked_structures_and_arrays_of_reals(verilator):
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        dut.grid[1][2].value = 6
+        dut.levels.value = [0.5, 1.5, 2.5, -3.5]
+        dut.plane[1][2].value = -0.25
+        dut.many[3].x.value, dut.table_of[1][-1].x.value = 9, 5
+        dut.mixed.bytes.value, dut.mixed.note.value = [1, 42, 3], "none"
+        dut.mixed.pair.low.value = 5
+        dut.mixed.inner.y.value = -7
+        await Timer(25, "ns")
+        assert dut.mixed.inner.x.value == 9 ^ 5
+        if verilator is not None:
+            assert dut.mixed.mode.value_name == "RUN"
+            assert dut.mixed.level.value == 1.25 and dut.mixed.deep.value == 0x666
+            dut.mixed.deep.value, dut.mixed.level.value = 1 << 70, 3.5
+            await hoverlock.ReadWrite()
+            assert dut.mixed.deep.value == 1 << 70 and dut.mixed.level.value == 3.5
+        assert [int(byte) for byte in dut.mixed.bytes.value] == [1, 42, 3] and dut.mixed.bytes[2].value == 42
+        assert dut.mixed.mode.value == 2 and dut.mixed.inner.y.value.signed_integer == -10
+        assert dut.mixed.note.value == b"none"
+        assert dut.levels.value == [0.5, 1.5, 2.5, -3.5] and float(dut.levels[4]) == -3.5 and int(dut.levels[3]) == 2
+        assert numpy.asarray(dut.plane).tolist() == [[0, 0, 0], [0, 0, -0.25]] and numpy.asarray(dut.levels).dtype == float
+        assert repr(dut.levels) == "<internal levels real [1:4]>"
+        with pytest.raises(TypeError, match="'levels' takes numbers, not high"):
+            dut.levels[1].value = "high"
+
+    defines = {} if verilator is None else {"WIDE_FIELDS": "1"}
+    simulate(Design(odd.sources, top="odd", internals=["*"], verilator=verilator, defines=defines), bench)

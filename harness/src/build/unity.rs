@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::diagnostic;
-use super::hierarchy::{self, Hierarchy, PortDirection, Variable};
+use super::hierarchy::{self, Hierarchy, PortDirection, Step, Variable};
 use super::runtime::{CXX_FLAGS, PREFIX, check_compiler, include_flags, needs_lz4, runtime_objects, trace_flags};
 use super::tool::{self, Verilator, Version};
 use super::{Build, Initial, Record, Trace, modules_in};
@@ -66,11 +66,22 @@ impl Workshop<'_> {
         let mut signals = ports(&header, &of_top.clone().collect::<Vec<_>>());
         let mut odd: Vec<String> =
             of_top.filter(|v| !signals.iter().any(|(port, _)| port.name == v.name)).map(|v| v.path.clone()).collect();
+        let structures = Structures::read(&generated)?;
         for variable in std::mem::take(&mut internals) {
-            match tables.members.get(&(variable.scope.clone(), variable.name.clone())) {
-                Some(member) => signals.push((variable, member.clone())),
-                None => odd.push(variable.path),
+            let Some(member) = tables.members.get(&(variable.scope.clone(), variable.name.clone())) else {
+                odd.push(variable.path);
+                continue;
+            };
+            let Some(structure) = structures.of_member(member) else {
+                signals.push((variable, member.clone()));
+                continue;
+            };
+            for part in hierarchy.structures.get(&variable.path).into_iter().flatten() {
+                if let Some(below) = structures.expression(structure, &part.steps) {
+                    signals.push((part.variable.clone(), format!("{member}{below}")));
+                }
             }
+            odd.push(variable.path);
         }
         if drivable {
             // Only the two halves of an `inout` have such names: Verilator refuses a design that has them already.
@@ -422,6 +433,93 @@ impl Tables {
     }
 }
 
+/// The structures of the generated code, of unpacked ones of the Verilog.
+struct Structures {
+    /// The class of each instance.
+    classes: HashMap<String, String>,
+    /// The types of the members of each class and structure.
+    members: HashMap<String, HashMap<String, String>>,
+}
+
+impl Structures {
+    fn read(generated: &Path) -> Result<Structures, BuildError> {
+        let symbols = read(&generated.join("Vdut__Syms.h"))?;
+        let classes = classes_in(&symbols).into_iter().map(|(instance, class)| (instance.to_owned(), class.to_owned()));
+        let mut members = HashMap::new();
+        for path in files_in(generated)?.iter().filter(|path| path.extension().is_some_and(|e| e == "h")) {
+            add_members(&read(path)?, &mut members);
+        }
+        Ok(Structures { classes: classes.collect(), members })
+    }
+
+    /// The type of a member, if it is a structure or an array of structures.
+    fn of_member(&self, expression: &str) -> Option<&str> {
+        let (instance, member) = expression.split_once('.')?;
+        let found = self.members.get(self.classes.get(instance)?)?.get(member)?;
+        self.is_structure(found).then_some(found)
+    }
+
+    /// Whether a type is a structure, or an array of structures.
+    fn is_structure(&self, kind: &str) -> bool {
+        let mut element = kind;
+        while let Some((inner, _)) = element_of(element) {
+            element = inner;
+        }
+        element.contains("__struct") && self.members.contains_key(element)
+    }
+
+    /// What leads in C++ from a value of a type to a value in it; none if the types do not go that way, or it is a
+    /// structure itself.
+    fn expression<'a>(&'a self, mut of: &'a str, steps: &[Step]) -> Option<String> {
+        let mut expression = String::new();
+        for step in steps {
+            match step {
+                Step::Element(at) => {
+                    let (inner, length) = element_of(of)?;
+                    let _ = write!(expression, "[{}]", Some(at).filter(|at| **at < length)?);
+                    of = inner;
+                }
+                Step::Member(name) => {
+                    let members = self.members.get(of)?;
+                    let found = [format!("__PVT__{name}"), name.clone()];
+                    let (member, kind) = found.iter().find_map(|name| members.get_key_value(name))?;
+                    let _ = write!(expression, ".{member}");
+                    of = kind;
+                }
+            }
+        }
+        (!self.is_structure(of)).then_some(expression)
+    }
+}
+
+/// The type of the elements of a `VlUnpacked<CData, 3>`, and their number.
+fn element_of(kind: &str) -> Option<(&str, u64)> {
+    let (inner, length) = kind.strip_prefix("VlUnpacked<")?.strip_suffix('>')?.rsplit_once(',')?;
+    Some((inner, length.trim().parse().ok()?))
+}
+
+/// Adds the members of the classes and structures of a generated header with their types, without comments.
+fn add_members(header: &str, into: &mut HashMap<String, HashMap<String, String>>) {
+    let mut inside = String::new();
+    for line in header.lines().map(str::trim) {
+        if let Some(opened) = line.strip_suffix('{').map(str::trim_end) {
+            let opened = opened.split_once(" final").map_or(opened, |(name, _)| name);
+            if opened.starts_with("struct ") || opened.starts_with("class ") {
+                inside = opened.split(' ').next_back().unwrap_or_default().to_owned();
+            }
+        } else if let Some((kind, name)) = line.strip_suffix(';').and_then(|line| line.rsplit_once(' ')) {
+            let mut plain = String::new();
+            let mut rest = kind;
+            while let Some((before, after)) = rest.split_once("/*") {
+                plain.push_str(before);
+                rest = after.split_once("*/").map_or("", |(_, after)| after);
+            }
+            plain.push_str(rest);
+            into.entry(inside.clone()).or_default().insert(name.to_owned(), plain);
+        }
+    }
+}
+
 /// The class of each instance: `Vdut_child   TOP__child;`.
 fn classes_in(symbols: &str) -> HashMap<&str, &str> {
     let lines = symbols.lines().filter_map(|line| line.trim().strip_suffix(';')?.split_once(' '));
@@ -465,9 +563,7 @@ impl Overrides {
 
 /// Whether a generated class holds objects of the Verilog's classes.
 fn has_classes(generated: &Path) -> Result<bool, BuildError> {
-    let entries =
-        std::fs::read_dir(generated).map_err(|source| BuildError::Cache { path: generated.to_owned(), source })?;
-    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+    for path in files_in(generated)? {
         if path.extension().is_some_and(|e| e == "h") && read(&path)?.contains("VlClass") {
             return Ok(true);
         }
@@ -477,13 +573,16 @@ fn has_classes(generated: &Path) -> Result<bool, BuildError> {
 
 /// `Vdut__Syms.cpp`, or the several files of newer versions.
 fn symbol_files(generated: &Path) -> Result<Vec<PathBuf>, BuildError> {
-    let entries =
-        std::fs::read_dir(generated).map_err(|source| BuildError::Cache { path: generated.to_owned(), source })?;
     let is_one = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         name.starts_with("Vdut__Syms") && name.ends_with(".cpp")
     };
-    Ok(entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_one).collect())
+    Ok(files_in(generated)?.into_iter().filter(is_one).collect())
+}
+
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, BuildError> {
+    let entries = std::fs::read_dir(folder).map_err(|source| BuildError::Cache { path: folder.to_owned(), source })?;
+    Ok(entries.filter_map(|entry| Some(entry.ok()?.path())).collect())
 }
 
 /// The scope's variable and its name in a line like `__Vscope_t__lane.configure(this, name(), "t.lane", ...` or, in
@@ -506,13 +605,14 @@ fn inserted(line: &str) -> Option<(&str, &str, &str)> {
     Some((scope, name, rest.split_once(')')?.0))
 }
 
-/// The members of a generated class that are vectors, `real`, strings, or arrays of these.
+/// The members of a generated class that are vectors, `real`, strings, structures, or arrays of these.
 fn numbers_of(header: &str) -> HashSet<String> {
     const TYPES: [&str; 8] = ["CData", "SData", "IData", "QData", "VlWide", "VlUnpacked", "double", "std::string"];
     let is_number = |line: &&str| {
         let port = line.starts_with("VL_IN") || line.starts_with("VL_OUT");
         let odd = ["VlQueue", "VlAssocArray", "VlClassRef"].iter().any(|odd| line.contains(odd));
-        !odd && line.ends_with(';') && (port || TYPES.iter().any(|kind| line.starts_with(kind)))
+        let structure = line.starts_with("Vdut_") && line.contains("__struct");
+        !odd && line.ends_with(';') && (port || structure || TYPES.iter().any(|kind| line.starts_with(kind)))
     };
     let names = header
         .lines()
@@ -729,6 +829,28 @@ mod tests {
         let found = numbers_of(header);
         assert!(["byte", "__PVT__clk", "wide", "r"].iter().all(|name| found.contains(*name)));
         assert!(["q", "qs"].iter().all(|name| !found.contains(*name)));
+    }
+
+    #[test]
+    fn structures_are_read_from_the_headers() {
+        let header = "struct Vdut_in__struct1 {\n    CData/*3:0*/ lo;\n};\nstruct Vdut_t__struct0 {\n    \
+                      VlWide<3>/*70:0*/ __PVT__b;\n    VlUnpacked<Vdut_in__struct1, 2> __PVT__in;\n\n    \
+                      bool operator==(const Vdut_t__struct0& rhs) const {\n        return b == rhs.b;\n    }\n};\n\
+                      class alignas(VL_CACHE_LINE_BYTES) Vdut___024root final {\n    Vdut_t__struct0 g__DOT__s;\n    \
+                      VlUnpacked<Vdut_in__struct1, 2> g__DOT__m;\n    CData/*0:0*/ g__DOT__x;\n};";
+        let mut members = HashMap::new();
+        add_members(header, &mut members);
+        let classes = HashMap::from([("TOP".to_owned(), "Vdut___024root".to_owned())]);
+        let structures = Structures { classes, members };
+        let member = |name: &str| Step::Member(name.into());
+        assert_eq!(structures.of_member("TOP.g__DOT__x"), None);
+        let whole = structures.of_member("TOP.g__DOT__s").unwrap();
+        let low = [member("in"), Step::Element(1), member("lo")];
+        assert_eq!(structures.expression(whole, &low).as_deref(), Some(".__PVT__in[1].lo"));
+        assert_eq!(structures.expression(whole, &[member("b")]).as_deref(), Some(".__PVT__b"));
+        assert_eq!(structures.expression(whole, &[member("none")]), None);
+        let array = structures.of_member("TOP.g__DOT__m").unwrap();
+        assert_eq!(structures.expression(array, &[Step::Element(2), member("lo")]), None, "there are two");
     }
 
     #[test]

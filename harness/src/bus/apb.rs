@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 use super::axi_lite::Response;
 use super::handshake::Offer;
-use super::words::Words;
+use super::words::{Contents, has_contents};
 use super::{Pause, Reset, Violation, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
@@ -119,24 +119,20 @@ impl Master {
     }
 }
 
-struct State {
-    words: Words,
-    stall: Pause,
-    accesses: u64,
-}
-
 /// A memory for a master in the design. Addresses count bytes; words are as wide as the data.
 #[derive(Clone)]
 pub struct Memory {
-    state: Rc<RefCell<State>>,
-    bytes: u64,
+    contents: Contents,
+    stall: Rc<RefCell<Pause>>,
 }
+
+has_contents!(Memory);
 
 struct MemoryAgent {
     ports: Ports,
     reset: Option<Reset>,
-    state: Rc<RefCell<State>>,
-    bytes: u64,
+    contents: Contents,
+    stall: Rc<RefCell<Pause>>,
     /// Address, write, data, strobe.
     offer: Offer<(u64, bool, u64, u64)>,
     /// The setup cycle of an access is over.
@@ -153,33 +149,18 @@ impl Memory {
         for signal in [&ports.ready, &ports.error].into_iter().flatten() {
             signal.set(0)?;
         }
-        let bytes = u64::from(ports.read_data.width() / 8).max(1);
-        let state = State { words: Words::default(), stall: Pause::Never, accesses: 0 };
-        let state = Rc::new(RefCell::new(state));
+        let contents = Contents::new(u64::from(ports.read_data.width() / 8).max(1));
+        let memory = Memory { contents, stall: Rc::default() };
+        let Memory { contents, stall } = memory.clone();
         let agent =
-            MemoryAgent { ports, reset, state: state.clone(), bytes, offer: Offer::default(), in_access: false };
+            MemoryAgent { ports, reset, contents, stall, offer: Offer::new("psel", "pready"), in_access: false };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
-        Ok(Memory { state, bytes })
+        Ok(memory)
     }
 
     /// Sets in which access cycles `pready` is 0; without that signal, none.
     pub fn set_stall(&self, stall: Pause) {
-        self.state.borrow_mut().stall = stall;
-    }
-
-    /// The word at a byte address.
-    pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(address / self.bytes)
-    }
-
-    /// Sets the word at a byte address.
-    pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.set(address / self.bytes, word);
-    }
-
-    /// Accesses so far.
-    pub fn accesses(&self) -> u64 {
-        self.state.borrow().accesses
+        *self.stall.borrow_mut() = stall;
     }
 }
 
@@ -187,7 +168,8 @@ impl Agent for MemoryAgent {
     fn edge(&mut self, core: &Core) -> Result<(), Error> {
         let ports = &self.ports;
         if self.reset.as_ref().is_some_and(Reset::is_active) {
-            (self.offer, self.in_access) = (Offer::default(), false);
+            self.offer.clear();
+            self.in_access = false;
             return Ok(());
         }
         let violation = |rule: String| Violation { bus: ports.name.clone(), rule, time: core.now() };
@@ -205,22 +187,21 @@ impl Agent for MemoryAgent {
         let ready = enabled && ports.ready.as_ref().is_none_or(Signal::is_high);
         let (taken, broken) = self.offer.cycle(selected.then(payload), ready);
         if let Some(rule) = broken {
-            return Err(violation(rule.replace("valid", "psel").replace("ready", "pready")).into());
+            return Err(violation(rule).into());
         }
-        let mut state = self.state.borrow_mut();
         if let Some((address, write, data, strobe)) = taken {
-            state.accesses += 1;
+            self.contents.count();
             if write {
-                state.words.write(address / self.bytes, data, strobe);
+                self.contents.write(address, data, strobe);
             }
         }
         self.in_access = selected && taken.is_none();
-        let answers = self.in_access && (ports.ready.is_none() || !state.stall.next_cycle());
+        let answers = self.in_access && (ports.ready.is_none() || !self.stall.borrow_mut().next_cycle());
         if let Some(signal) = &ports.ready {
             signal.set(u64::from(answers))?;
         }
         if answers && !write {
-            let word = state.words.get(ports.address.get() / self.bytes);
+            let word = self.contents.get(ports.address.get());
             ports.read_data.set(word & ports.read_data.mask())?;
         }
         Ok(())

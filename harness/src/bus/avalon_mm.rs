@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::handshake::Offer;
-use super::words::Words;
+use super::words::{Contents, has_contents};
 use super::{Pause, Random, Reset, Violation, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
@@ -198,11 +198,9 @@ impl Master {
 }
 
 struct MemoryState {
-    words: Words,
     stall: Pause,
     latency: (u64, u64),
     random: Random,
-    accesses: u64,
     /// Addresses from one word of a burst to the next.
     step: u64,
 }
@@ -210,12 +208,16 @@ struct MemoryState {
 /// A memory for a master in the design: words by address, with configurable stalls and latencies.
 #[derive(Clone)]
 pub struct Memory {
+    contents: Contents,
     state: Rc<RefCell<MemoryState>>,
 }
+
+has_contents!(Memory);
 
 struct MemoryAgent {
     ports: Ports,
     reset: Option<Reset>,
+    contents: Contents,
     state: Rc<RefCell<MemoryState>>,
     cycle: u64,
     /// Reads in flight: the cycle of the answer, and the word.
@@ -247,26 +249,21 @@ impl Memory {
         for signal in [&ports.wait_request, &ports.read_data_valid].into_iter().flatten() {
             signal.set(0)?;
         }
-        let state = MemoryState {
-            words: Words::default(),
-            stall: Pause::Never,
-            latency: (1, 1),
-            random: Random::new(0),
-            accesses: 0,
-            step: 1,
-        };
-        let state = Rc::new(RefCell::new(state));
+        let state = MemoryState { stall: Pause::Never, latency: (1, 1), random: Random::new(0), step: 1 };
+        let memory = Memory { contents: Contents::new(1), state: Rc::new(RefCell::new(state)) };
+        let Memory { contents, state } = memory.clone();
         let agent = MemoryAgent {
             ports,
             reset,
-            state: state.clone(),
+            contents,
+            state,
             cycle: 0,
             answers: VecDeque::new(),
             command: Offer::default(),
             burst: None,
         };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
-        Ok(Memory { state })
+        Ok(memory)
     }
 
     /// Sets in which cycles `waitrequest` is 1.
@@ -286,21 +283,6 @@ impl Memory {
     pub fn set_step(&self, step: u64) {
         self.state.borrow_mut().step = step;
     }
-
-    /// The word at an address.
-    pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(address)
-    }
-
-    /// Sets the word at an address.
-    pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.set(address, word);
-    }
-
-    /// Words read and written so far.
-    pub fn accesses(&self) -> u64 {
-        self.state.borrow().accesses
-    }
 }
 
 impl Agent for MemoryAgent {
@@ -309,7 +291,7 @@ impl Agent for MemoryAgent {
         let high = |signal: &Option<Signal>| signal.as_ref().is_some_and(Signal::is_high);
         if self.reset.as_ref().is_some_and(Reset::is_active) {
             self.answers.clear();
-            self.command = Offer::default();
+            self.command.clear();
             self.burst = None;
             put(&self.ports.read_data_valid, 0)?;
             return Ok(());
@@ -341,19 +323,19 @@ impl Agent for MemoryAgent {
         if waits {
             // The command stays.
         } else if write {
-            state.accesses += 1;
+            self.contents.count();
             // Address and count come with the first word.
             let (address, count) = self.burst.take().unwrap_or((command.address, command.count));
             if count > 1 {
                 self.burst = Some((address.wrapping_add(state.step), count - 1));
             }
             let bytes = self.ports.byte_enable.as_ref().map_or(u64::MAX, Signal::get);
-            state.words.write(address, command.data, bytes);
+            self.contents.write(address, command.data, bytes);
         } else if read {
             for number in 0..command.count {
-                state.accesses += 1;
+                self.contents.count();
                 let address = command.address.wrapping_add(number * state.step);
-                let word = state.words.get(address);
+                let word = self.contents.get(address);
                 let (least, most) = state.latency;
                 let latency = least + state.random.below(most - least + 1);
                 let after = self.answers.back().map_or(0, |(cycle, _)| cycle + 1);

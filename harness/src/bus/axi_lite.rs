@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::handshake::Offer;
-use super::words::Words;
+use super::words::{Contents, has_contents};
 use super::{Pause, Reset, Violation, optional};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal, both};
@@ -199,24 +199,23 @@ impl Master {
     }
 }
 
-struct MemoryState {
-    words: Words,
-    /// Of the channels `aw`, `w`, `ar`, `b` and `r`.
-    stalls: [Pause; 5],
-    accesses: u64,
-}
+/// In which cycles the channels `aw`, `w`, `ar`, `b` and `r` stall.
+type Stalls = Rc<RefCell<[Pause; 5]>>;
 
 /// A memory for a master in the design. Addresses count bytes; words are as wide as the data.
 #[derive(Clone)]
 pub struct Memory {
-    state: Rc<RefCell<MemoryState>>,
-    bytes: u64,
+    contents: Contents,
+    stalls: Stalls,
 }
+
+has_contents!(Memory);
 
 struct MemoryAgent {
     ports: Ports,
     reset: Option<Reset>,
-    state: Rc<RefCell<MemoryState>>,
+    contents: Contents,
+    stalls: Stalls,
     addresses: VecDeque<u64>,
     data: VecDeque<(u64, u64)>,
     responses: u64,
@@ -237,12 +236,13 @@ impl Memory {
             signal.set(0)?;
         }
         let bytes = u64::from(ports.r_data.width() / 8).max(1);
-        let state = MemoryState { words: Words::default(), stalls: Default::default(), accesses: 0 };
-        let state = Rc::new(RefCell::new(state));
+        let memory = Memory { contents: Contents::new(bytes), stalls: Stalls::default() };
+        let Memory { contents, stalls } = memory.clone();
         let agent = MemoryAgent {
             ports,
             reset,
-            state: state.clone(),
+            contents,
+            stalls,
             addresses: VecDeque::new(),
             data: VecDeque::new(),
             responses: 0,
@@ -250,27 +250,12 @@ impl Memory {
             offers: Default::default(),
         };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
-        Ok(Memory { state, bytes })
+        Ok(memory)
     }
 
     /// Sets in which cycles each channel stalls.
     pub fn set_stall(&self, stall: Pause) {
-        self.state.borrow_mut().stalls = std::array::from_fn(|channel| stall.of_channel(channel as u64));
-    }
-
-    /// The word at a byte address.
-    pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(address / self.bytes)
-    }
-
-    /// Sets the word at a byte address.
-    pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.set(address / self.bytes, word);
-    }
-
-    /// Accesses so far.
-    pub fn accesses(&self) -> u64 {
-        self.state.borrow().accesses
+        *self.stalls.borrow_mut() = std::array::from_fn(|channel| stall.of_channel(channel as u64));
     }
 }
 
@@ -282,13 +267,12 @@ impl Agent for MemoryAgent {
             self.data.clear();
             self.reads.clear();
             self.responses = 0;
-            self.offers = Default::default();
+            self.offers.iter_mut().for_each(Offer::clear);
             for signal in [&ports.aw.1, &ports.w.1, &ports.ar.1, &ports.b.0, &ports.r.0] {
                 signal.set(0)?;
             }
             return Ok(());
         }
-        let bytes = u64::from(ports.r_data.width() / 8).max(1);
         let strobe = ports.w_strobe.as_ref().map_or(u64::MAX, Signal::get);
         let channels = [
             ("aw", &ports.aw, (ports.aw_address.get(), 0)),
@@ -308,11 +292,11 @@ impl Agent for MemoryAgent {
                 _ => self.reads.push_back(payload.0),
             }
         }
-        let mut state = self.state.borrow_mut();
+        let mut stalls = self.stalls.borrow_mut();
         while !self.addresses.is_empty() && !self.data.is_empty() {
             if let (Some(address), Some((data, strobe))) = (self.addresses.pop_front(), self.data.pop_front()) {
-                state.words.write(address / bytes, data, strobe);
-                state.accesses += 1;
+                self.contents.write(address, data, strobe);
+                self.contents.count();
                 self.responses += 1;
             }
         }
@@ -322,7 +306,7 @@ impl Agent for MemoryAgent {
             self.responses -= 1;
         }
         if !ports.b.0.is_high() || b_taken {
-            let offer = self.responses > 0 && !state.stalls[3].next_cycle();
+            let offer = self.responses > 0 && !stalls[3].next_cycle();
             ports.b.0.set(u64::from(offer))?;
             if let Some(signal) = &ports.b_response {
                 signal.set(0)?;
@@ -331,20 +315,20 @@ impl Agent for MemoryAgent {
         let r_taken = ports.r.0.is_high() && ports.r.1.is_high();
         if r_taken {
             self.reads.pop_front();
-            state.accesses += 1;
+            self.contents.count();
         }
         if !ports.r.0.is_high() || r_taken {
-            let offer = !self.reads.is_empty() && !state.stalls[4].next_cycle();
+            let offer = !self.reads.is_empty() && !stalls[4].next_cycle();
             ports.r.0.set(u64::from(offer))?;
             if let (true, Some(address)) = (offer, self.reads.front()) {
-                let word = state.words.get(address / bytes);
+                let word = self.contents.get(*address);
                 ports.r_data.set(word & ports.r_data.mask())?;
             }
             if let Some(signal) = &ports.r_response {
                 signal.set(0)?;
             }
         }
-        for ((_, ready), stall) in [&ports.aw, &ports.w, &ports.ar].into_iter().zip(&mut state.stalls) {
+        for ((_, ready), stall) in [&ports.aw, &ports.w, &ports.ar].into_iter().zip(stalls.iter_mut()) {
             ready.set(u64::from(!stall.next_cycle()))?;
         }
         Ok(())

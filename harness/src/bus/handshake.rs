@@ -2,11 +2,39 @@
 
 /// What is offered on one channel and was not taken yet.
 #[derive(Debug, Clone)]
-pub(super) struct Offer<P>(Option<P>);
+pub(super) struct Offer<P> {
+    waiting: Option<P>,
+    names: Names,
+}
+
+/// What a bus calls the two sides of a handshake, and what is offered.
+#[derive(Debug, Clone, Copy)]
+struct Names {
+    valid: &'static str,
+    ready: &'static str,
+    payload: &'static str,
+}
 
 impl<P> Default for Offer<P> {
     fn default() -> Self {
-        Offer(None)
+        Offer::new("valid", "ready")
+    }
+}
+
+impl<P> Offer<P> {
+    /// Nothing is offered; the names of the offering side's signal and of the taking side's.
+    pub fn new(valid: &'static str, ready: &'static str) -> Offer<P> {
+        Offer { waiting: None, names: Names { valid, ready, payload: "payload" } }
+    }
+
+    /// The same with a name for what is offered.
+    pub fn of(self, payload: &'static str) -> Offer<P> {
+        Offer { names: Names { payload, ..self.names }, ..self }
+    }
+
+    /// Forgets what is offered, in a reset.
+    pub fn clear(&mut self) {
+        self.waiting = None;
     }
 }
 
@@ -14,16 +42,19 @@ impl<P: PartialEq + Clone> Offer<P> {
     /// Looks at a cycle: what is offered in it, if anything, and whether the other side is ready. Returns what is
     /// taken, and the rule that is broken.
     #[inline]
-    pub fn cycle(&mut self, offered: Option<P>, ready: bool) -> (Option<P>, Option<&'static str>) {
-        let broken = match (self.0.take(), &offered) {
-            (Some(_), None) => Some("valid fell before ready came"),
-            (Some(before), Some(now)) if before != *now => Some("the payload changed while valid waited for ready"),
+    pub fn cycle(&mut self, offered: Option<P>, ready: bool) -> (Option<P>, Option<String>) {
+        let Names { valid, ready: taken, payload } = self.names;
+        let broken = match (self.waiting.take(), &offered) {
+            (Some(_), None) => Some(format!("{valid} fell before {taken} came")),
+            (Some(before), Some(now)) if before != *now => {
+                Some(format!("the {payload} changed while {valid} waited for {taken}"))
+            }
             _ => None,
         };
         if ready {
             return (offered, broken);
         }
-        self.0 = offered;
+        self.waiting = offered;
         (None, broken)
     }
 }

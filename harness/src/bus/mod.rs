@@ -11,6 +11,8 @@
 //! | APB | [`apb::Master`] | [`apb::Memory`] |
 //! | Wishbone, classic cycles | [`wishbone::Master`] | [`wishbone::Memory`] |
 //! | UART | [`uart::Source`] | [`uart::Sink`] |
+//! | SPI | [`spi::Master`] | [`spi::Peripheral`] |
+//! | I2C | [`i2c::Master`] | [`i2c::Memory`] |
 //!
 //! Every model that drives takes a [`Pause`]: the cycles in which it inserts idle or stall cycles. Sinks, monitors and
 //! memories check the rules of their bus: a broken rule ends the run with a [`Violation`] that names rule and time.
@@ -22,11 +24,16 @@ pub mod axi4;
 pub mod axi_lite;
 pub mod bulk;
 mod handshake;
+pub mod i2c;
+mod inbox;
+mod line;
+pub mod spi;
 pub mod stream;
 pub mod uart;
 pub mod wishbone;
 mod words;
 
+pub use self::words::Contents;
 use crate::error::ModelError;
 use crate::sim::{Dut, Signal};
 use crate::time::Time;

@@ -4,13 +4,10 @@
 //! ~~~~~~\____/ D0 X D1 X ... X D7 X parity /~~~~~~   a start bit, data from the lowest bit on, stop bits
 //! ```
 
-use std::cell::{Cell, RefCell};
-use std::collections::VecDeque;
-use std::rc::Rc;
-
 use super::Violation;
+use super::inbox::Inbox;
 use crate::error::{Error, SimError};
-use crate::sim::{Dut, Event, Lock, Signal, Wait};
+use crate::sim::{Dut, Lock, Signal, Wait};
 use crate::time::Time;
 
 /// The bit that makes the number of ones in data and parity even or odd.
@@ -106,9 +103,7 @@ impl Source {
 /// Listens to a line out of the design. A character with a wrong parity or stop bit ends the run with a [`Violation`].
 #[derive(Clone)]
 pub struct Sink {
-    received: Rc<RefCell<VecDeque<u64>>>,
-    count: Rc<Cell<u64>>,
-    arrived: Event,
+    inbox: Inbox,
 }
 
 impl Sink {
@@ -119,11 +114,7 @@ impl Sink {
     pub fn new(dut: &Dut, line: &Signal, format: Format) -> Result<Sink, Error> {
         format.check()?;
         let name = line.info().name;
-        let sink = Sink {
-            received: Rc::default(),
-            count: Rc::default(),
-            arrived: dut.event(&format!("{name} has a character")),
-        };
+        let sink = Sink { inbox: Inbox::new(dut, &format!("{name} has a character")) };
         let (dut_of_task, line, kept) = (dut.clone(), line.clone(), sink.clone());
         let task_name = format!("uart sink of {name}");
         let task = dut.spawn(&task_name, async move { kept.listen(&dut_of_task, &line, format, &name).await });
@@ -155,35 +146,27 @@ impl Sink {
             if !line.is_high() {
                 return Err(violation(format!("the stop bit after {value:#x} is 0")).into());
             }
-            self.received.borrow_mut().push_back(value);
-            self.count.set(self.count.get() + 1);
-            self.arrived.set();
+            self.inbox.push(value);
         }
     }
 
     /// The next character.
     pub async fn recv(&self) -> u64 {
-        loop {
-            if let Some(value) = self.try_recv() {
-                return value;
-            }
-            self.arrived().await;
-        }
+        self.inbox.recv().await
     }
 
     /// The wait for the next character, when none is there.
     pub fn arrived(&self) -> Wait {
-        self.arrived.clear();
-        self.arrived.wait()
+        self.inbox.arrived()
     }
 
     /// The next character, if it has come.
     pub fn try_recv(&self) -> Option<u64> {
-        self.received.borrow_mut().pop_front()
+        self.inbox.try_recv()
     }
 
     /// Characters that have come so far.
     pub fn count(&self) -> u64 {
-        self.count.get()
+        self.inbox.count()
     }
 }

@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use super::axi_lite::Response;
 use super::handshake::Offer;
-use super::words::Words;
+use super::words::{Contents, has_contents};
 use super::{Pause, Reset, Violation};
 use crate::error::{Error, ModelError};
 use crate::sim::{Agent, Core, Dut, Edge, Lock, Signal};
@@ -130,22 +130,20 @@ impl Master {
     }
 }
 
-struct State {
-    words: Words,
-    stall: Pause,
-    accesses: u64,
-}
-
 /// A memory for a master in the design: words by address, which counts as the master's `adr` does.
 #[derive(Clone)]
 pub struct Memory {
-    state: Rc<RefCell<State>>,
+    contents: Contents,
+    stall: Rc<RefCell<Pause>>,
 }
+
+has_contents!(Memory);
 
 struct MemoryAgent {
     ports: Ports,
     reset: Option<Reset>,
-    state: Rc<RefCell<State>>,
+    contents: Contents,
+    stall: Rc<RefCell<Pause>>,
     /// Address, write, data, select.
     offer: Offer<(u64, bool, u64, u64)>,
 }
@@ -161,31 +159,16 @@ impl Memory {
         if let Some(signal) = &ports.error {
             signal.set(0)?;
         }
-        let state = State { words: Words::default(), stall: Pause::Never, accesses: 0 };
-        let state = Rc::new(RefCell::new(state));
-        let agent = MemoryAgent { ports, reset, state: state.clone(), offer: Offer::default() };
+        let memory = Memory { contents: Contents::new(1), stall: Rc::default() };
+        let Memory { contents, stall } = memory.clone();
+        let agent = MemoryAgent { ports, reset, contents, stall, offer: Offer::new("stb", "ack") };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
-        Ok(Memory { state })
+        Ok(memory)
     }
 
     /// Sets in which cycles it does not answer.
     pub fn set_stall(&self, stall: Pause) {
-        self.state.borrow_mut().stall = stall;
-    }
-
-    /// The word at an address.
-    pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(address)
-    }
-
-    /// Sets the word at an address.
-    pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.set(address, word);
-    }
-
-    /// Accesses so far.
-    pub fn accesses(&self) -> u64 {
-        self.state.borrow().accesses
+        *self.stall.borrow_mut() = stall;
     }
 }
 
@@ -193,7 +176,7 @@ impl Agent for MemoryAgent {
     fn edge(&mut self, core: &Core) -> Result<(), Error> {
         let ports = &self.ports;
         if self.reset.as_ref().is_some_and(Reset::is_active) {
-            self.offer = Offer::default();
+            self.offer.clear();
             return Ok(ports.acknowledge.set(0)?);
         }
         let violation = |rule: String| Violation { bus: ports.name.clone(), rule, time: core.now() };
@@ -208,19 +191,18 @@ impl Agent for MemoryAgent {
         };
         let (taken, broken) = self.offer.cycle(asks.then(payload), ports.acknowledge.is_high());
         if let Some(rule) = broken {
-            return Err(violation(rule.replace("valid", "stb").replace("ready", "ack")).into());
+            return Err(violation(rule).into());
         }
-        let mut state = self.state.borrow_mut();
         if let Some((address, write, data, select)) = taken {
-            state.accesses += 1;
+            self.contents.count();
             if write {
-                state.words.write(address, data, select);
+                self.contents.write(address, data, select);
             }
         }
-        let answers = asks && taken.is_none() && !state.stall.next_cycle();
+        let answers = asks && taken.is_none() && !self.stall.borrow_mut().next_cycle();
         ports.acknowledge.set(u64::from(answers))?;
         if answers {
-            let word = state.words.get(ports.address.get());
+            let word = self.contents.get(ports.address.get());
             ports.read_data.set(word & ports.read_data.mask())?;
         }
         Ok(())

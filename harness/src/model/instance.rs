@@ -48,7 +48,7 @@ fn describe(variable: &Variable, slot: &RawSlot) -> Option<SignalInfo> {
     const REAL: u32 = 1;
     let (width, real) = match (variable.kind, slot.kind) {
         (Kind::Bits { width }, BITS) => (width, false),
-        (Kind::Real, REAL) if variable.dimensions.is_empty() => (64, true),
+        (Kind::Real, REAL) => (64, true),
         _ => return None,
     };
     let storage = Storage::of(width);

@@ -30,7 +30,7 @@ pub struct SignalInfo {
     pub signed: bool,
     /// How Verilator stores it.
     pub storage: Storage,
-    /// Whether it is a `real`, whose 64 bits are those of an `f64`.
+    /// Whether it is a `real`, or an array of `real`, whose 64 bits are those of an `f64`.
     pub real: bool,
     /// First and last index if it is a memory (unpacked array), as declared. Of several dimensions: the elements
     /// counted from 0, row by row, each dimension from its lowest index.

@@ -395,7 +395,7 @@ impl Memory {
     /// The element at an index, as declared in the Verilog.
     ///
     /// # Errors
-    /// If the index is outside of the memory, or its elements are wider than 64 bits.
+    /// If the index is outside of the memory, or its elements are wider than 64 bits or `real`.
     pub fn get(&self, index: i64) -> Result<u64, ModelError> {
         self.check_narrow()?;
         let offset = self.info.element_offset(index)?;
@@ -407,13 +407,36 @@ impl Memory {
     ///
     /// # Errors
     /// If the index is outside of the memory, the value does not fit, the memory is an output or has elements wider
-    /// than 64 bits, or the region is `ReadOnly`.
+    /// than 64 bits or `real`, or the region is `ReadOnly`.
     pub fn set(&self, index: i64, value: u64) -> Result<(), ModelError> {
         self.check_narrow()?;
         self.check_writable()?;
         let offset = self.info.element_offset(index)?;
         self.info.check_unsigned(value)?;
         self.core.write_element(self.id.index() as u32, offset, value)
+    }
+
+    /// The `real` at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, or its elements are no `real`.
+    pub fn get_real(&self, index: i64) -> Result<f64, ModelError> {
+        self.check_real()?;
+        let offset = self.info.element_offset(index)?;
+        // SAFETY: `core` keeps the model alive; the offset was checked.
+        Ok(f64::from_bits(unsafe { self.info.load(offset) }))
+    }
+
+    /// Buffers a write of the `real` at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, its elements are no `real`, the memory is an output, or the region is
+    /// `ReadOnly`.
+    pub fn set_real(&self, index: i64, value: f64) -> Result<(), ModelError> {
+        self.check_real()?;
+        self.check_writable()?;
+        let offset = self.info.element_offset(index)?;
+        self.core.write_element(self.id.index() as u32, offset, value.to_bits())
     }
 
     /// The element at an index, of any width, as 32-bit words, lowest first.
@@ -438,7 +461,18 @@ impl Memory {
         self.core.write_element_words(self.id.index() as u32, offset, words)
     }
 
+    fn check_real(&self) -> Result<(), ModelError> {
+        if self.info.real {
+            Ok(())
+        } else {
+            Err(wrong_shape(&self.info, "has elements that are no `real`", "get and set"))
+        }
+    }
+
     fn check_narrow(&self) -> Result<(), ModelError> {
+        if self.info.real {
+            return Err(wrong_shape(&self.info, "has elements that are `real`", "get_real and set_real"));
+        }
         match self.info.storage {
             Storage::Wide(_) => {
                 Err(wrong_shape(&self.info, "has elements wider than 64 bits", "get_words and set_words"))
@@ -452,7 +486,8 @@ impl Memory {
         if model.is_writable(&self.info) { Ok(()) } else { Err(model.not_writable(&self.info)) }
     }
 
-    /// All elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits.
+    /// All elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits; of `real`s, the bits
+    /// of each `f64`.
     pub fn to_vec(&self) -> Vec<u64> {
         let bytes = self.info.storage.bytes();
         // SAFETY: the offsets run over the memory's own elements.

@@ -12,7 +12,9 @@ from __future__ import annotations
 from typing import Any
 
 from .. import log as _log
-from .. import parametrize, pass_test, start, start_soon
+from .. import parametrize, pass_test, start_soon
+from .. import start as _start
+from ..deprecated import advise as _advise
 from ..testing import running, running_or_loading
 from . import (
     binary,
@@ -80,6 +82,15 @@ parameterize = parametrize
 end_test = pass_test
 is_simulation = True
 LANGUAGE = "verilog"
+
+
+def start(coro: Any) -> Any:
+    """Starts a coroutine as a task and lets it run to its first wait before the caller continues.
+
+    >>> task = await cocotb.start(drive(dut))
+    """
+    _advise("start")
+    return _start(coro)
 
 
 def __getattr__(name: str) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 
 from .. import clock as _clock
 from .._core import Handle
+from ..deprecated import advise
 from ..triggers import Timer
 
 __all__ = ["BaseClock", "Clock", "Timer"]
@@ -41,6 +42,8 @@ class Clock(_clock.Clock, BaseClock):
         period_high: float | None = None,
         set_action: Any = None,
     ) -> None:
+        if units is not None:
+            advise("Clock(units)")
         super().__init__(signal, float(period) if not isinstance(period, int) else period, unit, units=units, high=period_high)
 
     def start(  # type: ignore[override]

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from ..deprecated import advise
 from ..testing import Test
 from .decorators import coroutine, test
 
@@ -24,6 +25,7 @@ class TestFactory:
     __test__ = False
 
     def __init__(self, test_function: Any, *args: Any, **kwargs: Any) -> None:
+        advise("TestFactory")
         self.function = coroutine(test_function.function if isinstance(test_function, Test) else test_function)
         if args:
             raise TypeError("arguments are given by name: TestFactory(function, name=value)")

@@ -5,12 +5,20 @@
 
 from typing import Any, NoReturn
 
-from ..errors import SimTimeoutError, SimulationError, TestSuccess
+from .. import errors
+from ..deprecated import advise
 
 __all__ = ["ReturnValue", "SimFailure", "SimTimeoutError", "TestComplete", "TestError", "TestFailure", "TestSuccess"]
 
-TestComplete = TestSuccess
-SimFailure = SimulationError
+TestComplete = errors.TestSuccess
+_MOVED = {"SimFailure": errors.SimulationError, "SimTimeoutError": errors.SimTimeoutError, "TestSuccess": errors.TestSuccess}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MOVED:
+        raise AttributeError(f"hoverlock.cocotb.result has no '{name}'")
+    advise(f"result.{name}")
+    return _MOVED[name]
 
 
 class TestFailure(AssertionError):

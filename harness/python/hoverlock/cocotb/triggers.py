@@ -10,6 +10,7 @@ from typing import Any
 
 from .. import triggers as _triggers
 from .._core import Task
+from ..deprecated import advise
 from ..errors import TriggerError
 from ..triggers import (
     ClockCycles,
@@ -63,7 +64,15 @@ class Event(_triggers.Event):
     """`hoverlock.Event` with cocotb's attributes."""
 
     def __init__(self, name: str | None = None) -> None:
+        if name is not None:
+            advise("Event(name)")
         super().__init__(name or "event")
+
+    def set(self, data: Any = None) -> None:
+        """Sets the event: all tasks that wait for it continue."""
+        if data is not None:
+            advise("Event.set(data)")
+        super().set(data)
 
     @property
     def fired(self) -> bool:
@@ -82,6 +91,8 @@ class Lock(_triggers.Lock):
     """`hoverlock.Lock` with cocotb's attributes."""
 
     def __init__(self, name: str | None = None) -> None:
+        if name is not None:
+            advise("Lock(name)")
         super().__init__(name or "lock")
 
     @property
@@ -92,10 +103,13 @@ class Lock(_triggers.Lock):
 
 def Join(task: Task[Any]) -> Trigger:
     """A trigger: the end of a task; its result is that of the task."""
-    return task.join()
+    advise("Join")
+    return task.complete
 
 
-TaskComplete = Join
+def TaskComplete(task: Task[Any]) -> Trigger:
+    """A trigger: the end of a task, by cocotb 2's name."""
+    return task.complete
 
 
 async def gather(*awaitables: object, return_exceptions: bool = False) -> tuple[object, ...]:

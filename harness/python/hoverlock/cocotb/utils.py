@@ -5,9 +5,21 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from ..utils import _UNITS, get_sim_time
+from ..deprecated import advise
+from ..utils import _UNITS
+from ..utils import get_sim_time as _get_sim_time
 
 __all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps"]
+
+
+def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:
+    """The simulation time, as `hoverlock.utils.get_sim_time` gives it.
+
+    >>> get_sim_time("ns")
+    """
+    if units is not None:
+        advise("get_sim_time(units)")
+    return _get_sim_time(units or unit)
 
 
 def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, round_mode: str | None = None) -> int:
@@ -16,6 +28,8 @@ def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, 
     >>> get_sim_steps(2, "ns")
     2000
     """
+    if units is not None:
+        advise("get_sim_steps(units)")
     # By its digits: 0.1 ns is 100 steps, though no binary fraction is 0.1.
     scaled = Fraction(str(time)) * _UNITS[units or unit] / _UNITS["step"]
     if round_mode in (None, "error"):
@@ -35,4 +49,6 @@ def get_time_from_sim_steps(steps: int, unit: str | None = None, *, units: str |
     >>> get_time_from_sim_steps(2500, "ns")
     2.5
     """
+    if units is not None:
+        advise("get_time_from_sim_steps(units)")
     return steps * _UNITS["step"] / _UNITS[units or unit or "step"]

@@ -5,7 +5,7 @@ use std::future::Future;
 use std::rc::Rc;
 
 use hoverlock_harness::Error;
-use hoverlock_harness::bus::{Pause, apb, avalon_mm, axi_lite, axi4, wishbone};
+use hoverlock_harness::bus::{Contents, Pause, apb, avalon_mm, axi_lite, axi4, wishbone};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -38,7 +38,7 @@ impl Access {
     }
 }
 
-fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
+pub(super) fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
     let value: Answer = Rc::default();
     let slot = value.clone();
     let dut = simulation::current()?;
@@ -57,7 +57,7 @@ pub struct Burst {
 }
 
 /// The words read, and the response.
-type Words = (Vec<u64>, u64);
+pub(super) type Words = (Vec<u64>, u64);
 
 #[pymethods]
 impl Burst {
@@ -76,7 +76,7 @@ impl Burst {
     }
 }
 
-fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
+pub(super) fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
     let answer = Rc::new(RefCell::default());
     let slot = answer.clone();
     let dut = simulation::current()?;
@@ -251,6 +251,18 @@ enum Answers {
     Wishbone(wishbone::Memory),
 }
 
+impl Answers {
+    fn contents(&self) -> &Contents {
+        match self {
+            Answers::Avalon(memory) => memory,
+            Answers::Axi(memory) => memory,
+            Answers::Axi4(memory) => memory,
+            Answers::Apb(memory) => memory,
+            Answers::Wishbone(memory) => memory,
+        }
+    }
+}
+
 /// A memory that a master in the design reads and writes.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawMemory {
@@ -327,34 +339,16 @@ impl RawMemory {
     }
 
     fn __getitem__(&self, address: u64) -> PyResult<u64> {
-        Ok(match self.answers.get()? {
-            Answers::Avalon(memory) => memory.get(address),
-            Answers::Axi(memory) => memory.get(address),
-            Answers::Axi4(memory) => memory.get(address),
-            Answers::Apb(memory) => memory.get(address),
-            Answers::Wishbone(memory) => memory.get(address),
-        })
+        Ok(self.answers.get()?.contents().get(address))
     }
 
     fn __setitem__(&self, address: u64, word: u64) -> PyResult<()> {
-        match self.answers.get()? {
-            Answers::Avalon(memory) => memory.set(address, word),
-            Answers::Axi(memory) => memory.set(address, word),
-            Answers::Axi4(memory) => memory.set(address, word),
-            Answers::Apb(memory) => memory.set(address, word),
-            Answers::Wishbone(memory) => memory.set(address, word),
-        }
+        self.answers.get()?.contents().set(address, word);
         Ok(())
     }
 
     fn accesses(&self) -> PyResult<u64> {
-        Ok(match self.answers.get()? {
-            Answers::Avalon(memory) => memory.accesses(),
-            Answers::Axi(memory) => memory.accesses(),
-            Answers::Axi4(memory) => memory.accesses(),
-            Answers::Apb(memory) => memory.accesses(),
-            Answers::Wishbone(memory) => memory.accesses(),
-        })
+        Ok(self.answers.get()?.contents().accesses())
     }
 }
 

@@ -5,7 +5,7 @@ use hoverlock_harness::bus::uart::{Format, Parity, Sink, Source};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::{EngineTask, failed, signal_of};
+use super::{Sending, failed, signal_of};
 use crate::handle::Handle;
 use crate::on_thread::OnThread;
 use crate::simulation;
@@ -38,20 +38,7 @@ impl RawUartSource {
     /// Begins to send characters.
     fn send(&self, values: Vec<u64>) -> PyResult<Sending> {
         let source = self.0.get()?.clone();
-        let dut = simulation::current()?;
-        let task = dut.spawn("uart send", async move { source.send(&values).await });
-        Ok(Sending(OnThread::new(EngineTask { id: task.id(), dut })))
-    }
-}
-
-/// Characters on their way.
-#[pyclass(frozen, module = "hoverlock._core")]
-pub struct Sending(OnThread<EngineTask>);
-
-#[pymethods]
-impl Sending {
-    fn ended(&self) -> PyResult<Trigger> {
-        Ok(self.0.get()?.ended())
+        Sending::begin("uart send", async move { source.send(&values).await })
     }
 }
 

@@ -31,6 +31,7 @@ pub struct ArrayHandle {
     width: u32,
     signed: bool,
     wide: bool,
+    real: bool,
     /// The index on the left and that on the right of this array's own dimension, as declared, and of those below.
     dimensions: Vec<(i64, i64)>,
     /// The memory's index of the element with the lowest indices.
@@ -44,7 +45,7 @@ fn length(ends: (i64, i64)) -> i64 {
 impl ArrayHandle {
     pub fn new(dut: &Dut, top: &Arc<str>, info: SignalInfo) -> PyResult<ArrayHandle> {
         let memory = OnThread::new(dut.memory(&info.name).map_err(|e| errors::of_model(&e))?);
-        let SignalInfo { name, direction, width, signed, range, storage, mut dimensions, .. } = info;
+        let SignalInfo { name, direction, width, signed, range, storage, real, mut dimensions, .. } = info;
         let (left, right) = range.unwrap_or((0, 0));
         if dimensions.is_empty() {
             dimensions.push((left, right));
@@ -58,6 +59,7 @@ impl ArrayHandle {
             width,
             signed,
             wide,
+            real,
             dimensions,
             base: left.min(right),
         })
@@ -95,6 +97,7 @@ impl ArrayHandle {
             width: self.width,
             signed: self.signed,
             wide: self.wide,
+            real: self.real,
             dimensions: self.dimensions[1..].to_vec(),
             base: self.flat(index)?,
         })
@@ -110,8 +113,22 @@ impl ArrayHandle {
         Ok(Value { bits, width: self.width, signed: self.signed })
     }
 
+    /// A `Value`, or a `float`.
+    fn element<'py>(&self, py: Python<'py>, flat: i64) -> PyResult<Bound<'py, PyAny>> {
+        if self.real {
+            let value = self.memory.get()?.get_real(flat).map_err(|e| errors::of_model(&e))?;
+            return value.into_bound_py_any(py);
+        }
+        self.read(flat)?.into_bound_py_any(py)
+    }
+
     fn write(&self, flat: i64, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let memory = self.memory.get()?;
+        if self.real {
+            let text = || PyTypeError::new_err(format!("'{}' takes numbers, not {value}", self.name));
+            let value = value.extract::<f64>().map_err(|_| text())?;
+            return memory.set_real(flat, value).map_err(|e| errors::of_model(&e));
+        }
         let (name, width) = (&self.name, self.width);
         let whole = number_of(value, name)
             .map_err(|_| PyTypeError::new_err(format!("'{name}' takes integers, not {value}")))?;
@@ -168,7 +185,7 @@ impl ArrayHandle {
             if self.dimensions.len() > 1 {
                 list.append(self.row(index)?.get_value(py)?)?;
             } else {
-                list.append(self.read(self.flat(index)?)?)?;
+                list.append(self.element(py, self.flat(index)?)?)?;
             }
         }
         Ok(list)
@@ -206,7 +223,8 @@ impl ArrayHandle {
         PyList::new(slf.py(), elements.collect::<PyResult<Vec<_>>>()?)?.try_iter()
     }
 
-    /// For `numpy.asarray(dut.u_ram.cells)`: the elements from left to right, as `uint64`; wider ones as `object`.
+    /// For `numpy.asarray(dut.u_ram.cells)`: the elements from left to right, as `uint64`; wider ones as `object`,
+    /// `real`s as `float64`.
     #[pyo3(signature = (dtype = None, copy = None))]
     fn __array__<'py>(
         &self,
@@ -217,7 +235,11 @@ impl ArrayHandle {
         // The result is always a copy.
         let _ = copy;
         let all = self.all()?;
-        let array = if self.wide {
+        let array = if self.real {
+            let memory = self.memory.get()?;
+            let values = all.iter().map(|at| memory.get_real(*at).map_err(|e| errors::of_model(&e)));
+            PyArray1::from_vec(py, values.collect::<PyResult<Vec<f64>>>()?).into_any()
+        } else if self.wide {
             let values = all.iter().map(|at| self.read(*at)?.int(py)).collect::<PyResult<Vec<_>>>()?;
             py.import("numpy")?.call_method1("array", (values, "object"))?
         } else {
@@ -268,7 +290,8 @@ impl ArrayHandle {
 
     fn __repr__(&self) -> String {
         let bounds: String = self.dimensions.iter().map(|(a, b)| format!("[{a}:{b}]")).collect();
-        format!("<{} {} [{}:0] {bounds}>", direction_name(self.direction), self.name, self.width - 1)
+        let kind = if self.real { "real".to_owned() } else { format!("[{}:0]", self.width - 1) };
+        format!("<{} {} {kind} {bounds}>", direction_name(self.direction), self.name)
     }
 }
 
@@ -287,8 +310,8 @@ pub struct Element {
 impl Element {
     /// The value. A write is put when all tasks of this round have run.
     #[getter]
-    fn get_value(&self) -> PyResult<Value> {
-        self.array.get().read(self.flat)
+    fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array.get().element(py, self.flat)
     }
 
     #[setter]
@@ -319,7 +342,12 @@ impl Element {
     }
 
     fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.get_value()?.int(py)
+        self.get_value(py)?.call_method0("__int__")
+    }
+
+    /// The value of a `real`.
+    fn __float__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.get_value(py)?.call_method0("__float__")
     }
 
     fn __repr__(&self) -> String {

@@ -29,10 +29,10 @@ pub fn all<'py>(py: Python<'py>, dut: &Dut) -> PyResult<Bound<'py, PyList>> {
     let top: Arc<str> = dut.top().into();
     for info in dut.signals() {
         let name = info.name.clone();
-        if info.real {
-            list.append((name, Bound::new(py, RealHandle::new(dut, &top, info.name, info.direction)?)?))?;
-        } else if info.range.is_some() {
+        if info.range.is_some() {
             list.append((name, Bound::new(py, ArrayHandle::new(dut, &top, info)?)?))?;
+        } else if info.real {
+            list.append((name, Bound::new(py, RealHandle::new(dut, &top, info.name, info.direction)?)?))?;
         } else {
             list.append((name, Bound::new(py, Handle::new(dut, &top, info)?)?))?;
         }

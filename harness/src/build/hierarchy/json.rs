@@ -115,8 +115,8 @@ fn add_type(node: &Value, design: &mut Design) {
             let Some(bounds) = bounds(node) else { return };
             Type::Array { of, bounds, packed: kind == "PACKARRAYDTYPE" }
         }
-        "STRUCTDTYPE" | "UNIONDTYPE" if !flag(node, "packed") => return,
-        "STRUCTDTYPE" => Type::Struct { members: members() },
+        "STRUCTDTYPE" => Type::Struct { members: members(), packed: Some(flag(node, "packed")) },
+        "UNIONDTYPE" if !flag(node, "packed") => return,
         "UNIONDTYPE" => Type::Union { members: members() },
         "ENUMDTYPE" => {
             let item = |i: &Value| Some((text(i, "name").to_owned(), constant(&constant_text(i, "valuep")?)?));
@@ -157,7 +157,7 @@ pub fn parse(json: &str, top: &str) -> Result<Hierarchy, BuildError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Constant, Kind, Variable};
+    use super::super::{Constant, Kind, Step, Variable};
     use super::*;
 
     const JSON: &str = r#"{"type":"NETLIST","modulesp":[
@@ -204,6 +204,9 @@ mod tests {
         assert_eq!((&memory.dimensions[..], memory.kind), (&[(-2, 4), (0, 2)][..], Kind::Bits { width: 32 }));
         assert!(memory.signed);
         assert_eq!(of("lane[0].u.loose").kind, Kind::Other, "an unpacked structure");
+        let [part] = &found.structures["lane[0].u.loose"][..] else { panic!("one field") };
+        assert_eq!((part.variable.path.as_str(), part.variable.kind), ("lane[0].u.loose.x", Kind::Bits { width: 1 }));
+        assert_eq!(part.steps, [Step::Member("x".into())]);
         assert_eq!(found.constants[0], ("W".to_owned(), Constant::Number(8)));
         assert_eq!(found.constants[1], ("S".to_owned(), Constant::Text("a b".to_owned())));
     }

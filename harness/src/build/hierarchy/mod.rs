@@ -83,6 +83,24 @@ pub struct Variable {
     pub nested: bool,
 }
 
+/// One step from a variable towards a value in it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Step {
+    /// To a member of a structure.
+    Member(String),
+    /// To an element of an array, counted from its lowest index.
+    Element(u64),
+}
+
+/// A value in a variable that is a structure, or an array of structures.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// The way to it.
+    pub steps: Vec<Step>,
+    /// The value as a variable of its own, `pair.low` or `pairs[1].low`.
+    pub variable: Variable,
+}
+
 /// The value of a parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Constant {
@@ -103,6 +121,9 @@ pub struct Hierarchy {
     pub variables: Vec<Variable>,
     /// Parameters and local parameters of all instances by their names below the top module.
     pub constants: Vec<(String, Constant)>,
+    /// The values in each variable that is a structure, or an array of structures, by the variable's path. Older
+    /// descriptions do not tell packed structures from others: those are here too, whole and by member.
+    pub structures: HashMap<String, Vec<Part>>,
 }
 
 /// `4'hf`, `32'sh10`: the number behind the base.
@@ -171,8 +192,8 @@ enum Type {
     Basic { keyword: String, width: u32, signed: bool },
     /// An array of another.
     Array { of: String, bounds: (i64, i64), packed: bool },
-    /// Members by name, the highest bits first.
-    Struct { members: Vec<(String, String)> },
+    /// Members by name, the highest bits first where it is packed. Older descriptions do not tell whether it is.
+    Struct { members: Vec<(String, String)>, packed: Option<bool> },
     /// Members over each other.
     Union { members: Vec<(String, String)> },
     /// Another name of a type, or an enumeration on it.
@@ -188,6 +209,9 @@ struct Types {
     /// The enumeration's name by its number.
     enumeration_names: HashMap<String, String>,
 }
+
+/// The most values of one variable that get names of their own.
+const MOST_PARTS: usize = 4096;
 
 /// No type is 64 levels deep: the limit guards against a description that refers to itself.
 const DEPTH: u32 = 64;
@@ -216,7 +240,8 @@ impl Types {
                 u32::try_from(left.abs_diff(*right) + 1).ok()?.checked_mul(width(of)?)
             }
             Type::Array { .. } | Type::Same { .. } => None,
-            Type::Struct { members } => members.iter().try_fold(0u32, |sum, (_, of)| sum.checked_add(width(of)?)),
+            Type::Struct { packed: Some(false), .. } => None,
+            Type::Struct { members, .. } => members.iter().try_fold(0u32, |sum, (_, of)| sum.checked_add(width(of)?)),
             Type::Union { members } => members.iter().map(|(_, of)| width(of)).max().flatten(),
         }
     }
@@ -253,7 +278,7 @@ impl Types {
     /// The fields of a packed structure or union, those of nested ones after it.
     fn fields(&self, id: &str, prefix: &str, base: u32, depth: u32) -> Vec<Field> {
         let (members, stacked) = match self.resolve(id) {
-            Some(Type::Struct { members }) => (members, true),
+            Some(Type::Struct { members, .. }) => (members, true),
             Some(Type::Union { members }) => (members, false),
             _ => return Vec::new(),
         };
@@ -270,6 +295,50 @@ impl Types {
             found.extend(self.fields(of, &format!("{name}."), base + low, depth + 1));
         }
         found
+    }
+
+    /// Adds the values in a structure, or an array of structures; `into` has more than [`MOST_PARTS`] where they are
+    /// too many. A value of another type is added itself, as is a structure that may be packed, before its members.
+    fn add_parts(&self, module: &str, id: &str, part: &Part, into: &mut Vec<Part>) {
+        if into.len() > MOST_PARTS || part.steps.len() > DEPTH as usize {
+            return;
+        }
+        let (dimensions, element) = self.dimensions(id);
+        let below = |name: String, step: Step| {
+            let mut below = part.clone();
+            below.variable.path.push_str(&name);
+            below.steps.push(step);
+            below
+        };
+        let unpacked = match self.resolve(element) {
+            Some(Type::Struct { members, packed }) if *packed != Some(true) => Some((members, packed.is_none())),
+            _ => None,
+        };
+        if unpacked.is_none_or(|(_, unsure)| unsure) && !part.steps.is_empty() {
+            into.push(Part {
+                variable: Variable {
+                    kind: self.kind(element),
+                    signed: self.is_signed(element),
+                    items: self.items(module, "", element),
+                    fields: self.fields(element, "", 0, 0),
+                    dimensions,
+                    ..part.variable.clone()
+                },
+                steps: part.steps.clone(),
+            });
+        }
+        let Some((members, _)) = unpacked else { return };
+        if let Some(Type::Array { of, bounds: (left, right), packed: false }) = self.resolve(id) {
+            let lowest = *left.min(right);
+            for at in 0..=left.abs_diff(*right).min(MOST_PARTS as u64) {
+                let name = format!("[{}]", lowest.saturating_add_unsigned(at));
+                self.add_parts(module, of, &below(name, Step::Element(at)), into);
+            }
+            return;
+        }
+        for (name, of) in members {
+            self.add_parts(module, of, &below(format!(".{name}"), Step::Member(name.clone())), into);
+        }
     }
 
     /// The items of an enumeration: by its number, else by the name of its type, which is looked for in the module, in
@@ -326,9 +395,9 @@ impl Design {
             let prefix = scope.split_once('.').map(|(_, below)| format!("{below}.")).unwrap_or_default();
             let constants = module.constants.iter().map(|(name, value)| (format!("{prefix}{name}"), value.clone()));
             hierarchy.constants.extend(constants);
-            hierarchy.variables.extend(module.variables.iter().map(|declared| {
+            for declared in &module.variables {
                 let (dimensions, element) = self.types.dimensions(&declared.type_id);
-                Variable {
+                let variable = Variable {
                     path: format!("{prefix}{}{}", declared.blocks, declared.name),
                     scope: format!("{scope}.{}", declared.blocks).trim_end_matches('.').to_owned(),
                     name: declared.name.clone(),
@@ -340,8 +409,17 @@ impl Design {
                     port: declared.port,
                     dimensions,
                     nested: declared.nested,
+                };
+                if let Some(Type::Struct { .. }) = self.types.resolve(element) {
+                    let mut parts = Vec::new();
+                    let whole = Part { steps: Vec::new(), variable: variable.clone() };
+                    self.types.add_parts(of, &declared.type_id, &whole, &mut parts);
+                    if parts.len() <= MOST_PARTS {
+                        hierarchy.structures.insert(variable.path.clone(), parts);
+                    }
                 }
-            }));
+                hierarchy.variables.push(variable);
+            }
         }
         Ok(hierarchy)
     }
@@ -377,10 +455,15 @@ mod tests {
         let mut types = Types::default();
         types.types.insert("4".into(), basic(4, false));
         types.types.insert("8".into(), basic(8, true));
-        types.types.insert("in".into(), Type::Struct { members: vec![named("a", "4"), named("b", "8")] });
+        types
+            .types
+            .insert("in".into(), Type::Struct { packed: Some(true), members: vec![named("a", "4"), named("b", "8")] });
         types.types.insert("u".into(), Type::Union { members: vec![named("pair", "in"), named("low", "4")] });
-        types.types.insert("out".into(), Type::Struct { members: vec![named("u", "u"), named("tail", "4")] });
-        types.types.insert("loop".into(), Type::Struct { members: vec![named("again", "loop")] });
+        types.types.insert(
+            "out".into(),
+            Type::Struct { packed: Some(true), members: vec![named("u", "u"), named("tail", "4")] },
+        );
+        types.types.insert("loop".into(), Type::Struct { packed: Some(true), members: vec![named("again", "loop")] });
         let found: Vec<_> = types.fields("out", "", 0, 0).into_iter().map(|f| (f.name, f.low, f.width)).collect();
         let at = |name: &str, low, width| (name.to_owned(), low, width);
         let expected = [at("u", 4, 12), at("u.pair", 4, 12), at("u.pair.a", 12, 4), at("u.pair.b", 4, 8)];

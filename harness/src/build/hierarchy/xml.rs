@@ -203,7 +203,8 @@ impl Reader {
 
     fn end_structure(&mut self, name: &str) {
         if let Some((id, members)) = self.structure.take() {
-            let found = if name == "uniondtype" { Type::Union { members } } else { Type::Struct { members } };
+            let structure = |members| Type::Struct { members, packed: None };
+            let found = if name == "uniondtype" { Type::Union { members } } else { structure(members) };
             self.design.types.types.insert(id, found);
         }
     }

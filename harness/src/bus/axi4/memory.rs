@@ -5,28 +5,27 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::checker::{Command, Watch, WriteBeat};
-use crate::bus::words::Words;
+use crate::bus::words::{Contents, has_contents};
 use crate::bus::{Pause, Reset};
 use crate::error::Error;
 use crate::sim::{Agent, Core, Dut, Edge, Signal};
 
-struct State {
-    words: Words,
-    /// Of the channels `aw`, `w`, `ar`, `b` and `r`.
-    stalls: [Pause; 5],
-    accesses: u64,
-}
+/// In which cycles the channels `aw`, `w`, `ar`, `b` and `r` stall.
+type Stalls = Rc<RefCell<[Pause; 5]>>;
 
 /// A memory for a master in the design. Addresses count bytes; words are as wide as the data, at most 64 bits.
 #[derive(Clone)]
 pub struct Memory {
-    state: Rc<RefCell<State>>,
-    bytes: u64,
+    contents: Contents,
+    stalls: Stalls,
 }
+
+has_contents!(Memory);
 
 struct MemoryAgent {
     watch: Watch,
-    state: Rc<RefCell<State>>,
+    contents: Contents,
+    stalls: Stalls,
     writes: VecDeque<Command>,
     beats: VecDeque<WriteBeat>,
     /// Beats of the first write that were put.
@@ -48,11 +47,12 @@ impl Memory {
         let watch = Watch::find(dut, clock, prefix, reset)?;
         watch.silence()?;
         let bytes = watch.bytes();
-        let state = State { words: Words::default(), stalls: Default::default(), accesses: 0 };
-        let state = Rc::new(RefCell::new(state));
+        let memory = Memory { contents: Contents::new(bytes), stalls: Stalls::default() };
+        let Memory { contents, stalls } = memory.clone();
         let agent = MemoryAgent {
             watch,
-            state: state.clone(),
+            contents,
+            stalls,
             writes: VecDeque::new(),
             beats: VecDeque::new(),
             put: 0,
@@ -61,27 +61,12 @@ impl Memory {
             sent: 0,
         };
         dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
-        Ok(Memory { state, bytes })
+        Ok(memory)
     }
 
     /// Sets in which cycles each channel stalls.
     pub fn set_stall(&self, stall: Pause) {
-        self.state.borrow_mut().stalls = std::array::from_fn(|channel| stall.of_channel(channel as u64));
-    }
-
-    /// The word at a byte address.
-    pub fn get(&self, address: u64) -> u64 {
-        self.state.borrow().words.get(address / self.bytes)
-    }
-
-    /// Sets the word at a byte address.
-    pub fn set(&self, address: u64, word: u64) {
-        self.state.borrow_mut().words.set(address / self.bytes, word);
-    }
-
-    /// Beats written and read so far.
-    pub fn accesses(&self) -> u64 {
-        self.state.borrow().accesses
+        *self.stalls.borrow_mut() = std::array::from_fn(|channel| stall.of_channel(channel as u64));
     }
 }
 
@@ -100,7 +85,6 @@ impl MemoryAgent {
     /// Puts the beats whose address is known.
     fn write(&mut self) -> Result<(), String> {
         let bytes = self.watch.bytes();
-        let mut state = self.state.borrow_mut();
         while let (Some(command), Some((data, strobe, last))) = (self.writes.front(), self.beats.front().copied()) {
             let address = command.address_of(self.put);
             let (low, high) = (address % bytes, address % bytes / command.bytes * command.bytes + command.bytes);
@@ -110,8 +94,8 @@ impl MemoryAgent {
             if strobe & !lanes != 0 {
                 return Err(format!("wstrb is {strobe:#b} in a beat at {address:#x} whose bytes are {lanes:#b}"));
             }
-            state.words.write(address / bytes, data, strobe);
-            state.accesses += 1;
+            self.contents.write(address, data, strobe);
+            self.contents.count();
             self.put += 1;
             self.beats.pop_front();
             if last {
@@ -148,8 +132,8 @@ impl Agent for MemoryAgent {
         self.write().map_err(|rule| self.watch.violation(rule, core))?;
         self.reads.extend(taken.read);
 
-        let (ports, bytes) = (&self.watch.ports, self.watch.bytes());
-        let mut state = self.state.borrow_mut();
+        let ports = &self.watch.ports;
+        let mut stalls = self.stalls.borrow_mut();
         // An answer stays until it is taken; the next may come at the same edge.
         let taken = |channel: &(Signal, Signal)| channel.0.is_high() && channel.1.is_high();
         let b_taken = taken(&ports.b);
@@ -157,14 +141,14 @@ impl Agent for MemoryAgent {
             self.answers.pop_front();
         }
         if !ports.b.0.is_high() || b_taken {
-            let offer = self.answers.front().copied().filter(|_| !state.stalls[3].next_cycle());
+            let offer = self.answers.front().copied().filter(|_| !stalls[3].next_cycle());
             ports.b.0.set(u64::from(offer.is_some()))?;
             put(&ports.b_response, 0)?;
             put(&self.watch.write.answer_id, offer.unwrap_or(0))?;
         }
         let r_taken = taken(&ports.r);
         if r_taken {
-            state.accesses += 1;
+            self.contents.count();
             self.sent += 1;
             if self.reads.front().is_some_and(|command| command.beats == self.sent) {
                 self.reads.pop_front();
@@ -172,17 +156,17 @@ impl Agent for MemoryAgent {
             }
         }
         if !ports.r.0.is_high() || r_taken {
-            let offer = self.reads.front().copied().filter(|_| !state.stalls[4].next_cycle());
+            let offer = self.reads.front().copied().filter(|_| !stalls[4].next_cycle());
             ports.r.0.set(u64::from(offer.is_some()))?;
             put(&ports.r_response, 0)?;
             if let Some(command) = offer {
-                let word = state.words.get(command.address_of(self.sent) / bytes);
+                let word = self.contents.get(command.address_of(self.sent));
                 ports.r_data.set(word & ports.r_data.mask())?;
                 self.watch.read.last.set(u64::from(self.sent + 1 == command.beats))?;
                 put(&self.watch.read.answer_id, command.id)?;
             }
         }
-        for ((_, ready), stall) in [&ports.aw, &ports.w, &ports.ar].into_iter().zip(&mut state.stalls) {
+        for ((_, ready), stall) in [&ports.aw, &ports.w, &ports.ar].into_iter().zip(stalls.iter_mut()) {
             ready.set(u64::from(!stall.next_cycle()))?;
         }
         Ok(())

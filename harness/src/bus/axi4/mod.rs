@@ -201,7 +201,7 @@ impl Inner {
             ports.clock.rising_edge().await;
             let beat = ports.r.0.is_high().then(|| (ports.r_data.get(), self.read.last.is_high()));
             let (taken, broken) = offer.cycle(beat, ready);
-            self.rule(broken.is_none(), || format!("r: {}", broken.unwrap_or_default()))?;
+            self.rule(broken.is_none(), || format!("r: {}", broken.as_deref().unwrap_or_default()))?;
             let Some((word, last)) = taken else { continue };
             words.push(word);
             let expected = words.len() == count;

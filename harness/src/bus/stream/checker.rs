@@ -58,7 +58,7 @@ impl Listener {
             offered
         } else {
             let (taken, rule) = self.offer.cycle(offered, ready);
-            broken.extend(rule.map(|rule| rule.replace("payload", "beat")));
+            broken.extend(rule);
             taken
         };
         if let Some(beat) = taken {
@@ -124,7 +124,7 @@ impl Listener {
     pub fn in_reset(&mut self) -> bool {
         let active = self.reset.as_ref().is_some_and(Reset::is_active);
         if active {
-            self.offer = Offer::default();
+            self.offer.clear();
             self.history = ReadyHistory::default();
         }
         active

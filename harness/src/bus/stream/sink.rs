@@ -108,7 +108,7 @@ impl Sink {
             reset,
             strict: rules == Rules::Strict,
             history: ReadyHistory::default(),
-            offer: Offer::default(),
+            offer: Offer::default().of("beat"),
             collector: collector.clone(),
         };
         dut.core().add_agent(Box::new(SinkAgent { listener, pause: pause.clone() }), clock.id(), Edge::Rising);
@@ -157,7 +157,7 @@ impl Monitor {
             reset,
             strict: rules == Rules::Strict,
             history: ReadyHistory::default(),
-            offer: Offer::default(),
+            offer: Offer::default().of("beat"),
             collector: collector.clone(),
         };
         dut.core().add_agent(Box::new(MonitorAgent(listener)), clock.id(), Edge::Rising);
