@@ -7,7 +7,6 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::fmt::Write;
 
 use crate::claim::{Claim, Mutant, Observe};
 
@@ -153,7 +152,7 @@ impl Wrapper {
         let (name, statement) = if self.aligned {
             for group in std::mem::take(&mut self.addresses).values() {
                 for pair in group.windows(2) {
-                    writeln!(self.properties, "    if (begun) assert ({}== {});", pair[0], pair[1]).unwrap_or(());
+                    self.properties += &format!("    if (begun) assert ({}== {});\n", pair[0], pair[1]);
                 }
             }
             self.properties += "    if (!begun) assume (reset);\n";
@@ -168,23 +167,35 @@ impl Wrapper {
             );
             (module.clone(), statement)
         };
-        // The row of the centre is the shortest to cover: one memory.
-        self.properties += "    arrives: cover (always_advanced && age_0 == 6'd1 && points != 512'd0);\n";
-        let width = BITS * rows(self.scale).len();
+        // The first sample that is followed.
+        self.properties += "    taken: cover (always_advanced && age_0 == 6'd1 && points != 512'd0);\n";
+        let (rows_top, points_top) = (BITS * rows(self.scale).len() - 1, BITS * POINTS - 1);
+        let Self { signals, steps, properties, .. } = &self;
         let properties = format!(
-            "// {name}: each point of the ring is its row's sample of so many steps before.\n\
-             module {name}_properties (input clock);\n  (* anyseq *) reg reset, advance;\n  \
-             (* anyseq *) reg [{}:0] rows;\n  wire [{}:0] points;\n  {module} dut (\n    .clock(clock), .reset(reset), \
-             .advance(advance), .rows(rows), .points(points)\n  );\n\n  reg begun = 0, always_advanced = 1;\n  \
-             // Steps since a reset.\n  reg [5:0] steps = 6'd0;\n{}\n  always @(posedge clock) begin\n    begun <= 1;\n    \
-             always_advanced <= always_advanced && advance && reset == !begun && choose_0;\n    if (reset)\n      \
-             steps <= 6'd0;\n    else if (advance && steps != 6'd{WRAPPED})\n      steps <= steps + 6'd1;\n{}  end\n\n  \
-             always @(posedge clock) begin\n{}  end\nendmodule\n",
-            width - 1,
-            BITS * POINTS - 1,
-            self.signals,
-            self.steps,
-            self.properties
+            "// {name}: each point of the ring is its row's sample of so many steps before.
+module {name}_properties (input clock);
+  (* anyseq *) reg reset, advance;
+  (* anyseq *) reg [{rows_top}:0] rows;
+  wire [{points_top}:0] points;
+  {module} dut (.clock(clock), .reset(reset), .advance(advance), .rows(rows), .points(points));
+
+  reg begun = 0, always_advanced = 1;
+  // Steps since a reset.
+  reg [5:0] steps = 6'd0;
+{signals}
+  always @(posedge clock) begin
+    begun <= 1;
+    always_advanced <= always_advanced && advance && reset == !begun && choose_0;
+    if (reset)
+      steps <= 6'd0;
+    else if (advance && steps != 6'd{WRAPPED})
+      steps <= steps + 6'd1;
+{steps}  end
+
+  always @(posedge clock) begin
+{properties}  end
+endmodule
+"
         );
         let mutant = |from: &str, to: &str| Mutant { file: file.clone(), from: from.into(), to: to.into() };
         let mutants = match self.scale {
