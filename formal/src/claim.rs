@@ -134,6 +134,7 @@ shipped![
     "row_look_back",
     "row_look_ahead",
     "row_look_ahead_border",
+    "frame_delay",
     "markers",
     "address_counter",
     "delay",

@@ -29,6 +29,8 @@ const RESETS: &[Kind] = &[Kind::Reset, Kind::ResetValue];
 const FIRST_SAMPLE: u32 = 10;
 /// Outputs and upper bits that nothing uses.
 const UNUSED: u32 = 16;
+/// A flag wired to a reset, where rows are far enough apart.
+const FLAG: u32 = 17;
 const POSITION: &str = "the address of a circular memory may begin anywhere";
 const ROWS: &str = "what a reset leaves in the rows has left them within 64 steps";
 const MARKER: &str = "a false marker is overtaken by the true one in the next stage; it only loads a coefficient early";
@@ -80,7 +82,7 @@ const HARMLESS: &[Harmless] = &[
         "reset",
         "first_delay_y",
         "the flag comes when the count is 0 already",
-        By("row_look_back"),
+        Hole(FLAG),
     ),
     (
         "row_look_ahead*",
@@ -122,6 +124,7 @@ const HARMLESS: &[Harmless] = &[
         "only the columns_done of the wide smoother is used",
         Hole(UNUSED),
     ),
+    ("smoother_5", &[Kind::Stuck], "row_start_y", "", "only the start_out of the wide smoother is used", Hole(UNUSED)),
 ];
 
 /// The folder of the committed files.
