@@ -220,7 +220,7 @@ endmodule
             sources: vec![file.clone()],
             properties,
             depth: 2,
-            cover: 35,
+            cover: 40,
             fault: 4,
             mutants,
             observe: vec![Observe { file, text: self.observe }],

@@ -291,7 +291,7 @@ fn survivor(mutant: &Mutant) -> String {
 /// The survivors of the committed table: each is proved harmless again, by the claim that its row names.
 /// `MUTANTS_REASONS=1` writes their reasons anew.
 #[test]
-#[ignore = "two minutes of proofs"]
+#[ignore = "long: minutes of proofs"]
 fn survivors_are_harmless_for_the_reason_given() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("MUTANTS.md");
     let table = std::fs::read_to_string(&path).unwrap();
