@@ -14,14 +14,16 @@ use crate::mutation::{Kind, Mutant, Source, by_hand, is_proved_equivalent};
 enum Shown {
     /// A claim of `formal/`, which holds with the fault.
     By(&'static str),
+    /// The same, of steps after a reset: that nothing counts before is a hole, `FIRST_SAMPLE`.
+    Later(&'static str),
     /// An argument in words: a hole of `formal/README.md`, by its number.
     Hole(u32),
 }
 
-use Shown::{By, Hole};
+use Shown::{By, Hole, Later};
 
-/// The beginning of the module's name, or of the instance's, kinds, a part of the original text, a part of the fault,
-/// the reason, what shows it.
+/// The module's name, or the instance's, or module/instance, up to a `*`; kinds, a part of the original text, a part of
+/// the fault, the reason, what shows it.
 type Harmless = (&'static str, &'static [Kind], &'static str, &'static str, &'static str, Shown);
 
 const RESETS: &[Kind] = &[Kind::Reset, Kind::ResetValue];
@@ -36,10 +38,10 @@ const ROWS: &str = "what a reset leaves in the rows has left them within 64 step
 const MARKER: &str = "a false marker is overtaken by the true one in the next stage; it only loads a coefficient early";
 const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
 const HARMLESS: &[Harmless] = &[
-    ("delay_*", RESETS, "", "", POSITION, By("delay")),
-    ("flag_delay_8", RESETS, "", "", "flags of ring points, data that come after those of the reset", By("delay")),
-    ("ring_taps_0", RESETS, "", "", POSITION, By("ring_taps_0")),
-    ("ring_taps_1", RESETS, "", "", POSITION, By("ring_taps_1")),
+    ("delay_*", RESETS, "", "", POSITION, Later("delay")),
+    ("flag_delay_8", RESETS, "", "", "flags of ring points, data that come after those of the reset", Later("delay")),
+    ("ring_taps_0", RESETS, "", "", POSITION, Later("ring_taps_0")),
+    ("ring_taps_1", RESETS, "", "", POSITION, Later("ring_taps_1")),
     (
         "ring_taps_0",
         &[Kind::Memory],
@@ -62,7 +64,7 @@ const HARMLESS: &[Harmless] = &[
         "_position == ",
         "_position >= ",
         "an address never exceeds the last one",
-        By("ring_taps_0"),
+        Later("ring_taps_0"),
     ),
     (
         "ring_taps_1",
@@ -70,12 +72,14 @@ const HARMLESS: &[Harmless] = &[
         "_position == ",
         "_position >= ",
         "an address never exceeds the last one",
-        By("ring_taps_1"),
+        Later("ring_taps_1"),
     ),
-    ("row_look_back*", RESETS, "", "", ROWS, By("row_look_back")),
-    ("row_look_ahead*", RESETS, "", "", ROWS, By("row_look_ahead")),
-    ("pulse_delay*", RESETS, "", "", ROWS, By("row_look_ahead")),
-    ("flag_delay_4", RESETS, "", "", ROWS, By("row_look_back")),
+    // The marker that a stage passes on starts the cursors of the decisions, where it is a stage of the wide smoother.
+    ("row_look_back_border*", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("row_look_ahead_border*", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("smoother_5/row_look_back*", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("smoother_5/row_look_ahead*", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("pulse_delay_24", RESETS, "", "", ROWS, Later("row_look_ahead")),
     (
         "row_look_back*",
         &[Kind::Wiring],
@@ -92,16 +96,16 @@ const HARMLESS: &[Harmless] = &[
         "the count begins at half of its range: counting up or down, it is 0 after the same number of steps",
         By("row_look_ahead_border"),
     ),
-    ("frame_delay_1x4", RESETS, "", "", MARKER, By("markers")),
-    ("frame_delay_2x4", RESETS, "", "", MARKER, By("markers")),
-    ("frame_delay_4x4", RESETS, "", "", MARKER, By("markers")),
-    ("frame_delay_8x4", RESETS, "", "", MARKER, By("markers")),
-    ("frame_delay_16x4", RESETS, "", "", MARKER, By("markers")),
-    ("column_look_ahead_0", RESETS, "", "", MARKER, By("markers")),
-    ("column_look_ahead_1", RESETS, "", "", MARKER, By("markers")),
-    ("column_look_ahead_2", RESETS, "", "", MARKER, By("markers")),
-    ("column_look_ahead_3", RESETS, "", "", MARKER, By("markers")),
-    ("column_look_ahead_4", RESETS, "", "", MARKER, By("markers")),
+    ("frame_delay_1x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_2x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_4x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_8x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_16x4", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_0", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_1", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_2", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_3", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_4", RESETS, "", "", MARKER, Later("markers")),
     ("sequencer", RESETS, "1'd0", "", "x and y are set as a frame begins, before they count", By("unset_registers")),
     (
         "sequencer",
@@ -138,21 +142,25 @@ pub fn verilog() -> &'static Path {
 pub fn reason(sources: &[Source], mutant: &Mutant) -> Option<String> {
     let at = mutant.at.as_ref().unwrap_or(&mutant.module);
     let fits = |(module, kinds, original, fault, ..): &&Harmless| {
-        module.strip_suffix('*').map_or(at == module, |family| at.starts_with(family))
+        let name = if module.contains('/') { format!("{}/{at}", mutant.module) } else { at.clone() };
+        module.strip_suffix('*').map_or(name == *module, |family| name.starts_with(family))
             && kinds.contains(&mutant.kind)
             && mutant.original.contains(original)
             && mutant.fault.contains(fault)
     };
-    match HARMLESS.iter().find(fits) {
-        Some((.., words, By(name))) => {
-            let claim = shipped().ok()?.into_iter().find(|claim| claim.name == *name)?;
-            holds(&claim, sources, mutant)
-                .then(|| format!("{words}: claim `{name}` holds with it, hole {FIRST_SAMPLE}"))
-                .or_else(|| equivalent(sources, mutant))
-        }
-        Some((.., words, Hole(number))) => Some(format!("{words}: hole {number}")),
-        None => equivalent(sources, mutant),
-    }
+    let (words, shown) = match HARMLESS.iter().find(fits) {
+        Some((.., words, shown)) => (words, shown),
+        None => return equivalent(sources, mutant),
+    };
+    let (name, and) = match shown {
+        By(name) => (name, String::new()),
+        Later(name) => (name, format!(", hole {FIRST_SAMPLE}")),
+        Hole(number) => return Some(format!("{words}: hole {number}")),
+    };
+    let claim = shipped().ok()?.into_iter().find(|claim| claim.name == *name)?;
+    holds(&claim, sources, mutant)
+        .then(|| format!("{words}: claim `{name}` holds with it{and}"))
+        .or_else(|| equivalent(sources, mutant))
 }
 
 fn equivalent(sources: &[Source], mutant: &Mutant) -> Option<String> {
