@@ -16,7 +16,8 @@ EVERY ?= 1
 FLIGHTS ?= 2
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
-LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed_command no_input_brings_the_command_down
+LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed_command no_input_brings_the_command_down \
+    survivors_are_harmless each_of_thirty_faults
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
@@ -62,6 +63,7 @@ test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
 	cargo test --locked --package hoverlock-rtl --test chain -- --ignored --nocapture
 	cargo test --locked --package hoverlock-rtl --test designs -- --ignored --nocapture
+	cargo test --locked --package hoverlock-rtl --test mutants -- --ignored --nocapture survivors_are_harmless each_of_thirty_faults
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py

@@ -99,7 +99,7 @@ module sequencer_properties (input clock);
     end
 
   // The clock before.
-  reg was_waiting, was_begins, was_step, was_pixel, was_stalled, was_new, was_idle_and_drained;
+  reg was_waiting, was_begins, was_step, was_pixel, was_stalled, was_new, was_idle_and_drained, was_ever;
   reg [15:0] was_beat, was_data;
   reg [10:0] was_width;
   reg [11:0] was_height;
@@ -111,6 +111,7 @@ module sequencer_properties (input clock);
     was_pixel <= with_pixel;
     was_stalled <= stall;
     was_new <= \dut.begins | \dut.takes ;
+    was_ever <= ever;
     was_beat <= \dut.skid_front [15:0];
     was_data <= pixel;
     was_idle_and_drained <= \dut.state == IDLE && \dut.drained && !\dut.begins ;
@@ -144,6 +145,8 @@ module sequencer_properties (input clock);
       // Steps.
       steps: assert (was_reset || advance == was_step);
       no_stalled_step: assert (was_reset || !was_stalled || !advance);
+      inside_ever: assert (!inside || ever);
+      first_marked: assert (was_reset || was_ever || !advance || start);
       marked: assert (was_reset || !advance || start == was_begins);
       pixel_of_beat: assert (was_reset || !was_new || pixel == was_beat);
       pixel_held: assert (was_reset || was_new || pixel == was_data);

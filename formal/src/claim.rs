@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use crate::ring;
+
 /// A fault that must make the proof fail.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -77,6 +79,10 @@ pub struct Claim {
     /// Faults that must make the proof fail.
     #[serde(default, rename = "mutant")]
     pub mutants: Vec<Mutant>,
+    /// Sources that the proof also has as they are without a fault, their modules named `golden_NAME`: what a module is
+    /// compared with.
+    #[serde(default)]
+    pub golden: Vec<String>,
     /// What the proof reads of the modules beside their ports and wires, as memories.
     #[serde(default)]
     pub observe: Vec<Observe>,
@@ -125,9 +131,13 @@ macro_rules! shipped {
 shipped![
     "lerp",
     "difference",
-    "row_look_back_border_16",
-    "row_look_ahead_border_16",
+    "row_look_back",
+    "row_look_ahead",
+    "row_look_ahead_border",
+    "frame_delay",
+    "markers",
     "address_counter",
+    "delay",
     "line_delay_18x32",
     "window_maximum_5",
     "window_maximum_7",
@@ -138,6 +148,7 @@ shipped![
     "candidate_queue",
     "record_fifo",
     "sequencer",
+    "unset_registers",
     "csr",
     "ring_comparator",
     "record_writer",
@@ -149,5 +160,6 @@ shipped![
 /// # Errors
 /// One of them is not as it should be.
 pub fn shipped() -> Result<Vec<Claim>, ClaimError> {
-    SHIPPED.iter().map(|(name, settings, properties)| Claim::parse(name, settings, properties)).collect()
+    let written = SHIPPED.iter().map(|(name, settings, properties)| Claim::parse(name, settings, properties));
+    written.chain(ring::claims().into_iter().map(Ok)).collect()
 }

@@ -190,7 +190,14 @@ pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> R
     let answer = match status.map(|status| status.success()) {
         None => Answer::TimedOut,
         Some(true) => Answer::Passed,
-        Some(false) if said.contains("Status: FAILED") || said.contains("Status: failed") => failed(&said),
+        // The solver may end while it is asked for the values of a violation that it has found.
+        Some(false)
+            if ["Status: FAILED", "Status: failed", "BMC failed!", "induction failed!"]
+                .iter()
+                .any(|end| said.contains(end)) =>
+        {
+            failed(&said)
+        }
         Some(false) => {
             let reason = said.lines().last().unwrap_or("it says nothing").to_owned();
             return Err(EngineError::Refused { program: "yosys-smtbmc", reason });

@@ -13,6 +13,7 @@
 //! | [`prove`] | a claim to a verdict |
 //! | [`engine`] | Yosys and the solver as processes |
 //! | [`replay`] | a violation step by step, and as a test |
+//! | `ring` | the claims about the ring points, from their definition |
 //! | [`rounding`] | worst-case errors and saturation from a design's coefficients |
 
 pub mod claim;
@@ -20,4 +21,5 @@ pub mod engine;
 pub mod library;
 pub mod prove;
 pub mod replay;
+mod ring;
 pub mod rounding;

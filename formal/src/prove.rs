@@ -100,14 +100,59 @@ pub struct Place<'a> {
     pub limit: Duration,
 }
 
+/// A source with a fault in it: its file's name, and its text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Changed {
+    /// The file that is replaced.
+    pub file: String,
+    /// What it is replaced by.
+    pub text: String,
+}
+
 /// Does a task.
 ///
 /// # Errors
 /// Yosys or the solver is missing or refuses the Verilog; a mutant's text is not there.
 pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveError> {
+    let changed = match task {
+        Task::Mutant(at) => Some(changed(claim, at, place.sources)?),
+        Task::Proof | Task::Cover => None,
+    };
+    judge(claim, task, changed.as_ref(), place)
+}
+
+/// Whether a claim holds with a fault in one of its sources: `Proved` or `Bounded` where it does, `Refuted` or
+/// `Unproved` where its proof sees the fault. Passes where the claim holds.
+///
+/// # Errors
+/// Yosys or the solver is missing or refuses the Verilog.
+pub fn holds_with(claim: &Claim, fault: &Changed, place: &Place) -> Result<Outcome, ProveError> {
+    let outcome = judge(claim, Task::Proof, Some(fault), place)?;
+    let status = match (outcome.status, outcome.detail.starts_with("induction")) {
+        (Status::Failed, true) => Status::Unproved,
+        (Status::Failed, false) => Status::Refuted,
+        (status, _) => status,
+    };
+    Ok(Outcome { status, ..outcome })
+}
+
+/// A claim's own mutant.
+fn changed(claim: &Claim, at: usize, folder: &Path) -> Result<Changed, ProveError> {
+    let Mutant { file, from, to } = &claim.mutants[at];
+    let path = folder.join(file);
+    let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
+    let text = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
+    match text.matches(from.as_str()).count() {
+        1 => Ok(Changed { file: file.clone(), text: text.replacen(from.as_str(), to, 1) }),
+        found => Err(ProveError::Mutant { claim: claim.name.clone(), number: at + 1, file: file.clone(), found }),
+    }
+}
+
+/// A task over the sources, one of them changed.
+fn judge(claim: &Claim, task: Task, changed: Option<&Changed>, place: &Place) -> Result<Outcome, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
     let work = tempfile::tempdir().map_err(at_path(&std::env::temp_dir())).map_err(wrong)?;
-    let sources = prepare(claim, task, place.sources, work.path())?;
+    let sources = prepare(claim, changed, place.sources, work.path())?;
     let system = model(claim, &sources, work.path()).map_err(wrong)?;
     let trace = work.path().join("trace.vcd");
     let mut told = Asked { answer: Answer::Passed, time: Duration::ZERO, memory: 0 };
@@ -172,40 +217,59 @@ pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveErr
     Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept, replay, steps })
 }
 
-/// The sources of a claim: as they are, or copies in `work` where they are observed or changed.
-fn prepare(claim: &Claim, task: Task, folder: &Path, work: &Path) -> Result<Vec<PathBuf>, ProveError> {
+/// The sources of a claim: as they are, or copies in `work` where they are observed or changed, or golden.
+fn prepare(claim: &Claim, changed: Option<&Changed>, folder: &Path, work: &Path) -> Result<Vec<PathBuf>, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
-    let source = |file: &String| {
+    let put = |name: &str, text: &str| {
+        let copy = work.join(name);
+        fs::write(&copy, text).map_err(at_path(&copy)).map_err(wrong)?;
+        Ok(copy)
+    };
+    let mut paths = Vec::new();
+    for file in &claim.sources {
         let path = folder.join(file);
-        let mutant = match task {
-            Task::Mutant(at) if claim.mutants[at].file == *file => Some((at, &claim.mutants[at])),
-            _ => None,
-        };
+        let changed = changed.filter(|changed| changed.file == *file);
         let observed: Vec<_> = claim.observe.iter().filter(|observe| observe.file == *file).collect();
-        if mutant.is_none() && observed.is_empty() {
-            return Ok(path);
+        let golden = claim.golden.contains(file);
+        if changed.is_none() && observed.is_empty() && !golden {
+            paths.push(path);
+            continue;
         }
-        let mut text = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
-        if let Some((at, Mutant { from, to, .. })) = mutant {
-            let found = text.matches(from.as_str()).count();
-            if found != 1 {
-                return Err(ProveError::Mutant {
-                    claim: claim.name.clone(),
-                    number: at + 1,
-                    file: file.clone(),
-                    found,
-                });
-            }
-            text = text.replacen(from.as_str(), to, 1);
+        let as_it_is = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
+        if golden {
+            paths.push(put(&format!("golden_{file}"), &renamed(&as_it_is, &claim.golden))?);
         }
+        let mut text = changed.map_or(as_it_is, |changed| changed.text.clone());
         for observe in observed {
             if let Some(end) = text.rfind("endmodule") {
                 text.insert_str(end, &format!("{}\n", observe.text));
             }
         }
-        let copy = work.join(file);
-        fs::write(&copy, text).map_err(at_path(&copy)).map_err(wrong)?;
-        Ok(copy)
+        paths.push(put(file, &text)?);
+    }
+    Ok(paths)
+}
+
+/// A source with the modules of `files` named `golden_NAME`; a file has the name of its module.
+fn renamed(text: &str, files: &[String]) -> String {
+    let golden = |line: &str| {
+        // A module's head, or an instance: the module, a blank, the instance's name and a bracket.
+        let head = line.strip_prefix("module ").unwrap_or(line);
+        let name = head.split(' ').next().unwrap_or_default();
+        let known = line.ends_with(" (") && files.iter().any(|file| file.strip_suffix(".v") == Some(name));
+        if known { line.replacen(name, &format!("golden_{name}"), 1) } else { line.to_owned() }
     };
-    claim.sources.iter().map(source).collect()
+    text.lines().map(|line| golden(line) + "\n").collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_names_of_golden_modules_change() {
+        let text = "module pair (\n  input wire half\n);\nhalf half (\n  .x(half)\n);\nother half_2 (\n);\nendmodule\n";
+        let golden = text.replace("module pair", "module golden_pair").replace("\nhalf half", "\ngolden_half half");
+        assert_eq!(renamed(text, &["pair.v".into(), "half.v".into()]), golden);
+    }
 }

@@ -5,6 +5,7 @@
 //! to the design `small`, in the modules whose text is not that of the default design.
 
 mod corner;
+mod harmless;
 mod mutation;
 mod port_bench;
 mod sequence;
@@ -19,18 +20,24 @@ use std::{
         Mutex,
         atomic::{AtomicUsize, Ordering},
     },
+    time::Duration,
 };
 
 use corner::{CORNERS, OF_ANY_DESIGN};
+use harmless::{reason, reason_in_another_design};
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_formal::{
+    claim::{Claim, shipped},
+    prove::{Changed, Place, Status, holds_with},
+};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     emission::{committed, verilog::verilog},
     simulation::{Fault, Job, Simulator, Streams, run},
 };
-use mutation::{Kind, Mutant, Source, is_proved_equivalent};
+use mutation::{Kind, Mutant, Source};
 use port_bench::{ground, lattice, most, noise, scenarios::SCENARIOS};
-use rand::{RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
 /// Few frames, small and nasty: every kind of content, sizes that change, frames with faults, new coefficients.
@@ -166,68 +173,6 @@ fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &s
     large.iter().find_map(|jobs| chain("large frames", jobs, 0.0))
 }
 
-/// Survivors that have a reason: the beginning of the module's name, or of the instance's, kinds, a part of the
-/// original text, a part of the fault, the reason.
-type Harmless = (&'static str, &'static [Kind], &'static str, &'static str, &'static str);
-
-const RESETS: &[Kind] = &[Kind::Reset, Kind::ResetValue];
-const POSITION: &str = "the address of a circular memory may begin anywhere: it wraps within 32 steps, and the first \
-                        sample that counts comes 31 lines after a reset";
-const ROWS: &str =
-    "data in the rows at a reset leave them within 64 steps, and the first sample arrives there after 31 lines";
-const MARKER: &str = "a marker that survives a reset is followed by the marker of the next frame: it only loads the \
-                      coefficient of that frame early";
-const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
-const HARMLESS: &[Harmless] = &[
-    ("delay_*", RESETS, "", "", POSITION),
-    ("ring_taps*", RESETS, "", "", POSITION),
-    (
-        "ring_taps*",
-        &[Kind::Memory],
-        "_memory[",
-        "_position]",
-        "the addresses of two memories of one length are equal, both begin at 0",
-    ),
-    ("ring_taps*", &[Kind::Comparison], "_position == ", "_position >= ", "an address never exceeds the last one"),
-    ("row_look_back*", RESETS, "", "", ROWS),
-    ("row_look_ahead*", RESETS, "", "", ROWS),
-    ("pulse_delay*", RESETS, "", "", ROWS),
-    ("flag_delay_4", RESETS, "", "", ROWS),
-    ("flag_delay_8", RESETS, "", "", "delays the signs of ring points: data that are not used before those of a frame"),
-    ("frame_delay_1x4", RESETS, "", "", MARKER),
-    ("frame_delay_2x4", RESETS, "", "", MARKER),
-    ("frame_delay_4x4", RESETS, "", "", MARKER),
-    ("frame_delay_8x4", RESETS, "", "", MARKER),
-    ("frame_delay_16x4", RESETS, "", "", MARKER),
-    ("frame_delay_32x4", RESETS, "", "", MARKER),
-    ("csr", &[Kind::Width], "{version_number}", ">> 1", "the top bit of the version is 0"),
-    ("csr", &[Kind::Width], "{identification_letters}", ">> 1", "the top bit of a letter is 0"),
-    ("extractor", &[Kind::Width], "writer_count", "", COUNTS),
-    ("extractor", &[Kind::Width], "writer_dropped", "", COUNTS),
-    ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS),
-    ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_dropped", "<< 19", COUNTS),
-    (
-        "sequencer",
-        &[Kind::Stuck, Kind::Width],
-        "new_width",
-        "",
-        "wider frames are refused, so none has the highest bit",
-    ),
-    ("sequencer", RESETS, "1'd0", "", "x and y are set as a frame begins, before they count"),
-    ("sequencer", RESETS, "3'd0", "own", "the error bits of a frame are cleared as the next begins"),
-    ("tail_counter", RESETS, "10'd0", "x", "x is set as the tail begins, before it counts"),
-    (
-        "row_look_ahead*",
-        &[Kind::Operator],
-        "remaining - ",
-        "remaining + ",
-        "the count begins at half of its range: counting up or down, it is 0 after the same number of steps",
-    ),
-    ("row_look_back*", &[Kind::Wiring], "reset", "first_delay_y", "the flag comes when the count is 0 already"),
-    ("column_look_ahead*", RESETS, "", "", MARKER),
-    ("smoother_5", &[Kind::Stuck], "column_start_y", "", "only the columns_done of the wide smoother is used"),
-];
-
 struct Verdict {
     mutant: Mutant,
     found: Option<(String, String)>,
@@ -286,7 +231,8 @@ fn survivors(design: &DesignPoint, name: &str, sources: &[Source], all: &[Mutant
                     let found =
                         catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &large, &mutant.module)))
                             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
-                    let reason = found.is_none().then(|| reason(sources, mutant)).flatten();
+                    let why = if *design == KT27 { reason } else { reason_in_another_design };
+                    let reason = found.is_none().then(|| why(sources, mutant)).flatten();
                     let said = match (&found, &reason) {
                         (Some((check, stage)), _) => format!("{check}: {stage}"),
                         (None, Some(reason)) => format!("survives, {reason}"),
@@ -328,18 +274,6 @@ fn points_right(verdict: &Verdict) -> bool {
     rank(stage) >= stage_of(module)
 }
 
-fn reason(sources: &[Source], mutant: &Mutant) -> Option<String> {
-    let at = mutant.at.as_ref().unwrap_or(&mutant.module);
-    let fits = |(module, kinds, original, fault, _): &&Harmless| {
-        module.strip_suffix('*').map_or(at == module, |family| at.starts_with(family))
-            && kinds.contains(&mutant.kind)
-            && mutant.original.contains(original)
-            && mutant.fault.contains(fault)
-    };
-    let known = HARMLESS.iter().find(fits).map(|(.., reason)| (*reason).to_owned());
-    known.or_else(|| is_proved_equivalent(sources, mutant).then(|| "Yosys proves both equivalent".to_owned()))
-}
-
 /// The document: what was put in, what found it, what survived and why.
 fn report(verdicts: &[Verdict], all: usize, seed: u64) -> String {
     let mut modules: BTreeMap<&str, (usize, usize, BTreeMap<&str, usize>)> = BTreeMap::new();
@@ -376,10 +310,154 @@ fn report(verdicts: &[Verdict], all: usize, seed: u64) -> String {
     }
     text += "\n## Survivors\n\n| module | line | fault | why it is harmless |\n|---|---|---|---|\n";
     for verdict in verdicts.iter().filter(|verdict| verdict.found.is_none()) {
-        let Mutant { module, line, original, fault, .. } = &verdict.mutant;
         let reason = verdict.reason.as_deref().unwrap_or("**not known**");
-        let cell = |text: &str| text.replace('|', "\\|");
-        writeln!(text, "| {module} | {line} | `{}` as `{}` | {reason} |", cell(original), cell(fault)).unwrap();
+        writeln!(text, "{}{reason} |", survivor(&verdict.mutant)).unwrap();
     }
     text
+}
+
+/// A fault as the first cells of its row in a table.
+fn survivor(mutant: &Mutant) -> String {
+    let cell = |text: &str| text.replace('|', "\\|");
+    let Mutant { module, line, original, fault, .. } = mutant;
+    format!("| {module} | {line} | `{}` as `{}` | ", cell(original), cell(fault))
+}
+
+/// The survivors of the committed table: each is proved harmless again, by the claim that its row names.
+/// `MUTANTS_REASONS=1` writes their reasons anew.
+#[test]
+#[ignore = "long: minutes of proofs"]
+fn survivors_are_harmless_for_the_reason_given() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("MUTANTS.md");
+    let table = std::fs::read_to_string(&path).unwrap();
+    let (head, rows) = table.split_once("| why it is harmless |\n|---|---|---|---|\n").expect("the table of survivors");
+    let sources = mutation::read(&committed().unwrap());
+    let all = mutation::all(&sources);
+    let mut anew = format!("{head}| why it is harmless |\n|---|---|---|---|\n");
+    for row in rows.lines() {
+        let mutant = fault_of(&all, row).unwrap_or_else(|| panic!("no such fault in the Verilog: {row}"));
+        let reason = reason(&sources, &mutant).unwrap_or_else(|| panic!("not harmless: {row}"));
+        eprintln!("{}{reason}", survivor(&mutant));
+        writeln!(anew, "{}{reason} |", survivor(&mutant)).unwrap();
+    }
+    if std::env::var_os("MUTANTS_REASONS").is_some() {
+        std::fs::write(&path, anew).unwrap();
+    } else {
+        assert_eq!(anew, table, "write the reasons anew with MUTANTS_REASONS=1");
+    }
+}
+
+/// The fault of a row. Since the table was written its line may have moved, and a signal wired wrongly at that place
+/// may be drawn as another one.
+fn fault_of(all: &[Mutant], row: &str) -> Option<Mutant> {
+    let line: usize = row.split(" | ").nth(1)?.parse().ok()?;
+    let wrong = row.split_once("` as `")?.1.split_once("` | ")?.0;
+    let same = |mutant: &Mutant| {
+        let mut there = mutant.clone();
+        there.line = line;
+        row.starts_with(&survivor(&there))
+    };
+    let rewired = |mutant: &&Mutant| mutant.kind == Kind::Wiring && mutant.line == line;
+    let drawn = all.iter().filter(|mutant| same(mutant)).min_by_key(|mutant| mutant.line.abs_diff(line)).cloned();
+    drawn.or_else(|| {
+        let mut candidates = all.iter().filter(rewired).map(|mutant| {
+            let mut other = mutant.clone();
+            wrong.clone_into(&mut other.fault);
+            other
+        });
+        candidates.find(same)
+    })
+}
+
+/// Faults of all kinds, each in another module.
+fn thirty(all: &[Mutant]) -> Vec<Mutant> {
+    let mut draw = ChaCha8Rng::seed_from_u64(30);
+    let mut chosen: Vec<Mutant> = Vec::new();
+    for kind in Kind::ALL.into_iter().cycle().take(30) {
+        let fresh = |mutant: &&Mutant| mutant.kind == kind && chosen.iter().all(|other| other.module != mutant.module);
+        let here: Vec<&Mutant> = all.iter().filter(fresh).collect();
+        chosen.push((*here.choose(&mut draw).expect("a module of each kind is left")).clone());
+    }
+    chosen.sort();
+    chosen
+}
+
+/// Thirty faults, each through all claims about its module and through the tests. `FAULTS_REPORT=formal/FAULTS.md`
+/// writes the table.
+#[test]
+#[ignore = "long: proofs and simulations of thirty faults"]
+fn each_of_thirty_faults_is_found_by_a_proof_or_a_test() {
+    let sources = mutation::read(&committed().unwrap());
+    let mutants = thirty(&mutation::all(&sources));
+    let proofs: Vec<String> = mutants.iter().map(|mutant| by_proof(&sources, mutant)).collect();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thirty-faults");
+    let faulty = mutation::write(&folder, &sources, &mutants);
+    three_way::drive_others(&faulty, &folder);
+    let model = Simulator::of(&KT27, &faulty).expect("the faults build");
+    let (jobs, large) = (torture(&KT27), large(&KT27));
+    let choose = |number: usize| model.clone().with_plusargs(vec![format!("+MUTANT={number}")]);
+    assert_eq!(checks(&choose(0), &jobs, &large, "lerp"), None);
+    std::panic::set_hook(Box::new(|_| ()));
+    let mut rows = String::new();
+    let (mut by_claims, mut by_tests, mut open) = (0, 0, Vec::new());
+    for (at, (mutant, proof)) in mutants.iter().zip(&proofs).enumerate() {
+        let found = catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &large, &mutant.module)))
+            .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
+        let seen = proof.contains("refuted") || proof.contains("unproved");
+        by_claims += usize::from(seen);
+        by_tests += usize::from(found.is_some());
+        let test = match &found {
+            Some((check, stage)) => format!("{check}: {stage}"),
+            None => match reason(&sources, mutant) {
+                Some(reason) => format!("harmless: {reason}"),
+                None => "none".into(),
+            },
+        };
+        if !seen && test == "none" {
+            open.push(survivor(mutant));
+        }
+        let row = format!("{}{} | {proof} | {test} |", survivor(mutant), mutant.kind.name());
+        eprintln!("{row}");
+        rows += &(row + "\n");
+    }
+    drop(std::panic::take_hook());
+    let text = format!(
+        "# Thirty faults, and what finds each\n\n\
+         Faults of all twelve kinds, each in another module of the emitted Verilog, drawn with a fixed seed. *Proof*: \
+         the first of the claims about the module that fails with the fault, refuted by a run or unproved, and its \
+         time; claims that compare a module with its own text are left out. *Test*: the first check of \
+         `rtl/tests/mutants.rs` that fails, and the stage that it names. {by_claims} are found by a proof, {by_tests} \
+         by a test.\n\nMade by\n\n```\nFAULTS_REPORT=formal/FAULTS.md \
+         cargo test -p hoverlock-rtl --test mutants each_of_thirty -- --ignored --nocapture\n```\n\n\
+         | module | line | fault | kind | proof | test |\n|---|---|---|---|---|---|\n{rows}"
+    );
+    if let Some(path) = std::env::var_os("FAULTS_REPORT") {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        std::fs::write(root.join(path), text).unwrap();
+    }
+    assert!(open.is_empty(), "found by nothing:\n{}", open.join("\n"));
+}
+
+/// The first claim that sees a fault, or which ones hold with it.
+fn by_proof(sources: &[mutation::Source], mutant: &Mutant) -> String {
+    let file = format!("{}.v", mutant.module);
+    let source = sources.iter().find(|source| source.module == mutant.module).unwrap();
+    let fault = Changed { file: file.clone(), text: mutation::by_hand(source, mutant) };
+    let out = tempfile::tempdir().unwrap();
+    let place = Place { sources: harmless::verilog(), out: out.path(), limit: Duration::from_secs(120) };
+    let mut hold = Vec::new();
+    let about = |claim: &&Claim| {
+        // A claim that compares a module with its own text sees any fault, and says nothing.
+        claim.golden.is_empty() && claim.sources.contains(&file) && !claim.cut.contains(&mutant.module)
+    };
+    for claim in shipped().unwrap().iter().filter(about) {
+        let outcome = holds_with(claim, &fault, &place).unwrap();
+        match outcome.status {
+            Status::Refuted => return format!("`{}` refuted, {:.1} s", claim.name, outcome.seconds),
+            Status::Unproved => return format!("`{}` unproved, {:.1} s", claim.name, outcome.seconds),
+            Status::Timeout => hold.push(format!("`{}` not decided in 120 s", claim.name)),
+            _ => hold.push(format!("`{}` holds", claim.name)),
+        }
+    }
+    if hold.is_empty() { "no claim".into() } else { hold.join(", ") }
 }

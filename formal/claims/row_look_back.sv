@@ -1,0 +1,165 @@
+// row_look_back_K: p[c] = u[max(c - 2^K, 0)], q[c] = u[c]; the markers leave four steps after they came.
+// Nothing is reset: the first state is any, also that which any reset leaves.
+
+module row_look_back_stage #(parameter DISTANCE = 1) (
+  input clock, input advance, input first, input load, input [17:0] x, input [17:0] delayed, input [17:0] p,
+  input [17:0] q, input first_out, input load_out, input [6:0] remaining, input [17:0] border,
+  input [2:0] first_delayed, input [2:0] load_delayed
+);
+  // Steps since the beginning, and since the row's first sample, 64 at most.
+  reg [6:0] steps = 7'd0, since = 7'd64;
+  reg seen = 0, told = 0, p_known = 0;
+  reg [17:0] kept, p_wanted, q_wanted;
+  // The samples of the last steps, the newest lowest.
+  reg [18 * DISTANCE - 1:0] samples;
+  // The markers of the last steps.
+  reg [3:0] firsts, loads;
+  always @(posedge clock)
+    if (advance) begin
+      if (steps != 7'd64) steps <= steps + 7'd1;
+      samples <= {samples, x};
+      if (first) begin
+        since <= 7'd1;
+        seen <= 1;
+        kept <= x;
+      end else if (since != 7'd64)
+        since <= since + 7'd1;
+      firsts <= {firsts, first};
+      loads <= {loads, load};
+      told <= 1;
+      p_wanted <= first ? x : since < DISTANCE ? kept : delayed;
+      p_known <= first || seen || steps == 7'd64;
+      q_wanted <= x;
+    end
+
+  always @(posedge clock) begin
+    assume (delayed == samples[18 * DISTANCE - 1:18 * (DISTANCE - 1)]);
+    counts: assert (seen ? remaining == (since < DISTANCE ? DISTANCE - since : 7'd0) : remaining + steps <= 7'd63 || remaining == 7'd0);
+    holds: assert (!seen || !(since < DISTANCE) || border == kept);
+    since_counts: assert (since >= 7'd1 && since <= 7'd64 && steps <= 7'd64 && (seen || since == 7'd64));
+    operand_p: assert (!told || !p_known || p == p_wanted);
+    operand_q: assert (!told || q == q_wanted);
+    first_in_flight: assert (((first_delayed ^ firsts[2:0]) & ~(3'd7 << steps)) == 3'd0);
+    load_in_flight: assert (((load_delayed ^ loads[2:0]) & ~(3'd7 << steps)) == 3'd0);
+    first_leaves: assert (steps < 7'd4 || first_out == firsts[3]);
+    load_leaves: assert (steps < 7'd4 || load_out == loads[3]);
+    beyond: cover (told && seen && since == 7'd2 && p != q);
+  end
+endmodule
+
+module row_look_back_properties (input clock);
+  (* anyseq *) reg advance, first, load;
+  (* anyseq *) reg [17:0] x;
+
+  wire first_out_0, load_out_0;
+  row_look_back_0 dut_0 (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .first_out(first_out_0),
+    .load_out(load_out_0)
+  );
+  (* hierconn *) wire [17:0] \dut_0.border_p ;
+  (* hierconn *) wire [17:0] \dut_0.border_q ;
+  (* hierconn *) wire [17:0] \dut_0.sample_delay_y ;
+  (* hierconn *) wire [2:0] \dut_0.first_delay.delayed ;
+  (* hierconn *) wire [2:0] \dut_0.load_delay.delayed ;
+  row_look_back_stage #(.DISTANCE(1)) stage_0 (
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_0.sample_delay_y ),
+    .p(\dut_0.border_p ), .q(\dut_0.border_q ), .first_out(first_out_0), .load_out(load_out_0),
+    .remaining(7'd0), .border(x),
+    .first_delayed(\dut_0.first_delay.delayed ), .load_delayed(\dut_0.load_delay.delayed )
+  );
+
+  wire first_out_1, load_out_1;
+  row_look_back_1 dut_1 (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .first_out(first_out_1),
+    .load_out(load_out_1)
+  );
+  (* hierconn *) wire [17:0] \dut_1.border_p ;
+  (* hierconn *) wire [17:0] \dut_1.border_q ;
+  (* hierconn *) wire [17:0] \dut_1.sample_delay_y ;
+  (* hierconn *) wire [0:0] \dut_1.border.remaining ;
+  (* hierconn *) wire [17:0] \dut_1.border.border ;
+  (* hierconn *) wire [2:0] \dut_1.first_delay.delayed ;
+  (* hierconn *) wire [2:0] \dut_1.load_delay.delayed ;
+  row_look_back_stage #(.DISTANCE(2)) stage_1 (
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_1.sample_delay_y ),
+    .p(\dut_1.border_p ), .q(\dut_1.border_q ), .first_out(first_out_1), .load_out(load_out_1),
+    .remaining({6'd0, \dut_1.border.remaining }), .border(\dut_1.border.border ),
+    .first_delayed(\dut_1.first_delay.delayed ), .load_delayed(\dut_1.load_delay.delayed )
+  );
+
+  wire first_out_2, load_out_2;
+  row_look_back_2 dut_2 (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .first_out(first_out_2),
+    .load_out(load_out_2)
+  );
+  (* hierconn *) wire [17:0] \dut_2.border_p ;
+  (* hierconn *) wire [17:0] \dut_2.border_q ;
+  (* hierconn *) wire [17:0] \dut_2.sample_delay_y ;
+  (* hierconn *) wire [1:0] \dut_2.border.remaining ;
+  (* hierconn *) wire [17:0] \dut_2.border.border ;
+  (* hierconn *) wire [2:0] \dut_2.first_delay.delayed ;
+  (* hierconn *) wire [2:0] \dut_2.load_delay.delayed ;
+  row_look_back_stage #(.DISTANCE(4)) stage_2 (
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_2.sample_delay_y ),
+    .p(\dut_2.border_p ), .q(\dut_2.border_q ), .first_out(first_out_2), .load_out(load_out_2),
+    .remaining({5'd0, \dut_2.border.remaining }), .border(\dut_2.border.border ),
+    .first_delayed(\dut_2.first_delay.delayed ), .load_delayed(\dut_2.load_delay.delayed )
+  );
+
+  wire first_out_3, load_out_3;
+  row_look_back_3 dut_3 (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .first_out(first_out_3),
+    .load_out(load_out_3)
+  );
+  (* hierconn *) wire [17:0] \dut_3.border_p ;
+  (* hierconn *) wire [17:0] \dut_3.border_q ;
+  (* hierconn *) wire [17:0] \dut_3.sample_delay_y ;
+  (* hierconn *) wire [2:0] \dut_3.border.remaining ;
+  (* hierconn *) wire [17:0] \dut_3.border.border ;
+  (* hierconn *) wire [2:0] \dut_3.first_delay.delayed ;
+  (* hierconn *) wire [2:0] \dut_3.load_delay.delayed ;
+  row_look_back_stage #(.DISTANCE(8)) stage_3 (
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_3.sample_delay_y ),
+    .p(\dut_3.border_p ), .q(\dut_3.border_q ), .first_out(first_out_3), .load_out(load_out_3),
+    .remaining({4'd0, \dut_3.border.remaining }), .border(\dut_3.border.border ),
+    .first_delayed(\dut_3.first_delay.delayed ), .load_delayed(\dut_3.load_delay.delayed )
+  );
+
+  wire first_out_4, load_out_4;
+  row_look_back_4 dut_4 (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .first_out(first_out_4),
+    .load_out(load_out_4)
+  );
+  (* hierconn *) wire [17:0] \dut_4.border_p ;
+  (* hierconn *) wire [17:0] \dut_4.border_q ;
+  (* hierconn *) wire [17:0] \dut_4.sample_delay_y ;
+  (* hierconn *) wire [3:0] \dut_4.border.remaining ;
+  (* hierconn *) wire [17:0] \dut_4.border.border ;
+  (* hierconn *) wire [2:0] \dut_4.first_delay.delayed ;
+  (* hierconn *) wire [2:0] \dut_4.load_delay.delayed ;
+  row_look_back_stage #(.DISTANCE(16)) stage_4 (
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_4.sample_delay_y ),
+    .p(\dut_4.border_p ), .q(\dut_4.border_q ), .first_out(first_out_4), .load_out(load_out_4),
+    .remaining({3'd0, \dut_4.border.remaining }), .border(\dut_4.border.border ),
+    .first_delayed(\dut_4.first_delay.delayed ), .load_delayed(\dut_4.load_delay.delayed )
+  );
+
+  wire first_out_5, load_out_5;
+  row_look_back_5 dut_5 (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .first_out(first_out_5),
+    .load_out(load_out_5)
+  );
+  (* hierconn *) wire [17:0] \dut_5.border_p ;
+  (* hierconn *) wire [17:0] \dut_5.border_q ;
+  (* hierconn *) wire [17:0] \dut_5.sample_delay_y ;
+  (* hierconn *) wire [4:0] \dut_5.border.remaining ;
+  (* hierconn *) wire [17:0] \dut_5.border.border ;
+  (* hierconn *) wire [2:0] \dut_5.first_delay.delayed ;
+  (* hierconn *) wire [2:0] \dut_5.load_delay.delayed ;
+  row_look_back_stage #(.DISTANCE(32)) stage_5 (
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_5.sample_delay_y ),
+    .p(\dut_5.border_p ), .q(\dut_5.border_q ), .first_out(first_out_5), .load_out(load_out_5),
+    .remaining({2'd0, \dut_5.border.remaining }), .border(\dut_5.border.border ),
+    .first_delayed(\dut_5.first_delay.delayed ), .load_delayed(\dut_5.load_delay.delayed )
+  );
+endmodule

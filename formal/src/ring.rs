@@ -1,0 +1,232 @@
+//! The claims about the ring points of the descriptor, made from the definition of the ring: point `(dx, dy)` is the
+//! sample of its row `16 - dx` steps before.
+//!
+//! One sample a row, any of all, is followed through the row's delays: a memory holds it at the address of its write
+//! until the address comes round. `ring_taps_S` lets every address begin anywhere and takes a reset at any time;
+//! `ring_taps_S_aligned` begins with a reset, after which memories of one length have one address. No cover: the first
+//! sample is followed after 33 steps, too many for the solver; the mutants show that the claims are not vacuous.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use crate::claim::{Claim, Mutant, Observe};
+
+/// Points of a ring.
+const POINTS: usize = 32;
+/// Lines and steps from the newest sample to the centre.
+const REACH: i64 = 16;
+/// Radius of each scale pair's ring, pixels.
+const RADII: [f64; 2] = [12.0, 16.0];
+/// Bits of a sample: sign and MaxDOG.
+const BITS: usize = 16;
+/// Steps after which an address that began beyond its memory has wrapped.
+const WRAPPED: usize = 32;
+
+/// The claims about both rings.
+pub fn claims() -> Vec<Claim> {
+    (0..RADII.len()).flat_map(|scale| [false, true].map(|aligned| Wrapper::new(scale, aligned).claim())).collect()
+}
+
+/// The rows of a ring, the one with the newest samples first: steps before the newest sample, ascending, each with the
+/// number of its point.
+fn rows(scale: usize) -> Vec<Vec<(usize, usize)>> {
+    let mut rows: BTreeMap<i64, Vec<(usize, usize)>> = BTreeMap::new();
+    for point in 0..POINTS {
+        let angle = 2.0 * PI * point as f64 / POINTS as f64;
+        let [dx, dy] = [angle.cos(), angle.sin()].map(|part| (RADII[scale] * part).round() as i64);
+        rows.entry(REACH - dy).or_default().push(((REACH - dx) as usize, point));
+    }
+    rows.into_values()
+        .map(|mut row| {
+            row.sort_unstable();
+            row
+        })
+        .collect()
+}
+
+/// The text of a wrapper as it grows.
+struct Wrapper {
+    scale: usize,
+    aligned: bool,
+    signals: String,
+    /// What happens at a clock.
+    steps: String,
+    properties: String,
+    observe: String,
+    /// The addresses of the memories of each length.
+    addresses: BTreeMap<usize, Vec<String>>,
+}
+
+impl Wrapper {
+    fn new(scale: usize, aligned: bool) -> Self {
+        let [signals, steps, properties, observe] = Default::default();
+        let mut wrapper = Self { scale, aligned, signals, steps, properties, observe, addresses: BTreeMap::new() };
+        for (row, points) in rows(scale).iter().enumerate() {
+            wrapper.row(row, points);
+        }
+        wrapper
+    }
+
+    /// A sample of a row, followed from point to point.
+    fn row(&mut self, row: usize, points: &[(usize, usize)]) {
+        let input = slice("rows", row);
+        self.signals += &format!(
+            "  (* anyseq *) reg choose_{row};\n  reg [5:0] age_{row} = 6'd0;\n  reg [{top}:0] sample_{row};\n  \
+             wire take_{row} = choose_{row} && age_{row} == 6'd0 && steps == 6'd{WRAPPED};\n",
+            top = BITS - 1
+        );
+        self.steps += &format!(
+            "    if (reset)\n      age_{row} <= 6'd0;\n    else if (advance && take_{row}) begin\n      \
+             age_{row} <= 6'd1;\n      sample_{row} <= {input};\n    end else if (advance && age_{row} != 6'd0 && \
+             age_{row} != 6'd63)\n      age_{row} <= age_{row} + 6'd1;\n"
+        );
+        self.claim_that(&format!("settled_{row}"), &format!("age_{row} == 6'd0 || steps == 6'd{WRAPPED}"));
+        let mut at = 0;
+        for &(step, point) in points {
+            match step - at {
+                0 => {}
+                distance @ 1..=3 => self.registers(row, point, at, distance),
+                distance => self.memory(row, point, at, distance - 1),
+            }
+            at = step;
+            let output = slice("points", point);
+            match step {
+                0 => self.claim_that(&format!("point_{point}"), &format!("{output} == {input}")),
+                _ => self.claim_that(
+                    &format!("point_{point}"),
+                    &format!("age_{row} != 6'd{step} || {output} == sample_{row}"),
+                ),
+            }
+        }
+    }
+
+    /// A delay of registers: the sample is in each of them in turn.
+    fn registers(&mut self, row: usize, point: usize, at: usize, distance: usize) {
+        for step in 1..distance {
+            let register = format!("\\dut.point_{point}_delayed_{step} ");
+            self.signals += &format!("  (* hierconn *) wire [{}:0] {register};\n", BITS - 1);
+            let name = format!("point_{point}_delayed_{step}");
+            self.claim_that(&name, &format!("age_{row} != 6'd{} || {register}== sample_{row}", at + step));
+        }
+    }
+
+    /// A delay by a memory of `length` words, which takes the sample when it is `at` steps old.
+    fn memory(&mut self, row: usize, point: usize, at: usize, length: usize) {
+        let bits = length.next_power_of_two().trailing_zeros();
+        let top = bits - 1;
+        let [position, slot, watched] =
+            ["position", "slot", "watched"].map(|name| format!("\\dut.point_{point}_{name} "));
+        self.signals += &format!(
+            "  (* hierconn *) wire [{top}:0] {position};\n  (* hierconn *) wire [{top}:0] {slot};\n  \
+             (* hierconn *) wire [{}:0] {watched};\n  reg [{top}:0] slot_{point};\n  assign {slot}= slot_{point};\n  \
+             wire [6:0] address_{point} = {{1'b0, slot_{point}}} + age_{row} - 7'd{at};\n",
+            BITS - 1
+        );
+        self.observe += &format!(
+            "wire [{top}:0] point_{point}_slot;\nwire [{}:0] point_{point}_watched = \
+             point_{point}_memory[point_{point}_slot];\n",
+            BITS - 1
+        );
+        let taken = if at == 0 { format!("take_{row}") } else { format!("age_{row} == 6'd{at}") };
+        self.steps += &format!("    if (advance && {taken}) slot_{point} <= {position};\n");
+        if length != 1 << bits {
+            self.claim_that(&format!("inside_{point}"), &format!("{position}< {length} || steps <= {position}"));
+        }
+        self.claim_that(
+            &format!("kept_{point}"),
+            &format!(
+                "age_{row} <= 6'd{at} || age_{row} > 6'd{} || (slot_{point} < {length} && {watched}== sample_{row} && \
+                 {position}== (address_{point} >= {length} ? address_{point} - {length} : address_{point}))",
+                at + length
+            ),
+        );
+        self.addresses.entry(length).or_default().push(position);
+    }
+
+    fn claim_that(&mut self, name: &str, property: &str) {
+        self.properties += &format!("    {name}: assert ({property});\n");
+    }
+
+    fn claim(mut self) -> Claim {
+        let module = format!("ring_taps_{}", self.scale);
+        let file = format!("{module}.v");
+        let (name, statement) = if self.aligned {
+            for group in std::mem::take(&mut self.addresses).values() {
+                for pair in group.windows(2) {
+                    self.properties += &format!("    if (begun) assert ({}== {});\n", pair[0], pair[1]);
+                }
+            }
+            self.properties += "    if (!begun) assume (reset);\n";
+            let statement = "The same, and from a reset on memories of one length have one address.";
+            (format!("{module}_aligned"), statement.to_owned())
+        } else {
+            let statement = format!(
+                "Point i of ring {}, at round({} (cos, sin)(2 pi i / 32)) = (dx, dy), is the sample of its row 16 - dx \
+                 steps before, i = 0 .. 31, wherever the addresses begin and whatever `reset` does, from {WRAPPED} \
+                 steps after a reset on.",
+                self.scale, RADII[self.scale]
+            );
+            (module.clone(), statement)
+        };
+        let (rows_top, points_top) = (BITS * rows(self.scale).len() - 1, BITS * POINTS - 1);
+        let Self { signals, steps, properties, .. } = &self;
+        let properties = format!(
+            "// {name}: each point of the ring is its row's sample of so many steps before.
+module {name}_properties (input clock);
+  (* anyseq *) reg reset, advance;
+  (* anyseq *) reg [{rows_top}:0] rows;
+  wire [{points_top}:0] points;
+  {module} dut (.clock(clock), .reset(reset), .advance(advance), .rows(rows), .points(points));
+
+  reg begun = 0;
+  // Steps since a reset.
+  reg [5:0] steps = 6'd0;
+{signals}
+  always @(posedge clock) begin
+    begun <= 1;
+    if (reset)
+      steps <= 6'd0;
+    else if (advance && steps != 6'd{WRAPPED})
+      steps <= steps + 6'd1;
+{steps}  end
+
+  always @(posedge clock) begin
+{properties}  end
+endmodule
+"
+        );
+        let mutant = |from: &str, to: &str| Mutant { file: file.clone(), from: from.into(), to: to.into() };
+        let mutants = match self.scale {
+            0 => vec![
+                mutant("point_11_position == 4'd12", "point_11_position == 4'd11"),
+                mutant("point_24 <= point_24_delayed_1", "point_24 <= point_25"),
+                mutant("points = {point_31, point_30,", "points = {point_30, point_31,"),
+            ],
+            _ => vec![
+                mutant("point_14_position == 5'd28", "point_14_position == 5'd29"),
+                mutant(
+                    "point_17_memory[point_17_position] <= rows[143:128]",
+                    "point_17_memory[point_17_position] <= rows[127:112]",
+                ),
+                mutant("point_2 <= rows[95:80]", "point_2 <= point_14"),
+            ],
+        };
+        Claim {
+            top: Some(format!("{name}_properties")),
+            name,
+            statement,
+            sources: vec![file.clone()],
+            properties,
+            depth: 2,
+            fault: 4,
+            mutants,
+            observe: vec![Observe { file, text: self.observe }],
+            ..Claim::default()
+        }
+    }
+}
+
+/// The part of a packed signal that belongs to an index.
+fn slice(signal: &str, index: usize) -> String {
+    format!("{signal}[{}:{}]", BITS * (index + 1) - 1, BITS * index)
+}
