@@ -3,8 +3,8 @@
 //!
 //! One sample a row, any of all, is followed through the row's delays: a memory holds it at the address of its write
 //! until the address comes round. `ring_taps_S` lets every address begin anywhere and takes a reset at any time;
-//! `ring_taps_S_aligned` begins with a reset, after which memories of one length have one address. No cover: the first
-//! sample is followed after 33 steps, too many for the solver; the mutants show that the claims are not vacuous.
+//! `ring_taps_S_aligned` begins with a reset, after which memories of one length have one address. A run may also begin
+//! long after a reset, with every address inside its memory, so that a cover takes few steps.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -55,12 +55,15 @@ struct Wrapper {
     observe: String,
     /// The addresses of the memories of each length.
     addresses: BTreeMap<usize, Vec<String>>,
+    /// That every address is inside its memory.
+    inside: Vec<String>,
 }
 
 impl Wrapper {
     fn new(scale: usize, aligned: bool) -> Self {
         let [signals, steps, properties, observe] = Default::default();
-        let mut wrapper = Self { scale, aligned, signals, steps, properties, observe, addresses: BTreeMap::new() };
+        let (addresses, inside) = Default::default();
+        let mut wrapper = Self { scale, aligned, signals, steps, properties, observe, addresses, inside };
         for (row, points) in rows(scale).iter().enumerate() {
             wrapper.row(row, points);
         }
@@ -131,6 +134,7 @@ impl Wrapper {
         self.steps += &format!("    if (advance && {taken}) slot_{point} <= {position};\n");
         if length != 1 << bits {
             self.claim_that(&format!("inside_{point}"), &format!("{position}< {length} || steps <= {position}"));
+            self.inside.push(format!("{position}< {length}"));
         }
         self.claim_that(
             &format!("kept_{point}"),
@@ -154,9 +158,10 @@ impl Wrapper {
             for group in std::mem::take(&mut self.addresses).values() {
                 for pair in group.windows(2) {
                     self.properties += &format!("    if (begun) assert ({}== {});\n", pair[0], pair[1]);
+                    self.inside.push(format!("{}== {}", pair[0], pair[1]));
                 }
             }
-            self.properties += "    if (!begun) assume (reset);\n";
+            self.properties += &format!("    if (!begun) assume (reset || steps == 6'd{WRAPPED});\n");
             let statement = "The same, and from a reset on memories of one length have one address.";
             (format!("{module}_aligned"), statement.to_owned())
         } else {
@@ -168,6 +173,12 @@ impl Wrapper {
             );
             (module.clone(), statement)
         };
+        self.properties += &format!(
+            "    if (!begun) assume (steps == 6'd0 || (steps == 6'd{WRAPPED} && {}));\n",
+            self.inside.join(" && ")
+        );
+        // The first sample that is followed.
+        self.properties += "    taken: cover (age_0 == 6'd1 && points != 512'd0);\n";
         let (rows_top, points_top) = (BITS * rows(self.scale).len() - 1, BITS * POINTS - 1);
         let Self { signals, steps, properties, .. } = &self;
         let properties = format!(
@@ -180,7 +191,7 @@ module {name}_properties (input clock);
 
   reg begun = 0;
   // Steps since a reset.
-  reg [5:0] steps = 6'd0;
+  reg [5:0] steps;
 {signals}
   always @(posedge clock) begin
     begun <= 1;
@@ -218,6 +229,7 @@ endmodule
             sources: vec![file.clone()],
             properties,
             depth: 2,
+            cover: 4,
             fault: 4,
             mutants,
             observe: vec![Observe { file, text: self.observe }],
