@@ -90,6 +90,14 @@ const HARMLESS: &[Harmless] = &[
     ),
     (
         "row_look_ahead*",
+        &[Kind::Wiring],
+        "reset",
+        "loads",
+        "the frame's marker comes when the count is 0 already",
+        Hole(FLAG),
+    ),
+    (
+        "row_look_ahead*",
         &[Kind::Operator],
         "remaining - ",
         "remaining + ",
@@ -107,6 +115,7 @@ const HARMLESS: &[Harmless] = &[
     ("column_look_ahead_3", RESETS, "", "", MARKER, Later("markers")),
     ("column_look_ahead_4", RESETS, "", "", MARKER, Later("markers")),
     ("sequencer", RESETS, "1'd0", "", "x and y are set as a frame begins, before they count", By("unset_registers")),
+    ("sequencer", RESETS, "1'b0", "same", "sizes are compared again before a beat can be taken", By("sequencer")),
     (
         "sequencer",
         RESETS,
