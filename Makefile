@@ -57,7 +57,7 @@ arm-where-possible:
 	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler cannot be had"; fi
 
 ## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; every width with
-## every height, two minutes; 20 designs drawn at random, emitted and simulated, half an hour; the command installed from a copy
+## every height, two minutes; 20 designs drawn at random, emitted and simulated, five minutes; the command installed from a copy
 ## of the sources, ten minutes; a bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes.
 test-long: setup
 	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
