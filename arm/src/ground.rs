@@ -61,21 +61,30 @@ impl Plane {
         Self { mean: Vector3::new(height, 0.0, 0.0), covariance, beams: 1 }
     }
 
+    /// How far the point is below it, m.
+    fn off(&self, point: &Point) -> f64 {
+        point.depth - point.row.dot(&self.mean)
+    }
+
+    /// Variance of that, m^2.
+    fn spread(&self, point: &Point) -> f64 {
+        point.row.dot(&(self.covariance * point.row)) + point.variance
+    }
+
     /// How far the point is below it, in standard deviations.
     fn below(&self, point: &Point) -> f64 {
-        let off = point.depth - point.row.dot(&self.mean);
-        off / (point.row.dot(&(self.covariance * point.row)) + point.variance).sqrt()
+        self.off(point) / self.spread(point).sqrt()
     }
 
     fn meet(&mut self, point: &Point) {
-        let spread = point.row.dot(&(self.covariance * point.row)) + point.variance;
-        let gain = self.covariance * point.row / spread;
-        self.mean += gain * (point.depth - point.row.dot(&self.mean));
+        let gain = self.covariance * point.row / self.spread(point);
+        self.mean += gain * self.off(point);
         self.covariance -= gain * (point.row.transpose() * self.covariance);
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
         self.beams += 1;
     }
 
+    /// The same plane below the camera of a frame.
     fn moved(&self, pose: &Pose) -> Self {
         let by = Matrix3::new(1.0, -pose.displacement.x, -pose.displacement.y, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
         let mean = by * self.mean - Vector3::x() * pose.descent;

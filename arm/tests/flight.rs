@@ -183,8 +183,6 @@ fn a_clock_that_jumps_costs_no_frame() {
     assert_tracked(&lines(&source));
 }
 
-/// Three footprints away, and back: the reference is renewed and the estimate goes on from the same origin. Each
-/// reference adds the error of one estimate.
 /// The laser rests on the crown of a tree below the reference, which looks like steep ground, and then meets the ground
 /// beside it: what was learnt is forgotten within a second, 15 frames.
 #[test]
@@ -214,6 +212,8 @@ fn a_tree_below_the_reference_is_found_out() {
     }
 }
 
+/// Three footprints away, and back: the reference is renewed and the estimate goes on from the same origin. Each
+/// reference adds the error of one estimate.
 #[test]
 fn the_reference_is_renewed_without_a_jump() {
     let place = |frame: u32| {

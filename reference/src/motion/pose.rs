@@ -524,7 +524,7 @@ impl Problem<'_> {
 /// The part of the next step that is taken, by the part that was taken of the last one and the part of it that
 /// the next one repeats: 0 where the last one arrived, below where it went too far. Where steps go to and fro between
 /// two sides of the minimum, as pairs enter and leave Huber's bound, the next one goes to where the two would meet
-/// (Aitken 1926, for vectors Irons and Tuck 1969).
+/// (Aitken 1926, for vectors Irons and Tuck 1969). Where a shortened step is followed by a longer one, the least part.
 fn relaxed(last: f64, repeated: f64) -> f64 {
     if repeated > -TO_AND_FRO && last == 1.0 { 1.0 } else { (last / (1.0 - repeated)).clamp(LEAST_RELAXATION, 1.0) }
 }
@@ -844,6 +844,7 @@ mod tests {
         assert_eq!(relaxed(1.0, -0.1), 1.0);
         assert_eq!(relaxed(1.0, 0.5), 1.0);
         assert_eq!(relaxed(0.5, 0.9), 1.0);
+        assert_eq!(relaxed(0.5, 1.5), LEAST_RELAXATION);
     }
 
     /// 0.2 degrees at 100 m are 0.35 m an axis and a frame, 0.49 m an axis for two frames; the mean length of that is

@@ -12,7 +12,7 @@ use crate::mutation::{Kind, Mutant, Source, by_hand, is_proved_equivalent};
 /// What shows that a fault is harmless.
 #[derive(Clone, Copy)]
 enum Shown {
-    /// A claim of `formal/`, which holds with the fault.
+    /// A claim of `formal/`, which holds with the fault; `*` in its name stands for the module's.
     By(&'static str),
     /// The same, of steps after a reset: that nothing counts before is a hole, `FIRST_SAMPLE`.
     Later(&'static str),
@@ -40,39 +40,22 @@ const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16
 const HARMLESS: &[Harmless] = &[
     ("delay_*", RESETS, "", "", POSITION, Later("delay")),
     ("flag_delay_8", RESETS, "", "", "flags of ring points, data that come after those of the reset", Later("delay")),
-    ("ring_taps_0", RESETS, "", "", POSITION, Later("ring_taps_0")),
-    ("ring_taps_1", RESETS, "", "", POSITION, Later("ring_taps_1")),
+    ("ring_taps*", RESETS, "", "", POSITION, Later("*")),
     (
-        "ring_taps_0",
+        "ring_taps*",
         &[Kind::Memory],
         "_memory[",
         "_position]",
         "memories of one length have one address",
-        By("ring_taps_0_aligned"),
+        By("*_aligned"),
     ),
     (
-        "ring_taps_1",
-        &[Kind::Memory],
-        "_memory[",
-        "_position]",
-        "memories of one length have one address",
-        By("ring_taps_1_aligned"),
-    ),
-    (
-        "ring_taps_0",
+        "ring_taps*",
         &[Kind::Comparison],
         "_position == ",
         "_position >= ",
         "an address never exceeds the last one",
-        Later("ring_taps_0"),
-    ),
-    (
-        "ring_taps_1",
-        &[Kind::Comparison],
-        "_position == ",
-        "_position >= ",
-        "an address never exceeds the last one",
-        Later("ring_taps_1"),
+        Later("*"),
     ),
     // The marker that a stage passes on starts the cursors of the decisions, where it is a stage of the wide smoother.
     ("row_look_back_border*", RESETS, "", "", ROWS, Later("row_look_back")),
@@ -161,11 +144,16 @@ pub fn verilog() -> &'static Path {
     &FOLDER
 }
 
+/// The module that a fault is in: the instance's, where it is in what an instance is connected to.
+fn module(mutant: &Mutant) -> &str {
+    mutant.at.as_ref().unwrap_or(&mutant.module)
+}
+
 /// Whether a row is about a fault.
-fn fits(&(module, kinds, original, fault, ..): &Harmless, mutant: &Mutant) -> bool {
-    let at = mutant.at.as_ref().unwrap_or(&mutant.module);
-    let name = if module.contains('/') { format!("{}/{at}", mutant.module) } else { at.clone() };
-    module.strip_suffix('*').map_or(name == module, |family| name.starts_with(family))
+fn fits(&(place, kinds, original, fault, ..): &Harmless, mutant: &Mutant) -> bool {
+    let at = module(mutant);
+    let name = if place.contains('/') { format!("{}/{at}", mutant.module) } else { at.to_owned() };
+    place.strip_suffix('*').map_or(name == place, |family| name.starts_with(family))
         && kinds.contains(&mutant.kind)
         && mutant.original.contains(original)
         && mutant.fault.contains(fault)
@@ -176,7 +164,9 @@ fn fits(&(module, kinds, original, fault, ..): &Harmless, mutant: &Mutant) -> bo
 pub fn reason_in_another_design(sources: &[Source], mutant: &Mutant) -> Option<String> {
     let row = HARMLESS.iter().chain(ELSEWHERE).find(|row| fits(row, mutant));
     let in_words = row.map(|(.., words, shown)| match shown {
-        By(claim) | Later(claim) => format!("{words}: claim `{claim}` shows it of the default design"),
+        By(claim) | Later(claim) => {
+            format!("{words}: claim `{}` shows it of the default design", claim.replace('*', module(mutant)))
+        }
         Hole(number) => format!("{words}: hole {number}"),
     });
     in_words.or_else(|| equivalent(sources, mutant))
@@ -193,7 +183,8 @@ pub fn reason(sources: &[Source], mutant: &Mutant) -> Option<String> {
         Later(name) => (name, format!(", hole {FIRST_SAMPLE}")),
         Hole(number) => return Some(format!("{words}: hole {number}")),
     };
-    let claim = shipped().ok()?.into_iter().find(|claim| claim.name == *name)?;
+    let name = name.replace('*', module(mutant));
+    let claim = shipped().ok()?.into_iter().find(|claim| claim.name == name)?;
     holds(&claim, sources, mutant)
         .then(|| format!("{words}: claim `{name}` holds with it{and}"))
         .or_else(|| equivalent(sources, mutant))
