@@ -18,6 +18,7 @@
 //! | [`patch`] | composed ground, kept from frame to frame |
 //! | [`compose`] | what a patch of it shows |
 //! | [`thing`] | what stands, lies or drives on the ground |
+//! | [`crown`] | the balls of a tree's crown |
 //! | [`water`] | waves and glint |
 //! | [`fall`] | rain and snow |
 //! | [`overlay`] | which things a pixel sees, edges and shadows |
@@ -28,6 +29,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod compose;
+mod crown;
 mod fall;
 mod grain;
 mod land;

@@ -1,11 +1,12 @@
 //! What stands, lies or drives on the ground: convex solids, balls of leaves, and paint.
 //!
 //! A convex solid is where `n_i . p <= c_i` for all its faces; a ray is inside between the last entry and the first
-//! exit of these half spaces (Kay and Kajiya 1986). A ball is a quadratic. Paint covers a pixel of width `w` by the
-//! part `1/2 - d / w`, `d` the signed distance to its edge, so that its edge needs no more than one sample.
+//! exit of these half spaces (Kay and Kajiya 1986). Balls stand in [`crown`](super::crown). Paint covers a pixel of
+//! width `w` by the part `1/2 - d / w`, `d` the signed distance to its edge, so that its edge needs no more than one sample.
 
 use nalgebra::{Vector2, Vector3};
 
+use super::crown::{BALLS, Crown};
 use crate::scene::{Building, Car, Helipad, Roof, Tree, point};
 
 /// Something on the ground.
@@ -29,8 +30,8 @@ enum Path {
 pub enum Form {
     /// Buildings and cars.
     Solids(Vec<Solid>),
-    /// Crowns of trees.
-    Balls(Vec<Ball>),
+    /// A crown of a tree.
+    Balls(Box<Crown>),
     /// Paint on the ground, later ones over earlier ones.
     Paint(Vec<Mark>),
 }
@@ -70,13 +71,6 @@ pub struct Face {
     albedo: f32,
     /// Distance of courses of tiles, m; 0 for a plain face.
     course: f32,
-}
-
-/// A ball of leaves.
-#[derive(Debug, Clone, Copy)]
-pub struct Ball {
-    centre: Vector3<f32>,
-    radius: f32,
 }
 
 /// Paint on the ground.
@@ -148,18 +142,12 @@ impl Thing {
                 }
                 first
             }
-            Form::Balls(balls) => {
-                let mut first: Option<Hit> = None;
-                for (k, ball) in balls.iter().enumerate() {
-                    let limit = first.map_or(nearest, |hit| hit.along);
-                    if let Some(along) = ball.enter(from, direction, limit) {
-                        let normal = (from + direction * along - ball.centre) / ball.radius;
-                        // Neighbouring balls differ in brightness, or a crown would be one smooth dome.
-                        let albedo = 0.19 + 0.022 * (k * 7 % 5) as f32;
-                        first = Some(Hit { along, normal, albedo, part: k as u32, course: 0.0, leaves: true });
-                    }
-                }
-                first
+            Form::Balls(crown) => {
+                let (along, ball) = crown.enter(from, direction, nearest)?;
+                let normal = crown.normal(ball, &(from + direction * along));
+                // Neighbouring balls differ in brightness, or a crown would be one smooth dome.
+                let albedo = 0.19 + 0.022 * (ball * 7 % 5) as f32;
+                Some(Hit { along, normal, albedo, part: ball as u32, course: 0.0, leaves: true })
             }
             Form::Paint(_) => None,
         }
@@ -185,7 +173,7 @@ impl Thing {
         is_near(point, to_sun, self.radius)
             && match &self.form {
                 Form::Solids(solids) => solids.iter().any(|solid| solid.shades(point, to_sun)),
-                Form::Balls(balls) => balls.iter().any(|ball| ball.enter(point, to_sun, f32::INFINITY).is_some()),
+                Form::Balls(crown) => crown.enter(point, to_sun, f32::INFINITY).is_some(),
                 Form::Paint(_) => false,
             }
     }
@@ -263,21 +251,21 @@ impl Thing {
         Self::still(building.at_m, rise.into(), reach, Form::Solids(solids))
     }
 
-    /// A tree of a dozen balls.
+    /// A tree whose crown is a dozen balls.
     pub fn tree(tree: &Tree, seed: u32) -> Self {
         let (radius, height) = (tree.radius_m as f32, tree.height_m as f32);
         let draw = |k: u32| super::noise::unit(k, 77, seed);
         let crown = radius.min(0.5 * height);
-        let balls = (0..12)
-            .map(|k| {
-                // The golden angle spreads them, each drawn a little away.
-                let (turn, out) = (2.4 * k as f32 + draw(4 * k), (k as f32 / 12.0).sqrt() * 0.66 * radius);
-                let (sin, cos) = libm::sincosf(turn);
-                let size = radius * (0.30 + 0.16 * draw(4 * k + 1));
-                let lift = 0.45 * crown * (1.0 - (out / radius).powi(2)) * (0.6 + 0.8 * draw(4 * k + 2));
-                Ball { centre: Vector3::new(cos * out, sin * out, -lift), radius: size }
-            })
-            .collect();
+        let ball = |k: usize| {
+            // The golden angle spreads them, each drawn a little away.
+            let (drawn, k) = (4 * k as u32, k as f32);
+            let (turn, out) = (2.4 * k + draw(drawn), (k / BALLS as f32).sqrt() * 0.66 * radius);
+            let (sin, cos) = libm::sincosf(turn);
+            let size = radius * (0.30 + 0.16 * draw(drawn + 1));
+            let lift = 0.45 * crown * (1.0 - (out / radius).powi(2)) * (0.6 + 0.8 * draw(drawn + 2));
+            (Vector3::new(cos * out, sin * out, -lift), size)
+        };
+        let balls = Box::new(Crown::new(std::array::from_fn(ball)));
         Self::still(tree.at_m, f64::from((height - crown).max(0.3 * height)), 1.25 * radius, Form::Balls(balls))
     }
 
@@ -439,22 +427,6 @@ impl Solid {
             }
         }
         (first <= last).then_some(first)
-    }
-}
-
-impl Ball {
-    fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<f32> {
-        let to = self.centre - from;
-        let square = direction.norm_squared();
-        let middle = to.dot(direction) / square;
-        // Distance of the line from the centre, squared, without the difference of two large numbers.
-        let aside = (to - direction * middle).norm_squared();
-        let chord = self.radius * self.radius - aside;
-        if chord <= 0.0 {
-            return None;
-        }
-        let along = middle - (chord / square).sqrt();
-        (along > 0.0 && along < limit).then_some(along)
     }
 }
 

@@ -1,0 +1,64 @@
+//! The crown of a tree: a dozen balls of leaves, met by a ray all at once.
+//!
+//! A ray `from + t d` is nearest to a centre `c` at `m = (c - from) . d / d . d`. With `a` the distance there, squared,
+//! and the chord `h = r^2 - a > 0` it enters the ball at `t = m - sqrt(h / d . d)`.
+//!
+//! Coordinates stand side by side, so that a compiler computes several balls in one instruction.
+
+use nalgebra::Vector3;
+
+/// Balls of a crown.
+pub const BALLS: usize = 12;
+
+/// Balls of leaves, m, relative to the centre of the tree.
+pub struct Crown {
+    x: [f32; BALLS],
+    y: [f32; BALLS],
+    z: [f32; BALLS],
+    radius: [f32; BALLS],
+}
+
+impl Crown {
+    /// From each ball's centre and radius, m.
+    pub fn new(balls: [(Vector3<f32>, f32); BALLS]) -> Self {
+        Self {
+            x: balls.map(|(centre, _)| centre.x),
+            y: balls.map(|(centre, _)| centre.y),
+            z: balls.map(|(centre, _)| centre.z),
+            radius: balls.map(|(_, radius)| radius),
+        }
+    }
+
+    /// Where a ray first enters a ball, nearer than `limit`, as a multiple of `direction`; and which ball.
+    pub fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
+        let square = direction.norm_squared();
+        let mut middle = [0f32; BALLS];
+        let mut chord = [0f32; BALLS];
+        for k in 0..BALLS {
+            let (x, y, z) = (self.x[k] - from.x, self.y[k] - from.y, self.z[k] - from.z);
+            let m = (x * direction.x + y * direction.y + z * direction.z) / square;
+            // Without the difference of two large numbers.
+            let (x, y, z) = (x - direction.x * m, y - direction.y * m, z - direction.z * m);
+            middle[k] = m;
+            chord[k] = self.radius[k] * self.radius[k] - (x * x + y * y + z * z);
+        }
+        if chord.iter().fold(0f32, |most, chord| most.max(*chord)) <= 0.0 {
+            return None;
+        }
+        // The root of a negative chord is not a number, and no comparison with it holds.
+        let along: [f32; BALLS] = std::array::from_fn(|k| middle[k] - (chord[k] / square).sqrt());
+        let mut first = None;
+        let mut nearest = limit;
+        for (k, &along) in along.iter().enumerate() {
+            if chord[k] > 0.0 && along > 0.0 && along < nearest {
+                (first, nearest) = (Some((along, k)), along);
+            }
+        }
+        first
+    }
+
+    /// The direction outwards at a point of a ball.
+    pub fn normal(&self, ball: usize, point: &Vector3<f32>) -> Vector3<f32> {
+        (point - Vector3::new(self.x[ball], self.y[ball], self.z[ball])) / self.radius[ball]
+    }
+}
