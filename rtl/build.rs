@@ -23,6 +23,9 @@ use toml::{Table, Value};
 /// Longest delay of one cell, as in `cells/delay.rs`.
 const LONGEST_DELAY: u64 = 33;
 
+/// Radius of the widest ring, px: it has a point in the newest row.
+const LARGEST_RING: u64 = 16;
+
 /// Bits of a field of the bank.
 const FIELD_BITS: u64 = 16;
 
@@ -57,6 +60,7 @@ struct Design {
     coefficient: [u64; 2],
     look_ahead: Vec<u64>,
     sigmas: Vec<f64>,
+    ring_radii: Vec<u64>,
     /// The other keys.
     numbers: Vec<(&'static str, u64)>,
 }
@@ -82,6 +86,7 @@ impl Design {
         let look_ahead: Vec<u64> = list("look_ahead")?.iter().filter_map(number).collect();
         let real = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
         let sigmas: Vec<f64> = list("sigmas")?.iter().filter_map(real).collect();
+        let ring_radii: Vec<u64> = list("ring_radii")?.iter().filter_map(number).collect();
         let scale_pairs = whole("scale_pairs")?;
         if !(1..=3).contains(&scale_pairs) {
             return Err(format!("scale_pairs = {scale_pairs} is not from 1 to 3"));
@@ -93,6 +98,12 @@ impl Design {
                 ));
             }
         }
+        if ring_radii.len() as u64 != scale_pairs {
+            return Err(format!(
+                "ring_radii has {} numbers, and there are {scale_pairs} scale pairs",
+                ring_radii.len()
+            ));
+        }
         let keys = [
             ("SCALE_PAIRS", "scale_pairs"),
             ("WIDTH", "width"),
@@ -100,6 +111,8 @@ impl Design {
             ("DOG_BITS", "dog_bits"),
             ("THRESHOLD_TARGET", "threshold_target"),
             ("THRESHOLD_INITIAL", "threshold_initial"),
+            ("CANDIDATE_QUEUE", "candidate_queue"),
+            ("RECORD_FIFO", "record_fifo"),
         ];
         Ok(Self {
             pixel: format("pixel")?,
@@ -107,6 +120,7 @@ impl Design {
             coefficient: format("coefficient")?,
             look_ahead,
             sigmas,
+            ring_radii,
             numbers: keys.iter().map(|(name, key)| Ok((*name, whole(key)?))).collect::<Result<_, String>>()?,
         })
     }
@@ -124,8 +138,9 @@ impl Design {
         }
         text + &format!(
             "/// Look-ahead of each smoother.\npub const LOOK_AHEAD: [usize; SCALE_PAIRS + 1] = {:?};\n\
-             /// Sigma of each smoother, px.\npub const SIGMAS: [f64; SCALE_PAIRS + 1] = {:?};\n",
-            self.look_ahead, self.sigmas
+             /// Sigma of each smoother, px.\npub const SIGMAS: [f64; SCALE_PAIRS + 1] = {:?};\n\
+             /// Radius of the ring of each scale pair, px.\npub const RING_RADII: [u32; SCALE_PAIRS] = {:?};\n",
+            self.look_ahead, self.sigmas, self.ring_radii
         )
     }
 
@@ -140,13 +155,17 @@ impl Design {
         smoother_names(self.look_ahead.len())
     }
 
-    /// The scale pairs of the module `extractor` with their smoothers; the rings of all but the first reach 16 px.
+    /// The scale pairs of the module `extractor` with their smoothers, then those whose ring reaches the newest row and
+    /// those whose ring does not.
     fn extractor(&self) -> String {
         let pairs = self.names().windows(2).enumerate();
         let smoothers: Vec<String> =
             pairs.map(|(k, pair)| format!("{k} {} {} THRESHOLD_{k}_AT", pair[0], pair[1])).collect();
-        let wide: Vec<String> = (1..smoothers.len()).map(|k| format!("{k} ring_lines_{k} ring_rows_{k}")).collect();
-        format!("extractor!({}; {});\n", smoothers.join(", "), wide.join(", "))
+        let (wide, narrow): (Vec<usize>, Vec<usize>) =
+            (0..smoothers.len()).partition(|k| self.ring_radii[*k] == LARGEST_RING);
+        let wide: Vec<String> = wide.iter().map(|k| format!("{k} ring_lines_{k} ring_rows_{k}")).collect();
+        let narrow: Vec<String> = narrow.iter().map(|k| format!("{k} ring_lines_{k}")).collect();
+        format!("extractor!([{}] [{}] [{}]);\n", smoothers.join(", "), narrow.join(", "), wide.join(", "))
     }
 
     /// The module `smoothers` in rust-hdl.

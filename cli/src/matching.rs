@@ -244,12 +244,14 @@ impl Source {
                 let smooth = |plane: &Plane<f64>, sigma: f64| -> Plane<f64> {
                     Smoother::first_order(sigma).expect("a sigma of the design").smooth(plane, Border::Held)
                 };
-                return Ok(pictures.map(|picture| extract(&picture.luma, &design.sigmas, smooth, &selection)));
+                return Ok(
+                    pictures.map(|picture| extract(&picture.luma, &design.sigmas, &design.rings(), smooth, &selection))
+                );
             }
             return Ok(match *design.sigmas {
-                [a, b] => fast([a, b], selection, pictures)?,
-                [a, b, c] => fast([a, b, c], selection, pictures)?,
-                [a, b, c, d] => fast([a, b, c, d], selection, pictures)?,
+                [a, b] => fast(design, [a, b], selection, pictures)?,
+                [a, b, c] => fast(design, [a, b, c], selection, pictures)?,
+                [a, b, c, d] => fast(design, [a, b, c, d], selection, pictures)?,
                 _ => bail!("a chain of {} sigmas; the float extractor takes 2 to 4", design.sigmas.len()),
             });
         }
@@ -285,9 +287,14 @@ impl Source {
     }
 }
 
-/// The float features of both pictures over a chain of sigmas, by the fast path.
-fn fast<const F: usize>(sigmas: [f64; F], selection: Selection, pictures: [&Picture; 2]) -> Result<[Vec<Feature>; 2]> {
-    let mut extractor = FastExtractor::of_chain(sigmas, selection)?;
+/// The float features of both pictures over the chain of a design's sigmas, by the fast path.
+fn fast<const F: usize>(
+    design: &DesignPoint,
+    sigmas: [f64; F],
+    selection: Selection,
+    pictures: [&Picture; 2],
+) -> Result<[Vec<Feature>; 2]> {
+    let mut extractor = FastExtractor::of_chain(sigmas, selection)?.with_rings(&design.ring_radii);
     Ok(pictures.map(|picture| extractor.extract(&picture.luma)))
 }
 

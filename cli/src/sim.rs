@@ -40,7 +40,7 @@ pub struct Args {
     /// Chance, in each cycle and on each side, that no pixel is offered and no feature is taken: 0 to 0.95
     #[arg(long, value_name = "P", default_value_t = 0.0)]
     stall: f64,
-    /// Take no feature before this clock cycle: the FIFO of 496 fills, and what then finds no room must be counted as
+    /// Take no feature before this clock cycle: the record FIFO fills, and what then finds no room must be counted as
     /// dropped
     #[arg(
         long,

@@ -207,8 +207,19 @@ fn arguments(random: &mut Random, good: &Path, bad: &Path, folder: &Path) -> Vec
         0..=4 => vec!["match".into(), path(bad), path(good)],
         5 => vec!["match".into(), path(good), path(bad), "--features".into(), "fixed".into()],
         6 => {
-            const KEYS: [&str; 9] =
-                ["width", "height", "sigmas", "state", "dog_bits", "look_ahead", "look_ahead_error", "pixel", "x"];
+            const KEYS: [&str; 11] = [
+                "width",
+                "height",
+                "sigmas",
+                "state",
+                "dog_bits",
+                "look_ahead",
+                "look_ahead_error",
+                "pixel",
+                "ring_radii",
+                "record_fifo",
+                "x",
+            ];
             let mut args = vec!["report".into(), path(bad), "--out".into(), path(&folder.join("none/of/it"))];
             for _ in 0..1 + random.below(3) {
                 args.push("--config".into());

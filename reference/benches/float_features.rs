@@ -9,6 +9,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use hoverlock_reference::features::dog::SIGMAS;
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::fast::FastExtractor;
+use hoverlock_reference::features::maxlbp::Ring;
 use hoverlock_reference::image::picture::Picture;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::smoothing::recursive::border::Border;
@@ -42,7 +43,7 @@ fn float_features(c: &mut Criterion) {
     let clear = |plane: &Plane<f64>, sigma| Smoother::first_order(sigma).expect("a pole").smooth(plane, Border::Held);
     group.sample_size(20);
     group.bench_function("f64, clear", |b| {
-        b.iter(|| one_thread.install(|| extract(black_box(&frame), &SIGMAS, clear, &selection)))
+        b.iter(|| one_thread.install(|| extract(black_box(&frame), &SIGMAS, &Ring::defaults(), clear, &selection)))
     });
     group.finish();
 }

@@ -79,9 +79,9 @@ constants! {
     WINDOW_BITS = 6 * SIGNED_BITS;
     /// Bits of the four neighbours of a centre.
     NEIGHBOURS_BITS = 4 * DOG_BITS;
-    /// Bits of the 15 rows of a ring.
+    /// Bits of the 15 rows that a ring of 9 to 16 px has.
     RING_BITS = 15 * SIGNED_BITS;
-    /// Bits of those of a wide ring that are not the newest.
+    /// Bits of those of the widest ring that are not the newest.
     OLDER_BITS = 14 * SIGNED_BITS;
     /// Bits of the 32 points of a ring.
     POINTS_BITS = 32 * SIGNED_BITS;
@@ -143,7 +143,10 @@ pub fn compiled() -> DesignPoint {
         sigmas: SIGMAS.to_vec().into(),
         look_ahead: LOOK_AHEAD.iter().map(|m| *m as u32).collect(),
         dog_bits: DOG_BITS as u32,
+        ring_radii: RING_RADII.to_vec().into(),
         threshold: AutomaticThreshold { target: THRESHOLD_TARGET as u32, initial: THRESHOLD_INITIAL as u32 },
+        candidate_queue: CANDIDATE_QUEUE as u32,
+        record_fifo: RECORD_FIFO as u32,
     }
 }
 
@@ -161,7 +164,7 @@ pub struct Unbuildable {
 /// # Errors
 /// The first constraint that the design breaks.
 pub fn buildable(design: &DesignPoint) -> Result<(), Unbuildable> {
-    let DesignPoint { width, height, state, coefficient, look_ahead, dog_bits, threshold, .. } = design;
+    let DesignPoint { width, height, state, coefficient, look_ahead, dog_bits, ring_radii, threshold, .. } = design;
     let constraints = [
         ("width", width.to_string(), (64..=4096).contains(width), "the hardware takes 64 to 4096 columns"),
         ("height", height.to_string(), (64..=2048).contains(height), "the hardware takes 64 to 2048 rows"),
@@ -202,6 +205,12 @@ pub fn buildable(design: &DesignPoint) -> Result<(), Unbuildable> {
             "an LSB of the response would be finer than one of the state; give the state more fraction bits",
         ),
         (
+            "ring_radii",
+            format!("{ring_radii:?}"),
+            ring_radii.iter().all(|radius| (9..=16).contains(radius)),
+            "the hardware has the 15 rows of a ring from 9 to 16 px",
+        ),
+        (
             "threshold_initial",
             threshold.initial.to_string(),
             threshold.initial <= design.max_dog(),
@@ -238,6 +247,7 @@ mod tests {
             ("look_ahead=[5, 6, 5]", "none may look further"),
             ("dog_bits=16", "6 to 15"),
             ("state=u16.0", "finer than one of the state"),
+            ("ring_radii=[8, 16]", "15 rows of a ring from 9 to 16"),
             ("threshold_initial=40000", "largest response"),
         ] {
             let error = buildable(&KT27.with_override(change).unwrap()).expect_err(change).to_string();

@@ -119,6 +119,9 @@ fn drawn(random: &mut ChaCha8Rng) -> DesignPoint {
                 target: random.random_range(1..=1000),
                 initial: random.random_range(1..=60),
             },
+            ring_radii: (0..pairs).map(|_| random.random_range(9..=16)).collect(),
+            candidate_queue: 64 << random.random_range(0..=4),
+            record_fifo: 64 << random.random_range(0..=4),
         };
         if buildable(&design).is_ok() && BitTrue::new(&design).is_ok() {
             return design;

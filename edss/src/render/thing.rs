@@ -2,7 +2,8 @@
 //!
 //! A convex solid is where `n_i . p <= c_i` for all its faces; a ray is inside between the last entry and the first
 //! exit of these half spaces (Kay and Kajiya 1986). Balls stand in [`crown`](super::crown). Paint covers a pixel of
-//! width `w` by the part `1/2 - d / w`, `d` the signed distance to its edge, so that its edge needs no more than one sample.
+//! width `w` by the part `1/2 - d / w`, `d` the signed distance to its edge, so that its edge needs no more than one
+//! sample.
 
 use nalgebra::{Vector2, Vector3};
 

@@ -6,7 +6,6 @@
 //! on, so `streaming` is thresholded at `T - 1/2`. Otherwise `bit_true` would have more features because of the
 //! threshold alone.
 
-use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::extractor;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::features::maxlbp::Layer;
@@ -54,15 +53,6 @@ pub fn response(planes: &LevelPlanes, scale: usize) -> Plane<f64> {
     planes.dog[scale].zip_map(&planes.signed_dog[scale], |magnitude, d| magnitude.copysign(*d))
 }
 
-/// DoG, sign and MaxDOG of all scales, for features and descriptors.
-pub fn layers(planes: &LevelPlanes) -> Vec<Layer<f64>> {
-    let layer = |k: usize| Layer {
-        dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
-        max_dog: planes.max_dog[k].clone(),
-    };
-    (0..planes.dog.len()).map(layer).collect()
-}
-
 /// `streaming` on one frame: what every level and every design is compared with.
 #[derive(Debug, Clone)]
 pub struct Reference {
@@ -76,7 +66,7 @@ impl Reference {
     /// The common thresholds and the features of the planes of `streaming`.
     pub fn of(planes: &LevelPlanes, bounds: &Bounds) -> Self {
         let lsb = dog_lsb();
-        let layers = layers(planes);
+        let layers = planes.layers();
         let pairs = 0..layers.len();
         let all = extractor::features(&layers, &vec![lsb; layers.len()], 1.0);
         let thresholds: Vec<_> =
@@ -99,7 +89,7 @@ impl Reference {
     /// Compares the planes of another level; `None` where the frame is too small to have an interior.
     pub fn compare(&self, test: &LevelPlanes, bounds: &Bounds) -> Option<Comparison> {
         let lsb = dog_lsb();
-        let after = layers(test);
+        let after = test.layers();
         let test_features = extractor::features(&after, &self.thresholds, 1.0);
         let flips = Flips::between(&self.layers, &after, &self.features, lsb);
         let scale = |k: usize| {
@@ -120,7 +110,7 @@ impl Reference {
 
 /// The features of another level above the thresholds of a reference.
 pub fn features_above(planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
-    extractor::features(&layers(planes), thresholds, 1.0)
+    extractor::features(&planes.layers(), thresholds, 1.0)
 }
 
 impl Comparison {

@@ -14,7 +14,7 @@
 use std::collections::BTreeSet;
 
 use hoverlock_reference::features::feature::{Descriptor, Feature, RING_POINTS};
-use hoverlock_reference::features::maxlbp::{Layer, descriptor, rings};
+use hoverlock_reference::features::maxlbp::{Layer, descriptor};
 use hoverlock_reference::image::plane::Plane;
 use serde::{Deserialize, Serialize};
 
@@ -318,7 +318,7 @@ fn margins(layers: &[Layer<f64>], x: usize, y: usize, lsb: f64) -> Vec<f64> {
     let mut margins = vec![0.0; 2 * layers.len() * RING_POINTS];
     for (k, layer) in layers.iter().enumerate() {
         let centre = layer.dog.magnitude[(x, y)];
-        for (i, &(dx, dy)) in rings()[k].iter().enumerate() {
+        for (i, &(dx, dy)) in layer.ring.0.iter().enumerate() {
             let at = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
             margins[k * RING_POINTS + i] = (centre - layer.max_dog[at]).abs() / lsb;
             margins[(k + layers.len()) * RING_POINTS + i] = layer.dog.magnitude[at] / lsb;
@@ -331,6 +331,7 @@ fn margins(layers: &[Layer<f64>], x: usize, y: usize, lsb: f64) -> Vec<f64> {
 mod tests {
     use super::*;
     use hoverlock_reference::features::dog::Dog;
+    use hoverlock_reference::features::maxlbp::Ring;
 
     fn feature(x: u32, y: u32, scale: u8, response: f64) -> Feature {
         let descriptor = Descriptor::default();
@@ -432,14 +433,15 @@ mod tests {
         // little less.
         let narrow = |k: usize| Plane::from_fn(41, 41, |x, y| ((x * 7919 + y * 104_729 + k * 31) % 1009) as f64);
         let wide = Plane::filled(41, 41, 500.25);
-        let layers = [0, 1, 2].map(|k| Layer::new(Dog::between(&narrow(k), &wide)));
+        let rings = Ring::defaults();
+        let layers = [0, 1, 2].map(|k| Layer::new(Dog::between(&narrow(k), &wide), rings[k]));
         let margins = margins(&layers, 20, 20, 0.5);
         let words = |of: Descriptor| [of.maxlbp, of.sign].concat();
         let before = words(descriptor(&layers, 20, 20));
         for (bit, margin) in margins.iter().enumerate() {
             let (word, point) = (bit / RING_POINTS, bit % RING_POINTS);
             let k = word % 3;
-            let (dx, dy) = rings()[k][point];
+            let (dx, dy) = rings[k].0[point];
             let at = (20usize.wrapping_add_signed(dx as isize), 20usize.wrapping_add_signed(dy as isize));
             let flips_after = |step: f64| {
                 let mut moved = layers.clone();

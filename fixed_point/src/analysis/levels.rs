@@ -20,7 +20,7 @@ use serde::Serialize;
 use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::extractor;
 use hoverlock_reference::features::feature::Feature;
-use hoverlock_reference::features::maxlbp::{Layer, max_dog};
+use hoverlock_reference::features::maxlbp::{Layer, Ring, max_dog};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::recursive::first_order;
@@ -89,16 +89,28 @@ pub struct LevelPlanes {
     pub dog: Vec<Plane<f64>>,
     /// `MaxDOG_k`.
     pub max_dog: Vec<Plane<f64>>,
+    /// The rings of the descriptors.
+    pub rings: Vec<Ring>,
 }
 
 impl LevelPlanes {
-    /// The planes of a float level, computed from its smoothed planes.
-    pub fn of(smoothed: Vec<Plane<f64>>) -> Self {
+    /// The planes of a float level, computed from its smoothed planes, one more than rings.
+    pub fn of(smoothed: Vec<Plane<f64>>, rings: Vec<Ring>) -> Self {
         let signed_dog: Vec<_> =
             smoothed.windows(2).map(|pair| pair[0].zip_map(&pair[1], |narrow, wide| narrow - wide)).collect();
         let dog: Vec<_> = signed_dog.iter().map(|plane| plane.map(|d: &f64| d.abs())).collect();
         let max_dog = dog.iter().map(max_dog).collect();
-        Self { smoothed, signed_dog, dog, max_dog }
+        Self { smoothed, signed_dog, dog, max_dog, rings }
+    }
+
+    /// DoG, sign and MaxDOG of all scales, for features and descriptors.
+    pub fn layers(&self) -> Vec<Layer<f64>> {
+        let layer = |(k, ring): (usize, &Ring)| Layer {
+            dog: Dog { magnitude: self.dog[k].clone(), positive: self.signed_dog[k].map(|d| *d >= 0.0) },
+            max_dog: self.max_dog[k].clone(),
+            ring: *ring,
+        };
+        self.rings.iter().enumerate().map(layer).collect()
     }
 }
 
@@ -230,7 +242,7 @@ impl Levels {
             Level::Recursive => self.recursive[smoother].smooth(&self.dn(pixels), Border::Held),
             _ => self.stages(level, smoother, pixels, |_, _| ()),
         };
-        LevelPlanes::of(self.per_smoother(smooth))
+        LevelPlanes::of(self.per_smoother(smooth), self.design.rings())
     }
 
     /// All planes of `bit_true` in raw integers, in the quickest code that the formats allow.
@@ -263,6 +275,7 @@ impl Levels {
             signed_dog: planes.signed_dog.iter().map(|plane| plane.map(|raw| f64::from(*raw) * state)).collect(),
             dog: planes.layers.iter().map(|layer| layer.dog.magnitude.map(|raw| f64::from(*raw) * dog)).collect(),
             max_dog: planes.layers.iter().map(|layer| layer.max_dog.map(|raw| f64::from(*raw) * dog)).collect(),
+            rings: planes.layers.iter().map(|layer| layer.ring).collect(),
         }
     }
 
@@ -294,12 +307,7 @@ impl Levels {
     /// All features of a level in raster order, the finer scale first at one pixel; thresholds in DN of the camera
     /// sample.
     pub fn features(&self, planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
-        let layer = |k: usize| Layer {
-            dog: Dog { magnitude: planes.dog[k].clone(), positive: planes.signed_dog[k].map(|d| *d >= 0.0) },
-            max_dog: planes.max_dog[k].clone(),
-        };
-        let layers: Vec<_> = (0..planes.dog.len()).map(layer).collect();
-        extractor::features(&layers, thresholds, 1.0)
+        extractor::features(&planes.layers(), thresholds, 1.0)
     }
 
     fn per_smoother<T: Send>(&self, make: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
@@ -323,7 +331,6 @@ fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::acceptance::layers;
     use crate::model::design::KT27;
     use crate::model::format::Format;
     use crate::pictures::{Content, Picture, pictures};
@@ -343,6 +350,7 @@ mod tests {
                 scale_pairs: ratios.len() as u32,
                 sigmas: (0..=ratios.len()).map(|i| sigma * ratios[..i].iter().product::<f64>()).collect(),
                 look_ahead: look_ahead[..=ratios.len()].to_vec().into(),
+                ring_radii: [12, 16, 16][..ratios.len()].to_vec().into(),
                 state: Format::unsigned(16, state),
                 coefficient: Format::unsigned(0, coefficient),
                 dog_bits: dog as u32,
@@ -445,14 +453,13 @@ mod tests {
                 prop_assert!(distance(&clipped, &below.dog[k]) <= bound + half);
                 prop_assert!(distance(&max_dog(&clipped), &below.max_dog[k]) <= bound + half);
             }
-            let (float, fixed) = (layers(&above), layers(&below));
-            let rings = hoverlock_reference::features::maxlbp::rings();
+            let (float, fixed) = (above.layers(), below.layers());
             for y in hoverlock_reference::features::maxima::eligible(pixels.height()) {
                 for x in hoverlock_reference::features::maxima::eligible(pixels.width()) {
                     let (a, b) = (descriptor(&float, x, y), descriptor(&fixed, x, y));
                     for k in 0..design.pairs() {
                         let (maxlbp, sign) = (a.maxlbp[k] ^ b.maxlbp[k], a.sign[k] ^ b.sign[k]);
-                        for (i, (dx, dy)) in rings[k].iter().enumerate() {
+                        for (i, (dx, dy)) in float[k].ring.0.iter().enumerate() {
                             let at = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
                             // Both sides of the comparison may be off, by the DoG's error and its rounding; a flip
                             // where one of them saturates is due to the range, not to rounding.

@@ -233,7 +233,7 @@ impl Ranges {
             })
         };
         let smoothed = (0..levels.design().smoothers()).map(smooth).collect();
-        let LevelPlanes { signed_dog, dog, max_dog, .. } = LevelPlanes::of(smoothed);
+        let LevelPlanes { signed_dog, dog, max_dog, .. } = LevelPlanes::of(smoothed, levels.design().rings());
         let saturated = levels.bit_true_planes(pixels).saturated;
         for k in 0..dog.len() {
             self.node(Node::Difference(k)).see(&signed_dog[k]);

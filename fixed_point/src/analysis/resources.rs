@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::model::bit_true::{RECORD_WORDS, TWO_PAIR_WORDS};
 use crate::model::design::DesignPoint;
-use hoverlock_reference::features::feature::MAX_PAIRS;
+use hoverlock_reference::features::maxlbp::LARGEST_RING;
 
 /// Memories of equal depth and width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -43,7 +43,8 @@ pub struct Resources {
     pub dsp: u64,
 }
 
-/// Depth and width of the configurations of an M10K block.
+/// Depth and width of the configurations of an M10K block, without `256 x 40`, which Yosys does not know: Quartus may
+/// take fewer blocks for memories of up to 256 words.
 const FORMS: [(u64, u64); 5] = [(512, 20), (1024, 10), (2048, 5), (4096, 2), (8192, 1)];
 
 /// Bits of an M10K block.
@@ -54,16 +55,6 @@ pub const MLAB_WORDS: u64 = 32;
 
 /// Bits of a row: the hardware takes 2048.
 const ROW_BITS: u64 = 11;
-
-/// Depth of the queues of candidates and records.
-const QUEUE_WORDS: u64 = 512;
-
-/// Lines stored for the rings of the scale pairs: the rows from the first to the last ring point, and from there to the
-/// last ring point of the widest ring.
-const RING_LINES: [u64; MAX_PAIRS] = [28, 32, 32];
-
-/// Number of delays of 31 samples, the longest ones, in a wide ring.
-const LONGEST_RING_DELAYS: u64 = 3;
 
 /// M10K blocks of a simple dual-port memory.
 pub fn blocks(words: u64, width: u64) -> u64 {
@@ -95,15 +86,15 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
         add("row look-back and look-ahead", 2 * stages, (1 << j) - 1, state);
     }
     add("7x7 windows", pairs, line, 6 * response);
-    for lines in &RING_LINES[..design.pairs()] {
-        add("rings", 1, line, lines * response);
+    for radius in design.ring_radii.iter().copied() {
+        // From the last row of the widest ring to the first of this one.
+        add("rings", 1, line, u64::from(LARGEST_RING + radius) * response);
     }
-    add("ring columns", LONGEST_RING_DELAYS * (pairs - 1), 31, response);
     // Position, and of each scale pair a hit, the response with its sign, and four neighbours.
     let position = ROW_BITS + u64::from(line.trailing_zeros());
-    add("candidates", 1, QUEUE_WORDS, position + pairs * (1 + response + 4 * magnitude));
+    add("candidates", 1, design.candidate_queue.into(), position + pairs * (1 + response + 4 * magnitude));
     let record = 32 * if design.pairs() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS } as u64;
-    add("records", 1, QUEUE_WORDS, record);
+    add("records", 1, design.record_fifo.into(), record);
     found.retain(|memory| memory.words > MLAB_WORDS || 20 * memory.words * memory.width >= BLOCK_BITS);
     found.retain(|memory| memory.width > 0);
     found
@@ -146,7 +137,7 @@ mod tests {
     #[test]
     fn block_memories_have_five_forms() {
         for (words, width, count) in
-            [(1024, 576, 58), (1024, 18, 2), (512, 256, 13), (512, 175, 9), (2048, 10, 2), (9000, 3, 6)]
+            [(1024, 576, 58), (1024, 18, 2), (512, 256, 13), (512, 175, 9), (256, 256, 13), (2048, 10, 2), (9000, 3, 6)]
         {
             assert_eq!(blocks(words, width), count, "{words} x {width}");
         }

@@ -322,7 +322,8 @@ impl BitTrue {
     pub fn planes_of(&self, smoothed: Vec<Plane<u32>>) -> Planes {
         let signed_dog: Vec<_> = smoothed.windows(2).map(|pair| Self::signed_dog(&pair[0], &pair[1])).collect();
         let dogs = signed_dog.iter().map(|signed| self.dog(signed));
-        let (layers, saturated) = dogs.map(|(dog, saturated)| (Layer::new(dog), saturated)).unzip();
+        let layers = dogs.zip(self.design.rings()).map(|((dog, saturated), ring)| (Layer::new(dog, ring), saturated));
+        let (layers, saturated) = layers.unzip();
         Planes { smoothed, signed_dog, layers, saturated }
     }
 }
@@ -362,7 +363,6 @@ mod tests {
     use crate::model::design::KT27;
     use crate::model::format::Format;
     use crate::pictures::pictures;
-    use hoverlock_reference::features::maxlbp::rings;
     use proptest::prelude::*;
 
     /// A design point with other word lengths, reach and sigmas; the others stay.
@@ -374,6 +374,7 @@ mod tests {
             scale_pairs: look_ahead.len() as u32 - 1,
             sigmas: [2.0, 3.2, 5.12, 8.2][..look_ahead.len()].to_vec().into(),
             look_ahead: look_ahead.to_vec().into(),
+            ring_radii: [9, 16, 13][..look_ahead.len() - 1].to_vec().into(),
             ..KT27
         }
     }
@@ -485,8 +486,11 @@ mod tests {
                 let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
                 prop_assert_eq!(feature.neighbours, around.map(|at| dog.magnitude[at]));
                 for (scale, layer) in planes.layers.iter().enumerate() {
-                    for (i, (dx, dy)) in rings()[scale].iter().enumerate() {
-                        let at = (x.wrapping_add_signed(*dx as isize), y.wrapping_add_signed(*dy as isize));
+                    for i in 0..32 {
+                        let (sin, cos) = (f64::from(i) * 11.25).to_radians().sin_cos();
+                        let radius = f64::from(design.ring_radii[scale]);
+                        let [dx, dy] = [cos, sin].map(|part| (radius * part).round() as isize);
+                        let at = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
                         let bits = (feature.descriptor.maxlbp[scale] >> i & 1, feature.descriptor.sign[scale] >> i & 1);
                         let maxlbp = layer.dog.magnitude[(x, y)] >= layer.max_dog[at];
                         prop_assert_eq!(bits, (u32::from(maxlbp), u32::from(planes.signed_dog[scale][at] >= 0)));

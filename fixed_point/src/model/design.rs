@@ -7,9 +7,9 @@
 //! `N = 12`. Thresholds, responses and neighbours of a record are in that LSB, its position in pixels. From the state's
 //! LSB to that of the DoG is a shift by `s = f + P - 2 - N` bits, 1 at the default design point.
 //!
-//! The window of the maxima, the rings and the radius of MaxDOG are parameters of the algorithm, not word lengths. They
-//! are in [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`], the same for every
-//! level.
+//! The window of the maxima and the radius of MaxDOG are parameters of the algorithm. They are in
+//! [`hoverlock_reference::features::maxima`] and [`hoverlock_reference::features::maxlbp`], the same for every level
+//! and every design.
 //!
 //! A design file, `designs/NAME.toml`, is TOML with all keys of [`DesignPoint::KEYS`]. A configuration has some of them
 //! and changes a design: a key that is absent keeps its value.
@@ -18,6 +18,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 
 use hoverlock_reference::features::feature::MAX_PAIRS;
+use hoverlock_reference::features::maxlbp::{LARGEST_RING, Ring};
 use hoverlock_reference::image::plane::Plane;
 use serde::Serialize;
 use toml::{Table, Value};
@@ -62,8 +63,14 @@ pub struct DesignPoint {
     pub look_ahead: Cow<'static, [u32]>,
     /// `N`: bits of the DoG magnitude and of its maxima, over the range `FS/4`.
     pub dog_bits: u32,
+    /// Radius of the ring of each scale pair, px.
+    pub ring_radii: Cow<'static, [u32]>,
     /// The automatic threshold.
     pub threshold: AutomaticThreshold,
+    /// Candidates that can wait for their rings, a power of two.
+    pub candidate_queue: u32,
+    /// Records that can wait for the DMA, a power of two.
+    pub record_fifo: u32,
 }
 
 /// The design point of the KT-27 camera: 1024 x 768 pixels of 16 bits, 15 frames a second.
@@ -77,8 +84,11 @@ pub const KT27: DesignPoint = DesignPoint {
     sigmas: Cow::Borrowed(&[2.0, 3.2, 5.12]),
     look_ahead: Cow::Borrowed(&[5, 5, 6]),
     dog_bits: 15,
+    ring_radii: Cow::Borrowed(&[12, 16]),
     // Real ground of full contrast settles between 985 and 8240 LSB.
     threshold: AutomaticThreshold { target: 512, initial: 2048 },
+    candidate_queue: 512,
+    record_fifo: 512,
 };
 
 /// The design files that are built in: name and text.
@@ -127,7 +137,7 @@ pub enum DesignError {
 
 impl DesignPoint {
     /// The keys of a configuration.
-    pub const KEYS: [&str; 11] = [
+    pub const KEYS: [&str; 14] = [
         "width",
         "height",
         "pixel",
@@ -137,8 +147,11 @@ impl DesignPoint {
         "sigmas",
         "look_ahead",
         "dog_bits",
+        "ring_radii",
         "threshold_target",
         "threshold_initial",
+        "candidate_queue",
+        "record_fifo",
     ];
 
     /// The design file that is built in under a name; `None` where there is none.
@@ -236,8 +249,11 @@ impl DesignPoint {
             "sigmas" => self.sigmas = given.list(|given| given.real(0.3..=64.0))?,
             "look_ahead" => self.look_ahead = given.list(|given| given.whole(1..=10))?,
             "dog_bits" => self.dog_bits = given.whole(2..=16)?,
+            "ring_radii" => self.ring_radii = given.list(|given| given.whole(4..=LARGEST_RING))?,
             "threshold_target" => self.threshold.target = given.whole(1..=65535)?,
             "threshold_initial" => self.threshold.initial = given.whole(1..=65535)?,
+            "candidate_queue" => self.candidate_queue = given.depth()?,
+            "record_fifo" => self.record_fifo = given.depth()?,
             _ => return Err(DesignError::UnknownKey { key: key.into() }),
         }
         Ok(())
@@ -247,14 +263,16 @@ impl DesignPoint {
     fn check(&self) -> Result<(), DesignError> {
         let (pairs, smoothers) = (self.scale_pairs, self.smoothers());
         let lists = [
-            ("sigmas", self.sigmas.len(), format!("{:?}", self.sigmas)),
-            ("look_ahead", self.look_ahead.len(), format!("{:?}", self.look_ahead)),
+            ("sigmas", self.sigmas.len(), format!("{:?}", self.sigmas), smoothers, "smoother"),
+            ("look_ahead", self.look_ahead.len(), format!("{:?}", self.look_ahead), smoothers, "smoother"),
+            ("ring_radii", self.ring_radii.len(), format!("{:?}", self.ring_radii), self.pairs(), "scale pair"),
         ];
-        if let Some((key, _, value)) = lists.into_iter().find(|(_, length, _)| *length != smoothers) {
+        if let Some((key, _, value, wanted, of)) = lists.into_iter().find(|(_, length, _, wanted, _)| length != wanted)
+        {
             return Err(DesignError::Value {
                 key: key.into(),
                 value,
-                allowed: format!("scale_pairs = {pairs} needs a list of {smoothers} values, one for each smoother"),
+                allowed: format!("scale_pairs = {pairs} needs a list of {wanted}, one for each {of}"),
             });
         }
         if !self.sigmas.is_sorted_by(|narrow, wide| narrow < wide) {
@@ -270,6 +288,11 @@ impl DesignPoint {
     /// Scale pairs, so also DoG planes.
     pub fn pairs(&self) -> usize {
         self.scale_pairs as usize
+    }
+
+    /// The ring of each scale pair.
+    pub fn rings(&self) -> Vec<Ring> {
+        self.ring_radii.iter().map(|radius| Ring::of_radius(*radius)).collect()
     }
 
     /// Smoothers: neighbouring scale pairs share one.
@@ -330,7 +353,7 @@ impl DesignPoint {
     }
 
     /// The meaning of each of [`DesignPoint::KEYS`].
-    const COMMENTS: [&str; 11] = [
+    const COMMENTS: [&str; 14] = [
         "Columns of the largest frame, px. The line memories hold the next power of two.",
         "Rows of the camera's frame, px. Pictures are cut to it; the hardware takes 64 to 2048 rows.",
         "Camera sample: u8.0 to u16.0, in steps of the camera.",
@@ -340,8 +363,11 @@ impl DesignPoint {
         "sigma of each smoother, px, rising.",
         "Look-ahead m of each smoother, stages: m stages reach 2^m - 1 px.",
         "Bits of a response, its sign apart, over a quarter of full scale: one LSB is 2^(14 - dog_bits) DN.",
+        "Radius of the ring of each scale pair, px: 4 to 16, in hardware 9 to 16.",
         "Features of one scale pair in a frame that the automatic threshold aims at.",
         "Threshold before the first frame, LSB of the response.",
+        "Candidates that can wait for their rings, a power of two: 64 to 4096. More are dropped and counted.",
+        "Records that can wait for the DMA, a power of two: 64 to 4096. The last 16 are kept for the ends of frames.",
     ];
 
     /// This design point as TOML with all keys.
@@ -356,8 +382,11 @@ impl DesignPoint {
             self.sigmas.to_vec().into(),
             self.look_ahead.to_vec().into(),
             self.dog_bits.into(),
+            self.ring_radii.to_vec().into(),
             self.threshold.target.into(),
             self.threshold.initial.into(),
+            self.candidate_queue.into(),
+            self.record_fifo.into(),
         ];
         Self::KEYS.iter().zip(values).map(|(key, value)| format!("{key} = {value}\n")).collect()
     }
@@ -389,6 +418,11 @@ impl Given<'_> {
             .ok_or_else(|| self.refused(format!("a whole number {}", span(&range))))
     }
 
+    fn depth(&self) -> Result<u32, DesignError> {
+        let depth = self.whole(64..=4096)?;
+        if depth.is_power_of_two() { Ok(depth) } else { Err(self.refused("a power of two from 64 to 4096")) }
+    }
+
     fn real(&self, range: std::ops::RangeInclusive<f64>) -> Result<f64, DesignError> {
         let number = self.value.as_float().or_else(|| self.value.as_integer().map(|number| number as f64));
         // NaN is in no range.
@@ -404,7 +438,7 @@ impl Given<'_> {
         &self,
         read: impl Fn(&Given) -> Result<T, DesignError>,
     ) -> Result<Cow<'static, [T]>, DesignError> {
-        let values = self.value.as_array().ok_or_else(|| self.refused("a list, one value for each smoother"))?;
+        let values = self.value.as_array().ok_or_else(|| self.refused("a list"))?;
         values
             .iter()
             .map(|value| {
@@ -459,7 +493,14 @@ mod tests {
     #[test]
     fn written_out_and_read_again() {
         let mut design = KT27;
-        for text in ["dog_bits=12", "state = u16.4", "sigmas=[1, 2.5, 6]", "coefficient=\"u0.12\""] {
+        for text in [
+            "dog_bits=12",
+            "state = u16.4",
+            "sigmas=[1, 2.5, 6]",
+            "coefficient=\"u0.12\"",
+            "ring_radii=[9, 10]",
+            "record_fifo=64",
+        ] {
             design = design.with_override(text).unwrap();
         }
         assert_eq!(DesignPoint::from_toml(&design.to_toml()).unwrap(), design);
@@ -480,10 +521,20 @@ mod tests {
             ("sigmas = [0, 3.2, 5.12]", "sigmas", "[0, 3.2, 5.12]", "from 0.3 to 64"),
             ("sigmas = [2.0, 3.2, 1e9]", "sigmas", "1000000000.0", "from 0.3 to 64"),
             ("sigmas = [3.2, 2.0, 5.12]", "sigmas", "[3.2, 2.0, 5.12]", "rise"),
-            ("sigmas = [2.0, 3.2]", "sigmas", "[2.0, 3.2]", "scale_pairs = 2 needs a list of 3 values"),
-            ("sigmas = 2.0", "sigmas", "2.0", "one value for each smoother"),
-            ("scale_pairs = 3", "sigmas", "[2.0, 3.2, 5.12]", "scale_pairs = 3 needs a list of 4 values"),
-            ("scale_pairs = 1\nsigmas = [2.0, 3.2]", "look_ahead", "[5, 5, 6]", "needs a list of 2 values"),
+            ("sigmas = [2.0, 3.2]", "sigmas", "[2.0, 3.2]", "scale_pairs = 2 needs a list of 3, one for each smoother"),
+            ("sigmas = 2.0", "sigmas", "2.0", "a list"),
+            (
+                "scale_pairs = 3",
+                "sigmas",
+                "[2.0, 3.2, 5.12]",
+                "scale_pairs = 3 needs a list of 4, one for each smoother",
+            ),
+            (
+                "scale_pairs = 1\nsigmas = [2.0, 3.2]",
+                "look_ahead",
+                "[5, 5, 6]",
+                "needs a list of 2, one for each smoother",
+            ),
             ("scale_pairs = 4", "scale_pairs", "4", "from 1 to 3"),
             ("scale_pairs = 0", "scale_pairs", "0", "from 1 to 3"),
             ("coefficient = 'u0.0'", "coefficient", "\"u0.0\"", "u0.4 to u0.31"),
@@ -497,6 +548,11 @@ mod tests {
             ("dog_bits = 0", "dog_bits", "0", "from 2 to 16"),
             ("dog_bits = 15.5", "dog_bits", "15.5", "from 2 to 16"),
             ("dog_bits = '''1\n5'''", "dog_bits", "1", "from 2 to 16"),
+            ("ring_radii = [12]", "ring_radii", "[12]", "needs a list of 2, one for each scale pair"),
+            ("ring_radii = [3, 16]", "ring_radii", "[3, 16]", "from 4 to 16"),
+            ("ring_radii = [12, 17]", "ring_radii", "[12, 17]", "from 4 to 16"),
+            ("candidate_queue = 500", "candidate_queue", "500", "a power of two from 64 to 4096"),
+            ("record_fifo = 32", "record_fifo", "32", "from 64 to 4096"),
             ("threshold_initial = 0", "threshold_initial", "0", "from 1 to 65535"),
             ("width = -1", "width", "-1", "from 1 to 4096"),
         ] {

@@ -20,7 +20,7 @@
 
 use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::maxima::{eligible, is_maximum};
-use hoverlock_reference::features::maxlbp::{Layer, MAX_RADIUS};
+use hoverlock_reference::features::maxlbp::{Layer, MAX_RADIUS, Ring};
 use hoverlock_reference::image::plane::Plane;
 use multiversion::multiversion;
 
@@ -212,7 +212,7 @@ impl SimdBitTrue {
         Ok(Self {
             gains: design.sigmas.iter().zip(&*design.look_ahead).map(gains).collect::<Result<_, _>>()?,
             words: Words::new(design),
-            planes: blank(design.pairs(), 1, 1),
+            planes: blank(&design.rings(), 1, 1),
             scratch: Scratch::default(),
             features: Vec::new(),
         })
@@ -248,7 +248,8 @@ impl SimdBitTrue {
         let (width, height) = (pixels.width(), pixels.height());
         let shape = &self.planes.smoothed[0];
         if (width, height) != (shape.width(), shape.height()) {
-            self.planes = blank(self.gains.len() - 1, width, height);
+            let rings: Vec<Ring> = self.planes.layers.iter().map(|layer| layer.ring).collect();
+            self.planes = blank(&rings, width, height);
         }
         // A response has 15 bits, so none reaches 2^16 - 1.
         let mut thresholds: Vec<u16> =
@@ -265,15 +266,17 @@ impl SimdBitTrue {
     }
 }
 
-fn blank(pairs: usize, width: usize, height: usize) -> Planes {
-    let layer = Layer {
+fn blank(rings: &[Ring], width: usize, height: usize) -> Planes {
+    let pairs = rings.len();
+    let layer = |ring: &Ring| Layer {
         dog: Dog { magnitude: Plane::filled(width, height, 0), positive: Plane::filled(width, height, true) },
         max_dog: Plane::filled(width, height, 0),
+        ring: *ring,
     };
     Planes {
         smoothed: vec![Plane::filled(width, height, 0); pairs + 1],
         signed_dog: vec![Plane::filled(width, height, 0); pairs],
-        layers: vec![layer; pairs],
+        layers: rings.iter().map(layer).collect(),
         saturated: vec![0; pairs],
     }
 }
@@ -624,6 +627,7 @@ mod tests {
             words in (8..=16i8, 0..=10i8, 6..=16i8, 4..=15u32),
             shipped in prop::option::of(0..SHIPPED.len()),
             pairs in 1..=3u32,
+            radii in prop::array::uniform3(4..=16u32),
         ) {
             let (pixel, fraction, coefficient, dog_bits) = words;
             let design = match shipped {
@@ -636,6 +640,7 @@ mod tests {
                     scale_pairs: pairs,
                     sigmas: [2.0, 3.2, 5.12, 8.2][..=pairs as usize].to_vec().into(),
                     look_ahead: [2, 3, 3, 2][..=pairs as usize].to_vec().into(),
+                    ring_radii: radii[..pairs as usize].to_vec().into(),
                     ..KT27
                 },
             };

@@ -9,7 +9,7 @@ use std::ops::Sub;
 use crate::features::dog::Dog;
 use crate::features::feature::Feature;
 use crate::features::maxima::{maxima, spread};
-use crate::features::maxlbp::{Layer, descriptor};
+use crate::features::maxlbp::{Layer, Ring, descriptor};
 use crate::image::plane::Plane;
 
 /// The maxima that become features.
@@ -28,15 +28,16 @@ impl Default for Selection {
     }
 }
 
-/// The features of a frame over a chain of sigmas, px; `smooth(plane, sigma)` smooths by a Gaussian of `sigma` px or by
-/// an approximation of it.
+/// The features of a frame over a chain of sigmas, px, with the rings of its pairs; `smooth(plane, sigma)` smooths by a
+/// Gaussian of `sigma` px or by an approximation of it.
 pub fn extract(
     frame: &Plane<u16>,
     sigmas: &[f64],
+    rings: &[Ring],
     smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>,
     selection: &Selection,
 ) -> Vec<Feature> {
-    let layers = layers(frame, sigmas, smooth);
+    let layers = layers(frame, sigmas, rings, smooth);
     let found = points(&layers, &vec![selection.threshold; layers.len()]);
     let position = |p: &Point| (p.x as u32, p.y as u32, layers[p.scale].dog.magnitude[(p.x, p.y)]);
     let kept = spread(&found, selection.count, position);
@@ -44,18 +45,24 @@ pub fn extract(
 }
 
 /// `DOG_k`, sign and `MaxDOG_k` of the scale pairs of a chain of sigmas, one pair less than sigmas.
-pub fn layers(frame: &Plane<u16>, sigmas: &[f64], smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>) -> Vec<Layer<f64>> {
+pub fn layers(
+    frame: &Plane<u16>,
+    sigmas: &[f64],
+    rings: &[Ring],
+    smooth: impl Fn(&Plane<f64>, f64) -> Plane<f64>,
+) -> Vec<Layer<f64>> {
     let frame = frame.map(|&dn| f64::from(dn));
     let smoothed: Vec<_> = sigmas.iter().map(|sigma| smooth(&frame, *sigma)).collect();
-    layers_between(&smoothed)
+    layers_between(&smoothed, rings)
 }
 
 /// The same from smoothed planes, the narrowest first.
 ///
 /// # Panics
 /// The planes differ in shape.
-pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>(smoothed: &[Plane<T>]) -> Vec<Layer<T>> {
-    smoothed.windows(2).map(|pair| Layer::new(Dog::between(&pair[0], &pair[1]))).collect()
+pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>(smoothed: &[Plane<T>], rings: &[Ring]) -> Vec<Layer<T>> {
+    let pairs = smoothed.windows(2).zip(rings);
+    pairs.map(|(pair, ring)| Layer::new(Dog::between(&pair[0], &pair[1]), *ring)).collect()
 }
 
 /// The features of all maxima of at least the threshold of their scale. `dn_per_unit` converts a response to DN: 1 for
@@ -136,7 +143,7 @@ mod tests {
         #[test]
         fn features_are_ordered_eligible_and_agree_with_the_layers(frame in picture(), pairs in 1usize..=3) {
             let sigmas = [2.0, 3.2, 5.12, 8.2];
-            let layers = layers(&frame, &sigmas[..=pairs], box_mean);
+            let layers = layers(&frame, &sigmas[..=pairs], &Ring::defaults(), box_mean);
             let thresholds = [30.0, 20.0, 15.0];
             let all = features(&layers, &thresholds, 1.0);
             let expected: usize = (0..pairs).map(|k| maxima(&layers[k].dog.magnitude, thresholds[k]).len()).sum();
@@ -158,8 +165,8 @@ mod tests {
         fn integer_and_float_layers_give_the_same_features(frame in picture()) {
             // Whole numbers in either type: every comparison has the same outcome, so every feature is the same.
             let frames = [3.0, 5.0, 9.0].map(|reach| box_mean(&frame.map(|&c| f64::from(c)), reach).map(|v| v.round()));
-            let float = layers_between(&frames);
-            let whole = layers_between(&frames.map(|f| f.map(|&v| v as u32)));
+            let float = layers_between(&frames, &Ring::defaults());
+            let whole = layers_between(&frames.map(|f| f.map(|&v| v as u32)), &Ring::defaults());
             prop_assert_eq!(features(&float, &[40.0; 2], 0.5), features(&whole, &[40; 2], 0.5));
         }
     }
@@ -170,7 +177,7 @@ mod tests {
         // d_1 is 728 on the 7x7 px, which start at (28, 27), and -496 on the rest of the 11x11.
         let mut frame = Plane::filled(64, 64, 0u16);
         frame[(31, 30)] = 60000;
-        let mut found = features(&layers(&frame, &SIGMAS, box_mean), &[100.0; 2], 1.0);
+        let mut found = features(&layers(&frame, &SIGMAS, &Ring::defaults(), box_mean), &[100.0; 2], 1.0);
         found.retain(|f| f.bright && f.scale == 1);
         assert_eq!(found.len(), 1, "the flat top of the box mean counts once");
         assert_eq!((found[0].x, found[0].y), (28, 27), "at its first pixel");
@@ -180,17 +187,21 @@ mod tests {
     #[test]
     fn pictures_without_texture_or_too_small_have_no_features() {
         for frame in [Plane::filled(60, 60, 777u16), Plane::filled(60, 60, u16::MAX), Plane::filled(1, 500, 3)] {
-            assert_eq!(extract(&frame, &SIGMAS, box_mean, &Selection::default()), []);
+            assert_eq!(extract(&frame, &SIGMAS, &Ring::defaults(), box_mean, &Selection::default()), []);
         }
         let busy = Plane::from_fn(36, 90, |x, y| ((x * 7919 + y * 104_729) % 65_536) as u16);
-        assert_eq!(extract(&busy, &SIGMAS, box_mean, &Selection::default()), []);
+        assert_eq!(extract(&busy, &SIGMAS, &Ring::defaults(), box_mean, &Selection::default()), []);
     }
 
     #[test]
     fn count_limits_the_features() {
         let frame = Plane::from_fn(120, 120, |x, y| ((x * x * 7919 + y * y * 31_337 + x * y * 911) % 65_536) as u16);
-        let all = features(&layers(&frame, &SIGMAS, box_mean), &[0.5; 2], 1.0);
+        let all = features(&layers(&frame, &SIGMAS, &Ring::defaults(), box_mean), &[0.5; 2], 1.0);
         assert!(all.len() > 20, "{}", all.len());
-        assert_eq!(extract(&frame, &SIGMAS, box_mean, &Selection { count: 20, ..Selection::default() }).len(), 20);
+        assert_eq!(
+            extract(&frame, &SIGMAS, &Ring::defaults(), box_mean, &Selection { count: 20, ..Selection::default() })
+                .len(),
+            20
+        );
     }
 }

@@ -27,9 +27,9 @@ use multiversion::multiversion;
 
 use crate::features::dog::SIGMAS;
 use crate::features::extractor::Selection;
-use crate::features::feature::{Descriptor, Feature};
+use crate::features::feature::{Descriptor, Feature, MAX_PAIRS};
 use crate::features::maxima::{WINDOW_RADIUS, eligible, spread};
-use crate::features::maxlbp::{MAX_RADIUS, rings};
+use crate::features::maxlbp::{MAX_RADIUS, Ring};
 use crate::image::plane::Plane;
 use crate::smoothing::design::DesignError;
 use crate::smoothing::recursive::first_order;
@@ -54,6 +54,8 @@ const WINDOW: usize = 2 * WINDOW_RADIUS + 1;
 pub struct FastExtractor<const F: usize = { SIGMAS.len() }> {
     selection: Selection,
     poles: [f32; F],
+    /// The ring of each scale pair, and of more.
+    rings: [Ring; MAX_PAIRS],
     /// A block of rows after the causal half along the rows: one entry per column, lanes are rows.
     block: Vec<Smoothed<F>>,
     /// State of the recursion down or up the columns: one entry per eight columns, as in `planes`.
@@ -107,12 +109,19 @@ impl<const F: usize> FastExtractor<F> {
         Ok(Self {
             selection,
             poles,
+            rings: Ring::defaults(),
             block: Vec::new(),
             columns: Vec::new(),
             planes: Vec::new(),
             scratch: Scratch::default(),
             candidates: Vec::new(),
         })
+    }
+
+    /// The extractor with other rings, by their radius in px, one for each scale pair.
+    pub fn with_rings(mut self, radii: &[u32]) -> Self {
+        self.rings.iter_mut().zip(radii).for_each(|(ring, radius)| *ring = Ring::of_radius(*radius));
+        self
     }
 
     /// The features of a frame, in raster order, the lower `k` first at a pixel.
@@ -155,7 +164,7 @@ impl<const F: usize> FastExtractor<F> {
         }
         self.candidates.reverse();
         let kept = spread(&self.candidates, self.selection.count, |c| (c.x, c.y, f64::from(c.response)));
-        describe::<F>(&kept, &self.planes, stride)
+        describe::<F>(&kept, &self.rings, &self.planes, stride)
     }
 }
 
@@ -342,8 +351,12 @@ fn gather<const F: usize>(
 
 /// Step 3: neighbours and descriptors of the features kept.
 #[multiversion(targets("x86_64+avx2"))]
-fn describe<const F: usize>(kept: &[Candidate], planes: &[f32], stride: usize) -> Vec<Feature> {
-    let rings = rings();
+fn describe<const F: usize>(
+    kept: &[Candidate],
+    rings: &[Ring; MAX_PAIRS],
+    planes: &[f32],
+    stride: usize,
+) -> Vec<Feature> {
     let pitch = F * stride;
     let mut features = Vec::with_capacity(kept.len());
     for c in kept {
@@ -351,7 +364,7 @@ fn describe<const F: usize>(kept: &[Candidate], planes: &[f32], stride: usize) -
         let mut descriptor = Descriptor::default();
         for k in 0..F - 1 {
             let response = planes[at(k)].abs();
-            for (i, &(dx, dy)) in rings[k].iter().enumerate() {
+            for (i, &(dx, dy)) in rings[k].0.iter().enumerate() {
                 let point = at(k).wrapping_add_signed(dy as isize * pitch as isize + dx as isize);
                 descriptor.sign[k] |= u32::from(planes[point] >= 0.0) << i;
                 descriptor.maxlbp[k] |= u32::from(response >= max_dog(planes, pitch, point)) << i;
@@ -393,6 +406,7 @@ mod tests {
 
     use super::*;
     use crate::features::extractor::{extract, features, layers};
+    use crate::features::maxlbp::LARGEST_RING;
     use crate::image::picture::{Picture, data_dir, newcomer_dir};
     use crate::smoothing::recursive::border::Border;
     use crate::smoothing::smoother::Smoother;
@@ -429,20 +443,31 @@ mod tests {
     /// 0.015 is measured.
     const TOLERANCE: f64 = 0.05;
 
+    fn extracted<const F: usize>(
+        sigmas: [f64; F],
+        radii: [u32; MAX_PAIRS],
+        selection: Selection,
+        frame: &Plane<u16>,
+    ) -> Vec<Feature> {
+        FastExtractor::of_chain(sigmas, selection).unwrap().with_rings(&radii).extract(frame)
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
         #[test]
-        fn features_agree_with_the_f64_path(frame in pictures(), pairs in 1usize..=3) {
+        fn features_agree_with_the_f64_path(
+            frame in pictures(), pairs in 1usize..=3, radii in prop::array::uniform3(4..=LARGEST_RING),
+        ) {
             let sigmas = &[2.0, 3.2, 5.12, 8.2][..=pairs];
-            let layers = layers(&frame, sigmas, clear);
+            let layers = layers(&frame, sigmas, &radii.map(Ring::of_radius), clear);
             let threshold = 8.0;
             let all = |t: f64| features(&layers, &[t; 3][..pairs], 1.0);
             let selection = Selection { threshold, count: usize::MAX };
             let fast = match *sigmas {
-                [a, b] => FastExtractor::of_chain([a, b], selection).unwrap().extract(&frame),
-                [a, b, c] => FastExtractor::of_chain([a, b, c], selection).unwrap().extract(&frame),
-                [a, b, c, d] => FastExtractor::of_chain([a, b, c, d], selection).unwrap().extract(&frame),
+                [a, b] => extracted([a, b], radii, selection, &frame),
+                [a, b, c] => extracted([a, b, c], radii, selection, &frame),
+                [a, b, c, d] => extracted([a, b, c, d], radii, selection, &frame),
                 _ => unreachable!(),
             };
             prop_assert!(fast.windows(2).all(|w| key(&w[0]) < key(&w[1])), "raster order");
@@ -472,7 +497,7 @@ mod tests {
                 }
                 prop_assert!(f.bright == theirs.bright);
                 for k in 0..pairs {
-                    for (i, &(dx, dy)) in rings()[k].iter().enumerate() {
+                    for (i, &(dx, dy)) in layers[k].ring.0.iter().enumerate() {
                         let at = (f.x as usize, f.y as usize);
                         let ring = (at.0.wrapping_add_signed(dx as isize), at.1.wrapping_add_signed(dy as isize));
                         let margin = (layers[k].dog.magnitude[at] - layers[k].max_dog[ring]).abs();
@@ -548,7 +573,7 @@ mod tests {
         for path in paths {
             let name = path.display();
             let frame = Picture::open(&path).unwrap().frame().luma;
-            let clear = extract(&frame, &SIGMAS, clear, &Selection::default());
+            let clear = extract(&frame, &SIGMAS, &Ring::defaults(), clear, &Selection::default());
             let fast = FastExtractor::new(Selection::default()).unwrap().extract(&frame);
             let same: Vec<(&Feature, &Feature)> =
                 fast.iter().filter_map(|f| Some((f, &clear[clear.binary_search_by_key(&key(f), key).ok()?]))).collect();

@@ -7,7 +7,7 @@
 //! invariant texture classification with local binary patterns", 2002, eq. (4).
 
 use crate::features::feature::Descriptor;
-use crate::features::maxlbp::rings;
+use crate::features::maxlbp::Ring;
 use crate::image::plane::Plane;
 
 /// Plain LBP of both rings at a pixel.
@@ -16,8 +16,9 @@ use crate::image::plane::Plane;
 /// Where a ring point leaves the frame.
 pub fn descriptor<T: Copy + PartialOrd>(intensity: &Plane<T>, x: usize, y: usize) -> Descriptor {
     let centre = intensity[(x, y)];
+    let rings = Ring::defaults();
     let word = |k: usize| {
-        rings()[k].iter().enumerate().fold(0, |word, (i, &(dx, dy))| {
+        rings[k].0.iter().enumerate().fold(0, |word, (i, &(dx, dy))| {
             let at = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
             word | u32::from(intensity[at] >= centre) << i
         })

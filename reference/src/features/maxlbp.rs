@@ -2,14 +2,12 @@
 //! `DOG_k(p) >= MaxDOG_k(p + o_i)` for `i = 0 .. 31`.
 //!
 //! The ring is `o_i = (round(R cos(2 pi i / 32)), round(R sin(2 pi i / 32)))`, `x` to the right, `y` down, half away
-//! from zero, `R` = 12 px for `k = 0` and 16 px for the others: a third pair has the ring of the second, so that the
-//! same centres are eligible whatever the number of pairs. At a maximum nine of ten of these bits are 1, so that
+//! from zero, `R` = 12 px for `k = 0` and 16 px for the others by default and at most 16 px, so that the same centres
+//! are eligible whatever the radii and the number of pairs. At a maximum nine of ten of these bits are 1, so that
 //! descriptors are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p + o_i`,
 //! 1 where `d_k >= 0`: 128 bits for two pairs. A descriptor always has all scales at the pixel of the feature. The
 //! strict distance ignores the sign words; the descriptor always has them. MaxLBP is the LBP of T. Ojala et al., 2002,
 //! eq. (4), with the intensity replaced by the response and the neighbour by the maximum around it.
-
-use std::sync::LazyLock;
 
 use crate::features::dog::Dog;
 use crate::features::feature::{Descriptor, MAX_PAIRS, RING_POINTS};
@@ -18,21 +16,31 @@ use crate::image::plane::Plane;
 /// `D`: MaxDOG is the maximum of `(2D + 1)^2` samples.
 pub const MAX_RADIUS: usize = 2;
 
-/// Radius of the ring in pixels, per scale pair.
-pub const RING_RADII: [f64; MAX_PAIRS] = [12.0, 16.0, 16.0];
+/// Default radius of the ring of each scale pair, px.
+pub const RING_RADII: [u32; MAX_PAIRS] = [12, 16, 16];
 
-/// The ring points `o_i` of each scale pair as `(dx, dy)`.
-pub fn rings() -> &'static [[(i32, i32); RING_POINTS]; MAX_PAIRS] {
-    static RINGS: LazyLock<[[(i32, i32); RING_POINTS]; MAX_PAIRS]> = LazyLock::new(|| RING_RADII.map(ring));
-    &RINGS
-}
+/// Largest radius, px.
+pub const LARGEST_RING: u32 = 16;
 
-fn ring(radius: f64) -> [(i32, i32); RING_POINTS] {
-    std::array::from_fn(|i| {
-        let angle = 2.0 * std::f64::consts::PI * i as f64 / RING_POINTS as f64;
-        // `f64::round` rounds half away from zero.
-        ((radius * angle.cos()).round() as i32, (radius * angle.sin()).round() as i32)
-    })
+/// The ring points `o_i` as `(dx, dy)`, px.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ring(pub [(i32, i32); RING_POINTS]);
+
+impl Ring {
+    /// The ring of a radius, px.
+    pub fn of_radius(radius: u32) -> Self {
+        Self(std::array::from_fn(|i| {
+            let angle = 2.0 * std::f64::consts::PI * i as f64 / RING_POINTS as f64;
+            let part = |part: f64| (f64::from(radius) * part).round();
+            // `f64::round` rounds half away from zero.
+            (part(angle.cos()) as i32, part(angle.sin()) as i32)
+        }))
+    }
+
+    /// The default ring of each scale pair.
+    pub fn defaults() -> [Self; MAX_PAIRS] {
+        RING_RADII.map(Self::of_radius)
+    }
 }
 
 /// The planes from which the descriptors of one scale pair are computed. `T` is a float of levels `ideal` to
@@ -43,13 +51,15 @@ pub struct Layer<T> {
     pub dog: Dog<T>,
     /// `MaxDOG_k`.
     pub max_dog: Plane<T>,
+    /// Where it is compared.
+    pub ring: Ring,
 }
 
 impl<T: Copy + PartialOrd> Layer<T> {
-    /// Adds MaxDOG to a DoG.
-    pub fn new(dog: Dog<T>) -> Self {
+    /// Adds MaxDOG and a ring to a DoG.
+    pub fn new(dog: Dog<T>, ring: Ring) -> Self {
         let max_dog = max_dog(&dog.magnitude);
-        Self { dog, max_dog }
+        Self { dog, max_dog, ring }
     }
 }
 
@@ -103,7 +113,7 @@ pub fn descriptor<T: Copy + PartialOrd>(layers: &[Layer<T>], x: usize, y: usize)
     let mut descriptor = Descriptor::default();
     for (k, layer) in layers.iter().enumerate() {
         let centre = layer.dog.magnitude[(x, y)];
-        for (i, &(dx, dy)) in rings()[k].iter().enumerate() {
+        for (i, &(dx, dy)) in layer.ring.0.iter().enumerate() {
             let at = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
             descriptor.maxlbp[k] |= u32::from(centre >= layer.max_dog[at]) << i;
             descriptor.sign[k] |= u32::from(layer.dog.positive[at]) << i;
@@ -120,7 +130,7 @@ mod tests {
 
     #[test]
     fn ring_is_the_table_of_the_design() {
-        let [inner, outer, _] = *rings();
+        let [inner, outer, _] = Ring::defaults().map(|ring| ring.0);
         // 16 cos and 16 sin of 0, 11.25, 22.5, 33.75, 45 degrees: 16/0, 15.69/3.12, 14.78/6.12, 13.30/8.89,
         // 11.31/11.31.
         assert_eq!(outer[..5], [(16, 0), (16, 3), (15, 6), (13, 9), (11, 11)]);
@@ -152,16 +162,17 @@ mod tests {
         }
 
         #[test]
-        fn bits_are_those_of_the_definition(narrow in plane(40, 39), middle in plane(40, 39), wide in plane(40, 39)) {
+        fn bits_are_those_of_the_definition(
+            narrow in plane(40, 39), middle in plane(40, 39), wide in plane(40, 39), radius in 4..=LARGEST_RING,
+        ) {
             let layers = [Dog::between(&narrow, &middle), Dog::between(&middle, &wide), Dog::between(&narrow, &wide)]
-                .map(Layer::new);
+                .map(|dog| Layer::new(dog, Ring::of_radius(radius)));
             for (x, y) in [(18, 18), (21, 20), (20, 19)] {
                 let found = descriptor(&layers, x, y);
-                for k in 0..MAX_PAIRS {
-                    let dog = &layers[k].dog;
+                for (k, Layer { dog, .. }) in layers.iter().enumerate() {
                     for i in 0..32 {
                         let (sin, cos) = (f64::from(i) * 11.25).to_radians().sin_cos();
-                        let (dx, dy) = ((RING_RADII[k] * cos).round() as i64, (RING_RADII[k] * sin).round() as i64);
+                        let [dx, dy] = [cos, sin].map(|part| (f64::from(radius) * part).round() as i64);
                         let (px, py) = (x as i64 + dx, y as i64 + dy);
                         let expected = dog.magnitude[(x, y)] >= by_definition(&dog.magnitude, px, py);
                         prop_assert_eq!(found.maxlbp[k] >> i & 1 == 1, expected);
@@ -175,7 +186,8 @@ mod tests {
     #[test]
     fn equal_responses_set_the_bit() {
         let flat = Plane::filled(37, 37, 4u16);
-        let layer = || Layer::new(Dog { magnitude: flat.clone(), positive: Plane::filled(37, 37, false) });
+        let ring = Ring::of_radius(16);
+        let layer = || Layer::new(Dog { magnitude: flat.clone(), positive: Plane::filled(37, 37, false) }, ring);
         let found = descriptor(&[layer(), layer()], 18, 18);
         assert_eq!(found, Descriptor::of_two([u32::MAX; 2], [0; 2]));
     }

@@ -33,6 +33,7 @@ use crate::features::extractor::{features, layers_between};
 use crate::features::feature::Feature;
 use crate::features::lbp;
 use crate::features::maxima::eligible;
+use crate::features::maxlbp::Ring;
 use crate::image::picture::{FRAME_HEIGHT, FRAME_WIDTH};
 use crate::image::plane::Plane;
 use crate::motion::matching::Matching;
@@ -174,7 +175,8 @@ impl Bank {
     /// All features of at least one LSB of the fixed point, 0.5 DN.
     fn points(&self, frame: &Plane<u16>) -> Vec<Point> {
         let plane = frame.map(|&dn| f64::from(dn));
-        let layers = layers_between(&self.0.each_ref().map(|smoother| smoother.smooth(&plane, Border::Held)));
+        let smoothed = self.0.each_ref().map(|smoother| smoother.smooth(&plane, Border::Held));
+        let layers = layers_between(&smoothed, &Ring::defaults());
         let point = |feature: Feature| {
             let descriptor = lbp::descriptor(frame, feature.x as usize, feature.y as usize);
             let (x, y) = feature.subpixel();

@@ -9,8 +9,8 @@ use rust_hdl::prelude::*;
 
 use super::{Candidate, Column, FourNeighbours, PixelPosition, Response, Row, SignedResponse, low, zeros};
 use crate::design::{
-    CENTRES_AT, COLUMN_BITS, DOG_BITS, HITS_AT, NEIGHBOURS_AT, NEIGHBOURS_BITS, POSITION_BITS, RECORD_BITS, ROW_BITS,
-    SCALE_PAIRS, SIGNED_BITS,
+    CANDIDATE_QUEUE, CENTRES_AT, COLUMN_BITS, DOG_BITS, HITS_AT, NEIGHBOURS_AT, NEIGHBOURS_BITS, POSITION_BITS,
+    RECORD_BITS, RECORD_FIFO, ROW_BITS, SCALE_PAIRS, SIGNED_BITS,
 };
 
 /// Texts of all scale pairs with something between them.
@@ -21,6 +21,26 @@ fn of_pairs(text: impl Fn(usize) -> String, between: &str) -> String {
 /// The same, the highest pair first, as in a concatenation.
 fn concatenated(text: impl Fn(usize) -> String) -> String {
     (0..SCALE_PAIRS).rev().map(text).collect::<Vec<_>>().join(", ")
+}
+
+/// The text of a queue with the numbers of its depth, a power of two: addresses have `log2(depth)` bits, the number of
+/// entries that wait has one more and is `depth` where its highest bit is set.
+fn with_depth(text: &str, depth: usize) -> String {
+    let bits = depth.trailing_zeros() as usize;
+    [
+        ("LAST", (depth - 1).to_string()),
+        ("FULL", bits.to_string()),
+        ("PAD_ADDRESS", format!("{}'d0", bits - 1)),
+        ("PAD_COUNT", format!("{bits}'d0")),
+        ("ADDRESS", format!("{}:0", bits - 1)),
+        ("COUNT", format!("{bits}:0")),
+        ("FIRST", format!("{bits}'d0")),
+        ("NONE", format!("{}'d0", bits + 1)),
+        ("FEATURES_FIT", format!("{}'d{}", bits + 1, depth - RESERVED)),
+        ("TRAILER_FITS", format!("{}'d{}", bits + 1, depth - 3)),
+    ]
+    .iter()
+    .fold(text.to_owned(), |text, (name, number)| text.replace(name, number))
 }
 
 /// A candidate as one memory word: from the lowest bit
@@ -96,9 +116,6 @@ pub struct CandidateQueue {
     _head: Option<Candidate>,
 }
 
-/// Depth of the memory. Two more candidates fit into the output registers.
-pub const CANDIDATES: usize = 512;
-
 impl Logic for CandidateQueue {
     fn update(&mut self) {
         if !self.clock.pos_edge() {
@@ -125,7 +142,7 @@ impl Logic for CandidateQueue {
                 self.centre[k].next = head.get_bits::<DOG_BITS>(CENTRES_AT + SIGNED_BITS * k);
             }
         }
-        let full = self._memory.len() == CANDIDATES;
+        let full = self._memory.len() == CANDIDATE_QUEUE;
         let take_head = self._head.is_none() || fits;
         let take_next = self._next.is_none() || take_head;
         if take_head {
@@ -150,13 +167,12 @@ impl Logic for CandidateQueue {
     }
 
     fn hdl(&self) -> Verilog {
-        Verilog::Custom(
-            "\
+        let text = "\
 // module: candidate_queue
-reg [CANDIDATE_BITS-1:0] memory [0:511];
-reg [8:0]   write_address;
-reg [8:0]   read_address;
-reg [9:0]   waiting;
+reg [CANDIDATE_BITS-1:0] memory [0:LAST];
+reg [ADDRESS]   write_address;
+reg [ADDRESS]   read_address;
+reg [COUNT]   waiting;
 reg [CANDIDATE_BITS-1:0] next;
 reg         next_valid;
 reg [CANDIDATE_BITS-1:0] head;
@@ -165,24 +181,24 @@ reg         head_valid;
 wire fits   = active & head_valid & (head[POSITION_BITS-1:0] == {y, x});
 wire take_head = ~head_valid | fits;
 wire take_next = ~next_valid | take_head;
-wire not_empty      = waiting != 10'd0;
-wire full      = waiting[9];
+wire not_empty      = waiting != NONE;
+wire full      = waiting[FULL];
 wire push      = (ANY_HIT) & ~full;
 wire pop       = take_next & not_empty;
 
 always @(posedge clock)
   if (reset) begin
-    write_address <= 9'd0;
-    read_address  <= 9'd0;
-    waiting     <= 10'd0;
+    write_address <= FIRST;
+    read_address  <= FIRST;
+    waiting     <= NONE;
     next_valid  <= 1'b0;
     head_valid  <= 1'b0;
     found       <= 1'b0;
     dropped     <= 2'd0;
   end else if (advance) begin
-    write_address <= write_address + {8'd0, push};
-    read_address  <= read_address + {8'd0, pop};
-    waiting     <= waiting + {9'd0, push} - {9'd0, pop};
+    write_address <= write_address + {PAD_ADDRESS, push};
+    read_address  <= read_address + {PAD_ADDRESS, pop};
+    waiting     <= waiting + {PAD_COUNT, push} - {PAD_COUNT, pop};
     if (take_next)
       next_valid <= not_empty;
     if (take_head)
@@ -205,7 +221,8 @@ always @(posedge clock)
       head <= next;
     candidate <= head;
 CENTRES  end
-"
+";
+        let text = with_depth(text, CANDIDATE_QUEUE)
             .replace("ANY_HIT", &of_pairs(|k| format!("word[{}]", HITS_AT + k), " | "))
             .replace("HITS", &of_pairs(|k| format!("{{1'b0, word[{}]}}", HITS_AT + k), " + "))
             .replace(
@@ -217,8 +234,8 @@ CENTRES  end
                     },
                     "",
                 ),
-            ),
-        )
+            );
+        Verilog::Custom(text)
     }
 }
 
@@ -540,9 +557,6 @@ fn writer_parts() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Depth of the record FIFO.
-pub const RECORDS: usize = 512;
-
 /// FIFO entries reserved for trailers: features are dropped, trailers never are.
 pub const RESERVED: usize = 16;
 
@@ -604,8 +618,8 @@ impl Logic for RecordFifo {
                     self._memory.push_back(self.record.val());
                 }
             }
-            self.room.next = self._memory.len() < RECORDS - RESERVED;
-            self.stall.next = self._memory.len() >= RECORDS - 3;
+            self.room.next = self._memory.len() < RECORD_FIFO - RESERVED;
+            self.stall.next = self._memory.len() >= RECORD_FIFO - 3;
         }
         self.start_of_packet.next = !self._first;
         self.end_of_packet.next = self.data.val().get_bit(63);
@@ -621,39 +635,38 @@ impl Logic for RecordFifo {
     }
 
     fn hdl(&self) -> Verilog {
-        Verilog::Custom(
-            "\
+        let text = "\
 // module: record_fifo
-reg [RECORD_BITS-1:0] memory [0:511];
-reg [8:0]   write_address;
-reg [8:0]   read_address;
-reg [9:0]   waiting;
+reg [RECORD_BITS-1:0] memory [0:LAST];
+reg [ADDRESS]   write_address;
+reg [ADDRESS]   read_address;
+reg [COUNT]   waiting;
 reg [RECORD_BITS-1:0] next;
 reg         next_valid;
 reg         in_packet;
 
 wire take_data = ~valid | ready;
 wire take_next = ~next_valid | take_data;
-wire not_empty      = waiting != 10'd0;
+wire not_empty      = waiting != NONE;
 wire pop       = take_next & not_empty;
-wire [9:0] after = waiting + {9'd0, write} - {9'd0, pop};
+wire [COUNT] after = waiting + {PAD_COUNT, write} - {PAD_COUNT, pop};
 
 always @(posedge clock)
   if (reset) begin
-    write_address <= 9'd0;
-    read_address  <= 9'd0;
-    waiting     <= 10'd0;
+    write_address <= FIRST;
+    read_address  <= FIRST;
+    waiting     <= NONE;
     next_valid  <= 1'b0;
     valid       <= 1'b0;
     in_packet      <= 1'b0;
     room        <= 1'b1;
     stall        <= 1'b0;
   end else begin
-    write_address <= write_address + {8'd0, write};
-    read_address  <= read_address + {8'd0, pop};
+    write_address <= write_address + {PAD_ADDRESS, write};
+    read_address  <= read_address + {PAD_ADDRESS, pop};
     waiting     <= after;
-    room        <= after < 10'd496;
-    stall        <= after >= 10'd509;
+    room        <= after < FEATURES_FIT;
+    stall        <= after >= TRAILER_FITS;
     if (take_next)
       next_valid <= not_empty;
     if (take_data)
@@ -678,8 +691,7 @@ always @(*) begin
   start_of_packet = ~in_packet;
   end_of_packet   = data[63];
 end
-"
-            .into(),
-        )
+";
+        Verilog::Custom(with_depth(text, RECORD_FIFO))
     }
 }

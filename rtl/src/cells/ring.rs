@@ -1,23 +1,23 @@
 //! The ring around a centre: `MaxDOG(p + o_i)` and its sign at 32 points, and the descriptor bits.
 //!
-//! Point `(dx, dy)` of the ring is the sample `16 - dy` lines and `16 - dx` steps before the newest one, for both
-//! radii, so all scale pairs have the same centre. The lines come from a line delay. In a row with two points the
+//! Point `(dx, dy)` of the ring is the sample `16 - dy` lines and `16 - dx` steps before the newest one, whatever the
+//! radius, so all scale pairs have the same centre. The lines come from a line delay. In a row with two points the
 //! delay chain of the right point feeds the left one, so at most `2 dx` samples are stored.
 
-use hoverlock_reference::features::maxlbp::rings;
+use hoverlock_reference::features::maxlbp::{LARGEST_RING, Ring};
 use rust_hdl::prelude::*;
 
 use super::{Points, Response, delay::delay_body, low};
-use crate::design::{DOG_BITS, SIGNED_BITS};
+use crate::design::{DOG_BITS, RING_RADII, SIGNED_BITS};
 
 /// Lines and steps from the newest sample to the centre.
-pub const RING_REACH: i32 = 16;
+pub const RING_REACH: i32 = LARGEST_RING as i32;
 
-/// The rows of a ring as lines before the newest one, ascending. Each row has its points as steps before the newest
-/// sample, ascending, with the number of the point.
+/// The rows of the ring of a scale pair as lines before the newest one, ascending. Each row has its points as steps
+/// before the newest sample, ascending, with the number of the point.
 pub fn rows(scale: usize) -> Vec<(usize, Vec<(usize, usize)>)> {
     let mut rows: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
-    for (i, &(dx, dy)) in rings()[scale].iter().enumerate() {
+    for (i, &(dx, dy)) in Ring::of_radius(RING_RADII[scale]).0.iter().enumerate() {
         let (line, step) = ((RING_REACH - dy) as usize, (RING_REACH - dx) as usize);
         match rows.iter_mut().find(|row| row.0 == line) {
             Some(row) => row.1.push((step, i)),
@@ -88,7 +88,9 @@ impl<const IN: usize> Logic for RingTaps<IN> {
     }
 
     fn hdl(&self) -> Verilog {
-        let scale = self._scale;
+        // Rings of one radius are one module.
+        let radius = RING_RADII[self._scale];
+        let scale = RING_RADII.iter().position(|known| *known == radius).unwrap_or(self._scale);
         let mut text = format!("// module: ring_taps_{scale}\n");
         let mut wires = vec![String::new(); 32];
         for (row, (line, taps)) in rows(scale).iter().enumerate() {

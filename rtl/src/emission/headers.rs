@@ -4,8 +4,8 @@
 //! power of the first. `<NAME>` is a number of the design, `<NAME+1>` one more.
 
 use crate::design::{
-    COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, FRACTION_BITS, LONGEST, LOOK_AHEAD, MAX_WIDTH, PIXEL_BITS,
-    RECORD_BITS, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS,
+    CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, FRACTION_BITS, LONGEST, LOOK_AHEAD,
+    MAX_WIDTH, PIXEL_BITS, RECORD_BITS, RECORD_FIFO, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS,
 };
 use crate::names::smoother_names;
 
@@ -56,6 +56,8 @@ fn of_design(text: &str) -> String {
         ("DOG_BITS", DOG_BITS),
         ("DOG_SHIFT", DOG_SHIFT),
         ("HALF", half),
+        ("CANDIDATE_QUEUE", CANDIDATE_QUEUE),
+        ("RECORD_FIFO", RECORD_FIFO),
         ("MAX_WIDTH", MAX_WIDTH),
         ("RECORD_BITS", RECORD_BITS),
     ];
@@ -169,7 +171,7 @@ read data comes one clock after `csr_read`.",
   sequencer   beats to steps, every frame complete
   frame_bank  the committed set as captured by the frame that enters
   extractor   pixels to records
-  fifo        512 records
+  fifo        <RECORD_FIFO> records
 `advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in steps
 and lines of W steps.
 Latency: 2 clocks in the sequencer, <LINES+18> lines and some <STEPS+36> steps in the extractor, 3 clocks in the FIFO.",
@@ -368,7 +370,8 @@ Latency: 1 step from the marker; the count must be stable for two clocks before 
     (
         "candidate_queue",
         "Candidates wait until their ring is complete, 15 lines and some steps, and are matched by their position.
-The memory has 512 entries and there are two output registers. Candidates are dropped and counted while the memory is
+The memory has <CANDIDATE_QUEUE> entries and there are two output registers. Candidates are dropped and \
+counted while the memory is
 full.
 Latency: 1 step from the position of the ring to `found` and `candidate`.",
     ),
@@ -389,7 +392,8 @@ Latency: 3 steps from `found` to `write`.",
     ),
     (
         "record_fifo",
-        "FIFO of 512 records. `room`: more than 16 entries are free, features may be written. `stall`: 3 or fewer are
+        "FIFO of <RECORD_FIFO> records. `room`: more than 16 entries are free, features may be written. \
+`stall`: 3 or fewer are
 free, the datapath stalls.
 Without room features are dropped and counted; trailers never are.
 Latency: 3 clocks from `write` to `valid` when empty.",

@@ -28,12 +28,13 @@ use crate::cells::{
 };
 use crate::design::{DOG_BITS, OLDER_BITS, PIXEL_BITS, RECORD_BITS, RING_BITS, SCALE_PAIRS, SIGNED_BITS, TARGET_AT};
 
-// A pair `k` subtracts `wide` from `narrow` and has its threshold at `threshold_at` in a bank. Each pair but the first
-// has a ring that reaches the newest row, so its lines are a memory and that row.
+// A pair `k` subtracts `wide` from `narrow` and has its threshold at `threshold_at` in a bank. The lines of a ring are
+// a memory; those of a ring that reaches the newest row are a memory and that row.
 macro_rules! extractor {
     (
-        $($k:tt $narrow:ident $wide:ident $threshold_at:ident),*;
-        $($wide_ring:tt $ring_lines:ident $ring_rows:ident),*
+        [$($k:tt $narrow:ident $wide:ident $threshold_at:ident),*]
+        [$($narrow_ring:tt $narrow_lines:ident),*]
+        [$($wide_ring:tt $ring_lines:ident $ring_rows:ident),*]
     ) => {
 /// The extractor: pixels in, records out.
 #[derive(LogicBlock)]
@@ -88,7 +89,7 @@ pub struct Extractor {
     ring_start: FrameDelay,
     ring_cursor: Cursor,
     queue: CandidateQueue,
-    ring_lines_0: LineDelay<SIGNED_BITS, RING_BITS>,
+    $($narrow_lines: LineDelay<SIGNED_BITS, RING_BITS>,)*
     $($ring_lines: LineDelay<SIGNED_BITS, OLDER_BITS>,)*
     $($ring_rows: RingRows,)*
     ring_taps: [RingTaps<RING_BITS>; SCALE_PAIRS],
@@ -131,10 +132,10 @@ impl Default for Extractor {
             ring_start: FrameDelay::new(15, 13),
             ring_cursor: Cursor::default(),
             queue: CandidateQueue::default(),
-            ring_lines_0: LineDelay::new(&ring_lines(0)),
-            $($ring_lines: LineDelay::new(&ring_lines(1)),)*
+            $($narrow_lines: LineDelay::new(&ring_lines($narrow_ring)),)*
+            $($ring_lines: LineDelay::new(&ring_lines($wide_ring)),)*
             $($ring_rows: RingRows::default(),)*
-            ring_taps: std::array::from_fn(|k| RingTaps::new(k.min(1))),
+            ring_taps: std::array::from_fn(RingTaps::new),
             ring: Default::default(),
             writer: RecordWriter::default(),
         }
@@ -244,11 +245,13 @@ impl Logic for Extractor {
         self.queue.y.next = self.ring_cursor.y.val();
 
         comment!("The ring gives the descriptor of a feature.");
-        self.ring_lines_0.clock.next = self.clock.val();
-        self.ring_lines_0.advance.next = self.advance.val();
-        self.ring_lines_0.address.next = self.smoothers.address.val();
-        self.ring_lines_0.write_address.next = self.smoothers.address_delayed_1.val();
-        self.ring_lines_0.x.next = self.scale_pair[0].ring.val();
+        $(
+        self.$narrow_lines.clock.next = self.clock.val();
+        self.$narrow_lines.advance.next = self.advance.val();
+        self.$narrow_lines.address.next = self.smoothers.address.val();
+        self.$narrow_lines.write_address.next = self.smoothers.address_delayed_1.val();
+        self.$narrow_lines.x.next = self.scale_pair[$narrow_ring].ring.val();
+        )*
         $(
         self.$ring_lines.clock.next = self.clock.val();
         self.$ring_lines.advance.next = self.advance.val();
@@ -258,10 +261,12 @@ impl Logic for Extractor {
         self.$ring_rows.newest.next = self.scale_pair[$wide_ring].ring.val();
         self.$ring_rows.older.next = self.$ring_lines.y.val();
         )*
-        self.ring_taps[0].clock.next = self.clock.val();
-        self.ring_taps[0].reset.next = self.reset.val();
-        self.ring_taps[0].advance.next = self.advance.val();
-        self.ring_taps[0].rows.next = self.ring_lines_0.y.val();
+        $(
+        self.ring_taps[$narrow_ring].clock.next = self.clock.val();
+        self.ring_taps[$narrow_ring].reset.next = self.reset.val();
+        self.ring_taps[$narrow_ring].advance.next = self.advance.val();
+        self.ring_taps[$narrow_ring].rows.next = self.$narrow_lines.y.val();
+        )*
         $(
         self.ring_taps[$wide_ring].clock.next = self.clock.val();
         self.ring_taps[$wide_ring].reset.next = self.reset.val();

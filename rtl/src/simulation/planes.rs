@@ -118,7 +118,7 @@ impl Passing {
             if (RADIUS..w - RADIUS).contains(&x) && (RADIUS..h - RADIUS).contains(&y) {
                 let index = y * w + x;
                 for (k, (layer, got)) in planes.layers.iter().zip(shown.ring).enumerate() {
-                    let Layer { dog, max_dog } = layer;
+                    let Layer { dog, max_dog, .. } = layer;
                     let want = units.signed(max_dog.as_slice()[index], dog.positive.as_slice()[index]);
                     if want != got {
                         outcome.differ(&format!("MaxDOG {k}"), position(index), cycle, || {

@@ -1,6 +1,7 @@
 //! The scenarios of the port bench. The everyday tests run them, and the mutation test runs them against every mutant.
 
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
+use hoverlock_rtl::cells::queue::RESERVED;
 use hoverlock_rtl::registers::{Access, registers};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -470,7 +471,7 @@ pub fn a_sink_that_sleeps(simulator: &Simulator) -> Outcome {
     bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
     bench.sink_pause = 1.0;
     let large = Frame::new(design, ground(design, 224, 170, 4), [1, 1]);
-    let fits = 496;
+    let fits = design.record_fifo as usize - RESERVED;
     assert!(large.records([1, 1]).len() > fits, "{} features fill no FIFO", large.records([1, 1]).len());
     bench.begin(&large, large.beats())?;
     // Trailers fill the reserved entries; the 15th does not fit, so the video stalls before it.

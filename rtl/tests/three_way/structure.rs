@@ -8,7 +8,7 @@ use std::cell::Cell;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::lerp::lerp;
-use hoverlock_reference::features::maxlbp::Layer as Responses;
+use hoverlock_reference::features::maxlbp::{Layer as Responses, Ring};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::{
     core::Core,
@@ -205,7 +205,7 @@ pub fn scale_pair() {
         _ => *state,
     });
     let (dog, _) = BitTrue::new(&KT27).unwrap().dog(&BitTrue::signed_dog(&narrow, &wide));
-    let responses = Responses::new(dog);
+    let responses = Responses::new(dog, Ring::of_radius(16));
     let word = |magnitude: &Plane<u16>, at: (usize, usize)| {
         u64::from(magnitude[at] | u16::from(responses.dog.positive[at]) << 15)
     };
