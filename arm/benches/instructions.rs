@@ -107,7 +107,7 @@ fn flight(frames: u32, apart: u64, records: impl Fn(u32) -> Vec<FeatureRecord>) 
     source.send(message::COMMAND, &Order::Capture.encode());
     for frame in 0..=frames {
         let telemetry = telemetry(frame);
-        source.frame(&Telemetry { time_us: apart * telemetry.time_us, ..telemetry }, &records(frame), [2000; 2]);
+        source.frame(&Telemetry { time_us: apart * telemetry.time_us, ..telemetry }, &records(frame), &[2000; 2]);
     }
     source
 }

@@ -1,6 +1,9 @@
 //! The FPGA's registers, and the check that it is the one this program was built for.
 
+use std::borrow::Cow;
+
 use crate::message::Registers;
+use hoverlock_fixed_point::model::design::KT27;
 
 /// Byte addresses and masks, as the hardware's sources emit them.
 #[path = "../../rtl/registers/hoverlock_registers.rs"]
@@ -8,10 +11,41 @@ pub mod registers;
 
 pub use registers::{EMISSION_VALUE as EMISSION, IDENTIFICATION_VALUE as IDENTIFICATION, VERSION_VALUE as VERSION};
 
+/// What the design of an FPGA decides.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fpga {
+    /// What `version` reads.
+    pub version: u32,
+    /// What `emission` reads.
+    pub emission: u32,
+    /// Most columns of a frame.
+    pub columns: u32,
+    /// Scale pairs, 1 to 3.
+    pub pairs: u32,
+    /// Features of a scale pair in a frame that automatic thresholds aim at.
+    pub target: u32,
+    /// Byte address and value of each coefficient.
+    pub coefficients: Cow<'static, [(u32, u32)]>,
+}
+
+impl Default for Fpga {
+    /// That of the Verilog that this program was built with.
+    fn default() -> Self {
+        Self {
+            version: VERSION,
+            emission: EMISSION,
+            columns: KT27.width,
+            pairs: KT27.scale_pairs,
+            target: KT27.threshold.target,
+            coefficients: Cow::Borrowed(&registers::COEFFICIENTS),
+        }
+    }
+}
+
 /// Columns and rows of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
-    /// Columns, 64 to 1024.
+    /// Columns, from 64 to the most of the design.
     pub width: u16,
     /// Rows, 64 to 2048.
     pub height: u16,
@@ -22,9 +56,9 @@ impl Size {
     ///
     /// # Errors
     /// Where the hardware does not take it.
-    pub fn new(width: u32, height: u32) -> Result<Self, HardwareError> {
-        if !(64..=1024).contains(&width) || !(64..=2048).contains(&height) {
-            return Err(HardwareError::Size { width, height });
+    pub fn new(fpga: &Fpga, width: u32, height: u32) -> Result<Self, HardwareError> {
+        if !(64..=fpga.columns).contains(&width) || !(64..=2048).contains(&height) {
+            return Err(HardwareError::Size { width, height, columns: fpga.columns });
         }
         Ok(Self { width: width as u16, height: height as u16 })
     }
@@ -54,20 +88,25 @@ pub enum HardwareError {
         advice: &'static str,
     },
     /// The frame size is not one that the hardware takes.
-    #[error("a frame of {width} x {height} pixels; the hardware takes 64 x 64 to 1024 x 2048")]
+    #[error("a frame of {width} x {height} pixels; the hardware takes 64 x 64 to {columns} x 2048")]
     Size {
         /// Columns.
         width: u32,
         /// Rows.
         height: u32,
+        /// Most columns.
+        columns: u32,
     },
 }
 
-/// Checks that it is the FPGA this program was built for; `read` takes a register's name and byte address.
+/// Checks that it is the FPGA that is expected; `read` takes a register's name and byte address.
 ///
 /// # Errors
 /// Where identification, version or emission hash are not as expected, or cannot be read.
-pub fn identify<E: From<HardwareError>>(mut read: impl FnMut(&'static str, u32) -> Result<u32, E>) -> Result<(), E> {
+pub fn identify<E: From<HardwareError>>(
+    fpga: &Fpga,
+    mut read: impl FnMut(&'static str, u32) -> Result<u32, E>,
+) -> Result<(), E> {
     let expected = [
         (
             "identification",
@@ -78,13 +117,13 @@ pub fn identify<E: From<HardwareError>>(mut read: impl FnMut(&'static str, u32) 
         (
             "version",
             registers::VERSION,
-            VERSION,
+            fpga.version,
             "the register map is another; load the FPGA image of this program's release",
         ),
         (
             "emission",
             registers::EMISSION,
-            EMISSION,
+            fpga.emission,
             "the FPGA holds other Verilog; build the FPGA image and this program from one release",
         ),
     ];
@@ -97,16 +136,16 @@ pub fn identify<E: From<HardwareError>>(mut read: impl FnMut(&'static str, u32) 
     Ok(())
 }
 
-/// The frame size of the FPGA, where it is the one this program was built for.
+/// The frame size of the FPGA, where it is the one that is expected.
 ///
 /// # Errors
 /// Where identification, version, emission hash or size are missing or not as expected.
-pub fn check(block: &Registers) -> Result<Size, HardwareError> {
+pub fn check(fpga: &Fpga, block: &Registers) -> Result<Size, HardwareError> {
     let read = |name, address| block.get(address).ok_or(HardwareError::Missing { name, address });
-    identify(read)?;
+    identify(fpga, read)?;
     let size = read("size", registers::SIZE)?;
     let field = |mask: u32| (size & mask) >> mask.trailing_zeros();
-    Size::new(field(registers::SIZE_WIDTH), field(registers::SIZE_HEIGHT))
+    Size::new(fpga, field(registers::SIZE_WIDTH), field(registers::SIZE_HEIGHT))
 }
 
 #[cfg(test)]
@@ -122,7 +161,7 @@ mod tests {
             (registers::SIZE, 768 << 16 | 1024),
         ];
         let payload = encode_registers(&registers.map(|(address, value)| (address, change(address, value))));
-        check(&Registers::parse(&payload).unwrap())
+        check(&Fpga::default(), &Registers::parse(&payload).unwrap())
     }
 
     #[test]
@@ -138,9 +177,9 @@ mod tests {
             assert!(matches!(outcome, Err(HardwareError::Different { name: n, .. }) if n == name), "{outcome:?}");
         }
         let small = block(|a, value| if a == registers::SIZE { 63 << 16 | 64 } else { value });
-        assert_eq!(small, Err(HardwareError::Size { width: 64, height: 63 }));
+        assert_eq!(small, Err(HardwareError::Size { width: 64, height: 63, columns: 1024 }));
         let payload = encode_registers(&[(registers::IDENTIFICATION, IDENTIFICATION)]);
-        let missing = check(&Registers::parse(&payload).unwrap());
+        let missing = check(&Fpga::default(), &Registers::parse(&payload).unwrap());
         assert_eq!(missing, Err(HardwareError::Missing { name: "version", address: registers::VERSION }));
     }
 }

@@ -2,7 +2,7 @@
 
 use hoverlock_arm::bus::Mapped;
 use hoverlock_arm::framing::Decoder;
-use hoverlock_arm::hardware::Size;
+use hoverlock_arm::hardware::{Fpga, Size};
 use hoverlock_arm::line::Line;
 use hoverlock_arm::mavlink;
 use hoverlock_arm::navigator::{Navigator, Next};
@@ -69,7 +69,8 @@ fn arguments(mut given: impl Iterator<Item = OsString>) -> Result<Arguments, Str
             Some("--registers") => arguments.registers = Some(device(value("a device")?)?),
             Some("--size") => {
                 let [width, height] = pair(&argument, value("WIDTHxHEIGHT")?, 'x', "WIDTHxHEIGHT")?;
-                arguments.size = Some(Size::new(width, height).map_err(|error| format!("--size: {error}"))?);
+                arguments.size =
+                    Some(Size::new(&Fpga::default(), width, height).map_err(|error| format!("--size: {error}"))?);
             }
             Some("--thresholds") => {
                 let thresholds = pair(&argument, value("FINE,COARSE")?, ',', "FINE,COARSE")?;
@@ -135,9 +136,12 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let stream =
         arguments.stream.as_ref().map(|path| File::open(path).map_err(|error| named(path, error))).transpose()?;
     if let (Some((device, offset)), Some(size)) = (&arguments.registers, arguments.size) {
-        let thresholds = arguments.thresholds.map_or_else(Thresholds::default, Thresholds::Fixed);
+        let thresholds = arguments
+            .thresholds
+            .map_or_else(Thresholds::default, |[fine, coarse]| Thresholds::Fixed([fine, coarse, 1]));
         let mut bus = Mapped::open(device, *offset).map_err(|error| error.to_string())?;
-        set_up(&mut bus, size, thresholds).map_err(|error| format!("{}: {error}", device.display()))?;
+        set_up(&mut bus, &Fpga::default(), size, thresholds)
+            .map_err(|error| format!("{}: {error}", device.display()))?;
     }
     let created = |path: &Option<PathBuf>| {
         path.as_ref().map(|path| File::create(path).map_err(|error| named(path, error))).transpose()

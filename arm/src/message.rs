@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 1 | registers | pairs of `u32`: byte address, value. The source sends all its registers when it starts |
 //! | 2 | telemetry | `u32` frame, `u32` 0, `u64` time in microseconds, then eight `f64`, see below |
-//! | 3 | frame | the records of one feature packet as the hardware emits them, eight `u32` each, the trailer last |
+//! | 3 | frame | the records of a packet as the hardware emits them, eight or ten `u32` each, the trailer last |
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop, 5 renew the reference |
 //!
 //! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
@@ -13,7 +13,10 @@
 //! the columns. It may come before or after its frame. The standard errors are what IMU and laser are good for now:
 //! over rough ground the laser's is that of the relief.
 
-use hoverlock_fixed_point::model::bit_true::{FLAG_TRAILER, FeatureRecord, TWO_PAIR_WORDS};
+use hoverlock_fixed_point::model::bit_true::{
+    FLAG_TEN_WORDS, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS,
+};
+use hoverlock_reference::features::feature::MAX_PAIRS;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_reference::motion::pose::Sensors;
 
@@ -26,8 +29,8 @@ pub const FRAME: u32 = 3;
 /// Kind of a command.
 pub const COMMAND: u32 = 4;
 
-/// Bytes of a record.
-pub const RECORD: usize = 32;
+/// Bytes of a record of one or two scale pairs, the shortest.
+pub const RECORD: usize = 4 * TWO_PAIR_WORDS;
 
 /// Bytes of telemetry.
 const TELEMETRY_BYTES: usize = 80;
@@ -160,26 +163,33 @@ pub struct Trailer {
     pub count: u32,
     /// Features dropped.
     pub dropped: u32,
-    /// Thresholds of the frame: scale pair 1 above 0, 16 bits each.
-    pub thresholds: u32,
+    /// Thresholds of the scale pairs; 0 for those that the design does not have.
+    pub thresholds: [u16; MAX_PAIRS],
 }
 
 impl Trailer {
-    fn parse(words: &[u32; 8]) -> Option<Self> {
-        let flags = words[1] >> 16;
-        (flags == u32::from(FLAG_TRAILER)).then(|| Self {
-            frame: words[0],
-            errors: words[1] as u16,
-            count: words[2],
-            dropped: words[3],
-            thresholds: words[4],
+    /// The trailer of records of `words` words each, from a record's bytes.
+    fn parse(bytes: &[u8], words: usize) -> Option<Self> {
+        let word = |index| word(bytes, index);
+        (word(1) >> 16 == flags(words)).then(|| Self {
+            frame: word(0),
+            errors: word(1) as u16,
+            count: word(2),
+            dropped: word(3),
+            thresholds: [word(4) as u16, (word(4) >> 16) as u16, word(5) as u16],
         })
     }
 
-    fn pack(&self) -> [u32; 8] {
-        let flags = u32::from(FLAG_TRAILER) << 16 | u32::from(self.errors);
-        [self.frame, flags, self.count, self.dropped, self.thresholds, 0, 0, 0]
+    fn pack(&self, words: usize) -> [u32; RECORD_WORDS] {
+        let [fine, coarse, coarsest] = self.thresholds.map(u32::from);
+        let flags = flags(words) << 16 | u32::from(self.errors);
+        [self.frame, flags, self.count, self.dropped, coarse << 16 | fine, coarsest, 0, 0, 0, 0]
     }
+}
+
+/// The flags of the trailer of records of so many words.
+fn flags(words: usize) -> u32 {
+    u32::from(if words == RECORD_WORDS { FLAG_TRAILER | FLAG_TEN_WORDS } else { FLAG_TRAILER })
 }
 
 /// The records of a frame.
@@ -188,44 +198,54 @@ pub struct Frame<'a> {
     /// The trailer.
     pub trailer: Trailer,
     records: &'a [u8],
+    /// Words of a record.
+    words: usize,
 }
 
 impl<'a> Frame<'a> {
-    /// The frame of a payload: whole records, the trailer last, as many features as it counts.
+    /// The frame of a payload: whole records, the trailer last, as many features as it counts. The trailer tells the
+    /// length of the records: where one of ten words ends the payload, a count of dropped features stands where one of
+    /// eight words has its flags, and that has 20 bits.
     ///
     /// # Errors
     /// Where it is not so.
     pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
-        if payload.is_empty() || !payload.len().is_multiple_of(RECORD) {
+        let whole = |words: &usize| !payload.is_empty() && payload.len().is_multiple_of(4 * words);
+        let lengths = [TWO_PAIR_WORDS, RECORD_WORDS].into_iter().filter(whole);
+        if lengths.clone().next().is_none() {
             return Err(MessageError::Length { kind: FRAME, bytes: payload.len() });
         }
-        let (records, last) = payload.split_at(payload.len() - RECORD);
-        let trailer = Trailer::parse(&record(last)).ok_or(MessageError::Trailer)?;
-        if trailer.count as usize != records.len() / RECORD {
+        let parsed = |words: usize| {
+            let (records, last) = payload.split_at(payload.len() - 4 * words);
+            Trailer::parse(last, words).map(|trailer| Self { trailer, records, words })
+        };
+        let frame = lengths.clone().find_map(parsed).ok_or(MessageError::Trailer)?;
+        if frame.trailer.count as usize != frame.records.len() / (4 * frame.words) {
             return Err(MessageError::Trailer);
         }
-        Ok(Self { trailer, records })
+        Ok(frame)
     }
 
     /// The features in order; for each record that is none, its index as an error.
     pub fn features(&self) -> impl Iterator<Item = Result<FeatureRecord, MessageError>> {
-        let records = self.records.chunks_exact(RECORD).enumerate();
-        records.map(|(i, bytes)| FeatureRecord::unpack(&record(bytes)).ok_or(MessageError::Record(i)))
+        let words = self.words;
+        let records = self.records.chunks_exact(4 * words).enumerate();
+        records.map(move |(i, bytes)| {
+            let record: [u32; RECORD_WORDS] = std::array::from_fn(|at| if at < words { word(bytes, at) } else { 0 });
+            FeatureRecord::unpack(&record[..words]).ok_or(MessageError::Record(i))
+        })
     }
 }
 
-/// The payload of a frame: its features, then the trailer that counts them.
-pub fn encode_frame(
-    frame: u32,
-    features: &[FeatureRecord],
-    errors: u16,
-    dropped: u32,
-    thresholds: [u32; 2],
-) -> Vec<u8> {
+/// The payload of a frame: its features, then the trailer that counts them. `thresholds` has one for each scale pair;
+/// records of three pairs have ten words, others eight.
+pub fn encode_frame(frame: u32, features: &[FeatureRecord], errors: u16, dropped: u32, thresholds: &[u32]) -> Vec<u8> {
+    let words = if thresholds.len() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS };
     let count = features.len() as u32;
-    let trailer = Trailer { frame, errors, count, dropped, thresholds: thresholds[1] << 16 | thresholds[0] };
-    let words = features.iter().flat_map(|feature| feature.pack().into_iter().take(TWO_PAIR_WORDS));
-    words.chain(trailer.pack()).flat_map(u32::to_le_bytes).collect()
+    let thresholds = std::array::from_fn(|k| thresholds.get(k).map_or(0, |threshold| *threshold as u16));
+    let trailer = Trailer { frame, errors, count, dropped, thresholds };
+    let records = features.iter().map(FeatureRecord::pack).chain([trailer.pack(words)]);
+    records.flat_map(|record| record.into_iter().take(words)).flat_map(u32::to_le_bytes).collect()
 }
 
 /// What the pilot or the control system wants.
@@ -280,11 +300,6 @@ fn word(bytes: &[u8], index: usize) -> u32 {
     u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
 }
 
-/// The eight words of a record of 32 bytes.
-fn record(bytes: &[u8]) -> [u32; 8] {
-    std::array::from_fn(|i| word(bytes, i))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -325,15 +340,38 @@ mod tests {
         assert_eq!([block.get(0x10), block.get(0x14), block.get(0x18)], [Some(5), Some(6), None]);
         let mut words = [3, 1 << 16 | 9, 0, 0, 1, 2, 3, 4];
         let feature = FeatureRecord::unpack(&words).unwrap();
-        let payload = encode_frame(4, &[feature], 2, 6, [100, 200]);
+        let payload = encode_frame(4, &[feature], 2, 6, &[100, 200]);
         let frame = Frame::parse(&payload).unwrap();
-        assert_eq!(frame.trailer, Trailer { frame: 4, errors: 2, count: 1, dropped: 6, thresholds: 200 << 16 | 100 });
+        assert_eq!(frame.trailer, Trailer { frame: 4, errors: 2, count: 1, dropped: 6, thresholds: [100, 200, 0] });
         assert!(frame.features().eq([Ok(feature)]));
         // A flag that no feature has.
         words[1] |= 1 << 20;
         let payload: Vec<u8> =
             words.iter().flat_map(|w| w.to_le_bytes()).chain(payload[RECORD..].iter().copied()).collect();
         assert!(Frame::parse(&payload).unwrap().features().eq([Err(MessageError::Record(0))]));
+    }
+
+    proptest! {
+        /// Four and sixteen records of ten words are as long as five and twenty of eight.
+        #[test]
+        fn the_trailer_tells_the_length_of_the_records(
+            words in prop::array::uniform10(any::<u32>()), ten: bool, features in 0..21usize, dropped in 0..1u32 << 20,
+        ) {
+            let mut words = words;
+            words[1] &= 0x3_ffff;
+            if words[1] >> 16 == 3 || !ten {
+                words[8..].fill(0);
+            }
+            let length = if ten { 10 } else { 8 };
+            let feature = FeatureRecord::unpack(&words[..length]).unwrap();
+            let thresholds = &[5, 6, 7][..if ten { 3 } else { 2 }];
+            let payload = encode_frame(9, &vec![feature; features], 0, dropped, thresholds);
+            prop_assert_eq!(payload.len(), 4 * length * (features + 1));
+            let frame = Frame::parse(&payload).unwrap();
+            prop_assert_eq!(frame.trailer.thresholds, [5, 6, if ten { 7 } else { 0 }]);
+            prop_assert_eq!((frame.trailer.count as usize, frame.trailer.dropped), (features, dropped));
+            prop_assert!(frame.features().eq(vec![Ok(feature); features]));
+        }
     }
 
     #[test]
@@ -355,10 +393,10 @@ mod tests {
 
     #[test]
     fn a_frame_without_its_trailer_is_refused() {
-        let payload = encode_frame(4, &[], 0, 0, [1, 1]);
+        let payload = encode_frame(4, &[], 0, 0, &[1, 1]);
         assert_eq!(Frame::parse(&payload).map(|f| f.trailer.count), Ok(0));
         let feature = FeatureRecord::unpack(&[0; 8]).unwrap();
-        let payload = encode_frame(4, &[feature, feature], 0, 0, [1, 1]);
+        let payload = encode_frame(4, &[feature, feature], 0, 0, &[1, 1]);
         assert_eq!(Frame::parse(&payload[RECORD..]).map(|_| ()), Err(MessageError::Trailer));
         assert_eq!(Frame::parse(&payload[..2 * RECORD]).map(|_| ()), Err(MessageError::Trailer));
         assert!(Frame::parse(&payload[4..]).is_err() && Frame::parse(&[]).is_err());

@@ -17,7 +17,7 @@
 
 use crate::arinc429::{self, Camera as Addressee, Control, WordError};
 use crate::framing::Raw;
-use crate::hardware::{self, HardwareError, Size, registers};
+use crate::hardware::{self, Fpga, HardwareError, Size, registers};
 use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, MessageError, Registers, Telemetry};
 use crate::reference::{Reference, ZOOM_TOLERANCE, is_anchor};
@@ -94,6 +94,7 @@ pub enum Next {
 
 /// The state between messages.
 pub struct Navigator {
+    fpga: Fpga,
     size: Option<Size>,
     capture: bool,
     renew: bool,
@@ -136,9 +137,15 @@ impl Default for Navigator {
 }
 
 impl Navigator {
+    /// For another FPGA than that of the Verilog this was built with.
+    pub fn of(fpga: Fpga) -> Self {
+        Self { fpga, ..Self::default() }
+    }
+
     /// With `work` units for each frame.
     pub fn with_work(work: u64) -> Self {
         Self {
+            fpga: Fpga::default(),
             size: None,
             capture: false,
             renew: false,
@@ -234,7 +241,7 @@ impl Navigator {
 
     fn start(&mut self, raw: &Raw<'_>, out: &mut impl FnMut(&Line)) -> Result<(), HardwareError> {
         let Ok(block) = Registers::parse(raw.payload) else { return Ok(()) };
-        let size = hardware::check(&block)?;
+        let size = hardware::check(&self.fpga, &block)?;
         self.finish(out);
         if self.size.is_some_and(|before| before != size) {
             self.reference = None;

@@ -11,22 +11,27 @@
 //! So `control.enable` reads 1 only after everything else is as wanted.
 
 use crate::bus::Bus;
-use crate::hardware::{HardwareError, Size, identify, registers as map};
+use crate::hardware::{Fpga, HardwareError, Size, identify, registers as map};
 use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_reference::features::feature::MAX_PAIRS;
 
-/// Thresholds of the two scale pairs, fine and coarse, in 0.5 DN, 1 to 32767.
+/// Byte address of the threshold of scale pair 2, which a map of three scale pairs has.
+const THRESHOLD_2: u32 = 0x34;
+
+/// Thresholds of the scale pairs, the finest first, in LSB of the response, from 1; those of pairs that a design does
+/// not have are ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Thresholds {
     /// The same for all frames.
-    Fixed([u32; 2]),
+    Fixed([u32; MAX_PAIRS]),
     /// They follow the feature count towards the design point's target; these are the first frame's.
-    Automatic([u32; 2]),
+    Automatic([u32; MAX_PAIRS]),
 }
 
 impl Default for Thresholds {
-    /// Automatic, from the design point's first threshold.
+    /// Automatic, from the default design's first threshold.
     fn default() -> Self {
-        Self::Automatic([KT27.threshold.initial; 2])
+        Self::Automatic([KT27.threshold.initial; MAX_PAIRS])
     }
 }
 
@@ -51,13 +56,18 @@ pub enum SetupError<E: std::error::Error> {
     },
 }
 
-/// Sets the FPGA up for frames of one size, and enables it. The coefficients are those of the design point.
+/// Sets the FPGA up for frames of one size, and enables it.
 ///
 /// # Errors
 /// Where it is another FPGA, an access fails, or a register does not keep what is written.
-pub fn set_up<B: Bus>(bus: &mut B, size: Size, thresholds: Thresholds) -> Result<(), SetupError<B::Error>> {
-    identify(|_, address| bus.read(address).map_err(SetupError::Bus))?;
-    let (automatic, [fine, coarse]) = match thresholds {
+pub fn set_up<B: Bus>(
+    bus: &mut B,
+    fpga: &Fpga,
+    size: Size,
+    thresholds: Thresholds,
+) -> Result<(), SetupError<B::Error>> {
+    identify(fpga, |_, address| bus.read(address).map_err(SetupError::Bus))?;
+    let (automatic, [fine, coarse, coarsest]) = match thresholds {
         Thresholds::Fixed(thresholds) => (0, thresholds),
         Thresholds::Automatic(thresholds) => (map::CONTROL_AUTOMATIC, thresholds),
     };
@@ -66,11 +76,10 @@ pub fn set_up<B: Bus>(bus: &mut B, size: Size, thresholds: Thresholds) -> Result
         (map::SIZE, field(map::SIZE_WIDTH, size.width.into()) | field(map::SIZE_HEIGHT, size.height.into())),
     ]
     .into_iter()
-    .chain(map::COEFFICIENTS)
-    .chain([
-        (map::THRESHOLD, field(map::THRESHOLD_FINE, fine) | field(map::THRESHOLD_COARSE, coarse)),
-        (map::TARGET, field(map::TARGET_COUNT, KT27.threshold.target)),
-    ]);
+    .chain(fpga.coefficients.iter().copied())
+    .chain([(map::THRESHOLD, field(map::THRESHOLD_FINE, fine) | if fpga.pairs > 1 { coarse << 16 } else { 0 })])
+    .chain((fpga.pairs > 2).then_some((THRESHOLD_2, coarsest)))
+    .chain([(map::TARGET, field(map::TARGET_COUNT, fpga.target))]);
     let commit = (map::COMMIT, map::COMMIT_PENDING);
     for (address, value) in set.clone().chain([commit]) {
         bus.write(address, value).map_err(SetupError::Bus)?;
@@ -144,22 +153,24 @@ mod tests {
 
     #[test]
     fn the_set_is_written_then_committed_then_enabled() {
-        for (thresholds, automatic) in [(Thresholds::Fixed([700, 900]), 0), (Thresholds::Automatic([700, 900]), 2)] {
+        for (thresholds, automatic) in
+            [(Thresholds::Fixed([700, 900, 1]), 0), (Thresholds::Automatic([700, 900, 1]), 2)]
+        {
             let mut bus = Recorded::new();
-            set_up(&mut bus, SIZE, thresholds).unwrap();
+            set_up(&mut bus, &Fpga::default(), SIZE, thresholds).unwrap();
             let mut expected = vec![(0x0c, automatic), (0x14, 480 << 16 | 640)];
             expected.extend(coefficients());
             expected.extend([(0x18, 900 << 16 | 700), (0x1c, 512), (0x30, 1), (0x0c, automatic | 0b101)]);
             assert_eq!(bus.writes, expected);
         }
-        assert_eq!(Thresholds::default(), Thresholds::Automatic([2048; 2]));
+        assert_eq!(Thresholds::default(), Thresholds::Automatic([2048; 3]));
     }
 
     #[test]
     fn another_fpga_is_never_written() {
         for (address, wanted) in [(0x00, "identification"), (0x04, "version"), (0x08, "emission")] {
             let mut bus = Recorded { stuck: Some(address), ..Recorded::new() };
-            let outcome = set_up(&mut bus, SIZE, Thresholds::default());
+            let outcome = set_up(&mut bus, &Fpga::default(), SIZE, Thresholds::default());
             let Err(SetupError::Hardware(HardwareError::Different { name, .. })) = outcome else {
                 panic!("{outcome:?}")
             };
@@ -172,7 +183,7 @@ mod tests {
         let all = [map::CONTROL, map::SIZE, map::THRESHOLD, map::TARGET, map::COMMIT];
         for address in all.into_iter().chain(map::COEFFICIENTS.map(|(address, _)| address)) {
             let mut bus = Recorded { stuck: Some(address), ..Recorded::new() };
-            let outcome = set_up(&mut bus, SIZE, Thresholds::default());
+            let outcome = set_up(&mut bus, &Fpga::default(), SIZE, Thresholds::default());
             assert!(matches!(outcome, Err(SetupError::ReadBack { address: a, .. }) if a == address), "{outcome:?}");
             let enabled = bus.registers[&map::CONTROL] & map::CONTROL_ENABLE;
             assert_eq!(enabled, 0, "0x{address:02x}");

@@ -34,7 +34,7 @@ impl Source {
     }
 
     /// Telemetry, then records.
-    pub fn frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: [u32; 2]) {
+    pub fn frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: &[u32]) {
         self.send(message::TELEMETRY, &telemetry.encode());
         self.send(message::FRAME, &encode_frame(telemetry.frame, features, 0, 0, thresholds));
     }

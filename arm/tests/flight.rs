@@ -161,7 +161,7 @@ fn a_restarted_source_keeps_the_reference() {
     // The frame counter begins anew, the ground has not moved.
     for frame in 0..2 {
         let telemetry = Telemetry { frame, ..telemetry(frame + 3) };
-        again.frame(&telemetry, &records(300, frame + 3), [2000, 2000]);
+        again.frame(&telemetry, &records(300, frame + 3), &[2000, 2000]);
     }
     source.messages.extend(again.messages);
     let lines = lines(&source);
@@ -178,7 +178,7 @@ fn a_clock_that_jumps_costs_no_frame() {
     source.send(message::COMMAND, &Command::Capture.encode());
     for (frame, time_us) in [0, 500_000, 5, u64::MAX, 133_334, 0].into_iter().enumerate() {
         let frame = frame as u32;
-        source.frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), [2000, 2000]);
+        source.frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), &[2000, 2000]);
     }
     assert_tracked(&lines(&source));
 }
@@ -200,7 +200,7 @@ fn a_tree_below_the_reference_is_found_out() {
         source.frame(
             &Telemetry { range, time_us, ..telemetry(frame) },
             &seen(600, 1.0, place(frame), FIELD_OF_VIEW, frame),
-            [2000; 2],
+            &[2000; 2],
         );
     }
     let lines = lines(&source);
@@ -225,7 +225,7 @@ fn the_reference_is_renewed_without_a_jump() {
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 0..120 {
         let records = scene::seen(4000, 4.0, place(frame), scene::FIELD_OF_VIEW, frame);
-        source.frame(&telemetry(frame), &records, [2000, 2000]);
+        source.frame(&telemetry(frame), &records, &[2000, 2000]);
     }
     let lines = lines(&source);
     let mut references = Vec::new();
@@ -249,11 +249,11 @@ fn a_reference_renewed_on_command_keeps_the_origin() {
     let mut source = stream(600, 5);
     source.send(message::COMMAND, &Command::Renew.encode());
     for frame in 5..8 {
-        source.frame(&telemetry(frame), &records(600, frame), [2000, 2000]);
+        source.frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
     }
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 8..10 {
-        source.frame(&telemetry(frame), &records(600, frame), [2000, 2000]);
+        source.frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
     }
     let lines = lines(&source);
     assert_tracked(&lines[..8]);
@@ -275,7 +275,7 @@ fn the_estimate_goes_on_through_a_zoom() {
         let field_of_view = scene::FIELD_OF_VIEW * 0.98f64.powi(frame as i32);
         let place = (0.02 * f64::from(frame), 0.0);
         let records = scene::seen(3000, 1.0, place, field_of_view, frame);
-        source.frame(&Telemetry { field_of_view, ..telemetry(frame) }, &records, [2000, 2000]);
+        source.frame(&Telemetry { field_of_view, ..telemetry(frame) }, &records, &[2000, 2000]);
     }
     for line in &lines(&source)[1..] {
         let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
@@ -293,7 +293,7 @@ fn a_reference_is_proved_before_it_is_believed() {
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 0..12 {
         let telemetry = Telemetry { time_us: 66_667 * u64::from(frame), ..telemetry(frame) };
-        source.frame(&telemetry, &records(600, frame), [2000, 2000]);
+        source.frame(&telemetry, &records(600, frame), &[2000, 2000]);
     }
     let lines = lines(&source);
     assert!(lines[1..8].iter().all(|line| line.reason == Some(Reason::Unproved)), "{:?}", lines[1]);
@@ -304,25 +304,25 @@ fn a_reference_is_proved_before_it_is_believed() {
 fn every_frame_without_an_estimate_has_its_reason() {
     let reasons = |source: &Source| -> Vec<Option<Reason>> { lines(source).into_iter().map(|l| l.reason).collect() };
     let mut source = Source::default();
-    source.frame(&telemetry(0), &records(300, 0), [2000, 2000]);
+    source.frame(&telemetry(0), &records(300, 0), &[2000, 2000]);
     assert_eq!(reasons(&source), [Some(Reason::Registers)]);
     source.start(scene::SIZE.0, scene::SIZE.1);
-    source.frame(&telemetry(1), &records(300, 1), [2000, 2000]);
+    source.frame(&telemetry(1), &records(300, 1), &[2000, 2000]);
     assert_eq!(reasons(&source)[1], Some(Reason::Reference));
     source.send(message::COMMAND, &Command::Capture.encode());
-    source.frame(&telemetry(2), &records(300, 2), [2000, 2000]);
+    source.frame(&telemetry(2), &records(300, 2), &[2000, 2000]);
     let zoomed = Telemetry { field_of_view: 0.1, ..telemetry(3) };
-    source.frame(&zoomed, &records(300, 3), [2000, 2000]);
-    source.frame(&telemetry(4), &[], [2000, 2000]);
-    source.send(message::FRAME, &message::encode_frame(5, &records(300, 5), 2, 0, [2000, 2000]));
+    source.frame(&zoomed, &records(300, 3), &[2000, 2000]);
+    source.frame(&telemetry(4), &[], &[2000, 2000]);
+    source.send(message::FRAME, &message::encode_frame(5, &records(300, 5), 2, 0, &[2000, 2000]));
     let mut outside = records(300, 6);
     outside[7].x = 1024;
-    source.send(message::FRAME, &message::encode_frame(6, &outside, 0, 0, [2000, 2000]));
+    source.send(message::FRAME, &message::encode_frame(6, &outside, 0, 0, &[2000, 2000]));
     source.send(message::FRAME, &[0; 32]);
     // A level camera that claims to be turned by 20 degrees: the pictures know better.
     let turned =
         Telemetry { attitude: Attitude { yaw: 0.35, ..Attitude::default() }, time_us: 9_000_000, ..telemetry(7) };
-    source.frame(&turned, &records(300, 7), [2000, 2000]);
+    source.frame(&turned, &records(300, 7), &[2000, 2000]);
     let reasons = reasons(&source);
     let texts: Vec<String> = reasons[3..].iter().map(|reason| reason.as_ref().unwrap().to_string()).collect();
     assert_eq!(reasons[2], None);
@@ -390,7 +390,7 @@ fn flight() -> &'static [Vec<u8>] {
         let mut again = Source::default();
         again.start(scene::SIZE.0, scene::SIZE.1);
         for frame in 0..3 {
-            again.frame(&Telemetry { frame, ..telemetry(frame + 4) }, &records(60, frame + 4), [2000, 2000]);
+            again.frame(&Telemetry { frame, ..telemetry(frame + 4) }, &records(60, frame + 4), &[2000, 2000]);
         }
         [stream(60, 4).messages, again.messages].concat()
     })

@@ -13,6 +13,7 @@ mod cosim;
 mod design;
 mod doctor;
 mod explore;
+mod float;
 mod formal;
 mod hover;
 mod interrupt;

@@ -9,7 +9,6 @@ use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord};
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::{Selection, extract};
-use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::{Feature, MAX_PAIRS};
 use hoverlock_reference::features::maxima::strongest_per_cell;
 use hoverlock_reference::image::picture::{Frame, Picture};
@@ -29,6 +28,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::design::Chosen;
+use crate::float::float_features;
 use crate::output::{check_target, print, print_json, spinning, verdict, write_file};
 use crate::picture::{Limit, open};
 use crate::telemetry;
@@ -248,12 +248,8 @@ impl Source {
                     pictures.map(|picture| extract(&picture.luma, &design.sigmas, &design.rings(), smooth, &selection))
                 );
             }
-            return Ok(match *design.sigmas {
-                [a, b] => fast(design, [a, b], selection, pictures)?,
-                [a, b, c] => fast(design, [a, b, c], selection, pictures)?,
-                [a, b, c, d] => fast(design, [a, b, c, d], selection, pictures)?,
-                _ => bail!("a chain of {} sigmas; the float extractor takes 2 to 4", design.sigmas.len()),
-            });
+            let mut features = float_features(design, selection)?;
+            return Ok(pictures.map(|picture| features(&picture.luma)));
         }
         let frames = pictures.map(|picture| {
             let frame = picture.crop(design.width as usize, design.height as usize);
@@ -285,17 +281,6 @@ impl Source {
     fn least_side(self) -> usize {
         if self == Self::Rtl { LEAST_HARDWARE_SIDE } else { LEAST_SIDE }
     }
-}
-
-/// The float features of both pictures over the chain of a design's sigmas, by the fast path.
-fn fast<const F: usize>(
-    design: &DesignPoint,
-    sigmas: [f64; F],
-    selection: Selection,
-    pictures: [&Picture; 2],
-) -> Result<[Vec<Feature>; 2]> {
-    let mut extractor = FastExtractor::of_chain(sigmas, selection)?.with_rings(&design.ring_radii);
-    Ok(pictures.map(|picture| extractor.extract(&picture.luma)))
 }
 
 /// What the hardware sends for each frame, one after the other through one simulation.

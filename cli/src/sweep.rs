@@ -26,7 +26,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::chain::{Program, Source, readable};
+use crate::chain::{Program, Source};
 use crate::design::{configured, named};
 use crate::hover::{Climb, Course, View, between, fly, scene};
 use crate::journal;
@@ -173,12 +173,11 @@ fn points(args: &Args) -> Result<Vec<Point>> {
             designs.push(name.clone());
         }
     }
-    if args.features != Source::Fixed && designs.len() > 1 {
-        bail!("--design, --config: word lengths are those of fixed features; leave --features out");
+    if args.features == Source::Float && designs.len() > 1 {
+        bail!("--design, --config: float features have no word lengths; leave --features out");
     }
     for name in &designs {
         let design = design(name)?;
-        readable(&design).with_context(|| format!("design {name}"))?;
         let DesignPoint { width, height, .. } = design;
         if (width as usize) < SIZE.0 || (height as usize) < SIZE.1 {
             bail!(

@@ -124,16 +124,16 @@ fn bad_input_is_one_line_and_status_2() {
     refused(&["--gusts", "6"], "must be 0 to 5");
     refused(&["--seconds", "0"], "must be 1 to 3600");
     refused(&["--config", "dog_bits=99"], "dog_bits");
-    refused(&["--design", "three_scales"], "eight words");
+    let arm = ["--features", "rtl", "--estimator", "arm", "--design", "three_scales"];
+    refused(&arm, "built for the Verilog of kt27");
     let sweep = |args: &[&str], named: &str| {
         assert_refused(&hoverlock(&[&["sweep", "--out", out.to_str().unwrap()], args].concat()), named);
         assert!(!out.exists(), "{named}: something was left");
     };
     sweep(&["--scene", "moon"], "moon");
     sweep(&["--design", "small"], "640 x 480");
-    sweep(&["--design", "three_scales"], "eight words");
     sweep(&["--config", "dog_bits=99"], "dog_bits");
-    sweep(&["--config", "dog_bits=12", "--features", "float"], "--config");
+    sweep(&["--config", "dog_bits=12", "--features", "float"], "no word lengths");
 }
 
 /// Points that are in the table are not flown again, a row that was cut off is.

@@ -73,8 +73,8 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
             sensors: SENSORS,
         };
         let features = model.frame(&frame, controller.thresholds());
-        let thresholds = controller.thresholds().try_into().expect("two scale pairs");
-        source.frame(&telemetry, features, thresholds);
+        let thresholds = controller.thresholds().to_vec();
+        source.frame(&telemetry, features, &thresholds);
         controller.finish_frame(&counts(features));
     }
     Ok(source)

@@ -110,7 +110,7 @@ pub fn stream(points: usize, frames: u32) -> Source {
     source.start(SIZE.0, SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 0..frames {
-        source.frame(&telemetry(frame), &records(points, frame), [2000, 2000]);
+        source.frame(&telemetry(frame), &records(points, frame), &[2000, 2000]);
     }
     source
 }

@@ -7,6 +7,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
 use hoverlock_arm::framing::Decoder;
+use hoverlock_arm::hardware::Fpga;
 use hoverlock_arm::navigator::Navigator;
 use hoverlock_reference::motion::model::Pair;
 
@@ -32,13 +33,17 @@ impl Program {
 }
 
 /// The flight program's code in this process.
-#[derive(Default)]
 pub struct Host {
     decoder: Decoder,
     navigator: Navigator,
 }
 
 impl Host {
+    /// For an FPGA.
+    pub fn of(fpga: Fpga) -> Self {
+        Self { decoder: Decoder::default(), navigator: Navigator::of(fpga) }
+    }
+
     /// Takes a message; the lines that it completes.
     pub fn take(&mut self, message: &[u8]) -> Result<Vec<String>> {
         let mut rest = message;

@@ -3,30 +3,27 @@
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use hoverlock_arm::bus::Bus;
-use hoverlock_arm::hardware::Size;
+use hoverlock_arm::hardware::{Fpga, Size};
 use hoverlock_arm::message::encode_frame;
 use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::Selection;
-use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::simulation::board::{Driver, RegisterPort};
-use hoverlock_rtl::simulation::{SimulationError, Simulator};
+use hoverlock_rtl::simulation::{SimulationError, Simulator, Trace};
 
+use crate::float::float_features;
 use crate::output::spinning;
 
 /// Clock cycles from an interrupt to the CPU's first access: 20 us at 100 MHz.
 const LATENCY: u64 = 2_000;
 
-/// The least response of the float extractor, DN: one LSB of the DoG.
-const LEAST: f64 = 0.5;
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Source {
-    /// The reference in f32, its responses rounded to the records' 0.5 DN
+    /// The reference in f32, its responses rounded to the LSB of the records
     Float,
     /// The bit-true integer model
     Fixed,
@@ -42,26 +39,26 @@ pub enum Extractor {
     /// A model, the control of its thresholds, and how many frames it has had.
     Model { features: Features, control: ThresholdController, frames: u32 },
     /// The hardware, which has its own control.
-    Rtl(Box<Driver>),
+    Rtl { driver: Box<Driver>, design: Box<DesignPoint> },
 }
 
 impl Extractor {
     /// An extractor whose thresholds have settled on the first frame, as of a camera that has looked at it for a while.
-    /// `design` is that of the fixed point.
-    pub fn new(source: Source, design: &DesignPoint, first: &Plane<u16>) -> Result<Self> {
+    /// `fpga` is what the hardware is expected to be.
+    pub fn new(source: Source, design: &DesignPoint, fpga: &Fpga, first: &Plane<u16>) -> Result<Self> {
         let model = |features, thresholds: &[u32]| {
             let control = ThresholdController::resumed(design, thresholds);
             Self::Model { features, control, frames: 0 }
         };
         Ok(match source {
             Source::Float => {
-                let mut extractor = FastExtractor::new(Selection { threshold: LEAST, count: usize::MAX })?;
-                let all = records(&extractor.extract(first));
-                let mut control = ThresholdController::new(&KT27);
+                let selection = Selection { threshold: design.dog().lsb(), count: usize::MAX };
+                let (design, mut extract) = (design.clone(), float_features(design, selection)?);
+                let all = records(&design, &extract(first));
+                let mut control = ThresholdController::new(&design);
                 control.settle(|thresholds| counts(&above(&all, thresholds)));
-                let features = move |frame: &Plane<u16>, thresholds: &[u32]| {
-                    above(&records(&extractor.extract(frame)), thresholds)
-                };
+                let features =
+                    move |frame: &Plane<u16>, thresholds: &[u32]| above(&records(&design, &extract(frame)), thresholds);
                 model(Box::new(features), control.thresholds())
             }
             Source::Fixed => {
@@ -82,17 +79,16 @@ impl Extractor {
                     move |frame: &Plane<u16>, thresholds: &[u32]| quickest.features(&design.samples(frame), thresholds);
                 model(Box::new(features), &thresholds)
             }
-            Source::Rtl if *design != KT27 => {
-                bail!("--features rtl: the Verilog is that of the design point kt27; leave --design and --config out")
-            }
             Source::Rtl => {
-                let size = Size::new(first.width() as u32, first.height() as u32)?;
-                let thresholds = Thresholds::Automatic(two(&Quickest::new(&KT27)?.settled(first)));
-                let simulator = spinning("building the Verilated model (once; later runs find it)", Simulator::new)?;
+                let size = Size::new(fpga, first.width() as u32, first.height() as u32)?;
+                let settled = Quickest::new(design)?.settled(&design.samples(first));
+                let thresholds = std::array::from_fn(|k| settled.get(k).copied().unwrap_or_default());
+                let build = || Simulator::of_design(design, None, Trace::None);
+                let simulator = spinning("building the Verilated model (once; later runs find it)", build)?;
                 let driver = Driver::start(&simulator, LATENCY, |port| {
-                    Ok::<_, anyhow::Error>(set_up(&mut Port(port), size, thresholds)?)
+                    Ok::<_, anyhow::Error>(set_up(&mut Port(port), fpga, size, Thresholds::Automatic(thresholds))?)
                 });
-                Self::Rtl(Box::new(driver?))
+                Self::Rtl { driver: Box::new(driver?), design: Box::new(design.clone()) }
             }
         })
     }
@@ -100,7 +96,7 @@ impl Extractor {
     /// The registers that were read: those of the hardware where there is one.
     pub fn registers(&self) -> Option<&[(u32, u32)]> {
         match self {
-            Self::Rtl(driver) => Some(driver.registers()),
+            Self::Rtl { driver, .. } => Some(driver.registers()),
             Self::Model { .. } => None,
         }
     }
@@ -108,7 +104,7 @@ impl Extractor {
     /// Clock cycles simulated so far, where hardware is.
     pub fn cycles(&self) -> Option<u64> {
         match self {
-            Self::Rtl(driver) => Some(driver.cycles()),
+            Self::Rtl { driver, .. } => Some(driver.cycles()),
             Self::Model { .. } => None,
         }
     }
@@ -116,19 +112,19 @@ impl Extractor {
     /// The packet of the next frame: its records, the trailer last.
     pub fn packet(&mut self, frame: &Plane<u16>) -> Result<Vec<u8>> {
         match self {
-            Self::Rtl(driver) => {
-                driver.send(frame.clone());
+            Self::Rtl { driver, design } => {
+                driver.send(design.samples(frame));
                 match driver.packet()? {
                     Some(packet) => Ok(packet.bytes),
                     None => bail!("the hardware gives no packet for a frame"),
                 }
             }
             Self::Model { features, control, frames } => {
-                let thresholds = two(control.thresholds());
+                let thresholds = control.thresholds().to_vec();
                 let found = features(frame, control.thresholds());
                 control.finish_frame(&counts(&found));
                 *frames += 1;
-                Ok(encode_frame(*frames - 1, &found, 0, 0, thresholds))
+                Ok(encode_frame(*frames - 1, &found, 0, 0, &thresholds))
             }
         }
     }
@@ -149,9 +145,9 @@ impl Bus for Port<'_, '_> {
     }
 }
 
-/// Features as the hardware would send them: responses in LSB of the DoG, 0.5 DN.
-fn records(features: &[Feature]) -> Vec<FeatureRecord> {
-    let lsb = |dn: f64| (2.0 * dn).round().clamp(0.0, f64::from(KT27.max_dog())) as u16;
+/// Features as the hardware would send them: responses in LSB of the DoG.
+fn records(design: &DesignPoint, features: &[Feature]) -> Vec<FeatureRecord> {
+    let lsb = |dn: f64| (dn / design.dog().lsb()).round().clamp(0.0, f64::from(design.max_dog())) as u16;
     let record = |feature: &Feature| FeatureRecord {
         x: feature.x as u16,
         y: feature.y as u16,
@@ -162,11 +158,6 @@ fn records(features: &[Feature]) -> Vec<FeatureRecord> {
         descriptor: feature.descriptor,
     };
     features.iter().map(record).collect()
-}
-
-/// The thresholds of a trailer of eight words; 0 for a scale pair that there is not.
-fn two(thresholds: &[u32]) -> [u32; 2] {
-    std::array::from_fn(|k| thresholds.get(k).copied().unwrap_or_default())
 }
 
 /// Those whose response reaches the threshold of their scale.

@@ -6,12 +6,15 @@ mod extractor;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
+use hoverlock_arm::hardware::Fpga;
 use hoverlock_arm::message::{self, Command, Telemetry, encode_registers};
 use hoverlock_arm::source::Source as Stream;
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reports::estimates::Estimate;
+use hoverlock_rtl::emission::emission_of;
+use hoverlock_rtl::registers::{COEFFICIENTS_AT, registers};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serializer};
 
@@ -77,31 +80,52 @@ impl Line {
     }
 }
 
-/// Refuses a design whose records the flight program cannot read.
-pub fn readable(design: &DesignPoint) -> Result<()> {
-    if design.pairs() > 2 {
+/// Refuses the ARM binary, which has the registers of kt27 built in, with other hardware.
+pub fn suits(features: Source, design: &DesignPoint, program: Program) -> Result<()> {
+    if features == Source::Rtl && program == Program::Arm && *design != KT27 {
         bail!(
-            "scale_pairs = {}: the flight program reads records of eight words, of one or two scale pairs; choose \
-             such a design",
-            design.scale_pairs
+            "--features rtl --estimator arm: the ARM binary is built for the Verilog of kt27 and refuses any other; \
+             leave --design and --config, or --estimator out"
         );
     }
     Ok(())
 }
 
+/// The FPGA of a design.
+///
+/// # Errors
+/// The design cannot be built.
+fn fpga(features: Source, design: &DesignPoint) -> Result<Fpga> {
+    // Where no hardware is, the stream begins with the registers that the program was built with.
+    if features != Source::Rtl || *design == KT27 {
+        return Ok(Fpga::default());
+    }
+    let map = registers(design)?;
+    let coefficients = map.iter().filter(|register| register.offset >= COEFFICIENTS_AT);
+    let reset = |name: &str| map.iter().find(|register| register.name == name).map_or(0, |found| found.fields[0].reset);
+    Ok(Fpga {
+        version: reset("version"),
+        emission: emission_of(design)?,
+        columns: design.width,
+        pairs: design.scale_pairs,
+        target: design.threshold.target,
+        coefficients: coefficients.map(|register| (register.offset, register.fields[0].reset)).collect(),
+    })
+}
+
 impl Chain {
     /// Starts extractor and flight program, which captures the first frame as its reference.
     pub fn start(features: Source, design: &DesignPoint, program: Program, first: &Plane<u16>) -> Result<Self> {
-        readable(design)?;
+        let fpga = fpga(features, design)?;
         let arm = (program == Program::Arm).then(Arm::start).transpose()?;
-        let extractor = Extractor::new(features, design, first)?;
+        let extractor = Extractor::new(features, design, &fpga, first)?;
         let mut stream = Stream::default();
         match extractor.registers() {
             Some(block) => stream.send(message::REGISTERS, &encode_registers(block)),
             None => stream.start(first.width(), first.height()),
         }
         stream.send(message::COMMAND, &Command::Capture.encode());
-        let mut chain = Self { extractor, stream, host: Host::default(), arm, frames: 0, differs: None };
+        let mut chain = Self { extractor, stream, host: Host::of(fpga), arm, frames: 0, differs: None };
         chain.send()?;
         Ok(chain)
     }

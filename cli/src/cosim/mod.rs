@@ -15,7 +15,7 @@ use serde::Serialize;
 use serde_json::value::RawValue;
 
 use crate::Verdict;
-use crate::chain::{Chain, Line, Program, Source, Written, named, told};
+use crate::chain::{Chain, Line, Program, Source, Written, named, suits, told};
 use crate::design::Chosen;
 use crate::output::{Folder, command, lossy, print, print_json, shown, spinning, verdict, write_file};
 use crate::picture::Limit;
@@ -127,7 +127,8 @@ impl Row {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    // A missing binary is told before anything is computed.
+    // A binary that is missing or does not suit is told before anything is computed.
+    suits(args.features, &args.chosen.design()?, args.estimator)?;
     args.estimator.find()?;
     let sequence = sequence::read(&args.sequence, &args.limit)?;
     let folder = args.out.as_deref().map(Folder::new).transpose()?;

@@ -14,7 +14,7 @@ use hoverlock_edss::scene::Scene;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
-use crate::chain::{Program, Source, readable};
+use crate::chain::{Program, Source, suits};
 use crate::design::Chosen;
 use crate::output::{Folder, print, print_json, spinning};
 pub use fly::fly;
@@ -134,10 +134,10 @@ pub fn between(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + 
 
 pub fn run(args: &Args) -> Result<Verdict> {
     let course = &args.course;
+    let design = args.chosen.design()?;
+    suits(course.features, &design, course.estimator)?;
     course.estimator.find()?;
     let scene = scene(&course.scene)?;
-    let design = args.chosen.design()?;
-    readable(&design)?;
     let renderer = spinning("making the scene", || Renderer::new(&scene, course.seed))
         .with_context(|| format!("scene {}", course.scene))?;
     let folder = Folder::new(&args.out)?;

@@ -143,6 +143,23 @@ pub fn emission() -> Result<u32, EmitError> {
     Ok(hash(&modules(0)?))
 }
 
+/// The hash of a design.
+///
+/// # Errors
+/// As [`files_of`].
+pub fn emission_of(design: &DesignPoint) -> Result<u32, EmitError> {
+    if *design == compiled() {
+        return emission();
+    }
+    // Its header has it.
+    let value = |file: &File| {
+        let line = file.text.lines().find_map(|line| line.strip_prefix("pub const EMISSION_VALUE: u32 = 0x"))?;
+        u32::from_str_radix(line.strip_suffix(';')?, 16).ok()
+    };
+    let found = files_of(design)?.iter().find_map(value);
+    found.ok_or_else(|| other::OtherError::Fails("its constants have no EMISSION_VALUE".into()).into())
+}
+
 fn hash(modules: &[Module]) -> u32 {
     let mut digest = Sha256::new();
     modules.iter().for_each(|module| digest.update(module.text.as_bytes()));

@@ -8,11 +8,8 @@ use std::collections::VecDeque;
 
 use super::super::records::Words;
 
-/// Bytes of a record.
-const RECORD: usize = 32;
-
-/// Clock cycles that a record takes behind the adapter from 256 to 64 bits.
-const BEATS: u8 = 4;
+/// Bytes that the adapter behind the records passes on in a clock cycle.
+const BEAT: usize = 8;
 
 /// A buffer to be filled: byte offset in the memory and bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,19 +30,22 @@ pub struct Response {
 /// The DMA and the memory it writes.
 #[derive(Debug)]
 pub struct Dma {
+    /// Bytes of a record.
+    record: usize,
     memory: Vec<u8>,
     descriptors: VecDeque<Descriptor>,
     responses: VecDeque<Response>,
     /// Bytes written for the first descriptor.
     written: usize,
     /// Beats until the record taken last is in the memory, and whether it ended the packet.
-    pending: Option<(u8, bool)>,
+    pending: Option<(usize, bool)>,
 }
 
 impl Dma {
-    /// With a memory of so many bytes, none of which the DMA has written yet.
-    pub fn new(bytes: usize) -> Self {
+    /// For records of so many bytes, with a memory of which the DMA has written nothing yet.
+    pub fn new(record: usize, bytes: usize) -> Self {
         Self {
+            record,
             memory: vec![0xa5; bytes],
             descriptors: VecDeque::new(),
             responses: VecDeque::new(),
@@ -84,16 +84,16 @@ impl Dma {
         }
         let Some(((words, last), descriptor)) = accepted.zip(self.descriptors.front()) else { return };
         let at = descriptor.offset + self.written;
-        for (bytes, word) in self.memory[at..at + RECORD].chunks_exact_mut(4).zip(words) {
+        for (bytes, word) in self.memory[at..at + self.record].chunks_exact_mut(4).zip(words) {
             bytes.copy_from_slice(&word.to_le_bytes());
         }
-        self.written += RECORD;
-        self.pending = Some((BEATS - 1, last));
+        self.written += self.record;
+        self.pending = Some((self.record / BEAT - 1, last));
     }
 
     /// The record is in the memory.
     fn complete(&mut self, last: bool) {
-        let full = self.descriptors.front().is_some_and(|descriptor| self.written + RECORD > descriptor.bytes);
+        let full = self.descriptors.front().is_some_and(|descriptor| self.written + self.record > descriptor.bytes);
         if last || full {
             self.responses.push_back(Response { bytes: self.written, ended: last });
             self.descriptors.pop_front();
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_packet_ends_its_descriptor_and_a_long_one_goes_on_in_the_next() {
-        let mut dma = Dma::new(256);
+        let mut dma = Dma::new(32, 256);
         let buffers = [0, 128].map(|offset| Descriptor { offset, bytes: 128 });
         assert_eq!(send(&mut dma, &[1], 20), 0, "no descriptor, no record");
         buffers.iter().for_each(|buffer| dma.give(*buffer));

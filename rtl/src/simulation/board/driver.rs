@@ -25,7 +25,7 @@ mod map;
 /// Buffers in the ring.
 const BUFFERS: usize = 2;
 
-/// Bytes of a buffer: 2047 features and the trailer.
+/// Bytes of a buffer: 2047 features of 32 bytes and the trailer.
 const BUFFER: usize = 64 << 10;
 
 /// Clock cycles of one register access over the bridge, beside the access itself.
@@ -37,7 +37,7 @@ const PATIENCE: u64 = 1_000_000;
 /// A frame as the CPU finds it in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Packet {
-    /// The records, the trailer last, 32 bytes each.
+    /// The records, the trailer last, 32 or 40 bytes each.
     pub bytes: Vec<u8>,
     /// Clock cycle at which the CPU had copied it.
     pub cycle: u64,
