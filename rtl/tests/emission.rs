@@ -33,6 +33,21 @@ fn committed_files_are_fresh() {
 }
 
 #[test]
+fn the_list_has_a_module_after_those_it_is_made_of() {
+    let files = files().unwrap();
+    let list = files.iter().find(|file| file.path == "verilog/hoverlock.f").unwrap();
+    let listed: Vec<&str> = list.text.lines().filter_map(|line| line.strip_suffix(".v")).collect();
+    assert!(listed.len() > 50 && listed.last() == Some(&"hoverlock_top"), "{listed:?}");
+    for (at, name) in listed.iter().enumerate() {
+        let text = &files.iter().find(|file| file.path == format!("verilog/{name}.v")).unwrap().text;
+        for later in &listed[at + 1..] {
+            let instance = format!("{later} ");
+            assert!(!text.lines().any(|line| line.starts_with(&instance)), "{name} has an instance of {later}");
+        }
+    }
+}
+
+#[test]
 fn every_module_states_its_purpose_and_latency() {
     for file in files().unwrap().iter().filter(|file| file.path.ends_with(".v")) {
         let header: Vec<&str> = file

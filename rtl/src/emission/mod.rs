@@ -87,8 +87,8 @@ pub fn files() -> Result<Vec<File>, EmitError> {
             text: format!("{}\n{}{}", banner("//"), header(&module.name), module.text),
         });
     }
-    let mut list: Vec<String> = modules.iter().map(|module| format!("{}.v\n", module.name)).collect();
-    list.sort();
+    // rust-hdl prints a module after those it is made of.
+    let list: Vec<String> = modules.iter().map(|module| format!("{}.v\n", module.name)).collect();
     files.push(File { path: "verilog/hoverlock.f".into(), text: format!("{}\n{}", banner("//"), list.concat()) });
     let mut map = registers(&compiled())?;
     // Only here is it known.
