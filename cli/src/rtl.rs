@@ -272,7 +272,7 @@ fn table(estimate: &Estimate) -> String {
         );
     }
     text + &format!(
-        "ALM: {}.\nlevels: {}.\nns: the slowest such path in cell delays of Yosys's Arria V model, wires not \
+        "ALM: {}.\nlevels: {}.\nns: the slowest such path from the clock to set-up, in Yosys's delays of Arria V cells; wires not \
          counted.\n",
         estimate.alm_rule, estimate.levels_rule
     )

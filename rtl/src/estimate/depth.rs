@@ -3,8 +3,10 @@
 //!
 //! Registers, block memories, multipliers and pins begin and end paths. Edges lead through LUTs, inverters, carry
 //! chains and the asynchronous read of an MLAB. In levels `w` is 1, and 0 along a carry chain, so that an adder of any
-//! width is one level. In picoseconds `w` is the cell's delay as Yosys has it for Arria V
-//! (`intel_alm/common/alm_sim.v`, `mem_sim.v`); wires are not in it.
+//! width is one level. In picoseconds `w` is the cell's delay, an arrival begins with the time from the clock to the
+//! output of a register or a block memory, and a departure ends with the set-up time of what takes the signal, as Yosys
+//! has them for Arria V (`intel_alm/common/alm_sim.v`, `mem_sim.v`, `dff_sim.v`). Wires are not in it, nor is a
+//! multiplier, whose own registers are in its block.
 
 use super::{
     EstimateError,
@@ -16,7 +18,7 @@ use super::{
 pub struct Depth {
     /// Levels.
     pub levels: u32,
-    /// Picoseconds, of the slowest path.
+    /// Picoseconds, of the slowest path, from clock to set-up.
     pub delay_ps: u32,
     /// Where the path of most levels begins.
     pub from: String,
@@ -52,6 +54,24 @@ fn delay_ps(cell: &FlatCell, from: &str, to: &str) -> Option<u32> {
     }
 }
 
+/// From the clock to a cell's output, ps.
+fn clock_to_output_ps(kind: Kind) -> u32 {
+    match kind {
+        Kind::Register => 470,
+        Kind::M10k => 787,
+        _ => 0,
+    }
+}
+
+/// Set-up time of the slowest input of a cell where paths end, ps.
+fn set_up_ps(kind: Kind) -> u32 {
+    match kind {
+        Kind::Mlab => 62,
+        Kind::M10k => 126,
+        _ => 0,
+    }
+}
+
 /// The depth of each module, in the order of [`Flat::modules`].
 ///
 /// # Errors
@@ -59,6 +79,7 @@ fn delay_ps(cell: &FlatCell, from: &str, to: &str) -> Option<u32> {
 pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
     let mut edges = Vec::new();
     let (mut driver, mut sink) = (vec![None; flat.nets], vec![None; flat.nets]);
+    let mut set_up = vec![0; flat.nets];
     for (index, cell) in flat.cells.iter().enumerate() {
         cell.outputs.iter().for_each(|(_, net)| driver[*net] = Some(index));
         for (input, from) in &cell.inputs {
@@ -72,9 +93,14 @@ pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
             }
             if !passes {
                 sink[*from] = Some(index);
+                set_up[*from] = set_up[*from].max(set_up_ps(cell.kind));
             }
         }
     }
+    let clock_to_output: Vec<u32> = driver
+        .iter()
+        .map(|driver| driver.map_or(0, |index: usize| clock_to_output_ps(flat.cells[index].kind)))
+        .collect();
     let mut leaving = vec![Vec::new(); flat.nets];
     let mut waiting = vec![0usize; flat.nets];
     for (index, edge) in edges.iter().enumerate() {
@@ -99,9 +125,9 @@ pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
         let path = looped.map(|cell| flat.path(cell)).unwrap_or_default();
         return Err(EstimateError::Implausible(format!("combinational loop at {path}")));
     }
-    let longest = |weight: fn(&Edge) -> u32| {
-        let mut arrival = vec![(0, None); flat.nets];
-        let mut departure = vec![(0, None); flat.nets];
+    let longest = |weight: fn(&Edge) -> u32, begin: &[u32], end: &[u32]| {
+        let alone = |times: &[u32]| times.iter().map(|time| (*time, None)).collect::<Vec<_>>();
+        let (mut arrival, mut departure) = (alone(begin), alone(end));
         for &net in &order {
             for &index in &leaving[net] {
                 let edge = &edges[index];
@@ -115,14 +141,18 @@ pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
             for &index in &leaving[net] {
                 let edge = &edges[index];
                 let length = departure[edge.to].0 + weight(edge);
-                if departure[net].1.is_none() || length > departure[net].0 {
+                // What takes the signal here may need it earlier than what takes it further on.
+                let alone = departure[net].1.is_none() && length >= departure[net].0;
+                if alone || length > departure[net].0 {
                     departure[net] = (length, Some(edge.to));
                 }
             }
         }
         (arrival, departure)
     };
-    let (levels, delays) = (longest(|edge| edge.levels), longest(|edge| edge.delay_ps));
+    let none = vec![0; flat.nets];
+    let levels = longest(|edge| edge.levels, &none, &none);
+    let delays = longest(|edge| edge.delay_ps, &clock_to_output, &set_up);
     let mut found = vec![Depth::default(); flat.modules.len()];
     let mut deepest: Vec<Option<&Edge>> = vec![None; flat.modules.len()];
     for edge in &edges {
