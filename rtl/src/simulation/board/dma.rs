@@ -11,7 +11,7 @@ use super::super::records::Words;
 /// Bytes of a record.
 const RECORD: usize = 32;
 
-/// Clock cycles that a record takes behind the adapter from 256 to 64 bits.
+/// Clock cycles that a record takes in the component for Platform Designer, 64 bits a cycle.
 const BEATS: u8 = 4;
 
 /// A buffer to be filled: byte offset in the memory and bytes.
