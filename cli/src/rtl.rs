@@ -27,7 +27,7 @@ pub struct Args {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// Write Verilog, file list, C header, Rust constants and register table
+    /// Write Verilog, file list, C header, Rust constants, register table and the component for Platform Designer
     ///
     /// Example: hoverlock rtl emit
     Emit(Common),
@@ -51,7 +51,7 @@ enum Action {
 struct Common {
     #[command(flatten)]
     chosen: Chosen,
-    /// The folder with verilog/ and registers/ [default: rtl for kt27, out/rtl/NAME for other designs]
+    /// The folder with verilog/, registers/ and quartus/ [default: rtl for kt27, out/rtl/NAME for other designs]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object on stdout: emit: files[]; check: fresh stale[] strays[]

@@ -150,8 +150,8 @@ fn faulty() -> Simulator {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("corners");
     fs::create_dir_all(&folder).unwrap();
     let mut sources = Vec::new();
-    for emitted in files().unwrap().iter().filter(|file| file.path.ends_with(".v")) {
-        let name = emitted.path.trim_start_matches("verilog/");
+    for emitted in files().unwrap() {
+        let Some(name) = emitted.module() else { continue };
         let mut text = emitted.text.clone();
         for (at, (_, place, fault, _)) in FAULTS.iter().enumerate().filter(|(_, f)| format!("{}.v", f.0) == name) {
             let (before, rest) = place.split_once('«').unwrap();

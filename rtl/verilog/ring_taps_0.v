@@ -3,7 +3,7 @@
 
 // The 32 points of a ring in parallel: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay,
 // then delayed by
-// the column of each point; the points of one row share a delay chain.
+// the column of each point; the points of one row share a delay chain. Its memories are read as in a delay: old words.
 // Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.
 module ring_taps_0 (
   input  wire clock,
@@ -15,7 +15,7 @@ module ring_taps_0 (
 
 // 4 lines before the newest
 reg [15:0] point_7;
-reg [15:0] point_7_memory [0:12];
+(* ramstyle = "MLAB" *) reg [15:0] point_7_memory [0:12];
 reg [3:0] point_7_position;
 
 always @(posedge clock)
@@ -47,7 +47,7 @@ always @(posedge clock)
   end
 // 5 lines before the newest
 reg [15:0] point_6;
-reg [15:0] point_6_memory [0:9];
+(* ramstyle = "MLAB" *) reg [15:0] point_6_memory [0:9];
 reg [3:0] point_6_position;
 
 always @(posedge clock)
@@ -62,7 +62,7 @@ always @(posedge clock)
     point_6_memory[point_6_position] <= rows[31:16];
   end
 reg [15:0] point_10;
-reg [15:0] point_10_memory [0:8];
+(* ramstyle = "MLAB" *) reg [15:0] point_10_memory [0:8];
 reg [3:0] point_10_position;
 
 always @(posedge clock)
@@ -78,7 +78,7 @@ always @(posedge clock)
   end
 // 6 lines before the newest
 reg [15:0] point_5;
-reg [15:0] point_5_memory [0:7];
+(* ramstyle = "MLAB" *) reg [15:0] point_5_memory [0:7];
 reg [2:0] point_5_position;
 
 always @(posedge clock)
@@ -93,7 +93,7 @@ always @(posedge clock)
     point_5_memory[point_5_position] <= rows[47:32];
   end
 reg [15:0] point_11;
-reg [15:0] point_11_memory [0:12];
+(* ramstyle = "MLAB" *) reg [15:0] point_11_memory [0:12];
 reg [3:0] point_11_position;
 
 always @(posedge clock)
@@ -109,7 +109,7 @@ always @(posedge clock)
   end
 // 8 lines before the newest
 reg [15:0] point_4;
-reg [15:0] point_4_memory [0:6];
+(* ramstyle = "MLAB" *) reg [15:0] point_4_memory [0:6];
 reg [2:0] point_4_position;
 
 always @(posedge clock)
@@ -124,7 +124,7 @@ always @(posedge clock)
     point_4_memory[point_4_position] <= rows[63:48];
   end
 reg [15:0] point_12;
-reg [15:0] point_12_memory [0:14];
+(* ramstyle = "MLAB" *) reg [15:0] point_12_memory [0:14];
 reg [3:0] point_12_position;
 
 always @(posedge clock)
@@ -140,7 +140,7 @@ always @(posedge clock)
   end
 // 9 lines before the newest
 reg [15:0] point_3;
-reg [15:0] point_3_memory [0:4];
+(* ramstyle = "MLAB" *) reg [15:0] point_3_memory [0:4];
 reg [2:0] point_3_position;
 
 always @(posedge clock)
@@ -155,7 +155,7 @@ always @(posedge clock)
     point_3_memory[point_3_position] <= rows[79:64];
   end
 reg [15:0] point_13;
-reg [15:0] point_13_memory [0:18];
+(* ramstyle = "MLAB" *) reg [15:0] point_13_memory [0:18];
 reg [4:0] point_13_position;
 
 always @(posedge clock)
@@ -171,7 +171,7 @@ always @(posedge clock)
   end
 // 11 lines before the newest
 reg [15:0] point_2;
-reg [15:0] point_2_memory [0:3];
+(* ramstyle = "MLAB" *) reg [15:0] point_2_memory [0:3];
 reg [1:0] point_2_position;
 
 always @(posedge clock)
@@ -186,7 +186,7 @@ always @(posedge clock)
     point_2_memory[point_2_position] <= rows[95:80];
   end
 reg [15:0] point_14;
-reg [15:0] point_14_memory [0:20];
+(* ramstyle = "MLAB" *) reg [15:0] point_14_memory [0:20];
 reg [4:0] point_14_position;
 
 always @(posedge clock)
@@ -202,7 +202,7 @@ always @(posedge clock)
   end
 // 14 lines before the newest
 reg [15:0] point_1;
-reg [15:0] point_1_memory [0:2];
+(* ramstyle = "MLAB" *) reg [15:0] point_1_memory [0:2];
 reg [1:0] point_1_position;
 
 always @(posedge clock)
@@ -217,7 +217,7 @@ always @(posedge clock)
     point_1_memory[point_1_position] <= rows[111:96];
   end
 reg [15:0] point_15;
-reg [15:0] point_15_memory [0:22];
+(* ramstyle = "MLAB" *) reg [15:0] point_15_memory [0:22];
 reg [4:0] point_15_position;
 
 always @(posedge clock)
@@ -233,7 +233,7 @@ always @(posedge clock)
   end
 // 16 lines before the newest
 reg [15:0] point_0;
-reg [15:0] point_0_memory [0:2];
+(* ramstyle = "MLAB" *) reg [15:0] point_0_memory [0:2];
 reg [1:0] point_0_position;
 
 always @(posedge clock)
@@ -248,7 +248,7 @@ always @(posedge clock)
     point_0_memory[point_0_position] <= rows[127:112];
   end
 reg [15:0] point_16;
-reg [15:0] point_16_memory [0:22];
+(* ramstyle = "MLAB" *) reg [15:0] point_16_memory [0:22];
 reg [4:0] point_16_position;
 
 always @(posedge clock)
@@ -264,7 +264,7 @@ always @(posedge clock)
   end
 // 18 lines before the newest
 reg [15:0] point_31;
-reg [15:0] point_31_memory [0:2];
+(* ramstyle = "MLAB" *) reg [15:0] point_31_memory [0:2];
 reg [1:0] point_31_position;
 
 always @(posedge clock)
@@ -279,7 +279,7 @@ always @(posedge clock)
     point_31_memory[point_31_position] <= rows[143:128];
   end
 reg [15:0] point_17;
-reg [15:0] point_17_memory [0:22];
+(* ramstyle = "MLAB" *) reg [15:0] point_17_memory [0:22];
 reg [4:0] point_17_position;
 
 always @(posedge clock)
@@ -295,7 +295,7 @@ always @(posedge clock)
   end
 // 21 lines before the newest
 reg [15:0] point_30;
-reg [15:0] point_30_memory [0:3];
+(* ramstyle = "MLAB" *) reg [15:0] point_30_memory [0:3];
 reg [1:0] point_30_position;
 
 always @(posedge clock)
@@ -310,7 +310,7 @@ always @(posedge clock)
     point_30_memory[point_30_position] <= rows[159:144];
   end
 reg [15:0] point_18;
-reg [15:0] point_18_memory [0:20];
+(* ramstyle = "MLAB" *) reg [15:0] point_18_memory [0:20];
 reg [4:0] point_18_position;
 
 always @(posedge clock)
@@ -326,7 +326,7 @@ always @(posedge clock)
   end
 // 23 lines before the newest
 reg [15:0] point_29;
-reg [15:0] point_29_memory [0:4];
+(* ramstyle = "MLAB" *) reg [15:0] point_29_memory [0:4];
 reg [2:0] point_29_position;
 
 always @(posedge clock)
@@ -341,7 +341,7 @@ always @(posedge clock)
     point_29_memory[point_29_position] <= rows[175:160];
   end
 reg [15:0] point_19;
-reg [15:0] point_19_memory [0:18];
+(* ramstyle = "MLAB" *) reg [15:0] point_19_memory [0:18];
 reg [4:0] point_19_position;
 
 always @(posedge clock)
@@ -357,7 +357,7 @@ always @(posedge clock)
   end
 // 24 lines before the newest
 reg [15:0] point_28;
-reg [15:0] point_28_memory [0:6];
+(* ramstyle = "MLAB" *) reg [15:0] point_28_memory [0:6];
 reg [2:0] point_28_position;
 
 always @(posedge clock)
@@ -372,7 +372,7 @@ always @(posedge clock)
     point_28_memory[point_28_position] <= rows[191:176];
   end
 reg [15:0] point_20;
-reg [15:0] point_20_memory [0:14];
+(* ramstyle = "MLAB" *) reg [15:0] point_20_memory [0:14];
 reg [3:0] point_20_position;
 
 always @(posedge clock)
@@ -388,7 +388,7 @@ always @(posedge clock)
   end
 // 26 lines before the newest
 reg [15:0] point_27;
-reg [15:0] point_27_memory [0:7];
+(* ramstyle = "MLAB" *) reg [15:0] point_27_memory [0:7];
 reg [2:0] point_27_position;
 
 always @(posedge clock)
@@ -403,7 +403,7 @@ always @(posedge clock)
     point_27_memory[point_27_position] <= rows[207:192];
   end
 reg [15:0] point_21;
-reg [15:0] point_21_memory [0:12];
+(* ramstyle = "MLAB" *) reg [15:0] point_21_memory [0:12];
 reg [3:0] point_21_position;
 
 always @(posedge clock)
@@ -419,7 +419,7 @@ always @(posedge clock)
   end
 // 27 lines before the newest
 reg [15:0] point_26;
-reg [15:0] point_26_memory [0:9];
+(* ramstyle = "MLAB" *) reg [15:0] point_26_memory [0:9];
 reg [3:0] point_26_position;
 
 always @(posedge clock)
@@ -434,7 +434,7 @@ always @(posedge clock)
     point_26_memory[point_26_position] <= rows[223:208];
   end
 reg [15:0] point_22;
-reg [15:0] point_22_memory [0:8];
+(* ramstyle = "MLAB" *) reg [15:0] point_22_memory [0:8];
 reg [3:0] point_22_position;
 
 always @(posedge clock)
@@ -450,7 +450,7 @@ always @(posedge clock)
   end
 // 28 lines before the newest
 reg [15:0] point_25;
-reg [15:0] point_25_memory [0:12];
+(* ramstyle = "MLAB" *) reg [15:0] point_25_memory [0:12];
 reg [3:0] point_25_position;
 
 always @(posedge clock)

@@ -3,7 +3,7 @@
 
 // The 32 points of a ring in parallel: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay,
 // then delayed by
-// the column of each point; the points of one row share a delay chain.
+// the column of each point; the points of one row share a delay chain. Its memories are read as in a delay: old words.
 // Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.
 module ring_taps_1 (
   input  wire clock,
@@ -15,7 +15,7 @@ module ring_taps_1 (
 
 // 0 lines before the newest
 reg [15:0] point_7;
-reg [15:0] point_7_memory [0:11];
+(* ramstyle = "MLAB" *) reg [15:0] point_7_memory [0:11];
 reg [3:0] point_7_position;
 
 always @(posedge clock)
@@ -51,7 +51,7 @@ always @(posedge clock)
   end
 // 1 lines before the newest
 reg [15:0] point_6;
-reg [15:0] point_6_memory [0:8];
+(* ramstyle = "MLAB" *) reg [15:0] point_6_memory [0:8];
 reg [3:0] point_6_position;
 
 always @(posedge clock)
@@ -66,7 +66,7 @@ always @(posedge clock)
     point_6_memory[point_6_position] <= rows[31:16];
   end
 reg [15:0] point_10;
-reg [15:0] point_10_memory [0:10];
+(* ramstyle = "MLAB" *) reg [15:0] point_10_memory [0:10];
 reg [3:0] point_10_position;
 
 always @(posedge clock)
@@ -82,7 +82,7 @@ always @(posedge clock)
   end
 // 3 lines before the newest
 reg [15:0] point_5;
-reg [15:0] point_5_memory [0:5];
+(* ramstyle = "MLAB" *) reg [15:0] point_5_memory [0:5];
 reg [2:0] point_5_position;
 
 always @(posedge clock)
@@ -97,7 +97,7 @@ always @(posedge clock)
     point_5_memory[point_5_position] <= rows[47:32];
   end
 reg [15:0] point_11;
-reg [15:0] point_11_memory [0:16];
+(* ramstyle = "MLAB" *) reg [15:0] point_11_memory [0:16];
 reg [4:0] point_11_position;
 
 always @(posedge clock)
@@ -113,7 +113,7 @@ always @(posedge clock)
   end
 // 5 lines before the newest
 reg [15:0] point_4;
-reg [15:0] point_4_memory [0:3];
+(* ramstyle = "MLAB" *) reg [15:0] point_4_memory [0:3];
 reg [1:0] point_4_position;
 
 always @(posedge clock)
@@ -128,7 +128,7 @@ always @(posedge clock)
     point_4_memory[point_4_position] <= rows[63:48];
   end
 reg [15:0] point_12;
-reg [15:0] point_12_memory [0:20];
+(* ramstyle = "MLAB" *) reg [15:0] point_12_memory [0:20];
 reg [4:0] point_12_position;
 
 always @(posedge clock)
@@ -154,7 +154,7 @@ always @(posedge clock)
     point_3 <= point_3_delayed_2;
   end
 reg [15:0] point_13;
-reg [15:0] point_13_memory [0:24];
+(* ramstyle = "MLAB" *) reg [15:0] point_13_memory [0:24];
 reg [4:0] point_13_position;
 
 always @(posedge clock)
@@ -176,7 +176,7 @@ always @(posedge clock)
     point_2 <= rows[95:80];
   end
 reg [15:0] point_14;
-reg [15:0] point_14_memory [0:28];
+(* ramstyle = "MLAB" *) reg [15:0] point_14_memory [0:28];
 reg [4:0] point_14_position;
 
 always @(posedge clock)
@@ -192,7 +192,7 @@ always @(posedge clock)
   end
 // 13 lines before the newest
 reg [15:0] point_15;
-reg [15:0] point_15_memory [0:30];
+(* ramstyle = "MLAB" *) reg [15:0] point_15_memory [0:30];
 reg [4:0] point_15_position;
 
 always @(posedge clock)
@@ -208,7 +208,7 @@ always @(posedge clock)
   end
 // 16 lines before the newest
 reg [15:0] point_16;
-reg [15:0] point_16_memory [0:30];
+(* ramstyle = "MLAB" *) reg [15:0] point_16_memory [0:30];
 reg [4:0] point_16_position;
 
 always @(posedge clock)
@@ -224,7 +224,7 @@ always @(posedge clock)
   end
 // 19 lines before the newest
 reg [15:0] point_17;
-reg [15:0] point_17_memory [0:30];
+(* ramstyle = "MLAB" *) reg [15:0] point_17_memory [0:30];
 reg [4:0] point_17_position;
 
 always @(posedge clock)
@@ -246,7 +246,7 @@ always @(posedge clock)
     point_30 <= rows[159:144];
   end
 reg [15:0] point_18;
-reg [15:0] point_18_memory [0:28];
+(* ramstyle = "MLAB" *) reg [15:0] point_18_memory [0:28];
 reg [4:0] point_18_position;
 
 always @(posedge clock)
@@ -272,7 +272,7 @@ always @(posedge clock)
     point_29 <= point_29_delayed_2;
   end
 reg [15:0] point_19;
-reg [15:0] point_19_memory [0:24];
+(* ramstyle = "MLAB" *) reg [15:0] point_19_memory [0:24];
 reg [4:0] point_19_position;
 
 always @(posedge clock)
@@ -288,7 +288,7 @@ always @(posedge clock)
   end
 // 27 lines before the newest
 reg [15:0] point_28;
-reg [15:0] point_28_memory [0:3];
+(* ramstyle = "MLAB" *) reg [15:0] point_28_memory [0:3];
 reg [1:0] point_28_position;
 
 always @(posedge clock)
@@ -303,7 +303,7 @@ always @(posedge clock)
     point_28_memory[point_28_position] <= rows[191:176];
   end
 reg [15:0] point_20;
-reg [15:0] point_20_memory [0:20];
+(* ramstyle = "MLAB" *) reg [15:0] point_20_memory [0:20];
 reg [4:0] point_20_position;
 
 always @(posedge clock)
@@ -319,7 +319,7 @@ always @(posedge clock)
   end
 // 29 lines before the newest
 reg [15:0] point_27;
-reg [15:0] point_27_memory [0:5];
+(* ramstyle = "MLAB" *) reg [15:0] point_27_memory [0:5];
 reg [2:0] point_27_position;
 
 always @(posedge clock)
@@ -334,7 +334,7 @@ always @(posedge clock)
     point_27_memory[point_27_position] <= rows[207:192];
   end
 reg [15:0] point_21;
-reg [15:0] point_21_memory [0:16];
+(* ramstyle = "MLAB" *) reg [15:0] point_21_memory [0:16];
 reg [4:0] point_21_position;
 
 always @(posedge clock)
@@ -350,7 +350,7 @@ always @(posedge clock)
   end
 // 31 lines before the newest
 reg [15:0] point_26;
-reg [15:0] point_26_memory [0:8];
+(* ramstyle = "MLAB" *) reg [15:0] point_26_memory [0:8];
 reg [3:0] point_26_position;
 
 always @(posedge clock)
@@ -365,7 +365,7 @@ always @(posedge clock)
     point_26_memory[point_26_position] <= rows[223:208];
   end
 reg [15:0] point_22;
-reg [15:0] point_22_memory [0:10];
+(* ramstyle = "MLAB" *) reg [15:0] point_22_memory [0:10];
 reg [3:0] point_22_position;
 
 always @(posedge clock)
@@ -381,7 +381,7 @@ always @(posedge clock)
   end
 // 32 lines before the newest
 reg [15:0] point_25;
-reg [15:0] point_25_memory [0:11];
+(* ramstyle = "MLAB" *) reg [15:0] point_25_memory [0:11];
 reg [3:0] point_25_position;
 
 always @(posedge clock)

@@ -15,10 +15,10 @@ from typing import TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._core import BitTrue, lerp_coefficients, look_ahead_of
+from ._core import BitTrue, emission_value, lerp_coefficients, look_ahead_of
 
 __all__ = [
-    "FEATURE", "Coefficients", "Planes", "coefficients", "design_point", "features", "look_ahead", "planes", "records",
+    "FEATURE", "Coefficients", "Planes", "coefficients", "design_point", "emission", "features", "look_ahead", "planes", "records",
 ]  # fmt: skip
 
 FEATURE = np.dtype([
@@ -95,6 +95,20 @@ def design_point(changes: str | None = None) -> str:
     >>> print(design_point())  # doctest: +SKIP
     """
     return _model(changes).design_point
+
+
+def emission() -> int:
+    """The hash of the Verilog of the default design, by which software knows that the hardware is the one it was built with.
+
+    Returns
+    -------
+    int
+        What the register ``emission`` (byte address 0x08) reads: the first 32 bits of the SHA-256 of the emitted Verilog. The C
+        header has the same as ``HOVERLOCK_EMISSION_VALUE``, the Rust constants as ``EMISSION_VALUE``.
+
+    >>> assert await csr.read(0x08 >> 2) == models.emission()
+    """
+    return emission_value()
 
 
 def features(

@@ -30,7 +30,7 @@ mod _core {
     #[pymodule_export]
     use crate::library::{Coverage, Library, compile};
     #[pymodule_export]
-    use crate::models::{BitTrue, lerp_coefficients, look_ahead_of};
+    use crate::models::{BitTrue, emission_value, lerp_coefficients, look_ahead_of};
     #[pymodule_export]
     use crate::simulation::{RunningClock, Simulation, Waves, femtoseconds, now, region, start_clock};
     #[pymodule_export]

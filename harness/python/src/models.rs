@@ -12,6 +12,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+/// The constants of the committed Verilog, as the program on the ARM gets them.
+#[allow(dead_code, reason = "the constants of all registers")]
+#[path = "../../../rtl/registers/hoverlock_registers.rs"]
+mod registers;
+
 fn bad(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
@@ -115,4 +120,10 @@ pub fn lerp_coefficients(sigma: f64, look_ahead: u32, frac_bits: u32) -> PyResul
 #[pyfunction]
 pub fn look_ahead_of(a: f64, error: f64) -> PyResult<u32> {
     look_ahead_for(a, error).map_err(bad)
+}
+
+/// What the register `emission` of the committed Verilog reads.
+#[pyfunction]
+pub fn emission_value() -> u32 {
+    registers::EMISSION_VALUE
 }

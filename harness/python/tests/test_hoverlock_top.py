@@ -1,6 +1,7 @@
 """Hoverlock's own RTL against its bit-true model: the committed Verilog gets a small picture, and its records are those of
 `hoverlock.models`, in one line. This is also the example of a bench that compares with a model."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from hoverlock.bus import AvalonMaster, AvalonSink, AvalonSource
 VERILOG = Path(__file__).resolve().parents[3] / "rtl" / "verilog"
 SOURCES = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
 design = Design(SOURCES, top="hoverlock_top")
-CONTROL, SIZE, THRESHOLD, FEATURES, COMMIT = 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2, 0x30 >> 2
+EMISSION, CONTROL, SIZE, THRESHOLD, FEATURES, COMMIT = 0x08 >> 2, 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2, 0x30 >> 2
 THRESHOLDS = (300, 200)
 
 
@@ -65,6 +66,14 @@ async def frames_follow_one_another(dut, stall):
         *found, trailer = models.records(packet.symbols.reshape(-1, 8)[:, ::-1])
         assert np.array_equal(found, models.features(frame, THRESHOLDS)) and len(found) > 3
         assert await csr.read(FEATURES) == len(found)
+
+
+@hoverlock.test(timeout_time=1, timeout_unit="ms")
+async def software_knows_the_hardware_by_its_hash(dut):
+    csr = await ready(dut, 64, 64)
+    assert await csr.read(EMISSION) == models.emission()
+    header = (VERILOG.parent / "registers" / "hoverlock_registers.h").read_text()
+    assert re.findall(r"#define HOVERLOCK_EMISSION_VALUE 0x([0-9a-f]{8})u", header) == [f"{models.emission():08x}"]
 
 
 def test_a_step_of_one_dn_in_one_pixel_makes_rtl_and_model_differ():

@@ -17,6 +17,11 @@ pub const LONGEST_DELAY: usize = 33;
 /// Up to this length a delay is cheaper in registers.
 const LONGEST_IN_REGISTERS: usize = 3;
 
+/// The memory of a delay goes into an MLAB. Without the attribute Quartus leaves memories of some hundred bits in
+/// registers. A word is read and overwritten at one address in one clock and the read needs the old one, so
+/// `no_rw_check` must not stand beside it.
+const IN_MLAB: &str = "(* ramstyle = \"MLAB\" *)";
+
 /// A sample `steps` steps later. The output is undefined for that many steps after a reset.
 #[derive(LogicBlock)]
 pub struct Delay<const N: usize> {
@@ -113,7 +118,7 @@ pub(super) fn delay_body(prefix: &str, input: &str, output: &str, bits: usize, s
     format!(
         "\
 reg [{top}:0] {output};
-reg [{top}:0] {prefix}memory [0:{last}];
+{IN_MLAB} reg [{top}:0] {prefix}memory [0:{last}];
 reg [{p}:0] {prefix}position;
 
 always @(posedge clock)

@@ -264,7 +264,7 @@ Latency: {1} lines.",
     (
         "delay_",
         "y[n] = x[n - {1}], {0} bits: registers up to 3 steps, beyond that a small memory, read and then written at the
-same address.
+same address: the read gives the old word.
 The address may begin anywhere; its reset is for simulators with X.
 Latency: {1} steps.",
     ),
@@ -379,7 +379,7 @@ Latency: 1 step from the position of the ring to `found` and `candidate`.",
         "ring_taps",
         "The 32 points of a ring in parallel: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay,
 then delayed by
-the column of each point; the points of one row share a delay chain.
+the column of each point; the points of one row share a delay chain. Its memories are read as in a delay: old words.
 Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.",
     ),
     ("ring_comparator", "maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i), i = 0 .. 31.\nLatency: 1 step."),

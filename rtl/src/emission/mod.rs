@@ -1,13 +1,16 @@
-//! All generated files of the RTL folder: Verilog, file list, C header, Rust constants, register table.
+//! All generated files of the RTL folder: Verilog, file list, C header, Rust constants, register table, component for
+//! Platform Designer.
 //!
 //! | module | content |
 //! |---|---|
 //! | `mod` | the list of files, the register files, the hash |
+//! | [`component`] | the top of the component for Platform Designer, and the files that Quartus is given |
 //! | [`post_pass`] | rust-hdl's output to one readable file per module |
 //! | `headers` | the comment above each module |
 //! | [`verilog`] | the Verilog of a design on the disk |
 //! | [`other`] | the same files for another design than the one that this was compiled for |
 
+pub mod component;
 mod headers;
 pub mod other;
 pub mod post_pass;
@@ -36,6 +39,13 @@ pub struct File {
     pub path: String,
     /// Content.
     pub text: String,
+}
+
+impl File {
+    /// The name of the file below `verilog/`, where it is a module of `hoverlock_top`.
+    pub fn module(&self) -> Option<&str> {
+        self.path.strip_prefix("verilog/").filter(|name| name.ends_with(".v"))
+    }
 }
 
 /// Why nothing can be emitted: an error in the sources.
@@ -98,6 +108,7 @@ pub fn files() -> Result<Vec<File>, EmitError> {
     files.push(File { path: "registers/hoverlock_registers.h".into(), text: c_header(&map) });
     files.push(File { path: "registers/hoverlock_registers.rs".into(), text: rust_constants(&map) });
     files.push(File { path: "registers/REGISTERS.md".into(), text: markdown(&map) });
+    files.extend(component::files(&compiled()));
     Ok(files)
 }
 

@@ -113,8 +113,9 @@ fn emit(project: &Path, design: &Path) -> Result<Vec<u8>, OtherError> {
 /// What the emission depends on besides the design, sorted.
 fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
     let mut files = vec![project.join("Cargo.lock"), project.join("rtl/build.rs")];
-    let mut folders: Vec<PathBuf> =
-        ["rtl/src", "fixed_point/src/model", "reference/src/features"].map(|folder| project.join(folder)).into();
+    let mut folders: Vec<PathBuf> = ["rtl/src", "rtl/quartus", "fixed_point/src/model", "reference/src/features"]
+        .map(|folder| project.join(folder))
+        .into();
     while let Some(folder) = folders.pop() {
         let entries = fs::read_dir(&folder).map_err(|_| OtherError::NoSources(folder.clone()))?;
         for entry in entries {
@@ -122,7 +123,8 @@ fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
             if path.is_dir() { folders.push(path) } else { files.push(path) }
         }
     }
-    files.retain(|file| file.extension().is_some_and(|ending| ending == "rs" || ending == "lock"));
+    let endings = ["rs", "lock", "sdc", "qpf", "qsf"];
+    files.retain(|file| file.extension().is_some_and(|ending| endings.iter().any(|known| ending == *known)));
     files.sort();
     Ok(files)
 }

@@ -29,15 +29,15 @@ pub fn verilog(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBu
 /// The emission as files in a folder named by content. Unchanged files keep their times, by which the harness finds the
 /// built model.
 fn emitted(files: &[File]) -> Result<Vec<PathBuf>, EmitError> {
-    let verilog: Vec<_> = files.iter().filter(|file| file.path.ends_with(".v")).collect();
+    let verilog: Vec<_> = files.iter().filter_map(|file| Some((file.module()?, &file.text))).collect();
     let mut digest = Sha256::new();
-    verilog.iter().for_each(|file| digest.update(file.text.as_bytes()));
+    verilog.iter().for_each(|(_, text)| digest.update(text.as_bytes()));
     let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
     let folder = hoverlock_cache::folder()?.join("verilog").join(name);
     let mut sources = Vec::new();
-    for file in verilog {
-        let path = folder.join(file.path.trim_start_matches("verilog/"));
-        put(&path, &file.text).map_err(|source| EmitError::Write { path: path.clone(), source })?;
+    for (name, text) in verilog {
+        let path = folder.join(name);
+        put(&path, text).map_err(|source| EmitError::Write { path: path.clone(), source })?;
         sources.push(path);
     }
     Ok(sources)

@@ -2,7 +2,8 @@
 //! MLABs of 20 bits.
 //!
 //! A memory that became registers would be thousands of them, and the estimate one of another design. So each
-//! declaration `reg [width] name [words];` must be found again in the netlist under its own name, with all of its bits.
+//! declaration `reg [width] name [words];`, with an attribute or without, must be found again in the netlist under its
+//! own name, with all of its bits.
 
 use hoverlock_fixed_point::analysis::resources::{MLAB_WORDS, blocks};
 use serde::Serialize;
@@ -37,8 +38,10 @@ fn declared(verilog: &str) -> Vec<(String, String, u64, u64)> {
         if let Some(rest) = line.strip_prefix("module ") {
             module = rest.split([' ', '(', ';']).next().unwrap_or_default();
         }
+        let attribute = line.strip_prefix("(*").and_then(|line| line.split_once("*)"));
+        let declaration = attribute.map_or(line, |(_, declaration)| declaration.trim_start());
         let memory = || {
-            let rest = line.strip_prefix("reg ")?.trim().strip_suffix("];")?;
+            let rest = declaration.strip_prefix("reg ")?.trim().strip_suffix("];")?;
             let (word, words) = rest.rsplit_once('[')?;
             let (range, name) = match word.trim().strip_prefix('[') {
                 Some(ranged) => ranged.split_once(']')?,
@@ -97,7 +100,8 @@ mod tests {
     #[test]
     fn memories_are_read_off_their_declarations() {
         let verilog = "module a (\n  input wire clock\n);\n\nreg [575:0] memory [0:1023];\nreg [17:0] y;\n\
-                       reg flag [0:3];\nwire [3:0] x [0:1];\nendmodule\nmodule b(\nreg [15:0] point_7_memory [0:12];\n";
+                       reg flag [0:3];\nwire [3:0] x [0:1];\nendmodule\nmodule b(\n\
+                       (* ramstyle = \"MLAB\" *) reg [15:0] point_7_memory [0:12];\n";
         let of = |module: &str, name: &str, words, width| (module.to_owned(), name.to_owned(), words, width);
         assert_eq!(
             declared(verilog),

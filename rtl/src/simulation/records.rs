@@ -192,7 +192,7 @@ impl Records {
 }
 
 /// Words of a record of a design.
-pub(in crate::simulation) fn record_words(design: &DesignPoint) -> usize {
+pub(crate) fn record_words(design: &DesignPoint) -> usize {
     if design.pairs() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
 }
 

@@ -195,6 +195,8 @@ fn signals(text: &str) -> (Widths, BTreeMap<String, usize>) {
     let (mut ports, mut others) = (BTreeMap::new(), BTreeMap::new());
     for line in text.lines() {
         let line = line.trim();
+        // An attribute says where a signal goes, not what it is.
+        let line = line.strip_prefix("(*").and_then(|line| line.split_once("*) ")).map_or(line, |(_, line)| line);
         let mut words = line.split_whitespace();
         let first = words.next().unwrap_or_default();
         if !["input", "output", "wire", "reg"].contains(&first) || line.contains(" memory ") {
@@ -255,7 +257,7 @@ impl<'a> Reader<'a> {
             let line = &text[at..end];
             let trimmed = line.trim_start();
             let begin = at + line.len() - trimmed.len();
-            let skipped = ["//", "wire unused", "localparam"].iter().any(|word| trimmed.starts_with(word));
+            let skipped = ["//", "(*", "wire unused", "localparam"].iter().any(|word| trimmed.starts_with(word));
             let conditional = ["if (", "else if (", "end else if ("].iter().find(|word| trimmed.starts_with(**word));
             if skipped || trimmed.is_empty() {
                 // Nothing to go wrong.

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use super::super::records::Words;
 
-/// Bytes that the adapter behind the records passes on in a clock cycle.
+/// Bytes that the component for Platform Designer passes on in a clock cycle.
 const BEAT: usize = 8;
 
 /// A buffer to be filled: byte offset in the memory and bytes.
