@@ -185,7 +185,7 @@ pub(crate) fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let (low, high) = (at(0.005), at(0.995).max(at(0.005) + 1.0));
     let grey = frame.map(|&dn| (40.0 + 190.0 * ((f64::from(dn) - low) / (high - low)).clamp(0.0, 1.0)) as u8);
     let mut jpeg = Vec::new();
-    JpegEncoder::new_with_quality(&mut jpeg, 50).encode(
+    JpegEncoder::new_with_quality(&mut jpeg, 35).encode(
         grey.as_slice(),
         grey.width() as u32,
         grey.height() as u32,
