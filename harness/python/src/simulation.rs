@@ -111,7 +111,7 @@ impl Simulation {
     fn run(
         &self,
         py: Python<'_>,
-        coroutine: Py<PyAny>,
+        coroutine: Bound<'_, PyAny>,
         name: &str,
         time_limit_fs: Option<u64>,
         wall_limit: Option<f64>,

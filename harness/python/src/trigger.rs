@@ -11,7 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use hoverlock_harness::Time;
 use hoverlock_harness::sim::{self, Edge, Outcome};
+use pyo3::PyTypeInfo;
 use pyo3::exceptions::{PyStopIteration, PyTypeError, PyValueError};
+use pyo3::ffi::PyTypeObject;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -47,14 +49,25 @@ enum Gives {
 /// >>> edge = RisingEdge(dut.clk)
 /// >>> await edge
 #[pyclass(subclass, frozen, module = "hoverlock")]
-pub struct Trigger(OnThread<Inner>);
+pub struct Trigger {
+    /// Awaited, not yet yielded to the scheduler.
+    fresh: AtomicBool,
+    gives_result: bool,
+    inner: OnThread<Inner>,
+}
 
 struct Inner {
     what: sim::Trigger,
     gives: Gives,
-    /// Awaited, not yet yielded to the scheduler.
-    fresh: Cell<bool>,
     result: RefCell<Option<Py<PyAny>>>,
+}
+
+/// How far a wait is.
+pub enum Progress {
+    /// The scheduler is to resume the coroutine when the trigger has fired.
+    Waits,
+    /// The trigger has fired, and this is the result, if it gives one.
+    Over(Option<Py<PyAny>>),
 }
 
 impl Trigger {
@@ -63,31 +76,51 @@ impl Trigger {
     }
 
     fn giving(what: sim::Trigger, gives: Gives) -> Trigger {
-        Trigger(OnThread::new(Inner { what, gives, fresh: Cell::new(false), result: RefCell::default() }))
+        let gives_result = !matches!(gives, Gives::Nothing | Gives::AllOf(_));
+        let inner = OnThread::new(Inner { what, gives, result: RefCell::default() });
+        Trigger { fresh: AtomicBool::new(false), gives_result, inner }
     }
 
     /// The engine's trigger.
     #[inline]
     pub fn what(&self) -> PyResult<&sim::Trigger> {
-        Ok(&self.0.get()?.what)
+        Ok(&self.inner.get()?.what)
     }
 
     /// The engine's trigger, and whether a wait for it has a result.
     #[inline]
     pub fn wait(&self) -> (sim::Trigger, bool) {
-        let inner = self.0.own();
-        (inner.what.clone(), !matches!(inner.gives, Gives::Nothing | Gives::AllOf(_)))
+        (self.inner.own().what.clone(), self.gives_result)
+    }
+
+    /// Begins a wait.
+    #[inline(always)]
+    pub fn begin(&self) -> PyResult<()> {
+        self.inner.get()?;
+        self.fresh.store(true, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Goes on with a wait: to the scheduler at first, to its end when it is resumed.
+    #[inline(always)]
+    pub fn proceed(&self) -> PyResult<Progress> {
+        // No exchange: the interpreter's lock is held.
+        if self.fresh.load(Ordering::Relaxed) {
+            self.fresh.store(false, Ordering::Relaxed);
+            return Ok(Progress::Waits);
+        }
+        Ok(Progress::Over(if self.gives_result { self.inner.get()?.result.take() } else { None }))
     }
 
     /// Stores the result of a wait, for `__next__`.
     pub fn settle(slf: &Bound<'_, Trigger>, outcome: &Outcome) {
         let result = Trigger::result_of(slf, outcome);
-        *slf.get().0.own().result.borrow_mut() = Some(result);
+        *slf.get().inner.own().result.borrow_mut() = Some(result);
     }
 
     fn result_of(slf: &Bound<'_, Trigger>, outcome: &Outcome) -> Py<PyAny> {
         let py = slf.py();
-        match (&slf.get().0.own().gives, outcome) {
+        match (&slf.get().inner.own().gives, outcome) {
             (Gives::TaskResult(task), _) => task.get().result_or_none(py),
             (Gives::OneOf(parts), Outcome::First(index, inner)) => Trigger::result_of(parts[*index].bind(py), inner),
             _ => slf.clone().into_any().unbind(),
@@ -97,9 +130,8 @@ impl Trigger {
 
 #[pymethods]
 impl Trigger {
-    #[inline]
     fn __await__(slf: Bound<'_, Self>) -> PyResult<Bound<'_, Self>> {
-        slf.get().0.get()?.fresh.set(true);
+        slf.get().begin()?;
         Ok(slf)
     }
 
@@ -107,24 +139,17 @@ impl Trigger {
         Self::__await__(slf)
     }
 
-    #[inline]
     fn __next__<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, Self>>> {
-        let this = slf.get().0.get()?;
-        if this.fresh.replace(false) {
-            return Ok(Some(slf.clone()));
-        }
-        if matches!(this.gives, Gives::Nothing | Gives::AllOf(_)) {
-            return Ok(None);
-        }
-        match this.result.take() {
+        match slf.get().proceed()? {
+            Progress::Waits => Ok(Some(slf.clone())),
+            Progress::Over(None) => Ok(None),
             // In a tuple, so that a result that is a tuple is not unpacked.
-            Some(result) => Err(PyStopIteration::new_err((result,))),
-            None => Ok(None),
+            Progress::Over(Some(result)) => Err(PyStopIteration::new_err((result,))),
         }
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        if let Gives::TaskResult(task) = &slf.get().0.get()?.gives {
+        if let Gives::TaskResult(task) = &slf.get().inner.get()?.gives {
             return Ok(format!("the end of {}", task.bind(slf.py()).repr()?));
         }
         Ok(format!("{}()", slf.get_type().name()?))
@@ -358,6 +383,25 @@ impl Combine {
         let base = Trigger::giving(sim::Trigger::combine(whats(py, &parts)?), Gives::AllOf(parts));
         Ok(PyClassInitializer::from(base).add_subclass(Combine {}))
     }
+}
+
+/// The types of all triggers.
+pub fn kinds(py: Python<'_>) -> [*mut PyTypeObject; 13] {
+    [
+        Trigger::type_object_raw(py),
+        RisingEdge::type_object_raw(py),
+        FallingEdge::type_object_raw(py),
+        ValueChange::type_object_raw(py),
+        ClockCycles::type_object_raw(py),
+        Timer::type_object_raw(py),
+        ReadOnly::type_object_raw(py),
+        ReadWrite::type_object_raw(py),
+        NextTimeStep::type_object_raw(py),
+        NullTrigger::type_object_raw(py),
+        VerilogFinish::type_object_raw(py),
+        First::type_object_raw(py),
+        Combine::type_object_raw(py),
+    ]
 }
 
 fn whats(py: Python<'_>, parts: &[Py<Trigger>]) -> PyResult<Vec<sim::Trigger>> {
