@@ -8,14 +8,16 @@
 
 use std::cell::{Cell, RefCell};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use hoverlock_harness::Time;
 use hoverlock_harness::sim::{self, Edge, Outcome};
-use pyo3::PyTypeInfo;
 use pyo3::exceptions::{PyStopIteration, PyTypeError, PyValueError};
 use pyo3::ffi::PyTypeObject;
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
+use pyo3::{PyTraverseError, PyTypeInfo, PyVisit};
 
 use crate::errors;
 use crate::handle::{Bits, Handle};
@@ -436,9 +438,10 @@ pub fn join<'py>(task: &Bound<'py, Task>) -> PyResult<Bound<'py, Trigger>> {
 }
 
 /// An event. It lives in the simulation that runs when it is used, and keeps its state from one to the next.
-#[pyclass(frozen, module = "hoverlock._core", name = "RawEvent")]
+#[pyclass(frozen, subclass, module = "hoverlock._core", name = "RawEvent")]
 pub struct RawEvent {
-    name: String,
+    /// What it was last set with.
+    data: Mutex<Option<Py<PyAny>>>,
     /// Before any simulation runs: whether it is set.
     flag: OnThread<Cell<bool>>,
     event: OnThread<RefCell<Option<sim::Event>>>,
@@ -446,14 +449,18 @@ pub struct RawEvent {
 
 impl RawEvent {
     /// The event in the simulation that runs.
-    fn event(&self) -> PyResult<sim::Event> {
-        let dut = simulation::current()?;
-        let mut slot = self.event.get()?.borrow_mut();
-        if let Some(event) = slot.as_ref().filter(|event| event.is_of(&dut)) {
+    fn event(slf: &Bound<'_, Self>) -> PyResult<sim::Event> {
+        let this = slf.get();
+        let mut slot = this.event.get()?.borrow_mut();
+        if let Some(event) = slot.as_ref()
+            && simulation::is_current(|dut| event.is_of(dut))
+        {
             return Ok(event.clone());
         }
-        let is_set = slot.as_ref().map_or(self.flag.get()?.get(), sim::Event::is_set);
-        let event = dut.event(&self.name);
+        let dut = simulation::current()?;
+        let is_set = slot.as_ref().map_or(this.flag.get()?.get(), sim::Event::is_set);
+        let name: String = slf.getattr(intern!(slf.py(), "name"))?.str()?.extract()?;
+        let event = dut.event(&name);
         if is_set {
             event.set();
         }
@@ -467,38 +474,77 @@ impl RawEvent {
         self.flag.get()?.set(is_set);
         Ok(())
     }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Py<PyAny>>> {
+        self.data.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[pymethods]
 impl RawEvent {
+    /// The arguments are those of the classes below, whose `__init__` sets `name`.
     #[new]
-    fn new(name: String) -> Self {
-        RawEvent { name, flag: OnThread::new(Cell::new(false)), event: OnThread::new(RefCell::default()) }
+    #[pyo3(signature = (*_args, **_named))]
+    fn new(_args: &Bound<'_, PyTuple>, _named: Option<&Bound<'_, PyDict>>) -> Self {
+        RawEvent {
+            data: Mutex::default(),
+            flag: OnThread::new(Cell::new(false)),
+            event: OnThread::new(RefCell::default()),
+        }
     }
 
-    fn set(&self) -> PyResult<()> {
-        if !simulation::is_running() {
-            return self.put(true);
+    /// Sets the event: all tasks that wait for it continue.
+    #[pyo3(signature = (data = None))]
+    fn set(slf: &Bound<'_, Self>, data: Option<Py<PyAny>>) -> PyResult<()> {
+        if data.is_some() {
+            slf.call_method0(intern!(slf.py(), "_set_with_data"))?;
         }
-        self.event()?.set();
+        // The old one is dropped when the lock is free again: to drop it may run any Python.
+        let _old = std::mem::replace(&mut *slf.get().lock(), data);
+        if !simulation::is_running() {
+            return slf.get().put(true);
+        }
+        RawEvent::event(slf)?.set();
         Ok(())
     }
 
-    fn clear(&self) -> PyResult<()> {
+    /// Clears the event.
+    fn clear(slf: &Bound<'_, Self>) -> PyResult<()> {
         if !simulation::is_running() {
-            return self.put(false);
+            return slf.get().put(false);
         }
-        self.event()?.clear();
+        RawEvent::event(slf)?.clear();
         Ok(())
     }
 
+    /// Whether the event is set.
     fn is_set(&self) -> PyResult<bool> {
         let flag = self.flag.get()?.get();
         Ok(self.event.get()?.borrow().as_ref().map_or(flag, sim::Event::is_set))
     }
 
-    fn wait(&self) -> PyResult<Trigger> {
-        Ok(Trigger::new(self.event()?.trigger()))
+    /// A trigger: the event is set, or is set already.
+    fn wait(slf: &Bound<'_, Self>) -> PyResult<Trigger> {
+        Ok(Trigger::new(RawEvent::event(slf)?.trigger()))
+    }
+
+    /// What it was last set with, or None.
+    #[getter]
+    fn data(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.lock().as_ref().map(|data| data.clone_ref(py))
+    }
+
+    #[setter]
+    fn set_data(&self, data: Option<Py<PyAny>>) {
+        let _old = std::mem::replace(&mut *self.lock(), data);
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.lock().as_ref().map_or(Ok(()), |data| visit.call(data))
+    }
+
+    fn __clear__(&self) {
+        let _old = self.lock().take();
     }
 }
 
