@@ -408,6 +408,49 @@ impl Coroutine for Script {
     }
 }
 
+/// Waits as told, then notes when it was woken.
+struct Repeats {
+    steps: std::vec::IntoIter<Step>,
+    dut: hoverlock_harness::sim::Dut,
+    seen: Rc<RefCell<Vec<(Time, String)>>>,
+}
+
+impl Coroutine for Repeats {
+    fn resume(&mut self, outcome: Outcome) -> Step {
+        let what = match outcome {
+            Outcome::Refused(why) => why.to_string(),
+            other => format!("{other:?}"),
+        };
+        self.seen.borrow_mut().push((self.dut.now(), what));
+        self.steps.next().unwrap_or(Step::Done)
+    }
+}
+
+#[test]
+fn a_coroutine_waits_again_for_its_last_edge() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", Time::ns(10)).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    let seen = Rc::new(RefCell::new(Vec::new()));
+    let steps = vec![
+        Step::Again,
+        Step::Wait(clk.falling_edge().trigger()),
+        Step::Again,
+        Step::Wait(Trigger::Timer(Time::ns(1))),
+        Step::Again,
+        Step::Wait(clk.cycles(2).trigger()),
+        Step::Again,
+    ];
+    let script = Repeats { steps: steps.into_iter(), dut: dut.clone(), seen: seen.clone() };
+    sim.run_coroutine("script", Box::new(script)).unwrap();
+    let seen = seen.take();
+    let times: Vec<Time> = seen.iter().map(|(time, _)| *time).collect();
+    assert_eq!(times, [0, 0, 5, 15, 16, 25, 40, 60].map(Time::ns));
+    assert!(seen[1].1.contains("has waited for no edge before"), "{}", seen[1].1);
+    assert!(seen[2..].iter().all(|(_, what)| what == "Fired"), "{seen:?}");
+}
+
 #[test]
 fn a_coroutine_of_another_language_gets_each_outcome() {
     let mut sim = sim(build("dff"));

@@ -281,11 +281,20 @@ class Combine(Trigger):
     def __new__(cls, *triggers: Trigger | Task[Any] | Coroutine[Any, Any, Any]) -> Combine: ...
 
 class RawEvent:
-    def __init__(self, name: str) -> None: ...
-    def set(self) -> None: ...
-    def clear(self) -> None: ...
-    def is_set(self) -> bool: ...
-    def wait(self) -> Trigger: ...
+    name: str
+    data: Any
+
+    def set(self, data: Any = None) -> None:
+        """Sets the event: all tasks that wait for it continue."""
+
+    def clear(self) -> None:
+        """Clears the event."""
+
+    def is_set(self) -> bool:
+        """Whether the event is set."""
+
+    def wait(self) -> Trigger:
+        """A trigger: the event is set, or is set already."""
 
 class RawLock:
     def __init__(self, name: str) -> None: ...

@@ -56,7 +56,7 @@ __all__ = [
 Edge = ValueChange
 
 
-class Event:
+class Event(RawEvent):
     """A flag that tasks wait for. It stays set until it is cleared.
 
     >>> done = Event()
@@ -66,25 +66,9 @@ class Event:
 
     def __init__(self, name: str = "event") -> None:
         self.name = name
-        self.data: Any = None
-        self._raw = RawEvent(name)
 
-    def set(self, data: Any = None) -> None:
-        """Sets the event: all tasks that wait for it continue."""
-        self.data = data
-        self._raw.set()
-
-    def clear(self) -> None:
-        """Clears the event."""
-        self._raw.clear()
-
-    def is_set(self) -> bool:
-        """Whether the event is set."""
-        return self._raw.is_set()
-
-    def wait(self) -> Trigger:
-        """A trigger: the event is set, or is set already."""
-        return self._raw.wait()
+    def _set_with_data(self) -> None:
+        """Called before it is set with data."""
 
     def __repr__(self) -> str:
         return f"<Event '{self.name}' {'set' if self.is_set() else 'not set'}>"

@@ -1,7 +1,7 @@
 //! `hoverlock._core`: the binding of the engine and the models to Python. Users import `hoverlock/*.py`, which adds
 //! what needs no speed: the decorator, the runner, queues, logging, the pytest plug-in.
 //!
-//! The engine's scheduler resumes coroutines through `PyIter_Send`. Modules `task` and `trigger` say why a wait
+//! The engine's scheduler resumes coroutines through their `am_send`. Modules `task` and `trigger` say why a wait
 //! allocates no object, module `gil` when the interpreter's lock is released.
 
 mod bus;
@@ -12,6 +12,7 @@ mod library;
 mod models;
 mod on_thread;
 mod simulation;
+mod slots;
 mod task;
 mod trigger;
 
@@ -40,4 +41,10 @@ mod _core {
         ClockCycles, Combine, FallingEdge, First, NextTimeStep, NullTrigger, RawEvent, RawLock, ReadOnly, ReadWrite,
         RisingEdge, Timer, Trigger, ValueChange, VerilogFinish, advise_units,
     };
+
+    #[pymodule_init]
+    fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        crate::slots::install(module.py());
+        Ok(())
+    }
 }

@@ -33,6 +33,11 @@ pub fn current() -> PyResult<Dut> {
         .ok_or_else(|| SimulationError::new_err("no simulation is running: this can only be used from inside a test"))
 }
 
+/// Whether the simulation that is running on this thread is the one asked for.
+pub fn is_current(asked: impl FnOnce(&Dut) -> bool) -> bool {
+    RUNNING.with_borrow(|running| running.last().is_some_and(asked))
+}
+
 /// Whether a simulation runs on this thread.
 pub fn is_running() -> bool {
     RUNNING.with_borrow(|running| !running.is_empty())
@@ -111,7 +116,7 @@ impl Simulation {
     fn run(
         &self,
         py: Python<'_>,
-        coroutine: Py<PyAny>,
+        coroutine: Bound<'_, PyAny>,
         name: &str,
         time_limit_fs: Option<u64>,
         wall_limit: Option<f64>,

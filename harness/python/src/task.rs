@@ -2,7 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 
-use hoverlock_harness::sim::{Coroutine, Dut, Outcome, Step, TaskId};
+use hoverlock_harness::sim::{self, Coroutine, Dut, Outcome, Step, TaskId};
 use pyo3::exceptions::{PyStopIteration, PyTypeError};
 use pyo3::ffi;
 use pyo3::intern;
@@ -174,16 +174,23 @@ impl Task {
 /// A Python coroutine as a coroutine of the engine.
 pub struct PyCoroutine {
     coroutine: Py<PyAny>,
+    /// How its type resumes it.
+    send: ffi::sendfunc,
     task: Py<Task>,
-    /// What it awaits.
+    /// What it awaits; while it runs, the edge that it awaited.
     waiting: Option<Py<Trigger>>,
+    /// Whether that is an edge alone.
+    for_edge: bool,
     /// Whether that has a result.
     result_due: bool,
 }
 
 impl PyCoroutine {
-    pub fn new(coroutine: Py<PyAny>, task: Py<Task>) -> PyCoroutine {
-        PyCoroutine { coroutine, task, waiting: None, result_due: false }
+    pub fn new(coroutine: Bound<'_, PyAny>, task: Py<Task>) -> PyCoroutine {
+        // SAFETY: the type of a live object; its table of slots may be missing.
+        let own = unsafe { (*coroutine.get_type_ptr()).tp_as_async.as_ref().and_then(|slots| slots.am_send) };
+        let send = own.unwrap_or(ffi::PyIter_Send);
+        PyCoroutine { coroutine: coroutine.unbind(), send, task, waiting: None, for_edge: false, result_due: false }
     }
 
     /// Resumes the coroutine.
@@ -192,7 +199,7 @@ impl PyCoroutine {
         let mut given: *mut ffi::PyObject = std::ptr::null_mut();
         // SAFETY: the lock is held, all pointers are live objects; on success `given` is a reference that is ours.
         let (status, given) = unsafe {
-            let status = ffi::PyIter_Send(self.coroutine.as_ptr(), ffi::Py_None(), &mut given);
+            let status = (self.send)(self.coroutine.as_ptr(), ffi::Py_None(), &mut given);
             (status, Bound::from_owned_ptr_or_opt(py, given).map(Bound::unbind))
         };
         match (status, given) {
@@ -233,7 +240,7 @@ impl Coroutine for PyCoroutine {
     #[inline]
     fn resume(&mut self, outcome: Outcome) -> Step {
         let py = gil::resume();
-        let waited = self.waiting.take();
+        let waited = if self.for_edge { None } else { self.waiting.take() };
         let mut sent = match outcome {
             Outcome::Start => self.send(py),
             Outcome::Fired | Outcome::First(..) => {
@@ -244,14 +251,23 @@ impl Coroutine for PyCoroutine {
                 }
                 self.send(py)
             }
-            Outcome::Failed(failure) | Outcome::Refused(failure) => self.throw(py, errors::of_failure(py, &failure)),
+            Outcome::Failed(failure) | Outcome::Refused(failure) => {
+                self.for_edge = false;
+                self.throw(py, errors::of_failure(py, &failure))
+            }
             _ => self.throw(py, errors::cancelled(py, "the task waited for was cancelled")),
         };
         loop {
             match sent {
+                Ok(Sent::Yielded(yielded))
+                    if self.for_edge && self.waiting.as_ref().is_some_and(|w| w.is(&yielded)) =>
+                {
+                    return Step::Again;
+                }
                 Ok(Sent::Yielded(yielded)) => match yielded.into_bound(py).cast_into::<Trigger>() {
                     Ok(trigger) => {
                         let (what, gives_result) = trigger.get().wait();
+                        self.for_edge = matches!(what, sim::Trigger::Edge(..) | sim::Trigger::Edges(..));
                         self.result_due = gives_result;
                         self.waiting = Some(trigger.unbind());
                         return Step::Wait(what);
@@ -368,7 +384,7 @@ fn make<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>, what: &str) -> PyResu
 fn run_now(task: &Bound<'_, Task>) -> PyResult<()> {
     let inner = task.get().inner.get()?;
     if let Some(coroutine) = inner.unstarted.take() {
-        let coroutine = PyCoroutine::new(coroutine, task.clone().unbind());
+        let coroutine = PyCoroutine::new(coroutine.into_bound(task.py()), task.clone().unbind());
         inner.id.set(Some(inner.dut.spawn_coroutine(&task.get().name, Box::new(coroutine))));
     }
     Ok(())

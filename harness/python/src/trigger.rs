@@ -8,12 +8,16 @@
 
 use std::cell::{Cell, RefCell};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use hoverlock_harness::Time;
 use hoverlock_harness::sim::{self, Edge, Outcome};
 use pyo3::exceptions::{PyStopIteration, PyTypeError, PyValueError};
+use pyo3::ffi::PyTypeObject;
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
+use pyo3::{PyTraverseError, PyTypeInfo, PyVisit};
 
 use crate::errors;
 use crate::handle::{Bits, Handle};
@@ -47,14 +51,25 @@ enum Gives {
 /// >>> edge = RisingEdge(dut.clk)
 /// >>> await edge
 #[pyclass(subclass, frozen, module = "hoverlock")]
-pub struct Trigger(OnThread<Inner>);
+pub struct Trigger {
+    /// Awaited, not yet yielded to the scheduler.
+    fresh: AtomicBool,
+    gives_result: bool,
+    inner: OnThread<Inner>,
+}
 
 struct Inner {
     what: sim::Trigger,
     gives: Gives,
-    /// Awaited, not yet yielded to the scheduler.
-    fresh: Cell<bool>,
     result: RefCell<Option<Py<PyAny>>>,
+}
+
+/// How far a wait is.
+pub enum Progress {
+    /// The scheduler is to resume the coroutine when the trigger has fired.
+    Waits,
+    /// The trigger has fired, and this is the result, if it gives one.
+    Over(Option<Py<PyAny>>),
 }
 
 impl Trigger {
@@ -63,31 +78,51 @@ impl Trigger {
     }
 
     fn giving(what: sim::Trigger, gives: Gives) -> Trigger {
-        Trigger(OnThread::new(Inner { what, gives, fresh: Cell::new(false), result: RefCell::default() }))
+        let gives_result = !matches!(gives, Gives::Nothing | Gives::AllOf(_));
+        let inner = OnThread::new(Inner { what, gives, result: RefCell::default() });
+        Trigger { fresh: AtomicBool::new(false), gives_result, inner }
     }
 
     /// The engine's trigger.
     #[inline]
     pub fn what(&self) -> PyResult<&sim::Trigger> {
-        Ok(&self.0.get()?.what)
+        Ok(&self.inner.get()?.what)
     }
 
     /// The engine's trigger, and whether a wait for it has a result.
     #[inline]
     pub fn wait(&self) -> (sim::Trigger, bool) {
-        let inner = self.0.own();
-        (inner.what.clone(), !matches!(inner.gives, Gives::Nothing | Gives::AllOf(_)))
+        (self.inner.own().what.clone(), self.gives_result)
+    }
+
+    /// Begins a wait.
+    #[inline(always)]
+    pub fn begin(&self) -> PyResult<()> {
+        self.inner.get()?;
+        self.fresh.store(true, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Goes on with a wait: to the scheduler at first, to its end when it is resumed.
+    #[inline(always)]
+    pub fn proceed(&self) -> PyResult<Progress> {
+        // No exchange: the interpreter's lock is held.
+        if self.fresh.load(Ordering::Relaxed) {
+            self.fresh.store(false, Ordering::Relaxed);
+            return Ok(Progress::Waits);
+        }
+        Ok(Progress::Over(if self.gives_result { self.inner.get()?.result.take() } else { None }))
     }
 
     /// Stores the result of a wait, for `__next__`.
     pub fn settle(slf: &Bound<'_, Trigger>, outcome: &Outcome) {
         let result = Trigger::result_of(slf, outcome);
-        *slf.get().0.own().result.borrow_mut() = Some(result);
+        *slf.get().inner.own().result.borrow_mut() = Some(result);
     }
 
     fn result_of(slf: &Bound<'_, Trigger>, outcome: &Outcome) -> Py<PyAny> {
         let py = slf.py();
-        match (&slf.get().0.own().gives, outcome) {
+        match (&slf.get().inner.own().gives, outcome) {
             (Gives::TaskResult(task), _) => task.get().result_or_none(py),
             (Gives::OneOf(parts), Outcome::First(index, inner)) => Trigger::result_of(parts[*index].bind(py), inner),
             _ => slf.clone().into_any().unbind(),
@@ -97,9 +132,8 @@ impl Trigger {
 
 #[pymethods]
 impl Trigger {
-    #[inline]
     fn __await__(slf: Bound<'_, Self>) -> PyResult<Bound<'_, Self>> {
-        slf.get().0.get()?.fresh.set(true);
+        slf.get().begin()?;
         Ok(slf)
     }
 
@@ -107,24 +141,17 @@ impl Trigger {
         Self::__await__(slf)
     }
 
-    #[inline]
     fn __next__<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, Self>>> {
-        let this = slf.get().0.get()?;
-        if this.fresh.replace(false) {
-            return Ok(Some(slf.clone()));
-        }
-        if matches!(this.gives, Gives::Nothing | Gives::AllOf(_)) {
-            return Ok(None);
-        }
-        match this.result.take() {
+        match slf.get().proceed()? {
+            Progress::Waits => Ok(Some(slf.clone())),
+            Progress::Over(None) => Ok(None),
             // In a tuple, so that a result that is a tuple is not unpacked.
-            Some(result) => Err(PyStopIteration::new_err((result,))),
-            None => Ok(None),
+            Progress::Over(Some(result)) => Err(PyStopIteration::new_err((result,))),
         }
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        if let Gives::TaskResult(task) = &slf.get().0.get()?.gives {
+        if let Gives::TaskResult(task) = &slf.get().inner.get()?.gives {
             return Ok(format!("the end of {}", task.bind(slf.py()).repr()?));
         }
         Ok(format!("{}()", slf.get_type().name()?))
@@ -360,6 +387,25 @@ impl Combine {
     }
 }
 
+/// The types of all triggers.
+pub fn kinds(py: Python<'_>) -> [*mut PyTypeObject; 13] {
+    [
+        Trigger::type_object_raw(py),
+        RisingEdge::type_object_raw(py),
+        FallingEdge::type_object_raw(py),
+        ValueChange::type_object_raw(py),
+        ClockCycles::type_object_raw(py),
+        Timer::type_object_raw(py),
+        ReadOnly::type_object_raw(py),
+        ReadWrite::type_object_raw(py),
+        NextTimeStep::type_object_raw(py),
+        NullTrigger::type_object_raw(py),
+        VerilogFinish::type_object_raw(py),
+        First::type_object_raw(py),
+        Combine::type_object_raw(py),
+    ]
+}
+
 fn whats(py: Python<'_>, parts: &[Py<Trigger>]) -> PyResult<Vec<sim::Trigger>> {
     parts.iter().map(|part| part.bind(py).get().what().cloned()).collect()
 }
@@ -392,9 +438,10 @@ pub fn join<'py>(task: &Bound<'py, Task>) -> PyResult<Bound<'py, Trigger>> {
 }
 
 /// An event. It lives in the simulation that runs when it is used, and keeps its state from one to the next.
-#[pyclass(frozen, module = "hoverlock._core", name = "RawEvent")]
+#[pyclass(frozen, subclass, module = "hoverlock._core", name = "RawEvent")]
 pub struct RawEvent {
-    name: String,
+    /// What it was last set with.
+    data: Mutex<Option<Py<PyAny>>>,
     /// Before any simulation runs: whether it is set.
     flag: OnThread<Cell<bool>>,
     event: OnThread<RefCell<Option<sim::Event>>>,
@@ -402,14 +449,18 @@ pub struct RawEvent {
 
 impl RawEvent {
     /// The event in the simulation that runs.
-    fn event(&self) -> PyResult<sim::Event> {
-        let dut = simulation::current()?;
-        let mut slot = self.event.get()?.borrow_mut();
-        if let Some(event) = slot.as_ref().filter(|event| event.is_of(&dut)) {
+    fn event(slf: &Bound<'_, Self>) -> PyResult<sim::Event> {
+        let this = slf.get();
+        let mut slot = this.event.get()?.borrow_mut();
+        if let Some(event) = slot.as_ref()
+            && simulation::is_current(|dut| event.is_of(dut))
+        {
             return Ok(event.clone());
         }
-        let is_set = slot.as_ref().map_or(self.flag.get()?.get(), sim::Event::is_set);
-        let event = dut.event(&self.name);
+        let dut = simulation::current()?;
+        let is_set = slot.as_ref().map_or(this.flag.get()?.get(), sim::Event::is_set);
+        let name: String = slf.getattr(intern!(slf.py(), "name"))?.str()?.extract()?;
+        let event = dut.event(&name);
         if is_set {
             event.set();
         }
@@ -423,38 +474,77 @@ impl RawEvent {
         self.flag.get()?.set(is_set);
         Ok(())
     }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Py<PyAny>>> {
+        self.data.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[pymethods]
 impl RawEvent {
+    /// The arguments are those of the classes below, whose `__init__` sets `name`.
     #[new]
-    fn new(name: String) -> Self {
-        RawEvent { name, flag: OnThread::new(Cell::new(false)), event: OnThread::new(RefCell::default()) }
+    #[pyo3(signature = (*_args, **_named))]
+    fn new(_args: &Bound<'_, PyTuple>, _named: Option<&Bound<'_, PyDict>>) -> Self {
+        RawEvent {
+            data: Mutex::default(),
+            flag: OnThread::new(Cell::new(false)),
+            event: OnThread::new(RefCell::default()),
+        }
     }
 
-    fn set(&self) -> PyResult<()> {
-        if !simulation::is_running() {
-            return self.put(true);
+    /// Sets the event: all tasks that wait for it continue.
+    #[pyo3(signature = (data = None))]
+    fn set(slf: &Bound<'_, Self>, data: Option<Py<PyAny>>) -> PyResult<()> {
+        if data.is_some() {
+            slf.call_method0(intern!(slf.py(), "_set_with_data"))?;
         }
-        self.event()?.set();
+        // The old one is dropped when the lock is free again: to drop it may run any Python.
+        let _old = std::mem::replace(&mut *slf.get().lock(), data);
+        if !simulation::is_running() {
+            return slf.get().put(true);
+        }
+        RawEvent::event(slf)?.set();
         Ok(())
     }
 
-    fn clear(&self) -> PyResult<()> {
+    /// Clears the event.
+    fn clear(slf: &Bound<'_, Self>) -> PyResult<()> {
         if !simulation::is_running() {
-            return self.put(false);
+            return slf.get().put(false);
         }
-        self.event()?.clear();
+        RawEvent::event(slf)?.clear();
         Ok(())
     }
 
+    /// Whether the event is set.
     fn is_set(&self) -> PyResult<bool> {
         let flag = self.flag.get()?.get();
         Ok(self.event.get()?.borrow().as_ref().map_or(flag, sim::Event::is_set))
     }
 
-    fn wait(&self) -> PyResult<Trigger> {
-        Ok(Trigger::new(self.event()?.trigger()))
+    /// A trigger: the event is set, or is set already.
+    fn wait(slf: &Bound<'_, Self>) -> PyResult<Trigger> {
+        Ok(Trigger::new(RawEvent::event(slf)?.trigger()))
+    }
+
+    /// What it was last set with, or None.
+    #[getter]
+    fn data(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.lock().as_ref().map(|data| data.clone_ref(py))
+    }
+
+    #[setter]
+    fn set_data(&self, data: Option<Py<PyAny>>) {
+        let _old = std::mem::replace(&mut *self.lock(), data);
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.lock().as_ref().map_or(Ok(()), |data| visit.call(data))
+    }
+
+    fn __clear__(&self) {
+        let _old = self.lock().take();
     }
 }
 

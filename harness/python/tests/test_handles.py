@@ -31,6 +31,22 @@ async def wide_values_are_read_and_written_whole(dut):
 
 
 @hoverlock.test()
+async def the_name_of_a_value_may_be_made_at_run_time(dut):
+    """The usual name is known by its object; another object of the same text is looked for."""
+    name = "".join(["val", "ue"])
+    setattr(dut.s, name, 5)
+    await Timer(1, "ns")
+    assert dut.s.value == 5 and getattr(dut.s, name) == 5 and int(getattr(dut.s, name)) == 5
+    with pytest.raises(RangeError):
+        setattr(dut.s, name, 256)
+    for attribute in ("value", name, "width"):
+        with pytest.raises(AttributeError):
+            delattr(dut.s, attribute)
+    with pytest.raises(AttributeError, match="'s' has no attribute 'valu'"):
+        dut.s.valu  # noqa: B018
+
+
+@hoverlock.test()
 async def signed_values_are_read_and_out_of_range_ones_refused(dut):
     for value in (-128, -1, 0, 5, 127, 255):
         dut.s.value = value

@@ -1,6 +1,8 @@
 """Each trigger, alone and combined."""
 
+import gc
 import resource
+import weakref
 
 import pytest
 
@@ -392,6 +394,42 @@ async def a_generator_may_yield_triggers_itself(dut):
     before = get_sim_time("ns")
     assert await Twice() == "both"
     assert get_sim_time("ns") == before + 3
+
+
+@hoverlock.test()
+async def a_wait_may_be_made_by_hand(dut):
+    """What `await` does through slots, `__await__` and `next` do as methods."""
+    await begin(dut)
+    edge = RisingEdge(dut.clk)
+    wait = edge.__await__()
+    assert next(wait) is edge
+    with pytest.raises(StopIteration):
+        next(wait)
+    assert next(iter(edge)) is edge
+
+
+@hoverlock.test()
+async def an_event_keeps_its_data_and_lets_it_go(dut):
+    class Numbered(Event):
+        def __init__(self, number, *, name):
+            super().__init__(name)
+            self.number = number
+
+    event = Numbered(3, name="third")
+    assert event.data is None and repr(event) == "<Event 'third' not set>"
+    event.set({"of": event})
+    assert event.data["of"].number == 3 and event.is_set()
+    gone = weakref.ref(event)
+    del event
+    gc.collect()
+    assert gone() is None
+    event = Event()
+    event.set(5)
+    event.set()
+    assert event.data is None
+    event.data = 6
+    event.clear()
+    assert event.data == 6
 
 
 @hoverlock.test()

@@ -515,7 +515,7 @@ impl Model {
     }
 
     /// Sets `$time`.
-    #[inline]
+    #[inline(always)]
     pub fn set_time(&mut self, time: Time) {
         // A clock repeats its spans: the quotient of the last one is kept. A division costs as much as a small
         // evaluation.

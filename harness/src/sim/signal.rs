@@ -77,7 +77,7 @@ impl Signal {
     ///
     /// # Errors
     /// If the value does not fit, the signal is an output, or the region is `ReadOnly`.
-    #[inline]
+    #[inline(always)]
     pub fn set(&self, value: u64) -> Result<(), ModelError> {
         if value & !self.mask != 0 || !self.writable {
             return Err(self.refused(value));

@@ -23,6 +23,9 @@ pub struct TaskId {
 pub enum Step {
     /// It waits for a trigger.
     Wait(Trigger),
+    /// It waits for the edge that it waited for last, as most coroutines do: the same as `Wait` with that
+    /// [`Trigger::Edge`] or [`Trigger::Edges`], in half the time.
+    Again,
     /// It has ended. The coroutine keeps its result itself.
     Done,
     /// It ended in an error.

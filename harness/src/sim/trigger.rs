@@ -28,15 +28,23 @@ pub enum Edge {
 }
 
 impl Edge {
+    /// Whether a change from `old` to `new` is one.
     #[inline(always)]
     pub(crate) fn is(self, old: u64, new: u64) -> bool {
+        let (rising, falling) = self.bits();
+        !old & new & rising | old & !new & falling != 0
+    }
+
+    /// The bits of which any rise is one, and those of which any fall is one.
+    #[inline(always)]
+    pub(crate) fn bits(self) -> (u64, u64) {
         match self {
-            Edge::Rising => old & 1 == 0 && new & 1 == 1,
-            Edge::Falling => old & 1 == 1 && new & 1 == 0,
-            Edge::Any => old != new,
-            Edge::RisingBit(at) => !old & new & bit(at) != 0,
-            Edge::FallingBit(at) => old & !new & bit(at) != 0,
-            Edge::AnyBit(at) => (old ^ new) & bit(at) != 0,
+            Edge::Rising => (1, 0),
+            Edge::Falling => (0, 1),
+            Edge::Any => (u64::MAX, u64::MAX),
+            Edge::RisingBit(at) => (bit(at), 0),
+            Edge::FallingBit(at) => (0, bit(at)),
+            Edge::AnyBit(at) => (bit(at), bit(at)),
         }
     }
 }

@@ -68,11 +68,8 @@ class Event(_triggers.Event):
             advise("Event(name)")
         super().__init__(name or "event")
 
-    def set(self, data: Any = None) -> None:
-        """Sets the event: all tasks that wait for it continue."""
-        if data is not None:
-            advise("Event.set(data)")
-        super().set(data)
+    def _set_with_data(self) -> None:
+        advise("Event.set(data)")
 
     @property
     def fired(self) -> bool:

@@ -238,7 +238,7 @@ impl Handle {
     /// The value. A write is put when all tasks of this round have run.
     #[getter]
     #[inline]
-    pub(super) fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
+    pub fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Value>> {
         let bits = match self.access.get()? {
             Access::Word(signal) => {
                 let word = signal.get();
@@ -264,7 +264,7 @@ impl Handle {
 
     #[setter]
     #[inline]
-    fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    pub fn set_value(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         if let Access::Word(signal) = self.access.get()?
             && let Some(word) = word_of(value)
         {

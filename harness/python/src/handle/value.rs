@@ -81,7 +81,7 @@ pub struct Value {
 
 impl Value {
     #[inline]
-    pub(super) fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match &self.bits {
             Stored::Word(word) => word.load(Ordering::Relaxed).into_bound_py_any(py),
             Stored::Wide(words) => int_of_words(py, words),

@@ -2,7 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 
-use super::task_state::TaskWait;
+use super::task_state::{EdgeWait, TaskWait};
 use super::wait_table::{Target, WaitId, Waiting};
 use super::{Core, LargeWrite, NONE, Ready, Write};
 use crate::error::SimError;
@@ -20,10 +20,26 @@ pub(super) enum Waiter {
 }
 
 pub(super) struct Watcher {
-    pub waiter: Waiter,
-    pub edge: Edge,
+    waiter: Waiter,
+    /// The bits whose rise, and those whose fall is waited for: to look for an edge takes no branch.
+    rising: u64,
+    falling: u64,
     /// How many edges are still to come, this one included.
-    pub remaining: u64,
+    remaining: u64,
+}
+
+impl Watcher {
+    #[inline]
+    fn new(waiter: Waiter, edge: Edge, count: u64) -> Watcher {
+        let (rising, falling) = edge.bits();
+        Watcher { waiter, rising, falling, remaining: count }
+    }
+
+    /// Whether it waits for a change in which these bits rose and those fell.
+    #[inline(always)]
+    fn hears(&self, rose: u64, fell: u64) -> bool {
+        rose & self.rising | fell & self.falling != 0
+    }
 }
 
 pub(super) struct SignalState {
@@ -57,20 +73,6 @@ impl SignalState {
             pending: Cell::new(NONE),
         }
     }
-
-    /// Whether this change wakes nothing; if so, watchers that count edges have counted it.
-    #[inline]
-    pub fn is_unheard(&self, old: u64, new: u64) -> bool {
-        if self.agents.borrow().iter().any(|(_, edge)| edge.is(old, new)) {
-            return false;
-        }
-        let mut watchers = self.watchers.borrow_mut();
-        if watchers.iter().any(|w| w.remaining == 1 && w.edge.is(old, new)) {
-            return false;
-        }
-        watchers.iter_mut().filter(|w| w.edge.is(old, new)).for_each(|w| w.remaining -= 1);
-        true
-    }
 }
 
 impl Core {
@@ -96,7 +98,7 @@ impl Core {
     ) -> Result<WaitId, SimError> {
         let signal = self.begin_watching(signal, edge, count)?;
         let wait_id = self.new_wait(target, Waiting::Edge(signal, edge, count));
-        let watcher = Watcher { waiter: Waiter::Wait(wait_id), edge, remaining: count };
+        let watcher = Watcher::new(Waiter::Wait(wait_id), edge, count);
         self.signals[signal as usize].watchers.borrow_mut().push(watcher);
         Ok(wait_id)
     }
@@ -105,16 +107,29 @@ impl Core {
     #[inline]
     pub(super) fn arm_task(&self, id: TaskId, signal: SignalId, edge: Edge, count: u64) -> Result<(), SimError> {
         let signal = self.begin_watching(signal, edge, count)?;
+        self.tasks.borrow_mut()[id.index as usize].edge = EdgeWait { signal, edge, count };
+        self.arm_task_again(id)
+    }
+
+    /// The same for the edge that it waited for last.
+    #[inline(always)]
+    pub(super) fn arm_task_again(&self, id: TaskId) -> Result<(), SimError> {
         let mut tasks = self.tasks.borrow_mut();
         let task = &mut tasks[id.index as usize];
+        let EdgeWait { signal, edge, count } = task.edge;
+        if count == 0 {
+            return Err(SimError::BadTime(
+                "the task has waited for no edge before: it cannot wait for it again".into(),
+            ));
+        }
         task.waits = task.waits.wrapping_add(1);
-        task.wait = TaskWait::Edge(signal, edge, count);
+        task.wait = TaskWait::Edge;
         let waiter = Waiter::Task(id.index, task.waits);
-        self.signals[signal as usize].watchers.borrow_mut().push(Watcher { waiter, edge, remaining: count });
+        self.signals[signal as usize].watchers.borrow_mut().push(Watcher::new(waiter, edge, count));
         Ok(())
     }
 
-    #[inline]
+    #[inline(always)]
     fn begin_watching(&self, signal: SignalId, edge: Edge, count: u64) -> Result<u32, SimError> {
         let signal = self.index_of(signal)?;
         if count == 0 {
@@ -124,15 +139,18 @@ impl Core {
         if matches!(state.storage, Storage::Wide(_))
             && matches!(edge, Edge::RisingBit(_) | Edge::FallingBit(_) | Edge::AnyBit(_))
         {
-            let name = self.signal_name(signal);
-            return Err(SimError::BadTime(format!(
-                "'{name}' is wider than 64 bits: its bits have no edges of their own"
-            )));
+            return Err(self.too_wide_for_edges(signal));
         }
         if state.observed && !state.listed.get() {
             self.observe(signal);
         }
         Ok(signal)
+    }
+
+    #[cold]
+    fn too_wide_for_edges(&self, signal: u32) -> SimError {
+        let name = self.signal_name(signal);
+        SimError::BadTime(format!("'{name}' is wider than 64 bits: its bits have no edges of their own"))
     }
 
     /// From now on, looks for changes of the signal after each evaluation.
@@ -161,7 +179,7 @@ impl Core {
             Waiter::Task(index, wait) => {
                 let tasks = self.tasks.borrow();
                 let task = &tasks[index as usize];
-                task.waits == wait && matches!(task.wait, TaskWait::Edge(..))
+                task.waits == wait && matches!(task.wait, TaskWait::Edge)
             }
         }
     }
@@ -184,7 +202,7 @@ impl Core {
     pub(super) fn apply_writes(&self) {
         let mut applying = self.applying.borrow_mut();
         std::mem::swap(&mut *applying, &mut *self.writes.borrow_mut());
-        for Write { signal, value } in applying.drain(..) {
+        for &Write { signal, value } in applying.iter() {
             let state = &self.signals[signal as usize];
             state.pending.set(NONE);
             // SAFETY: the model lives as long as the core; no reference into it exists.
@@ -201,6 +219,7 @@ impl Core {
                 self.fire_edges(state, old, value);
             }
         }
+        applying.clear();
         if !self.large_writes.borrow().is_empty() {
             self.apply_large_writes();
         }
@@ -240,41 +259,50 @@ impl Core {
         }
     }
 
-    #[inline]
-    fn fire_edges(&self, state: &SignalState, old: u64, new: u64) {
-        {
+    /// Wakes what waits for a change: of most signals nothing, and of a clock's falling edges.
+    #[inline(always)]
+    pub(super) fn fire_edges(&self, state: &SignalState, old: u64, new: u64) {
+        let (rose, fell) = (!old & new, old & !new);
+        let is_heard = state.watchers.borrow().iter().any(|watcher| watcher.hears(rose, fell));
+        if is_heard || !state.agents.borrow().is_empty() {
+            self.wake(state, old, new);
+        }
+    }
+
+    fn wake(&self, state: &SignalState, old: u64, new: u64) {
+        if !state.agents.borrow().is_empty() {
+            let mut ready = self.ready.borrow_mut();
             let agents = state.agents.borrow();
-            if !agents.is_empty() {
-                let mut ready = self.ready.borrow_mut();
-                ready.extend(agents.iter().filter(|(_, e)| e.is(old, new)).map(|(index, _)| Ready::Agent(*index)));
-            }
+            ready.extend(agents.iter().filter(|(_, e)| e.is(old, new)).map(|(index, _)| Ready::Agent(*index)));
         }
+        let (rose, fell) = (!old & new, old & !new);
+        // `retain_mut` would do, but calls what it is given.
         let mut watchers = state.watchers.borrow_mut();
-        if watchers.is_empty() {
-            return;
+        let mut kept = 0;
+        for at in 0..watchers.len() {
+            let watcher = &mut watchers[at];
+            if watcher.hears(rose, fell) {
+                watcher.remaining -= 1;
+                if watcher.remaining == 0 {
+                    match watcher.waiter {
+                        Waiter::Task(index, wait) => self.fire_task(index, wait),
+                        Waiter::Wait(wait_id) => self.fire(wait_id, None),
+                    }
+                    continue;
+                }
+            }
+            watchers.swap(kept, at);
+            kept += 1;
         }
-        watchers.retain_mut(|watcher| {
-            if !watcher.edge.is(old, new) {
-                return true;
-            }
-            watcher.remaining -= 1;
-            if watcher.remaining > 0 {
-                return true;
-            }
-            match watcher.waiter {
-                Waiter::Task(index, wait) => self.fire_task(index, wait),
-                Waiter::Wait(wait_id) => self.fire(wait_id, None),
-            }
-            false
-        });
+        watchers.truncate(kept);
     }
 
     /// Makes a coroutine ready whose edge has come, if it still waits for it.
-    #[inline]
+    #[inline(always)]
     fn fire_task(&self, index: u32, wait: u32) {
         let mut tasks = self.tasks.borrow_mut();
         let task = &mut tasks[index as usize];
-        if task.waits == wait && matches!(task.wait, TaskWait::Edge(..)) {
+        if task.waits == wait && matches!(task.wait, TaskWait::Edge) {
             task.wait = TaskWait::Fired;
             if !task.queued {
                 task.queued = true;
@@ -285,8 +313,14 @@ impl Core {
     }
 
     /// Looks for changes of the outputs and internals that tasks wait for.
-    #[inline]
+    #[inline(always)]
     pub(super) fn fire_observed(&self) {
+        if !self.observed.borrow().is_empty() {
+            self.compare_observed();
+        }
+    }
+
+    fn compare_observed(&self) {
         let observed = self.observed.borrow();
         for &signal in observed.iter() {
             let state = &self.signals[signal as usize];

@@ -10,7 +10,7 @@
 //! | [`stuck`] | reports what each task waits for |
 //! | [`wall_clock`] | limits of time on the wall, and the watchdog |
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, RefCell, RefMut};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 use std::rc::Rc;
@@ -217,7 +217,7 @@ impl Core {
     }
 
     /// Buffers a write of a value known to fit. A write that changes nothing is dropped: it would cost an evaluation.
-    #[inline]
+    #[inline(always)]
     pub fn write(&self, signal: u32, value: u64) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
@@ -321,17 +321,22 @@ impl Core {
         ModelError::WriteInReadOnly { signal: self.signal_name(signal), time: self.now() }
     }
 
-    #[inline]
+    #[inline(always)]
     fn evaluate(&self) -> Result<(), Error> {
         let mut model = self.model.borrow_mut();
         self.evaluations.set(self.evaluations.get() + 1);
         if model.time() != self.now() {
             model.set_time(self.now());
         }
-        let result = model.eval();
-        if result.is_ok() && !model.has_messages() {
-            return Ok(());
+        match model.eval() {
+            Ok(()) if !model.has_messages() => Ok(()),
+            result => self.evaluated(model, result),
         }
+    }
+
+    /// Hears what the Verilog said in an evaluation.
+    #[cold]
+    fn evaluated(&self, mut model: RefMut<'_, Model>, result: Result<(), ModelError>) -> Result<(), Error> {
         let messages = model.take_messages();
         drop(model);
         self.handle_messages(messages)?;

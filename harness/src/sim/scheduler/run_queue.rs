@@ -5,14 +5,22 @@ use std::pin::Pin;
 use std::sync::{Arc, PoisonError};
 use std::task::{Context, Poll, Waker};
 
-use super::task_state::{Body, Task, TaskWait, TaskWaker};
-use super::wait_table::Target;
+use super::task_state::{Body, EdgeWait, Task, TaskWait, TaskWaker};
+use super::wait_table::{Target, WaitId};
 use super::waiting::joined;
 use super::{Agent, Core, Ready};
 use crate::error::{Error, SimError};
 use crate::model::SignalId;
 use crate::sim::task::{Coroutine, Ending, Step, TaskId};
 use crate::sim::trigger::{Edge, Failure, Outcome, Trigger};
+
+/// Why a coroutine runs.
+#[derive(Clone, Copy)]
+enum Woken {
+    First,
+    ByEdge,
+    By(WaitId),
+}
 
 /// The future that `run` drives, if it drives one.
 pub(crate) type MainTask<'a> = Option<Pin<&'a mut dyn Future<Output = ()>>>;
@@ -31,6 +39,7 @@ impl Core {
             name,
             body: Some(body),
             wait: TaskWait::Nothing,
+            edge: EdgeWait { signal: 0, edge: Edge::Any, count: 0 },
             waits: reused.map_or(0, |i| tasks[i as usize].waits.wrapping_add(1)),
             joiners: Vec::new(),
             ending: None,
@@ -108,15 +117,16 @@ impl Core {
     }
 
     pub(super) fn end_task(&self, id: TaskId, ending: Ending) {
-        let (joiners, wait, name, detached) = {
+        let (joiners, wait, signal, name, detached) = {
             let mut tasks = self.tasks.borrow_mut();
             let task = &mut tasks[id.index as usize];
             task.ending = Some(ending.clone());
-            (std::mem::take(&mut task.joiners), std::mem::take(&mut task.wait), task.name.clone(), task.detached)
+            let (joiners, wait) = (std::mem::take(&mut task.joiners), std::mem::take(&mut task.wait));
+            (joiners, wait, task.edge.signal, task.name.clone(), task.detached)
         };
         match wait {
             TaskWait::Other(wait_id) => self.disarm(wait_id),
-            TaskWait::Edge(signal, ..) => self.compact(signal),
+            TaskWait::Edge => self.compact(signal),
             TaskWait::Nothing | TaskWait::Fired => {}
         }
         if self.main.get() == Some(id) {
@@ -204,8 +214,12 @@ impl Core {
     }
 
     /// Runs what is ready, in the order in which it became ready.
-    #[inline]
+    #[inline(always)]
     pub(super) fn run_ready(&self, main: &mut MainTask<'_>) -> Result<(), Error> {
+        if self.ready.borrow().is_empty() { Ok(()) } else { self.run_queue(main) }
+    }
+
+    fn run_queue(&self, main: &mut MainTask<'_>) -> Result<(), Error> {
         loop {
             let next = self.ready.borrow_mut().pop_front();
             match next {
@@ -244,42 +258,42 @@ impl Core {
     }
 
     fn run_task(&self, id: TaskId, main: &mut MainTask<'_>) {
-        let (body, wait) = {
+        let (mut body, woken) = {
             let mut tasks = self.tasks.borrow_mut();
             let Some(task) = tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) else { return };
             task.queued = false;
-            // A trigger that it no longer waits for may have made it ready.
-            match task.wait {
-                TaskWait::Edge(..) => return,
+            let woken = match task.wait {
+                // A trigger that it no longer waits for may have made it ready.
+                TaskWait::Edge => return,
                 TaskWait::Other(wait_id) if self.is_armed(wait_id) => return,
-                _ => {}
-            }
+                TaskWait::Other(wait_id) => Woken::By(wait_id),
+                TaskWait::Fired => Woken::ByEdge,
+                TaskWait::Nothing => Woken::First,
+            };
             let Some(body) = task.body.take() else { return };
-            (body, std::mem::take(&mut task.wait))
+            task.wait = TaskWait::Nothing;
+            (body, woken)
         };
-        match body {
-            Body::Coroutine(mut coroutine) => {
+        // Borrowed, not moved: to take it apart and put it together again in each cycle would cost more than the rest.
+        let ending = match &mut body {
+            Body::Coroutine(coroutine) => {
                 let outer = (self.current.replace(Some(id)), self.current_waker.replace(std::ptr::null()));
-                let ending = self.resume(id, &mut *coroutine, wait);
+                let ending = self.resume(id, &mut **coroutine, woken);
                 self.current.set(outer.0);
                 self.current_waker.set(outer.1);
-                self.put_back(id, Body::Coroutine(coroutine), ending);
+                ending
             }
-            Body::Future(mut future) => {
-                let polled = self.with_waker(id, |context| future.as_mut().poll(context));
-                let ending = match polled {
-                    Poll::Pending => None,
-                    Poll::Ready(Ok(())) => Some(Ending::Done),
-                    Poll::Ready(Err(failure)) => Some(Ending::Failed(failure)),
-                };
-                self.put_back(id, Body::Future(future), ending);
-            }
+            Body::Future(future) => match self.with_waker(id, |context| future.as_mut().poll(context)) {
+                Poll::Pending => None,
+                Poll::Ready(Ok(())) => Some(Ending::Done),
+                Poll::Ready(Err(failure)) => Some(Ending::Failed(failure)),
+            },
             Body::Main => {
                 let polled = main.as_mut().map(|main| self.with_waker(id, |context| main.as_mut().poll(context)));
-                let ending = matches!(polled, Some(Poll::Ready(()))).then_some(Ending::Done);
-                self.put_back(id, Body::Main, ending);
+                matches!(polled, Some(Poll::Ready(()))).then_some(Ending::Done)
             }
-        }
+        };
+        self.put_back(id, body, ending);
     }
 
     /// Polls a task's future with the task's own waker.
@@ -297,15 +311,25 @@ impl Core {
     }
 
     /// Keeps a task that waits, or ends it.
-    #[inline]
+    #[inline(always)]
     fn put_back(&self, id: TaskId, body: Body, ending: Option<Ending>) {
-        let ending = {
+        {
             let mut tasks = self.tasks.borrow_mut();
             let task = &mut tasks[id.index as usize];
             if ending.is_none() && task.refused.is_none() && !task.cancel_requested {
                 task.body = Some(body);
                 return;
             }
+        }
+        self.end_run_task(id, body, ending);
+    }
+
+    /// Ends a task that has run: by its own ending, by what it was refused, or by a cancelling.
+    #[inline(never)]
+    fn end_run_task(&self, id: TaskId, body: Body, ending: Option<Ending>) {
+        let ending = {
+            let mut tasks = self.tasks.borrow_mut();
+            let task = &mut tasks[id.index as usize];
             let refused = task.refused.take().map(Ending::Failed);
             task.cancel_requested = false;
             ending.or(refused).unwrap_or(Ending::Cancelled)
@@ -317,14 +341,15 @@ impl Core {
     }
 
     #[inline]
-    fn resume(&self, id: TaskId, coroutine: &mut dyn Coroutine, wait: TaskWait) -> Option<Ending> {
-        let mut outcome = match wait {
-            TaskWait::Nothing => Outcome::Start,
-            TaskWait::Fired | TaskWait::Edge(..) => Outcome::Fired,
-            TaskWait::Other(wait_id) => self.take_outcome(wait_id).unwrap_or(Outcome::Fired),
+    fn resume(&self, id: TaskId, coroutine: &mut dyn Coroutine, woken: Woken) -> Option<Ending> {
+        let mut outcome = match woken {
+            Woken::First => Outcome::Start,
+            Woken::ByEdge => Outcome::Fired,
+            Woken::By(wait_id) => self.take_outcome(wait_id).unwrap_or(Outcome::Fired),
         };
         loop {
             let armed = match coroutine.resume(outcome) {
+                Step::Again => self.arm_task_again(id),
                 Step::Wait(Trigger::Edge(signal, edge)) => self.arm_task(id, signal, edge, 1),
                 Step::Wait(Trigger::Edges(signal, edge, count)) => self.arm_task(id, signal, edge, count),
                 Step::Wait(trigger) => self.arm(&trigger, Target::Task(id)).map(|wait_id| {

@@ -69,8 +69,8 @@ impl Core {
                     };
                     wait_table.iter().filter(of_task).map(|n| self.describe(&n.waiting, &wait_table, &tasks)).collect()
                 };
-                if let TaskWait::Edge(signal, edge, count) = task.wait {
-                    waits.push(self.describe_edge(signal, edge, count));
+                if let TaskWait::Edge = task.wait {
+                    waits.push(self.describe_edge(task.edge.signal, task.edge.edge, task.edge.count));
                 }
                 if waits.is_empty() {
                     waits.push(if task.queued {

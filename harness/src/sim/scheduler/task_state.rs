@@ -22,12 +22,20 @@ pub(crate) enum TaskWait {
     /// It has not started, or it runs.
     #[default]
     Nothing,
-    /// An edge of a signal, and how many of them.
-    Edge(u32, Edge, u64),
+    /// An edge of a signal: that in `Task::edge`.
+    Edge,
     /// That edge has come.
     Fired,
     /// Anything else, as listed in the table of waits.
     Other(WaitId),
+}
+
+/// An edge of a signal, and how many of them; of none until a coroutine has waited for one.
+#[derive(Clone, Copy)]
+pub(crate) struct EdgeWait {
+    pub signal: u32,
+    pub edge: Edge,
+    pub count: u64,
 }
 
 pub(crate) struct Task {
@@ -37,6 +45,8 @@ pub(crate) struct Task {
     pub body: Option<Body>,
     /// What a coroutine waits for; futures keep their own.
     pub wait: TaskWait,
+    /// The edge that a coroutine waits for, or did when it last waited for one.
+    pub edge: EdgeWait,
     /// Waits for an edge so far: tells the present one from cancelled ones. Counts on when another task gets the slot.
     pub waits: u32,
     pub joiners: Vec<WaitId>,

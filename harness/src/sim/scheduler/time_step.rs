@@ -23,33 +23,24 @@ impl Core {
         self.stop_flag.store(false, Ordering::Relaxed);
         let mut watch = self.wall_clock();
         let limit = self.limits.borrow().time.unwrap_or(Time::fs(u64::MAX));
-        loop {
-            self.time_step(&mut main)?;
-            if self.main_ended.get() {
-                return Ok(());
+        self.time_step(&mut main)?;
+        while !self.main_ended.get() {
+            self.check_finished()?;
+            let Some(next) = self.next_time() else {
+                return Err(SimError::Deadlock { report: self.report() }.into());
+            };
+            if next > limit {
+                return Err(SimError::TimeLimit { limit, report: self.report() }.into());
             }
-            // Repeats quiet steps until something needs a whole step.
-            loop {
-                self.check_finished()?;
-                let Some(next) = self.next_time() else {
-                    return Err(SimError::Deadlock { report: self.report() }.into());
-                };
-                if next > limit {
-                    return Err(SimError::TimeLimit { limit, report: self.report() }.into());
-                }
-                if watch.is_due() {
-                    self.check_wall_clock(&mut watch)?;
-                }
-                match self.quiet_step(next)? {
-                    Quiet::Yes => {}
-                    Quiet::Woke => break,
-                    Quiet::No => {
-                        self.begin_step(next);
-                        break;
-                    }
-                }
+            if watch.is_due() {
+                self.check_wall_clock(&mut watch)?;
+            }
+            if !self.clock_step(next, &mut main)? {
+                self.begin_step(next);
+                self.time_step(&mut main)?;
             }
         }
+        Ok(())
     }
 
     /// An error if the Verilog called `$finish` and no task waited for it.
@@ -135,27 +126,21 @@ impl Core {
         if self.timed.get() && self.clock_writes.get() > 0 {
             self.warn_of_race();
         }
-        let mut rounds = 0u32;
+        self.settle(main, 0)
+    }
+
+    /// The rest of a time step after so many rounds: puts writes and evaluates until there are none, then the regions
+    /// that follow.
+    #[inline(always)]
+    fn settle(&self, main: &mut MainTask<'_>, mut rounds: u32) -> Result<(), Error> {
         loop {
             while !self.writes.borrow().is_empty() || !self.large_writes.borrow().is_empty() {
                 rounds += 1;
                 if rounds > self.most_rounds.get() {
                     return Err(SimError::NoProgress { rounds, report: self.report() }.into());
                 }
-                match self.edge_order.get() {
-                    EdgeOrder::BeforeEval => {
-                        self.apply_writes();
-                        self.run_ready(main)?;
-                        self.evaluate()?;
-                    }
-                    EdgeOrder::AfterEval => {
-                        self.apply_writes();
-                        self.evaluate()?;
-                        self.run_ready(main)?;
-                    }
-                }
-                self.fire_observed();
-                self.run_ready(main)?;
+                self.apply_writes();
+                self.evaluate_and_wake(main)?;
             }
             if self.read_write.borrow().is_empty() {
                 break;
@@ -180,6 +165,23 @@ impl Core {
         Ok(())
     }
 
+    /// Evaluates for what was put, and runs the tasks that it woke or wakes.
+    #[inline(always)]
+    fn evaluate_and_wake(&self, main: &mut MainTask<'_>) -> Result<(), Error> {
+        match self.edge_order.get() {
+            EdgeOrder::BeforeEval => {
+                self.run_ready(main)?;
+                self.evaluate()?;
+            }
+            EdgeOrder::AfterEval => {
+                self.evaluate()?;
+                self.run_ready(main)?;
+            }
+        }
+        self.fire_observed();
+        self.run_ready(main)
+    }
+
     #[cold]
     fn warn_of_race(&self) {
         let writes = self.writes.borrow();
@@ -197,49 +199,36 @@ impl Core {
         }
     }
 
-    /// A step in which one clock changes its level and nothing waits for it, such as most falling edges.
+    /// A whole step in which the only clock changes its level and nothing else is due, as in most: the change is put
+    /// at once instead of being buffered. False, with nothing done, if the step is another.
     #[inline]
-    fn quiet_step(&self, time: Time) -> Result<Quiet, Error> {
-        if self.has_waves.get()
-            || !self.observed.borrow().is_empty()
-            || !self.next_step.borrow().is_empty()
+    fn clock_step(&self, time: Time, main: &mut MainTask<'_>) -> Result<bool, Error> {
+        if !self.next_step.borrow().is_empty()
             || self.timers.borrow().peek().is_some_and(|Reverse(entry)| entry.at <= time)
         {
-            return Ok(Quiet::No);
+            return Ok(false);
         }
         let mut clocks = self.clocks.borrow_mut();
-        // Several clocks take whole steps.
-        let [clock] = &mut clocks[..] else { return Ok(Quiet::No) };
+        let [clock] = &mut clocks[..] else { return Ok(false) };
         let state = &self.signals[clock.signal as usize];
         // SAFETY: the model lives as long as the core.
         let (old, new) = (unsafe { load(state.data, state.storage) }, u64::from(clock.level));
-        if old == new || !state.is_unheard(old, new) {
-            return Ok(Quiet::No);
+        if old == new || state.data != state.target {
+            return Ok(false);
         }
         clock.next = time + if clock.level { clock.high } else { clock.low };
         clock.level = !clock.level;
+        drop(clocks);
         self.now.set(time);
         self.region.set(Region::Active);
-        state.last.set(new);
-        // SAFETY: as above; a clock is one bit of an input.
-        unsafe { store(state.data, state.storage, new) };
-        drop(clocks);
-        self.evaluate()?;
-        if self.ready.borrow().is_empty() {
-            return Ok(Quiet::Yes);
-        }
-        self.clock_writes.set(0);
+        self.clock_writes.set(1);
         self.timed.set(false);
-        Ok(Quiet::Woke)
+        state.last.set(new);
+        // SAFETY: as above; the value is one bit.
+        unsafe { store(state.data, state.storage, new) };
+        self.fire_edges(state, old, new);
+        self.evaluate_and_wake(main)?;
+        self.settle(main, 1)?;
+        Ok(true)
     }
-}
-
-/// What became of an attempt at a quiet step.
-enum Quiet {
-    /// The step was quiet and is done.
-    Yes,
-    /// The step is not quiet; nothing was done.
-    No,
-    /// The step was done, and `$finish` in it woke a task.
-    Woke,
 }
