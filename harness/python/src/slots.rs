@@ -2,9 +2,9 @@
 //! `handle.value`, to make an `int` of a value.
 //!
 //! What pyo3 writes around a method (a count of nested calls, a check of the type of `self`) and what the interpreter
-//! does to find an attribute by its name cost several times as much as these methods do. The slots call the same methods,
-//! and leave all that they do not handle to the slots that pyo3 wrote. CPython opens its types to this only outside of
-//! its limited API: the module is built for one version of Python.
+//! does to find an attribute by its name cost several times as much as these methods do. The slots call the same
+//! methods, and leave all that they do not handle to the slots that pyo3 wrote. CPython opens its types to this only
+//! outside of its limited API: the module is built for one version of Python.
 
 use std::os::raw::c_int;
 use std::sync::OnceLock;
