@@ -59,8 +59,11 @@ fn watch() -> io::Result<()> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     std::thread::Builder::new().name("signals".into()).spawn(move || {
         for signal in signals.forever() {
-            remove(&PENDING.lock().unwrap_or_else(PoisonError::into_inner));
+            // Held to the end, so that nothing is registered, and so made, after what there was is removed.
+            let pending = PENDING.lock().unwrap_or_else(PoisonError::into_inner);
+            remove(&pending);
             let _ = low_level::emulate_default_handler(signal);
+            drop(pending);
         }
     })?;
     let full = || {
