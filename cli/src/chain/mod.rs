@@ -98,7 +98,7 @@ pub fn suits(features: Source, design: &DesignPoint, program: Program) -> Result
 fn fpga(features: Source, design: &DesignPoint) -> Result<Fpga> {
     // Where no hardware is, the stream begins with the registers that the program was built with.
     if features != Source::Rtl || *design == KT27 {
-        return Ok(Fpga::default());
+        return Ok(Fpga { columns: design.width, ..Fpga::default() });
     }
     let map = registers(design)?;
     let coefficients = map.iter().filter(|register| register.offset >= COEFFICIENTS_AT);
@@ -205,4 +205,19 @@ pub fn told(features: Source, program: Program) -> [String; 2] {
 /// The name of a choice on the command line.
 pub fn name(choice: &impl ValueEnum) -> String {
     choice.to_possible_value().as_ref().map_or("", |value| value.get_name()).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_take_frames_as_wide_as_their_design() {
+        for (name, columns) in [("kt27", 1024), ("hd1080", 1920)] {
+            let design = DesignPoint::shipped(name).unwrap().unwrap();
+            for features in [Source::Float, Source::Fixed] {
+                assert_eq!(fpga(features, &design).unwrap(), Fpga { columns, ..Fpga::default() });
+            }
+        }
+    }
 }
