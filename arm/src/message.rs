@@ -14,7 +14,7 @@
 //! over rough ground the laser's is that of the relief.
 
 use hoverlock_fixed_point::model::bit_true::{
-    FLAG_TEN_WORDS, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS,
+    FLAG_TEN_WORDS, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS, record_words,
 };
 use hoverlock_reference::features::feature::MAX_PAIRS;
 use hoverlock_reference::motion::orthophoto::Attitude;
@@ -240,7 +240,7 @@ impl<'a> Frame<'a> {
 /// The payload of a frame: its features, then the trailer that counts them. `thresholds` has one for each scale pair;
 /// records of three pairs have ten words, others eight.
 pub fn encode_frame(frame: u32, features: &[FeatureRecord], errors: u16, dropped: u32, thresholds: &[u32]) -> Vec<u8> {
-    let words = if thresholds.len() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS };
+    let words = record_words(thresholds.len());
     let count = features.len() as u32;
     let thresholds = std::array::from_fn(|k| thresholds.get(k).map_or(0, |threshold| *threshold as u16));
     let trailer = Trailer { frame, errors, count, dropped, thresholds };

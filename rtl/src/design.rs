@@ -4,7 +4,7 @@
 //! names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`] puts the
 //! numbers in their place ([`CONSTANTS`]), because rust-hdl prints the names.
 
-use hoverlock_fixed_point::model::bit_true::{RECORD_WORDS, TWO_PAIR_WORDS};
+use hoverlock_fixed_point::model::bit_true::record_words;
 use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
 use hoverlock_fixed_point::model::format::Format;
 
@@ -94,7 +94,7 @@ constants! {
     /// Bits of a candidate.
     CANDIDATE_BITS = NEIGHBOURS_AT + SCALE_PAIRS * NEIGHBOURS_BITS;
     /// Bits of a record.
-    RECORD_BITS = 32 * if SCALE_PAIRS > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS };
+    RECORD_BITS = 32 * record_words(SCALE_PAIRS);
 }
 
 /// A recursion and its look-ahead for each smoother.

@@ -13,7 +13,7 @@
 
 use serde::Serialize;
 
-use crate::model::bit_true::{RECORD_WORDS, TWO_PAIR_WORDS};
+use crate::model::bit_true::record_words;
 use crate::model::design::DesignPoint;
 use hoverlock_reference::features::maxlbp::LARGEST_RING;
 
@@ -93,7 +93,7 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     // Position, and of each scale pair a hit, the response with its sign, and four neighbours.
     let position = ROW_BITS + u64::from(line.trailing_zeros());
     add("candidates", 1, design.candidate_queue.into(), position + pairs * (1 + response + 4 * magnitude));
-    let record = 32 * if design.pairs() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS } as u64;
+    let record = 32 * record_words(design.pairs()) as u64;
     add("records", 1, design.record_fifo.into(), record);
     found.retain(|memory| memory.words > MLAB_WORDS || 20 * memory.words * memory.width >= BLOCK_BITS);
     found.retain(|memory| memory.width > 0);

@@ -90,6 +90,11 @@ pub const TWO_PAIR_WORDS: usize = 8;
 /// Words of the record of three scale pairs: all that there are.
 pub const RECORD_WORDS: usize = 10;
 
+/// Words of the record of so many scale pairs.
+pub const fn record_words(pairs: usize) -> usize {
+    if pairs > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
+}
+
 /// Lower flag bit of the scale pair.
 pub const FLAG_SCALE: u16 = 1;
 /// Flag bit of the polarity.

@@ -11,11 +11,11 @@
 //!
 //! A record of 32 or 40 bytes takes 4 or 5 beats, because Intel's adapters and masters have no beats of 40 bytes.
 
+use hoverlock_fixed_point::model::bit_true::record_words;
 use hoverlock_fixed_point::model::design::DesignPoint;
 
 use super::{File, banner};
 use crate::design::MAX_HEIGHT;
-use crate::simulation::record_words;
 
 /// Bytes of a beat of the feature stream.
 const FEATURE_BYTES: u32 = 8;
@@ -53,7 +53,7 @@ struct Streams {
 impl Streams {
     fn of(design: &DesignPoint) -> Self {
         let pixel = design.pixel.bits();
-        Self { pixel, pixel_bytes: pixel.div_ceil(8), beats: 4 * record_words(design) as u32 / FEATURE_BYTES }
+        Self { pixel, pixel_bytes: pixel.div_ceil(8), beats: 4 * record_words(design.pairs()) as u32 / FEATURE_BYTES }
     }
 
     fn verilog(&self) -> String {

@@ -39,7 +39,6 @@ pub use hoverlock_harness::build::Trace;
 pub use job::{Fault, Job, Streams};
 pub use outcome::{FrameOutcome, Mismatch, Outcome};
 pub use ports::{Narrow, Ports};
-pub(crate) use records::record_words;
 pub use simulator::Simulator;
 use waves::Recorder;
 pub use waves::{Window, format_of, record, signals, view};

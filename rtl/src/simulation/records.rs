@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 
 use hoverlock_fixed_point::model::bit_true::{
-    FLAG_BRIGHT, FLAG_SCALE, FLAG_TEN_WORDS, FLAG_THIRD, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS,
+    FLAG_BRIGHT, FLAG_SCALE, FLAG_TEN_WORDS, FLAG_THIRD, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, record_words,
 };
 
 use hoverlock_fixed_point::model::design::DesignPoint;
@@ -63,7 +63,7 @@ pub(super) struct Records {
 impl Records {
     /// No records yet.
     pub fn of(design: &DesignPoint) -> Self {
-        Self { lsb: design.dog().lsb(), words: record_words(design), ..Self::default() }
+        Self { lsb: design.dog().lsb(), words: record_words(design.pairs()), ..Self::default() }
     }
 
     /// The frame whose records are written next.
@@ -189,11 +189,6 @@ impl Records {
         }
         self.done += usize::from(last);
     }
-}
-
-/// Words of a record of a design.
-pub(crate) fn record_words(design: &DesignPoint) -> usize {
-    if design.pairs() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
 }
 
 /// Thresholds of 16 bits in 32-bit words, the first lowest.

@@ -7,12 +7,11 @@
 
 use std::{fmt::Write as _, path::Path};
 
+use hoverlock_fixed_point::model::bit_true::record_words;
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_harness::{Time, build::Trace, model::Model};
 
-use super::{
-    Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window, records::record_words,
-};
+use super::{Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window};
 use crate::design::{HEIGHT_BITS, ROW_BITS};
 use crate::names::smoother_names;
 
@@ -358,7 +357,7 @@ fn fields(design: &DesignPoint) -> Vec<FieldOfRecord> {
 
 /// The port of the records, whose fields are the last group's, and its bits.
 fn record_port(design: &DesignPoint) -> (&'static str, u32) {
-    ("feature_data", 32 * record_words(design) as u32)
+    ("feature_data", 32 * record_words(design.pairs()) as u32)
 }
 
 /// Every signal the view shows, by its path in the wave file, with its bits.

@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
+use hoverlock_fixed_point::model::bit_true::record_words;
 use hoverlock_harness::model::{InstanceOptions, Model};
 use hoverlock_reference::image::plane::Plane;
 
-use super::super::{Ports, SimulationError, Simulator, bench::RESET_CYCLES, records::record_words};
+use super::super::{Ports, SimulationError, Simulator, bench::RESET_CYCLES};
 use super::dma::Dma;
 
 /// Clock cycles from the last pixel of a frame to the first of the next, beside 100 lines: long enough for the frame
@@ -59,8 +60,13 @@ impl Fpga {
         let model = simulator.library().instance_with(&options)?;
         let ports = Ports::find(&model)?;
         let camera = Camera { frames: VecDeque::new(), pixel: 0, gap: usize::MAX };
-        let mut fpga =
-            Self { model, ports, camera, dma: Dma::new(4 * record_words(simulator.design()), memory), cycles: 0 };
+        let mut fpga = Self {
+            model,
+            ports,
+            camera,
+            dma: Dma::new(4 * record_words(simulator.design().pairs()), memory),
+            cycles: 0,
+        };
         fpga.set_reset(true);
         for _ in 0..RESET_CYCLES {
             fpga.clock()?;
