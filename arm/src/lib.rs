@@ -9,6 +9,7 @@
 //! | [`setup`] | the order in which the FPGA is checked, written and enabled |
 //! | [`navigator`] | messages in, one line per frame out: reference, gate, search, pose |
 //! | [`reference`] | what frames are compared with, and when another takes its place without a jump |
+//! | [`things`] | which features of the reference lie on houses, trees and cars |
 //! | [`line`] | the result of a frame as a JSON line |
 //! | [`mavlink`] | the result of a frame as a message to an autopilot |
 //! | [`arinc429`] | the words that control the camera |
@@ -32,3 +33,4 @@ pub mod navigator;
 pub mod reference;
 pub mod setup;
 pub mod source;
+pub mod things;

@@ -20,7 +20,8 @@ use crate::framing::Raw;
 use crate::hardware::{self, Fpga, HardwareError, Size, registers};
 use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, MessageError, Registers, Telemetry};
-use crate::reference::{Reference, ZOOM_TOLERANCE, is_anchor};
+use crate::reference::{Learnt, Reference, ZOOM_TOLERANCE, is_anchor};
+use crate::things::Things;
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
@@ -29,7 +30,7 @@ use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate};
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose::{self, PoseBuffers, PoseError, Sight};
+use hoverlock_reference::motion::pose::{self, Agreed, PoseBuffers, PoseError, Sight};
 use nalgebra::{Matrix3, Vector2};
 
 /// Features of a frame that are used; of more, those with the largest responses.
@@ -124,6 +125,7 @@ struct Last {
 struct Memory {
     records: Vec<FeatureRecord>,
     reference: Vec<Feature>,
+    things: Things,
     current: Vec<Feature>,
     inliers: Vec<Pair>,
     workspace: Workspace,
@@ -161,6 +163,7 @@ impl Navigator {
             memory: Memory {
                 records: Vec::with_capacity(crate::framing::MAX_PAYLOAD / message::RECORD),
                 reference: Vec::with_capacity(MAX_FEATURES),
+                things: Things::with_capacity(MAX_FEATURES),
                 current: Vec::with_capacity(MAX_FEATURES),
                 inliers: Vec::with_capacity(MAX_FEATURES),
                 workspace: Workspace::with_capacity(MAX_FEATURES),
@@ -362,13 +365,15 @@ impl Navigator {
         let camera =
             Camera::with_field_of_view(usize::from(size.width), usize::from(size.height), telemetry.field_of_view)?;
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
-        let Memory { reference: reference_features, current, inliers, workspace, pose, .. } = &mut self.memory;
+        let Memory { reference: reference_features, things, current, inliers, workspace, pose: buffers, .. } =
+            &mut self.memory;
         if self.capture {
             self.capture = false;
             self.renew = false;
             self.reference = Some(Reference::origin(frame, view, telemetry));
             self.last = Some(Last { time_us: telemetry.time_us, displacement: Vector2::zeros(), descent: 0.0 });
             std::mem::swap(reference_features, current);
+            things.forget();
             return Ok(None);
         }
         let reference = self.reference.as_mut().ok_or(Reason::Reference)?;
@@ -392,25 +397,30 @@ impl Navigator {
         mark(Part::Pose);
         let motion = motion?;
         *fit = Budget::new(self.work - search.spent());
-        inliers.clear();
         let stride = motion.inliers.len().div_ceil(POSE_PAIRS).max(1);
-        inliers.extend(motion.inliers.iter().step_by(stride).map(|&i| motion.pairs[i]));
+        let pairs = motion.inliers.iter().step_by(stride).map(|&i| (motion.matches[i].reference, motion.pairs[i]));
+        let on_things = things.sort(pairs, fit, inliers);
+        let agreed = Agreed { pairs: inliers, things: on_things, quality: motion.quality };
         let mut sight = Sight { view, errors: telemetry.sensors.into() };
         if let Some(expected) = expected {
             // The laser may have met what stands on the ground: the further off, the less it says of the ground.
             sight.errors.hills = sight.errors.hills.max((view.height() - expected).abs() / 2.0);
         }
         let terrain = reference.ground.terrain();
-        let pose = match pose::fit_in(pose, fit, &reference.sight, &terrain, &sight, inliers, motion.quality) {
+        let pose = match pose::fit_in(buffers, fit, &reference.sight, &terrain, &sight, agreed) {
             Ok(pose) => pose,
             Err(error) => {
-                if matches!(error, PoseError::Disagreement { .. } | PoseError::Unexplained { .. }) {
-                    reference.doubt(view.height());
+                let contradicted = matches!(error, PoseError::Disagreement { .. } | PoseError::Unexplained { .. });
+                if contradicted && reference.doubt(view.height()) == Learnt::Forgotten {
+                    things.forget();
                 }
                 return Err(error.into());
             }
         };
-        reference.improve(&pose, telemetry.range, telemetry.sensors.range);
+        things.learn(buffers.off());
+        if reference.improve(&pose, telemetry.range, telemetry.sensors.range) == Learnt::Forgotten {
+            things.forget();
+        }
         let step = Estimate::of(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);
         let estimate = reference.base.add(step);
         let displacement = Vector2::new(estimate.x_e_m, estimate.y_e_m);
@@ -425,6 +435,7 @@ impl Navigator {
             self.renew = false;
             *reference = Reference::renewed(frame, level, telemetry, &estimate, &pose, reference);
             std::mem::swap(reference_features, current);
+            things.forget();
         }
         Ok(Some(estimate))
     }

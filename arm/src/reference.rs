@@ -99,6 +99,15 @@ impl Base {
     }
 }
 
+/// What becomes of what frames have told of the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Learnt {
+    /// It is kept.
+    Kept,
+    /// It was wrong, and is forgotten.
+    Forgotten,
+}
+
 /// The frame that others are compared with.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference {
@@ -168,29 +177,34 @@ impl Reference {
     }
 
     /// Takes what a frame tells of this one: its pose, and what the laser has met (m).
-    pub fn improve(&mut self, pose: &Pose, range: f64, error: f64) {
+    pub fn improve(&mut self, pose: &Pose, range: f64, error: f64) -> Learnt {
         self.doubts = 0;
         match self.ground.meet(pose, range, error) {
-            Told::Same => self.learn(&pose.reference),
+            Told::Same => {
+                self.learn(&pose.reference);
+                Learnt::Kept
+            }
             Told::Another => self.forget(),
         }
     }
 
     /// Takes that a frame, `height` (m) over what its laser meets, contradicts what was learnt.
-    pub fn doubt(&mut self, height: f64) {
+    pub fn doubt(&mut self, height: f64) -> Learnt {
         self.doubts += 1;
-        if self.doubts == DOUBTS {
-            self.ground = GroundPlane::about(height, UNKNOWN_GROUND);
-            self.forget();
+        if self.doubts < DOUBTS {
+            return Learnt::Kept;
         }
+        self.ground = GroundPlane::about(height, UNKNOWN_GROUND);
+        self.forget()
     }
 
     /// The attitude of its own reading again, over the ground as it is known by now.
-    fn forget(&mut self) {
+    fn forget(&mut self) -> Learnt {
         self.doubts = 0;
         let own = self.own.view;
         let view = View::at_height(*own.camera(), *own.attitude(), self.ground.height()).unwrap_or(own);
         self.sight = Sight { view, ..self.own };
+        Learnt::Forgotten
     }
 
     /// Part by which a field of view differs from this one's.
@@ -271,7 +285,11 @@ mod tests {
             relief: 0.0,
             quality: 255,
         };
-        let doubts = |reference: &mut Reference, count: u32| (0..count).for_each(|_| reference.doubt(50.0));
+        let doubts = |reference: &mut Reference, count: u32| {
+            (0..count).for_each(|_| {
+                reference.doubt(50.0);
+            });
+        };
         reference.improve(&pose, range, sensors.range);
         doubts(&mut reference, DOUBTS - 1);
         reference.improve(&pose, range, sensors.range);

@@ -212,6 +212,32 @@ fn a_tree_below_the_reference_is_found_out() {
     }
 }
 
+/// A roof in a corner of the frame, first seen from half a metre and more beside the reference and then from 10 cm,
+/// where its parallax is less than noise: it is remembered, and does not turn the ground.
+#[test]
+fn a_roof_that_was_seen_from_beside_is_remembered() {
+    const AWAY: u32 = 16;
+    let place = |frame: u32| {
+        let reach = if frame == 0 { 0.0 } else { 0.4 + 0.025 * f64::from(frame) };
+        (if frame < AWAY { reach } else { 0.1 }, if frame < AWAY { -0.5 * reach } else { 0.0 })
+    };
+    let flight = |frames: std::ops::Range<u32>| {
+        let mut source = Source::default();
+        source.start(SIZE.0, SIZE.1);
+        source.send(message::COMMAND, &Command::Capture.encode());
+        for frame in [0].into_iter().chain(frames) {
+            source.frame(&telemetry(frame), &scene::seen_beside_a_roof(1000, place(frame), frame), &[2000; 2]);
+        }
+        let lines = lines(&source);
+        let near = lines.iter().filter(|line| line.frame.is_some_and(|frame| frame >= AWAY));
+        let misses: Vec<f64> =
+            near.map(|line| line.estimate.unwrap_or_else(|| panic!("{line:?}")).x_e_m - place(AWAY).0).collect();
+        misses.iter().sum::<f64>() / misses.len() as f64
+    };
+    let (remembered, never_seen) = (flight(1..AWAY + 30), flight(AWAY..AWAY + 30));
+    assert!(remembered.abs() < 0.5 * never_seen.abs(), "{remembered} m, {never_seen} m where it was never seen");
+}
+
 /// Three footprints away, and back: the reference is renewed and the estimate goes on from the same origin. Each
 /// reference adds the error of one estimate.
 #[test]

@@ -79,12 +79,45 @@ pub fn records(points: usize, frame: u32) -> Vec<FeatureRecord> {
 /// The records at a place, m, through a field of view, radians, of `points` points that lie on `extent` times the first
 /// frame's ground to the right and to the top; `noise` names the draw of the flipped bits.
 pub fn seen(points: usize, extent: f64, place: (f64, f64), field_of_view: f64, noise: u32) -> Vec<FeatureRecord> {
+    let (metre, zoom) = (focal(field_of_view) / HEIGHT, focal(field_of_view) / focal(FIELD_OF_VIEW));
+    taken(points, extent, noise, |point, _| {
+        [(point.x, place.0, CENTRE[0]), (point.y, place.1, CENTRE[1])]
+            .map(|(first, moved, centre)| centre + zoom * (first - centre) - metre * moved)
+    })
+}
+
+/// The records at a place, m, where a roof of [`ROOF`] stands in the upper right corner of the first frame, and the
+/// left half shows the ground; places are off by up to a fifth of a pixel.
+pub fn seen_beside_a_roof(points: usize, place: (f64, f64), noise: u32) -> Vec<FeatureRecord> {
+    taken(points, 1.0, noise, |point, noise| {
+        let on_roof = point.x > 900.0 && point.y < 150.0;
+        // Between the two nothing is found: a shadow.
+        let beyond = if on_roof || point.x < CENTRE[0] { 0.0 } else { f64::INFINITY };
+        let metre = focal(FIELD_OF_VIEW) / (HEIGHT - if on_roof { ROOF } else { 0.0 });
+        [(point.x, place.0), (point.y, place.1)]
+            .map(|(first, moved)| first - metre * moved + noise.random_range(-0.2..0.2) + beyond)
+    })
+}
+
+/// Height of the roof, m.
+const ROOF: f64 = 24.0;
+
+/// Of the picture, px.
+const CENTRE: [f64; 2] = [(SIZE.0 as f64 - 1.0) / 2.0, (SIZE.1 as f64 - 1.0) / 2.0];
+
+fn focal(field_of_view: f64) -> f64 {
+    SIZE.0 as f64 / 2.0 / (field_of_view / 2.0).tan()
+}
+
+/// The records of points whose places `image` tells.
+fn taken(
+    points: usize,
+    extent: f64,
+    noise: u32,
+    image: impl Fn(&Point, &mut ChaCha8Rng) -> [f64; 2],
+) -> Vec<FeatureRecord> {
     let mut ground = ChaCha8Rng::seed_from_u64(points as u64);
     let mut noise = ChaCha8Rng::seed_from_u64(u64::from(noise) + 1000);
-    let focal = |field_of_view: f64| SIZE.0 as f64 / 2.0 / (field_of_view / 2.0).tan();
-    let (metre, zoom) = (focal(field_of_view) / HEIGHT, focal(field_of_view) / focal(FIELD_OF_VIEW));
-    let centre = [SIZE.0, SIZE.1].map(|side| (side as f64 - 1.0) / 2.0);
-    let (dx, dy) = place;
     let mut records: Vec<_> = (0..points)
         .filter_map(|_| {
             let point = Point {
@@ -95,8 +128,7 @@ pub fn seen(points: usize, extent: f64, place: (f64, f64), field_of_view: f64, n
                 response: 1000 + ground.random_range(0..500u16),
                 words: [ground.random(), ground.random(), ground.random(), ground.random()],
             };
-            let [x, y] = [(point.x, dx, centre[0]), (point.y, dy, centre[1])]
-                .map(|(first, moved, centre)| centre + zoom * (first - centre) - metre * moved);
+            let [x, y] = image(&point, &mut noise);
             record(&point, x, y, &mut noise)
         })
         .collect();

@@ -21,7 +21,9 @@
 //!
 //! 1. A plane with things on it. Pairs whose error is not noise lie on houses and trees and are left out; six in ten
 //!    must remain. Heights of a town are not normal: a street and a roof 12 m above it pull a normal model to slopes of
-//!    ten degrees that are not there.
+//!    ten degrees that are not there. From a place a few centimetres away a roof differs from the ground by less than
+//!    noise, and still tilts the plane. Who has seen it from further away says which pairs lie on it
+//!    ([`Agreed::things`]): no plane is fitted to them.
 //! 2. Hills: a height of its own for each part of the ground.
 //!
 //! In both the plane may have a slope, and the laser may hit what is not the plane: its standard error is then 3 m.
@@ -156,7 +158,7 @@ pub enum PoseError {
     #[error("standard errors of IMU and laser must be positive and finite")]
     Sensors,
     /// Eight parameters of a homography and a residual need five pairs.
-    #[error("no estimate: {0} pairs, and a pose needs 5")]
+    #[error("no estimate: {0} pairs, and a pose needs {FEWEST}")]
     TooFew(usize),
     /// A pair does not lie on the ground, or the iteration found no minimum.
     #[error("no estimate: the pose does not converge")]
@@ -241,11 +243,14 @@ const APPROACHED: f64 = 1.0;
 /// Pairs of that part: they bring the pose within some standard errors of all pairs.
 const FEW: usize = 128;
 
-/// Part of the pairs that must show the ground between things on it.
+/// Part of the candidates that must show the ground between things on it.
 const LEAST_GROUND: f64 = 0.6;
 
 /// An error of more than so many standard deviations is not noise: one pair in 500 has it by chance.
 const NOT_NOISE: f64 = 3.5;
+
+/// Pairs that a pose needs: eight parameters of a homography and a residual.
+const FEWEST: usize = 5;
 
 /// How often pairs are sorted into ground and things; the second time by the plane that the first has left.
 const SORTINGS: usize = 2;
@@ -274,6 +279,7 @@ pub struct PoseBuffers {
     places: Vec<Vector2<f64>>,
     kept: Vec<Pair>,
     cells: Cells,
+    off: Vec<bool>,
 }
 
 impl PoseBuffers {
@@ -285,8 +291,26 @@ impl PoseBuffers {
             places: Vec::with_capacity(pairs),
             kept: Vec::with_capacity(pairs),
             cells: Cells::new(),
+            off: Vec::with_capacity(pairs),
         }
     }
+
+    /// For each pair of the last fit, whether its error is not noise, so that it is not on the ground's plane. Empty
+    /// where the ground was taken for hills, and where there was no fit.
+    pub fn off(&self) -> &[bool] {
+        &self.off
+    }
+}
+
+/// The pairs of a consensus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Agreed<'pairs> {
+    /// All of them.
+    pub pairs: &'pairs [Pair],
+    /// The last so many of them are known to lie on things on the ground, and not on its plane.
+    pub things: usize,
+    /// Quality of the search, 0 ..= 255.
+    pub quality: u8,
 }
 
 /// The pose of CUR from pairs without outliers, `match_quality` that of the consensus they come from.
@@ -304,7 +328,8 @@ pub fn fit(
     let sight = |view: &View| Sight { view: *view, errors: (*sensors).into() };
     let (reference, current) = (sight(reference), sight(current));
     let terrain = Terrain::of(&reference);
-    fit_in(&mut buffers, &mut budget, &reference, &terrain, &current, pairs, match_quality)
+    let agreed = Agreed { pairs, things: 0, quality: match_quality };
+    fit_in(&mut buffers, &mut budget, &reference, &terrain, &current, agreed)
 }
 
 /// The same with memory that is used again, with bounded work, and with what is known of each view.
@@ -317,16 +342,17 @@ pub fn fit_in(
     reference: &Sight,
     terrain: &Terrain,
     current: &Sight,
-    pairs: &[Pair],
-    match_quality: u8,
+    Agreed { pairs, things, quality }: Agreed<'_>,
 ) -> Result<Pose, PoseError> {
+    buffers.off.clear();
     let errors = [reference.errors, current.errors];
     let all = errors.iter().flat_map(|errors| [errors.tilt, errors.heading, errors.level, errors.hills]);
     if all.into_iter().any(|sigma| !(sigma > 0.0 && sigma.is_finite())) {
         return Err(PoseError::Sensors);
     }
-    if pairs.len() < 5 {
-        return Err(PoseError::TooFew(pairs.len()));
+    let candidates = &pairs[..pairs.len().saturating_sub(things)];
+    if candidates.len() < FEWEST {
+        return Err(PoseError::TooFew(candidates.len()));
     }
     refusal::sensor(pairs, reference, current)?;
     let (reference, current) = (&reference.view, &current.view);
@@ -347,19 +373,20 @@ pub fn fit_in(
     let terrain = terrain.covariance.try_inverse().ok_or(PoseError::Sensors)?;
     let scene = Scene { from: reference.camera().inverse(), to: current.camera().matrix() };
     let overlap = relief::overlap(pairs, &mut buffers.places, budget).ok_or(PoseError::Late)?;
+    let level = readings;
     let mut problem =
-        Problem { scene, level: readings, sloped, errors, terrain, measured, pairs, buffers, budget, overlap };
+        Problem { scene, level, sloped, errors, terrain, measured, pairs, candidates, buffers, budget, overlap };
     let start = match may_be_level.then(|| problem.plane()) {
-        Some(Ok(solution)) => return solution.pose(match_quality),
+        Some(Ok(solution)) => return problem.told(&solution).pose(quality),
         Some(Err(start)) => start,
         None => problem.sloped,
     };
     if let Some(solution) = problem.things(start) {
-        return solution.pose(match_quality);
+        return problem.told(&solution).pose(quality);
     }
     match problem.solve(Ground::Relief, start) {
         Ok(solution) if solution.chi2 > CHI2_LIMIT => Err(PoseError::Disagreement { chi2: solution.chi2 }),
-        Ok(solution) => solution.pose(match_quality),
+        Ok(solution) => solution.pose(quality),
         Err(error) => Err(error),
     }
 }
@@ -388,6 +415,8 @@ struct Problem<'pairs> {
     /// Of the readings of REF and of CUR.
     errors: [Errors; 2],
     pairs: &'pairs [Pair],
+    /// Those that may lie on the plane.
+    candidates: &'pairs [Pair],
     buffers: &'pairs mut PoseBuffers,
     budget: &'pairs mut Budget,
     /// Of the pairs' supports ([`relief::overlap`]).
@@ -431,7 +460,7 @@ impl Problem<'_> {
     /// relief.
     fn things(&mut self, start: Unknowns) -> Option<Solution> {
         self.buffers.kept.clear();
-        self.buffers.kept.extend_from_slice(self.pairs);
+        self.buffers.kept.extend_from_slice(self.candidates);
         let mut found = self.settle(Ground::Things, start, self.stride(), APPROACHED).ok()?;
         for _ in 0..SORTINGS {
             if self.keep(&found.unknowns)? < LEAST_GROUND {
@@ -443,19 +472,31 @@ impl Problem<'_> {
         (ground && found.chi2 < CHI2_SUSPECT).then_some(found)
     }
 
-    /// Keeps the pairs that the plane of a solution explains, and tells which part of all they are.
+    /// Keeps the candidates that the plane of a solution explains, and tells which part of them they are.
     fn keep(&mut self, unknowns: &Unknowns) -> Option<f64> {
-        let (homography, derivatives) = self.scene.homography(unknowns);
+        self.linearise(unknowns, self.candidates)?;
         let PoseBuffers { residuals, values, kept, .. } = &mut *self.buffers;
-        if !self.budget.spend(RESIDUAL_WORK * self.pairs.len()) {
-            return None;
-        }
-        linearised(&homography, &derivatives[HEIGHT], self.pairs.iter(), residuals)?;
         let noise = Noise { relief: 0.0, ..Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values) };
         kept.clear();
-        let on_ground = residuals.iter().map(|residual| noise.length2(residual) < NOT_NOISE * NOT_NOISE);
-        kept.extend(self.pairs.iter().zip(on_ground).filter(|(_, on_ground)| *on_ground).map(|(pair, _)| *pair));
-        Some(kept.len() as f64 / self.pairs.len() as f64)
+        let on_plane = residuals.iter().map(|residual| !is_off(&noise, residual));
+        kept.extend(self.candidates.iter().zip(on_plane).filter(|(_, on_plane)| *on_plane).map(|(pair, _)| *pair));
+        Some(kept.len() as f64 / self.candidates.len() as f64)
+    }
+
+    /// The solution; beside it, which of all pairs its plane does not explain.
+    fn told<'solution>(&mut self, solution: &'solution Solution) -> &'solution Solution {
+        if self.linearise(&solution.unknowns, self.pairs).is_some() {
+            let PoseBuffers { residuals, off, .. } = &mut *self.buffers;
+            off.extend(residuals.iter().map(|residual| is_off(&solution.noise, residual)));
+        }
+        solution
+    }
+
+    /// The errors of `pairs` under `unknowns` into the residuals.
+    fn linearise(&mut self, unknowns: &Unknowns, pairs: &[Pair]) -> Option<()> {
+        let (homography, derivatives) = self.scene.homography(unknowns);
+        let affordable = self.budget.spend(RESIDUAL_WORK * pairs.len());
+        affordable.then(|| linearised(&homography, &derivatives[HEIGHT], pairs.iter(), &mut self.buffers.residuals))?
     }
 
     fn solve(&mut self, ground: Ground, start: Unknowns) -> Result<Solution, PoseError> {
@@ -469,7 +510,11 @@ impl Problem<'_> {
     /// Iterates with one in `stride` pairs until a step is shorter than `settled` standard errors.
     fn settle(&mut self, ground: Ground, start: Unknowns, stride: usize, settled: f64) -> Result<Solution, PoseError> {
         let PoseBuffers { residuals, values, cells, kept, .. } = &mut *self.buffers;
-        let pairs = if ground == Ground::Things { &**kept } else { self.pairs };
+        let pairs = match ground {
+            Ground::Plane => self.candidates,
+            Ground::Things => kept,
+            Ground::Relief => self.pairs,
+        };
         let prior = information(&self.errors, ground, &self.terrain);
         let readings = if ground == Ground::Plane { self.level } else { self.sloped };
         let mut unknowns = start;
@@ -519,6 +564,11 @@ impl Problem<'_> {
         let PoseBuffers { residuals, values, .. } = &mut *self.buffers;
         Noise::of_relief(residuals, LEAST_RESIDUAL, HOMOGRAPHY_FREEDOMS, values).evidence(residuals)
     }
+}
+
+/// Whether a pair's error is not noise.
+fn is_off(noise: &Noise, residual: &Residual) -> bool {
+    noise.length2(residual) >= NOT_NOISE * NOT_NOISE
 }
 
 /// The part of the next step that is taken, by the part that was taken of the last one and the part of it that
@@ -913,7 +963,8 @@ mod tests {
                     Terrain { height: 100.0, slope: Vector2::new(conditions.slope, 0.0), covariance, measured: true };
                 let terrain = if known { all } else { Terrain::of(&reference) };
                 let (mut buffers, mut budget) = (PoseBuffers::with_capacity(300), Budget::UNLIMITED);
-                let pose = fit_in(&mut buffers, &mut budget, &reference, &terrain, &current, &flight.pairs, 255);
+                let agreed = Agreed { pairs: &flight.pairs, things: 0, quality: 255 };
+                let pose = fit_in(&mut buffers, &mut budget, &reference, &terrain, &current, agreed);
                 (pose.unwrap().displacement - flight.displacement).norm_squared()
             });
             (errors.sum::<f64>() / flights as f64).sqrt()
@@ -927,6 +978,44 @@ mod tests {
         let [flat, _] = with_terrain(&WIDE);
         let [town, _] = with_terrain(&Conditions { houses: 12.0, ..WIDE });
         assert!(town < 1.3 * flat, "{town:.3} m, {flat:.3} m without houses");
+    }
+
+    /// A roof 12 m high in a corner of the frame, 8 cm beside the reference: its parallax is two standard deviations
+    /// of the noise. Taken for ground it turns the plane; the fit tells that it is off, from a metre beside.
+    #[test]
+    fn a_roof_that_is_known_does_not_turn_the_ground() {
+        let camera = Camera::with_field_of_view(1024, 768, 50.0 * DEGREE).unwrap();
+        let sight = |range: f64| {
+            let view = View::new(camera, Attitude::default(), range).unwrap();
+            Sight { view, errors: SENSORS.into() }
+        };
+        let terrain = Terrain { measured: true, ..Terrain::of(&sight(50.0)) };
+        let (mut buffers, mut budget) = (PoseBuffers::with_capacity(330), Budget::UNLIMITED);
+        let mut fitted = |beside: f64, things: usize, seed: u64| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let mut pair = |x: f64, y: f64, depth: f64| {
+                let mut noise = || 0.15 * Vector2::new(normal(&mut rng), normal(&mut rng));
+                let moved = Vector2::new(beside * camera.focal() / depth, 0.0);
+                Pair { reference: Vector2::new(x, y) + noise(), current: Vector2::new(x, y) - moved + noise() }
+            };
+            let ground: Vec<Pair> =
+                (0..300).map(|i| pair(20.0 * f64::from(i % 25), 60.0 * f64::from(i / 25), 50.0)).collect();
+            let roof = (0..30).map(|i| pair(900.0 + 10.0 * f64::from(i % 10), 40.0 * f64::from(i / 10), 38.0));
+            let pairs: Vec<Pair> = ground.into_iter().chain(roof).collect();
+            let agreed = Agreed { pairs: &pairs, things, quality: 255 };
+            let pose = fit_in(&mut buffers, &mut budget, &sight(50.0), &terrain, &sight(50.0), agreed).unwrap();
+            (pose.displacement.x - beside, buffers.off().to_vec())
+        };
+        let mut rms = |things: usize| {
+            let errors = (0..40).map(|seed| fitted(0.08, things, seed).0.powi(2));
+            (errors.sum::<f64>() / 40.0).sqrt()
+        };
+        let (unknown, known) = (rms(0), rms(30));
+        assert!(known < 0.6 * unknown, "{known:.3} m, {unknown:.3} m where the roof is not known");
+        let (_, off) = fitted(1.0, 0, 0);
+        let said = |off: &[bool]| off.iter().filter(|off| **off).count();
+        assert_eq!((off.len(), said(&off[300..])), (330, 30));
+        assert!(said(&off[..300]) <= 3, "{off:?}");
     }
 
     /// A descent over a slope looks like a motion along it, unless the slope is known.
