@@ -14,7 +14,6 @@ cocotb need not be installed. Where it is, it is found as before by whoever does
 from __future__ import annotations
 
 import importlib
-import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -100,6 +99,8 @@ def install(version: str | None = None) -> None:
     asked = version or os.environ.get("HOVERLOCK_COCOTB") or "2.1"
     if asked not in VERSIONS:
         raise ValueError(f"no version '{asked}' of cocotb's names: {' or '.join(VERSIONS)}")
+    import logging
+
     from . import _core, cocotb, deprecated, unknown
 
     for name in _NAMES:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from ._core import Library, compile
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["Design"]
 
 
-@dataclass(frozen=True)
 class Design:
     """The description of a design, from which its model is built. A model is built again only if something it depends on
     changes.
@@ -68,42 +66,66 @@ class Design:
     >>> design = Design("counter.v", top="counter", parameters={"WIDTH": 8}, internals=["u_core.*"])
     """
 
-    sources: str | Path | Iterable[str | Path]
-    top: str
-    parameters: Mapping[str, int | str] = field(default_factory=dict)
-    defines: Mapping[str, object] = field(default_factory=dict)
-    includes: Iterable[str | Path] = ()
-    internals: Iterable[str] = ()
-    forceable: Iterable[str] = ()
-    flags: Iterable[str] = ()
-    plusargs: Iterable[str] = ()
-    waves: str | None = None
-    coverage: bool = False
-    random_initial: bool = False
-    assertions: bool = True
-    warnings_are_errors: bool = False
-    timescale: str | None = None
-    edges_after_eval: bool = False
-    verilator: str | Path | None = None
-    cache: str | Path | None = None
-    folder: str | Path | None = None
+    # No dataclass: that module, with the ones it loads, takes 10 ms.
+    def __init__(
+        self,
+        sources: str | Path | Iterable[str | Path],
+        top: str,
+        parameters: Mapping[str, int | str] | None = None,
+        defines: Mapping[str, object] | None = None,
+        includes: Iterable[str | Path] = (),
+        internals: Iterable[str] = (),
+        forceable: Iterable[str] = (),
+        flags: Iterable[str] = (),
+        plusargs: Iterable[str] = (),
+        waves: str | None = None,
+        coverage: bool = False,
+        random_initial: bool = False,
+        assertions: bool = True,
+        warnings_are_errors: bool = False,
+        timescale: str | None = None,
+        edges_after_eval: bool = False,
+        verilator: str | Path | None = None,
+        cache: str | Path | None = None,
+        folder: str | Path | None = None,
+    ) -> None:
+        self.sources: tuple[str | Path, ...] = _tuple_of(sources)
+        self.top = top
+        self.parameters = {} if parameters is None else parameters
+        self.defines = {} if defines is None else defines
+        self.includes: tuple[str | Path, ...] = _tuple_of(includes)
+        self.internals: tuple[str, ...] = _tuple_of(internals)
+        self.forceable: tuple[str, ...] = _tuple_of(forceable)
+        self.flags: tuple[str, ...] = _tuple_of(flags)
+        self.plusargs: tuple[str, ...] = _tuple_of(plusargs)
+        self.waves = waves
+        self.coverage = coverage
+        self.random_initial = random_initial
+        self.assertions = assertions
+        self.warnings_are_errors = warnings_are_errors
+        self.timescale = timescale
+        self.edges_after_eval = edges_after_eval
+        self.verilator = verilator
+        self.cache = cache
+        self.folder = _folder_of_caller() if folder is None else folder
 
-    def __post_init__(self) -> None:
-        one = isinstance(self.sources, (str, os.PathLike))
-        sources = (self.sources,) if one else tuple(self.sources)  # type: ignore[arg-type]
-        object.__setattr__(self, "sources", sources)
-        for name in ("includes", "internals", "forceable", "flags", "plusargs"):
-            value = getattr(self, name)
-            object.__setattr__(self, name, (value,) if isinstance(value, str) else tuple(value))
-        if self.folder is None:
-            object.__setattr__(self, "folder", _folder_of_caller())
+    def __setattr__(self, name: str, value: Any) -> None:
+        if "folder" in vars(self):
+            raise AttributeError(f"a design does not change: changed({name}=...) gives another")
+        super().__setattr__(name, value)
+
+    def __eq__(self, other: object) -> bool:
+        return vars(self) == vars(other) if isinstance(other, Design) else NotImplemented
+
+    def __repr__(self) -> str:
+        return f"Design({', '.join(f'{name}={value!r}' for name, value in vars(self).items())})"
 
     def changed(self, **options: Any) -> Design:
         """This design with other options.
 
         >>> wide = design.changed(parameters={"WIDTH": 16})
         """
-        return replace(self, **options)
+        return Design(**{**vars(self), **options})
 
     def compile(self) -> Library:
         """Builds the model, or finds it in the cache.
@@ -118,7 +140,7 @@ class Design:
         folder = self.folder or "."
         return compile(
             self.top,
-            [os.path.join(folder, source) for source in self.sources],  # type: ignore[union-attr]
+            [os.path.join(folder, source) for source in self.sources],
             includes=[os.path.join(folder, include) for include in self.includes],
             parameters=dict(self.parameters),
             defines=dict(self.defines),
@@ -136,6 +158,11 @@ class Design:
         )
 
 
+def _tuple_of(values: Any) -> tuple[Any, ...]:
+    """One path or text, or several, as a tuple."""
+    return (values,) if isinstance(values, (str, os.PathLike)) else tuple(values)
+
+
 def _folder_of_caller() -> str:
     """The folder of the file that says ``Design(...)``."""
     own = os.path.dirname(os.path.realpath(__file__))
@@ -144,7 +171,7 @@ def _folder_of_caller() -> str:
         name = frame.f_code.co_filename
         if name != __file__ and not name.startswith("<"):
             folder = os.path.dirname(os.path.realpath(name))
-            if folder != own and "dataclasses" not in name:
+            if folder != own:
                 return folder
         frame = frame.f_back
     return os.getcwd()

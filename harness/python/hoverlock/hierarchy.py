@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from ._core import ArrayHandle, Handle, HierarchyBase, RealHandle, Simulation, TextHandle
-from .log import log
+
+if TYPE_CHECKING:
+    import logging
 
 __all__ = ["Constant", "Hierarchy", "TypedHierarchy"]
 
@@ -69,6 +70,8 @@ class TypedHierarchy(HierarchyBase):
 
     @property
     def _log(self) -> logging.Logger:
+        from .log import log
+
         return log.getChild(self._name)
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -11,7 +11,6 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ._core import Coverage
@@ -25,23 +24,40 @@ if TYPE_CHECKING:
 __all__ = ["Outputs"]
 
 
-@dataclass
 class Outputs:
     """Which files a run writes, and where: waves as ``<module>.<test>.fst``, coverage of all tests as ``coverage.info``.
+
+    Parameters
+    ----------
+    folder : path
+        Where they are written.
+    waves : "vcd" or "fst", optional
+        Writes all signals of every test.
+    only_failures : bool
+        Keeps only the waves of failing tests.
+    last : int, optional
+        Writes the last time steps of failing tests instead, as VCD; a clock cycle has two time steps.
+    coverage : bool
+        Counts lines, branches, toggles and ``cover`` statements of every test.
 
     >>> outputs = Outputs("out", waves="fst", only_failures=True, coverage=True)
     >>> results = run("test_counter.py", outputs=outputs)
     """
 
-    folder: str | Path = "hoverlock-output"
-    waves: str | None = None
-    """``"vcd"`` or ``"fst"``: writes all signals of every test."""
-    only_failures: bool = False
-    """Keeps only the waves of failing tests."""
-    last: int | None = None
-    """Writes the last time steps of failing tests instead, as VCD; a clock cycle has two time steps."""
-    coverage: bool = False
-    """Counts lines, branches, toggles and ``cover`` statements of every test."""
+    # No dataclass: that module, with the ones it loads, takes 10 ms.
+    def __init__(
+        self,
+        folder: str | Path = "hoverlock-output",
+        waves: str | None = None,
+        only_failures: bool = False,
+        last: int | None = None,
+        coverage: bool = False,
+    ) -> None:
+        self.folder = folder
+        self.waves = waves
+        self.only_failures = only_failures
+        self.last = last
+        self.coverage = coverage
 
     def design(self, design: Design) -> Design:
         """The design with the waves and coverage asked for built in."""

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import functools
-import inspect
 import itertools
 import random
 import signal
@@ -17,17 +16,17 @@ import threading
 import zlib
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from . import _core, hierarchy, unknown
 from .design import Design
 from .errors import SimTimeoutError, TestSuccess
-from .log import listener, log
 from .outputs import Outputs
 from .transfer import Pause, TransferOptions, TransferReport
 
 if TYPE_CHECKING:
+    import logging
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -132,7 +131,7 @@ class Test:
             Arguments of the test by name.
         """
         outputs = outputs or Outputs()
-        log.getChild("test").info("%s: seed %d", self.name, seed)
+        _log("test").info("%s: seed %d", self.name, seed)
         session = Session(outputs.design(design), seed=seed, name=self.name)
         session.label = f"{self.module.rpartition('.')[2]}.{self.name}"
         with session, outputs.of(session):
@@ -152,7 +151,7 @@ class Test:
         except TestSuccess:
             pass
         except self.expect_error as error:
-            log.getChild("test").info("%s: raised as expected: %s", self.name, error)
+            _log("test").info("%s: raised as expected: %s", self.name, error)
             return
         except BaseException as error:
             if not self.expect_fail or not is_failed_check(error):
@@ -231,6 +230,8 @@ def test(
     """
 
     def decorate(of: Bench) -> Test:
+        import inspect  # here, as it takes 10 ms and scripts may have no test
+
         if not inspect.iscoroutinefunction(of):
             raise TypeError(f"{of.__name__} must be a coroutine function: async def {of.__name__}(dut)")
         return Test(
@@ -286,16 +287,18 @@ def _label(value: Any) -> str:
     return getattr(value, "__name__", None) or str(value)
 
 
-@dataclass
 class Running:
     """The test that is running."""
 
-    name: str
-    seed: int
-    design: Design
-    dut: hierarchy.Hierarchy
-    simulation: _core.Simulation
-    plusargs: list[str] = field(default_factory=list)
+    def __init__(
+        self, name: str, seed: int, design: Design, dut: hierarchy.Hierarchy, simulation: _core.Simulation
+    ) -> None:
+        self.name = name
+        self.seed = seed
+        self.design = design
+        self.dut = dut
+        self.simulation = simulation
+        self.plusargs = list(design.plusargs)
 
 
 _running: list[Running] = []
@@ -380,8 +383,8 @@ class Session:
             # A module without ports, a testbench in Verilog: what it declares is what there is to drive.
             design = design.changed(internals=("*",))
             self.simulation, self.dut = _instance(design, seed)
-        self.simulation.set_log_listener(listener)
-        self._running = Running(name, seed, design, self.dut, self.simulation, list(design.plusargs))
+        self.simulation.set_log_listener(_listener)
+        self._running = Running(name, seed, design, self.dut, self.simulation)
         self._random = random.Random(seed).getstate()
         self.report: TransferReport | None = None
         """How the last transfer went."""
@@ -532,15 +535,29 @@ class Session:
         left = self.simulation.living_tasks()
         if left:
             text = ", ".join(left)
-            log.getChild("test").info("%d tasks still ran at the end and are cancelled: %s", len(left), text)
+            _log("test").info("%d tasks still ran at the end and are cancelled: %s", len(left), text)
         for line in self.simulation.close():
-            log.getChild("verilog").info("%s", line)
+            _log("verilog").info("%s", line)
 
     def __enter__(self) -> Session:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _log(source: str) -> logging.Logger:
+    """A part of the log, which is loaded by whoever says something first: it takes 8 ms."""
+    from .log import log
+
+    return log.getChild(source)
+
+
+def _listener(time: int, level: int, source: str, text: str) -> None:
+    """Logs a line of the engine."""
+    from .log import listener
+
+    listener(time, level, source, text)
 
 
 def _instance(design: Design, seed: int) -> tuple[_core.Simulation, hierarchy.Hierarchy]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 __all__ = ["Pause", "TransferOptions", "TransferReport"]
@@ -36,8 +35,7 @@ class TransferReport(NamedTuple):
     packets: int
 
 
-@dataclass(frozen=True)
-class TransferOptions:
+class TransferOptions(NamedTuple):
     """What ``Session.transfer`` hands to the engine; the parameters are explained there. Its period is in femtoseconds."""
 
     # The streams.

@@ -11,8 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Literal
 
-from .log import log
-
 __all__ = ["set_choice", "written_as"]
 
 Choice = Literal["error", "zeros", "ones", "random"]
@@ -64,6 +62,8 @@ def resolve(name: str, digits: str) -> str:
         )
     if name not in _told:
         _told.add(name)
+        from .log import log
+
         log.getChild("harness").warning("'%s' was given '%s': what is neither 0 nor 1 is written as %s", name, digits, _choice)
     weak = digits.translate(str.maketrans("lhLH", "0101"))
     if _choice == "random":

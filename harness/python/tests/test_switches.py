@@ -289,3 +289,36 @@ def test_outputs_from_python(tmp_path, folder):
     assert 0 < met < points and len(missed.missed()) == points - met and missed.missed()[0][0].endswith("counter.v")
     with pytest.raises(hoverlock.HoverlockError, match="coverage"):
         missed.add(folder / "test_bench.py")
+
+
+LOGGING = """
+    import logging
+    import hoverlock
+
+    log = logging.getLogger("cocotb.tb")
+
+    @hoverlock.test()
+    async def says(dut):
+        log.warning("heard in the report")
+        assert False
+
+    @hoverlock.test()
+    async def reads(dut, caplog):
+        log.warning("heard by the fixture")
+        assert caplog.messages == ["heard by the fixture"]
+
+    @hoverlock.test()
+    async def asks(dut, request):
+        log.warning("heard on request")
+        assert request.getfixturevalue("caplog").messages == ["heard on request"]
+"""
+
+
+def test_what_a_bench_logs_is_in_report_fixture_and_file(tmp_path):
+    (tmp_path / "test_bench.py").write_text(textwrap.dedent(LOGGING))
+    options = ("test_bench.py", "--hoverlock-source", str(DESIGNS / "counter.v"), "--hoverlock-top", "counter")
+    done = run_pytest(tmp_path, *options)
+    assert "1 failed, 2 passed" in done.stdout and "heard in the report" in done.stdout
+    run_pytest(tmp_path, *options, "--log-file", "bench.log")
+    found = re.findall(r"heard [a-z ]+", (tmp_path / "bench.log").read_text())
+    assert found == ["heard in the report", "heard by the fixture", "heard on request"]

@@ -122,22 +122,31 @@ struct HvForced {
 // An `inout`, which Verilator splits into what comes in and what goes out with an enable for each bit. What comes in is
 // what goes out where the design drives, else what the bench drives.
 struct HvInout {
-    std::size_t bytes;
+    // Puts what comes in; whether it has changed.
+    bool (*resolve)(HvInout&);
     void* in;
     const void* out;
     const void* enable;
-    HvBits driven, now, drives;
-
-    // Whether what comes in has changed.
-    bool resolve() {
-        std::memcpy(now.data(), out, bytes);
-        std::memcpy(drives.data(), enable, bytes);
-        for (std::size_t at = 0; at < now.size(); ++at) now[at] = (now[at] & drives[at]) | (driven[at] & ~drives[at]);
-        if (std::memcmp(in, now.data(), bytes) == 0) return false;
-        std::memcpy(in, now.data(), bytes);
-        return true;
-    }
+    HvBits driven;
 };
+
+// The size is known here, so that nothing is called to copy and compare: a bus has forty of these, and each is looked at
+// twice in an evaluation.
+template <std::size_t BYTES> bool resolve_inout(HvInout& self) {
+    constexpr std::size_t WORDS = (BYTES + 7) / 8;
+    uint64_t in[WORDS] = {}, out[WORDS] = {}, enable[WORDS] = {};
+    std::memcpy(in, self.in, BYTES);
+    std::memcpy(out, self.out, BYTES);
+    std::memcpy(enable, self.enable, BYTES);
+    bool changed = false;
+    for (std::size_t at = 0; at < WORDS; ++at) {
+        const uint64_t now = (out[at] & enable[at]) | (self.driven[at] & ~enable[at]);
+        changed |= now != in[at];
+        in[at] = now;
+    }
+    if (changed) std::memcpy(self.in, in, BYTES);
+    return changed;
+}
 
 struct HvInstance;
 
@@ -188,8 +197,8 @@ template <typename T> void add_forced(HvInstance* self, std::size_t at, T& membe
 template <typename T, typename E, typename V> void add_forced(HvInstance*, std::size_t, T&, E&, V&) {}
 
 template <typename T> void add_inout(HvInstance* self, std::size_t at, T& in, T& out, T& enable) {
-    const HvBits none = bits_of(sizeof(T));
-    self->inouts.push_back(HvInout{sizeof(T), (void*)&in, (void*)&out, (void*)&enable, none, none, none});
+    self->inouts.push_back(
+        HvInout{resolve_inout<sizeof(T)>, (void*)&in, (void*)&out, (void*)&enable, bits_of(sizeof(T))});
     self->signals[at].target = self->inouts.back().driven.data();
 }
 
@@ -209,12 +218,12 @@ inline void evaluate(HvInstance* self) {
 #if HV_OVERRIDES
 void evaluate_overridden(HvInstance* self) {
     for (auto& forced : self->forced) forced.before();
-    for (auto& inout : self->inouts) inout.resolve();
+    for (auto& inout : self->inouts) inout.resolve(inout);
     evaluate(self);
     // What the design drives now may come in again through an `inout`.
     for (int round = 0;; ++round) {
         bool changed = false;
-        for (auto& inout : self->inouts) changed |= inout.resolve();
+        for (auto& inout : self->inouts) changed |= inout.resolve(inout);
         if (!changed) break;
         if (round == 100) throw std::runtime_error("its `inout`s do not settle");
         evaluate(self);

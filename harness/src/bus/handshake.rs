@@ -43,19 +43,34 @@ impl<P: PartialEq + Clone> Offer<P> {
     /// taken, and the rule that is broken.
     #[inline]
     pub fn cycle(&mut self, offered: Option<P>, ready: bool) -> (Option<P>, Option<String>) {
-        let Names { valid, ready: taken, payload } = self.names;
-        let broken = match (self.waiting.take(), &offered) {
-            (Some(_), None) => Some(format!("{valid} fell before {taken} came")),
-            (Some(before), Some(now)) if before != *now => {
-                Some(format!("the {payload} changed while {valid} waited for {taken}"))
-            }
+        let broken = self.watch(offered.as_ref(), ready);
+        (offered.filter(|_| ready), broken)
+    }
+
+    /// The same for a payload that is too large to be moved in each cycle: the caller knows that it is taken if the
+    /// other side is ready. Returns the rule that is broken.
+    #[inline(always)]
+    pub fn watch(&mut self, offered: Option<&P>, ready: bool) -> Option<String> {
+        let broken = match &self.waiting {
+            Some(before) if Some(before) != offered => Some(self.broken_rule(offered.is_some())),
             _ => None,
         };
         if ready {
-            return (offered, broken);
+            self.waiting = None;
+        } else if self.waiting.is_none() || broken.is_some() {
+            self.waiting = offered.cloned();
         }
-        self.waiting = offered;
-        (None, broken)
+        broken
+    }
+
+    #[cold]
+    fn broken_rule(&self, is_offered: bool) -> String {
+        let Names { valid, ready, payload } = self.names;
+        if is_offered {
+            format!("the {payload} changed while {valid} waited for {ready}")
+        } else {
+            format!("{valid} fell before {ready} came")
+        }
     }
 }
 

@@ -30,19 +30,31 @@ pub(super) struct Collector {
     pub violations: Vec<Violation>,
 }
 
-/// Checks every cycle, and assembles beats to frames.
-pub(super) struct Listener {
+/// Checks every cycle, and assembles beats to frames. `W`: as of a beat.
+pub(super) struct Listener<const W: usize> {
     pub ports: Ports,
-    pub reset: Option<Reset>,
-    pub strict: bool,
-    pub history: ReadyHistory,
+    reset: Option<Reset>,
+    strict: bool,
+    history: ReadyHistory,
     /// The beat, which must stay until it is taken.
-    pub offer: Offer<Beat>,
-    pub collector: Rc<RefCell<Collector>>,
+    offer: Offer<Beat<W>>,
+    collector: Rc<RefCell<Collector>>,
 }
 
-impl Listener {
+impl<const W: usize> Listener<W> {
+    pub fn new(ports: Ports, reset: Option<Reset>, rules: Rules, collector: &Rc<RefCell<Collector>>) -> Listener<W> {
+        Listener {
+            ports,
+            reset,
+            strict: rules == Rules::Strict,
+            history: ReadyHistory::default(),
+            offer: Offer::default().of("beat"),
+            collector: collector.clone(),
+        }
+    }
+
     /// Checks one cycle; an error if a rule was broken and the rules are strict.
+    #[inline]
     pub fn cycle(&mut self, now: Time) -> Result<(), Error> {
         let latency = self.ports.latency();
         let valid = self.ports.valid.is_high();
@@ -54,15 +66,14 @@ impl Listener {
             broken.push(format!("valid without ready {latency} cycles before"));
         }
         let offered = valid.then(|| self.ports.get());
-        let taken = if latency > 0 {
-            offered
-        } else {
-            let (taken, rule) = self.offer.cycle(offered, ready);
-            broken.extend(rule);
-            taken
-        };
-        if let Some(beat) = taken {
-            self.take(&beat, &mut broken);
+        if latency == 0 {
+            broken.extend(self.offer.watch(offered.as_ref(), ready));
+        }
+        // With a latency, `ready` allowed this beat long ago.
+        if let Some(beat) = &offered
+            && (ready || latency > 0)
+        {
+            self.take(beat, &mut broken);
         }
         if !broken.is_empty() {
             let violations = broken.into_iter().map(|rule| Violation { bus: self.ports.name.clone(), rule, time: now });
@@ -77,7 +88,8 @@ impl Listener {
         Ok(())
     }
 
-    fn take(&mut self, beat: &Beat, broken: &mut Vec<String>) {
+    #[inline(always)]
+    fn take(&mut self, beat: &Beat<W>, broken: &mut Vec<String>) {
         let ports = &self.ports;
         let mut collector = self.collector.borrow_mut();
         let collector = &mut *collector;

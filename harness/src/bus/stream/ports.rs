@@ -7,11 +7,13 @@ use crate::model::{Direction, SignalInfo, Storage, load};
 use crate::sim::{Core, Dut, Signal};
 
 /// The widest `data`, in 64-bit words.
-const WORDS: usize = 8;
+pub(super) const WORDS: usize = 8;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Beat {
-    pub data: [u64; WORDS],
+/// What moves at one edge. `data` has `W` 64-bit words, 1 or [`WORDS`]: most streams are narrow, and a beat is read,
+/// compared and copied in every cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Beat<const W: usize> {
+    pub data: [u64; W],
     pub first: bool,
     pub last: bool,
     /// Lanes in use: bit 0 is the lane of the first symbol.
@@ -48,8 +50,9 @@ impl DataPort {
         })
     }
 
-    fn get(&self) -> [u64; WORDS] {
-        let mut words = [0; WORDS];
+    #[inline(always)]
+    fn get<const W: usize>(&self) -> [u64; W] {
+        let mut words = [0; W];
         // SAFETY: the agent that owns this port lives inside the core that owns the model.
         unsafe {
             match self.storage {
@@ -64,7 +67,8 @@ impl DataPort {
         words
     }
 
-    fn put(&self, core: &Core, value: &[u64; WORDS]) -> Result<(), ModelError> {
+    #[inline(always)]
+    fn put<const W: usize>(&self, core: &Core, value: &[u64; W]) -> Result<(), ModelError> {
         match self.storage {
             Storage::Wide(count) => {
                 let words: [u32; 2 * WORDS] = std::array::from_fn(|at| (value[at / 2] >> (32 * (at % 2))) as u32);
@@ -142,6 +146,11 @@ impl Ports {
         Ok(self)
     }
 
+    /// Whether `data` has at most 64 bits.
+    pub(super) fn is_narrow(&self) -> bool {
+        self.data.width <= 64
+    }
+
     /// Symbols in a beat.
     pub fn lanes(&self) -> u32 {
         self.lanes
@@ -166,7 +175,7 @@ impl Ports {
         }
     }
 
-    fn insert(&self, data: &mut [u64; WORDS], at: u32, symbol: u64) {
+    fn insert(&self, data: &mut [u64], at: u32, symbol: u64) {
         let shift = self.lane_shift(at);
         let (word, bit) = ((shift / 64) as usize, shift % 64);
         data[word] |= symbol << bit;
@@ -175,7 +184,8 @@ impl Ports {
         }
     }
 
-    pub(super) fn extract(&self, data: &[u64; WORDS], at: u32) -> u64 {
+    #[inline]
+    pub(super) fn extract(&self, data: &[u64], at: u32) -> u64 {
         let shift = self.lane_shift(at);
         let (word, bit) = ((shift / 64) as usize, shift % 64);
         let mut symbol = data[word] >> bit;
@@ -218,18 +228,18 @@ impl Ports {
     }
 
     /// The beat that begins with symbol number `at` of a frame.
-    #[inline]
-    pub(super) fn beat(&self, frame: &Frame, at: usize) -> Beat {
+    #[inline(always)]
+    pub(super) fn beat<const W: usize>(&self, frame: &Frame, at: usize) -> Beat<W> {
         let end = frame.symbols.len().min(at + self.lanes as usize);
         let symbols = &frame.symbols[at..end];
         let mut beat = Beat {
+            data: [0; W],
             first: at == 0,
             last: end == frame.symbols.len(),
             keep: u64::MAX >> (64 - symbols.len()),
             channel: frame.channel,
             error: frame.error,
             destination: frame.destination,
-            ..Beat::default()
         };
         if self.lanes == 1 {
             beat.data[0] = symbols[0];
@@ -239,8 +249,8 @@ impl Ports {
         beat
     }
 
-    pub(super) fn put(&self, core: &Core, beat: &Beat) -> Result<(), Error> {
-        let put = |signal: &Option<Signal>, value: u64| signal.as_ref().map_or(Ok(()), |s| s.set(value & s.mask()));
+    #[inline(always)]
+    pub(super) fn put<const W: usize>(&self, core: &Core, beat: &Beat<W>) -> Result<(), Error> {
         self.valid.set(1)?;
         self.data.put(core, &beat.data)?;
         put(&self.first, u64::from(beat.first))?;
@@ -253,8 +263,8 @@ impl Ports {
         Ok(())
     }
 
-    pub(super) fn get(&self) -> Beat {
-        let get = |signal: &Option<Signal>, missing: u64| signal.as_ref().map_or(missing, Signal::get);
+    #[inline(always)]
+    pub(super) fn get<const W: usize>(&self) -> Beat<W> {
         let empty = get(&self.empty, 0).min(64) as u32;
         let last = get(&self.last, 0) != 0;
         let used = match (&self.keep, &self.empty) {
@@ -273,6 +283,7 @@ impl Ports {
         }
     }
 
+    #[inline(always)]
     pub(super) fn is_ready(&self) -> bool {
         self.ready.as_ref().is_none_or(Signal::is_high)
     }
@@ -283,6 +294,24 @@ impl Ports {
             return Err(ModelError::NotWritable { signal: info.name, top: "the design".into() }.into());
         }
         Ok(())
+    }
+}
+
+/// The value of a signal that a stream may have, or what its absence means.
+#[inline(always)]
+fn get(signal: &Option<Signal>, missing: u64) -> u64 {
+    match signal {
+        Some(signal) => signal.get(),
+        None => missing,
+    }
+}
+
+/// Writes a signal that a stream may have.
+#[inline(always)]
+fn put(signal: &Option<Signal>, value: u64) -> Result<(), ModelError> {
+    match signal {
+        Some(signal) => signal.set(value & signal.mask()),
+        None => Ok(()),
     }
 }
 

@@ -5,8 +5,7 @@ use std::rc::Rc;
 
 use super::Frame;
 use super::checker::{Collector, Listener, Rules, new_collector};
-use super::ports::{Ports, ReadyHistory};
-use crate::bus::handshake::Offer;
+use super::ports::{Ports, WORDS};
 use crate::bus::{Pause, Reset, Violation};
 use crate::error::Error;
 use crate::sim::{Agent, Core, Dut, Edge, Event, Signal};
@@ -86,8 +85,8 @@ pub struct Sink {
     collector: Rc<RefCell<Collector>>,
 }
 
-struct SinkAgent {
-    listener: Listener,
+struct SinkAgent<const W: usize> {
+    listener: Listener<W>,
     pause: Rc<RefCell<Pause>>,
 }
 
@@ -103,15 +102,14 @@ impl Sink {
         }
         let collector = new_collector(dut, &ports);
         let pause = Rc::new(RefCell::new(Pause::Never));
-        let listener = Listener {
-            ports,
-            reset,
-            strict: rules == Rules::Strict,
-            history: ReadyHistory::default(),
-            offer: Offer::default().of("beat"),
-            collector: collector.clone(),
+        let agent: Box<dyn Agent> = if ports.is_narrow() {
+            let listener = Listener::<1>::new(ports, reset, rules, &collector);
+            Box::new(SinkAgent { listener, pause: pause.clone() })
+        } else {
+            let listener = Listener::<WORDS>::new(ports, reset, rules, &collector);
+            Box::new(SinkAgent { listener, pause: pause.clone() })
         };
-        dut.core().add_agent(Box::new(SinkAgent { listener, pause: pause.clone() }), clock.id(), Edge::Rising);
+        dut.core().add_agent(agent, clock.id(), Edge::Rising);
         Ok(Sink { pause, collector })
     }
 
@@ -123,7 +121,7 @@ impl Sink {
 
 listening!(Sink);
 
-impl Agent for SinkAgent {
+impl<const W: usize> Agent for SinkAgent<W> {
     fn edge(&mut self, core: &Core) -> Result<(), Error> {
         let in_reset = self.listener.in_reset();
         if !in_reset {
@@ -143,7 +141,7 @@ pub struct Monitor {
     collector: Rc<RefCell<Collector>>,
 }
 
-struct MonitorAgent(Listener);
+struct MonitorAgent<const W: usize>(Listener<W>);
 
 impl Monitor {
     /// A monitor at a clock.
@@ -152,22 +150,19 @@ impl Monitor {
     /// None today; the type is that of [`Sink::new`].
     pub fn new(dut: &Dut, clock: &Signal, ports: Ports, reset: Option<Reset>, rules: Rules) -> Result<Monitor, Error> {
         let collector = new_collector(dut, &ports);
-        let listener = Listener {
-            ports,
-            reset,
-            strict: rules == Rules::Strict,
-            history: ReadyHistory::default(),
-            offer: Offer::default().of("beat"),
-            collector: collector.clone(),
+        let agent: Box<dyn Agent> = if ports.is_narrow() {
+            Box::new(MonitorAgent(Listener::<1>::new(ports, reset, rules, &collector)))
+        } else {
+            Box::new(MonitorAgent(Listener::<WORDS>::new(ports, reset, rules, &collector)))
         };
-        dut.core().add_agent(Box::new(MonitorAgent(listener)), clock.id(), Edge::Rising);
+        dut.core().add_agent(agent, clock.id(), Edge::Rising);
         Ok(Monitor { collector })
     }
 }
 
 listening!(Monitor);
 
-impl Agent for MonitorAgent {
+impl<const W: usize> Agent for MonitorAgent<W> {
     fn edge(&mut self, core: &Core) -> Result<(), Error> {
         if self.0.in_reset() { Ok(()) } else { self.0.cycle(core.now()) }
     }

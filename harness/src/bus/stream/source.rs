@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::Frame;
-use super::ports::{Ports, ReadyHistory};
+use super::ports::{Ports, ReadyHistory, WORDS};
 use crate::bus::{Pause, Reset};
 use crate::error::Error;
 use crate::sim::{Agent, Core, Dut, Edge, Event, Signal};
@@ -29,7 +29,8 @@ pub struct Source {
     state: Rc<RefCell<SourceState>>,
 }
 
-struct SourceAgent {
+/// `W`: as of a beat.
+struct SourceAgent<const W: usize> {
     ports: Ports,
     reset: Option<Reset>,
     history: ReadyHistory,
@@ -56,8 +57,12 @@ impl Source {
             idle,
         };
         let state = Rc::new(RefCell::new(state));
-        let agent = SourceAgent { ports: ports.clone(), reset, history: ReadyHistory::default(), state: state.clone() };
-        dut.core().add_agent(Box::new(agent), clock.id(), Edge::Rising);
+        let agent: Box<dyn Agent> = if ports.is_narrow() {
+            Box::new(SourceAgent::<1>::new(&ports, reset, &state))
+        } else {
+            Box::new(SourceAgent::<WORDS>::new(&ports, reset, &state))
+        };
+        dut.core().add_agent(agent, clock.id(), Edge::Rising);
         Ok(Source { ports, state })
     }
 
@@ -102,7 +107,13 @@ impl Source {
     }
 }
 
-impl Agent for SourceAgent {
+impl<const W: usize> SourceAgent<W> {
+    fn new(ports: &Ports, reset: Option<Reset>, state: &Rc<RefCell<SourceState>>) -> SourceAgent<W> {
+        SourceAgent { ports: ports.clone(), reset, history: ReadyHistory::default(), state: state.clone() }
+    }
+}
+
+impl<const W: usize> Agent for SourceAgent<W> {
     fn edge(&mut self, core: &Core) -> Result<(), Error> {
         let mut state = self.state.borrow_mut();
         let state = &mut *state;
@@ -134,7 +145,7 @@ impl Agent for SourceAgent {
         let allowed = latency == 0 || self.history.before(latency);
         match state.frames.front() {
             Some(frame) if allowed && !held => {
-                self.ports.put(core, &self.ports.beat(frame, state.taken))?;
+                self.ports.put(core, &self.ports.beat::<W>(frame, state.taken))?;
                 state.presented = true;
             }
             _ => self.ports.valid.set(0)?,

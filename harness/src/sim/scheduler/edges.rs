@@ -272,8 +272,11 @@ impl Core {
     fn wake(&self, state: &SignalState, old: u64, new: u64) {
         if !state.agents.borrow().is_empty() {
             let mut ready = self.ready.borrow_mut();
-            let agents = state.agents.borrow();
-            ready.extend(agents.iter().filter(|(_, e)| e.is(old, new)).map(|(index, _)| Ready::Agent(*index)));
+            for (index, edge) in state.agents.borrow().iter() {
+                if edge.is(old, new) {
+                    ready.push_back(Ready::Agent(*index));
+                }
+            }
         }
         let (rose, fell) = (!old & new, old & !new);
         // `retain_mut` would do, but calls what it is given.
