@@ -451,6 +451,115 @@ fn a_coroutine_waits_again_for_its_last_edge() {
     assert!(seen[2..].iter().all(|(_, what)| what == "Fired"), "{seen:?}");
 }
 
+/// A coroutine that is a function.
+struct Calls<F>(F);
+
+impl<F: FnMut() -> Step> Coroutine for Calls<F> {
+    fn resume(&mut self, _: Outcome) -> Step {
+        (self.0)()
+    }
+}
+
+#[test]
+fn a_coroutine_that_waits_alone_reads_what_the_edge_order_says() {
+    for (order, wanted) in [(EdgeOrder::BeforeEval, [0, 0, 1]), (EdgeOrder::AfterEval, [0, 1, 0])] {
+        let mut sim = sim(build("dff"));
+        sim.set_edge_order(order);
+        let dut = sim.dut();
+        dut.clock_with("clk", Time::ns(5), Time::ns(5), Time::ns(5)).unwrap();
+        let (clk, d, q) = (dut.signal("clk").unwrap(), dut.signal("d").unwrap(), dut.signal("q").unwrap());
+        let (seen, mut resumed) = (Rc::new(RefCell::new(Vec::new())), 0);
+        let bench = {
+            let seen = seen.clone();
+            move || {
+                seen.borrow_mut().push(q.get());
+                d.set(1 - resumed % 2).unwrap();
+                resumed += 1;
+                if resumed == 3 { Step::Done } else { Step::Wait(clk.rising_edge().trigger()) }
+            }
+        };
+        sim.run_coroutine("bench", Box::new(Calls(bench))).unwrap();
+        assert_eq!(seen.take(), wanted, "{order:?}");
+    }
+}
+
+// Between edges of the only clock the scheduler looks for nothing else, until something else begins.
+
+#[test]
+fn large_writes_at_an_edge_of_the_only_clock_are_put_in_that_step() {
+    let mut sim = sim(build("wide").internal("memory"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    let (b, swapped, memory) = (dut.wide("b").unwrap(), dut.wide("b_swapped").unwrap(), dut.memory("memory").unwrap());
+    run(&mut sim, async {
+        for round in 1..4 {
+            clk.rising_edge().await;
+            b.set(&[round])?;
+            clk.falling_edge().await;
+            assert_eq!(swapped.get()[8], round);
+            memory.set(3, u64::from(round))?;
+            clk.rising_edge().await;
+            memory.set_words(5, &[round])?;
+            clk.falling_edge().await;
+            assert_eq!((memory.get(4)?, memory.get(5)?), (u64::from(round) + 1, u64::from(round)));
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_clock_that_starts_or_stops_at_an_edge_of_the_only_one_does_so_at_once() {
+    let mut sim = sim(build("chain"));
+    let dut = sim.dut();
+    let clock = dut.clock("clk", PERIOD).unwrap();
+    let (clk, clk_b) = (dut.signal("clk").unwrap(), dut.signal("clk_b").unwrap());
+    run(&mut sim, async {
+        clk.cycles(2).await;
+        let other = dut.clock_with("clk_b", Time::ns(1), Time::ns(1), Time::ns(1))?;
+        clk_b.cycles(3).await;
+        assert_eq!(dut.now(), Time::ns(15));
+        other.stop();
+        clk.cycles(3).await;
+        assert_eq!(dut.now(), Time::ns(40));
+        clock.stop();
+        Ok(())
+    });
+    let ended = sim.run(async {
+        clock.start(Time::ns(2))?;
+        clk.cycles(2).await;
+        clock.stop();
+        clk.rising_edge().await;
+        Ok::<(), Error>(())
+    });
+    assert!(matches!(ended, Err(Error::Sim(SimError::Deadlock { .. }))), "{ended:?}");
+    assert_eq!(dut.now(), Time::ns(52));
+}
+
+#[test]
+fn an_interrupted_run_leaves_the_clock_at_the_level_of_its_time() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    let mut asked = 0;
+    sim.set_interrupt(move || {
+        asked += 1;
+        asked % 2 == 0
+    });
+    for _ in 0..8 {
+        let ended = sim.run(async {
+            for _ in 0..u64::MAX {
+                clk.rising_edge().await;
+            }
+            Ok::<(), Error>(())
+        });
+        assert!(matches!(ended, Err(Error::Sim(SimError::Interrupted { .. }))), "{ended:?}");
+        let phase = dut.now().as_fs() % PERIOD.as_fs();
+        assert_eq!(clk.get(), u64::from(phase == 0), "at {}", dut.now());
+    }
+}
+
 #[test]
 fn a_coroutine_of_another_language_gets_each_outcome() {
     let mut sim = sim(build("dff"));

@@ -91,6 +91,24 @@ fn a_window_begins_and_ends_in_time_and_waves_stop_when_told() {
 }
 
 #[test]
+fn waves_begin_in_the_step_in_which_a_task_starts_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("begun.vcd");
+    let mut sim = sim(build("counter"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let clk = dut.signal("clk").unwrap();
+    run(&mut sim, async {
+        clk.cycles(3).await;
+        dut.start_waves(&Recording::signals(&path, ["clk"]))?;
+        clk.cycles(2).await;
+        Ok(())
+    });
+    drop(sim);
+    assert_eq!(dump(&path, "clk").0, [20_000, 25_000, 30_000, 35_000, 40_000]);
+}
+
+#[test]
 fn everything_is_dumped_by_a_traced_build_as_vcd_and_fst() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.vcd");

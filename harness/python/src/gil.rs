@@ -5,6 +5,7 @@
 //! resumed. The next resume takes it again.
 
 use std::cell::Cell;
+use std::rc::Rc;
 
 use pyo3::ffi;
 use pyo3::prelude::*;
@@ -17,21 +18,36 @@ struct State {
 }
 
 thread_local! {
-    static STATE: State = const { State { saved: Cell::new(std::ptr::null_mut()), ran: Cell::new(false) } };
+    static STATE: Rc<State> = Rc::new(State { saved: Cell::new(std::ptr::null_mut()), ran: Cell::new(false) });
 }
 
-/// Takes the lock again if it was given back; for code that a running simulation calls.
-#[inline]
-pub fn resume<'a>() -> Python<'a> {
-    STATE.with(|state| {
-        state.ran.set(true);
-        if !state.saved.get().is_null() {
-            take_back(state);
+/// The lock as the simulations of this thread hold it. To ask for it costs more than to use it: what uses it often
+/// keeps it.
+#[derive(Clone)]
+pub struct Lock(Rc<State>);
+
+impl Lock {
+    /// That of this thread.
+    pub fn here() -> Lock {
+        STATE.with(|state| Lock(state.clone()))
+    }
+
+    /// Takes the lock again if it was given back; for code that a running simulation calls.
+    #[inline(always)]
+    pub fn resume<'a>(&self) -> Python<'a> {
+        self.0.ran.set(true);
+        if !self.0.saved.get().is_null() {
+            take_back(&self.0);
         }
-    });
-    // SAFETY: only called below methods of `Simulation` that run it, which were called from Python on this thread; the
-    // lock is held unless `pause` gave it back, and `take_back` has undone that.
-    unsafe { Python::assume_attached() }
+        // SAFETY: only called below methods of `Simulation` that run it, which were called from Python on this thread;
+        // the lock is held unless `pause` gave it back, and `take_back` has undone that.
+        unsafe { Python::assume_attached() }
+    }
+}
+
+/// The same for what does so rarely.
+pub fn resume<'a>() -> Python<'a> {
+    Lock::here().resume()
 }
 
 #[cold]

@@ -176,6 +176,7 @@ pub struct PyCoroutine {
     coroutine: Py<PyAny>,
     /// How its type resumes it.
     send: ffi::sendfunc,
+    lock: gil::Lock,
     task: Py<Task>,
     /// What it awaits; while it runs, the edge that it awaited.
     waiting: Option<Py<Trigger>>,
@@ -190,7 +191,15 @@ impl PyCoroutine {
         // SAFETY: the type of a live object; its table of slots may be missing.
         let own = unsafe { (*coroutine.get_type_ptr()).tp_as_async.as_ref().and_then(|slots| slots.am_send) };
         let send = own.unwrap_or(ffi::PyIter_Send);
-        PyCoroutine { coroutine: coroutine.unbind(), send, task, waiting: None, for_edge: false, result_due: false }
+        PyCoroutine {
+            coroutine: coroutine.unbind(),
+            send,
+            lock: gil::Lock::here(),
+            task,
+            waiting: None,
+            for_edge: false,
+            result_due: false,
+        }
     }
 
     /// Resumes the coroutine.
@@ -221,27 +230,11 @@ impl PyCoroutine {
         }
     }
 
-    #[cold]
-    fn failed(&self, py: Python<'_>, error: PyErr) -> Step {
-        let task = self.task.get().inner.own();
-        task.state.set(State::Failed);
-        let (failure, exception) = Raised::failure(py, error);
-        *task.exception.borrow_mut() = Some(exception);
-        Step::Failed(failure)
-    }
-}
-
-enum Sent {
-    Yielded(Py<PyAny>),
-    Returned(Py<PyAny>),
-}
-
-impl Coroutine for PyCoroutine {
-    #[inline]
-    fn resume(&mut self, outcome: Outcome) -> Step {
-        let py = gil::resume();
+    /// Resumes the coroutine with what its wait gave.
+    #[inline(never)]
+    fn resume_with(&mut self, py: Python<'_>, outcome: Outcome) -> Step {
         let waited = if self.for_edge { None } else { self.waiting.take() };
-        let mut sent = match outcome {
+        let sent = match outcome {
             Outcome::Start => self.send(py),
             Outcome::Fired | Outcome::First(..) => {
                 if self.result_due
@@ -257,13 +250,14 @@ impl Coroutine for PyCoroutine {
             }
             _ => self.throw(py, errors::cancelled(py, "the task waited for was cancelled")),
         };
+        self.go_on(py, sent)
+    }
+
+    /// What the coroutine does after it ran to its next wait, or to its end.
+    #[inline(never)]
+    fn go_on(&mut self, py: Python<'_>, mut sent: Result<Sent, PyErr>) -> Step {
         loop {
             match sent {
-                Ok(Sent::Yielded(yielded))
-                    if self.for_edge && self.waiting.as_ref().is_some_and(|w| w.is(&yielded)) =>
-                {
-                    return Step::Again;
-                }
                 Ok(Sent::Yielded(yielded)) => match yielded.into_bound(py).cast_into::<Trigger>() {
                     Ok(trigger) => {
                         let (what, gives_result) = trigger.get().wait();
@@ -295,8 +289,36 @@ impl Coroutine for PyCoroutine {
         }
     }
 
+    #[cold]
+    fn failed(&self, py: Python<'_>, error: PyErr) -> Step {
+        let task = self.task.get().inner.own();
+        task.state.set(State::Failed);
+        let (failure, exception) = Raised::failure(py, error);
+        *task.exception.borrow_mut() = Some(exception);
+        Step::Failed(failure)
+    }
+}
+
+enum Sent {
+    Yielded(Py<PyAny>),
+    Returned(Py<PyAny>),
+}
+
+impl Coroutine for PyCoroutine {
+    #[inline]
+    fn resume(&mut self, outcome: Outcome) -> Step {
+        let py = self.lock.resume();
+        if self.for_edge && matches!(outcome, Outcome::Fired) {
+            return match self.send(py) {
+                Ok(Sent::Yielded(yielded)) if self.waiting.as_ref().is_some_and(|w| w.is(&yielded)) => Step::Again,
+                sent => self.go_on(py, sent),
+            };
+        }
+        self.resume_with(py, outcome)
+    }
+
     fn cancel(&mut self) {
-        let py = gil::resume();
+        let py = self.lock.resume();
         self.task.get().inner.own().state.set(State::Cancelled);
         let coroutine = self.coroutine.bind(py);
         // A coroutine can catch the cancellation only by asyncio's name for it, which it has imported then. One that
@@ -319,7 +341,7 @@ impl Coroutine for PyCoroutine {
 
 impl Drop for PyCoroutine {
     fn drop(&mut self) {
-        gil::resume();
+        self.lock.resume();
     }
 }
 

@@ -43,6 +43,7 @@ impl Clock {
         self.signal.set(u64::from(level))?;
         let next = core.now() + if level { self.high } else { phase };
         let signal = self.signal.id().index() as u32;
+        core.disturb();
         let mut clocks = core.clocks.borrow_mut();
         clocks.retain(|c| c.signal != signal);
         clocks.push(ClockState { signal, high: self.high, low: self.low, next, level: !level, running: true });
@@ -52,6 +53,7 @@ impl Clock {
     /// Stops the clock at its level.
     pub fn stop(&self) {
         let signal = self.signal.id().index() as u32;
+        self.signal.core.disturb();
         for clock in self.signal.core.clocks.borrow_mut().iter_mut().filter(|c| c.signal == signal) {
             clock.running = false;
         }

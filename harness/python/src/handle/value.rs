@@ -83,7 +83,11 @@ impl Value {
     #[inline]
     pub fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match &self.bits {
-            Stored::Word(word) => word.load(Ordering::Relaxed).into_bound_py_any(py),
+            // The interpreter has a shorter way to an `int` from a signed number than from an unsigned one.
+            Stored::Word(word) => match word.load(Ordering::Relaxed).cast_signed() {
+                word @ 0.. => word.into_bound_py_any(py),
+                word => word.cast_unsigned().into_bound_py_any(py),
+            },
             Stored::Wide(words) => int_of_words(py, words),
         }
     }

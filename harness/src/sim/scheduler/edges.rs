@@ -2,12 +2,12 @@
 
 use std::cell::{Cell, RefCell};
 
-use super::task_state::{EdgeWait, TaskWait};
+use super::task_state::{Body, EdgeWait, TaskWait};
 use super::wait_table::{Target, WaitId, Waiting};
 use super::{Core, LargeWrite, NONE, Ready, Write};
 use crate::error::SimError;
 use crate::model::{Direction, SignalId, SignalInfo, Storage, load, load_words, store, store_words};
-use crate::sim::task::TaskId;
+use crate::sim::task::{Coroutine, TaskId};
 use crate::sim::trigger::Edge;
 
 /// What an edge wakes.
@@ -30,9 +30,8 @@ pub(super) struct Watcher {
 
 impl Watcher {
     #[inline]
-    fn new(waiter: Waiter, edge: Edge, count: u64) -> Watcher {
-        let (rising, falling) = edge.bits();
-        Watcher { waiter, rising, falling, remaining: count }
+    fn new(waiter: Waiter, edge: &EdgeWait) -> Watcher {
+        Watcher { waiter, rising: edge.rising, falling: edge.falling, remaining: edge.count }
     }
 
     /// Whether it waits for a change in which these bits rose and those fell.
@@ -98,7 +97,7 @@ impl Core {
     ) -> Result<WaitId, SimError> {
         let signal = self.begin_watching(signal, edge, count)?;
         let wait_id = self.new_wait(target, Waiting::Edge(signal, edge, count));
-        let watcher = Watcher::new(Waiter::Wait(wait_id), edge, count);
+        let watcher = Watcher::new(Waiter::Wait(wait_id), &EdgeWait::new(signal, edge, count));
         self.signals[signal as usize].watchers.borrow_mut().push(watcher);
         Ok(wait_id)
     }
@@ -107,7 +106,7 @@ impl Core {
     #[inline]
     pub(super) fn arm_task(&self, id: TaskId, signal: SignalId, edge: Edge, count: u64) -> Result<(), SimError> {
         let signal = self.begin_watching(signal, edge, count)?;
-        self.tasks.borrow_mut()[id.index as usize].edge = EdgeWait { signal, edge, count };
+        self.tasks.borrow_mut()[id.index as usize].edge = EdgeWait::new(signal, edge, count);
         self.arm_task_again(id)
     }
 
@@ -116,8 +115,7 @@ impl Core {
     pub(super) fn arm_task_again(&self, id: TaskId) -> Result<(), SimError> {
         let mut tasks = self.tasks.borrow_mut();
         let task = &mut tasks[id.index as usize];
-        let EdgeWait { signal, edge, count } = task.edge;
-        if count == 0 {
+        if task.edge.count == 0 {
             return Err(SimError::BadTime(
                 "the task has waited for no edge before: it cannot wait for it again".into(),
             ));
@@ -125,7 +123,7 @@ impl Core {
         task.waits = task.waits.wrapping_add(1);
         task.wait = TaskWait::Edge;
         let waiter = Waiter::Task(id.index, task.waits);
-        self.signals[signal as usize].watchers.borrow_mut().push(Watcher::new(waiter, edge, count));
+        self.signals[task.edge.signal as usize].watchers.borrow_mut().push(Watcher::new(waiter, &task.edge));
         Ok(())
     }
 
@@ -267,6 +265,34 @@ impl Core {
         if is_heard || !state.agents.borrow().is_empty() {
             self.wake(state, old, new);
         }
+    }
+
+    /// The same at the beginning of a step, when nothing is ready. Where a coroutine alone has waited, as for most
+    /// clocks, it is given instead of being queued: the caller runs it next.
+    #[inline(always)]
+    pub(super) fn fire_clock(&self, state: &SignalState, old: u64, new: u64) -> Option<(TaskId, Box<dyn Coroutine>)> {
+        {
+            let (rose, fell) = (!old & new, old & !new);
+            let mut watchers = state.watchers.borrow_mut();
+            if let [watcher] = &watchers[..]
+                && let Waiter::Task(index, wait) = watcher.waiter
+                && watcher.remaining == 1
+                && watcher.hears(rose, fell)
+                && state.agents.borrow().is_empty()
+            {
+                watchers.clear();
+                let mut tasks = self.tasks.borrow_mut();
+                let task = &mut tasks[index as usize];
+                if task.waits != wait || !matches!(task.wait, TaskWait::Edge) || task.queued {
+                    return None;
+                }
+                let Some(Body::Coroutine(coroutine)) = task.body.take() else { return None };
+                task.wait = TaskWait::Nothing;
+                return Some((TaskId { index, generation: task.generation }, coroutine));
+            }
+        }
+        self.fire_edges(state, old, new);
+        None
     }
 
     fn wake(&self, state: &SignalState, old: u64, new: u64) {

@@ -143,6 +143,8 @@ pub(crate) struct Core {
     /// In this time step: how many clocks changed their level, and whether a timer woke a task.
     clock_writes: Cell<u32>,
     timed: Cell<bool>,
+    /// Before this time nothing can be due but the only clock; at the beginning of time if that is not known.
+    quiet_until: Cell<Time>,
 }
 
 impl Core {
@@ -193,6 +195,7 @@ impl Core {
             evaluations: Cell::new(0),
             clock_writes: Cell::new(0),
             timed: Cell::new(false),
+            quiet_until: Cell::new(Time::ZERO),
         });
         // Runs `initial` blocks and settles, so that the first read gives a value of the design.
         core.evaluate()?;
@@ -244,6 +247,7 @@ impl Core {
         let mut writes = self.large_writes.borrow_mut();
         // SAFETY: the model lives as long as the core.
         if !writes.is_empty() || !unsafe { has_words(state.target, state.storage, words) } {
+            self.disturb();
             writes.push(LargeWrite::Words(signal, words.to_vec()));
         }
         Ok(())
@@ -281,6 +285,7 @@ impl Core {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
         }
+        self.disturb();
         self.large_writes.borrow_mut().push(LargeWrite::Element(signal, offset, value));
         Ok(())
     }
@@ -289,6 +294,7 @@ impl Core {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
         }
+        self.disturb();
         self.large_writes.borrow_mut().push(LargeWrite::ElementWords(signal, offset, words.to_vec()));
         Ok(())
     }
@@ -303,6 +309,7 @@ impl Core {
                 ModelError::WriteInReadOnly { signal: name, time: self.now() }
             });
         }
+        self.disturb();
         self.large_writes.borrow_mut().push(LargeWrite::Text(index, value.to_vec()));
         Ok(())
     }
@@ -368,6 +375,7 @@ impl Core {
                         self.fire_list(&self.finish_waiters);
                     } else {
                         self.is_finished.set(true);
+                        self.disturb();
                         *self.finish.borrow_mut() = Some((file, line, self.now()));
                     }
                 }
@@ -384,11 +392,18 @@ impl Core {
     }
 
     pub fn set_waves(&self, on: bool) {
+        self.disturb();
         self.has_waves.set(on);
     }
 
     pub fn has_waves(&self) -> bool {
         self.has_waves.get()
+    }
+
+    /// Something begins that a quiet step does not look for: steps are whole ones until all has been looked over again.
+    #[inline(always)]
+    pub fn disturb(&self) {
+        self.quiet_until.set(Time::ZERO);
     }
 
     /// Sets a later time: bulk transfers keep clock and time themselves.

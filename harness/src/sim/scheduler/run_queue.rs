@@ -39,7 +39,7 @@ impl Core {
             name,
             body: Some(body),
             wait: TaskWait::Nothing,
-            edge: EdgeWait { signal: 0, edge: Edge::Any, count: 0 },
+            edge: EdgeWait::new(0, Edge::Any, 0),
             waits: reused.map_or(0, |i| tasks[i as usize].waits.wrapping_add(1)),
             joiners: Vec::new(),
             ending: None,
@@ -131,6 +131,7 @@ impl Core {
         }
         if self.main.get() == Some(id) {
             self.main_ended.set(true);
+            self.disturb();
         }
         let mut heard = false;
         for wait_id in joiners {
@@ -227,13 +228,18 @@ impl Core {
                 Some(Ready::Task(id)) => self.run_task(id, main),
                 Some(Ready::Agent(index)) => self.run_agent(index),
             }
-            if self.failed.get() {
-                return self.take_error();
-            }
+            self.check_failed()?;
         }
     }
 
-    pub(super) fn take_error(&self) -> Result<(), Error> {
+    /// The error by which a task or a bus model ends the run, if there is one.
+    #[inline(always)]
+    pub(super) fn check_failed(&self) -> Result<(), Error> {
+        if self.failed.get() { self.take_error() } else { Ok(()) }
+    }
+
+    #[cold]
+    fn take_error(&self) -> Result<(), Error> {
         self.failed.set(false);
         self.error.borrow_mut().take().map_or(Ok(()), Err)
     }
@@ -258,7 +264,7 @@ impl Core {
     }
 
     fn run_task(&self, id: TaskId, main: &mut MainTask<'_>) {
-        let (mut body, woken) = {
+        let (body, woken) = {
             let mut tasks = self.tasks.borrow_mut();
             let Some(task) = tasks.get_mut(id.index as usize).filter(|t| t.generation == id.generation) else { return };
             task.queued = false;
@@ -274,26 +280,39 @@ impl Core {
             task.wait = TaskWait::Nothing;
             (body, woken)
         };
-        // Borrowed, not moved: to take it apart and put it together again in each cycle would cost more than the rest.
-        let ending = match &mut body {
+        match body {
             Body::Coroutine(coroutine) => {
-                let outer = (self.current.replace(Some(id)), self.current_waker.replace(std::ptr::null()));
-                let ending = self.resume(id, &mut **coroutine, woken);
-                self.current.set(outer.0);
-                self.current_waker.set(outer.1);
-                ending
+                let outcome = match woken {
+                    Woken::First => Outcome::Start,
+                    Woken::ByEdge => Outcome::Fired,
+                    Woken::By(wait_id) => self.take_outcome(wait_id).unwrap_or(Outcome::Fired),
+                };
+                self.run_coroutine(id, coroutine, outcome);
             }
-            Body::Future(future) => match self.with_waker(id, |context| future.as_mut().poll(context)) {
-                Poll::Pending => None,
-                Poll::Ready(Ok(())) => Some(Ending::Done),
-                Poll::Ready(Err(failure)) => Some(Ending::Failed(failure)),
-            },
+            Body::Future(mut future) => {
+                let ending = match self.with_waker(id, |context| future.as_mut().poll(context)) {
+                    Poll::Pending => None,
+                    Poll::Ready(Ok(())) => Some(Ending::Done),
+                    Poll::Ready(Err(failure)) => Some(Ending::Failed(failure)),
+                };
+                self.put_back(id, Body::Future(future), ending);
+            }
             Body::Main => {
                 let polled = main.as_mut().map(|main| self.with_waker(id, |context| main.as_mut().poll(context)));
-                matches!(polled, Some(Poll::Ready(()))).then_some(Ending::Done)
+                let ending = matches!(polled, Some(Poll::Ready(()))).then_some(Ending::Done);
+                self.put_back(id, Body::Main, ending);
             }
-        };
-        self.put_back(id, body, ending);
+        }
+    }
+
+    /// Runs a coroutine, taken out of its task, to its next wait.
+    #[inline(always)]
+    pub(super) fn run_coroutine(&self, id: TaskId, mut coroutine: Box<dyn Coroutine>, outcome: Outcome) {
+        let outer = (self.current.replace(Some(id)), self.current_waker.replace(std::ptr::null()));
+        let ending = self.resume(id, &mut *coroutine, outcome);
+        self.current.set(outer.0);
+        self.current_waker.set(outer.1);
+        self.put_back(id, Body::Coroutine(coroutine), ending);
     }
 
     /// Polls a task's future with the task's own waker.
@@ -340,13 +359,8 @@ impl Core {
         self.collect_woken();
     }
 
-    #[inline]
-    fn resume(&self, id: TaskId, coroutine: &mut dyn Coroutine, woken: Woken) -> Option<Ending> {
-        let mut outcome = match woken {
-            Woken::First => Outcome::Start,
-            Woken::ByEdge => Outcome::Fired,
-            Woken::By(wait_id) => self.take_outcome(wait_id).unwrap_or(Outcome::Fired),
-        };
+    #[inline(always)]
+    fn resume(&self, id: TaskId, coroutine: &mut dyn Coroutine, mut outcome: Outcome) -> Option<Ending> {
         loop {
             let armed = match coroutine.resume(outcome) {
                 Step::Again => self.arm_task_again(id),

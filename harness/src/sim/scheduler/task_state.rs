@@ -35,7 +35,18 @@ pub(crate) enum TaskWait {
 pub(crate) struct EdgeWait {
     pub signal: u32,
     pub edge: Edge,
+    /// What [`Edge::bits`] gives.
+    pub rising: u64,
+    pub falling: u64,
     pub count: u64,
+}
+
+impl EdgeWait {
+    #[inline]
+    pub fn new(signal: u32, edge: Edge, count: u64) -> EdgeWait {
+        let (rising, falling) = edge.bits();
+        EdgeWait { signal, edge, rising, falling, count }
+    }
 }
 
 pub(crate) struct Task {

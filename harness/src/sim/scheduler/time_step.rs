@@ -8,9 +8,10 @@ use super::run_queue::MainTask;
 use super::wait_table::WaitId;
 use super::wall_clock::{WallClock, Watchdog};
 use crate::error::{Error, SimError};
-use crate::model::{load, store};
+use crate::model::Storage;
 use crate::sim::log::Level;
-use crate::sim::task::TaskId;
+use crate::sim::task::{Coroutine, TaskId};
+use crate::sim::trigger::Outcome;
 use crate::sim::{EdgeOrder, Region};
 use crate::time::Time;
 
@@ -35,7 +36,9 @@ impl Core {
             if watch.is_due() {
                 self.check_wall_clock(&mut watch)?;
             }
-            if !self.clock_step(next, &mut main)? {
+            if self.is_quiet(limit) {
+                self.quiet_steps(&mut watch, &mut main)?;
+            } else {
                 self.begin_step(next);
                 self.time_step(&mut main)?;
             }
@@ -129,26 +132,29 @@ impl Core {
         self.settle(main, 0)
     }
 
+    #[inline(always)]
+    fn check_rounds(&self, rounds: u32) -> Result<(), Error> {
+        if rounds > self.most_rounds.get() {
+            return Err(SimError::NoProgress { rounds, report: self.report() }.into());
+        }
+        Ok(())
+    }
+
     /// The rest of a time step after so many rounds: puts writes and evaluates until there are none, then the regions
     /// that follow.
-    #[inline(always)]
     fn settle(&self, main: &mut MainTask<'_>, mut rounds: u32) -> Result<(), Error> {
         loop {
             while !self.writes.borrow().is_empty() || !self.large_writes.borrow().is_empty() {
                 rounds += 1;
-                if rounds > self.most_rounds.get() {
-                    return Err(SimError::NoProgress { rounds, report: self.report() }.into());
-                }
+                self.check_rounds(rounds)?;
                 self.apply_writes();
-                self.evaluate_and_wake(main)?;
+                self.evaluate_and_wake(None, main)?;
             }
             if self.read_write.borrow().is_empty() {
                 break;
             }
             rounds += 1;
-            if rounds > self.most_rounds.get() {
-                return Err(SimError::NoProgress { rounds, report: self.report() }.into());
-            }
+            self.check_rounds(rounds)?;
             self.region.set(Region::ReadWrite);
             self.fire_list(&self.read_write);
             self.run_ready(main)?;
@@ -165,18 +171,24 @@ impl Core {
         Ok(())
     }
 
-    /// Evaluates for what was put, and runs the tasks that it woke or wakes.
+    /// Evaluates for what was put, and runs the tasks that it woke or wakes, `first` before the others.
     #[inline(always)]
-    fn evaluate_and_wake(&self, main: &mut MainTask<'_>) -> Result<(), Error> {
-        match self.edge_order.get() {
-            EdgeOrder::BeforeEval => {
-                self.run_ready(main)?;
-                self.evaluate()?;
-            }
-            EdgeOrder::AfterEval => {
-                self.evaluate()?;
-                self.run_ready(main)?;
-            }
+    fn evaluate_and_wake(
+        &self,
+        first: Option<(TaskId, Box<dyn Coroutine>)>,
+        main: &mut MainTask<'_>,
+    ) -> Result<(), Error> {
+        let order = self.edge_order.get();
+        if order == EdgeOrder::AfterEval {
+            self.evaluate()?;
+        }
+        if let Some((id, coroutine)) = first {
+            self.run_coroutine(id, coroutine, Outcome::Fired);
+            self.check_failed()?;
+        }
+        self.run_ready(main)?;
+        if order == EdgeOrder::BeforeEval {
+            self.evaluate()?;
         }
         self.fire_observed();
         self.run_ready(main)
@@ -199,36 +211,72 @@ impl Core {
         }
     }
 
-    /// A whole step in which the only clock changes its level and nothing else is due, as in most: the change is put
-    /// at once instead of being buffered. False, with nothing done, if the step is another.
-    #[inline]
-    fn clock_step(&self, time: Time, main: &mut MainTask<'_>) -> Result<bool, Error> {
-        if !self.next_step.borrow().is_empty()
-            || self.timers.borrow().peek().is_some_and(|Reverse(entry)| entry.at <= time)
-        {
-            return Ok(false);
-        }
-        let mut clocks = self.clocks.borrow_mut();
-        let [clock] = &mut clocks[..] else { return Ok(false) };
+    /// Looks over what may be due: until when nothing can be but the only clock, if there is one. True if that is more
+    /// than its next change.
+    fn is_quiet(&self, limit: Time) -> bool {
+        let clocks = self.clocks.borrow();
+        let [clock] = &clocks[..] else { return false };
         let state = &self.signals[clock.signal as usize];
-        // SAFETY: the model lives as long as the core.
-        let (old, new) = (unsafe { load(state.data, state.storage) }, u64::from(clock.level));
-        if old == new || state.data != state.target {
-            return Ok(false);
-        }
-        clock.next = time + if clock.level { clock.high } else { clock.low };
-        clock.level = !clock.level;
-        drop(clocks);
-        self.now.set(time);
+        let is_quiet = clock.running
+            && state.storage == Storage::U8
+            && state.data == state.target
+            && !self.has_waves.get()
+            && self.next_step.borrow().is_empty();
+        let first_timer = self.timers.borrow().peek().map_or(limit, |Reverse(entry)| entry.at);
+        self.quiet_until.set(if is_quiet { first_timer.min(limit) } else { Time::ZERO });
+        clock.next < self.quiet_until.get()
+    }
+
+    /// Steps in which the only clock changes its level and nothing else is due, as in most: they need neither the
+    /// buffer of writes for it nor a look at what else may be due. They end before the first step that is another, and
+    /// within one as soon as something begins that they do not look for.
+    fn quiet_steps(&self, watch: &mut WallClock, main: &mut MainTask<'_>) -> Result<(), Error> {
         self.region.set(Region::Active);
-        self.clock_writes.set(1);
         self.timed.set(false);
-        state.last.set(new);
-        // SAFETY: as above; the value is one bit.
-        unsafe { store(state.data, state.storage, new) };
-        self.fire_edges(state, old, new);
-        self.evaluate_and_wake(main)?;
-        self.settle(main, 1)?;
-        Ok(true)
+        loop {
+            if watch.is_due() {
+                self.check_wall_clock(watch)?;
+            }
+            let Some((signal, level)) = self.next_level() else { return Ok(()) };
+            let state = &self.signals[signal as usize];
+            // SAFETY: the model lives as long as the core; the signal is stored in a byte.
+            let (old, new) = (u64::from(unsafe { *state.data }), u64::from(level));
+            if old == new {
+                continue;
+            }
+            // SAFETY: as above; no reference to it exists.
+            unsafe { *state.data = u8::from(level) };
+            state.last.set(new);
+            let mut rounds = 1;
+            let mut first = self.fire_clock(state, old, new);
+            loop {
+                self.evaluate_and_wake(first.take(), main)?;
+                if self.quiet_until.get() == Time::ZERO {
+                    return self.settle(main, rounds);
+                }
+                if self.writes.borrow().is_empty() {
+                    break;
+                }
+                rounds += 1;
+                self.check_rounds(rounds)?;
+                self.apply_writes();
+            }
+        }
+    }
+
+    /// Advances time to the next change of the only clock, and gives its signal and its new level; none if something
+    /// else may be due at that time.
+    #[inline(always)]
+    fn next_level(&self) -> Option<(u32, bool)> {
+        let mut clocks = self.clocks.borrow_mut();
+        let clock = clocks.first_mut()?;
+        let (time, level) = (clock.next, clock.level);
+        if time >= self.quiet_until.get() {
+            return None;
+        }
+        self.now.set(time);
+        clock.next = time + if level { clock.high } else { clock.low };
+        clock.level = !level;
+        Some((clock.signal, level))
     }
 }

@@ -42,6 +42,7 @@ impl Core {
 
     #[inline(never)]
     pub(super) fn arm_other(&self, trigger: &Trigger, target: Target) -> Result<WaitId, SimError> {
+        self.disturb();
         let wrong = |reason| SimError::WrongRegion {
             trigger: trigger.name(),
             region: self.region.get().name(),
