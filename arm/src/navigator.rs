@@ -186,7 +186,7 @@ impl Navigator {
         self.counts
     }
 
-    /// The pairs that the last estimate was fitted to; without a meaning where the last line has no estimate.
+    /// The pairs that agreed for the last estimate; without a meaning where the last line has no estimate.
     pub fn inliers(&self) -> &[Pair] {
         &self.memory.inliers
     }
