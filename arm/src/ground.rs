@@ -100,7 +100,7 @@ pub struct GroundPlane {
     rival: Option<Plane>,
 }
 
-/// What a beam has told.
+/// What a beam, or a frame, has told of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Told {
     /// The plane as before, better known or not.

@@ -17,10 +17,11 @@
 
 use crate::arinc429::{self, Camera as Addressee, Control, WordError};
 use crate::framing::Raw;
+use crate::ground::Told;
 use crate::hardware::{self, Fpga, HardwareError, Size, registers};
 use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, MessageError, Registers, Telemetry};
-use crate::reference::{Learnt, Reference, ZOOM_TOLERANCE, is_anchor};
+use crate::reference::{Reference, ZOOM_TOLERANCE, is_anchor};
 use crate::things::Things;
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
@@ -411,14 +412,14 @@ impl Navigator {
             Ok(pose) => pose,
             Err(error) => {
                 let contradicted = matches!(error, PoseError::Disagreement { .. } | PoseError::Unexplained { .. });
-                if contradicted && reference.doubt(view.height()) == Learnt::Forgotten {
+                if contradicted && reference.doubt(view.height()) == Told::Another {
                     things.forget();
                 }
                 return Err(error.into());
             }
         };
         things.learn(buffers.off());
-        if reference.improve(&pose, telemetry.range, telemetry.sensors.range) == Learnt::Forgotten {
+        if reference.improve(&pose, telemetry.range, telemetry.sensors.range) == Told::Another {
             things.forget();
         }
         let step = Estimate::of(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);

@@ -99,15 +99,6 @@ impl Base {
     }
 }
 
-/// What becomes of what frames have told of the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Learnt {
-    /// It is kept.
-    Kept,
-    /// It was wrong, and is forgotten.
-    Forgotten,
-}
-
 /// The frame that others are compared with.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference {
@@ -176,35 +167,35 @@ impl Reference {
         self.sight.errors.heading = found.heading.max(LEARNT * self.sensors.heading);
     }
 
-    /// Takes what a frame tells of this one: its pose, and what the laser has met (m).
-    pub fn improve(&mut self, pose: &Pose, range: f64, error: f64) -> Learnt {
+    /// Takes what a frame tells of this one: its pose, and what the laser has met (m). Another ground is told, and what
+    /// was learnt over the first is forgotten.
+    pub fn improve(&mut self, pose: &Pose, range: f64, error: f64) -> Told {
         self.doubts = 0;
-        match self.ground.meet(pose, range, error) {
-            Told::Same => {
-                self.learn(&pose.reference);
-                Learnt::Kept
-            }
+        let told = self.ground.meet(pose, range, error);
+        match told {
+            Told::Same => self.learn(&pose.reference),
             Told::Another => self.forget(),
         }
+        told
     }
 
     /// Takes that a frame, `height` (m) over what its laser meets, contradicts what was learnt.
-    pub fn doubt(&mut self, height: f64) -> Learnt {
+    pub fn doubt(&mut self, height: f64) -> Told {
         self.doubts += 1;
         if self.doubts < DOUBTS {
-            return Learnt::Kept;
+            return Told::Same;
         }
         self.ground = GroundPlane::about(height, UNKNOWN_GROUND);
-        self.forget()
+        self.forget();
+        Told::Another
     }
 
     /// The attitude of its own reading again, over the ground as it is known by now.
-    fn forget(&mut self) -> Learnt {
+    fn forget(&mut self) {
         self.doubts = 0;
         let own = self.own.view;
         let view = View::at_height(*own.camera(), *own.attitude(), self.ground.height()).unwrap_or(own);
         self.sight = Sight { view, ..self.own };
-        Learnt::Forgotten
     }
 
     /// Part by which a field of view differs from this one's.

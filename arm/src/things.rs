@@ -17,17 +17,17 @@ use hoverlock_reference::motion::model::Pair;
 use std::cmp::Ordering;
 
 /// Frames off the plane that tell of a thing: one alone may be the noise of its place.
-pub const LEAST: u32 = 3;
+const LEAST: u32 = 3;
 
 /// One in so many frames off the plane tells of a thing; noise brings one in 500.
-pub const OFTEN: u32 = 8;
+const OFTEN: u32 = 8;
 
 /// Of the pairs of a frame at most this part, two in five, are taken for things: those that were off the plane most
 /// often. The others must show the ground.
 const MOST: (usize, usize) = (2, 5);
 
 /// After so many frames half of what they told is forgotten: a shadow that has moved on is known for half a minute.
-pub const MEMORY: u32 = 512;
+const MEMORY: u32 = 512;
 
 /// Work units of a pair: looked up, sorted, copied.
 const PAIR_WORK: usize = 20;
@@ -61,8 +61,8 @@ impl Seen {
 /// What is known of each feature of the reference.
 pub struct Things {
     seen: Vec<Seen>,
-    /// Features of the pairs that were sorted last, in their order.
-    sorted: Vec<usize>,
+    /// Those of the pairs that were sorted last, in their order.
+    features: Vec<usize>,
     /// Those of them on things.
     things: Vec<(usize, Pair)>,
 }
@@ -72,7 +72,7 @@ impl Things {
     pub fn with_capacity(features: usize) -> Self {
         Self {
             seen: vec![Seen::default(); features],
-            sorted: Vec::with_capacity(features),
+            features: Vec::with_capacity(features),
             things: Vec::with_capacity(features),
         }
     }
@@ -90,7 +90,7 @@ impl Things {
         budget: &mut Budget,
         sorted: &mut Vec<Pair>,
     ) -> usize {
-        let Self { seen, sorted: features, things } = self;
+        let Self { seen, features, things } = self;
         sorted.clear();
         features.clear();
         things.clear();
@@ -113,7 +113,7 @@ impl Things {
 
     /// Takes which of the pairs that were sorted last are off the plane; nothing where no plane was found.
     pub fn learn(&mut self, off: &[bool]) {
-        for (&feature, &off) in self.sorted.iter().zip(off) {
+        for (&feature, &off) in self.features.iter().zip(off) {
             self.seen[feature].learn(off);
         }
     }
@@ -131,7 +131,7 @@ mod tests {
         let mut things = Things::with_capacity(FEATURES);
         for frame in 0..frames {
             sorted(&mut things);
-            let told: Vec<bool> = things.sorted.iter().map(|&feature| off(frame, feature)).collect();
+            let told: Vec<bool> = things.features.iter().map(|&feature| off(frame, feature)).collect();
             things.learn(&told);
         }
         things
@@ -143,7 +143,7 @@ mod tests {
         let (mut budget, mut pairs) = (Budget::UNLIMITED, Vec::new());
         let found = things.sort((0..FEATURES).map(|i| (i, pair(i))), &mut budget, &mut pairs);
         let order: Vec<usize> = pairs.iter().map(|pair| pair.reference.x as usize).collect();
-        assert_eq!(order, things.sorted);
+        assert_eq!(order, things.features);
         (order, found)
     }
 
@@ -192,6 +192,6 @@ mod tests {
         let (mut budget, mut pairs) = (Budget::new(10), Vec::new());
         let pair = Pair { reference: Vector2::zeros(), current: Vector2::zeros() };
         assert_eq!(things.sort((0..FEATURES).map(|i| (i, pair)), &mut budget, &mut pairs), 0);
-        assert!(things.sorted.is_sorted() && budget.is_exhausted());
+        assert!(things.features.is_sorted() && budget.is_exhausted());
     }
 }

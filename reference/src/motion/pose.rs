@@ -376,18 +376,17 @@ pub fn fit_in(
     let level = readings;
     let mut problem =
         Problem { scene, level, sloped, errors, terrain, measured, pairs, candidates, buffers, budget, overlap };
-    let start = match may_be_level.then(|| problem.plane()) {
-        Some(Ok(solution)) => return problem.told(&solution).pose(quality),
-        Some(Err(start)) => start,
-        None => problem.sloped,
-    };
-    if let Some(solution) = problem.things(start) {
-        return problem.told(&solution).pose(quality);
-    }
-    match problem.solve(Ground::Relief, start) {
-        Ok(solution) if solution.chi2 > CHI2_LIMIT => Err(PoseError::Disagreement { chi2: solution.chi2 }),
-        Ok(solution) => solution.pose(quality),
-        Err(error) => Err(error),
+    let level = if may_be_level { problem.plane() } else { Err(problem.sloped) };
+    match level.or_else(|start| problem.things(start).ok_or(start)) {
+        Ok(solution) => {
+            problem.sort(&solution);
+            solution.pose(quality)
+        }
+        Err(start) => match problem.solve(Ground::Relief, start) {
+            Ok(solution) if solution.chi2 > CHI2_LIMIT => Err(PoseError::Disagreement { chi2: solution.chi2 }),
+            Ok(solution) => solution.pose(quality),
+            Err(error) => Err(error),
+        },
     }
 }
 
@@ -483,13 +482,12 @@ impl Problem<'_> {
         Some(kept.len() as f64 / self.candidates.len() as f64)
     }
 
-    /// The solution; beside it, which of all pairs its plane does not explain.
-    fn told<'solution>(&mut self, solution: &'solution Solution) -> &'solution Solution {
+    /// Tells which of all pairs the plane of a solution does not explain.
+    fn sort(&mut self, solution: &Solution) {
         if self.linearise(&solution.unknowns, self.pairs).is_some() {
             let PoseBuffers { residuals, off, .. } = &mut *self.buffers;
             off.extend(residuals.iter().map(|residual| is_off(&solution.noise, residual)));
         }
-        solution
     }
 
     /// The errors of `pairs` under `unknowns` into the residuals.

@@ -286,6 +286,7 @@ impl Core {
                 if task.waits != wait || !matches!(task.wait, TaskWait::Edge) || task.queued {
                     return None;
                 }
+                // No other kind of body waits without an entry in the table of waits.
                 let Some(Body::Coroutine(coroutine)) = task.body.take() else { return None };
                 task.wait = TaskWait::Nothing;
                 return Some((TaskId { index, generation: task.generation }, coroutine));
