@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from .transfer import Pause
 
 __all__ = [
-    "ApbMaster",
-    "ApbMemory",
     "AvalonMaster",
     "AvalonMemory",
     "AvalonMonitor",
@@ -41,14 +39,6 @@ __all__ = [
     "AxiSink",
     "AxiSource",
     "Frame",
-    "I2cMaster",
-    "I2cMemory",
-    "SpiMaster",
-    "SpiPeripheral",
-    "UartSink",
-    "UartSource",
-    "WishboneMaster",
-    "WishboneMemory",
 ]
 
 
@@ -479,28 +469,6 @@ class AxiLiteMaster(_Master):
         self._raw.set_pause(pause, seed)
 
 
-class ApbMaster(_Master):
-    """Reads and writes an APB slave of the design: one access at a time, in the order of the calls. Parameters as of
-    `AvalonMaster`, without ``read_latency``.
-
-    >>> csr = ApbMaster(dut, "apb_", dut.clk)
-    >>> await csr.write(0x10, 1)
-    """
-
-    _bus = "apb"
-
-
-class WishboneMaster(_Master):
-    """Reads and writes a Wishbone slave of the design in classic cycles: one access at a time, in the order of the calls.
-    Parameters as of `AvalonMaster`, without ``read_latency``. Names may end with ``_i`` and ``_o``.
-
-    >>> csr = WishboneMaster(dut, "wb_", dut.clk)
-    >>> await csr.read(4)
-    """
-
-    _bus = "wishbone"
-
-
 class AxiMaster:
     """Reads and writes an AXI4 slave of the design in bursts of increasing addresses, and checks its answers: one write and
     one read at a time.
@@ -715,31 +683,6 @@ class AxiMemory(_Memory):
         return len(getattr(dut, f"{prefix}rdata")) // 8
 
 
-class ApbMemory(_Memory):
-    """A memory for an APB master of the design; addresses count bytes. It checks the rules of the bus. Parameters as of
-    `AvalonMemory`, without ``step``.
-
-    >>> memory = ApbMemory(dut, "m_", dut.clk)
-    >>> memory.stall(0.3, seed=1)
-    """
-
-    _bus = "apb"
-
-    def _addresses_of_a_word(self, dut: Any, prefix: str) -> int:
-        return len(getattr(dut, f"{prefix}prdata")) // 8
-
-
-class WishboneMemory(_Memory):
-    """A memory for a Wishbone master of the design, classic cycles; addresses count as its ``adr`` does. It checks the rules
-    of the bus. Parameters as of `AvalonMemory`, without ``step``.
-
-    >>> memory = WishboneMemory(dut, "wbm_", dut.clk, reset=dut.rst)
-    >>> memory[3] = 7
-    """
-
-    _bus = "wishbone"
-
-
 class AxiChecker:
     """Listens to an AXI4 bus without driving it, and checks the rules of master and slave. Parameters as of `AvalonMemory`,
     without ``step``.
@@ -762,308 +705,6 @@ class AxiChecker:
     def reads(self) -> int:
         """Bursts read."""
         return self._raw.bursts()[1]
-
-
-class UartSource:
-    """Drives a serial line into the design, idle at 1.
-
-    Parameters
-    ----------
-    line : Handle
-        The line.
-    baud : float
-        Bits a second.
-    bits : int
-        Bits of data in a character, from 5 to 9.
-    parity : "even" or "odd", optional
-        The parity bit. Default: none.
-    stop_bits : int
-        1 or 2.
-
-    Raises
-    ------
-    HoverlockError
-        If the format is not possible.
-
-    >>> source = UartSource(dut.rx, 115200)
-    >>> await source.send(b"hello")
-    """
-
-    def __init__(
-        self, line: Handle, baud: float, *, bits: int = 8, parity: Literal["even", "odd"] | None = None, stop_bits: int = 1
-    ) -> None:
-        self._raw = _core.RawUartSource(line, _bit_of(baud), bits, parity, stop_bits)
-
-    async def send(self, values: Iterable[int]) -> None:
-        """Sends characters, such as bytes, and waits until the last stop bit is over."""
-        await self._raw.send([int(value) for value in values]).ended()
-
-
-class UartSink:
-    """Listens to a serial line out of the design. A wrong parity or stop bit ends the test with ``ProtocolError``. Parameters
-    as of `UartSource`.
-
-    >>> sink = UartSink(dut.tx, 115200)
-    >>> assert await sink.recv(5) == b"hello"
-    """
-
-    def __init__(
-        self, line: Handle, baud: float, *, bits: int = 8, parity: Literal["even", "odd"] | None = None, stop_bits: int = 1
-    ) -> None:
-        self._raw = _core.RawUartSink(line, _bit_of(baud), bits, parity, stop_bits)
-        self._bits = bits
-
-    async def recv(self, count: int = 1) -> bytes | list[int]:
-        """Waits for characters: bytes, or a list where a character has 9 bits."""
-        return await _received(self._raw, count, self._bits)
-
-    @property
-    def count(self) -> int:
-        """Characters that have come."""
-        return self._raw.count()
-
-
-class SpiMaster:
-    """Drives an SPI peripheral in the design.
-
-    Parameters
-    ----------
-    sclk, mosi, miso, cs : Handle
-        The lines, named as in `cocotbext.spi`.
-    sclk_freq : float, optional
-        Periods of ``sclk`` a second. Give this, or ``clock`` and ``half_period``.
-    clock : Handle, optional
-        The lines change at its rising edges, as registers of that clock do.
-    half_period : int, optional
-        Half a period of ``sclk`` in cycles of ``clock``.
-    word_width : int
-        Bits in a word, from 1 to 64.
-    cpol, cpha : bool
-        The mode: the level of the idle ``sclk``; whether data is taken at its second edge.
-    msb_first : bool
-        Whether the highest bit is the first.
-    cs_active_low : bool
-        Whether ``cs`` selects at 0.
-
-    Raises
-    ------
-    HoverlockError
-        If a line is wider than a bit, or the format is not possible.
-    NotWritable
-        If the design drives ``sclk``, ``mosi`` or ``cs``.
-
-    >>> spi = SpiMaster(dut.spi_sclk, dut.spi_mosi, dut.spi_miso, dut.spi_cs, 5e6, cpha=True)
-    >>> answer = await spi.transfer([0x9F, 0, 0, 0])
-    """
-
-    def __init__(
-        self, sclk: Handle, mosi: Handle, miso: Handle, cs: Handle, sclk_freq: float | None = None, *,
-        clock: Handle | None = None, half_period: int | None = None, word_width: int = 8, cpol: bool = False,
-        cpha: bool = False, msb_first: bool = True, cs_active_low: bool = True,
-    ) -> None:  # fmt: skip
-        if (sclk_freq is None) != (half_period is not None and clock is not None):
-            raise TypeError("SpiMaster takes sclk_freq, or clock and half_period")
-        raw = _core.RawSpi([sclk, mosi, miso, cs], word_width, cpol, cpha, msb_first, not cs_active_low)
-        half = half_period if half_period is not None else _bit_of(2 * (sclk_freq or 0))
-        self._raw = _core.RawSpiMaster(raw, half, clock)
-        self._bits = word_width
-
-    async def transfer(self, words: Iterable[int]) -> bytes | list[int]:
-        """Selects the peripheral, sends words, such as bytes, and returns those that come back, one for each: bytes, or a
-        list where a word has more than 8 bits."""
-        transfer = self._raw.transfer([int(word) for word in words])
-        await transfer.ended()
-        return _words_or_bytes(transfer.words().tolist(), self._bits)
-
-
-class SpiPeripheral:
-    """Answers an SPI master in the design: a word for each that comes, ones where none is given. A word that ``cs`` cuts
-    short, and an ``sclk`` that is not idle when ``cs`` becomes active, end the test with ``ProtocolError``. Parameters
-    as of `SpiMaster`; ``miso`` is driven.
-
-    >>> flash = SpiPeripheral(dut.spi_sclk, dut.spi_mosi, dut.spi_miso, dut.spi_cs)
-    >>> flash.answer([0xFF, 0xEF, 0x40, 0x18])
-    >>> assert (await flash.recv(4))[0] == 0x9F
-    """
-
-    def __init__(
-        self, sclk: Handle, mosi: Handle, miso: Handle, cs: Handle, *, word_width: int = 8, cpol: bool = False,
-        cpha: bool = False, msb_first: bool = True, cs_active_low: bool = True,
-    ) -> None:  # fmt: skip
-        raw = _core.RawSpi([sclk, mosi, miso, cs], word_width, cpol, cpha, msb_first, not cs_active_low)
-        self._raw = _core.RawSpiPeripheral(raw)
-        self._bits = word_width
-
-    def answer(self, words: Iterable[int]) -> None:
-        """Adds words to answer with. Which answers a word, is settled when its first bit is put on ``miso``."""
-        self._raw.answer([int(word) for word in words])
-
-    async def recv(self, count: int = 1) -> bytes | list[int]:
-        """Waits for words: bytes, or a list where a word has more than 8 bits."""
-        return await _received(self._raw, count, self._bits)
-
-    @property
-    def count(self) -> int:
-        """Words that have come."""
-        return self._raw.count()
-
-
-class I2cMaster:
-    """Reads and writes I2C devices of the design.
-
-    Parameters
-    ----------
-    sda, scl : Handle
-        The lines as the design gives them: the level of the bus, an output of the design, or an ``inout``.
-    sda_o, scl_o : Handle, optional
-        The inputs of the design for the master's side: 0 pulls a line down, 1 releases it. Not for an ``inout``.
-    sda_t, scl_t : Handle, optional
-        The design's tristate controls, where its outputs count at 0 only. Then ``sda_o`` and ``scl_o``, the design's
-        inputs, get the level of the bus.
-    speed : float
-        Bits a second.
-
-    Raises
-    ------
-    HoverlockError
-        If a line is wider than a bit.
-    NotWritable
-        If the design drives ``sda_o`` or ``scl_o``, or this Verilator cannot drive an ``inout``.
-
-    >>> i2c = I2cMaster(sda=dut.sda_o, sda_o=dut.sda_i, scl=dut.scl_o, scl_o=dut.scl_i, speed=400e3)
-    >>> await i2c.write(0x50, b"\\x10")
-    >>> assert await i2c.read(0x50, 2) == b"\\x00\\x00"
-    >>> await i2c.stop()
-    """
-
-    def __init__(
-        self, *, sda: Handle, scl: Handle, sda_o: Handle | None = None, scl_o: Handle | None = None,
-        sda_t: Handle | None = None, scl_t: Handle | None = None, speed: float = 400e3,
-    ) -> None:  # fmt: skip
-        if not speed >= 1:
-            raise ValueError(f"a speed of {speed} bits a second")
-        scl_line, sda_line = _core.RawI2cLine(scl, scl_t, scl_o), _core.RawI2cLine(sda, sda_t, sda_o)
-        self._raw = _core.RawI2cMaster(scl_line, sda_line, round(speed))
-
-    async def write(self, address: int, data: Iterable[int]) -> None:
-        """Sends a start, the address of 7 bits, and bytes. No stop, so that a repeated start may follow.
-
-        Raises
-        ------
-        HoverlockError
-            If the address or a byte is not acknowledged; a stop has been sent then.
-        ProtocolError
-            If a line is held at 0 where the master releases it.
-        """
-        await self._raw.write(_address(address), bytes(data)).ended()
-
-    async def read(self, address: int, count: int) -> bytes:
-        """Sends a start and the address of 7 bits, and receives bytes, the last not acknowledged. No stop. Raises as
-        `write`."""
-        read = self._raw.read(_address(address), count)
-        await read.ended()
-        return bytes(read.words().tolist())
-
-    async def start(self) -> None:
-        """Sends a start; within a transfer, a repeated one."""
-        await self._raw.start().ended()
-
-    async def stop(self) -> None:
-        """Ends a transfer, if one was begun."""
-        await self._raw.stop().ended()
-
-    async def send(self, byte: int) -> bool:
-        """Sends a byte and returns whether it was acknowledged."""
-        access = self._raw.send(byte)
-        await access.ended()
-        return bool(access.value()[0])
-
-    async def recv(self, *, acknowledge: bool) -> int:
-        """Receives a byte and acknowledges it, or not, which tells a device to stop sending."""
-        access = self._raw.recv(acknowledge)
-        await access.ended()
-        return access.value()[0]
-
-    @property
-    def stretched(self) -> float:
-        """How long devices have held ``scl`` at 0 so far, in nanoseconds."""
-        return self._raw.stretched() / 1e6
-
-
-class I2cMemory:
-    """A memory device for an I2C master in the design. The first bytes of a write set the pointer, the highest first, as
-    many as the size needs; each byte read or written moves it on. A start or stop within a byte ends the test with
-    ``ProtocolError``. The lines are those of `I2cMaster`.
-
-    Parameters
-    ----------
-    addr : int
-        The device's address of 7 bits.
-    size : int
-        Bytes.
-
-    >>> memory = I2cMemory(sda=dut.sda_o, sda_o=dut.sda_i, scl=dut.scl_o, scl_o=dut.scl_i, addr=0x50, size=256)
-    >>> memory.write(0, b"settings")
-    """
-
-    def __init__(
-        self, *, sda: Handle, scl: Handle, sda_o: Handle | None = None, scl_o: Handle | None = None,
-        sda_t: Handle | None = None, scl_t: Handle | None = None, addr: int = 0x50, size: int = 256,
-    ) -> None:  # fmt: skip
-        scl_line, sda_line = _core.RawI2cLine(scl, scl_t, scl_o), _core.RawI2cLine(sda, sda_t, sda_o)
-        self._raw = _core.RawI2cMemory(scl_line, sda_line, _address(addr), size)
-
-    def __getitem__(self, address: int) -> int:
-        return self._raw.read(address, 1)[0]
-
-    def __setitem__(self, address: int, byte: int) -> None:
-        self._raw.write(address, bytes([byte]))
-
-    def read(self, address: int, count: int) -> bytes:
-        """Bytes from an address on."""
-        return self._raw.read(address, count)
-
-    def write(self, address: int, data: Iterable[int]) -> None:
-        """Writes bytes from an address on."""
-        self._raw.write(address, bytes(data))
-
-    def stretch(self, time: float, unit: str = "ns") -> None:
-        """Holds ``scl`` at 0 for so long after each acknowledged byte."""
-        self._raw.set_stretch(_core.femtoseconds(time, unit))
-
-    @property
-    def accesses(self) -> int:
-        """Bytes read and written, those of the pointer left out."""
-        return self._raw.accesses()
-
-
-def _address(address: int) -> int:
-    if not 0 <= address <= 0x7F:
-        raise ValueError(f"an I2C address of 7 bits, not {address:#x}: leave out the bit for read or write")
-    return address
-
-
-async def _received(raw: Any, count: int, bits: int) -> bytes | list[int]:
-    """The next words that a model has heard."""
-    words: list[int] = []
-    while len(words) < count:
-        word = raw.try_recv()
-        if word is None:
-            await raw.arrived()
-        else:
-            words.append(word)
-    return _words_or_bytes(words, bits)
-
-
-def _words_or_bytes(words: list[int], bits: int) -> bytes | list[int]:
-    return words if bits > 8 else bytes(words)
-
-
-def _bit_of(baud: float) -> int:
-    """The time of a bit in femtoseconds."""
-    if not baud > 0:
-        raise ValueError(f"a rate of {baud} bits a second")
-    return round(1e15 / baud)
 
 
 def _below(dut: Any, prefix: str) -> str:

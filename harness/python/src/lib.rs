@@ -21,10 +21,6 @@ mod _core {
     #[pymodule_export]
     use crate::bus::{Access, Burst, RawChecker, RawListener, RawMaster, RawMemory, RawSource, Symbols};
     #[pymodule_export]
-    use crate::bus::{RawI2cLine, RawI2cMaster, RawI2cMemory, RawSpi, RawSpiMaster, RawSpiPeripheral};
-    #[pymodule_export]
-    use crate::bus::{RawUartSink, RawUartSource, Sending};
-    #[pymodule_export]
     use crate::handle::{
         ArrayHandle, Bits, Element, Handle, HierarchyBase, RealHandle, TextHandle, Value, count_bits_from_left,
     };

@@ -4,32 +4,20 @@
 #[derive(Debug, Clone)]
 pub(super) struct Offer<P> {
     waiting: Option<P>,
-    names: Names,
-}
-
-/// What a bus calls the two sides of a handshake, and what is offered.
-#[derive(Debug, Clone, Copy)]
-struct Names {
-    valid: &'static str,
-    ready: &'static str,
-    payload: &'static str,
+    /// The bus's name for what is offered, used in messages.
+    payload_name: &'static str,
 }
 
 impl<P> Default for Offer<P> {
     fn default() -> Self {
-        Offer::new("valid", "ready")
+        Offer::new("payload")
     }
 }
 
 impl<P> Offer<P> {
-    /// Nothing is offered; the names of the offering side's signal and of the taking side's.
-    pub fn new(valid: &'static str, ready: &'static str) -> Offer<P> {
-        Offer { waiting: None, names: Names { valid, ready, payload: "payload" } }
-    }
-
-    /// The same with a name for what is offered.
-    pub fn of(self, payload: &'static str) -> Offer<P> {
-        Offer { names: Names { payload, ..self.names }, ..self }
+    /// Creates a channel on which nothing is offered; `payload_name` is what messages call its payload.
+    pub fn new(payload_name: &'static str) -> Offer<P> {
+        Offer { waiting: None, payload_name }
     }
 
     /// Forgets what is offered, in a reset.
@@ -65,11 +53,10 @@ impl<P: PartialEq + Clone> Offer<P> {
 
     #[cold]
     fn broken_rule(&self, is_offered: bool) -> String {
-        let Names { valid, ready, payload } = self.names;
         if is_offered {
-            format!("the {payload} changed while {valid} waited for {ready}")
+            format!("the {} changed while valid waited for ready", self.payload_name)
         } else {
-            format!("{valid} fell before {ready} came")
+            "valid fell before ready came".to_owned()
         }
     }
 }

@@ -8,29 +8,17 @@
 //! | Avalon-MM | [`avalon_mm::Master`] | [`avalon_mm::Memory`] |
 //! | AXI4-Lite | [`axi_lite::Master`] | [`axi_lite::Memory`] |
 //! | AXI4, with bursts | [`axi4::Master`], which checks the slave | [`axi4::Memory`], [`axi4::Checker`] |
-//! | APB | [`apb::Master`] | [`apb::Memory`] |
-//! | Wishbone, classic cycles | [`wishbone::Master`] | [`wishbone::Memory`] |
-//! | UART | [`uart::Source`] | [`uart::Sink`] |
-//! | SPI | [`spi::Master`] | [`spi::Peripheral`] |
-//! | I2C | [`i2c::Master`] | [`i2c::Memory`] |
 //!
 //! Every model that drives takes a [`Pause`]: the cycles in which it inserts idle or stall cycles. Sinks, monitors and
 //! memories check the rules of their bus: a broken rule ends the run with a [`Violation`] that names rule and time.
 //! [`bulk`] moves whole frames without the scheduler.
 
-pub mod apb;
 pub mod avalon_mm;
 pub mod axi4;
 pub mod axi_lite;
 pub mod bulk;
 mod handshake;
-pub mod i2c;
-mod inbox;
-mod line;
-pub mod spi;
 pub mod stream;
-pub mod uart;
-pub mod wishbone;
 mod words;
 
 pub use self::words::Contents;

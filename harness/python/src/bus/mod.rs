@@ -1,10 +1,8 @@
 //! Bus models of the engine: streams, masters and memories, and whole frames as numpy arrays.
 
 mod registers;
-mod serial;
 mod stream;
 mod transfer;
-mod uart;
 
 use hoverlock_harness::Error;
 use hoverlock_harness::bus::stream::Dialect;
@@ -14,14 +12,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 pub use self::registers::{Access, Burst, RawChecker, RawMaster, RawMemory};
-pub use self::serial::{RawI2cLine, RawI2cMaster, RawI2cMemory, RawSpi, RawSpiMaster, RawSpiPeripheral};
 pub use self::stream::{RawListener, RawSource, Symbols};
 pub use self::transfer::{Transfer, TransferOptions, Transferred};
-pub use self::uart::{RawUartSink, RawUartSource};
 use crate::errors;
 use crate::handle::Handle;
-use crate::on_thread::OnThread;
-use crate::simulation;
 use crate::trigger::Trigger;
 
 fn failed(py: Python<'_>) -> impl FnOnce(Error) -> PyErr {
@@ -76,24 +70,5 @@ impl EngineTask {
 impl Drop for EngineTask {
     fn drop(&mut self) {
         self.dut.forget(self.id);
-    }
-}
-
-/// What a model sends, on its way.
-#[pyclass(frozen, module = "hoverlock._core")]
-pub struct Sending(OnThread<EngineTask>);
-
-impl Sending {
-    fn begin(name: &str, work: impl Future<Output = Result<(), Error>> + 'static) -> PyResult<Sending> {
-        let dut = simulation::current()?;
-        let task = dut.spawn(name, work);
-        Ok(Sending(OnThread::new(EngineTask { id: task.id(), dut })))
-    }
-}
-
-#[pymethods]
-impl Sending {
-    fn ended(&self) -> PyResult<Trigger> {
-        Ok(self.0.get()?.ended())
     }
 }

@@ -1,11 +1,11 @@
-//! Avalon-MM, AXI4-Lite, AXI4, APB and Wishbone: masters and memories; the checker of AXI4.
+//! Avalon-MM, AXI4-Lite and AXI4: masters and memories; the checker of AXI4.
 
 use std::cell::RefCell;
 use std::future::Future;
 use std::rc::Rc;
 
 use hoverlock_harness::Error;
-use hoverlock_harness::bus::{Contents, Pause, apb, avalon_mm, axi_lite, axi4, wishbone};
+use hoverlock_harness::bus::{Contents, Pause, avalon_mm, axi_lite, axi4};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -38,7 +38,7 @@ impl Access {
     }
 }
 
-pub(super) fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
+fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
     let value: Answer = Rc::default();
     let slot = value.clone();
     let dut = simulation::current()?;
@@ -57,7 +57,7 @@ pub struct Burst {
 }
 
 /// The words read, and the response.
-pub(super) type Words = (Vec<u64>, u64);
+type Words = (Vec<u64>, u64);
 
 #[pymethods]
 impl Burst {
@@ -76,7 +76,7 @@ impl Burst {
     }
 }
 
-pub(super) fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
+fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
     let answer = Rc::new(RefCell::default());
     let slot = answer.clone();
     let dut = simulation::current()?;
@@ -91,8 +91,6 @@ enum Speaks {
     Avalon(avalon_mm::Master),
     Axi(axi_lite::Master),
     Axi4(axi4::Master),
-    Apb(apb::Master),
-    Wishbone(wishbone::Master),
 }
 
 const NO_BURSTS: &str = "this bus has no bursts";
@@ -113,8 +111,6 @@ impl RawMaster {
         let speaks = match bus {
             "axi" => Speaks::Axi(axi_lite::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
             "axi4" => Speaks::Axi4(axi4::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
-            "apb" => Speaks::Apb(apb::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
-            "wishbone" => Speaks::Wishbone(wishbone::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
             _ => Speaks::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?),
         };
         Ok(RawMaster { speaks: OnThread::new(speaks) })
@@ -122,9 +118,7 @@ impl RawMaster {
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
         match self.speaks.get()? {
-            Speaks::Avalon(_) | Speaks::Apb(_) | Speaks::Wishbone(_) => {
-                Err(PyTypeError::new_err("this master does not pause: await between accesses"))
-            }
+            Speaks::Avalon(_) => Err(PyTypeError::new_err("this master does not pause: await between accesses")),
             Speaks::Axi(master) => {
                 master.set_pause(pause_of(pause, seed)?);
                 Ok(())
@@ -158,14 +152,6 @@ impl RawMaster {
                     Ok((0, response as u64))
                 })
             }
-            Speaks::Apb(master) => {
-                let master = master.clone();
-                access("write", async move { Ok((0, master.write(address, data, bytes).await? as u64)) })
-            }
-            Speaks::Wishbone(master) => {
-                let master = master.clone();
-                access("write", async move { Ok((0, master.write(address, data, bytes).await? as u64)) })
-            }
             Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
     }
@@ -182,20 +168,6 @@ impl RawMaster {
                     let (word, response) = master.read(address).await?;
                     Ok((word, response as u64))
                 })
-            }
-            Speaks::Apb(master) => {
-                let master = master.clone();
-                access(
-                    "read",
-                    async move { master.read(address).await.map(|(word, response)| (word, response as u64)) },
-                )
-            }
-            Speaks::Wishbone(master) => {
-                let master = master.clone();
-                access(
-                    "read",
-                    async move { master.read(address).await.map(|(word, response)| (word, response as u64)) },
-                )
             }
             Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
@@ -247,8 +219,6 @@ enum Answers {
     Avalon(avalon_mm::Memory),
     Axi(axi_lite::Memory),
     Axi4(axi4::Memory),
-    Apb(apb::Memory),
-    Wishbone(wishbone::Memory),
 }
 
 impl Answers {
@@ -257,8 +227,6 @@ impl Answers {
             Answers::Avalon(memory) => memory,
             Answers::Axi(memory) => memory,
             Answers::Axi4(memory) => memory,
-            Answers::Apb(memory) => memory,
-            Answers::Wishbone(memory) => memory,
         }
     }
 }
@@ -286,8 +254,6 @@ impl RawMemory {
         let answers = match bus {
             "axi" => axi_lite::Memory::new(&dut, &clock, prefix, reset).map(Answers::Axi),
             "axi4" => axi4::Memory::new(&dut, &clock, prefix, reset).map(Answers::Axi4),
-            "apb" => apb::Memory::new(&dut, &clock, prefix, reset).map(Answers::Apb),
-            "wishbone" => wishbone::Memory::new(&dut, &clock, prefix, reset).map(Answers::Wishbone),
             _ => avalon_mm::Memory::new(&dut, &clock, prefix, reset).map(Answers::Avalon),
         };
         let answers = answers.map_err(failed(py))?;
@@ -300,8 +266,6 @@ impl RawMemory {
             Answers::Avalon(memory) => memory.set_stall(pause),
             Answers::Axi(memory) => memory.set_stall(pause),
             Answers::Axi4(memory) => memory.set_stall(pause),
-            Answers::Apb(memory) => memory.set_stall(pause),
-            Answers::Wishbone(memory) => memory.set_stall(pause),
         }
         Ok(())
     }

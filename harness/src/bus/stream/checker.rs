@@ -48,7 +48,7 @@ impl<const W: usize> Listener<W> {
             reset,
             strict: rules == Rules::Strict,
             history: ReadyHistory::default(),
-            offer: Offer::default().of("beat"),
+            offer: Offer::new("beat"),
             collector: collector.clone(),
         }
     }

@@ -1,12 +1,11 @@
-//! APB, Wishbone, UART, and memory and checker of AXI4: against small designs, and against each other through wires.
+//! AXI4: the memory and the checker, against small designs and against each other through wires.
 
 mod common;
 
 use common::{build, run, sim};
 use hoverlock_harness::Time;
 use hoverlock_harness::bus::axi_lite::Response;
-use hoverlock_harness::bus::uart::{Format, Parity};
-use hoverlock_harness::bus::{Pause, Reset, apb, axi4, uart, wishbone};
+use hoverlock_harness::bus::{Pause, Reset, axi4};
 use hoverlock_harness::sim::{Dut, Sim};
 
 fn begin(sim: &Sim) -> Dut {
@@ -30,7 +29,7 @@ async fn drive(dut: &Dut, steps: &[&[(&str, u64)]]) {
 
 /// The rule that a run of `drive` ends with.
 fn broken(watch: impl Fn(&Dut), steps: &[&[(&str, u64)]]) -> String {
-    let mut sim = sim(build("buses"));
+    let mut sim = sim(build("axi4_wires"));
     let dut = begin(&sim);
     watch(&dut);
     let end = sim.run(async {
@@ -43,7 +42,7 @@ fn broken(watch: impl Fn(&Dut), steps: &[&[(&str, u64)]]) -> String {
 #[test]
 fn an_axi4_memory_answers_bursts_of_any_length() {
     for stall in [Pause::Never, Pause::random(0.4, 3)] {
-        let mut sim = sim(build("buses"));
+        let mut sim = sim(build("axi4_wires"));
         let dut = begin(&sim);
         let clk = dut.signal("clk").unwrap();
         let reset = Some(Reset::high(&dut.signal("rst").unwrap()));
@@ -80,7 +79,7 @@ const ADDRESS: &[(&str, u64)] = &[
 
 #[test]
 fn an_axi4_memory_takes_wrapping_fixed_and_narrow_bursts() {
-    let mut sim = sim(build("buses"));
+    let mut sim = sim(build("axi4_wires"));
     let dut = begin(&sim);
     let memory = axi4::Memory::new(&dut, &dut.signal("clk").unwrap(), "m_axi_", None).unwrap();
     run(&mut sim, async {
@@ -167,134 +166,4 @@ fn an_axi4_checker_finds_the_faults_of_a_slave() {
         let told = end.err().map(|e| e.to_string()).unwrap_or_default();
         assert!(told.contains(rule) && told.is_empty() == rule.is_empty(), "fault {fault}: '{told}'");
     }
-}
-
-#[test]
-fn apb_reads_and_writes_a_slave_and_a_memory() {
-    let mut sim = sim(build("buses"));
-    let dut = begin(&sim);
-    let clk = dut.signal("clk").unwrap();
-    let memory = apb::Memory::new(&dut, &clk, "m_", None).unwrap();
-    let (through, slave) = (apb::Master::new(&dut, &clk, "s_").unwrap(), apb::Master::new(&dut, &clk, "r_").unwrap());
-    run(&mut sim, async {
-        slave.write(4, 0x1234_5678, None).await?;
-        slave.write(0, 7, None).await?;
-        assert_eq!(slave.read(4).await?, (0x1234_5678, Response::Okay));
-        assert_eq!(slave.write(8, 1, None).await?, Response::SlaveError);
-        assert_eq!(slave.read(0).await?, (7, Response::Okay));
-        memory.set(0x10, 0xffff_ffff);
-        for stall in [Pause::Never, Pause::random(0.5, 1)] {
-            memory.set_stall(stall);
-            through.write(0x10, 0xaabb_ccdd, Some(0b0101)).await?;
-            assert_eq!(through.read(0x10).await?, (0xffbb_ffdd, Response::Okay));
-            through.write(0x14, 3, None).await?;
-        }
-        Ok(())
-    });
-    assert_eq!((memory.get(0x14), memory.accesses()), (3, 6));
-}
-
-#[test]
-fn an_apb_memory_checks_its_master() {
-    let memory = |dut: &Dut| drop(apb::Memory::new(dut, &dut.signal("clk").unwrap(), "m_", None).unwrap());
-    let setup: &[(&str, u64)] = &[("s_psel", 1), ("s_pwrite", 1)];
-    let told = |steps: &[&[(&str, u64)]]| broken(memory, steps);
-    assert!(told(&[&[("s_psel", 1), ("s_penable", 1)]]).ends_with("penable is 1 in the setup cycle"));
-    assert!(told(&[setup, &[]]).ends_with("penable is 0 in an access cycle"));
-    assert!(
-        told(&[setup, &[("s_penable", 1), ("s_paddr", 4)]]).ends_with("payload changed while psel waited for pready")
-    );
-    assert!(told(&[setup, &[("s_psel", 0)]]).ends_with("psel fell before pready came"));
-}
-
-#[test]
-fn wishbone_reads_and_writes_a_slave_and_a_memory() {
-    let mut sim = sim(build("buses"));
-    let dut = begin(&sim);
-    let clk = dut.signal("clk").unwrap();
-    let memory = wishbone::Memory::new(&dut, &clk, "m_", None).unwrap();
-    let through = wishbone::Master::new(&dut, &clk, "s_").unwrap();
-    let slave = wishbone::Master::new(&dut, &clk, "r_").unwrap();
-    run(&mut sim, async {
-        slave.write(3, 0xffff_ffff, None).await?;
-        slave.write(3, 0x1122_3344, Some(0b0110)).await?;
-        assert_eq!(slave.read(3).await?, (0xff22_33ff, Response::Okay));
-        assert_eq!(slave.read(15).await?.1, Response::SlaveError);
-        for stall in [Pause::Never, Pause::random(0.5, 1)] {
-            memory.set_stall(stall);
-            memory.set(2, 0);
-            through.write(2, 0xaabb_ccdd, Some(0b1001)).await?;
-            through.write(1, 9, None).await?;
-            assert_eq!(through.read(2).await?, (0xaa00_00dd, Response::Okay));
-        }
-        Ok(())
-    });
-    assert_eq!((memory.get(1), memory.accesses()), (9, 6));
-    let memory = |dut: &Dut| drop(wishbone::Memory::new(dut, &dut.signal("clk").unwrap(), "m_", None).unwrap());
-    let asks: &[(&str, u64)] = &[("s_cyc", 1), ("s_stb", 1)];
-    assert!(broken(memory, &[&[("s_stb", 1)]]).ends_with("stb without cyc"));
-    assert!(broken(memory, &[asks, &[("s_adr", 1)]]).ends_with("the payload changed while stb waited for ack"));
-    assert!(broken(memory, &[asks, &[("s_stb", 0)]]).ends_with("stb fell before ack came"));
-}
-
-#[test]
-fn uart_characters_go_both_ways() {
-    let mut sim = sim(build("uart"));
-    let dut = begin(&sim);
-    let format = Format { bit: Time::ns(80), ..Format::baud(1).unwrap() };
-    let source = uart::Source::new(&dut, &dut.signal("rx").unwrap(), format).unwrap();
-    let sink = uart::Sink::new(&dut, &dut.signal("tx").unwrap(), format).unwrap();
-    let signal = |name: &str| dut.signal(name).unwrap();
-    let (clk, valid, data) = (signal("clk"), signal("rx_valid"), signal("rx_data"));
-    run(&mut sim, async {
-        signal("rst").set(1)?;
-        clk.cycles(2).await;
-        signal("rst").set(0)?;
-        clk.cycles(20).await;
-        // What the design gives before its reset may be no character.
-        while sink.try_recv().is_some() {}
-        let sender = source.clone();
-        let task = dut.spawn("send", async move { sender.send(&[0x5a]).await });
-        valid.rising_edge().await;
-        assert_eq!(data.get(), 0x5a);
-        task.await?;
-        signal("tx_data").set(0xc3)?;
-        signal("send").set(1)?;
-        clk.cycles(1).await;
-        signal("send").set(0)?;
-        assert_eq!(sink.recv().await, 0xc3);
-        Ok(())
-    });
-}
-
-#[test]
-fn uart_formats_and_faults_are_checked() {
-    let of = |bits, parity, stop_bits| Format { bits, parity, stop_bits, ..Format::baud(1_000_000).unwrap() };
-    let meet = |sent: Format, heard: Format| {
-        let mut sim = sim(build("buses"));
-        let dut = sim.dut();
-        let source = uart::Source::new(&dut, &dut.signal("rxd").unwrap(), sent).unwrap();
-        let sink = uart::Sink::new(&dut, &dut.signal("txd").unwrap(), heard).unwrap();
-        let mut got = Vec::new();
-        let end = sim.run(async {
-            dut.timer(Time::us(3)).await;
-            source.send(&[0x15, 0x0b, 0x1f]).await?;
-            dut.timer(Time::us(30)).await;
-            Ok::<(), hoverlock_harness::Error>(())
-        });
-        got.extend(std::iter::from_fn(|| sink.try_recv()));
-        (got, end.err().map(|e| e.to_string()).unwrap_or_default())
-    };
-    for format in [of(8, None, 1), of(5, Some(Parity::Even), 2), of(9, Some(Parity::Odd), 1)] {
-        assert_eq!(meet(format, format), (vec![0x15, 0x0b, 0x1f], String::new()), "{format:?}");
-    }
-    let (even, odd) = (of(8, Some(Parity::Even), 1), of(8, Some(Parity::Odd), 1));
-    assert!(meet(even, odd).1.contains("the parity bit of 0x15 is 1"), "{}", meet(even, odd).1);
-    let slow = Format { bit: Time::ns(700), ..of(8, None, 1) };
-    assert!(meet(of(8, None, 1), slow).1.contains("the stop bit after"), "{}", meet(of(8, None, 1), slow).1);
-    let mut sim = sim(build("buses"));
-    let dut = sim.dut();
-    let source = uart::Source::new(&dut, &dut.signal("rxd").unwrap(), of(5, None, 1)).unwrap();
-    assert!(sim.run(source.send(&[0x20])).unwrap_err().to_string().contains("0x20 does not fit a character of 5 bits"));
-    assert!(uart::Source::new(&dut, &dut.signal("rxd").unwrap(), of(4, None, 1)).is_err() && Format::baud(0).is_err());
 }
