@@ -60,10 +60,10 @@ arm-where-possible:
 ## every height, two minutes; 20 designs drawn at random, emitted and simulated, five minutes; the command installed from a copy
 ## of the sources, ten minutes; a bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes.
 test-long: setup
-	cargo test --locked --package hoverlock-rtl --test sequences -- --ignored --nocapture
-	cargo test --locked --package hoverlock-rtl --test chain -- --ignored --nocapture
-	cargo test --locked --package hoverlock-rtl --test designs -- --ignored --nocapture
-	cargo test --locked --package hoverlock-rtl --test mutants -- --ignored --nocapture survivors_are_harmless each_of_thirty_faults
+	cargo test --locked --package hoverlock-simulation --test sequences -- --ignored --nocapture
+	cargo test --locked --package hoverlock-simulation --test chain -- --ignored --nocapture
+	cargo test --locked --package hoverlock-simulation --test designs -- --ignored --nocapture
+	cargo test --locked --package hoverlock-simulation --test mutants -- --ignored --nocapture survivors_are_harmless each_of_thirty_faults
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py

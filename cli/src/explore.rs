@@ -17,7 +17,7 @@ use hoverlock_reports::explore::{self, Exploration, Known, Objective, Outcome, P
 use hoverlock_reports::output::PAGE;
 use hoverlock_reports::provenance::COMMIT;
 use hoverlock_rtl::design::buildable;
-use hoverlock_rtl::estimate::smallest_device;
+use hoverlock_synthesis::smallest_device;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;

@@ -22,7 +22,7 @@ use hoverlock_reference::motion::refine::refined;
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::smoother::Smoother;
 use hoverlock_reports::overlay::Overlay;
-use hoverlock_rtl::simulation::{Job, Mismatch, Simulator, Streams, Trace, run as simulate};
+use hoverlock_simulation::{Job, Mismatch, Simulator, Streams, Trace, run as simulate};
 use nalgebra::Vector2;
 use serde::Serialize;
 

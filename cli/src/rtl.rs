@@ -7,8 +7,8 @@ use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_rtl::{
     design::buildable,
     emission::{File, MEND, files_of},
-    estimate::{Estimate, ModuleEstimate, estimate},
 };
+use hoverlock_synthesis::{Estimate, ModuleEstimate, estimate};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 

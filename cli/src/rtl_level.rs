@@ -11,8 +11,8 @@ use hoverlock_fixed_point::analysis::acceptance::dog_lsb;
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::hardware::{DeviceShare, Hardware, Made, ModuleShare, Simulated, Sizing};
 use hoverlock_reports::study::{self, Study, Subject};
-use hoverlock_rtl::estimate::{Estimate, estimate};
-use hoverlock_rtl::simulation::{Job, Outcome, Simulator, Streams, Trace, run};
+use hoverlock_simulation::{Job, Outcome, Simulator, Streams, Trace, run};
+use hoverlock_synthesis::{Estimate, estimate};
 
 use crate::message;
 
@@ -115,7 +115,7 @@ fn simulated(picture: &str, frames: usize, outcome: Outcome) -> Simulated {
 }
 
 fn sizing(estimate: Estimate) -> Sizing {
-    let device = |device: hoverlock_rtl::estimate::Device| DeviceShare {
+    let device = |device: hoverlock_synthesis::Device| DeviceShare {
         name: device.name,
         source: device.source.into(),
         has: [device.alm, device.m10k, device.dsp],

@@ -9,7 +9,7 @@ use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::design::{LEAST_SIDE, buildable};
-use hoverlock_rtl::simulation::{
+use hoverlock_simulation::{
     FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Trace, Window, format_of, record, run_telling, view,
 };
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
@@ -195,7 +195,7 @@ fn simulate(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Out
 /// A wave file on its way: written aside, in the folder where it will be.
 struct WaveFile {
     path: PathBuf,
-    format: hoverlock_rtl::simulation::Trace,
+    format: hoverlock_simulation::Trace,
     aside: Aside,
 }
 

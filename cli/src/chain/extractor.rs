@@ -12,8 +12,8 @@ use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::simulation::board::{Driver, RegisterPort};
-use hoverlock_rtl::simulation::{SimulationError, Simulator, Trace};
+use hoverlock_simulation::board::{Driver, RegisterPort};
+use hoverlock_simulation::{SimulationError, Simulator, Trace};
 
 use crate::float::float_features;
 use crate::output::spinning;

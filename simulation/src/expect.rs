@@ -1,0 +1,104 @@
+//! The expected values of the frames in order: planes, records, and the thresholds that follow the counts.
+
+use std::{
+    collections::VecDeque,
+    sync::{Arc, mpsc::Receiver},
+};
+
+use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts};
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::design::DesignPoint;
+
+use hoverlock_reference::features::feature::MAX_PAIRS;
+
+use crate::job::Job;
+
+/// `bit_true` of a frame.
+#[derive(Debug)]
+pub(super) struct Expected {
+    pub planes: Arc<Planes>,
+    pub records: Vec<FeatureRecord>,
+    pub thresholds: Vec<u32>,
+}
+
+/// `bit_true` of all frames, in their order.
+pub(super) struct Expectation<'a> {
+    model: BitTrue,
+    jobs: &'a [Job],
+    next: usize,
+    /// The planes of the frame before, which the next one shares where it is the same picture.
+    planes: Option<Arc<Planes>>,
+    /// Thresholds and counts of the frame before, if it was in automatic mode.
+    follows: Option<(Vec<u32>, [u32; MAX_PAIRS])>,
+}
+
+impl<'a> Expectation<'a> {
+    pub fn new(design: &DesignPoint, jobs: &'a [Job]) -> Result<Self, CoefficientError> {
+        Ok(Self { model: BitTrue::new(design)?, jobs, next: 0, planes: None, follows: None })
+    }
+
+    fn thresholds(&self, job: &Job) -> Vec<u32> {
+        let (Some(target), Some((thresholds, counts))) = (job.automatic, &self.follows) else {
+            return job.thresholds.iter().map(|threshold| (*threshold).max(1)).collect();
+        };
+        let mut design = self.model.design().clone();
+        design.threshold.target = target;
+        let mut control = ThresholdController::resumed(&design, thresholds);
+        control.finish_frame(counts);
+        control.thresholds().to_vec()
+    }
+
+    fn planes(&self, job: &Job) -> Planes {
+        self.model.with_coefficients(&job.coefficients).planes(&job.completed())
+    }
+}
+
+impl Iterator for Expectation<'_> {
+    type Item = Expected;
+
+    fn next(&mut self) -> Option<Expected> {
+        let job = self.jobs.get(self.next)?;
+        let same = |other: &Job| {
+            (&other.pixels, &other.coefficients, other.fault) == (&job.pixels, &job.coefficients, job.fault)
+        };
+        let before = self.next.checked_sub(1).map(|before| &self.jobs[before]);
+        let shared = self.planes.take().filter(|_| before.is_some_and(same));
+        let planes = shared.unwrap_or_else(|| Arc::new(self.planes(job)));
+        let thresholds = self.thresholds(job);
+        let records = planes.features(&thresholds);
+        let follows = || (thresholds.clone(), counts(&records));
+        self.follows = job.automatic.filter(|_| !job.is_lost()).map(|_| follows());
+        self.planes = Some(planes.clone());
+        self.next += 1;
+        Some(Expected { planes, records, thresholds })
+    }
+}
+
+/// `bit_true` as it comes from the thread that computes it; frames that are done are forgotten.
+pub(super) struct Oracle {
+    coming: Receiver<Expected>,
+    known: VecDeque<Arc<Expected>>,
+    first: usize,
+}
+
+impl Oracle {
+    pub fn new(coming: Receiver<Expected>) -> Self {
+        Self { coming, known: VecDeque::new(), first: 0 }
+    }
+
+    /// `bit_true` of a frame not yet forgotten; nothing where there is no such frame.
+    pub fn frame(&mut self, frame: usize) -> Option<Arc<Expected>> {
+        let at = frame.checked_sub(self.first)?;
+        while self.known.len() <= at {
+            self.known.push_back(Arc::new(self.coming.recv().ok()?));
+        }
+        self.known.get(at).cloned()
+    }
+
+    /// Frames before this one are done.
+    pub fn forget(&mut self, frame: usize) {
+        while self.first < frame && self.known.pop_front().is_some() {
+            self.first += 1;
+        }
+    }
+}

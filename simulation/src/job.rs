@@ -1,0 +1,197 @@
+//! The stimulus: a frame, its register values, its fault, and the pauses of the streams.
+
+use hoverlock_fixed_point::model::{
+    coefficients::CoefficientError,
+    design::{DesignPoint, KT27},
+};
+use hoverlock_reference::image::plane::Plane;
+
+use crate::SimulationError;
+use hoverlock_rtl::registers::{COEFFICIENTS_AT, Register, default_coefficients, registers};
+
+/// A frame with the register values that it captures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// The pixels, in steps of the camera.
+    pub pixels: Plane<u16>,
+    /// The coefficients, in the order of the registers.
+    pub coefficients: Vec<u32>,
+    /// `T_k`, one for each scale pair of the design; in automatic mode those of the first such frame.
+    pub thresholds: Vec<u32>,
+    /// Automatic mode with this target: the thresholds follow the count of the previous frame.
+    pub automatic: Option<u32>,
+    /// Fault of the frame at the input.
+    pub fault: Fault,
+}
+
+/// A fault of a frame at the input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fault {
+    /// Nothing.
+    #[default]
+    None,
+    /// Only so many pixels, the last with end of packet.
+    Short(usize),
+    /// So many pixels too many, the last of them with end of packet.
+    Long(usize),
+    /// Only so many pixels and no end: the next frame begins.
+    Interrupted(usize),
+    /// After so many pixels the reset input: registers, pipeline and FIFO. Records still inside are lost.
+    Reset(usize),
+    /// The same by the control register, which leaves the registers alone.
+    Clear(usize),
+}
+
+/// One beat of the video stream.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beat {
+    pub data: u16,
+    pub first: bool,
+    pub last: bool,
+}
+
+impl Job {
+    /// A frame with the coefficients of a design and manual thresholds.
+    ///
+    /// # Errors
+    /// Where the design has none.
+    pub fn of(
+        design: &DesignPoint,
+        pixels: Plane<u16>,
+        thresholds: impl Into<Vec<u32>>,
+    ) -> Result<Self, CoefficientError> {
+        let coefficients = default_coefficients(design)?;
+        Ok(Self { pixels, coefficients, thresholds: thresholds.into(), automatic: None, fault: Fault::None })
+    }
+
+    /// A frame of the default design.
+    ///
+    /// # Errors
+    /// As [`Job::of`].
+    pub fn new(pixels: Plane<u16>, thresholds: impl Into<Vec<u32>>) -> Result<Self, CoefficientError> {
+        Self::of(&KT27, pixels, thresholds)
+    }
+
+    /// Width and height.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.pixels.width(), self.pixels.height())
+    }
+
+    /// How many beats the bench sends.
+    pub(super) fn beats(&self) -> usize {
+        match self.fault {
+            Fault::None => self.pixels.as_slice().len(),
+            Fault::Long(more) => self.pixels.as_slice().len() + more,
+            Fault::Short(count) | Fault::Interrupted(count) | Fault::Reset(count) | Fault::Clear(count) => count.max(1),
+        }
+    }
+
+    /// Beat `index` of the frame.
+    pub(super) fn beat(&self, index: usize) -> Beat {
+        let pixels = self.pixels.as_slice();
+        let last = pixels.last().copied().unwrap_or_default();
+        let ends = matches!(self.fault, Fault::None | Fault::Short(_) | Fault::Long(_));
+        Beat {
+            data: pixels.get(index).copied().unwrap_or(last ^ index as u16),
+            first: index == 0,
+            last: ends && index + 1 == self.beats(),
+        }
+    }
+
+    /// The frame as the hardware completes it: a short one with its last pixel.
+    pub(super) fn completed(&self) -> Plane<u16> {
+        let (w, h) = self.size();
+        let pixels = self.pixels.as_slice();
+        let sent = self.beats().min(pixels.len());
+        Plane::from_fn(w, h, |x, y| pixels[(y * w + x).min(sent - 1)])
+    }
+
+    /// A reset clears the pipeline during the frame.
+    pub(super) fn is_lost(&self) -> bool {
+        matches!(self.fault, Fault::Reset(_) | Fault::Clear(_))
+    }
+
+    /// The error bits of its trailer.
+    pub(super) fn errors(&self) -> u32 {
+        match self.fault {
+            Fault::None | Fault::Reset(_) | Fault::Clear(_) => 0,
+            Fault::Short(_) => 1,
+            Fault::Long(_) => 2,
+            Fault::Interrupted(_) => 4,
+        }
+    }
+}
+
+/// Pauses of the streams.
+#[derive(Debug, Clone, Copy)]
+pub struct Streams {
+    /// Chance that no pixel is offered in a cycle.
+    pub source_pause: f64,
+    /// Chance that no record is taken in a cycle.
+    pub sink_pause: f64,
+    /// No record is taken before this cycle.
+    pub sink_opens: u64,
+    /// Seed of the pauses and of the initial register contents.
+    pub seed: u64,
+}
+
+impl Default for Streams {
+    fn default() -> Self {
+        Self { source_pause: 0.0, sink_pause: 0.0, sink_opens: 0, seed: 1 }
+    }
+}
+
+impl Streams {
+    /// The source always offers and the sink always takes, as the definition of cycles per pixel wants it.
+    pub(super) fn flow(&self) -> bool {
+        self.source_pause == 0.0 && self.sink_pause == 0.0 && self.sink_opens == 0
+    }
+}
+
+/// The register map of the bench: addresses and register values by name.
+#[derive(Debug)]
+pub(super) struct Map(Vec<Register>);
+
+impl Map {
+    pub fn new(design: &DesignPoint) -> Result<Self, CoefficientError> {
+        Ok(Self(registers(design)?))
+    }
+
+    fn register(&self, name: &'static str) -> Result<&Register, SimulationError> {
+        self.0.iter().find(|register| register.name == name).ok_or(SimulationError::Register(name))
+    }
+
+    /// The byte address of a register.
+    pub fn address(&self, name: &'static str) -> Result<u32, SimulationError> {
+        Ok(self.register(name)?.offset)
+    }
+
+    /// The address of a register and its value with these field values, in their order.
+    fn word(&self, name: &'static str, values: &[u32]) -> Result<(u32, u32), SimulationError> {
+        let register = self.register(name)?;
+        let fields = register.fields.iter().zip(values);
+        Ok((register.offset, fields.fold(0, |word, (field, value)| word | value << field.low)))
+    }
+
+    /// The register writes before a frame.
+    pub fn writes(&self, job: &Job) -> Result<Vec<(u32, u32)>, SimulationError> {
+        let (w, h) = job.size();
+        let coefficients = job.coefficients.iter().enumerate();
+        let mut writes: Vec<_> = coefficients.map(|(i, raw)| (COEFFICIENTS_AT + 4 * i as u32, *raw)).collect();
+        writes.push(self.word("size", &[w as u32, h as u32])?);
+        for (name, thresholds) in ["threshold", "threshold_2"].into_iter().zip(job.thresholds.chunks(2)) {
+            writes.push(self.word(name, thresholds)?);
+        }
+        if let Some(target) = job.automatic {
+            writes.push(self.word("target", &[target])?);
+        }
+        writes.push(self.word("control", &[1, u32::from(job.automatic.is_some())])?);
+        writes.push(self.word("commit", &[1])?);
+        Ok(writes)
+    }
+
+    /// The write that clears the pipeline.
+    pub fn clear(&self) -> Result<(u32, u32), SimulationError> {
+        self.word("control", &[1, 0, 0, 0, 1])
+    }
+}

@@ -1,0 +1,87 @@
+//! The top between camera, DMA and CPU: what the CPU finds in memory is what `bit_true` lists, however late the CPU is.
+
+use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_simulation::board::{Driver, RegisterPort};
+use hoverlock_simulation::{SimulationError, Simulator, Trace};
+
+/// Hashed blocks of 5 pixels, another picture for each seed.
+fn frame(seed: usize) -> Plane<u16> {
+    Plane::from_fn(200, 140, |x, y| {
+        let hash = (x / 5 + 977 * seed).wrapping_mul(0x9E37_79B9) ^ (y / 5).wrapping_mul(0x85EB_CA6B);
+        ((hash.wrapping_mul(0x27D4_EB2F) >> 24) & 0xff) as u16 * 257
+    })
+}
+
+/// The records of a packet, and its trailer.
+fn records(design: &DesignPoint, bytes: &[u8]) -> (Vec<Vec<u32>>, Vec<u32>) {
+    let word = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().unwrap());
+    let size = if design.pairs() > 2 { 40 } else { 32 };
+    let mut records: Vec<Vec<u32>> =
+        bytes.chunks_exact(size).map(|record| record.chunks_exact(4).map(word).collect()).collect();
+    let trailer = records.pop().unwrap();
+    (records, trailer)
+}
+
+/// `bit_true` of the frames, the thresholds following the counts.
+fn expected(design: &DesignPoint, frames: &[Plane<u16>], thresholds: &[u32]) -> Vec<(Vec<FeatureRecord>, Vec<u32>)> {
+    let mut model = SimdBitTrue::new(design).unwrap();
+    let mut control = ThresholdController::resumed(design, thresholds);
+    let of_frame = |frame: &Plane<u16>| {
+        let thresholds = control.thresholds().to_vec();
+        let records = model.frame(frame, &thresholds).to_vec();
+        control.finish_frame(&counts(&records));
+        (records, thresholds)
+    };
+    frames.iter().map(of_frame).collect()
+}
+
+/// Size, thresholds of the first frame, automatic; commit; enabled, with the interrupt.
+fn set_up(port: &mut RegisterPort<'_>, thresholds: &[u32]) -> Result<(), SimulationError> {
+    let third = thresholds.get(2).map(|coarsest| (0x34, *coarsest));
+    let writes = [(0x14, 140 << 16 | 200), (0x18, thresholds[1] << 16 | thresholds[0])].into_iter().chain(third);
+    writes.chain([(0x0c, 0b010), (0x30, 1), (0x0c, 0b111)]).try_for_each(|(address, value)| port.write(address, value))
+}
+
+#[test]
+fn the_memory_holds_the_list_of_the_model() {
+    // In LSB of the responses: of 0.5, 32 and 1 DN.
+    for (design, thresholds) in [("kt27", &[40u32, 30][..]), ("small", &[1, 1]), ("three_scales", &[20, 15, 10])] {
+        let design = DesignPoint::shipped(design).unwrap().unwrap();
+        let frames: Vec<_> = (0..5).map(|seed| design.samples(&frame(seed))).collect();
+        let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
+        // At once, later than the DMA, and later than three frames, so that the ring is full.
+        for latency in [0, 3_000, 300_000] {
+            late(&simulator, latency, &frames, thresholds);
+        }
+    }
+}
+
+fn late(simulator: &Simulator, latency: u64, frames: &[Plane<u16>], thresholds: &[u32]) {
+    let design = simulator.design();
+    let mut driver = Driver::start(simulator, latency, |port| set_up(port, thresholds)).unwrap();
+    frames.iter().cloned().for_each(|frame| driver.send(frame));
+    let register = |address: u32| driver.registers().iter().find(|(at, _)| *at == address).unwrap().1;
+    assert_eq!((register(0x00), register(0x14)), (u32::from_be_bytes(*b"HLCK"), 140 << 16 | 200));
+    let flags = if design.pairs() > 2 { 0x9000 } else { 0x8000 };
+    let mut dropped = 0;
+    for (number, (list, thresholds)) in expected(design, frames, thresholds).into_iter().enumerate() {
+        let what = format!("{} pairs, latency {latency}, frame {number}", design.pairs());
+        let packet = driver.packet().unwrap().unwrap();
+        let (found, trailer) = records(design, &packet.bytes);
+        let mut rest = list.iter().map(FeatureRecord::pack);
+        assert!(found.iter().all(|record| rest.any(|other| other[..record.len()] == record[..])), "{what}");
+        // Of the latest CPU the queue of the small design may hold none of a frame.
+        assert!(found.len() > 100 || latency == 300_000, "{what}: {} features", found.len());
+        assert_eq!((trailer[0], trailer[1]), (number as u32, flags << 16), "{what}");
+        assert_eq!((trailer[2], trailer[4]), (found.len() as u32, thresholds[1] << 16 | thresholds[0]), "{what}");
+        assert_eq!(trailer[5], thresholds.get(2).copied().unwrap_or_default(), "{what}");
+        assert_eq!(found.len() + trailer[3] as usize, list.len(), "{what}");
+        dropped += trailer[3];
+    }
+    assert!(driver.packet().unwrap().is_none());
+    assert_eq!(driver.status() & 0x1e, 0, "no error of a frame");
+    assert_eq!(dropped > 0, latency == 300_000, "latency {latency}: {dropped} dropped");
+}

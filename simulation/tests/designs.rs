@@ -1,0 +1,155 @@
+//! Designs other than the default: emitted, and simulated against the model of the same design.
+//!
+//! The emitter is compiled for each design, so the first run takes a minute; later ones find what it emitted, and the
+//! built model, in the cache.
+
+mod port_bench;
+mod sequence;
+
+use hoverlock_fixed_point::model::bit_true::BitTrue;
+use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
+use hoverlock_fixed_point::model::format::Format;
+use hoverlock_reference::image::picture::{Picture, data_dir};
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_rtl::design::buildable;
+use hoverlock_simulation::{Fault, Job, Outcome, Simulator, Streams, Trace, run};
+use port_bench::{noise, scenarios::SCENARIOS};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// How many designs are drawn, and the seed of the first.
+const DESIGNS: (u64, u64) = (20, 1);
+
+/// A frame with the thresholds that the design has pairs for.
+fn frame(design: &DesignPoint, picture: &Plane<u16>, thresholds: [u32; 3]) -> Job {
+    Job::of(design, design.samples(picture), &thresholds[..design.pairs()]).unwrap()
+}
+
+#[track_caller]
+fn exact(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Outcome {
+    let outcome = run(simulator, jobs, streams).unwrap();
+    assert!(outcome.pass(), "{}{outcome:#?}", simulator.design().to_toml());
+    outcome
+}
+
+fn paused(seed: u64) -> Streams {
+    Streams { source_pause: 0.3, sink_pause: 0.3, seed, ..Streams::default() }
+}
+
+/// The frame of a real picture, or noise where there is none.
+fn ground(design: &DesignPoint) -> Plane<u16> {
+    let (width, height) = (design.width as usize, design.height as usize);
+    match data_dir() {
+        Some(folder) => Picture::open(folder.join("textures/farmstead.png")).unwrap().crop(width, height).luma,
+        None => {
+            eprintln!("skipped: the real picture, noise takes its place; set HOVERLOCK_DATA");
+            noise(width, height, 1)
+        }
+    }
+}
+
+#[test]
+fn the_small_design_is_exact() {
+    shipped_is_exact("small");
+}
+
+/// From its ports: registers, status, resets, sizes, gaps, a sink that sleeps, and frames in random sequences.
+#[test]
+fn the_ports_of_the_small_design_behave() {
+    let design = DesignPoint::shipped("small").unwrap().unwrap();
+    let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
+    let wrong: Vec<String> = SCENARIOS
+        .iter()
+        .filter_map(|(name, scenario)| Some(format!("{name}: {}", scenario(&simulator).err()?)))
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let tally = sequence::campaign(&simulator, 1, 60).unwrap_or_else(|failed| panic!("{failed:?}"));
+    assert!(tally.records > 0, "{tally:?}");
+}
+
+/// Noise with low thresholds: two pairs find one pixel and the third the next one, so that a candidate is held.
+#[test]
+fn the_design_of_three_scale_pairs_is_exact() {
+    shipped_is_exact("three_scales");
+}
+
+fn shipped_is_exact(name: &str) {
+    let design = DesignPoint::shipped(name).unwrap().unwrap();
+    let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
+    let whole = frame(&design, &ground(&design), [2, 2, 2]);
+    let outcome = exact(&simulator, &vec![whole; 3], Streams::default());
+    assert_eq!(outcome.cycles_per_pixel, Some(1.0), "{outcome:#?}");
+    // Sizes at the limits of the design, changes of size, coefficients of its bits, faults, and pauses on both sides.
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let widest = design.width as usize;
+    let sizes = [(64, 64), (widest, 65), (widest - 1, 64), (65, 66), (65, 66), (128, 64), (128, 64)];
+    let mut jobs: Vec<Job> =
+        (0..).zip(sizes).map(|(seed, (w, h))| frame(&design, &noise(w, h, seed), [3, 2, 2])).collect();
+    for job in &mut jobs[1..] {
+        job.coefficients.iter_mut().for_each(|raw| *raw = random.random_range(0..=design.coefficient.max_raw() as u32));
+    }
+    jobs[3].automatic = Some(40);
+    jobs[4].automatic = Some(40);
+    jobs[5].fault = Fault::Short(1000);
+    exact(&simulator, &jobs, Streams::default());
+    for seed in 1..=3 {
+        exact(&simulator, &jobs, paused(seed));
+    }
+}
+
+/// A design that has a model and hardware, with everything drawn.
+fn drawn(random: &mut ChaCha8Rng) -> DesignPoint {
+    loop {
+        let pixel = random.random_range(8..=16);
+        let pairs = random.random_range(1..=3);
+        let mut look_ahead: Vec<u32> = (0..=pairs).map(|_| random.random_range(2..=6)).collect();
+        look_ahead.sort_unstable();
+        let narrow = random.random_range(0.8..2.5);
+        let design = DesignPoint {
+            width: random.random_range(64..=1400),
+            height: random.random_range(64..=1100),
+            pixel: Format::unsigned(pixel, 0),
+            state: Format::unsigned(pixel, random.random_range(0..=(18 - pixel).min(8))),
+            coefficient: Format::unsigned(0, random.random_range(7..=16)),
+            scale_pairs: pairs as u32,
+            sigmas: [1.0, 1.6, 2.4, 3.5][..=pairs].iter().map(|ratio| narrow * ratio).collect(),
+            look_ahead: look_ahead.into(),
+            dog_bits: random.random_range(6..=15),
+            threshold: AutomaticThreshold {
+                target: random.random_range(1..=1000),
+                initial: random.random_range(1..=60),
+            },
+            ring_radii: (0..pairs).map(|_| random.random_range(9..=16)).collect(),
+            candidate_queue: 64 << random.random_range(0..=4),
+            record_fifo: 64 << random.random_range(0..=4),
+        };
+        if buildable(&design).is_ok() && BitTrue::new(&design).is_ok() {
+            return design;
+        }
+    }
+}
+
+/// `HOVERLOCK_DESIGNS=N` draws N, `HOVERLOCK_SEED=S` others.
+#[test]
+#[ignore = "long: a minute for each design, 20 designs"]
+fn designs_drawn_at_random_are_exact() {
+    let number = |name: &str, default: u64| match std::env::var(name) {
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name}={text} is not a number")),
+        Err(_) => default,
+    };
+    let (count, first) = (number("HOVERLOCK_DESIGNS", DESIGNS.0), number("HOVERLOCK_SEED", DESIGNS.1));
+    for seed in first..first + count {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let design = drawn(&mut random);
+        eprintln!("seed {seed}: {}", design.to_toml().replace('\n', ", "));
+        let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
+        let widest = design.width as usize;
+        let sizes = [(widest, 64), (64, 70), (64, 70), (64, 70), (64.max(widest - 1), 65)];
+        let jobs: Vec<Job> =
+            (0..).zip(sizes).map(|(seed, (w, h))| frame(&design, &noise(w, h, seed), [2, 1, 1])).collect();
+        let outcome = exact(&simulator, &jobs, Streams::default());
+        assert_eq!(outcome.cycles_per_pixel, Some(1.0), "{outcome:#?}");
+        let paused = exact(&simulator, &jobs, paused(seed));
+        eprintln!("seed {seed}: {} samples, {} features, 0 mismatches", paused.samples, paused.features);
+    }
+}

@@ -1,0 +1,214 @@
+//! Why a fault that no test finds is harmless: a claim that is proved with the fault in place, or a numbered hole.
+
+use std::{path::Path, sync::LazyLock, time::Duration};
+
+use hoverlock_formal::{
+    claim::{Claim, shipped},
+    prove::{Changed, Place, Status, Task, holds_with, run},
+};
+
+use crate::mutation::{Kind, Mutant, Source, by_hand, is_proved_equivalent};
+
+/// What shows that a fault is harmless.
+#[derive(Clone, Copy)]
+enum Shown {
+    /// A claim of `formal/`, which holds with the fault; `*` in its name stands for the module's.
+    By(&'static str),
+    /// The same, of steps after a reset: that nothing counts before is a hole, `FIRST_SAMPLE`.
+    Later(&'static str),
+    /// An argument in words: a hole of `formal/README.md`, by its number.
+    Hole(u32),
+}
+
+use Shown::{By, Hole, Later};
+
+/// The module's name, or the instance's, or module/instance, up to a `*`; kinds, a part of the original text, a part of
+/// the fault, the reason, what shows it.
+type Harmless = (&'static str, &'static [Kind], &'static str, &'static str, &'static str, Shown);
+
+const RESETS: &[Kind] = &[Kind::Reset, Kind::ResetValue];
+/// The argument from a claim about steps to the frame: the first sample that counts comes later.
+const FIRST_SAMPLE: u32 = 10;
+/// Outputs and upper bits that nothing uses.
+const UNUSED: u32 = 16;
+/// A flag wired to a reset, where rows are far enough apart.
+const FLAG: u32 = 17;
+const POSITION: &str = "the address of a circular memory may begin anywhere";
+const ROWS: &str = "what a reset leaves in the rows has left them within 64 steps";
+const MARKER: &str = "a false marker is overtaken by the true one in the next stage; it only loads a coefficient early";
+const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
+const HARMLESS: &[Harmless] = &[
+    ("delay_*", RESETS, "", "", POSITION, Later("delay")),
+    ("flag_delay_8", RESETS, "", "", "flags of ring points, data that come after those of the reset", Later("delay")),
+    ("ring_taps*", RESETS, "", "", POSITION, Later("*")),
+    (
+        "ring_taps*",
+        &[Kind::Memory],
+        "_memory[",
+        "_position]",
+        "memories of one length have one address",
+        By("*_aligned"),
+    ),
+    (
+        "ring_taps*",
+        &[Kind::Comparison],
+        "_position == ",
+        "_position >= ",
+        "an address never exceeds the last one",
+        Later("*"),
+    ),
+    // The marker that a stage passes on starts the cursors of the decisions, where it is a stage of the wide smoother.
+    ("row_look_back_border*", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("row_look_ahead_border*", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("smoother_5/row_look_back*", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("smoother_5/row_look_ahead*", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("pulse_delay_24", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    (
+        "row_look_back*",
+        &[Kind::Wiring],
+        "reset",
+        "first_delay_y",
+        "the flag comes when the count is 0 already",
+        Hole(FLAG),
+    ),
+    (
+        "row_look_ahead*",
+        &[Kind::Wiring],
+        "reset",
+        "loads",
+        "the frame's marker comes when the count is 0 already",
+        Hole(FLAG),
+    ),
+    (
+        "row_look_ahead*",
+        &[Kind::Operator],
+        "remaining - ",
+        "remaining + ",
+        "the count begins at half of its range: counting up or down, it is 0 after the same number of steps",
+        By("row_look_ahead_border"),
+    ),
+    ("frame_delay_1x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_2x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_4x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_8x4", RESETS, "", "", MARKER, Later("markers")),
+    ("frame_delay_16x4", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_0", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_1", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_2", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_3", RESETS, "", "", MARKER, Later("markers")),
+    ("column_look_ahead_4", RESETS, "", "", MARKER, Later("markers")),
+    ("sequencer", RESETS, "1'd0", "", "x and y are set as a frame begins, before they count", By("unset_registers")),
+    ("sequencer", RESETS, "1'b0", "same", "sizes are compared again before a beat can be taken", By("sequencer")),
+    (
+        "sequencer",
+        RESETS,
+        "3'd0",
+        "own",
+        "the error bits of a frame are cleared as the next begins",
+        By("unset_registers"),
+    ),
+    ("tail_counter", RESETS, "10'd0", "x", "x is set as the tail begins, before it counts", By("unset_registers")),
+    ("extractor", &[Kind::Width], "writer_count", "", COUNTS, Hole(UNUSED)),
+    ("extractor", &[Kind::Width], "writer_dropped", "", COUNTS, Hole(UNUSED)),
+    ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS, Hole(UNUSED)),
+    ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_dropped", "<< 19", COUNTS, Hole(UNUSED)),
+    (
+        "smoother_5",
+        &[Kind::Stuck],
+        "column_start_y",
+        "",
+        "only the columns_done of the wide smoother is used",
+        Hole(UNUSED),
+    ),
+    ("smoother_5", &[Kind::Stuck], "row_start_y", "", "only the start_out of the wide smoother is used", Hole(UNUSED)),
+];
+
+/// The same of modules that the default design lacks.
+const ELSEWHERE: &[Harmless] = &[
+    ("pulse_delay_16", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("row_look_back_1/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
+    (
+        "sequencer",
+        &[Kind::Stuck, Kind::Width],
+        "new_width",
+        "",
+        "wider frames are refused, so none has the highest bit",
+        Hole(UNUSED),
+    ),
+];
+
+/// The folder of the committed files.
+pub fn verilog() -> &'static Path {
+    static FOLDER: LazyLock<std::path::PathBuf> =
+        LazyLock::new(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/verilog"));
+    &FOLDER
+}
+
+/// The module that a fault is in: the instance's, where it is in what an instance is connected to.
+fn module(mutant: &Mutant) -> &str {
+    mutant.at.as_ref().unwrap_or(&mutant.module)
+}
+
+/// Whether a row is about a fault.
+fn fits(&(place, kinds, original, fault, ..): &Harmless, mutant: &Mutant) -> bool {
+    let at = module(mutant);
+    let name = if place.contains('/') { format!("{}/{at}", mutant.module) } else { at.to_owned() };
+    place.strip_suffix('*').map_or(name == place, |family| name.starts_with(family))
+        && kinds.contains(&mutant.kind)
+        && mutant.original.contains(original)
+        && mutant.fault.contains(fault)
+}
+
+/// Why a fault of a design other than the default is harmless: as the same fault of the default design is, for which
+/// the claim is proved.
+pub fn reason_in_another_design(sources: &[Source], mutant: &Mutant) -> Option<String> {
+    let row = HARMLESS.iter().chain(ELSEWHERE).find(|row| fits(row, mutant));
+    let in_words = row.map(|(.., words, shown)| match shown {
+        By(claim) | Later(claim) => {
+            format!("{words}: claim `{}` shows it of the default design", claim.replace('*', module(mutant)))
+        }
+        Hole(number) => format!("{words}: hole {number}"),
+    });
+    in_words.or_else(|| equivalent(sources, mutant))
+}
+
+/// Why a fault is harmless, after a proof of it; `None` where nothing shows it.
+pub fn reason(sources: &[Source], mutant: &Mutant) -> Option<String> {
+    let (words, shown) = match HARMLESS.iter().find(|row| fits(row, mutant)) {
+        Some((.., words, shown)) => (words, shown),
+        None => return equivalent(sources, mutant),
+    };
+    let (name, and) = match shown {
+        By(name) => (name, String::new()),
+        Later(name) => (name, format!(", hole {FIRST_SAMPLE}")),
+        Hole(number) => return Some(format!("{words}: hole {number}")),
+    };
+    let name = name.replace('*', module(mutant));
+    let claim = shipped().ok()?.into_iter().find(|claim| claim.name == name)?;
+    holds(&claim, sources, mutant)
+        .then(|| format!("{words}: claim `{name}` holds with it{and}"))
+        .or_else(|| equivalent(sources, mutant))
+}
+
+fn equivalent(sources: &[Source], mutant: &Mutant) -> Option<String> {
+    is_proved_equivalent(sources, mutant).then(|| "Yosys proves both equivalent".to_owned())
+}
+
+/// Whether a claim is proved with the fault. Where the fault is in the reset of an instance, and the claim is about the
+/// instance and any state that a reset may leave, its proof is that without the fault.
+fn holds(claim: &Claim, sources: &[Source], mutant: &Mutant) -> bool {
+    let out = tempfile::tempdir().unwrap();
+    let place = Place { sources: verilog(), out: out.path(), limit: Duration::from_secs(600) };
+    let file = format!("{}.v", mutant.module);
+    let proved = if claim.sources.contains(&file) {
+        let Some(source) = sources.iter().find(|source| source.module == mutant.module) else { return false };
+        holds_with(claim, &Changed { file, text: by_hand(source, mutant) }, &place)
+    } else {
+        let instance = mutant.at.as_ref().is_some_and(|at| claim.sources.contains(&format!("{at}.v")));
+        if !instance || mutant.kind != Kind::Reset {
+            return false;
+        }
+        run(claim, Task::Proof, &place)
+    };
+    proved.is_ok_and(|outcome| outcome.status == Status::Proved)
+}

@@ -1,0 +1,57 @@
+//! The top from its ports: registers, status, interrupt, resets, sizes, gaps, automatic thresholds, a sink that is not
+//! ready.
+
+mod port_bench;
+
+use std::sync::LazyLock;
+
+use hoverlock_simulation::Simulator;
+use port_bench::scenarios::{self, SCENARIOS};
+use proptest::prelude::*;
+
+static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
+
+fn passes(name: &str) {
+    let (_, scenario) = SCENARIOS.iter().find(|(this, _)| *this == name).unwrap();
+    scenario(&SIMULATOR).unwrap_or_else(|failure| panic!("{failure}"));
+}
+
+macro_rules! scenarios {
+    ($($test:ident: $name:literal;)*) => {$(
+        #[test]
+        fn $test() {
+            passes($name);
+        }
+    )*};
+}
+
+scenarios! {
+    every_register_reads_and_writes_as_documented: "registers";
+    status_bits_are_sticky_and_the_interrupt_follows_them: "status";
+    frames_back_to_back_keep_their_coefficients_and_thresholds: "frames";
+    faulty_frames_are_reported_once_and_leave_their_neighbours_exact: "faults";
+    impossible_sizes_are_refused_and_sizes_change_in_all_directions: "sizes";
+    frames_begin_at_any_phase_of_the_drain: "gaps";
+    a_disabled_core_drains_under_a_stream_that_goes_on: "disabled";
+    a_reset_at_any_moment_leaves_nothing_behind: "resets";
+    thresholds_follow_the_count: "automatic";
+    a_full_fifo_drops_and_counts_then_stops_the_video: "overflow";
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn any_gap_between_frames(cycles in 0u64..7000, pauses in prop_oneof![Just(0.0), 0.0..0.5], seed: u64) {
+        if let Err(failure) = scenarios::gap(&SIMULATOR, cycles, pauses, seed) {
+            prop_assert!(false, "{}", failure);
+        }
+    }
+
+    #[test]
+    fn a_reset_at_any_cycle(moment in 0u64..12_000, software: bool, seed: u64) {
+        if let Err(failure) = scenarios::reset_at(&SIMULATOR, moment, software, seed) {
+            prop_assert!(false, "{}", failure);
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Yosys is run once for a given Verilog: its netlist waits in the user's cache folder under the hash of all that it
+//! depends on.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use sha2::{Digest, Sha256};
+
+use crate::{
+    Estimate, EstimateError, derive,
+    memory::memories,
+    netlist::{Flat, Netlist},
+};
+use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_rtl::emission::{File, verilog::verilog};
+
+const TOP: &str = "hoverlock_top";
+
+/// Estimates the Verilog that is simulated: that of a folder, or else the committed files for the default design and
+/// the emission for others. `step` is called with the current pass of Yosys, if it has to run, which takes some
+/// minutes.
+///
+/// # Errors
+/// Where the folder has no Verilog, Yosys is missing or fails, or what it made is not the design.
+pub fn estimate(
+    design: &DesignPoint,
+    folder: Option<&Path>,
+    step: &mut dyn FnMut(&str),
+) -> Result<Estimate, EstimateError> {
+    let sources = verilog(design, folder)?
+        .iter()
+        .map(|path| {
+            let text = fs::read_to_string(path).map_err(at(path))?;
+            Ok(File { path: path.to_string_lossy().into_owned(), text })
+        })
+        .collect::<Result<Vec<_>, EstimateError>>()?;
+    of(&sources, TOP, step)
+}
+
+/// Sizes Verilog files below their top, whatever their order: Yosys's result depends on the order in which it reads
+/// them, so they are read by name.
+///
+/// # Errors
+/// As [`estimate`].
+pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Estimate, EstimateError> {
+    let version = Command::new("yosys").arg("-V").output().map_err(EstimateError::Missing)?;
+    let version = String::from_utf8_lossy(&version.stdout).trim().to_owned();
+    if !version.starts_with("Yosys ") || version.lines().count() != 1 {
+        let reason = "`yosys -V` does not name a version, so this is no working Yosys; install Debian's package yosys";
+        return Err(EstimateError::Failed(reason.into()));
+    }
+    let mut sources: Vec<&File> = sources.iter().collect();
+    sources.sort_by_key(|file| file_name(file));
+    let script = script(&sources, top);
+    let mut digest = Sha256::new();
+    digest.update(&version);
+    digest.update(&script);
+    sources.iter().for_each(|file| digest.update(&file.text));
+    let name: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let folder = hoverlock_cache::folder()?.join("estimate");
+    let netlist = folder.join(format!("{name}.json"));
+    if !netlist.exists() {
+        fs::create_dir_all(&folder).map_err(at(&folder))?;
+        let work = tempfile::tempdir_in(&folder).map_err(at(&folder))?;
+        synthesise(work.path(), &sources, &script, step)?;
+        fs::rename(work.path().join("netlist.json"), &netlist).map_err(at(&netlist))?;
+        // A netlist of this design has 13 MB; those of earlier versions of it would pile up.
+        hoverlock_cache::prune(&folder, hoverlock_cache::KEPT);
+    } else {
+        hoverlock_cache::touch(&netlist);
+    }
+    step("reading the netlist");
+    let text = fs::read(&netlist).map_err(at(&netlist))?;
+    let parsed: Netlist = serde_json::from_slice(&text)
+        .map_err(|error| EstimateError::Failed(format!("{}: {error}; delete this file", netlist.display())))?;
+    let flat = Flat::of(&parsed, top)?;
+    let memories = memories(sources.iter().map(|file| file.text.as_str()), &flat)?;
+    derive(version, &flat, memories)
+}
+
+fn at(path: &Path) -> impl FnOnce(std::io::Error) -> EstimateError {
+    let path = PathBuf::from(path);
+    move |source| EstimateError::File { path, source }
+}
+
+/// The name of a source in the folder where Yosys runs.
+fn file_name(file: &File) -> &str {
+    file.path.rsplit('/').next().unwrap_or_default()
+}
+
+fn script(sources: &[&File], top: &str) -> String {
+    let read: String = sources.iter().map(|file| format!("read_verilog {}\n", file_name(file))).collect();
+    format!("{read}synth_intel_alm -family arriav -noflatten -top {top}\nwrite_json netlist.json\n")
+}
+
+fn synthesise(folder: &Path, sources: &[&File], script: &str, step: &mut dyn FnMut(&str)) -> Result<(), EstimateError> {
+    for file in sources {
+        let path = folder.join(file_name(file));
+        fs::write(&path, &file.text).map_err(at(&path))?;
+    }
+    let (run, log) = (folder.join("run.ys"), folder.join("stderr"));
+    fs::write(&run, script).map_err(at(&run))?;
+    let errors = fs::File::create(&log).map_err(at(&log))?;
+    let mut yosys = Command::new("yosys")
+        .current_dir(folder)
+        .arg("run.ys")
+        .stdout(Stdio::piped())
+        .stderr(errors)
+        .spawn()
+        .map_err(EstimateError::Missing)?;
+    // Each pass is announced like "2.25.3. Executing OPT_EXPR pass (...)".
+    for line in yosys.stdout.take().map(BufReader::new).into_iter().flat_map(BufRead::lines).map_while(Result::ok) {
+        if let Some((_, pass)) = line.split_once(". Executing ").filter(|(number, _)| number.len() < 16) {
+            step(pass.split(" (").next().unwrap_or(pass).trim_end_matches('.'));
+        }
+    }
+    let status = yosys.wait().map_err(EstimateError::Missing)?;
+    if !status.success() {
+        let text = fs::read_to_string(&log).unwrap_or_default();
+        let reason = text.lines().find(|line| line.contains("ERROR: ")).unwrap_or("no reason given");
+        return Err(EstimateError::Failed(reason.replacen("ERROR: ", "", 1)));
+    }
+    Ok(())
+}
