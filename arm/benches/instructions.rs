@@ -9,7 +9,7 @@ mod support;
 use hoverlock_arm::message::{self, Command as Order, Telemetry};
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, TWO_PAIR_WORDS, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
-use hoverlock_reference::image::picture::{Picture, data_dir, newcomer_dir};
+use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::error::Error;
@@ -161,7 +161,7 @@ fn picture() -> Result<Sample, Box<dyn Error>> {
     let folder = newcomer_dir().ok_or("no photographs; run `make demo` once, which fetches them")?;
     // The only one of them that is large enough.
     let path = folder.join("aloeL.jpg");
-    let frame = Picture::open(&path)?.frame().luma;
+    let frame = Picture::open(&path)?.crop(KT27.width as usize, KT27.height as usize).luma;
     if (frame.width(), frame.height()) != scene::SIZE {
         return Err(format!("{} has {} x {} pixels", path.display(), frame.width(), frame.height()).into());
     }

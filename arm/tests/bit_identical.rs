@@ -2,7 +2,7 @@
 
 mod support;
 
-use hoverlock_reference::image::picture::data_dir;
+use hoverlock_pictures::data_dir;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use hoverlock_reference::image::picture;
 use serde::Serialize;
 
 use crate::Verdict;
@@ -99,7 +98,7 @@ fn numbers(version: &str) -> &str {
 
 /// The newcomer's pictures, which the bootstrap fetches.
 fn pictures() -> Tool {
-    let folder = picture::newcomer_dir().filter(|folder| folder.join("aero1.jpg").is_file());
+    let folder = hoverlock_pictures::newcomer_dir().filter(|folder| folder.join("aero1.jpg").is_file());
     Tool {
         name: "opencv-doc pictures".to_owned(),
         found: folder.is_some(),

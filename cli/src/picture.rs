@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use hoverlock_reference::image::picture::{Limits, MEGAPIXELS, Picture, PictureFile, centre};
+use hoverlock_pictures::{Limits, MEGAPIXELS, Picture, PictureFile, centre};
 
 use crate::output::say;
 

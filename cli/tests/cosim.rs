@@ -9,7 +9,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use hoverlock_reference::image::picture::data_dir;
+use hoverlock_pictures::data_dir;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
 use nalgebra::Vector3;

@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use hoverlock_reference::image::picture::data_dir;
+use hoverlock_pictures::data_dir;
 use hoverlock_reference::image::plane::Plane;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
@@ -203,7 +203,7 @@ fn real_neighbours_are_found_within_two_pixels() {
     assert_eq!(all.len(), 15);
     let mut failed = Vec::new();
     for pair in &all {
-        let luma = hoverlock_reference::image::picture::Picture::open(&pair.reference).unwrap().luma;
+        let luma = hoverlock_pictures::Picture::open(&pair.reference).unwrap().luma;
         let (x, y) = ((luma.width() as f64 - 1.0) / 2.0, (luma.height() as f64 - 1.0) / 2.0);
         let (expected_x, expected_y) = place(&pair.truth, x, y);
         for features in ["float", "fixed"] {

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use hoverlock_reference::image::picture::{data_dir, newcomer_dir};
+use hoverlock_pictures::{data_dir, newcomer_dir};
 use image::{GrayImage, ImageBuffer, Luma};
 
 fn report(arguments: &[&str]) -> Output {

@@ -42,7 +42,7 @@ mod thing;
 mod view;
 mod water;
 
-use hoverlock_reference::image::picture::{Picture, PictureError};
+use hoverlock_pictures::{Picture, PictureError};
 use hoverlock_reference::image::plane::Plane;
 use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -120,7 +120,7 @@ enum Surface {
     Water(Waves),
 }
 
-/// Scattered light relative to white ground in full sun, as in `hoverlock_reference::image::conditions`.
+/// Scattered light relative to white ground in full sun, as in `hoverlock_pictures::conditions`.
 const AIR_LIGHT: f32 = 0.55;
 /// Light from the sky: what is left of the sunlight in a shadow.
 const SKY: f32 = 0.3;

@@ -11,8 +11,8 @@ use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::model::design::KT27;
-use hoverlock_reference::image::conditions::CONDITIONS;
-use hoverlock_reference::image::picture::Picture;
+use hoverlock_pictures::Picture;
+use hoverlock_pictures::conditions::CONDITIONS;
 
 fn pictures(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
          maxlbp_flips_percent,sign_flips_percent,features,same_pixel_percent,within_one_px_percent"
     );
     for path in found {
-        let frame = Picture::open(&path)?.frame().luma;
+        let frame = Picture::open(&path)?.crop(KT27.width as usize, KT27.height as usize).luma;
         let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
         let name = format!("{folder}/{}", path.file_stem().unwrap_or_default().to_string_lossy());
         for condition in CONDITIONS {

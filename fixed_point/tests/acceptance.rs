@@ -8,8 +8,8 @@ use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_reference::image::conditions::{CONDITIONS, NOMINAL};
-use hoverlock_reference::image::picture::{Picture, data_dir, newcomer_dir};
+use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
+use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
 use hoverlock_reference::image::plane::Plane;
 
 fn failures(what: &str, checks: Vec<Check>) -> Vec<String> {
@@ -110,7 +110,7 @@ fn real_pictures_pass_the_bounds_under_three_conditions() {
     let (bounds, levels) = (Bounds::acceptance(), Levels::new(&KT27).unwrap());
     let mut failed = Vec::new();
     for path in pictures("real_pictures_pass_the_bounds_under_three_conditions") {
-        let frame = Picture::open(&path).unwrap().frame().luma;
+        let frame = Picture::open(&path).unwrap().crop(KT27.width as usize, KT27.height as usize).luma;
         for condition in CONDITIONS {
             let degraded = condition.apply(&frame, bounds.seeds.of(&condition));
             let comparison = Comparison::of_frame(&levels, &degraded, bounds).unwrap();

@@ -3,7 +3,7 @@
 use hoverlock_fixed_point::model::bit_true::{BitTrue, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
-use hoverlock_reference::image::picture::{Picture, data_dir};
+use hoverlock_pictures::{Picture, data_dir};
 use std::io::Write as _;
 
 #[test]
@@ -26,7 +26,7 @@ fn simd_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
     let mut simd = SimdBitTrue::new(&KT27).unwrap();
     let mut portable = simd.clone();
     for path in files {
-        let frame = Picture::open(&path).unwrap().frame().luma;
+        let frame = Picture::open(&path).unwrap().crop(KT27.width as usize, KT27.height as usize).luma;
         let planes = model.planes(&frame);
         assert_eq!(planes.saturated, [0, 0], "{}", path.display());
         let mut controller = ThresholdController::new(&KT27);

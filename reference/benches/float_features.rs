@@ -6,11 +6,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use hoverlock_pictures::Picture;
 use hoverlock_reference::features::dog::SIGMAS;
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::maxlbp::Ring;
-use hoverlock_reference::image::picture::Picture;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::smoother::Smoother;
@@ -27,7 +27,7 @@ fn texture() -> Plane<u16> {
 
 fn frame() -> Plane<u16> {
     match std::env::var_os("HOVERLOCK_PICTURE") {
-        Some(path) => Picture::open(path).expect("HOVERLOCK_PICTURE names a picture").frame().luma,
+        Some(path) => Picture::open(path).expect("HOVERLOCK_PICTURE names a picture").crop(1024, 768).luma,
         None => texture(),
     }
 }

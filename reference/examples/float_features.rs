@@ -5,9 +5,9 @@
 
 use std::{process::ExitCode, time::Instant};
 
+use hoverlock_pictures::Picture;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
-use hoverlock_reference::image::picture::Picture;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -27,7 +27,7 @@ fn main() -> ExitCode {
 }
 
 fn measure(path: &str, runs: usize) -> Result<(), Box<dyn std::error::Error>> {
-    let frame = Picture::open(path)?.frame();
+    let frame = Picture::open(path)?.crop(1024, 768);
     let mut extractor = FastExtractor::new(Selection::default())?;
     // The first run sizes the buffers.
     let features = extractor.extract(&frame.luma).len();

@@ -6,7 +6,7 @@
 //!
 //! | folder | step |
 //! |---|---|
-//! | [`image`] | a picture file becomes a plane of samples; seeded degradations of it |
+//! | [`image`] | the plane of samples that every step reads and writes |
 //! | [`smoothing`] | the Gaussian and its recursive approximations |
 //! | [`features`] | DoG, maxima, MaxLBP descriptors |
 //! | [`motion`] | matching, RANSAC, and the displacement in pixels and metres |

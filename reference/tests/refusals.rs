@@ -5,11 +5,11 @@
 #[allow(dead_code, reason = "the benchmark uses all of it")]
 mod scene;
 
+use hoverlock_pictures::Picture;
+use hoverlock_pictures::conditions::Condition;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;
-use hoverlock_reference::image::conditions::Condition;
-use hoverlock_reference::image::picture::Picture;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::{Estimate, Estimator};
 use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate, Matching};
@@ -197,14 +197,15 @@ fn every_case_of_confident_nonsense_is_refused() {
 #[test]
 #[ignore = "a minute over all real pictures"]
 fn unrelated_ground_is_refused() {
-    let Some(folder) = hoverlock_reference::image::picture::data_dir() else {
+    let Some(folder) = hoverlock_pictures::data_dir() else {
         eprintln!("SKIPPED: unrelated_ground_is_refused: set HOVERLOCK_DATA to the picture folder");
         return;
     };
     let mut files: Vec<_> = std::fs::read_dir(folder.join("textures")).unwrap().map(|e| e.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|e| e == "png"));
     files.sort();
-    let seen: Vec<_> = files.iter().map(|path| features(&Picture::open(path).unwrap().frame().luma)).collect();
+    let seen: Vec<_> =
+        files.iter().map(|path| features(&Picture::open(path).unwrap().crop(WIDTH, HEIGHT).luma)).collect();
     let mut refused = 0;
     for (i, from) in seen.iter().enumerate() {
         for (j, to) in seen.iter().enumerate().filter(|(j, _)| *j != i) {

@@ -21,6 +21,7 @@ pub mod page;
 pub mod plot;
 pub mod provenance;
 pub mod ranges;
+pub mod repeatability;
 pub mod still;
 pub mod study;
 pub mod sweep;

@@ -4,6 +4,7 @@
 //! added: *approximation*, `recursive` and `streaming` against `ideal` (the sampled Gaussian), and *quantisation*,
 //! `quantised` and `bit_true` against `streaming`.
 
+use crate::repeatability::{self, Curve};
 use hoverlock_fixed_point::analysis::acceptance::{
     Comparison, Reference, SigmaEff, check_coefficients, response, sigma_eff,
 };
@@ -14,9 +15,7 @@ use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
 use hoverlock_fixed_point::analysis::range::Ranges;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_reference::features::repeatability::{self, Curve};
-use hoverlock_reference::image::conditions::{CONDITIONS, Condition, NOMINAL};
-use hoverlock_reference::image::picture;
+use hoverlock_pictures::conditions::{CONDITIONS, Condition, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -258,7 +257,8 @@ pub fn run(
     let (sweeps, alternatives) = sweep::run(design, subjects, bounds, step)?;
     let chains = subjects.first().map(|subject| chains(&levels, subject, bounds)).unwrap_or_default();
     let repeatability = match subjects.first() {
-        Some(subject) => repeatability::curves(&subject.picture)?,
+        // A property of the algorithm, so at one frame size whatever the design.
+        Some(subject) => repeatability::curves(&subject.picture, (KT27.width as usize, KT27.height as usize))?,
         None => Vec::new(),
     };
     step("repeatability");
@@ -372,7 +372,7 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
             worst_kept = kept;
             figures.features = overlay(&frame, &comparison, condition.name);
         }
-        let (gain, sha256) = (condition.gain(seed), picture::sha256(&frame));
+        let (gain, sha256) = (condition.gain(seed), hoverlock_pictures::sha256(&frame));
         conditions.push(ConditionStudy { condition, seed, gain, sha256, comparison });
         step(&format!("{}, {}", subject.name, condition.name));
     }
@@ -381,7 +381,7 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
     step(&format!("{}, displacement", subject.name));
     let frame = (subject.frame.width(), subject.frame.height());
     let whole = (subject.picture.width(), subject.picture.height());
-    let (name, sha256) = (subject.name.clone(), picture::sha256(&subject.picture));
+    let (name, sha256) = (subject.name.clone(), hoverlock_pictures::sha256(&subject.picture));
     Measured {
         picture: PictureStudy { name, sha256, whole, frame, conditions, displacements, figures },
         errors,

@@ -14,7 +14,7 @@ use hoverlock_fixed_point::analysis::resources::{Resources, resources};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_fixed_point::model::format::Format;
-use hoverlock_reference::image::conditions::{CONDITIONS, Condition};
+use hoverlock_pictures::conditions::{CONDITIONS, Condition};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -9,7 +9,7 @@ mod sequence;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
 use hoverlock_fixed_point::model::format::Format;
-use hoverlock_reference::image::picture::{Picture, data_dir};
+use hoverlock_pictures::{Picture, data_dir};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::design::buildable;
 use hoverlock_simulation::{Fault, Job, Outcome, Simulator, Streams, Trace, run};

@@ -9,7 +9,7 @@ pub use hoverlock_arm::source::Source;
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
-use hoverlock_reference::image::picture::Picture;
+use hoverlock_pictures::Picture;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_reference::motion::pose::Sensors;
 use std::io;
@@ -50,7 +50,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
     let mut source = Source::default();
     let (mut yaw, mut range) = (0.0, RANGE);
     for (number, path) in files.iter().enumerate() {
-        let frame = Picture::open(path).map_err(io::Error::other)?.frame().luma;
+        let frame = Picture::open(path).map_err(io::Error::other)?.crop(KT27.width as usize, KT27.height as usize).luma;
         if number == 0 {
             source.start(frame.width(), frame.height());
             // A camera that has looked at this ground for a while.

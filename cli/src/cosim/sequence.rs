@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use hoverlock_arm::message::Telemetry;
-use hoverlock_reference::image::picture::{FRAME_HEIGHT, FRAME_WIDTH};
+use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::{Pair, transfer};
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
@@ -72,13 +72,13 @@ pub fn read(folder: &Path, limit: &Limit) -> Result<Sequence> {
     let (mut frames, mut names) = (Vec::<Plane<u16>>::new(), Vec::new());
     let (mut whole, mut corner) = ((0, 0), (0, 0));
     for path in &files {
-        let picture = open(path, limit, LEAST_SIDE, Some((FRAME_WIDTH, FRAME_HEIGHT)))?;
+        let picture = open(path, limit, LEAST_SIDE, Some((KT27.width as usize, KT27.height as usize)))?;
         let size = (picture.luma.width(), picture.luma.height());
         if !frames.is_empty() && size != whole {
             let ((w, h), (first_w, first_h)) = (size, whole);
             bail!("{}: is {w}x{h}, and the frames before are {first_w}x{first_h}", path.display());
         }
-        let frame = picture.frame();
+        let frame = picture.crop(KT27.width as usize, KT27.height as usize);
         (whole, corner) = (size, (frame.x, frame.y));
         frames.push(frame.luma);
         names.push(path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hoverlock_reference::image::picture::{Limits, PictureFile, newcomer_dir};
+use hoverlock_pictures::{Limits, PictureFile, newcomer_dir};
 use toml::de::{DeTable, DeValue};
 
 use super::{Ground, Relief, Scene};

@@ -6,7 +6,7 @@
 
 use std::sync::LazyLock;
 
-use hoverlock_reference::image::conditions::{COMBINED, Condition, FOG};
+use hoverlock_pictures::conditions::{COMBINED, Condition, FOG};
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::errors::Region;

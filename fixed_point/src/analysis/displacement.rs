@@ -13,8 +13,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use hoverlock_pictures::conditions::Condition;
 use hoverlock_reference::features::feature::Feature;
-use hoverlock_reference::image::conditions::Condition;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::Estimator;
 use hoverlock_reference::motion::model::{Model, transfer};

@@ -1,7 +1,7 @@
 //! The thirteen conditions of the benchmark: a flight, and what air and camera do to CUR and REF.
 
 use crate::scene::Course;
-use hoverlock_reference::image::conditions::Condition;
+use hoverlock_pictures::conditions::Condition;
 
 /// One row of the benchmark.
 pub struct Case {

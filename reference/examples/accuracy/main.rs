@@ -18,9 +18,9 @@ mod conditions;
 mod scene;
 
 use conditions::{CASES, Case, is_tuning};
+use hoverlock_pictures::Picture;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
-use hoverlock_reference::image::picture::Picture;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::{Estimator, pairs};
 use hoverlock_reference::motion::model::{Pair, transfer};

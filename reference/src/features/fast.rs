@@ -402,12 +402,10 @@ fn max_dog(planes: &[f32], pitch: usize, at: usize) -> f32 {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use std::io::Write as _;
 
     use super::*;
-    use crate::features::extractor::{extract, features, layers};
+    use crate::features::extractor::{features, layers};
     use crate::features::maxlbp::LARGEST_RING;
-    use crate::image::picture::{Picture, data_dir, newcomer_dir};
     use crate::smoothing::recursive::border::Border;
     use crate::smoothing::smoother::Smoother;
 
@@ -550,45 +548,5 @@ mod tests {
         let found = FastExtractor::new(Selection::default()).unwrap().extract(&frame);
         assert_eq!(found.iter().map(key).collect::<Vec<_>>(), [(18, 18, 0), (18, 18, 1)]);
         assert!(found.iter().all(|f| f.bright));
-    }
-
-    #[test]
-    fn features_of_real_pictures_agree_with_the_f64_path() {
-        let mut paths = Vec::new();
-        if let Some(folder) = data_dir().map(|folder| folder.join("textures")) {
-            paths.extend(["forest_canopy.png", "pasture_low_texture.png"].map(|name| folder.join(name)));
-        }
-        if let Some(folder) = newcomer_dir() {
-            paths.extend(["aero1.jpg", "aero3.jpg"].map(|name| folder.join(name)));
-        }
-        paths.retain(|path| path.is_file());
-        if paths.is_empty() {
-            writeln!(
-                std::io::stderr(),
-                "SKIPPED: features_of_real_pictures_agree_with_the_f64_path: run `make demo` for the photographs, \
-                 or set HOVERLOCK_DATA to the picture folder"
-            )
-            .expect("stderr is open");
-        }
-        for path in paths {
-            let name = path.display();
-            let frame = Picture::open(&path).unwrap().frame().luma;
-            let clear = extract(&frame, &SIGMAS, &Ring::defaults(), clear, &Selection::default());
-            let fast = FastExtractor::new(Selection::default()).unwrap().extract(&frame);
-            let same: Vec<(&Feature, &Feature)> =
-                fast.iter().filter_map(|f| Some((f, &clear[clear.binary_search_by_key(&key(f), key).ok()?]))).collect();
-            let error = same.iter().map(|(a, b)| (a.response - b.response).abs()).fold(0.0, f64::max);
-            let flips: u32 = same.iter().map(|(a, b)| a.descriptor.hamming(&b.descriptor, false)).sum();
-            eprintln!(
-                "{name}: {} of {} kept, response error {error:.4} DN, {flips} bits flipped",
-                same.len(),
-                clear.len()
-            );
-            assert!(clear.len() == 1000 && fast.len() == 1000);
-            assert!(same.len() >= 990, "{name}: {} of 1000 kept", same.len());
-            assert!(error < TOLERANCE, "{name}: {error} DN");
-            // 0.05 % of the bits is the acceptance bound of the fixed-point model at nominal contrast.
-            assert!(f64::from(flips) <= 0.0005 * 128.0 * same.len() as f64, "{name}: {flips} bits flipped");
-        }
     }
 }

@@ -6,8 +6,5 @@ pub mod dog;
 pub mod extractor;
 pub mod fast;
 pub mod feature;
-pub mod lbp;
 pub mod maxima;
 pub mod maxlbp;
-#[cfg(feature = "pictures")]
-pub mod repeatability;

@@ -1,7 +1,3 @@
-//! From a picture file to a plane of 16-bit luma samples, and seeded degradations of such a plane.
+//! A plane of samples in raster order.
 
-#[cfg(feature = "pictures")]
-pub mod conditions;
-#[cfg(feature = "pictures")]
-pub mod picture;
 pub mod plane;

@@ -10,8 +10,7 @@ use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::model::design::DesignPoint;
-use hoverlock_reference::image::conditions::{CONDITIONS, NOMINAL};
-use hoverlock_reference::image::picture;
+use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -117,7 +116,7 @@ pub struct Bench<'a> {
 impl<'a> Bench<'a> {
     /// The pictures of a search. `build` names the program: results of another one are not taken over.
     pub fn new(subjects: &'a [Subject], build: &str) -> Self {
-        let hashes = subjects.iter().map(|subject| picture::sha256(&subject.frame)).collect();
+        let hashes = subjects.iter().map(|subject| hoverlock_pictures::sha256(&subject.frame)).collect();
         Self { subjects, hashes, build: build.into(), last: None, motions: HashMap::new() }
     }
 

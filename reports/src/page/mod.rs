@@ -19,7 +19,7 @@ mod tiles;
 mod word_lengths;
 
 use hoverlock_fixed_point::analysis::bounds::Bounds;
-use hoverlock_reference::image::conditions::CONDITIONS;
+use hoverlock_pictures::conditions::CONDITIONS;
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, context};
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! The plots of the stability of points and descriptors under warps.
 
-use hoverlock_reference::features::repeatability::{Curve, Sample, Stability, Warp};
+use crate::repeatability::{Curve, Sample, Stability, Warp};
 
 use crate::colour::Rgb;
 use crate::plot::{Axis, BLUE, Chart, GREY, Mark, ORANGE, PlotError, Series};

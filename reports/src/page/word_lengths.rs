@@ -1,7 +1,7 @@
 //! The plots of the word-length sweeps: error against bits, and error against resources.
 
 use hoverlock_fixed_point::analysis::bounds::Bounds;
-use hoverlock_reference::image::conditions::CONDITIONS;
+use hoverlock_pictures::conditions::CONDITIONS;
 
 use super::CONDITION_COLOURS;
 use crate::plot::{Axis, BLUE, Chart, GREEN, Mark, ORANGE, PlotError, RED, Rule, Series, VIOLET};

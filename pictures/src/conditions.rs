@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-use crate::image::plane::Plane;
+use hoverlock_reference::image::plane::Plane;
 
 /// Full scale of the camera sample, DN.
 const FULL_SCALE: f64 = 65535.0;
@@ -134,7 +134,7 @@ fn half_kernel(sigma: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::picture::sha256;
+    use crate::sha256;
 
     fn moments(plane: &Plane<u16>) -> (f64, f64) {
         let count = plane.as_slice().len() as f64;

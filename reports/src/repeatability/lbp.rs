@@ -6,9 +6,9 @@
 //! full one are the same. Source: T. Ojala, M. Pietikainen, T. Maenpaa, "Multiresolution gray-scale and rotation
 //! invariant texture classification with local binary patterns", 2002, eq. (4).
 
-use crate::features::feature::Descriptor;
-use crate::features::maxlbp::Ring;
-use crate::image::plane::Plane;
+use hoverlock_reference::features::feature::Descriptor;
+use hoverlock_reference::features::maxlbp::Ring;
+use hoverlock_reference::image::plane::Plane;
 
 /// Plain LBP of both rings at a pixel.
 ///

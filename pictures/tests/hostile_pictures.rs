@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hoverlock_reference::image::picture::{Limits, Picture, PictureError, PictureFile, data_dir, newcomer_dir};
+use hoverlock_pictures::{Limits, Picture, PictureError, PictureFile, data_dir, newcomer_dir};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use tempfile::TempDir;
 

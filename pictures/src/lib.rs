@@ -8,6 +8,7 @@
 //! is no regular file or is larger than the [`Limits`]. [`PictureFile::decode`] then decodes row by row where the
 //! format allows it, and refuses a file that is cut short or damaged: the decoders would fill in grey and say nothing.
 
+pub mod conditions;
 mod decode;
 mod error;
 mod jpeg;
@@ -20,13 +21,9 @@ use std::path::{Path, PathBuf};
 use image::metadata::Orientation;
 use sha2::{Digest, Sha256};
 
-use crate::image::plane::Plane;
 pub use error::PictureError;
+use hoverlock_reference::image::plane::Plane;
 
-/// Widest frame of the design point; a wider picture is cropped at its centre where fixed point or hardware runs.
-pub const FRAME_WIDTH: usize = 1024;
-/// Tallest frame of the design point.
-pub const FRAME_HEIGHT: usize = 768;
 /// Million pixels a picture may have by default: the features of two such pictures are found within 1 GB.
 pub const MEGAPIXELS: u32 = 50;
 
@@ -217,14 +214,14 @@ pub fn centre(size: (usize, usize), frame: (usize, usize)) -> (usize, usize, usi
     ((size.0 - width) / 2, (size.1 - height) / 2, width, height)
 }
 
-/// A picture cut to the frame of the design point.
+/// The centre of a picture, cut to the size of a frame.
 #[derive(Debug, Clone)]
 pub struct Frame {
     /// The cut plane.
     pub luma: Plane<u16>,
-    /// Column of the picture at which the frame begins: `floor((w - 1024) / 2)`, 0 where nothing was cut.
+    /// Column of the picture at which the frame begins, 0 if the picture is no wider than the frame.
     pub x: usize,
-    /// Row of the picture at which the frame begins.
+    /// Row of the picture at which the frame begins, 0 if the picture is no taller than the frame.
     pub y: usize,
 }
 
@@ -250,11 +247,6 @@ impl Picture {
         Ok(self)
     }
 
-    /// The centre of the picture that fits the frame of the design point.
-    pub fn frame(&self) -> Frame {
-        self.crop(FRAME_WIDTH, FRAME_HEIGHT)
-    }
-
     /// The centre of the picture that fits a frame of `width` x `height`.
     pub fn crop(&self, width: usize, height: usize) -> Frame {
         let (x, y, width, height) = centre((self.luma.width(), self.luma.height()), (width, height));
@@ -266,13 +258,6 @@ impl Picture {
     /// little-endian.
     pub fn sha256(&self) -> String {
         sha256(&self.luma)
-    }
-}
-
-impl Frame {
-    /// Whether `picture` was larger than this frame.
-    pub fn is_cropped_from(&self, picture: &Picture) -> bool {
-        (self.luma.width(), self.luma.height()) != (picture.luma.width(), picture.luma.height())
     }
 }
 
@@ -371,11 +356,10 @@ mod tests {
     fn the_frame_is_the_centre() {
         let plane = Plane::from_fn(1027, 771, |x, y| (x + 3 * y) as u16);
         let picture = Picture { path: "p".into(), luma: plane, source_bits: 16 };
-        let frame = picture.frame();
+        let frame = picture.crop(1024, 768);
         assert_eq!((frame.x, frame.y), (1, 1));
         assert_eq!((frame.luma.width(), frame.luma.height()), (1024, 768));
         assert_eq!(frame.luma[(0, 0)], 4);
-        assert!(frame.is_cropped_from(&picture));
     }
 
     #[test]

@@ -22,25 +22,25 @@
 //! detectors", 2005, section 4.1, with positions in pixels instead of overlapping regions: all features of a scale pair
 //! have one size here.
 
+mod lbp;
+
 use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::features::dog::SIGMAS;
-use crate::features::extractor::{features, layers_between};
-use crate::features::feature::Feature;
-use crate::features::lbp;
-use crate::features::maxima::eligible;
-use crate::features::maxlbp::Ring;
-use crate::image::picture::{FRAME_HEIGHT, FRAME_WIDTH};
-use crate::image::plane::Plane;
-use crate::motion::matching::Matching;
-use crate::motion::model::transfer;
-use crate::smoothing::design::DesignError;
-use crate::smoothing::recursive::border::Border;
-use crate::smoothing::smoother::Smoother;
+use hoverlock_reference::features::dog::SIGMAS;
+use hoverlock_reference::features::extractor::{features, layers_between};
+use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::features::maxima::eligible;
+use hoverlock_reference::features::maxlbp::Ring;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::matching::Matching;
+use hoverlock_reference::motion::model::transfer;
+use hoverlock_reference::smoothing::design::DesignError;
+use hoverlock_reference::smoothing::recursive::border::Border;
+use hoverlock_reference::smoothing::smoother::Smoother;
 
 /// Largest distance of a repeated point from where the warp takes it, px.
 pub const TOLERANCE: f64 = 1.5;
@@ -129,14 +129,14 @@ pub struct Stability {
     pub signs: f64,
 }
 
-/// The curves of one picture, one per family of warps. The frame is the middle 1024x768 of the picture, or all of a
-/// smaller one; outside the picture CUR repeats the border sample, and points there are not compared.
+/// Measures one picture and returns one curve per family of warps. The frame is the middle of the picture, at most
+/// `frame` columns and rows; outside the picture CUR repeats the border sample, and points there are not compared.
 ///
 /// # Errors
 /// A smoother cannot be designed. This is a defect of this program.
-pub fn curves(picture: &Plane<u16>) -> Result<Vec<Curve>, DesignError> {
+pub fn curves(picture: &Plane<u16>, frame: (usize, usize)) -> Result<Vec<Curve>, DesignError> {
     let smoothers = [Bank::of(Smoother::gaussian)?, Bank::of(Smoother::first_order)?];
-    let view = View::of(picture);
+    let view = View::of(picture, frame);
     let reference = view.seen_through(&Matrix3::identity());
     let in_reference = smoothers.each_ref().map(|bank| bank.points(&reference));
     let sample = |warp: Warp, value: f64| {
@@ -195,9 +195,9 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn of(picture: &'a Plane<u16>) -> Self {
-        let (width, height) = (picture.width().min(FRAME_WIDTH), picture.height().min(FRAME_HEIGHT));
-        let offset = Vector2::new(((picture.width() - width) / 2) as f64, ((picture.height() - height) / 2) as f64);
+    fn of(picture: &'a Plane<u16>, frame: (usize, usize)) -> Self {
+        let (x, y, width, height) = hoverlock_pictures::centre((picture.width(), picture.height()), frame);
+        let offset = Vector2::new(x as f64, y as f64);
         Self { picture, width, height, offset }
     }
 
@@ -333,7 +333,7 @@ mod tests {
     use std::io::Write as _;
 
     use super::*;
-    use crate::image::picture::{Picture, data_dir};
+    use hoverlock_pictures::{Picture, data_dir};
 
     /// Random values on a grid of 7 px, bicubic in between: detail of about the size the extractor looks for.
     fn texture(width: usize, height: usize) -> Plane<u16> {
@@ -429,7 +429,7 @@ mod tests {
         };
         for name in ["farmstead", "pasture_low_texture", "urban_intersection_a"] {
             let picture = Picture::open(folder.join("textures").join(name).with_extension("png")).unwrap();
-            for curve in curves(&picture.luma).unwrap() {
+            for curve in curves(&picture.luma, (1024, 768)).unwrap() {
                 // Roll, pitch and yaw of 5 degrees, 5 m of altitude in 100 m.
                 let within = |value: f64| match curve.warp {
                     Warp::Rotation | Warp::Tilt => value <= 5.0,
@@ -452,7 +452,7 @@ mod tests {
     #[test]
     fn frames_without_points_give_no_samples() {
         for picture in [Plane::filled(90, 80, 5u16), Plane::filled(1, 1, 0)] {
-            assert!(curves(&picture).unwrap().iter().all(|curve| curve.samples.is_empty()));
+            assert!(curves(&picture, (1024, 768)).unwrap().iter().all(|curve| curve.samples.is_empty()));
         }
     }
 }
