@@ -21,7 +21,7 @@ LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm setup build
+.PHONY: demo test checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm python-reference setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl. Last a
 ## simulated helicopter that holds its place for ten seconds.
@@ -46,7 +46,8 @@ checks:
 	setup/run_tests.py --skip $(LONG) $$again
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
-	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
+	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests python/tests
 
 lints:
 	cargo fmt --all -- --check
@@ -67,6 +68,14 @@ test-long: setup
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py
+
+## The reference of the Python packages, as Markdown, from their docstrings.
+python-reference: setup
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
+	$(PYTHON) harness/python/docs/make_reference.py out/reference/hoverlock.md
+	$(PYTHON) harness/python/docs/make_reference.py out/reference/hoverlock_models.md hoverlock_models
+	@echo "The reference: $(CURDIR)/out/reference"
 
 ## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.
 fuzz:

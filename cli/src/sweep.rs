@@ -84,7 +84,7 @@ pub struct Args {
 }
 
 const HELP: &str = "\
-With --dask the Python module `hoverlock` and the packages of its extra `dask` must be installed for the python3 of \
+With --dask the Python package `hoverlock-models` and the packages of its extra `dask` must be installed for the python3 of \
 PATH, or that of HOVERLOCK_PYTHON; the workers need the command `hoverlock` in their PATH, or where HOVERLOCK_COMMAND \
 says. A worker that dies costs nothing but time: its points are flown by another.";
 
@@ -306,7 +306,7 @@ fn on_cluster(address: &str, points: &[Point], keep: &mut dyn FnMut(Finished) ->
     // Into a file: nobody reads a pipe while the results come, and a full one would stop the module.
     let mut said = tempfile::tempfile().context("--dask: a temporary file")?;
     let child = Command::new(&python)
-        .args(["-m", "hoverlock.sweep", "--scheduler", address, "--command"])
+        .args(["-m", "hoverlock_models.sweep", "--scheduler", address, "--command"])
         .arg(worker)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -314,7 +314,10 @@ fn on_cluster(address: &str, points: &[Point], keep: &mut dyn FnMut(Finished) ->
         .spawn();
     let mut child = match child {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            bail!("--dask: {}: no such program; name a Python with the module hoverlock in {PYTHON}", python.display())
+            bail!(
+                "--dask: {}: no such program; name a Python with the module hoverlock_models in {PYTHON}",
+                python.display()
+            )
         }
         child => child.context("--dask: Python cannot be run")?,
     };

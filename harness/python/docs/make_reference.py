@@ -1,39 +1,38 @@
-"""Writes `reference.md` from the docstrings and types of the code.
+"""Writes the reference of a package, as Markdown, from the docstrings and types of its code.
 
-    python docs/make_reference.py           # writes it
-    python docs/make_reference.py --check   # exit status 1 if it is not up to date
+    python docs/make_reference.py hoverlock.md                                # the bench
+    python docs/make_reference.py models.md hoverlock_models                  # other modules, named
+
+`make python-reference` does both. The text is not kept in git.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
 import importlib
 import inspect
-import sys
 from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
-REFERENCE = HERE / "reference.md"
 PACKAGE = HERE.parent / "hoverlock"
 MODULES = [
-    "hoverlock", "hoverlock.bus", "hoverlock.models", "hoverlock.runner", "hoverlock.stub", "hoverlock.log",
+    "hoverlock", "hoverlock.bus", "hoverlock.runner", "hoverlock.stub", "hoverlock.log",
     "hoverlock.unknown", "hoverlock.as_cocotb", "hoverlock.deprecated", "hoverlock.cocotb", "hoverlock.cocotb.binary", "hoverlock.cocotb.clock", "hoverlock.cocotb.decorators",
     "hoverlock.cocotb.handle", "hoverlock.cocotb.log", "hoverlock.cocotb.regression", "hoverlock.cocotb.result",
     "hoverlock.cocotb.runner", "hoverlock.cocotb.simulator", "hoverlock.cocotb.triggers", "hoverlock.cocotb.types",
     "hoverlock.cocotb.utils",
 ]  # fmt: skip
-HEAD = """# Reference
+HEAD = """# Reference of {name}
 
-Generated from the code by `python docs/make_reference.py`; a test checks that it is up to date. Start with
-[the tutorial](../../docs/tutorial-python.md). For the fixtures and options of pytest, see `pytest --help` and
-[coming from cocotb](coming-from-cocotb.md).
+Generated from the code by `make python-reference`.
 
 """
 
 
 def rust_classes() -> dict[str, ast.ClassDef | ast.FunctionDef]:
-    """The classes and functions that are written in Rust, by their typed stub."""
+    """Returns the classes and functions that are written in Rust, from their typed stub."""
     tree = ast.parse((PACKAGE / "_core.pyi").read_text())
     return {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
 
@@ -42,7 +41,7 @@ RUST = rust_classes()
 
 
 def docs_of(thing: Any) -> str:
-    """Its docstring as Markdown: examples as code, the sections of numpy's style as lists."""
+    """Returns the docstring as Markdown: examples as code, the sections of numpy's style as lists."""
     lines: list[str] = []
     code = False
     for line in sections_as_lists((inspect.getdoc(thing) or "").splitlines()):
@@ -58,7 +57,7 @@ def docs_of(thing: Any) -> str:
 
 
 def sections_as_lists(lines: list[str]) -> list[str]:
-    """Underlined headings (``Parameters``, ``Returns``, ``Raises``) in bold, each of their entries as an item of a list."""
+    """Turns underlined headings (``Parameters``, ``Returns``, ``Raises``) bold, and each of their entries into a list item."""
     found: list[str] = []
     inside = False
     for at, line in enumerate(lines):
@@ -82,7 +81,7 @@ def sections_as_lists(lines: list[str]) -> list[str]:
 
 
 class Annotation:
-    """A type as the source writes it, without the quotes of a string."""
+    """A type as it stands in the source, without the quotes of a string."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -168,9 +167,10 @@ def entry(name: str, thing: Any) -> str:
     return f"### `{name}`\n\n`{thing!r}`\n" if not repr(thing).startswith("<") else ""
 
 
-def build() -> str:
-    parts, seen = [HEAD], set()
-    for module_name in MODULES:
+def build(modules: list[str]) -> str:
+    """Returns the text for the public names (`__all__`) of the modules."""
+    parts, seen = [HEAD.format(name=modules[0])], set()
+    for module_name in modules:
         module = importlib.import_module(module_name)
         parts.append(f"## `{module_name}`\n\n{docs_of(module)}\n")
         again = []
@@ -189,15 +189,14 @@ def build() -> str:
     return "\n".join(part for part in parts if part)
 
 
-def main() -> int:
-    text = build()
-    if "--check" in sys.argv:
-        fresh = REFERENCE.exists() and REFERENCE.read_text() == text
-        print("up to date" if fresh else f"{REFERENCE.name} is out of date: run python docs/make_reference.py")
-        return 0 if fresh else 1
-    REFERENCE.write_text(text)
-    return 0
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, help="the Markdown file to write; its folder is made")
+    parser.add_argument("modules", nargs="*", default=MODULES, help="default: the modules of the bench")
+    chosen = parser.parse_args()
+    chosen.file.parent.mkdir(parents=True, exist_ok=True)
+    chosen.file.write_text(build(chosen.modules))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

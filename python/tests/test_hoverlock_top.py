@@ -1,5 +1,5 @@
 """Hoverlock's own RTL against its bit-true model: the committed Verilog gets a small picture, and its records are those of
-`hoverlock.models`, in one line. This is also the example of a bench that compares with a model."""
+`hoverlock_models`, in one line. This is also the example of a bench that compares with a model."""
 
 import re
 from pathlib import Path
@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import hoverlock
-from hoverlock import Clock, ClockCycles, Design, RisingEdge, Session, models, with_timeout
+import hoverlock_models as models
+from hoverlock import Clock, ClockCycles, Design, RisingEdge, Session, with_timeout
 from hoverlock.bus import AvalonMaster, AvalonSink, AvalonSource
 
-VERILOG = Path(__file__).resolve().parents[3] / "rtl" / "verilog"
+VERILOG = Path(__file__).resolve().parents[2] / "rtl" / "verilog"
 SOURCES = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
 design = Design(SOURCES, top="hoverlock_top")
 EMISSION, CONTROL, SIZE, THRESHOLD, FEATURES, COMMIT = 0x08 >> 2, 0x0C >> 2, 0x14 >> 2, 0x18 >> 2, 0x28 >> 2, 0x30 >> 2

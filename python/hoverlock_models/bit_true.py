@@ -1,6 +1,4 @@
-"""The bit-true model and the coefficient generator on numpy arrays: the expected values of a bench of Hoverlock's own RTL.
-
->>> assert np.array_equal(received, models.features(frame, thresholds))
+"""The bit-true model on numpy arrays.
 
 Units: a pixel is in DN (digital number: one step of the 16-bit camera sample). A smoothed sample is in LSB of the state,
 1/4 DN at the default design point; a DoG (difference of Gaussians) is in LSB of the DoG, 1/2 DN at the default design point.
@@ -8,18 +6,15 @@ Units: a pixel is in DN (digital number: one step of the 16-bit camera sample). 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._core import BitTrue, emission_value, lerp_coefficients, look_ahead_of
+from ._native import BitTrue, emission_value
 
-__all__ = [
-    "FEATURE", "Coefficients", "Planes", "coefficients", "design_point", "emission", "features", "look_ahead", "planes", "records",
-]  # fmt: skip
+__all__ = ["FEATURE", "Planes", "design_point", "emission", "features", "planes", "records"]
 
 FEATURE = np.dtype([
     ("x", "<u2"),
@@ -194,82 +189,6 @@ def planes(frame: ArrayLike, *, design_point: str | None = None) -> Planes:
     >>> models.planes(frame)["dog0"].max()
     """
     return _model(design_point).planes(_pixels(frame))
-
-
-@dataclass(frozen=True)
-class Coefficients:
-    """The coefficients of one smoother.
-
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation of the smoother, in pixels.
-    frac_bits : int
-        Fractional bits of the coefficients: one LSB of ``g`` and ``g_j`` is 2^-frac_bits.
-    a : float
-        The pole of the recursion.
-    g : int
-        The coefficient of the recursion, as a raw integer.
-    g_j : tuple of int
-        The coefficients of the look-ahead stages, as raw integers.
-    saturated : tuple of int
-        The stages whose coefficient rounds to 1 and is limited to 1 - 2^-frac_bits.
-
-    >>> coefficients(2.0, 5).g_j
-    (40315, 47101, 56830, 64033, 65500)
-    """
-
-    sigma: float
-    frac_bits: int
-    a: float
-    g: int
-    g_j: tuple[int, ...]
-    saturated: tuple[int, ...]
-
-
-def coefficients(sigma: float, look_ahead: int, frac_bits: int = 16) -> Coefficients:
-    """Designs the first-order smoother of a sigma.
-
-    Parameters
-    ----------
-    sigma : float
-        Standard deviation in pixels.
-    look_ahead : int
-        Number of look-ahead stages; stage j combines samples that are 2^j apart.
-    frac_bits : int
-        Fractional bits of the coefficients.
-
-    Raises
-    ------
-    ValueError
-        If no smoother of that sigma, look-ahead and word length exists.
-
-    >>> coefficients(2.0, 5).g
-    24536
-    """
-    a, g, g_j, saturated = lerp_coefficients(sigma, look_ahead, frac_bits)
-    return Coefficients(sigma, frac_bits, a, g, tuple(g_j), tuple(saturated))
-
-
-def look_ahead(a: float, error: float) -> int:
-    """The smallest number of look-ahead stages for an error.
-
-    Parameters
-    ----------
-    a : float
-        The pole of the recursion, between 0 and 1.
-    error : float
-        The part of the infinite sum that may be left out, between 0 and 1.
-
-    Raises
-    ------
-    ValueError
-        If ``error`` is not between 0 and 1, or so small that no look-ahead reaches it.
-
-    >>> look_ahead(0.5, 0.5 ** 8)
-    3
-    """
-    return look_ahead_of(a, error)
 
 
 def _pixels(frame: ArrayLike) -> NDArray[np.uint16]:

@@ -1,4 +1,4 @@
-"""The points of a campaign on a Dask cluster: ``python -m hoverlock.sweep --scheduler ADDRESS``.
+"""The points of a campaign on a Dask cluster: ``python -m hoverlock_models.sweep --scheduler ADDRESS``.
 
 ``hoverlock sweep --dask ADDRESS`` starts this. A line of standard input is a point, a line of standard output its
 result, in the order in which the results come. Both are rows of CSV that this program does not read: the workers give
@@ -25,14 +25,14 @@ def fly(command: str, point: str) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m hoverlock.sweep", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="python -m hoverlock_models.sweep", description=__doc__.splitlines()[0])
     parser.add_argument("--scheduler", required=True, metavar="ADDRESS", help="tcp://host:port")
     parser.add_argument("--command", default="hoverlock", help="what the workers run")
     arguments = parser.parse_args()
     try:
         from distributed import Client, as_completed
     except ImportError:
-        print("the package `distributed` is not installed: pip install 'hoverlock[dask]'", file=sys.stderr)
+        print("the package `distributed` is not installed: pip install 'hoverlock-models[dask]'", file=sys.stderr)
         return 2
     try:
         client = Client(arguments.scheduler, timeout="10s")  # type: ignore[no-untyped-call]

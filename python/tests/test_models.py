@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hoverlock import models
+import hoverlock_models as models
 
 # The normative table of the design point: sigma, look-ahead, g, g_j.
 TABLE = [

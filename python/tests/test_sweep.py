@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 distributed = pytest.importorskip("distributed", reason="the extra `dask` is not installed")
 
 
