@@ -21,13 +21,14 @@ LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm python-reference setup build
+.PHONY: demo test results checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm python-reference setup build
 
 ## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl. Last a
 ## simulated helicopter that holds its place for ten seconds.
 demo: build
-	$(HOVERLOCK) sim $(PICTURES)/aero1.jpg
-	$(HOVERLOCK) report $(PICTURES)/aero1.jpg --out out/demo
+	@mkdir -p out && ln -sfn $(PICTURES) out/pictures
+	$(HOVERLOCK) sim out/pictures/aero1.jpg
+	$(HOVERLOCK) report out/pictures/aero1.jpg --out out/demo
 	$(HOVERLOCK) hover --out out/hover
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 	@echo "The hover: $(CURDIR)/out/hover/index.html"
@@ -48,14 +49,20 @@ checks:
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests python/tests
+	$(PYTHON) -m pytest --quiet -rs setup/tests
 
 lints:
 	cargo fmt --all -- --check
 	setup/line_length.sh
+	setup/results.py check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 
 arm-where-possible:
 	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler cannot be had"; fi
+
+## Writes the measured numbers of docs/results.json into the documents.
+results:
+	setup/results.py render
 
 ## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; every width with
 ## every height, two minutes; 20 designs drawn at random, emitted and simulated, five minutes; the command installed from a copy
