@@ -11,9 +11,9 @@ use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
+use hoverlock_explore::{Exploration, Objective, PartOutcome, Progress, Task, output, results};
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::model::design::DesignPoint;
-use hoverlock_reports::explore::{self, Exploration, Known, Objective, Outcome, Progress, Task, output};
 use hoverlock_reports::output::PAGE;
 use hoverlock_reports::provenance::COMMIT;
 use hoverlock_rtl::design::buildable;
@@ -22,7 +22,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::journal;
 use crate::output::{Batch, Folder, command, print, quoted, say, shown, verdict};
 use crate::picture::{Limit, listed};
 use crate::report::subjects;
@@ -93,8 +92,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     buildable(&design)?;
     let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
     let folder = Folder::new(&args.out)?;
-    let results = args.out.join(RESULTS);
-    let known = read(&results)?;
+    let path = args.out.join(RESULTS);
+    let known = results::read(&path)?;
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos} of {len} designs  {elapsed}  {msg}") {
         bar.set_style(style);
@@ -105,14 +104,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let best = progress.best.as_ref().map(|(name, m10k)| format!("best {name}, {m10k} M10K; ")).unwrap_or_default();
         bar.set_length(progress.designs as u64);
         bar.set_position(progress.settled as u64);
-        bar.set_message(format!("{best}{}", progress.what));
+        bar.set_message(format!("{best}{}", progress.step));
         // Without a terminal a line now and then, for whoever reads a log.
         if bar.is_hidden() && said.get().elapsed() >= QUIET {
             said.set(Instant::now());
-            say(&format!("{} of {} designs settled; {best}{}", progress.settled, progress.designs, progress.what));
+            say(&format!("{} of {} designs settled; {best}{}", progress.settled, progress.designs, progress.step));
         }
     };
-    let mut keep = |key: &str, outcome: &Outcome| append(&results, key, outcome);
+    let mut keep = |key: &str, outcome: &PartOutcome| Ok(results::append(&path, key, outcome)?);
     let unbuildable = |design: &DesignPoint| buildable(design).err().map(|error| error.to_string());
     let task = Task {
         base: &design,
@@ -123,14 +122,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
         unbuildable: &unbuildable,
         build: &build(),
     };
-    let found = explore::run::<anyhow::Error>(&task, &known, &mut keep, &tell)?;
+    let found = hoverlock_explore::run::<anyhow::Error>(&task, &known, &mut keep, &tell)?;
     bar.finish_and_clear();
     let command = command();
     let json = output::json(&found, &command).context("the search cannot be written as JSON")?;
     write(&args.out, &found, &command, &json)?;
     drop(folder);
     if found.restored > 0 {
-        say(&format!("{} of {} results are from {}", found.restored, found.restored + found.measured, shown(&results)));
+        say(&format!("{} of {} results are from {}", found.restored, found.restored + found.measured, shown(&path)));
     }
     if args.json {
         print(&json)?;
@@ -167,21 +166,6 @@ fn write(out: &Path, found: &Exploration, command: &str, json: &str) -> Result<(
         },
     }
     batch.keep()
-}
-
-/// The results of a file.
-fn read(path: &Path) -> Result<Known> {
-    let line = |(number, line): (usize, &str)| {
-        serde_json::from_str::<(String, Outcome)>(line).with_context(|| {
-            format!("{}: line {} is no result of this command; move the file away", path.display(), number + 1)
-        })
-    };
-    journal::read(path)?.lines().enumerate().map(line).collect()
-}
-
-fn append(path: &Path, key: &str, outcome: &Outcome) -> Result<()> {
-    let line = serde_json::to_string(&(key, outcome)).context("a result")? + "\n";
-    journal::append(path, |_| Ok(line.into_bytes()))
 }
 
 fn summary(found: &Exploration, out: &Path, time: Duration) -> String {

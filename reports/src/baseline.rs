@@ -5,11 +5,10 @@
 
 use std::collections::HashMap;
 
-use minijinja::value::{Serde, Value};
-use minijinja::{Environment, context};
+use minijinja::context;
 use serde::{Deserialize, Serialize};
 
-use crate::page::{PageError, SCRIPT, STYLE, filters};
+use crate::page::{PageError, SCRIPT, STYLE, environment, value};
 use crate::study::Study;
 
 const TEMPLATE: &str = include_str!("../templates/baseline.html");
@@ -216,19 +215,18 @@ fn words<'a>(before: &'a str, now: &'a str) -> Vec<Word<'a>> {
 /// # Errors
 /// The template fails, which is a defect of this program.
 pub fn html(comparison: &Comparison) -> Result<String, PageError> {
-    let mut environment = Environment::new();
-    filters(&mut environment);
+    let mut environment = environment();
     environment.add_template("baseline.html", TEMPLATE)?;
     let count = |kind: Kind| comparison.changes.iter().filter(|change| change.kind == kind).count();
     let (before, now) = (&comparison.before, &comparison.now);
     Ok(environment.get_template("baseline.html")?.render(context! {
         style => STYLE,
         script => SCRIPT,
-        comparison => Value::from(Serde(comparison)),
+        comparison => value(comparison),
         broken => count(Kind::Broken),
         gone => count(Kind::Gone),
         mended => count(Kind::Mended),
-        words => Value::from(Serde(words(&before.configuration, &now.configuration))),
+        words => value(words(&before.configuration, &now.configuration)),
     })?)
 }
 

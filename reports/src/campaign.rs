@@ -1,10 +1,9 @@
 //! A campaign of hovers: the distance from the target against word lengths, and what each design costs in the FPGA.
 
-use minijinja::value::{Serde, Value};
-use minijinja::{Environment, context};
+use minijinja::context;
 use serde::{Deserialize, Serialize};
 
-use crate::page::{PageError, SCRIPT, STYLE, typeset};
+use crate::page::{PageError, SCRIPT, STYLE, environment, value};
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, Series, VIOLET};
 use crate::provenance::COMMIT;
 
@@ -187,8 +186,7 @@ struct Condition<'a> {
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
 pub fn html(points: &[Finished], designs: &[Design], command: &str) -> Result<String, PageError> {
-    let mut environment = Environment::new();
-    environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
+    let mut environment = environment();
     environment.add_template("campaign.html", TEMPLATE)?;
     let kt27: Vec<&Finished> = points.iter().filter(|point| point.design == DEFAULT).collect();
     let failed: Vec<&&Finished> = kt27.iter().filter(|point| !point.pass).collect();
@@ -200,9 +198,9 @@ pub fn html(points: &[Finished], designs: &[Design], command: &str) -> Result<St
         points => points.len(),
         flown => points.iter().map(|point| point.seconds).sum::<f64>() / 60.0,
         kt27 => kt27.len(),
-        failed => Value::from(Serde(failed.iter().map(|point| (**point).clone()).collect::<Vec<_>>())),
-        designs => Value::from(Serde(designs.to_vec())),
-        conditions => Value::from(Serde(conditions(&kt27))),
+        failed => value(failed.iter().map(|point| (**point).clone()).collect::<Vec<_>>()),
+        designs => value(designs.to_vec()),
+        conditions => value(conditions(&kt27)),
         front => front(designs)?,
         spread => spread(&kt27)?,
     })?)

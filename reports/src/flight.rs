@@ -3,12 +3,11 @@
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
-use minijinja::value::{Serde, Value};
-use minijinja::{Environment, context};
+use minijinja::context;
 use serde::Serialize;
 
 use crate::estimates::{Estimate, Run, Sample, told};
-use crate::page::{PageError, SCRIPT, STYLE, typeset};
+use crate::page::{PageError, SCRIPT, STYLE, environment, value};
 use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
 use crate::provenance::COMMIT;
 use crate::still::{Still, reduced, still};
@@ -80,8 +79,7 @@ impl Frame<'_> {
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
 pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
-    let mut environment = Environment::new();
-    environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
+    let mut environment = environment();
     environment.add_template("flight.html", TEMPLATE)?;
     let errors: Vec<f64> = flight.frames.iter().filter_map(Frame::error).map(|[x, y]| x.hypot(y)).collect();
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
@@ -92,7 +90,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
         style => STYLE,
         script => SCRIPT,
         commit => COMMIT,
-        flight => Value::from(Serde(flight)),
+        flight => value(flight),
         estimates => flight.frames.iter().filter(|frame| frame.estimate.is_some()).count(),
         truths => flight.frames.iter().any(|frame| frame.truth.is_some()),
         chained => flight.frames.iter().any(|frame| frame.chained),
@@ -104,7 +102,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
         quality => run.quality()?,
         inliers => run.inliers(None)?,
         step => step,
-        stills => Value::from(Serde(stills)),
+        stills => value(stills),
     })?)
 }
 

@@ -3,13 +3,12 @@
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
-use minijinja::value::{Serde, Value};
-use minijinja::{Environment, context};
+use minijinja::context;
 use serde::Serialize;
 
 use crate::embed;
 use crate::estimates::{Estimate, Run, Sample, told};
-use crate::page::{PageError, SCRIPT, STYLE, typeset};
+use crate::page::{PageError, SCRIPT, STYLE, environment, value};
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, Rule, Series, VIOLET};
 use crate::provenance::COMMIT;
 use crate::still::{Still, still};
@@ -106,8 +105,7 @@ pub struct Picture {
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
 pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
-    let mut environment = Environment::new();
-    environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
+    let mut environment = environment();
     environment.add_template("hover.html", TEMPLATE)?;
     let estimates = hover.frames.iter().filter(|frame| frame.estimate.is_some()).count();
     let mut references: Vec<_> = hover.frames.iter().filter_map(|frame| frame.reference).collect();
@@ -128,7 +126,7 @@ pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
         script => SCRIPT,
         commit => COMMIT,
         command => command,
-        hover => Value::from(Serde(hover)),
+        hover => value(hover),
         seconds => hover.frames.last().map_or(0.0, |frame| frame.time),
         estimates => estimates,
         references => references.len(),
@@ -139,7 +137,7 @@ pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
         errors => [run.error(0)?, run.error(1)?],
         others => [wind(hover)?, tilt(hover)?, height(hover)?, view(hover)?],
         quality => [run.quality()?, run.inliers(Some(renewals(hover)))?],
-        stills => Value::from(Serde(stills)),
+        stills => value(stills),
     })?)
 }
 

@@ -29,8 +29,8 @@ use crate::sweep::{self, Alternative, Cost, Sweep};
 /// Smallest width and height of a picture, px. The interior leaves out 8 and 70 pixels, and one pixel must remain.
 pub const LEAST_SIDE: usize = 79;
 
-/// Known motions per picture.
-pub(crate) const MOTIONS: usize = 5;
+/// Number of known motions per picture.
+pub const MOTIONS: usize = 5;
 
 /// A picture to measure.
 #[derive(Debug, Clone, PartialEq)]

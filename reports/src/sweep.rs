@@ -12,13 +12,13 @@ use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
 use hoverlock_fixed_point::model::format::Format;
 use hoverlock_pictures::conditions::{CONDITIONS, Condition};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::explore::{Checked, with_dog_bits};
+use crate::check_outcome::CheckOutcome;
 use crate::study::Subject;
 
 /// Fraction bits of the coefficients in the sweep, beside those of the design.
@@ -132,9 +132,9 @@ pub struct Alternative {
     /// It passes every check on every picture under every condition. Displacement and `rtl` are not checked.
     pub pass: bool,
     /// The first check that fails, in the order of the report.
-    pub failure: Option<Checked>,
+    pub failure: Option<CheckOutcome>,
     /// The check that is closest to its limit, or furthest beyond it.
-    pub worst: Option<Checked>,
+    pub worst: Option<CheckOutcome>,
     /// Part of the allowance that it leaves, percent; negative where it fails.
     pub margin: Option<f64>,
     /// Resources by the memory model.
@@ -218,6 +218,14 @@ fn variants(design: &DesignPoint) -> Vec<Variant> {
     variants
 }
 
+/// Returns `base` with another number of DoG bits. The initial threshold keeps its value in DN.
+pub fn with_dog_bits(base: &DesignPoint, bits: u32) -> DesignPoint {
+    let scaled = f64::from(base.threshold.initial) * 2f64.powi(bits as i32 - base.dog_bits as i32);
+    let full_scale = f64::from((1u32 << bits) - 1);
+    let initial = scaled.round().clamp(1.0, full_scale) as u32;
+    DesignPoint { dog_bits: bits, threshold: AutomaticThreshold { initial, ..base.threshold }, ..base.clone() }
+}
+
 /// Number of word lengths that are measured for each picture.
 pub(crate) fn points(design: &DesignPoint) -> usize {
     variants(design).iter().filter(|variant| variant.is_measured()).count()
@@ -287,14 +295,14 @@ pub(crate) fn run(
         }
     }
     let alternatives = variants.iter().enumerate().map(|(index, variant)| {
-        let mut checks: Vec<Checked> = variant.checks.iter().map(|check| Checked::of(check, None)).collect();
+        let mut checks: Vec<CheckOutcome> = variant.checks.iter().map(|check| CheckOutcome::new(check, None)).collect();
         for (_, place, all) in &measured {
             let compared = all[index].as_ref().map(|comparison| comparison.check(bounds)).unwrap_or_default();
-            checks.extend(compared.iter().map(|check| Checked::of(check, Some(place))));
+            checks.extend(compared.iter().map(|check| CheckOutcome::new(check, Some(place))));
         }
         if variant.levels.is_none() {
             let reason = "a coefficient rounds to 0 or to 1".to_owned();
-            checks.push(Checked::impossible("valid coefficients", reason));
+            checks.push(CheckOutcome::unmeasurable("valid coefficients", reason));
         }
         let worst =
             checks.iter().max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(Ordering::Equal));
@@ -325,5 +333,19 @@ impl Worst {
     fn point(&self, bits: f64, condition: &'static str, resources: Resources) -> SweepPoint {
         let Self { dog_rms_lsb, maxlbp_flips_percent, sign_flips_percent, moved_percent } = *self;
         SweepPoint { bits, condition, dog_rms_lsb, maxlbp_flips_percent, sign_flips_percent, moved_percent, resources }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hoverlock_fixed_point::model::design::KT27;
+
+    #[test]
+    fn the_initial_threshold_keeps_its_value_in_dn() {
+        for bits in [6, 12, 15] {
+            let design = with_dog_bits(&KT27, bits);
+            assert_eq!(f64::from(design.threshold.initial) * design.dog().lsb(), 1024.0, "{bits}");
+        }
     }
 }

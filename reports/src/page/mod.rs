@@ -29,12 +29,13 @@ use crate::figures;
 use crate::hardware::Hardware;
 use crate::plot::{BLUE, ORANGE, PlotError, VIOLET};
 use crate::study::{Kind, Study};
-pub(crate) use numbers::typeset;
-use numbers::{grouped, significant};
+use numbers::{grouped, significant, typeset};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html");
-pub(crate) const STYLE: &str = include_str!("../../templates/style.css");
-pub(crate) const SCRIPT: &str = include_str!("../../templates/script.js");
+/// The style sheet of all pages.
+pub const STYLE: &str = include_str!("../../templates/style.css");
+/// The script of all pages: sorts tables, shows values of plots, and enlarges maps.
+pub const SCRIPT: &str = include_str!("../../templates/script.js");
 
 /// Why the page could not be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -55,8 +56,7 @@ const CONDITION_COLOURS: [Rgb; 3] = [BLUE, VIOLET, ORANGE];
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
 pub fn html(study: &Study) -> Result<String, PageError> {
-    let mut environment = Environment::new();
-    filters(&mut environment);
+    let mut environment = environment();
     environment.add_template("report.html", TEMPLATE)?;
     let groups = bounds::groups(&study.bounds);
     let closest = groups.iter().max_by(|a, b| a.worst.check.used.total_cmp(&b.worst.check.used));
@@ -96,14 +96,18 @@ pub fn html(study: &Study) -> Result<String, PageError> {
     Ok(page)
 }
 
-/// The filters of the templates: numbers as they are printed.
-pub(crate) fn filters(environment: &mut Environment) {
+/// Creates an environment with the filters of the templates: `num` prints a number with fixed decimals, `sig` with
+/// significant digits, `plain` with all digits, and `count` groups the digits of an integer.
+pub fn environment() -> Environment<'static> {
+    let mut environment = Environment::new();
     environment.add_filter("num", |value: f64, decimals: usize| typeset(format!("{value:.decimals$}")));
     environment.add_filter("sig", |value: f64, digits: usize| significant(value, digits));
     environment.add_filter("plain", |value: f64| typeset(value.to_string()));
     environment.add_filter("count", |value: u64| grouped(value));
+    environment
 }
 
-fn value(view: impl Serialize) -> Value {
+/// Converts anything serialisable for a template.
+pub fn value(view: impl Serialize) -> Value {
     Value::from(Serde(view))
 }

@@ -1,7 +1,7 @@
 //! Numbers and names as the page prints them.
 
-/// Reindexs the ASCII minus sign, `inf` and `NaN` by their typographic forms. `-0.00` becomes `0.00`.
-pub(crate) fn typeset(text: String) -> String {
+/// Replaces the ASCII minus sign, `inf` and `NaN` by their typographic forms. `-0.00` becomes `0.00`.
+pub(super) fn typeset(text: String) -> String {
     match text.as_str() {
         "inf" => "∞".into(),
         "-inf" => "−∞".into(),

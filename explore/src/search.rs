@@ -1,213 +1,61 @@
-//! The cheapest design that passes every check of the report, found over all words together.
-//!
-//! Each of three words can be short on its own while all three together fail, so the search is over combinations. It
-//! measures no more than it must:
-//!
-//! - a design stops at its first check that fails, and the parts that use most of the base's allowance come first;
-//! - a design with no word longer than one that fails is not measured (*skipped*). Rounding errors only grow with
-//!   shorter words, but the noise of a count of features could still let the shorter one pass: this is an assumption,
-//!   and the page names the design that each skipped one rests on. The best design is measured in full;
-//! - designs are measured in the order of their cost, after one word at a time has been shortened, which is what makes
-//!   most of the rest fail unmeasured.
-//!
-//! What a design takes of the device is the memory model's ([`hoverlock_fixed_point::analysis::resources`]), which
-//! needs no synthesis.
+//! The search itself: which design is measured next, and which need not be measured.
 
-mod measure;
-pub mod output;
-mod page;
-mod space;
-
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::analysis::resources::Resources;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_reports::check_outcome::CheckOutcome;
 use rayon::prelude::*;
-use serde::Serialize;
 
-use self::measure::{Bench, Part};
-pub use self::measure::{Checked, Outcome};
-pub use self::space::{Candidate, Unbuildable, changes, with_dog_bits};
-use crate::study::Subject;
+use crate::measure::{Bench, Part, PartOutcome};
+use crate::results::KnownResults;
+use crate::space::{self, Candidate};
+use crate::{Exploration, Objective, Point, Progress, Status, Task};
 
-/// What the best design has least of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Objective {
-    /// Block memories.
-    M10k,
-    /// Adaptive logic modules.
-    Alm,
-    /// DSP blocks.
-    Dsp,
-    /// The DoG error, among the designs that fit the device.
-    Error,
-}
+/// Number of designs that are measured in parallel.
+const BATCH: usize = 4;
 
-/// A search to be made.
-pub struct Task<'a> {
-    /// The design whose words are changed.
-    pub base: &'a DesignPoint,
-    /// The pictures.
-    pub subjects: &'a [Subject],
-    /// What counts.
-    pub objective: Objective,
-    /// When to stop.
-    pub deadline: Instant,
-    /// Name of the device, and its ALM, M10K and DSP blocks that a design may use.
-    pub device: (&'a str, [u64; 3]),
-    /// Says why a design cannot be built.
-    pub unbuildable: Unbuildable<'a>,
-    /// Names the program that measures.
-    pub build: &'a str,
-}
-
-/// What is known of a design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Status {
-    /// It passes every check.
-    Passes,
-    /// It fails one.
-    Fails,
-    /// A design with no shorter word fails.
-    Skipped,
-    /// The time was up.
-    Open,
-}
-
-/// A design after the search.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Point {
-    /// What differs from the base design, as `--config` takes it; `base` for the base.
-    pub name: String,
-    /// The design.
-    pub design: DesignPoint,
-    /// What it takes.
-    #[serde(flatten)]
-    pub resources: Resources,
-    /// It fits the device.
-    pub fits: bool,
-    /// What is known of it.
-    pub status: Status,
-    /// It passes every check.
-    pub pass: bool,
-    /// Part of the allowance that the closest check leaves, percent; negative where it fails. Missing where nothing was
-    /// measured.
-    pub margin: Option<f64>,
-    /// The check that is closest to its limit, or furthest beyond it.
-    pub worst: Option<Checked>,
-    /// The first check that fails.
-    pub failure: Option<Checked>,
-    /// The design that it is skipped for.
-    pub because: Option<String>,
-    /// Root mean square of the DoG error, LSB of the design point `kt27`, the worst of the frames measured.
-    pub dog_rms_lsb: Option<f64>,
-    /// Frames measured, of all pictures and conditions.
-    pub frames: usize,
-    /// No design that was measured has less memory and an error that is not larger, or as much and a smaller one.
-    pub front: bool,
-}
-
-/// The result of a search.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Exploration {
-    /// A design passes every check.
-    pub pass: bool,
-    /// Every design that could be better than the best has been measured or skipped.
-    pub decided: bool,
-    /// Every design has.
-    pub complete: bool,
-    /// What counted.
-    pub objective: Objective,
-    /// Name of the device.
-    pub device: String,
-    /// Frames of all pictures and conditions.
-    pub frames: usize,
-    /// Parts measured now and taken from an earlier search.
-    pub measured: usize,
-    /// Parts taken from an earlier search.
-    pub restored: usize,
-    /// Index of the best design in `points`. The file of numbers has the design itself under this name.
-    #[serde(skip)]
-    pub best: Option<usize>,
-    /// Names of the pictures, and SHA-256 of what was measured of them.
-    pub pictures: Vec<(String, String)>,
-    /// The base first.
-    pub points: Vec<Point>,
-}
-
-impl Exploration {
-    /// The best design.
-    pub fn best(&self) -> Option<&Point> {
-        self.points.get(self.best?)
-    }
-
-    /// The design that was changed.
-    pub fn base(&self) -> Option<&Point> {
-        self.points.first()
-    }
-}
-
-/// Results by name; those of earlier searches go in, new ones come out.
-pub type Known = HashMap<String, Outcome>;
-
-/// Searches. `keep` is called with every new result, `tell` with what is being done.
+/// Searches for the best design. `known` has the results of earlier searches. `keep` receives the key and the outcome
+/// of each new measurement, `report` the progress before each one.
 ///
 /// # Errors
 /// The base design has no valid coefficients, or `keep` fails.
 pub fn run<E: From<CoefficientError>>(
     task: &Task,
-    known: &Known,
-    keep: &mut dyn FnMut(&str, &Outcome) -> Result<(), E>,
-    tell: &dyn Fn(&Progress),
+    known: &KnownResults,
+    keep: &mut dyn FnMut(&str, &PartOutcome) -> Result<(), E>,
+    report: &dyn Fn(&Progress),
 ) -> Result<Exploration, E> {
     Levels::new(task.base)?;
     let candidates = space::candidates(task.base, task.unbuildable);
     let bench = Bench::new(task.subjects, task.build);
     let parts = bench.parts();
     let outcomes = vec![vec![None; parts.len()]; candidates.len()];
-    let mut search = Search { task, candidates, bench, parts, outcomes, known, keep, tell, measured: 0, restored: 0 };
-    search.go()?;
+    let mut search = Search { task, candidates, bench, parts, outcomes, known, keep, report, measured: 0, restored: 0 };
+    search.measure_all()?;
     Ok(search.result())
 }
 
-/// How far a search is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Progress {
-    /// Designs that are measured or skipped.
-    pub settled: usize,
-    /// All of them.
-    pub designs: usize,
-    /// What is measured.
-    pub what: String,
-    /// Name and memory of the cheapest design that passes, so far.
-    pub best: Option<(String, u64)>,
-}
-
+/// A search in progress.
 struct Search<'a, E> {
     task: &'a Task<'a>,
     candidates: Vec<Candidate>,
     bench: Bench<'a>,
     parts: Vec<Part>,
-    /// For each candidate and part.
-    outcomes: Vec<Vec<Option<Outcome>>>,
-    known: &'a Known,
-    keep: &'a mut dyn FnMut(&str, &Outcome) -> Result<(), E>,
-    tell: &'a dyn Fn(&Progress),
+    /// Outcome of each candidate on each part; `None` if not measured.
+    outcomes: Vec<Vec<Option<PartOutcome>>>,
+    known: &'a KnownResults,
+    keep: &'a mut dyn FnMut(&str, &PartOutcome) -> Result<(), E>,
+    report: &'a dyn Fn(&Progress),
     measured: usize,
     restored: usize,
 }
 
-/// Designs measured side by side.
-const BATCH: usize = 4;
-
 impl<E> Search<'_, E> {
-    fn go(&mut self) -> Result<(), E> {
-        // The base in full: its tightest parts come first from then on.
+    fn measure_all(&mut self) -> Result<(), E> {
+        // The base is measured in full. From then on the parts that use most of its allowance come first.
         self.measure(&[0], true)?;
         let used = |part: usize| self.outcomes[0][part].as_ref().map_or(0.0, |outcome| outcome.worst.used);
         let motion = |part: usize| matches!(self.parts[part], Part::Motion(_));
@@ -217,7 +65,7 @@ impl<E> Search<'_, E> {
         for outcomes in &mut self.outcomes {
             *outcomes = order.iter().map(|&part| outcomes[part].take()).collect();
         }
-        // One word at a time, the others at their longest.
+        // One word at a time is shortened while the others keep their greatest length.
         let probes = self.probes();
         for batch in probes.chunks(BATCH) {
             self.measure_open(batch)?;
@@ -234,7 +82,7 @@ impl<E> Search<'_, E> {
                     None => break,
                 }
             }
-            if batch.is_empty() || self.late() {
+            if batch.is_empty() || self.is_late() {
                 break;
             }
             self.measure_open(&batch)?;
@@ -242,11 +90,11 @@ impl<E> Search<'_, E> {
         self.complete_front()
     }
 
-    fn late(&self) -> bool {
+    fn is_late(&self) -> bool {
         Instant::now() >= self.task.deadline
     }
 
-    /// What is compared between designs that pass: the objective first.
+    /// Returns the quantities by which passing designs are compared, the objective first.
     fn cost(&self, index: usize) -> [u64; 4] {
         let Resources { m10k, alm, dsp, mul18 } = self.candidates[index].resources;
         match self.task.objective {
@@ -256,7 +104,7 @@ impl<E> Search<'_, E> {
         }
     }
 
-    /// For each look-ahead and word: the designs in which it alone is shorter than possible.
+    /// Returns, for each look-ahead and word, the designs in which only this word is shorter than its greatest length.
     fn probes(&self) -> Vec<usize> {
         let words = |index: usize| {
             let design = &self.candidates[index].design;
@@ -272,7 +120,7 @@ impl<E> Search<'_, E> {
             for word in 0..3 {
                 let alone = |&&i: &&usize| (0..3).all(|other| other == word || words(i)[other] == longest[other]);
                 let mut alone: Vec<usize> = of.iter().filter(alone).copied().collect();
-                // The longest first: where it fails, all of them do.
+                // The longest word first: if it fails, the shorter ones fail too.
                 alone.sort_by_key(|&i| std::cmp::Reverse(words(i)[word]));
                 probes.extend(alone);
             }
@@ -280,7 +128,7 @@ impl<E> Search<'_, E> {
         probes
     }
 
-    /// Status of a design, and the design that it is skipped for.
+    /// Returns the status of a design and, if it is skipped, the index of the failing design.
     fn status(&self, index: usize) -> (Status, Option<usize>) {
         if self.failure(index).is_some() {
             return (Status::Fails, None);
@@ -298,25 +146,26 @@ impl<E> Search<'_, E> {
         }
     }
 
-    /// The first check that a design fails.
-    fn failure(&self, index: usize) -> Option<&Checked> {
+    /// Returns the first check that a design fails.
+    fn failure(&self, index: usize) -> Option<&CheckOutcome> {
         let measured = || self.outcomes[index].iter().flatten().find_map(|outcome| outcome.failure.as_ref());
         self.candidates[index].failure.as_ref().or_else(measured)
     }
 
-    /// Measures those of a batch that are still open.
+    /// Measures the designs of a batch whose status is open.
     fn measure_open(&mut self, batch: &[usize]) -> Result<(), E> {
         let open: Vec<usize> = batch.iter().copied().filter(|&index| self.status(index).0 == Status::Open).collect();
         self.measure(&open, false)
     }
 
-    /// Measures designs part by part, each to its first failure, or on all parts if `whole`. It stops when time is up,
-    /// but a whole measurement does not.
+    /// Measures designs on all parts. With `whole` a design is measured beyond its first failure, and the deadline is
+    /// ignored.
     fn measure(&mut self, batch: &[usize], whole: bool) -> Result<(), E> {
         let all = (0..self.parts.len()).collect::<Vec<_>>();
         self.measure_parts(batch, &all, whole)
     }
 
+    /// Does the same as [`Search::measure`] on some of the parts.
     fn measure_parts(&mut self, batch: &[usize], parts: &[usize], whole: bool) -> Result<(), E> {
         for &slot in parts {
             let part = self.parts[slot];
@@ -339,16 +188,16 @@ impl<E> Search<'_, E> {
             if left.is_empty() {
                 continue;
             }
-            if !whole && self.late() {
+            if !whole && self.is_late() {
                 return Ok(());
             }
-            (self.tell)(&self.progress(&left, part));
-            // Designs of one look-ahead share a reference.
+            (self.report)(&self.progress(&left, part));
+            // Designs with the same look-ahead share a reference.
             left.sort_by_key(|&index| self.candidates[index].design.look_ahead.clone());
             for same in
                 left.chunk_by(|&a, &b| self.candidates[a].design.look_ahead == self.candidates[b].design.look_ahead)
             {
-                // A candidate without levels has a failure, so none is lost here.
+                // A candidate without levels has a failure and is not in the list, so the filter removes none.
                 let levels: Vec<(usize, Levels)> = same
                     .iter()
                     .filter_map(|&index| Some((index, Levels::new(&self.candidates[index].design).ok()?)))
@@ -356,7 +205,7 @@ impl<E> Search<'_, E> {
                 let Some((_, first)) = levels.first() else { continue };
                 self.bench.prepare(first, part);
                 let bench = &self.bench;
-                let found: Vec<(usize, Outcome)> =
+                let found: Vec<(usize, PartOutcome)> =
                     levels.par_iter().map(|(index, levels)| (*index, bench.measure(levels, part))).collect();
                 for (index, outcome) in found {
                     (self.keep)(&self.bench.key(&self.candidates[index].design, part), &outcome)?;
@@ -376,27 +225,28 @@ impl<E> Search<'_, E> {
         Progress {
             settled: status.iter().filter(|status| **status != Status::Open).count(),
             designs: status.len(),
-            what: format!("{first} on {}", self.bench.name(part)),
+            step: format!("{first} on {}", self.bench.name(part)),
             best: best.map(|best| (best.name.clone(), best.resources.m10k)),
         }
     }
 
-    /// Memory and error of a design; the error is that of the frames measured.
+    /// Returns the M10K of a design and its largest DoG error over the frames measured; `None` without a frame.
     fn price(&self, index: usize) -> Option<(u64, f64)> {
         let errors = self.outcomes[index].iter().flatten().filter_map(|outcome| outcome.dog_rms_lsb);
         let error = errors.fold(None, |most: Option<f64>, error| Some(most.map_or(error, |most| most.max(error))))?;
         Some((self.candidates[index].resources.m10k, error))
     }
 
+    /// Returns the indices of the parts that are frames.
     fn frames(&self) -> Vec<usize> {
         (0..self.parts.len()).filter(|&slot| matches!(self.parts[slot], Part::Frame(..))).collect()
     }
 
-    /// A design that stopped early has a small error for want of frames. Those on the front are measured on all of them
-    /// until none is left.
+    /// Measures the designs on the front on all frames. A design whose measurement stopped early has an error that is
+    /// too small, so the front can change; the method repeats until it does not.
     fn complete_front(&mut self) -> Result<(), E> {
         let frames = self.frames();
-        while !self.late() {
+        while !self.is_late() {
             let short: Vec<usize> = self
                 .front()
                 .into_iter()
@@ -411,7 +261,7 @@ impl<E> Search<'_, E> {
         Ok(())
     }
 
-    /// The designs that no other beats in memory and error.
+    /// Returns the indices of the designs on the Pareto front of memory and error.
     fn front(&self) -> Vec<usize> {
         let prices: Vec<Option<(u64, f64)>> = (0..self.candidates.len()).map(|index| self.price(index)).collect();
         front(&prices)
@@ -476,12 +326,12 @@ impl<E> Search<'_, E> {
     }
 }
 
-/// The one of two checks that uses more of its allowance.
-fn closest<'a>(measured: &'a Checked, coefficients: Option<&'a Checked>) -> &'a Checked {
+/// Returns the check that uses more of its allowance.
+fn closest<'a>(measured: &'a CheckOutcome, coefficients: Option<&'a CheckOutcome>) -> &'a CheckOutcome {
     coefficients.filter(|check| check.used > measured.used).unwrap_or(measured)
 }
 
-/// The indices of the points that no other beats: less of one and not more of the other.
+/// Returns the indices of the pairs that no other pair dominates: smaller in one number and not larger in the other.
 fn front(prices: &[Option<(u64, f64)>]) -> Vec<usize> {
     let beats = |a: (u64, f64), b: (u64, f64)| (a.0 <= b.0 && a.1 < b.1) || (a.0 < b.0 && a.1 <= b.1);
     (0..prices.len())
@@ -492,12 +342,13 @@ fn front(prices: &[Option<(u64, f64)>]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hoverlock_fixed_point::model::design::KT27;
+    use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
     use hoverlock_reference::image::plane::Plane;
+    use hoverlock_reports::study::Subject;
     use std::time::Duration;
 
     #[test]
-    fn the_front_has_what_none_beats() {
+    fn the_front_has_the_points_that_no_other_dominates() {
         let prices = [Some((437, 0.5)), Some((410, 0.9)), Some((420, 0.9)), None, Some((410, 0.9)), Some((380, 2.0))];
         assert_eq!(front(&prices), [0, 1, 4, 5]);
     }
@@ -514,7 +365,7 @@ mod tests {
         Subject { name: "blobs".into(), frame: frame.clone(), picture: frame }
     }
 
-    fn searched(known: &Known, kept: &mut Known, budget: u64) -> Exploration {
+    fn searched(known: &KnownResults, kept: &mut KnownResults, budget: u64) -> Exploration {
         let subjects = [subject()];
         let unbuildable = |design: &DesignPoint| {
             let odd = design.state.bits() > 18 || design.coefficient.bits() > 16 || design.coefficient.bits() < 14;
@@ -530,7 +381,7 @@ mod tests {
             unbuildable: &unbuildable,
             build: "test",
         };
-        let mut keep = |key: &str, outcome: &Outcome| {
+        let mut keep = |key: &str, outcome: &PartOutcome| {
             kept.insert(key.into(), outcome.clone());
             Ok(())
         };
@@ -539,8 +390,8 @@ mod tests {
 
     #[test]
     fn the_best_is_the_cheapest_that_passes_and_a_second_search_measures_nothing() {
-        let mut kept = Known::new();
-        let found = searched(&Known::new(), &mut kept, 3600);
+        let mut kept = KnownResults::new();
+        let found = searched(&KnownResults::new(), &mut kept, 3600);
         assert!(found.pass && found.decided && found.complete && found.restored == 0);
         let best = found.best().unwrap();
         let (of_best, of_base) = (best.resources, found.points[0].resources);
@@ -550,7 +401,7 @@ mod tests {
             match point.status {
                 Status::Passes => assert!(best.resources.m10k <= point.resources.m10k && point.failure.is_none()),
                 Status::Fails => assert!(point.failure.is_some() && point.margin.unwrap() < 0.0),
-                // What it rests on fails, and is nowhere shorter.
+                // The design that it is skipped for fails and has no shorter word.
                 Status::Skipped => {
                     let finer = found.points.iter().find(|other| Some(&other.name) == point.because.as_ref()).unwrap();
                     assert!(finer.failure.is_some() && finer.design.state.bits() >= point.design.state.bits());
@@ -559,25 +410,25 @@ mod tests {
                 Status::Open => panic!("{point:?}"),
             }
         }
-        let again = searched(&kept, &mut Known::new(), 3600);
+        let again = searched(&kept, &mut KnownResults::new(), 3600);
         assert_eq!((again.measured, again.restored), (0, found.measured));
         assert_eq!(again.points, found.points);
     }
 
     #[test]
     fn without_time_only_the_base_is_measured() {
-        let found = searched(&Known::new(), &mut Known::new(), 0);
+        let found = searched(&KnownResults::new(), &mut KnownResults::new(), 0);
         assert!(!found.complete && !found.decided);
         assert_eq!(found.best().unwrap().name, "base");
     }
 
-    /// The report counts the checks of the coefficients, which need no picture; so does a search.
+    /// Like the report, a search counts the checks of the coefficients, which need no picture.
     #[test]
     fn the_checks_of_the_coefficients_count() {
         let base = Candidate::new(KT27, &KT27);
         let coefficients = base.closest.unwrap();
         assert!(coefficients.check.starts_with("sigma_eff") && coefficients.used > 0.7, "{coefficients:?}");
-        let frame = |used: f64| Checked { used, ..Checked::impossible("a frame", String::new()) };
+        let frame = |used: f64| CheckOutcome { used, ..CheckOutcome::unmeasurable("a frame", String::new()) };
         assert_eq!(closest(&frame(0.5), Some(&coefficients)), &coefficients);
         assert_eq!(closest(&frame(0.9), Some(&coefficients)), &frame(0.9));
     }

@@ -1,21 +1,20 @@
-//! The files of a search: page, numbers, table, and the best design as a design file.
+//! The files of a search: HTML page, JSON, CSV table, and the best design as a design file.
 
 use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_reports::provenance::COMMIT;
 use serde::Serialize;
 
-use super::{Exploration, Point, Status};
-use crate::provenance::COMMIT;
+pub use crate::page::html;
+use crate::{Exploration, Point, Status};
 
-pub use super::page::html;
-
-/// File name of the numbers.
+/// File name of the JSON file.
 pub const NUMBERS: &str = "explore.json";
 /// File name of the table.
 pub const TABLE: &str = "points.csv";
 /// File name of the best design.
 pub const BEST: &str = "best.toml";
 
-/// What the JSON file has.
+/// The content of the JSON file.
 #[derive(Serialize)]
 struct Numbers<'a> {
     commit: &'static str,
@@ -27,7 +26,7 @@ struct Numbers<'a> {
     exploration: &'a Exploration,
 }
 
-/// The search as JSON; `best` and `base` are points, `pareto` those of the front, cheapest first.
+/// Returns the search as JSON. `best` and `base` are points; `pareto` is the Pareto front, cheapest first.
 ///
 /// # Errors
 /// The search cannot be written as JSON.
@@ -38,7 +37,7 @@ pub fn json(exploration: &Exploration, command: &str) -> Result<String, serde_js
     Ok(serde_json::to_string_pretty(&Numbers { commit: COMMIT, command, best, base, pareto, exploration })? + "\n")
 }
 
-/// All points as CSV, the base first.
+/// Returns all points as CSV, the base first.
 pub fn csv(exploration: &Exploration) -> String {
     let mut text = String::from(
         "name,pixel,state,coefficient,look_ahead,dog_bits,m10k,alm,dsp,mul18,fits,status,margin_percent,check,measured,\
@@ -72,8 +71,8 @@ pub fn csv(exploration: &Exploration) -> String {
     text
 }
 
-/// The word of a status.
-pub(super) fn status(status: Status) -> &'static str {
+/// Returns the name of a status.
+fn status(status: Status) -> &'static str {
     match status {
         Status::Passes => "passes",
         Status::Fails => "fails",
@@ -82,7 +81,7 @@ pub(super) fn status(status: Status) -> &'static str {
     }
 }
 
-/// The best design as a design file, which `--design` takes.
+/// Returns the best design as a design file for `--design`; `None` if no design passes.
 pub fn best(exploration: &Exploration, command: &str) -> Option<String> {
     let best = exploration.best()?;
     let worst = best.worst.as_ref()?;
@@ -106,7 +105,7 @@ pub fn best(exploration: &Exploration, command: &str) -> Option<String> {
     Some(best.design.to_file(&heading))
 }
 
-/// A text that stays in its comment.
+/// Replaces control characters, so that the text stays within one comment line.
 fn one_line(text: &str) -> String {
     text.replace(|c: char| c.is_control(), " ")
 }

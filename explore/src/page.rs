@@ -1,24 +1,22 @@
 //! The page of a search.
 
 use hoverlock_fixed_point::analysis::bounds::Bounds;
-use minijinja::value::{Serde, Value};
-use minijinja::{Environment, context};
+use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
+use hoverlock_reports::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series};
+use hoverlock_reports::provenance::COMMIT;
+use minijinja::context;
 use serde::Serialize;
 
-use super::{Exploration, Objective, Point, Status, output};
-use crate::page::{PageError, SCRIPT, STYLE, filters};
-use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series};
-use crate::provenance::COMMIT;
+use crate::{Exploration, Objective, Point, Status, output};
 
-const TEMPLATE: &str = include_str!("../../templates/explore.html");
+const TEMPLATE: &str = include_str!("../templates/explore.html");
 
-/// The page as HTML, with style and plots inside it.
+/// Renders the page as one HTML file, with style and plots inside it.
 ///
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
 pub fn html(exploration: &Exploration, command: &str) -> Result<String, PageError> {
-    let mut environment = Environment::new();
-    filters(&mut environment);
+    let mut environment = environment();
     environment.add_template("explore.html", TEMPLATE)?;
     let count = |status: Status| exploration.points.iter().filter(|point| point.status == status).count();
     let mut measured: Vec<&Point> = exploration.points.iter().filter(|point| point.frames > 0).collect();
@@ -30,7 +28,7 @@ pub fn html(exploration: &Exploration, command: &str) -> Result<String, PageErro
         commit => COMMIT,
         command => command,
         exploration => value(exploration),
-        objective => told(exploration.objective),
+        objective => in_words(exploration.objective),
         best => value(exploration.best()),
         base => value(exploration.base()),
         passing => count(Status::Passes),
@@ -49,11 +47,7 @@ pub fn html(exploration: &Exploration, command: &str) -> Result<String, PageErro
     })?)
 }
 
-fn value(view: impl Serialize) -> Value {
-    Value::from(Serde(view))
-}
-
-fn told(objective: Objective) -> &'static str {
+fn in_words(objective: Objective) -> &'static str {
     match objective {
         Objective::M10k => "the fewest M10K",
         Objective::Alm => "the fewest ALM",
@@ -62,7 +56,7 @@ fn told(objective: Objective) -> &'static str {
     }
 }
 
-/// A word of the base design and of the best one.
+/// A word of the design: its value in the base and in the best design.
 #[derive(Serialize)]
 struct Word {
     name: &'static str,
@@ -84,12 +78,12 @@ fn words(exploration: &Exploration) -> Vec<Word> {
 
 type Pick<'a> = &'a dyn Fn(&Point) -> bool;
 
-/// Error against memory: what passes, what fails, the front, the best design and the base.
-pub(super) fn front(exploration: &Exploration) -> Result<String, PlotError> {
+/// Plots the DoG error against memory.
+fn front(exploration: &Exploration) -> Result<String, PlotError> {
     chart(exploration, "DoG error, LSB rms, against memory", &|point| point.dog_rms_lsb, true)
 }
 
-/// The closest check against memory.
+/// Plots the fraction of the allowance that the closest check uses against memory.
 fn margins(exploration: &Exploration) -> Result<String, PlotError> {
     let used = |point: &Point| point.worst.as_ref().filter(|_| point.frames > 0).map(|worst| 100.0 * worst.used);
     chart(exploration, "Allowance of the closest check used, %, against memory", &used, false)

@@ -1,7 +1,7 @@
-//! One design on one part of the measurement: a picture under a condition, or the known motions of a picture.
+//! Measures one design on one part: a picture under one condition, or the known motions of a picture.
 //!
-//! A part is small enough to stop after it, and its result is worth keeping: it is named by the content of everything
-//! it depends on, so that a later search takes it from a file.
+//! A part is small enough to stop the search after it. Its result is stored under a hash of everything it depends on,
+//! so that a later search can reuse it.
 
 use std::collections::HashMap;
 
@@ -12,142 +12,90 @@ use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reports::check_outcome::CheckOutcome;
+use hoverlock_reports::study::{MOTIONS, Subject};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::study::{MOTIONS, Subject};
-
-/// A check with its outcome, as it is kept in a file: numbers that are not finite are missing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Checked {
-    /// Name of the bound.
-    pub check: String,
-    /// Its unit.
-    pub unit: String,
-    /// The measurement.
-    pub measured: Option<f64>,
-    /// The limit.
-    pub limit: Option<f64>,
-    /// Picture, condition, scale or smoother.
-    pub place: String,
-    /// Part of the allowance that is used, at most [`Checked::MOST`]; above 1 the check fails.
-    pub used: f64,
-    /// The check passes.
-    pub pass: bool,
-}
-
-impl Checked {
-    /// What stands for an infinite part of the allowance.
-    pub const MOST: f64 = 1e6;
-
-    /// A check on a picture.
-    pub fn of(check: &Check, place: Option<&str>) -> Self {
-        let finite = |value: f64| value.is_finite().then_some(value);
-        // NaN is no measurement, so it fails by as much as can be.
-        let used = if check.used.is_nan() { Self::MOST } else { check.used.min(Self::MOST) };
-        Self {
-            check: check.name.into(),
-            unit: check.unit.into(),
-            measured: finite(check.measured),
-            limit: finite(check.limit),
-            place: place.map_or_else(|| check.location.clone(), |place| format!("{place}, {}", check.location)),
-            used,
-            pass: check.pass,
-        }
-    }
-
-    /// A design that has no model.
-    pub fn impossible(what: &str, reason: String) -> Self {
-        Self {
-            check: what.into(),
-            unit: String::new(),
-            measured: None,
-            limit: None,
-            place: reason,
-            used: Self::MOST,
-            pass: false,
-        }
-    }
-}
-
-/// What a design is measured on.
+/// A part of the measurement of a design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub(crate) enum Part {
     /// A picture under a condition: indices into the subjects and [`CONDITIONS`].
     Frame(usize, usize),
-    /// The known motions of a picture.
+    /// The known motions of a picture: its index in the subjects.
     Motion(usize),
 }
 
-/// What came of a part.
+/// The outcome of the checks of one design on one part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct PartOutcome {
     /// The check that uses most of its allowance.
-    pub worst: Checked,
+    pub worst: CheckOutcome,
     /// The first check that fails, in the order of the report.
-    pub failure: Option<Checked>,
-    /// Root mean square of the DoG error of the worse scale, LSB of the design point `kt27`; missing for motions.
+    pub failure: Option<CheckOutcome>,
+    /// Rms of the DoG error on the worse scale, LSB of the design point `kt27`; `None` for motions.
     pub dog_rms_lsb: Option<f64>,
 }
 
-impl Outcome {
-    fn of(checks: &[Check], place: &str, dog_rms_lsb: Option<f64>) -> Self {
-        let checks: Vec<Checked> = checks.iter().map(|check| Checked::of(check, Some(place))).collect();
+impl PartOutcome {
+    fn new(checks: &[Check], place: &str, dog_rms_lsb: Option<f64>) -> Self {
+        let checks: Vec<CheckOutcome> = checks.iter().map(|check| CheckOutcome::new(check, Some(place))).collect();
         let failure = checks.iter().find(|check| !check.pass).cloned();
         let worst = checks
             .into_iter()
             .max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(std::cmp::Ordering::Equal));
-        let nothing = || Checked::impossible("checks", format!("{place}: nothing was measured"));
-        let worst = worst.unwrap_or_else(nothing);
+        let unmeasured = || CheckOutcome::unmeasurable("checks", format!("{place}: nothing was measured"));
+        let worst = worst.unwrap_or_else(unmeasured);
         Self { failure: if worst.pass { failure } else { failure.or(Some(worst.clone())) }, worst, dog_rms_lsb }
     }
 }
 
-/// The pictures, and what `streaming` gives on them. Designs with the same look-ahead share it.
-pub struct Bench<'a> {
+/// The pictures and the planes of `streaming` on them, which designs with the same look-ahead share.
+pub(crate) struct Bench<'a> {
     subjects: &'a [Subject],
     hashes: Vec<String>,
     build: String,
-    /// The look-ahead and part of the last reference, and the frame.
+    /// Look-ahead and part of the last reference, its frame, and the reference.
     last: Option<(Vec<u32>, Part, Plane<u16>, Reference)>,
+    /// Motions by look-ahead and picture.
     motions: HashMap<(Vec<u32>, usize), Motions>,
 }
 
 impl<'a> Bench<'a> {
-    /// The pictures of a search. `build` names the program: results of another one are not taken over.
-    pub fn new(subjects: &'a [Subject], build: &str) -> Self {
+    /// Creates a bench for a search. `build` is the version of the program.
+    pub(crate) fn new(subjects: &'a [Subject], build: &str) -> Self {
         let hashes = subjects.iter().map(|subject| hoverlock_pictures::sha256(&subject.frame)).collect();
         Self { subjects, hashes, build: build.into(), last: None, motions: HashMap::new() }
     }
 
-    /// SHA-256 of what is measured of each picture.
-    pub fn hashes(&self) -> &[String] {
+    /// Returns the SHA-256 of the frame of each picture.
+    pub(crate) fn hashes(&self) -> &[String] {
         &self.hashes
     }
 
-    /// All parts: frames first, motions last, because motions cost most.
-    pub fn parts(&self) -> Vec<Part> {
+    /// Returns all parts: frames first, motions last because they take the longest.
+    pub(crate) fn parts(&self) -> Vec<Part> {
         let pictures = 0..self.subjects.len();
         let frames = pictures.clone().flat_map(|picture| (0..CONDITIONS.len()).map(move |c| Part::Frame(picture, c)));
         frames.chain(pictures.map(Part::Motion)).collect()
     }
 
-    /// The name of a result: a hash of the design, the picture, the condition, the bounds and the program.
-    pub fn key(&self, design: &DesignPoint, part: Part) -> String {
-        let (picture, what) = match part {
+    /// Returns the key of a result: a hash of design, picture, condition, bounds and program.
+    pub(crate) fn key(&self, design: &DesignPoint, part: Part) -> String {
+        let (picture, condition) = match part {
             Part::Frame(picture, condition) => (picture, CONDITIONS[condition].name),
             Part::Motion(picture) => (picture, "motions"),
         };
         let mut digest = Sha256::new();
-        for text in [&self.build, Bounds::FILE, &design.to_toml(), &self.hashes[picture], what] {
+        for text in [&self.build, Bounds::FILE, &design.to_toml(), &self.hashes[picture], condition] {
             digest.update(text.as_bytes());
             digest.update([0]);
         }
         digest.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// The name of a part, for progress.
-    pub fn name(&self, part: Part) -> String {
+    /// Returns the name of a part: picture and condition.
+    pub(crate) fn name(&self, part: Part) -> String {
         match part {
             Part::Frame(picture, condition) => {
                 format!("{}, {}", self.subjects[picture].name, CONDITIONS[condition].name)
@@ -156,8 +104,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Computes `streaming` for a part, unless it is there.
-    pub fn prepare(&mut self, levels: &Levels, part: Part) {
+    /// Computes `streaming` for a part with the look-ahead of `levels`, unless it is there.
+    pub(crate) fn prepare(&mut self, levels: &Levels, part: Part) {
         let look_ahead = levels.design().look_ahead.to_vec();
         let bounds = Bounds::acceptance();
         match part {
@@ -179,8 +127,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Measures a design on a part that was prepared for its look-ahead.
-    pub fn measure(&self, levels: &Levels, part: Part) -> Outcome {
+    /// Measures a design on a part. Call [`Bench::prepare`] for this part and look-ahead first.
+    pub(crate) fn measure(&self, levels: &Levels, part: Part) -> PartOutcome {
         let (bounds, place) = (Bounds::acceptance(), self.name(part));
         match part {
             Part::Frame(..) => {
@@ -189,12 +137,12 @@ impl<'a> Bench<'a> {
                 });
                 let checks = compared.as_ref().map(|compared| compared.check(bounds)).unwrap_or_default();
                 let rms = compared.map(|compared| compared.scales.iter().map(|s| s.interior.rms).fold(0.0, f64::max));
-                Outcome::of(&checks, &place, rms)
+                PartOutcome::new(&checks, &place, rms)
             }
             Part::Motion(picture) => {
                 let motions = self.motions.get(&(levels.design().look_ahead.to_vec(), picture));
                 let displacements = motions.map(|motions| motions.displacements(levels)).unwrap_or_default();
-                Outcome::of(&displacement::check(&displacements, bounds), &place, None)
+                PartOutcome::new(&displacement::check(&displacements, bounds), &place, None)
             }
         }
     }
