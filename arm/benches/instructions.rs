@@ -103,11 +103,11 @@ impl Tools {
 /// A reference and `frames` frames after it, `apart` frame times from each other, made by `records`.
 fn flight(frames: u32, apart: u64, records: impl Fn(u32) -> Vec<FeatureRecord>) -> Source {
     let mut source = Source::default();
-    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send_registers(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Order::Capture.encode());
     for frame in 0..=frames {
         let telemetry = telemetry(frame);
-        source.frame(&Telemetry { time_us: apart * telemetry.time_us, ..telemetry }, &records(frame), &[2000; 2]);
+        source.send_frame(&Telemetry { time_us: apart * telemetry.time_us, ..telemetry }, &records(frame), &[2000; 2]);
     }
     source
 }

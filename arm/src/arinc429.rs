@@ -8,9 +8,8 @@
 //! | 30-31 | SSM | 3 is normal operation in a binary word (BNR), 0 in a discrete one |
 //! | 32 | parity | the number of ones in the word is odd |
 //!
-//! Bit 1 is the first on the wire, and bit 0 of the `u32` here: so the label stands reversed in the low byte, and a
-//! transmitter that shifts the
-//! least significant bit out first sends the word as it is.
+//! Bit 1 is the first on the wire, and bit 0 of the `u32` here. So the low byte is the label with its bits reversed, and
+//! a transmitter that shifts the least significant bit out first sends the word as it is.
 //!
 //! | label | word | data |
 //! |---|---|---|
@@ -18,92 +17,91 @@
 //! | 0o302 | exposure | BNR: bit 29 the sign, 0; bits 28-11 the time, bit 28 worth 65536 us; 1 to 66 667 us |
 //! | 0o303 | mode | discrete: bits 12-11 the mode, the others 0: 0 standby, 1 free run, 2 triggered |
 //!
-//! The camera maker's interface document is not public: labels and scales are assumptions, and stand in this file
-//! alone. The layout of
-//! words is that of ARINC specification 429 part 1.
+//! The interface document of the camera is not public. Labels and scales are assumptions and are defined only in this
+//! file. The layout of words is that of ARINC specification 429 part 1.
 
-/// The camera that a word is for.
+/// The camera to which a word is addressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Camera {
-    /// SDI 0.
+    /// All cameras, SDI 0.
     All,
-    /// SDI 1, 2 or 3.
+    /// The camera with this SDI: 1, 2 or 3.
     One(u8),
 }
 
-/// What the camera is to do.
+/// A setting of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
     /// Field of view across the columns, degrees; a multiple of 2^-12.
     Zoom(f64),
-    /// Exposure time, microseconds; a multiple of a half.
+    /// Exposure time, microseconds; a multiple of 0.5.
     Exposure(f64),
-    /// How frames are taken.
+    /// Trigger mode.
     Mode(Mode),
 }
 
-/// How frames are taken.
+/// The trigger mode of the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// Not at all.
+    /// No frames are taken.
     Standby,
-    /// As the camera's own clock says.
+    /// Frames are taken at the camera's own rate.
     FreeRun,
-    /// At each trigger.
+    /// A frame is taken at each trigger.
     Triggered,
 }
 
-/// Why there is no word, or no control in it.
+/// The reason why a word cannot be encoded or decoded.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum WordError {
-    /// The number of ones is even.
+    /// The number of ones in the word is even.
     #[error("word 0x{0:08x} has even parity")]
     Parity(u32),
-    /// A label that is not in the table.
-    #[error("label 0o{0:03o} is no control of the camera")]
+    /// The label is not in the table of the module.
+    #[error("label 0o{0:03o} is not a control of the camera")]
     Label(u8),
-    /// The source says that its data is not valid.
+    /// The sign/status bits mark the data as invalid.
     #[error("SSM {0} is not that of normal operation")]
     Ssm(u32),
-    /// A value that the camera does not take.
-    #[error("{what} of {value} {unit} is outside {least} to {most}")]
+    /// The value is outside the camera's range.
+    #[error("{what} of {value} {unit} is outside {min} to {max}")]
     Range {
-        /// What it is.
+        /// Name of the quantity, with its article.
         what: &'static str,
-        /// The value.
+        /// Value that was given.
         value: f64,
-        /// Its unit.
+        /// Unit of the value and its limits.
         unit: &'static str,
-        /// Least that the camera takes.
-        least: f64,
-        /// Most that the camera takes.
-        most: f64,
+        /// Smallest value that the camera accepts.
+        min: f64,
+        /// Largest value that the camera accepts.
+        max: f64,
     },
-    /// Data bits that no control of the label has.
-    #[error("data 0x{0:05x} is no mode")]
+    /// The data bits of a mode word are not a mode.
+    #[error("data 0x{0:05x} is not a mode")]
     Mode(u32),
-    /// The sign bit of a value that is never negative.
+    /// The sign bit is set.
     #[error("the value is negative")]
     Negative,
-    /// SDI has two bits, and 0 is all cameras.
+    /// No SDI addresses this camera alone: SDI has two bits, and 0 means all cameras.
     #[error("camera {0} is not one of 1, 2 and 3")]
     Camera(u8),
 }
 
-/// A binary value: its label, what bit 11 is worth, and what the camera takes.
+/// The format of a binary (BNR) word: label, value of bit 11, and the range that the camera accepts.
 struct Binary {
     label: u8,
     what: &'static str,
     unit: &'static str,
     lsb: f64,
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
 }
 
 const ZOOM: Binary =
-    Binary { label: 0o301, what: "a field of view", unit: "degrees", lsb: 1.0 / 4096.0, least: 5.4, most: 50.0 };
+    Binary { label: 0o301, what: "a field of view", unit: "degrees", lsb: 1.0 / 4096.0, min: 5.4, max: 50.0 };
 const EXPOSURE: Binary =
-    Binary { label: 0o302, what: "an exposure", unit: "microseconds", lsb: 0.5, least: 1.0, most: 66_667.0 };
+    Binary { label: 0o302, what: "an exposure", unit: "microseconds", lsb: 0.5, min: 1.0, max: 66_667.0 };
 const MODE_LABEL: u8 = 0o303;
 
 /// SSM of a binary word in normal operation.
@@ -112,7 +110,7 @@ const BINARY_NORMAL: u32 = 3;
 const DISCRETE_NORMAL: u32 = 0;
 
 impl Binary {
-    /// The data bits of the nearest value that can be sent.
+    /// Returns the data bits of the nearest value that can be sent.
     fn data(&self, value: f64) -> Result<u32, WordError> {
         let steps = (value / self.lsb).round();
         self.check(steps * self.lsb, value)?;
@@ -128,18 +126,18 @@ impl Binary {
         Ok(value)
     }
 
-    /// Half a step beyond the range is within, so that its ends can be sent.
+    /// Accepts half a step beyond the range, so that the ends of the range can be sent.
     fn check(&self, nearest: f64, value: f64) -> Result<(), WordError> {
-        let Self { what, unit, lsb, least, most, .. } = *self;
-        let within = nearest >= least - lsb / 2.0 && nearest <= most + lsb / 2.0;
-        if within { Ok(()) } else { Err(WordError::Range { what, value, unit, least, most }) }
+        let Self { what, unit, lsb, min, max, .. } = *self;
+        let within = nearest >= min - lsb / 2.0 && nearest <= max + lsb / 2.0;
+        if within { Ok(()) } else { Err(WordError::Range { what, value, unit, min, max }) }
     }
 }
 
-/// The word that tells a camera what to do.
+/// Encodes a setting as a word. Values are rounded to the nearest step.
 ///
 /// # Errors
-/// Where the camera does not take the value.
+/// If the value is outside the camera's range or the camera number is not 1, 2 or 3.
 pub fn encode(camera: Camera, control: Control) -> Result<u32, WordError> {
     let sdi = match camera {
         Camera::All => 0,
@@ -156,10 +154,10 @@ pub fn encode(camera: Camera, control: Control) -> Result<u32, WordError> {
     Ok(word | parity << 31)
 }
 
-/// What a word tells which camera.
+/// Decodes a word into the addressed camera and the setting.
 ///
 /// # Errors
-/// Where [`encode`] makes no such word.
+/// If [`encode`] cannot produce the word.
 pub fn decode(word: u32) -> Result<(Camera, Control), WordError> {
     if word.count_ones().is_multiple_of(2) {
         return Err(WordError::Parity(word));
@@ -224,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_camera_does_not_take_is_not_sent() {
+    fn values_out_of_range_are_not_sent() {
         for control in [
             Control::Zoom(5.3),
             Control::Zoom(50.1),
@@ -242,9 +240,9 @@ mod tests {
         }
     }
 
-    /// Each fault in a sound word, the parity mended so that the fault itself is seen.
+    /// Each fault in a valid word, with corrected parity so that the fault itself is detected.
     #[test]
-    fn each_fault_is_named() {
+    fn each_fault_is_reported() {
         let mended = |word: u32| word ^ u32::from(word.count_ones().is_multiple_of(2)) << 31;
         let zoom = encode(Camera::All, Control::Zoom(20.0)).unwrap();
         assert_eq!(decode(zoom ^ 1 << 31), Err(WordError::Parity(zoom ^ 1 << 31)));
@@ -273,7 +271,7 @@ mod tests {
             }
         }
 
-        /// Every word is refused, or is the very word that its content is sent as; and one wrong bit is always refused.
+        /// Every word is refused or encodes back to itself; a single wrong bit is always refused.
         #[test]
         fn a_malformed_word_is_refused(
             word in any::<u32>(), camera in camera(), control in control(), bit in 0..32u32,

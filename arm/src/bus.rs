@@ -1,4 +1,4 @@
-//! Registers of a device by byte address: the port through which the CPU reaches the FPGA.
+//! The bus from the CPU to the registers of the FPGA, by byte address.
 
 use memmap2::{MmapOptions, MmapRaw};
 use std::fs::OpenOptions;
@@ -6,84 +6,84 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::ptr;
 
-/// Bytes of the register block: the hardware decodes six bits of the word address.
-pub const SPAN: u32 = 0x100;
+/// Size of the register block, bytes: the hardware decodes six bits of the word address.
+pub const BLOCK_BYTES: u32 = 0x100;
 
-/// 32-bit registers by byte address.
+/// A device with 32-bit registers by byte address.
 pub trait Bus {
-    /// Why an access fails.
+    /// The error of a failed access.
     type Error: std::error::Error;
 
-    /// The value of a register.
+    /// Reads a register.
     ///
     /// # Errors
-    /// Where the access fails.
+    /// If the access fails.
     fn read(&mut self, address: u32) -> Result<u32, Self::Error>;
 
     /// Writes a register.
     ///
     /// # Errors
-    /// Where the access fails.
+    /// If the access fails.
     fn write(&mut self, address: u32, value: u32) -> Result<(), Self::Error>;
 }
 
-/// Why a device cannot be mapped, or an access to it is refused.
+/// The error of mapping a device or of an access to it.
 #[derive(Debug, thiserror::Error)]
 pub enum BusError {
     /// The device cannot be opened.
     #[error("{}: cannot open the registers: {source}", path.display())]
     Open {
-        /// The device.
+        /// Path of the device.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The device cannot be mapped.
-    #[error("{}: cannot map {SPAN} bytes at offset 0x{offset:x}: {source}", path.display())]
+    #[error("{}: cannot map {BLOCK_BYTES} bytes at offset 0x{offset:x}: {source}", path.display())]
     Map {
-        /// The device.
+        /// Path of the device.
         path: PathBuf,
-        /// Byte offset in it.
+        /// Byte offset of the block in the device.
         offset: u64,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A regular file ends before the block does.
-    #[error("{}: {bytes} bytes, too few for {SPAN} bytes of registers at offset 0x{offset:x}", path.display())]
+    /// A regular file ends before the end of the block.
+    #[error("{}: {bytes} bytes, too few for {BLOCK_BYTES} bytes of registers at offset 0x{offset:x}", path.display())]
     Short {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Byte offset in it.
+        /// Byte offset of the block in the device.
         offset: u64,
-        /// Its length.
+        /// Length of the file.
         bytes: u64,
     },
-    /// The block does not begin at a multiple of four bytes.
-    #[error("{}: offset 0x{offset:x} of the registers is no multiple of 4", path.display())]
+    /// The offset of the block is not a multiple of four bytes.
+    #[error("{}: offset 0x{offset:x} of the registers is not a multiple of 4", path.display())]
     Offset {
-        /// The device.
+        /// Path of the device.
         path: PathBuf,
-        /// Byte offset in it.
+        /// Byte offset of the block in the device.
         offset: u64,
     },
-    /// No register has this address.
-    #[error("0x{0:x} is no register address: a multiple of 4 below 0x{SPAN:x}")]
+    /// The address is outside the block or not a multiple of four.
+    #[error("0x{0:x} is not a register address: a multiple of 4 below 0x{BLOCK_BYTES:x}")]
     Address(u32),
 }
 
 /// A register block mapped from a device: `/dev/uioN`, or `/dev/mem` at the block's physical address.
 ///
-/// The kernel maps addresses that are no RAM uncached and in order, so an access here is one access on the bus. A
-/// regular file may be mapped too; it remembers what is written and does nothing.
+/// The kernel maps addresses outside RAM uncached and in order, so each access here is one access on the bus. A regular
+/// file can be mapped for tests; it stores what is written and has no other effect.
 #[derive(Debug)]
 pub struct Mapped(MmapRaw);
 
 impl Mapped {
-    /// The block at byte `offset` of a device.
+    /// Maps the block at byte `offset` of a device.
     ///
     /// # Errors
-    /// Where the device cannot be opened for reading and writing or cannot be mapped, a file is too short, or the
-    /// offset is no multiple of 4.
+    /// If the device cannot be opened for reading and writing or cannot be mapped, if a file is too short, or if the
+    /// offset is not a multiple of 4.
     pub fn open(device: &Path, offset: u64) -> Result<Self, BusError> {
         let path = || device.to_owned();
         if !offset.is_multiple_of(4) {
@@ -92,17 +92,17 @@ impl Mapped {
         let opened = OpenOptions::new().read(true).write(true).open(device);
         let file = opened.map_err(|source| BusError::Open { path: path(), source })?;
         let about = file.metadata().map_err(|source| BusError::Open { path: path(), source })?;
-        // A device tells no length. An access beyond the end of a file would end the program by a signal.
-        let end = offset.saturating_add(SPAN.into());
+        // A device has no length. An access beyond the end of a file would end the program by a signal.
+        let end = offset.saturating_add(BLOCK_BYTES.into());
         if about.is_file() && about.len() < end {
             return Err(BusError::Short { path: path(), offset, bytes: about.len() });
         }
-        let mapped = MmapOptions::new().offset(offset).len(SPAN as usize).map_raw(&file);
+        let mapped = MmapOptions::new().offset(offset).len(BLOCK_BYTES as usize).map_raw(&file);
         mapped.map(Self).map_err(|source| BusError::Map { path: path(), offset, source })
     }
 
     fn register(&self, address: u32) -> Result<*mut u32, BusError> {
-        if address >= SPAN || !address.is_multiple_of(4) {
+        if address >= BLOCK_BYTES || !address.is_multiple_of(4) {
             return Err(BusError::Address(address));
         }
         Ok(self.0.as_mut_ptr().wrapping_add(address as usize).cast())
@@ -114,7 +114,7 @@ impl Bus for Mapped {
 
     fn read(&mut self, address: u32) -> Result<u32, BusError> {
         let register = self.register(address)?;
-        // SAFETY: the four bytes lie in the mapping, which lives as long as `self`, and are aligned: pages, offset and
+        // SAFETY: the four bytes are in the mapping, which lives as long as `self`, and are aligned: pages, offset and
         // address are multiples of 4. No reference to the mapping is ever made.
         Ok(unsafe { ptr::read_volatile(register) })
     }
@@ -132,17 +132,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mapped_file_holds_what_is_written_at_its_offset() {
+    fn a_mapped_file_stores_writes_at_its_offset() {
         let path = std::env::temp_dir().join(format!("hoverlock-bus-{}", std::process::id()));
         // Beyond the first page, and not at the beginning of one.
         let offset = 8192 + 0x40;
-        std::fs::write(&path, vec![0; offset + SPAN as usize]).unwrap();
+        std::fs::write(&path, vec![0; offset + BLOCK_BYTES as usize]).unwrap();
         let mut bus = Mapped::open(&path, offset as u64).unwrap();
-        for (address, value) in [(0, 0x0403_0201), (SPAN - 4, 0xdead_beef)] {
+        for (address, value) in [(0, 0x0403_0201), (BLOCK_BYTES - 4, 0xdead_beef)] {
             bus.write(address, value).unwrap();
             assert_eq!(bus.read(address).unwrap(), value);
         }
-        for address in [2, SPAN, u32::MAX - 3] {
+        for address in [2, BLOCK_BYTES, u32::MAX - 3] {
             assert!(matches!(bus.read(address), Err(BusError::Address(a)) if a == address));
             assert!(matches!(bus.write(address, 1), Err(BusError::Address(a)) if a == address));
         }
@@ -150,7 +150,7 @@ mod tests {
         let bytes = std::fs::read(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
         assert_eq!(bytes[offset..offset + 4], [1, 2, 3, 4]);
-        assert_eq!(bytes[offset + SPAN as usize - 4..], 0xdead_beef_u32.to_le_bytes());
+        assert_eq!(bytes[offset + BLOCK_BYTES as usize - 4..], 0xdead_beef_u32.to_le_bytes());
         assert_eq!(bytes.iter().filter(|byte| **byte != 0).count(), 8);
     }
 }

@@ -1,12 +1,12 @@
 //! Messages on a byte stream that may lose, repeat, insert or change bytes.
 //!
-//! All numbers are little-endian, every part a multiple of four bytes:
+//! All numbers are little-endian; the size of every part is a multiple of four bytes:
 //!
 //! | bytes | part | |
 //! |---|---|---|
 //! | 4 | magic | `HLNV` |
 //! | 4 | kind | see [`crate::message`] |
-//! | 4 | length | bytes of the payload, a multiple of 4, at most [`MAX_PAYLOAD`] |
+//! | 4 | length | bytes of the payload, a multiple of 4, at most [`MAX_PAYLOAD_BYTES`] |
 //! | 4 | sequence | counts the messages of a source from 0 |
 //! | 4 | header check | CRC-32 of the 16 bytes before |
 //! | length | payload | |
@@ -14,50 +14,52 @@
 //!
 //! CRC-32 is that of IEEE 802.3 (polynomial 0x04c11db7, reflected, all ones before and after).
 //!
-//! **Resynchronisation.** A header counts only with its check, so a changed length is not waited for. Where a check
-//! fails, the
-//! search for the next magic begins one byte after the failed one, inside what looked like a message too: so damage
-//! costs the messages
-//! it touched and no other. Where bytes are missing in a payload, what follows is taken for the rest of it first, so
-//! a message behind the
-//! gap may come late by at most one message, and at the end of the stream nothing is held back.
+//! **Resynchronisation.** A header is valid only with its check, so the decoder never waits for a corrupted length. If a
+//! check fails, the search for the next magic resumes one byte after the failed one, even inside a presumed message.
+//! Damage therefore costs only the messages it touched. If bytes are missing from a payload, the bytes after the gap
+//! are first read as the rest of it, so the message after the gap is delayed by at most one message. At the end of the
+//! stream nothing is held back.
 
 use std::io::{self, Read};
 
-/// Begins every message.
+/// The first four bytes of every message.
 pub const MAGIC: [u8; 4] = *b"HLNV";
 
-/// Bytes before the payload.
-pub const HEADER: usize = 20;
+/// Size of the part before the payload.
+pub const HEADER_BYTES: usize = 20;
 
-/// Bytes after the payload.
-pub const TAIL: usize = 4;
+/// Size of the check after the payload.
+pub const CHECK_BYTES: usize = 4;
 
-/// Bytes of the longest payload: 4095 features and a trailer of 32 bytes each.
-pub const MAX_PAYLOAD: usize = 4096 * 32;
+/// Size of the longest payload: 4095 features and a trailer, 32 bytes each.
+pub const MAX_PAYLOAD_BYTES: usize = 4096 * 32;
 
-/// Bytes of the longest message.
-pub const MAX_MESSAGE: usize = HEADER + MAX_PAYLOAD + TAIL;
+/// Size of the longest message with header and check.
+pub const MAX_MESSAGE_BYTES: usize = HEADER_BYTES + MAX_PAYLOAD_BYTES + CHECK_BYTES;
 
-/// A message whose checks passed.
+/// A message whose checks have passed, borrowed from the decoder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Raw<'a> {
-    /// What the payload is.
+pub struct RawMessage<'a> {
+    /// Kind of the payload, see [`crate::message`].
     pub kind: u32,
-    /// Number of the message at its source.
+    /// Number that the source gave the message, counted from 0.
     pub sequence: u32,
-    /// The final check; with the sequence it tells a repeated message from another.
+    /// The final CRC-32. Together with the sequence number it identifies a repeated message.
     pub check: u32,
-    /// What it says.
+    /// The payload, at most [`MAX_PAYLOAD_BYTES`].
     pub payload: &'a [u8],
 }
 
-/// Appends a message.
+/// Appends a message with header and checks to `out`.
 ///
 /// # Panics
-/// Where the payload is longer than [`MAX_PAYLOAD`] or not a multiple of 4 bytes.
+/// If the payload is longer than [`MAX_PAYLOAD_BYTES`] or not a multiple of 4 bytes.
 pub fn encode(kind: u32, sequence: u32, payload: &[u8], out: &mut Vec<u8>) {
-    assert!(payload.len() <= MAX_PAYLOAD && payload.len().is_multiple_of(4), "payload of {} bytes", payload.len());
+    assert!(
+        payload.len() <= MAX_PAYLOAD_BYTES && payload.len().is_multiple_of(4),
+        "payload of {} bytes",
+        payload.len()
+    );
     let start = out.len();
     out.extend(MAGIC);
     for word in [kind, payload.len() as u32, sequence] {
@@ -68,7 +70,7 @@ pub fn encode(kind: u32, sequence: u32, payload: &[u8], out: &mut Vec<u8>) {
     out.extend(crc32fast::hash(&out[start..]).to_le_bytes());
 }
 
-/// Takes bytes as they come and finds the messages in them. Its memory is that of two messages, allocated once.
+/// A decoder that finds the messages in a stream of bytes. It allocates once, for two messages.
 pub struct Decoder {
     buffer: Box<[u8]>,
     start: usize,
@@ -79,26 +81,32 @@ pub struct Decoder {
 
 impl Default for Decoder {
     fn default() -> Self {
-        Self { buffer: vec![0; 2 * MAX_MESSAGE].into_boxed_slice(), start: 0, end: 0, finished: false, skipped: 0 }
+        Self {
+            buffer: vec![0; 2 * MAX_MESSAGE_BYTES].into_boxed_slice(),
+            start: 0,
+            end: 0,
+            finished: false,
+            skipped: 0,
+        }
     }
 }
 
-/// What stands at the first byte not taken yet.
-enum Found {
-    /// A message with this length of payload.
+/// The result of looking for a message at the first unread byte.
+enum Scan {
+    /// A valid message with this many bytes of payload.
     Message(usize),
-    /// Too few bytes to tell.
-    Unknown,
+    /// The bytes so far may be the beginning of a message.
+    Incomplete,
     /// No message begins here.
-    Nothing,
+    NoMessage,
 }
 
 impl Decoder {
-    /// Reads once; false at the end of the stream. To be called when [`Decoder::message`] has no more, so that there
-    /// is room.
+    /// Reads once from `source`; returns `false` at the end of the stream. Call it when [`Decoder::message`] returns
+    /// `None`: then there is room in the buffer.
     ///
     /// # Errors
-    /// Where reading fails.
+    /// If reading fails.
     pub fn read(&mut self, source: &mut impl Read) -> io::Result<bool> {
         self.buffer.copy_within(self.start..self.end, 0);
         (self.start, self.end) = (0, self.end - self.start);
@@ -113,20 +121,20 @@ impl Decoder {
         Ok(read > 0)
     }
 
-    /// Bytes so far that belong to no message.
+    /// Returns how many bytes so far belonged to no message.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// The next message of the bytes read so far.
-    pub fn message(&mut self) -> Option<Raw<'_>> {
+    /// Returns the next message of the bytes read so far, or `None` if another read is needed.
+    pub fn message(&mut self) -> Option<RawMessage<'_>> {
         let length = loop {
-            match self.found() {
-                Found::Message(length) => break length,
-                Found::Unknown if !self.finished => return None,
+            match self.scan() {
+                Scan::Message(length) => break length,
+                Scan::Incomplete if !self.finished => return None,
                 _ if self.start == self.end => return None,
                 _ => {
-                    // The next place a magic can begin.
+                    // The next byte at which a magic can begin.
                     let rest = &self.buffer[self.start + 1..self.end];
                     let step = 1 + rest.iter().position(|byte| *byte == MAGIC[0]).unwrap_or(rest.len());
                     self.start += step;
@@ -135,40 +143,40 @@ impl Decoder {
             }
         };
         let start = self.start;
-        self.start += HEADER + length + TAIL;
+        self.start += HEADER_BYTES + length + CHECK_BYTES;
         let message = &self.buffer[start..self.start];
-        Some(Raw {
+        Some(RawMessage {
             kind: word(message, 4),
             sequence: word(message, 12),
-            check: word(message, HEADER + length),
-            payload: &message[HEADER..HEADER + length],
+            check: word(message, HEADER_BYTES + length),
+            payload: &message[HEADER_BYTES..HEADER_BYTES + length],
         })
     }
 
-    fn found(&self) -> Found {
+    fn scan(&self) -> Scan {
         let bytes = &self.buffer[self.start..self.end];
         let known = bytes.len().min(MAGIC.len());
         if bytes[..known] != MAGIC[..known] {
-            return Found::Nothing;
+            return Scan::NoMessage;
         }
-        if bytes.len() < HEADER {
-            return Found::Unknown;
+        if bytes.len() < HEADER_BYTES {
+            return Scan::Incomplete;
         }
         let length = word(bytes, 8) as usize;
-        let sound = crc32fast::hash(&bytes[..HEADER - 4]) == word(bytes, HEADER - 4);
-        if !sound || length > MAX_PAYLOAD || !length.is_multiple_of(4) {
-            return Found::Nothing;
+        let sound = crc32fast::hash(&bytes[..HEADER_BYTES - 4]) == word(bytes, HEADER_BYTES - 4);
+        if !sound || length > MAX_PAYLOAD_BYTES || !length.is_multiple_of(4) {
+            return Scan::NoMessage;
         }
-        let total = HEADER + length + TAIL;
+        let total = HEADER_BYTES + length + CHECK_BYTES;
         if bytes.len() < total {
-            return Found::Unknown;
+            return Scan::Incomplete;
         }
-        let sound = crc32fast::hash(&bytes[..total - TAIL]) == word(bytes, total - TAIL);
-        if sound { Found::Message(length) } else { Found::Nothing }
+        let sound = crc32fast::hash(&bytes[..total - CHECK_BYTES]) == word(bytes, total - CHECK_BYTES);
+        if sound { Scan::Message(length) } else { Scan::NoMessage }
     }
 }
 
-/// The 32 bits at a byte offset.
+/// Reads the little-endian word at a byte offset.
 fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
 }
@@ -178,8 +186,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Sequence numbers of the messages in `bytes`, read in pieces of at most `piece`, and the bytes that belong to
-    /// none.
+    /// Returns sequence number and payload of the messages in `bytes`, read in pieces of at most `piece` bytes, and the
+    /// number of bytes outside messages.
     fn decoded(mut bytes: &[u8], piece: usize) -> (Vec<(u32, Vec<u8>)>, u64) {
         let mut decoder = Decoder::default();
         let mut messages = Vec::new();
@@ -203,25 +211,25 @@ mod tests {
         encode(1, 2, &[], &mut out);
         assert_eq!(crc32fast::hash(b"123456789"), 0xcbf4_3926);
         assert_eq!(out[..16], [b'H', b'L', b'N', b'V', 1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0]);
-        assert_eq!(out.len(), HEADER + TAIL);
+        assert_eq!(out.len(), HEADER_BYTES + CHECK_BYTES);
     }
 
     #[test]
-    fn the_longest_message_passes_and_a_longer_header_is_none() {
-        let payload = vec![0x48; MAX_PAYLOAD];
+    fn the_longest_message_passes_and_a_longer_length_is_rejected() {
+        let payload = vec![0x48; MAX_PAYLOAD_BYTES];
         let mut bytes = Vec::new();
         encode(3, 7, &payload, &mut bytes);
         assert_eq!(decoded(&bytes, 1000), (vec![(7, payload)], 0));
-        // A header that is sound but for its length.
+        // A header that is valid except for its length.
         let mut long = MAGIC.to_vec();
-        [3, MAX_PAYLOAD as u32 + 4, 0].iter().for_each(|word: &u32| long.extend(word.to_le_bytes()));
+        [3, MAX_PAYLOAD_BYTES as u32 + 4, 0].iter().for_each(|word: &u32| long.extend(word.to_le_bytes()));
         long.extend(crc32fast::hash(&long).to_le_bytes());
         let mut bytes = long.clone();
         encode(3, 8, &[1, 2, 3, 4], &mut bytes);
         assert_eq!(decoded(&bytes, usize::MAX), (vec![(8, vec![1, 2, 3, 4])], long.len() as u64));
     }
 
-    /// A message, or what may come in its place.
+    /// A message, or a fault in its place.
     #[derive(Debug, Clone)]
     enum Piece {
         Good(Vec<u8>),
@@ -246,7 +254,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// Whatever is between them, all whole messages come, in order, and every other byte is counted.
+        /// All intact messages arrive in order, whatever is between them, and every other byte is counted.
         #[test]
         fn no_good_message_is_lost(pieces in prop::collection::vec(piece(), 0..12), size in 1..300usize) {
             let (mut bytes, mut good, mut other) = (Vec::new(), Vec::new(), 0);
@@ -267,7 +275,7 @@ mod tests {
                     Piece::CutAt(payload, at) => {
                         encode(1, sequence as u32, &payload, &mut message);
                         // With one byte missing, one byte in 256 that follows makes it whole again.
-                        message.truncate(at.index(message.len() - TAIL));
+                        message.truncate(at.index(message.len() - CHECK_BYTES));
                     }
                     Piece::Noise(noise) | Piece::Magic(noise) => message = noise,
                 }

@@ -1,90 +1,95 @@
-//! The ground below the reference: a plane through what the laser has met, by recursive least squares.
+//! The ground plane below the reference, estimated from laser ranges by recursive least squares.
 //!
 //! ```text
 //! depth + slope . (x, y) = height,    (x, y, depth) = t + r R e_z
 //! ```
 //!
-//! `(x, y, depth)` is the point that the laser meets in a frame, from the camera of the reference: `t` is the
-//! displacement that the frame's pose has, `R` its attitude, `r` the range.
+//! `(x, y, depth)` is the point that the laser hits in a frame, relative to the camera of the reference: `t` is the
+//! displacement of the frame's pose, `R` its attitude, `r` the range. All lengths are in metres; depth is positive
+//! downwards.
 //!
-//! A point that is far off the plane lies on something else and is left out. Things stand on the ground, and the ground
-//! is never above them: so a plane that some beams have met is replaced by a deeper one as soon as [`PROOF`] beams
-//! agree on it, and by a higher one never, however long the laser rests on a roof or on the crown of a tree.
+//! A point whose residual is outside [`GATE_SIGMAS`] is an outlier. Buildings and trees stand on the ground, and the
+//! ground is never above them. So a plane that several points agree with is replaced by a deeper one as soon as
+//! [`CANDIDATE_POINTS`] points agree on that, and never by a higher one, however long the laser points at a roof or at
+//! the crown of a tree.
 //!
-//! Why the laser: two pictures of a slope, one taken a metre lower, differ as if the camera had moved by the slope
-//! times a metre. Beams at different tilts tell slope and motion apart.
+//! The laser is needed because two pictures of a slope, one taken a metre lower, differ as if the camera had moved by
+//! the slope times a metre. Ranges at different tilts separate slope from motion.
 
 use hoverlock_reference::motion::pose::{Pose, Sight, Terrain};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Standard deviation of the ground about the plane, m.
-const ROUGHNESS: f64 = 0.3;
+/// Standard deviation of the ground about the plane, m. An assumption for meadows and fields.
+const ROUGHNESS_M: f64 = 0.3;
 
-/// Standard deviation of a slope, before a second beam tells: 6 degrees.
-const SLOPE: f64 = 0.1;
+/// Prior standard deviation of each slope, m/m: 6 degrees.
+const PRIOR_SLOPE_SIGMA: f64 = 0.1;
 
-/// A point that is further off the plane, in standard deviations, lies on something else.
-const GATE: f64 = 3.0;
+/// Largest residual of an inlier, in standard deviations.
+const GATE_SIGMAS: f64 = 3.0;
 
-/// Beams that a slope takes: a plane has three unknowns.
-const FEW: u32 = 4;
+/// Points from which on the slopes count as measured: a plane has three unknowns.
+const MIN_MEASURED_POINTS: u32 = 4;
 
-/// Beams off the plane that must agree with each other to be the ground: half a second of frames.
-pub const PROOF: u32 = 8;
+/// Points that must agree on a candidate plane before it replaces the present one: half a second of frames.
+pub const CANDIDATE_POINTS: u32 = 8;
 
-/// Part of the plane that laser points never tell, as variances of height (m^2) and slopes: features lie elsewhere.
-const LEAST: [f64; 3] = [0.04, 1e-4, 1e-4];
+/// Variances of height (m^2) and of both slopes that are added to the plane's covariance: the features of a frame are
+/// elsewhere on the ground than the laser points.
+const UNSAMPLED_VARIANCES: [f64; 3] = [0.04, 1e-4, 1e-4];
 
-/// Height and slopes with their covariance.
+/// The state of the estimator: height and slopes with their covariance.
 #[derive(Debug, Clone, Copy)]
-struct Plane {
+struct PlaneEstimate {
     mean: Vector3<f64>,
     covariance: Matrix3<f64>,
-    /// Beams that met it.
-    beams: u32,
+    /// Laser points that were used.
+    points: u32,
 }
 
-/// A point that the laser has met.
+/// A point on the ground that the laser has hit, as a measurement of the plane.
 #[derive(Debug, Clone, Copy)]
-struct Point {
-    /// `1, -x, -y`: what a plane's height and slopes give the depth by.
+struct LaserPoint {
+    /// Row of the measurement matrix, `(1, -x, -y)`: times height and slopes it is the expected depth.
     row: Vector3<f64>,
     depth: f64,
-    /// Of the depth about a plane, m^2.
+    /// Variance of the depth about the plane, m^2: laser noise and roughness.
     variance: f64,
 }
 
-impl Plane {
-    /// Level, through one point.
+impl PlaneEstimate {
+    /// Creates a level plane through one point; `variance` of the height in m^2.
     fn level(height: f64, variance: f64) -> Self {
-        let covariance = Matrix3::from_diagonal(&Vector3::new(variance, SLOPE * SLOPE, SLOPE * SLOPE));
-        Self { mean: Vector3::new(height, 0.0, 0.0), covariance, beams: 1 }
+        let slope_variance = PRIOR_SLOPE_SIGMA * PRIOR_SLOPE_SIGMA;
+        let covariance = Matrix3::from_diagonal(&Vector3::new(variance, slope_variance, slope_variance));
+        Self { mean: Vector3::new(height, 0.0, 0.0), covariance, points: 1 }
     }
 
-    /// How far the point is below it, m.
-    fn off(&self, point: &Point) -> f64 {
+    /// Returns the depth of the point below the plane, m.
+    fn residual(&self, point: &LaserPoint) -> f64 {
         point.depth - point.row.dot(&self.mean)
     }
 
-    /// Variance of that, m^2.
-    fn spread(&self, point: &Point) -> f64 {
+    /// Returns the variance of the residual, m^2.
+    fn residual_variance(&self, point: &LaserPoint) -> f64 {
         point.row.dot(&(self.covariance * point.row)) + point.variance
     }
 
-    /// How far the point is below it, in standard deviations.
-    fn below(&self, point: &Point) -> f64 {
-        self.off(point) / self.spread(point).sqrt()
+    /// Returns the residual in standard deviations, positive below the plane.
+    fn normalized_residual(&self, point: &LaserPoint) -> f64 {
+        self.residual(point) / self.residual_variance(point).sqrt()
     }
 
-    fn meet(&mut self, point: &Point) {
-        let gain = self.covariance * point.row / self.spread(point);
-        self.mean += gain * self.off(point);
+    /// Updates the plane with an inlier.
+    fn update(&mut self, point: &LaserPoint) {
+        let gain = self.covariance * point.row / self.residual_variance(point);
+        self.mean += gain * self.residual(point);
         self.covariance -= gain * (point.row.transpose() * self.covariance);
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
-        self.beams += 1;
+        self.points += 1;
     }
 
-    /// The same plane below the camera of a frame.
+    /// Returns the same plane relative to the camera of a frame.
     fn moved(&self, pose: &Pose) -> Self {
         let by = Matrix3::new(1.0, -pose.displacement.x, -pose.displacement.y, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
         let mean = by * self.mean - Vector3::x() * pose.descent;
@@ -92,84 +97,85 @@ impl Plane {
     }
 }
 
-/// The plane below a reference.
+/// The estimated ground plane below a reference, and a candidate to replace it.
 #[derive(Debug, Clone, Copy)]
 pub struct GroundPlane {
-    plane: Plane,
-    /// What the last beams off the plane agree on.
-    rival: Option<Plane>,
+    plane: PlaneEstimate,
+    /// The plane on which the latest outliers agree.
+    candidate: Option<PlaneEstimate>,
 }
 
-/// What a beam, or a frame, has told of the ground.
+/// The effect of a measurement on the ground plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Told {
-    /// The plane as before, better known or not.
-    Same,
-    /// The plane was not the ground; another one is.
-    Another,
+pub enum PlaneUpdate {
+    /// The plane is the same, possibly refined.
+    Unchanged,
+    /// Another plane has taken its place. What was derived from the old one is invalid.
+    Replaced,
 }
 
 impl GroundPlane {
-    /// What the laser tells with the reference itself.
+    /// Creates a level plane at the height that the reference's own laser reading gives.
     pub fn new(sight: &Sight) -> Self {
-        Self::about(sight.view.height(), sight.errors.level.hypot(ROUGHNESS))
+        Self::level(sight.view.height(), sight.errors.level.hypot(ROUGHNESS_M))
     }
 
-    /// Known to a standard error, m.
-    pub fn about(height: f64, error: f64) -> Self {
-        Self { plane: Plane::level(height, error * error), rival: None }
+    /// Creates a level plane at `height` below the camera, with a standard error, both in m.
+    pub fn level(height: f64, error: f64) -> Self {
+        Self { plane: PlaneEstimate::level(height, error * error), candidate: None }
     }
 
-    /// With what the laser meets in a frame of a pose.
-    pub fn meet(&mut self, pose: &Pose, range: f64, error: f64) -> Told {
+    /// Updates the plane with the laser range of a frame and its standard error, both in m. Returns `Replaced` if a
+    /// deeper plane has taken its place.
+    pub fn update(&mut self, pose: &Pose, range: f64, error: f64) -> PlaneUpdate {
         let beam = pose.current.attitude.rotation().column(2) * range;
         let (x, y) = (pose.displacement.x + beam.x, pose.displacement.y + beam.y);
-        let variance = error * error + ROUGHNESS * ROUGHNESS;
-        let point = Point { row: Vector3::new(1.0, -x, -y), depth: pose.descent + beam.z, variance };
-        let below = self.plane.below(&point);
-        if below.abs() <= GATE {
-            self.plane.meet(&point);
-            return Told::Same;
+        let variance = error * error + ROUGHNESS_M * ROUGHNESS_M;
+        let point = LaserPoint { row: Vector3::new(1.0, -x, -y), depth: pose.descent + beam.z, variance };
+        let residual = self.plane.normalized_residual(&point);
+        if residual.abs() <= GATE_SIGMAS {
+            self.plane.update(&point);
+            return PlaneUpdate::Unchanged;
         }
-        // A thing on the ground, unless the plane is no more than a single reading.
-        if below < 0.0 && self.plane.beams >= FEW {
-            return Told::Same;
+        // A point above the plane is on a building or a tree, unless the plane itself rests on a single reading.
+        if residual < 0.0 && self.plane.points >= MIN_MEASURED_POINTS {
+            return PlaneUpdate::Unchanged;
         }
-        let mut rival = match self.rival {
-            Some(rival) if rival.below(&point).abs() <= GATE => rival,
+        let mut candidate = match self.candidate {
+            Some(candidate) if candidate.normalized_residual(&point).abs() <= GATE_SIGMAS => candidate,
             _ => {
-                self.rival = Some(Plane::level(point.depth, variance));
-                return Told::Same;
+                self.candidate = Some(PlaneEstimate::level(point.depth, variance));
+                return PlaneUpdate::Unchanged;
             }
         };
-        rival.meet(&point);
-        if rival.beams < PROOF {
-            self.rival = Some(rival);
-            return Told::Same;
+        candidate.update(&point);
+        if candidate.points < CANDIDATE_POINTS {
+            self.candidate = Some(candidate);
+            return PlaneUpdate::Unchanged;
         }
-        *self = Self { plane: rival, rival: None };
-        Told::Another
+        *self = Self { plane: candidate, candidate: None };
+        PlaneUpdate::Replaced
     }
 
-    /// The same plane below the camera of a frame.
+    /// Returns the same plane relative to the camera of a frame.
     pub fn moved(&self, pose: &Pose) -> Self {
-        Self { plane: self.plane.moved(pose), rival: self.rival.map(|rival| rival.moved(pose)) }
+        Self { plane: self.plane.moved(pose), candidate: self.candidate.map(|candidate| candidate.moved(pose)) }
     }
 
-    /// Height over it, m.
+    /// Height of the reference's camera over the plane, vertically, m.
     pub fn height(&self) -> f64 {
         self.plane.mean.x
     }
 
-    /// What the fit is told.
+    /// Returns the plane as a prior for the pose fit.
     pub fn terrain(&self) -> Terrain {
-        let least = Matrix3::from_diagonal(&Vector3::from(LEAST));
+        let unsampled = Matrix3::from_diagonal(&Vector3::from(UNSAMPLED_VARIANCES));
         let [height, along_x, along_y] = self.plane.mean.into();
         Terrain {
             height,
             slope: Vector2::new(along_x, along_y),
-            covariance: self.plane.covariance + least,
-            measured: self.plane.beams >= FEW,
+            covariance: self.plane.covariance + unsampled,
+            measured: self.plane.points >= MIN_MEASURED_POINTS,
         }
     }
 }
@@ -199,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Range to ground `depth + slope . (x, y) = height`, from a pose.
+    /// Returns the range from a pose to the plane `depth + slope . (x, y) = height`, m.
     fn range(pose: &Pose, height: f64, slope: Vector2<f64>) -> f64 {
         let axis = pose.current.attitude.rotation().column(2).into_owned();
         (height - pose.descent - slope.dot(&pose.displacement)) / (axis.z + slope.dot(&axis.xy()))
@@ -211,24 +217,24 @@ mod tests {
         GroundPlane::new(&Sight { view, errors: SENSORS.into() })
     }
 
-    /// Beams at different tilts give height and slope; the covariance says to how much.
+    /// Ranges at different tilts determine height and slope; the covariance bounds the error.
     #[test]
-    fn a_slope_is_found() {
+    fn a_slope_is_estimated() {
         let (mut ground, slope) = (plane(50.0), Vector2::new(0.2, -0.1));
         for pose in (1..200).map(pose) {
-            ground.meet(&pose, range(&pose, 50.0, slope), SENSORS.range);
+            ground.update(&pose, range(&pose, 50.0, slope), SENSORS.range);
         }
         let terrain = ground.terrain();
         assert!((terrain.height - 50.0).abs() < 0.05 && (terrain.slope - slope).norm() < 0.01, "{terrain:?}");
         assert!(terrain.covariance[(1, 1)].sqrt() < 0.02);
     }
 
-    /// The ground as beams of some poses tell it, each over a height that the number of the beam gives.
-    fn told(first: f64, beams: std::ops::Range<u32>, height: impl Fn(u32) -> f64) -> GroundPlane {
+    /// Returns the estimate after laser points at the given poses; `height` is that of the ground at each point, m.
+    fn after_points(first: f64, points: std::ops::Range<u32>, height: impl Fn(u32) -> f64) -> GroundPlane {
         let mut ground = plane(first);
-        for number in beams {
+        for number in points {
             let pose = pose(number);
-            ground.meet(&pose, range(&pose, height(number), Vector2::zeros()), SENSORS.range);
+            ground.update(&pose, range(&pose, height(number), Vector2::zeros()), SENSORS.range);
         }
         ground
     }
@@ -238,47 +244,46 @@ mod tests {
     }
 
     #[test]
-    fn roofs_are_not_ground() {
-        assert_level_at(&told(50.0, 1..200, |i| if i % 30 < 10 { 38.0 } else { 50.0 }), 50.0);
-        // However long the beam rests on one.
-        assert_level_at(&told(50.0, 1..1000, |i| if i < 20 { 50.0 } else { 38.0 }), 50.0);
+    fn roofs_do_not_change_the_plane() {
+        assert_level_at(&after_points(50.0, 1..200, |i| if i % 30 < 10 { 38.0 } else { 50.0 }), 50.0);
+        // However long the laser points at one.
+        assert_level_at(&after_points(50.0, 1..1000, |i| if i < 20 { 50.0 } else { 38.0 }), 50.0);
     }
 
-    /// The reference was captured over a roof or a tree, and few beams pass it.
+    /// The reference was captured over a roof or a tree, and few laser points pass it.
     #[test]
-    fn what_is_deeper_is_the_ground() {
-        assert_level_at(&told(38.0, 1..100, |_| 50.0), 50.0);
-        assert_level_at(&told(44.0, 1..400, |i| if i % 12 == 0 { 50.0 } else { 44.0 }), 50.0);
+    fn a_deeper_plane_replaces_the_first() {
+        assert_level_at(&after_points(38.0, 1..100, |_| 50.0), 50.0);
+        assert_level_at(&after_points(44.0, 1..400, |i| if i % 12 == 0 { 50.0 } else { 44.0 }), 50.0);
     }
 
-    /// The reading of the reference itself was false, and too long.
+    /// The range of the reference itself was wrong, and too long.
     #[test]
-    fn a_single_reading_is_no_proof() {
-        assert_level_at(&told(70.0, 1..100, |_| 50.0), 50.0);
+    fn a_plane_from_one_reading_can_be_replaced_by_a_higher_one() {
+        assert_level_at(&after_points(70.0, 1..100, |_| 50.0), 50.0);
     }
 
-    /// False readings, too long, agree on nothing.
+    /// Wrong ranges, too long, that do not agree with each other.
     #[test]
-    fn what_no_beams_agree_on_is_not_the_ground() {
+    fn scattered_outliers_replace_nothing() {
         let far = |i: u32| 60.0 + f64::from(i * 7 % 40);
-        assert_level_at(&told(50.0, 1..500, |i| if i % 5 == 0 { far(i) } else { 50.0 }), 50.0);
+        assert_level_at(&after_points(50.0, 1..500, |i| if i % 5 == 0 { far(i) } else { 50.0 }), 50.0);
     }
 
-    /// The crown of a tree is no plane: what is learnt of it is of no use for the ground.
     #[test]
-    fn another_ground_is_told() {
+    fn the_last_of_the_candidate_points_reports_the_replacement() {
         let mut ground = plane(44.0);
-        let told: Vec<Told> =
-            (1..=PROOF).map(pose).map(|pose| ground.meet(&pose, range(&pose, 50.0, Vector2::zeros()), 0.1)).collect();
-        assert_eq!(told.iter().position(|told| *told == Told::Another), Some(PROOF as usize - 1));
+        let mut update = |pose| ground.update(&pose, range(&pose, 50.0, Vector2::zeros()), 0.1);
+        let updates: Vec<PlaneUpdate> = (1..=CANDIDATE_POINTS).map(pose).map(&mut update).collect();
+        let replaced = updates.iter().position(|update| *update == PlaneUpdate::Replaced);
+        assert_eq!(replaced, Some(CANDIDATE_POINTS as usize - 1));
     }
 
-    /// The same plane from another camera: a beam from there meets it.
     #[test]
-    fn a_renewed_reference_stands_over_the_same_ground() {
+    fn a_moved_plane_is_the_same_ground_below_another_camera() {
         let (mut ground, slope) = (plane(50.0), Vector2::new(0.2, -0.1));
         for pose in (1..200).map(pose) {
-            ground.meet(&pose, range(&pose, 50.0, slope), SENSORS.range);
+            ground.update(&pose, range(&pose, 50.0, slope), SENSORS.range);
         }
         let to = Pose { displacement: Vector2::new(10.0, 5.0), descent: 2.0, ..pose(3) };
         // 50 - 2 - 0.2 * 10 + 0.1 * 5

@@ -11,25 +11,25 @@ pub mod registers;
 
 pub use registers::{EMISSION_VALUE as EMISSION, IDENTIFICATION_VALUE as IDENTIFICATION, VERSION_VALUE as VERSION};
 
-/// What the design of an FPGA decides.
+/// The parameters of an FPGA image that the program checks or writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fpga {
-    /// What `version` reads.
+    /// Expected value of the register `version`.
     pub version: u32,
-    /// What `emission` reads.
+    /// Expected value of the register `emission`, a hash of the Verilog.
     pub emission: u32,
-    /// Most columns of a frame.
+    /// Largest number of columns of a frame.
     pub columns: u32,
     /// Scale pairs, 1 to 3.
     pub pairs: u32,
-    /// Features of a scale pair in a frame that automatic thresholds aim at.
+    /// Features per scale pair and frame at which automatic thresholds settle.
     pub target: u32,
-    /// Byte address and value of each coefficient.
+    /// Byte address and value of each filter coefficient.
     pub coefficients: Cow<'static, [(u32, u32)]>,
 }
 
 impl Default for Fpga {
-    /// That of the Verilog that this program was built with.
+    /// The FPGA image of the Verilog that this program was built with.
     fn default() -> Self {
         Self {
             version: VERSION,
@@ -45,17 +45,17 @@ impl Default for Fpga {
 /// Columns and rows of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
-    /// Columns, from 64 to the most of the design.
+    /// Columns, 64 to [`Fpga::columns`].
     pub width: u16,
     /// Rows, 64 to 2048.
     pub height: u16,
 }
 
 impl Size {
-    /// A size.
+    /// Checks columns and rows against the limits of the hardware.
     ///
     /// # Errors
-    /// Where the hardware does not take it.
+    /// If either is out of range.
     pub fn new(fpga: &Fpga, width: u32, height: u32) -> Result<Self, HardwareError> {
         if !(64..=fpga.columns).contains(&width) || !(64..=2048).contains(&height) {
             return Err(HardwareError::Size { width, height, columns: fpga.columns });
@@ -64,45 +64,46 @@ impl Size {
     }
 }
 
-/// Why the FPGA cannot be used.
+/// The reason why the FPGA cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum HardwareError {
-    /// A register is missing from the block.
+    /// The register block does not contain this register.
     #[error("the register block has no address 0x{address:02x} ({name}); read all registers at start")]
     Missing {
-        /// Its name.
+        /// Name of the register.
         name: &'static str,
-        /// Its byte address.
+        /// Byte address of the register.
         address: u32,
     },
-    /// A read-only register has another value than in the Verilog this program was built with.
+    /// A read-only register differs from the Verilog that this program was built with.
     #[error("register {name} reads 0x{read:08x}, not 0x{built:08x}: {advice}")]
     Different {
-        /// Its name.
+        /// Name of the register.
         name: &'static str,
-        /// As read.
+        /// Value in the FPGA.
         read: u32,
-        /// As built.
+        /// Value that this program was built with.
         built: u32,
-        /// What to do.
+        /// Remedy for the user.
         advice: &'static str,
     },
-    /// The frame size is not one that the hardware takes.
+    /// The frame size is outside the limits of the hardware.
     #[error("a frame of {width} x {height} pixels; the hardware takes 64 x 64 to {columns} x 2048")]
     Size {
-        /// Columns.
+        /// Columns of the frame.
         width: u32,
-        /// Rows.
+        /// Rows of the frame.
         height: u32,
-        /// Most columns.
+        /// Largest number of columns.
         columns: u32,
     },
 }
 
-/// Checks that it is the FPGA that is expected; `read` takes a register's name and byte address.
+/// Checks that the registers belong to the expected FPGA image. `read` is called with name and byte address of each
+/// register.
 ///
 /// # Errors
-/// Where identification, version or emission hash are not as expected, or cannot be read.
+/// If identification, version or emission hash differ or cannot be read.
 pub fn identify<E: From<HardwareError>>(
     fpga: &Fpga,
     mut read: impl FnMut(&'static str, u32) -> Result<u32, E>,
@@ -136,10 +137,10 @@ pub fn identify<E: From<HardwareError>>(
     Ok(())
 }
 
-/// The frame size of the FPGA, where it is the one that is expected.
+/// Checks that a register block belongs to the expected FPGA image, and returns the frame size set in it.
 ///
 /// # Errors
-/// Where identification, version, emission hash or size are missing or not as expected.
+/// If identification, version, emission hash or size are missing or not as expected.
 pub fn check(fpga: &Fpga, block: &Registers) -> Result<Size, HardwareError> {
     let read = |name, address| block.get(address).ok_or(HardwareError::Missing { name, address });
     identify(fpga, read)?;

@@ -1,25 +1,24 @@
-//! The flight program: feature records from the FPGA and telemetry become the displacement from a reference, in metres.
+//! The flight program: converts feature records from the FPGA and telemetry into a displacement in metres.
 //!
-//! | module | its one reason |
+//! | module | its one job |
 //! |---|---|
-//! | [`framing`] | bytes of a link that may lose or corrupt them become whole messages |
-//! | [`message`] | what the messages say |
-//! | [`hardware`] | registers of the FPGA, and whether it is the one this program was built for |
+//! | [`framing`] | delimits messages on a byte stream that may lose or corrupt bytes |
+//! | [`message`] | encodes and decodes the messages |
+//! | [`hardware`] | register addresses of the FPGA, and the check that it is the one this program was built for |
 //! | [`bus`] | registers by byte address, mapped from a device |
-//! | [`setup`] | the order in which the FPGA is checked, written and enabled |
-//! | [`navigator`] | messages in, one line per frame out: reference, gate, search, pose |
-//! | [`reference`] | what frames are compared with, and when another takes its place without a jump |
-//! | [`things`] | which features of the reference lie on houses, trees and cars |
+//! | [`setup`] | checks, configures and enables the FPGA |
+//! | [`navigator`] | messages in, one line per frame out: gate, search, pose |
+//! | [`reference`] | the frame with which others are matched, and its renewal without a jump |
+//! | [`ground`] | the ground plane below the reference, from laser ranges |
+//! | [`off_plane`] | the features of the reference that are on buildings, trees and cars |
 //! | [`line`] | the result of a frame as a JSON line |
 //! | [`mavlink`] | the result of a frame as a message to an autopilot |
 //! | [`arinc429`] | the words that control the camera |
 //! | [`source`] | the sending end of the stream |
 //!
-//! Matching, RANSAC and pose fit are those of [`hoverlock_reference`]: shared code, no copy. Three rules hold for all
-//! of it, each
-//! with its test: the bits of the output are the same on every machine, no memory is allocated after the first frame,
-//! and the work of a
-//! frame is bounded.
+//! Matching, RANSAC and pose fit are the code of [`hoverlock_reference`]. Three rules hold everywhere and have a test
+//! each: the bits of the output are the same on every machine, no memory is allocated after the first frame, and the
+//! work of a frame is bounded.
 
 pub mod arinc429;
 pub mod bus;
@@ -30,7 +29,7 @@ pub mod line;
 pub mod mavlink;
 pub mod message;
 pub mod navigator;
+pub mod off_plane;
 pub mod reference;
 pub mod setup;
 pub mod source;
-pub mod things;

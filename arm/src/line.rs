@@ -1,10 +1,8 @@
 //! The result of a frame as a line of JSON.
 //!
-//! `status` is `estimate`; `late` where the work allowed ended the search early and the estimate is the best so far;
-//! `reference`
-//! where the frame became the reference; `none` with a `reason` otherwise. Numbers are written with as many digits as
-//! they
-//! need to be read back to the same bits, by the same code on every machine.
+//! `status` is `estimate`; `late` if the work limit ended the search and the estimate is the best so far; `reference` if
+//! the frame was captured as the reference; otherwise `none` with a `reason`. Numbers have as many digits as they need
+//! to be read back to the same bits, and are formatted by the same code on every machine.
 
 use crate::message::{MessageError, Trailer};
 use hoverlock_reference::motion::orthophoto::{Attitude, ViewError};
@@ -13,113 +11,113 @@ use hoverlock_reference::motion::ransac::RansacError;
 use serde::{Serialize, Serializer};
 use std::fmt::Display;
 
-/// Whether there is an estimate.
+/// The kind of result that a frame has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
-    /// There is one.
+    /// The frame has an estimate.
     Estimate,
-    /// There is one, of a search that ended early.
+    /// The frame has an estimate from a search that the work limit ended.
     Late,
-    /// The frame is the new reference.
+    /// The frame was captured as the reference.
     Reference,
-    /// There is none.
+    /// The frame has no estimate, for the given reason.
     None,
 }
 
-/// Why there is no estimate.
+/// The reason why a frame has no estimate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Reason {
-    /// No register block has come yet.
+    /// No register block has been received yet.
     #[error("the registers of the hardware have not been read yet")]
     Registers,
-    /// The records are not those of a frame.
+    /// The records are not a valid packet.
     #[error(transparent)]
     Message(#[from] MessageError),
-    /// A feature lies outside the frame.
+    /// The feature with this index is outside the frame.
     #[error("feature {0} lies outside the frame")]
     Outside(usize),
-    /// The hardware found the frame short, interrupted or refused.
+    /// The hardware reports the frame as short, long, interrupted or refused, with these error bits.
     #[error("the hardware reports a damaged frame, error bits 0x{0:04x}")]
     Damaged(u16),
-    /// No telemetry came for the frame, neither before it nor before the next.
+    /// The telemetry of the frame was not received before the next frame.
     #[error("no telemetry for this frame")]
     Telemetry,
     /// No reference has been captured.
     #[error("no reference; send the command to capture one")]
     Reference,
-    /// The reference has been found again, but not late enough.
-    #[error("the reference is not proved yet: it must be found again half a second after it was captured")]
-    Unproved,
-    /// The camera has zoomed since the reference.
+    /// The frame matches the reference, which has not been confirmed yet.
+    #[error("the reference is not confirmed yet: it must be found again half a second after it was captured")]
+    Unconfirmed,
+    /// The field of view differs too much from that of the reference.
     #[error("the field of view has changed since the reference; capture a new one")]
     Zoom,
-    /// The readings describe no view of the ground.
+    /// By its readings the camera does not see the ground.
     #[error(transparent)]
     View(#[from] ViewError),
-    /// The features give no motion.
+    /// The search found no motion.
     #[error(transparent)]
     Motion(#[from] RansacError),
-    /// The motion gives no pose.
+    /// The fit found no pose.
     #[error(transparent)]
     Pose(#[from] PoseError),
 }
 
-/// The result of a frame.
+/// The result of a frame, as it is written.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Line {
-    /// Number of the frame, as in its trailer; null where that is not readable.
+    /// Frame number in the trailer; `None` if the trailer is not readable.
     pub frame: Option<u32>,
-    /// Time of the telemetry, microseconds.
+    /// Time in the telemetry, microseconds.
     pub time_us: Option<u64>,
-    /// Number of the frame that this one was compared with; null where there is none.
+    /// Number of the frame with which this one was matched, if any.
     pub reference: Option<u32>,
-    /// Whether there is an estimate.
+    /// Kind of the result.
     pub status: Status,
-    /// Why there is none.
+    /// Reason for the lack of an estimate.
     #[serde(serialize_with = "as_text")]
     pub reason: Option<Reason>,
-    /// The estimate.
+    /// The estimate, if there is one.
     #[serde(flatten)]
     pub estimate: Option<Estimate>,
-    /// Features taken.
+    /// Features used.
     pub features: usize,
-    /// Features left out: dropped by the hardware, or more than the program takes.
+    /// Features not used: dropped by the hardware, or above the program's limit.
     pub dropped: usize,
     /// Work units spent, see [`hoverlock_reference::motion::budget`].
     pub work: u64,
 }
 
-/// Where the camera is, seen from the origin: the reference that was captured.
+/// The pose of the camera relative to the origin, the captured reference.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
-    /// Along `X_e`, m.
+    /// Displacement along `X_e`, m.
     pub x_e_m: f64,
-    /// Along `Y_e`, m.
+    /// Displacement along `Y_e`, m.
     pub y_e_m: f64,
-    /// Along `Z_e`, that is down, m.
+    /// Displacement along `Z_e`, downwards, m.
     pub z_e_m: f64,
     /// Yaw of the frame, radians.
     pub yaw_rad: f64,
     /// Covariance of `X_e` and `Y_e`: xx, xy, yx, yy, m^2.
     pub covariance_m2: [f64; 4],
-    /// 0 ..= 255; at least 1 in an estimate.
+    /// Confidence from 1 (lowest) to 255.
     pub quality: u8,
-    /// Matches that agree.
+    /// Matches that agree with the estimated motion.
     pub inliers: usize,
-    /// Matches.
+    /// Features matched with the reference.
     pub matches: usize,
-    /// Attitude of the camera.
+    /// Fitted attitude of the camera.
     #[serde(skip)]
     pub attitude: Attitude,
-    /// What the frame's sensors are good for.
+    /// Standard errors of the frame's sensor readings.
     #[serde(skip)]
     pub sensors: Sensors,
 }
 
 impl Estimate {
-    /// The pose of `inliers` out of `matches`.
-    pub fn of(pose: &Pose, inliers: usize, matches: usize, sensors: Sensors) -> Self {
+    /// Creates the estimate from a fitted pose; `inliers` of `matches` agreed.
+    pub fn from_pose(pose: &Pose, inliers: usize, matches: usize, sensors: Sensors) -> Self {
         let c = pose.covariance;
         Self {
             x_e_m: pose.displacement.x,
@@ -137,8 +135,8 @@ impl Estimate {
 }
 
 impl Line {
-    /// The line of a frame without an estimate yet.
-    pub fn of(trailer: Option<&Trailer>) -> Self {
+    /// Creates the line of a frame with this trailer, as yet without an estimate or a reason.
+    pub fn new(trailer: Option<&Trailer>) -> Self {
         Self {
             frame: trailer.map(|trailer| trailer.frame),
             time_us: None,
@@ -152,7 +150,7 @@ impl Line {
         }
     }
 
-    /// Writes the line, replacing what `text` holds; with enough memory in `text` none is allocated.
+    /// Replaces the contents of `text` by the line as JSON, with a newline. Allocates only if `text` lacks capacity.
     pub fn write(&self, text: &mut Vec<u8>) {
         text.clear();
         // Writing to memory does not fail, and every map key is a string.

@@ -1,4 +1,4 @@
-//! `hoverlock-nav`: messages from a file or the standard input, JSON lines on the standard output.
+//! `hoverlock-nav`: reads messages from a file or standard input, writes JSON lines to standard output.
 
 use hoverlock_arm::bus::Mapped;
 use hoverlock_arm::framing::Decoder;
@@ -18,29 +18,36 @@ const HELP: &str = "\
 hoverlock-nav [--mavlink FILE] [--camera FILE]
               [--registers DEVICE[@OFFSET] --size WIDTHxHEIGHT [--thresholds FINE,COARSE]] [STREAM]
 
-Displacement from a reference, in metres, out of feature records and telemetry.
-Reads messages from the file STREAM, or from the standard input; writes one JSON line per frame.
-With --mavlink every estimate goes to FILE as a MAVLink 2 message ODOMETRY; FILE may be the autopilot's serial port.
-With --camera the ARINC 429 words of the commands wide and narrow go to FILE, four bytes each, least significant first.
-With --registers it first sets the FPGA up for frames of --size and enables it: DEVICE is /dev/uioN, or /dev/mem with
-the byte address of the registers as OFFSET. Thresholds are in 0.5 DN and fixed; without them the FPGA sets its own.
-Ends with status 0 at the end of the stream or the command to stop, with status 2 where the input cannot be
-read or the FPGA is not the one this program was built for.
+Estimates the displacement from a reference, in metres, from feature records and telemetry.
+Reads messages from the file STREAM or from standard input; writes one JSON line per frame.
+
+  --mavlink FILE       writes each estimate as a MAVLink 2 message ODOMETRY; FILE may be the autopilot's serial port
+  --camera FILE        writes the ARINC 429 words for the commands wide and narrow, four bytes each, least significant
+                       first
+  --registers DEVICE[@OFFSET]
+                       configures and enables the FPGA first: DEVICE is /dev/uioN, or /dev/mem with the byte address
+                       of the registers as OFFSET
+  --size WIDTHxHEIGHT  frame size to configure, in pixels
+  --thresholds FINE,COARSE
+                       fixed thresholds, in 0.5 DN; without them the FPGA adjusts its thresholds automatically
+
+Exits with status 0 at the end of the stream or at the command to stop, and with status 2 if the input cannot be read
+or the FPGA is not the one this program was built for.
 
 Example: hoverlock-nav flight.hln > track.jsonl
 Example: hoverlock-nav --registers /dev/mem@0xff200000 --size 1024x768 < /run/records > track.jsonl
 ";
 
-/// Bytes of the longest line, and more.
-const LINE: usize = 4096;
+/// Initial capacity for a line of output, above the longest one.
+const LINE_CAPACITY_BYTES: usize = 4096;
 
-/// What the command line names.
+/// The parsed command line.
 #[derive(Default)]
 struct Arguments {
     stream: Option<PathBuf>,
     camera: Option<PathBuf>,
     mavlink: Option<PathBuf>,
-    /// Device and byte offset.
+    /// Path of the device and byte offset of the registers in it.
     registers: Option<(PathBuf, u64)>,
     size: Option<Size>,
     thresholds: Option<[u32; 2]>,
@@ -48,7 +55,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let outcome = arguments(std::env::args_os().skip(1)).and_then(|arguments| run(&arguments));
+    let outcome = parse_arguments(std::env::args_os().skip(1)).and_then(|arguments| run(&arguments));
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -58,22 +65,22 @@ fn main() -> ExitCode {
     }
 }
 
-fn arguments(mut given: impl Iterator<Item = OsString>) -> Result<Arguments, String> {
+fn parse_arguments(mut given: impl Iterator<Item = OsString>) -> Result<Arguments, String> {
     let mut arguments = Arguments::default();
     while let Some(argument) = given.next() {
-        let mut value = |what| given.next().ok_or_else(|| lacks(&argument, what));
+        let mut value = |what| given.next().ok_or_else(|| missing_value(&argument, what));
         match argument.to_str() {
             Some("--help") => arguments.help = true,
             Some("--camera") => arguments.camera = Some(value("a file")?.into()),
             Some("--mavlink") => arguments.mavlink = Some(value("a file")?.into()),
-            Some("--registers") => arguments.registers = Some(device(value("a device")?)?),
+            Some("--registers") => arguments.registers = Some(parse_device(value("a device")?)?),
             Some("--size") => {
-                let [width, height] = pair(&argument, value("WIDTHxHEIGHT")?, 'x', "WIDTHxHEIGHT")?;
+                let [width, height] = parse_pair(&argument, value("WIDTHxHEIGHT")?, 'x', "WIDTHxHEIGHT")?;
                 arguments.size =
                     Some(Size::new(&Fpga::default(), width, height).map_err(|error| format!("--size: {error}"))?);
             }
             Some("--thresholds") => {
-                let thresholds = pair(&argument, value("FINE,COARSE")?, ',', "FINE,COARSE")?;
+                let thresholds = parse_pair(&argument, value("FINE,COARSE")?, ',', "FINE,COARSE")?;
                 if !thresholds.iter().all(|threshold| (1..=32767).contains(threshold)) {
                     return Err(format!("--thresholds: {thresholds:?} are not both from 1 to 32767"));
                 }
@@ -99,12 +106,12 @@ fn arguments(mut given: impl Iterator<Item = OsString>) -> Result<Arguments, Str
     }
 }
 
-fn lacks(option: &OsStr, what: &str) -> String {
+fn missing_value(option: &OsStr, what: &str) -> String {
     format!("{} takes {what}; see hoverlock-nav --help", option.display())
 }
 
-/// `DEVICE` or `DEVICE@OFFSET`.
-fn device(given: OsString) -> Result<(PathBuf, u64), String> {
+/// Parses `DEVICE` or `DEVICE@OFFSET`.
+fn parse_device(given: OsString) -> Result<(PathBuf, u64), String> {
     let Some((device, offset)) = given.to_str().and_then(|text| text.rsplit_once('@')) else {
         return Ok((given.into(), 0));
     };
@@ -113,12 +120,12 @@ fn device(given: OsString) -> Result<(PathBuf, u64), String> {
         None => offset.parse(),
     };
     let offset =
-        parsed.map_err(|_| format!("--registers: `{offset}` after the @ is no byte offset, as 0xff200000 is"))?;
+        parsed.map_err(|_| format!("--registers: `{offset}` after the @ is not a byte offset such as 0xff200000"))?;
     Ok((device.into(), offset))
 }
 
-/// Two numbers.
-fn pair(option: &OsStr, given: OsString, between: char, form: &str) -> Result<[u32; 2], String> {
+/// Parses two numbers with a separator `between`; `form` names the expected form in the error.
+fn parse_pair(option: &OsStr, given: OsString, between: char, form: &str) -> Result<[u32; 2], String> {
     let parsed = given.to_str().and_then(|text| {
         let (first, second) = text.split_once(between)?;
         Some([first.parse().ok()?, second.parse().ok()?])
@@ -132,7 +139,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         return Ok(());
     }
     let named = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
-    // The stream first, then the FPGA: no other file is emptied for a stream or an FPGA that is not there.
+    // Output files are truncated last: not if the stream or the FPGA cannot be used.
     let stream =
         arguments.stream.as_ref().map(|path| File::open(path).map_err(|error| named(path, error))).transpose()?;
     if let (Some((device, offset)), Some(size)) = (&arguments.registers, arguments.size) {
@@ -147,19 +154,24 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         path.as_ref().map(|path| File::create(path).map_err(|error| named(path, error))).transpose()
     };
     let camera = created(&arguments.camera)?;
-    let autopilot = created(&arguments.mavlink)?.map(|file| (file, mavlink::Stream::default()));
-    let output = Output { text: Vec::with_capacity(LINE), lines: io::stdout().lock(), autopilot, written: Ok(()) };
+    let autopilot = created(&arguments.mavlink)?.map(|file| (file, mavlink::OdometryStream::default()));
+    let output = Output {
+        text: Vec::with_capacity(LINE_CAPACITY_BYTES),
+        lines: io::stdout().lock(),
+        autopilot,
+        written: Ok(()),
+    };
     match stream {
         Some(mut stream) => navigate(&mut stream, camera, output),
         None => navigate(&mut io::stdin().lock(), camera, output),
     }
 }
 
-/// Where the results go.
+/// The destinations of the results.
 struct Output {
     text: Vec<u8>,
     lines: io::StdoutLock<'static>,
-    autopilot: Option<(File, mavlink::Stream)>,
+    autopilot: Option<(File, mavlink::OdometryStream)>,
     /// The first error; nothing is written after it.
     written: Result<(), String>,
 }

@@ -1,55 +1,56 @@
 //! Estimates as MAVLink messages for an autopilot.
 //!
-//! The message is `ODOMETRY`. `LANDING_TARGET` says where to land and not where the helicopter is.
-//! `VISION_POSITION_DELTA` is a motion since the last message: each delta has the error of two estimates, and one
-//! that is lost is missing from the sum for good. `VISION_POSITION_ESTIMATE` has no quality. `ODOMETRY` has
-//! position, attitude, covariance, quality and a count of references, PX4 and ArduPilot take it, and a lost one
-//! costs nothing.
+//! The message is `ODOMETRY`: it has position, attitude, covariance, quality and a reset counter, PX4 and ArduPilot
+//! accept it, and the next message makes up for a lost one. The alternatives have less: `LANDING_TARGET` is the position
+//! of a landing place and not of the helicopter. `VISION_POSITION_DELTA` is the motion since the last message: each
+//! delta has the error of two estimates, and a lost one is missing from the sum permanently.
+//! `VISION_POSITION_ESTIMATE` has no quality.
 //!
 //! Frames are `MAV_FRAME_LOCAL_FRD`, whose origin is the camera at the reference, and `MAV_FRAME_BODY_FRD`, the only
 //! pair that both autopilots take. With the top of the picture forward, `x = -Y_e`, `y = X_e`, `z = Z_e`, and roll
 //! and pitch change their sign ([`hoverlock_reference::motion::orthophoto`]). Forward is where the telemetry's yaw
 //! is 0.
 //!
-//! The pose fit gives the covariance of `x` and `y`. Those of `z` and the attitude are the sensors', which the fit
-//! can only improve. Velocities are not measured: not a number, as is their covariance; take position and yaw from
-//! this source, velocity from another.
+//! The pose fit provides the covariance of `x` and `y`. Those of `z` and the attitude are the sensors', which are upper
+//! bounds. Velocities are not measured: they and their covariance are sent as not a number. Configure the autopilot to
+//! use position and yaw from this source, and velocity from another.
 //!
-//! Framing, sequence and check come from `mavlink-core`. The body is written here: the dialect crate would make this
-//! one message out of 1.7 MB of source, two minutes of compiling.
+//! Framing, sequence and check are those of `mavlink-core`. The body is written here, because the dialect crate would
+//! compile 1.7 MB of source for two minutes for this one message.
 
 use crate::line::{Estimate, Line, Status};
 use mavlink_core::bytes_mut::BytesMut;
 use mavlink_core::error::{EncoderError, ParserError};
 use mavlink_core::{Dialect, MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
 
-/// Sends the estimates of one program.
-pub struct Stream {
+/// An encoder of `ODOMETRY` messages, with their sequence number and reset counter.
+pub struct OdometryStream {
     message: MAVLinkV2MessageRaw,
     sequence: u8,
+    /// Captured references, modulo 256.
     references: u8,
 }
 
 /// `MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY`.
-const COMPONENT: u8 = 197;
-/// The vehicle; one and the same for all of its components.
-const SYSTEM: u32 = 1;
+const COMPONENT_ID: u8 = 197;
+/// The vehicle: all of its components send the same number.
+const SYSTEM_ID: u32 = 1;
 
-impl Default for Stream {
+impl Default for OdometryStream {
     fn default() -> Self {
         Self { message: MAVLinkV2MessageRaw::new(), sequence: 0, references: 0 }
     }
 }
 
-impl Stream {
-    /// The message of a line with an estimate; none for the others. A new reference moves the origin: it is counted,
-    /// and the next message says so.
+impl OdometryStream {
+    /// Returns the message of a line with an estimate, or `None`. A line of a captured reference increments the reset
+    /// counter of the following messages, as its frame is a new origin.
     pub fn message(&mut self, line: &Line) -> Option<&[u8]> {
         if line.status == Status::Reference {
             self.references = self.references.wrapping_add(1);
         }
         let (estimate, time_us) = line.estimate.zip(line.time_us)?;
-        let header = MavHeader { system_id: SYSTEM, component_id: COMPONENT, sequence: self.sequence };
+        let header = MavHeader { system_id: SYSTEM_ID, component_id: COMPONENT_ID, sequence: self.sequence };
         self.sequence = self.sequence.wrapping_add(1);
         let odometry = Odometry { time_us, estimate, references: self.references };
         self.message.serialize_message_with_dialect(header, &OdometryOnly, &odometry).ok()?;
@@ -64,9 +65,9 @@ struct Odometry {
     references: u8,
 }
 
-/// The identity of `ODOMETRY`.
-const ODOMETRY: u32 = 331;
-/// What its definition adds to the check, so that a receiver with another definition refuses it.
+/// Message number of `ODOMETRY`.
+const ODOMETRY_ID: u32 = 331;
+/// `CRC_EXTRA` of `ODOMETRY`: derived from the definition of the message, so that a receiver with another one refuses it.
 const EXTRA_CRC: u8 = 91;
 
 /// `MAV_FRAME_LOCAL_FRD`.
@@ -77,7 +78,7 @@ const BODY_FRD: u8 = 12;
 const VISION: u8 = 2;
 
 impl Odometry {
-    /// `w, x, y, z` of the body's attitude, turned by yaw, then pitch, then roll of flight mechanics.
+    /// Returns `w, x, y, z` of the body's attitude: rotations by yaw, then pitch, then roll, with aerospace signs.
     fn quaternion(&self) -> [f64; 4] {
         let attitude = self.estimate.attitude;
         let half = |angle: f64| (libm::cos(angle / 2.0), libm::sin(angle / 2.0));
@@ -90,7 +91,7 @@ impl Odometry {
         ]
     }
 
-    /// Upper triangle of the covariance of `x, y, z, roll, pitch, yaw`, row by row.
+    /// Returns the upper triangle of the covariance of `x, y, z, roll, pitch, yaw`, row by row; m^2 and rad^2.
     fn covariance(&self) -> [f64; 21] {
         let [xx, xy, _, yy] = self.estimate.covariance_m2;
         let sensors = self.estimate.sensors;
@@ -105,7 +106,7 @@ impl Odometry {
     }
 }
 
-/// A dialect of one message, that is sent and never received.
+/// The dialect of this one message, which is only sent.
 struct OdometryOnly;
 
 impl Dialect for OdometryOnly {
@@ -113,31 +114,31 @@ impl Dialect for OdometryOnly {
     type EncodeError = EncoderError;
 
     fn message_id(&self, _message: &Odometry) -> u32 {
-        ODOMETRY
+        ODOMETRY_ID
     }
 
     fn extra_crc(&self, message_id: u32) -> Option<u8> {
-        (message_id == ODOMETRY).then_some(EXTRA_CRC)
+        (message_id == ODOMETRY_ID).then_some(EXTRA_CRC)
     }
 
     fn decode(&self, _version: MavlinkVersion, id: u32, _payload: &[u8]) -> Result<Odometry, ParserError> {
         Err(ParserError::UnknownMessage { id })
     }
 
-    /// The fields by size, the extensions last: 233 bytes.
+    /// Writes the fields in order of size, the extensions last: 233 bytes.
     fn encode(&self, _: MavlinkVersion, message: &Odometry, payload: &mut [u8]) -> Result<usize, EncoderError> {
         let Estimate { x_e_m, y_e_m, z_e_m, quality, .. } = message.estimate;
         let mut body = BytesMut::new(payload);
         body.put_u64_le(message.time_us);
         let velocities = [f64::NAN; 6];
         let numbers = [-y_e_m, x_e_m, z_e_m].into_iter().chain(message.quaternion()).chain(velocities);
-        // The first of a covariance says that it is not known.
+        // By the definition of the message, a first element of NaN marks the covariance as unknown.
         let of_velocities = (0..21).map(|i| if i == 0 { f64::NAN } else { 0.0 });
         for number in numbers.chain(message.covariance()).chain(of_velocities) {
             body.put_f32_le(number as f32);
         }
         [LOCAL_FRD, BODY_FRD, message.references, VISION].into_iter().for_each(|byte| body.put_u8(byte));
-        // Per cent, 1 the worst; 0 would mean not known. It is never 0, so that no end of zeros must be cut off.
+        // Per cent, 1 the worst; 0 would mean unknown. MAVLink 2 cuts off trailing zeros; this byte is never 0.
         body.put_i8((100 * u16::from(quality)).div_ceil(255) as i8);
         Ok(body.len())
     }

@@ -1,17 +1,17 @@
-//! What the messages say: registers, telemetry, the records of a frame, commands.
+//! The messages: registers, telemetry, the records of a frame, commands.
 //!
 //! | kind | message | payload, little-endian |
 //! |---|---|---|
-//! | 1 | registers | pairs of `u32`: byte address, value. The source sends all its registers when it starts |
+//! | 1 | registers | pairs of `u32`: byte address, value. The source sends all registers when it starts |
 //! | 2 | telemetry | `u32` frame, `u32` 0, `u64` time in microseconds, then eight `f64`, see below |
 //! | 3 | frame | the records of a packet as the hardware emits them, eight or ten `u32` each, the trailer last |
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop, 5 renew the reference |
 //!
 //! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
-//! heading (radians) and range (m). Telemetry is what the sensors read when the frame of that number was exposed: roll,
-//! pitch and yaw as in [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view across
-//! the columns. It may come before or after its frame. The standard errors are what IMU and laser are good for now:
-//! over rough ground the laser's is that of the relief.
+//! heading (radians) and range (m). Telemetry holds the sensor readings at the exposure of the frame with that number:
+//! roll, pitch and yaw as in [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view
+//! across the columns. It may arrive before or after its frame. The standard errors are the present ones of IMU and
+//! laser; over rough ground the laser's includes the relief.
 
 use hoverlock_fixed_point::model::bit_true::{
     FLAG_TEN_WORDS, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS, record_words,
@@ -20,82 +20,82 @@ use hoverlock_reference::features::feature::MAX_PAIRS;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_reference::motion::pose::Sensors;
 
-/// Kind of a register block.
+/// Kind of a message with a register block.
 pub const REGISTERS: u32 = 1;
-/// Kind of telemetry.
+/// Kind of a message with telemetry.
 pub const TELEMETRY: u32 = 2;
-/// Kind of a frame's records.
+/// Kind of a message with the records of a frame.
 pub const FRAME: u32 = 3;
-/// Kind of a command.
+/// Kind of a message with a command.
 pub const COMMAND: u32 = 4;
 
-/// Bytes of a record of one or two scale pairs, the shortest.
-pub const RECORD: usize = 4 * TWO_PAIR_WORDS;
+/// Size of the shorter record, that of one or two scale pairs.
+pub const MIN_RECORD_BYTES: usize = 4 * TWO_PAIR_WORDS;
 
-/// Bytes of telemetry.
+/// Size of a telemetry payload.
 const TELEMETRY_BYTES: usize = 80;
 
-/// Why a message whose checks passed is refused: its source is wrong, or sends another version.
+/// The reason to refuse a message whose checks have passed: its source is faulty or of another version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum MessageError {
-    /// A kind that is not in the table.
+    /// The kind is not in the table of the module.
     #[error("message of unknown kind {0}")]
     Kind(u32),
-    /// The payload has another length than its kind.
+    /// The length of the payload is not that of its kind.
     #[error("message of kind {kind} with a payload of {bytes} bytes")]
     Length {
-        /// Its kind.
+        /// Kind of the message.
         kind: u32,
-        /// Bytes of its payload.
+        /// Size of its payload.
         bytes: usize,
     },
-    /// A command that is not in the table.
+    /// The command is not in the table of the module.
     #[error("unknown command {0}")]
     Command(u32),
-    /// A reading that no sensor gives.
+    /// A reading, given by its name, is outside its range.
     #[error("telemetry: {0} is out of its range")]
     Reading(&'static str),
-    /// The last record is no trailer, or the trailer counts other features than there are.
+    /// The last record is not a trailer, or its count differs from the number of features.
     #[error("records without their trailer")]
     Trailer,
-    /// A record is neither a feature of this frame nor its trailer.
+    /// The record with this index is not a valid feature.
     #[error("record {0} is not a feature")]
     Record(usize),
 }
 
-/// A register block.
+/// A block of register values, borrowed from a payload.
 #[derive(Debug, Clone, Copy)]
 pub struct Registers<'a>(&'a [u8]);
 
 impl<'a> Registers<'a> {
-    /// The block of a payload.
+    /// Reads a payload.
     ///
     /// # Errors
-    /// Where the payload is not made of pairs.
+    /// If the payload is not a sequence of pairs.
     pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
-        let sound = payload.len().is_multiple_of(8);
-        if sound { Ok(Self(payload)) } else { Err(MessageError::Length { kind: REGISTERS, bytes: payload.len() }) }
+        let valid = payload.len().is_multiple_of(8);
+        if valid { Ok(Self(payload)) } else { Err(MessageError::Length { kind: REGISTERS, bytes: payload.len() }) }
     }
 
-    /// The value at a byte address.
+    /// Returns the value of the register at a byte address, or `None` if the block does not contain it.
     pub fn get(&self, address: u32) -> Option<u32> {
         self.0.chunks_exact(8).find(|pair| word(pair, 0) == address).map(|pair| word(pair, 1))
     }
 }
 
-/// The payload of a register block: pairs of byte address and value.
+/// Encodes pairs of byte address and value as the payload of a register block.
 pub fn encode_registers(registers: &[(u32, u32)]) -> Vec<u8> {
     registers.iter().flat_map(|(address, value)| [*address, *value]).flat_map(u32::to_le_bytes).collect()
 }
 
-/// What the sensors read when a frame was exposed.
+/// The sensor readings at the exposure of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Telemetry {
     /// Number of the frame, as in its trailer.
     pub frame: u32,
-    /// Time, microseconds.
+    /// Time of the exposure, microseconds.
     pub time_us: u64,
-    /// Attitude of the camera.
+    /// Attitude of the camera, radians.
     pub attitude: Attitude,
     /// Range along the optical axis, m.
     pub range: f64,
@@ -106,11 +106,12 @@ pub struct Telemetry {
 }
 
 impl Telemetry {
-    /// The telemetry of a payload.
+    /// Decodes a payload.
     ///
     /// # Errors
-    /// Where the length is wrong, or a reading is not one that a sensor gives: not finite, tilted by a right angle or
-    /// more, a range of 0 or less, a field of view outside (0, 180) degrees.
+    /// If the length is wrong, or a reading is out of range: not finite, roll or pitch of a right angle or more, yaw
+    /// above a full turn, a range outside (0, 100) km, a field of view outside 1 mrad to 180 degrees, a standard error
+    /// of 0 or less.
     pub fn parse(payload: &[u8]) -> Result<Self, MessageError> {
         let bytes: &[u8; TELEMETRY_BYTES] =
             payload.try_into().map_err(|_| MessageError::Length { kind: TELEMETRY, bytes: payload.len() })?;
@@ -139,7 +140,7 @@ impl Telemetry {
         })
     }
 
-    /// Its payload.
+    /// Encodes the telemetry as a payload.
     pub fn encode(&self) -> Vec<u8> {
         let Attitude { roll, pitch, yaw } = self.attitude;
         let mut payload = Vec::with_capacity(TELEMETRY_BYTES);
@@ -152,26 +153,26 @@ impl Telemetry {
     }
 }
 
-/// The last record of a frame's packet.
+/// The trailer: the last record of a frame's packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Trailer {
-    /// Frames finished since reset.
+    /// Frame number: frames finished since reset.
     pub frame: u32,
-    /// Error bits, as in the status register.
+    /// Error bits, as in the register `status`.
     pub errors: u16,
-    /// Features emitted.
+    /// Features in the packet.
     pub count: u32,
-    /// Features dropped.
+    /// Features that the hardware had to drop.
     pub dropped: u32,
-    /// Thresholds of the scale pairs; 0 for those that the design does not have.
+    /// Threshold of each scale pair, LSB of the response; 0 for pairs that the design does not have.
     pub thresholds: [u16; MAX_PAIRS],
 }
 
 impl Trailer {
-    /// The trailer of records of `words` words each, from a record's bytes.
+    /// Reads the bytes of a record of `words` words; returns `None` if it is not a trailer.
     fn parse(bytes: &[u8], words: usize) -> Option<Self> {
         let word = |index| word(bytes, index);
-        (word(1) >> 16 == flags(words)).then(|| Self {
+        (word(1) >> 16 == trailer_flags(words)).then(|| Self {
             frame: word(0),
             errors: word(1) as u16,
             count: word(2),
@@ -182,33 +183,33 @@ impl Trailer {
 
     fn pack(&self, words: usize) -> [u32; RECORD_WORDS] {
         let [fine, coarse, coarsest] = self.thresholds.map(u32::from);
-        let flags = flags(words) << 16 | u32::from(self.errors);
+        let flags = trailer_flags(words) << 16 | u32::from(self.errors);
         [self.frame, flags, self.count, self.dropped, coarse << 16 | fine, coarsest, 0, 0, 0, 0]
     }
 }
 
-/// The flags of the trailer of records of so many words.
-fn flags(words: usize) -> u32 {
+/// Returns the flags in the trailer of a packet whose records have `words` words.
+fn trailer_flags(words: usize) -> u32 {
     u32::from(if words == RECORD_WORDS { FLAG_TRAILER | FLAG_TEN_WORDS } else { FLAG_TRAILER })
 }
 
-/// The records of a frame.
+/// The packet of a frame: its feature records and trailer, borrowed from a payload.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
-    /// The trailer.
+    /// The trailer, decoded.
     pub trailer: Trailer,
     records: &'a [u8],
-    /// Words of a record.
+    /// Words of each record, 8 or 10.
     words: usize,
 }
 
 impl<'a> Frame<'a> {
-    /// The frame of a payload: whole records, the trailer last, as many features as it counts. The trailer tells the
-    /// length of the records: where one of ten words ends the payload, a count of dropped features stands where one of
-    /// eight words has its flags, and that has 20 bits.
+    /// Reads a payload: whole records, the trailer last, with as many features as it counts. The length of the records
+    /// follows from the trailer: in one of ten words, the word at the place of the flags of one of eight words is the
+    /// count of dropped features. That count has 20 bits, so it cannot equal the flags.
     ///
     /// # Errors
-    /// Where it is not so.
+    /// If the payload has no whole number of records, no trailer, or another number of features than the trailer counts.
     pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
         let whole = |words: &usize| !payload.is_empty() && payload.len().is_multiple_of(4 * words);
         let lengths = [TWO_PAIR_WORDS, RECORD_WORDS].into_iter().filter(whole);
@@ -226,7 +227,7 @@ impl<'a> Frame<'a> {
         Ok(frame)
     }
 
-    /// The features in order; for each record that is none, its index as an error.
+    /// Returns the features in order. A record that is not a feature gives an error with its index.
     pub fn features(&self) -> impl Iterator<Item = Result<FeatureRecord, MessageError>> {
         let words = self.words;
         let records = self.records.chunks_exact(4 * words).enumerate();
@@ -237,7 +238,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// The payload of a frame: its features, then the trailer that counts them. `thresholds` has one for each scale pair;
+/// Encodes the payload of a frame: its features, then the trailer. `thresholds` has one element for each scale pair;
 /// records of three pairs have ten words, others eight.
 pub fn encode_frame(frame: u32, features: &[FeatureRecord], errors: u16, dropped: u32, thresholds: &[u32]) -> Vec<u8> {
     let words = record_words(thresholds.len());
@@ -248,26 +249,26 @@ pub fn encode_frame(frame: u32, features: &[FeatureRecord], errors: u16, dropped
     records.flat_map(|record| record.into_iter().take(words)).flat_map(u32::to_le_bytes).collect()
 }
 
-/// What the pilot or the control system wants.
+/// A command of the pilot or the control system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// The next frame becomes the reference, and the origin of the displacement.
     Capture,
-    /// The next frame with an estimate becomes the reference; the origin stays.
+    /// The next frame with an estimate becomes the reference; the origin of the displacement stays.
     Renew,
-    /// The camera's widest view.
+    /// The camera zooms to its wide view.
     Wide,
-    /// The camera's narrowest view.
+    /// The camera zooms to its narrow view.
     Narrow,
     /// The program ends.
     Stop,
 }
 
 impl Command {
-    /// The command of a payload.
+    /// Decodes a payload.
     ///
     /// # Errors
-    /// Where it is not in the table.
+    /// If the length is wrong or the command is not in the table of the module.
     pub fn parse(payload: &[u8]) -> Result<Self, MessageError> {
         let bytes: [u8; 4] =
             payload.try_into().map_err(|_| MessageError::Length { kind: COMMAND, bytes: payload.len() })?;
@@ -281,7 +282,7 @@ impl Command {
         }
     }
 
-    /// Its payload.
+    /// Encodes the command as a payload.
     pub fn encode(self) -> [u8; 4] {
         let code: u32 = match self {
             Self::Capture => 1,
@@ -294,7 +295,7 @@ impl Command {
     }
 }
 
-/// The 32 bits at an index.
+/// Reads the little-endian word with an index.
 fn word(bytes: &[u8], index: usize) -> u32 {
     let at = 4 * index;
     u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
@@ -315,7 +316,7 @@ mod tests {
     };
 
     proptest! {
-        /// What is written is read; no payload, whatever its bytes, makes a reader panic.
+        /// No payload makes a reader panic.
         #[test]
         fn any_payload_is_read_or_refused(payload in prop::collection::vec(any::<u8>(), 0..200)) {
             let _ = Telemetry::parse(&payload);
@@ -330,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn decoding_inverts_encoding() {
         assert_eq!(Telemetry::parse(&TELEMETRY.encode()), Ok(TELEMETRY));
         for command in [Command::Capture, Command::Wide, Command::Narrow, Command::Stop, Command::Renew] {
             assert_eq!(Command::parse(&command.encode()), Ok(command));
@@ -344,17 +345,17 @@ mod tests {
         let frame = Frame::parse(&payload).unwrap();
         assert_eq!(frame.trailer, Trailer { frame: 4, errors: 2, count: 1, dropped: 6, thresholds: [100, 200, 0] });
         assert!(frame.features().eq([Ok(feature)]));
-        // A flag that no feature has.
+        // Bit 20 is a flag that no feature has.
         words[1] |= 1 << 20;
         let payload: Vec<u8> =
-            words.iter().flat_map(|w| w.to_le_bytes()).chain(payload[RECORD..].iter().copied()).collect();
+            words.iter().flat_map(|w| w.to_le_bytes()).chain(payload[MIN_RECORD_BYTES..].iter().copied()).collect();
         assert!(Frame::parse(&payload).unwrap().features().eq([Err(MessageError::Record(0))]));
     }
 
     proptest! {
-        /// Four and sixteen records of ten words are as long as five and twenty of eight.
+        /// Payloads of both record lengths can have the same size: 4 records of ten words and 5 of eight.
         #[test]
-        fn the_trailer_tells_the_length_of_the_records(
+        fn the_trailer_determines_the_length_of_the_records(
             words in prop::array::uniform10(any::<u32>()), ten: bool, features in 0..21usize, dropped in 0..1u32 << 20,
         ) {
             let mut words = words;
@@ -375,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn readings_that_no_sensor_gives_are_refused() {
+    fn readings_out_of_range_are_refused() {
         let refused = |telemetry: Telemetry, name| {
             assert_eq!(Telemetry::parse(&telemetry.encode()), Err(MessageError::Reading(name)));
         };
@@ -397,8 +398,8 @@ mod tests {
         assert_eq!(Frame::parse(&payload).map(|f| f.trailer.count), Ok(0));
         let feature = FeatureRecord::unpack(&[0; 8]).unwrap();
         let payload = encode_frame(4, &[feature, feature], 0, 0, &[1, 1]);
-        assert_eq!(Frame::parse(&payload[RECORD..]).map(|_| ()), Err(MessageError::Trailer));
-        assert_eq!(Frame::parse(&payload[..2 * RECORD]).map(|_| ()), Err(MessageError::Trailer));
+        assert_eq!(Frame::parse(&payload[MIN_RECORD_BYTES..]).map(|_| ()), Err(MessageError::Trailer));
+        assert_eq!(Frame::parse(&payload[..2 * MIN_RECORD_BYTES]).map(|_| ()), Err(MessageError::Trailer));
         assert!(Frame::parse(&payload[4..]).is_err() && Frame::parse(&[]).is_err());
     }
 }

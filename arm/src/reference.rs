@@ -1,31 +1,34 @@
-//! The reference frame: where it lies from the origin of the displacement, and when another takes its place.
+//! The reference frame: its position relative to the origin of the displacement, and when it is replaced.
 //!
 //! ```text
-//! displacement of a frame = base of the reference + displacement from the reference
-//! covariance              = base covariance       + covariance from the reference
+//! displacement of a frame = offset of the reference + displacement from the reference
+//! covariance              = covariance of the offset + covariance from the reference
 //! ```
 //!
-//! The command to capture makes the next frame the origin: base 0. A frame with an estimate may take the reference's
-//! place without moving the origin. Its own displacement becomes the base, so the estimate goes on without a jump; the
-//! price is that errors add up, hence it happens only where the old reference is about to be of no use:
+//! The command to capture makes the next frame the reference and the origin: its offset is 0. Later a frame with an
+//! estimate may become the reference without moving the origin ("renewal"): its own displacement becomes the offset, so
+//! that the estimates continue without a jump. Each renewal adds the error of one estimate. It therefore happens only
+//! when the old reference is about to become useless:
 //!
 //! - on command ([`Command::Renew`](crate::message::Command::Renew)),
-//! - the frames have less than [`LEAST_SHARED`] of the reference's picture in common,
-//! - the field of view differs by more than [`ZOOM_RENEWS`], because features are not invariant to scale,
-//! - quality is below half of the best with this reference, for [`SETTLING_US`] at least.
+//! - the frame overlaps less than [`MIN_OVERLAP`] of the reference's picture,
+//! - the field of view differs by more than [`RENEWAL_ZOOM_CHANGE`], because features are not invariant to scale,
+//! - the quality has fallen below half of the best with this reference, once that is [`QUALITY_RENEWAL_AGE_US`] old.
 //!
-//! **What is known of it** grows with the frames. Its attitude is not that of one noisy reading: each pose fit says
-//! what is known of it after one more frame. The ground below it is a plane through the points that the laser has met
-//! ([`crate::ground`]). What was learnt may be wrong, where the laser met the crown of a tree: it is forgotten when the
-//! ground turns out to be another, and when the pictures contradict it in [`DOUBTS`] frames in a row. Then the
-//! reference is what its own reading says, over ground of which little is known, and learns anew.
+//! **The reference is refined by later frames.** Its attitude starts as one noisy reading; each pose fit estimates it
+//! again. The ground below it is a plane through the laser points ([`crate::ground`]). Both can be wrong, for example
+//! if the laser hit the crown of a tree. They are discarded when the ground plane is replaced, and when the fit rejects
+//! [`MAX_REJECTED_FRAMES`] frames in a row. The reference then returns to its initial reading, over ground with a large
+//! standard error.
 //!
-//! **Proof.** Waves look like ground until they have moved on. So a captured reference has to be found again after
-//! [`PROVING_US`] before any estimate from it is believed; a reference that a proved one was renewed by is proved.
+//! **Confirmation.** Waves look like ground until they have moved on. So no estimate is published until a captured
+//! reference has been matched again [`CONFIRMATION_AGE_US`] after its capture. A reference that replaces a confirmed
+//! one is confirmed.
 //!
-//! A frame whose displacement from the reference is known to more than [`ANCHOR`] only is not taken.
+//! A frame whose displacement from the reference has a standard error above [`MAX_REFERENCE_ERROR_M`] does not become
+//! the reference.
 
-use crate::ground::{GroundPlane, Told};
+use crate::ground::{GroundPlane, PlaneUpdate};
 use crate::line::Estimate;
 use crate::message::Telemetry;
 use hoverlock_reference::motion::model::transfer;
@@ -33,42 +36,42 @@ use hoverlock_reference::motion::orthophoto::View;
 use hoverlock_reference::motion::pose::{Errors, Found, Pose, Sensors, Sight};
 use nalgebra::{Matrix3, Vector2};
 
-/// Part of the reference's picture that a frame sees, below which the frame takes its place.
-pub const LEAST_SHARED: f64 = 0.6;
+/// Smallest overlap of a frame with the reference, as a fraction of the reference's picture; below it the reference is
+/// renewed.
+pub const MIN_OVERLAP: f64 = 0.6;
 
-/// Part by which the field of view may differ from the reference's before the reference is renewed.
-pub const ZOOM_RENEWS: f64 = 0.02;
+/// Relative change of the field of view above which the reference is renewed.
+pub const RENEWAL_ZOOM_CHANGE: f64 = 0.02;
 
-/// Part by which the field of view may differ from the reference's at all: at 5 % some 96 % of the descriptors are
-/// still found again.
-pub const ZOOM_TOLERANCE: f64 = 0.08;
+/// Relative change of the field of view above which there is no estimate. At 5 %, 96 % of the descriptors still match.
+pub const MAX_ZOOM_CHANGE: f64 = 0.08;
 
-/// Time that a reference is kept before a fall of quality renews it, microseconds.
-pub const SETTLING_US: u64 = 1_000_000;
+/// Age from which a fall of quality renews the reference, microseconds.
+pub const QUALITY_RENEWAL_AGE_US: u64 = 1_000_000;
 
-/// Age at which a captured reference must be found again to be believed, microseconds. Waves of 6 m, and shorter ones
-/// more so, have moved by an eighth of their length and more.
-pub const PROVING_US: u64 = 500_000;
+/// Age at which a captured reference must be matched again to be confirmed, microseconds. By then waves of 6 m or less
+/// have moved by at least an eighth of their length.
+pub const CONFIRMATION_AGE_US: u64 = 500_000;
 
-/// Largest standard error, from the reference before it, of a frame that becomes the reference, m.
-pub const ANCHOR: f64 = 0.3;
+/// Largest standard error, relative to the present reference, of a frame that may replace it, m.
+pub const MAX_REFERENCE_ERROR_M: f64 = 0.3;
 
-/// Frames in a row that contradict what was learnt, after which it is forgotten: a third of a second.
-pub const DOUBTS: u32 = 5;
+/// Rejected frames in a row after which the refined attitude and ground are discarded: a third of a second.
+pub const MAX_REJECTED_FRAMES: u32 = 5;
 
-/// Standard error of the height over ground that is not known, m.
-const UNKNOWN_GROUND: f64 = 3.0;
+/// Standard error of the height after the ground plane was discarded, m.
+const UNKNOWN_GROUND_ERROR_M: f64 = 3.0;
 
-/// Part of the error of one reading of attitude, below which the readings of many frames are not believed to bring it:
-/// bias and drift are in all of them.
-const LEARNT: f64 = 0.2;
+/// Smallest standard error of the refined attitude, as a fraction of that of one reading: bias and drift do not
+/// average out.
+const MIN_ATTITUDE_ERROR_RATIO: f64 = 0.2;
 
-/// Columns and rows of points at which the common part is counted.
-const GRID: (u32, u32) = (16, 12);
+/// Columns and rows of the points by which the overlap is counted.
+const OVERLAP_GRID: (u32, u32) = (16, 12);
 
-/// A displacement and how well it is known.
+/// The position of a reference relative to the origin, with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Base {
+pub struct OriginOffset {
     /// Along `X_e` and `Y_e`, m.
     pub displacement: Vector2<f64>,
     /// Downwards, m.
@@ -77,8 +80,8 @@ pub struct Base {
     pub covariance: [f64; 4],
 }
 
-impl Base {
-    /// The estimate from the reference, seen from the origin.
+impl OriginOffset {
+    /// Converts an estimate relative to the reference into one relative to the origin.
     pub fn add(&self, estimate: Estimate) -> Estimate {
         Estimate {
             x_e_m: self.displacement.x + estimate.x_e_m,
@@ -89,8 +92,7 @@ impl Base {
         }
     }
 
-    /// Where an estimate is.
-    fn of(estimate: &Estimate) -> Self {
+    fn from_estimate(estimate: &Estimate) -> Self {
         Self {
             displacement: Vector2::new(estimate.x_e_m, estimate.y_e_m),
             descent: estimate.z_e_m,
@@ -99,50 +101,51 @@ impl Base {
     }
 }
 
-/// The frame that others are compared with.
+/// The frame with which others are matched.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference {
-    /// Number of the frame.
+    /// Frame number; `None` if it was not readable.
     pub frame: Option<u32>,
-    /// Where its camera looked, as far as is known by now.
+    /// View of its camera, refined by later frames.
     pub sight: Sight,
-    /// The ground below it.
+    /// Estimated ground plane below it.
     pub ground: GroundPlane,
-    /// Its field of view, radians.
+    /// Field of view across the columns, radians.
     pub field_of_view: f64,
-    /// Where it lies from the origin.
-    pub base: Base,
+    /// Position relative to the origin.
+    pub offset: OriginOffset,
     since_us: u64,
     best_quality: u8,
-    proved: bool,
+    confirmed: bool,
     sensors: Sensors,
-    /// Its own reading.
-    own: Sight,
-    /// Frames in a row that contradict what was learnt.
-    doubts: u32,
+    /// The view by its own sensor readings.
+    initial: Sight,
+    /// Rejected frames since the last accepted one.
+    rejected_frames: u32,
 }
 
 impl Reference {
-    /// The origin.
+    /// Creates a reference that is the origin.
     pub fn origin(frame: Option<u32>, view: View, telemetry: &Telemetry) -> Self {
         let (field_of_view, since_us) = (telemetry.field_of_view, telemetry.time_us);
-        let own = Sight { view, errors: Errors::from(telemetry.sensors) };
+        let initial = Sight { view, errors: Errors::from(telemetry.sensors) };
         Self {
             frame,
-            sight: own,
-            ground: GroundPlane::new(&own),
+            sight: initial,
+            ground: GroundPlane::new(&initial),
             field_of_view,
-            base: Base::default(),
+            offset: OriginOffset::default(),
             since_us,
             best_quality: 0,
-            proved: false,
+            confirmed: false,
             sensors: telemetry.sensors,
-            own,
-            doubts: 0,
+            initial,
+            rejected_frames: 0,
         }
     }
 
-    /// The frame of `estimate`, which is seen from the origin, and of the pose that it comes from.
+    /// Creates a reference that replaces `before`. `estimate` is the position of the new frame relative to the origin,
+    /// `pose` its pose relative to `before`.
     pub fn renewed(
         frame: Option<u32>,
         view: View,
@@ -151,67 +154,72 @@ impl Reference {
         pose: &Pose,
         before: &Self,
     ) -> Self {
-        let mut new = Self { base: Base::of(estimate), proved: true, ..Self::origin(frame, view, telemetry) };
+        let mut new = Self {
+            offset: OriginOffset::from_estimate(estimate),
+            confirmed: true,
+            ..Self::origin(frame, view, telemetry)
+        };
         new.ground = before.ground.moved(pose);
-        new.learn(&pose.current);
+        new.refine(&pose.current);
         new
     }
 
-    /// Takes the attitude that a fit has found, over the ground as it is known by now.
-    fn learn(&mut self, found: &Found) {
+    /// Sets the view to the fitted attitude at the present height of the ground. Poses above the horizon are ignored.
+    fn refine(&mut self, found: &Found) {
         let view = View::at_height(*self.sight.view.camera(), found.attitude, self.ground.height());
-        // A pose that is no view of the ground teaches nothing.
         let Ok(view) = view else { return };
         self.sight.view = view;
-        self.sight.errors.tilt = found.tilt.max(LEARNT * self.sensors.tilt);
-        self.sight.errors.heading = found.heading.max(LEARNT * self.sensors.heading);
+        self.sight.errors.tilt = found.tilt.max(MIN_ATTITUDE_ERROR_RATIO * self.sensors.tilt);
+        self.sight.errors.heading = found.heading.max(MIN_ATTITUDE_ERROR_RATIO * self.sensors.heading);
     }
 
-    /// Takes what a frame tells of this one: its pose, and what the laser has met (m). Another ground is told, and what
-    /// was learnt over the first is forgotten.
-    pub fn improve(&mut self, pose: &Pose, range: f64, error: f64) -> Told {
-        self.doubts = 0;
-        let told = self.ground.meet(pose, range, error);
-        match told {
-            Told::Same => self.learn(&pose.reference),
-            Told::Another => self.forget(),
+    /// Refines attitude and ground by an accepted frame: its pose, and its laser range with standard error, both in m.
+    /// Returns `Replaced`, with the attitude reset, if the ground plane has changed.
+    pub fn update(&mut self, pose: &Pose, range: f64, error: f64) -> PlaneUpdate {
+        self.rejected_frames = 0;
+        let update = self.ground.update(pose, range, error);
+        match update {
+            PlaneUpdate::Unchanged => self.refine(&pose.reference),
+            PlaneUpdate::Replaced => self.reset_attitude(),
         }
-        told
+        update
     }
 
-    /// Takes that a frame, `height` (m) over what its laser meets, contradicts what was learnt.
-    pub fn doubt(&mut self, height: f64) -> Told {
-        self.doubts += 1;
-        if self.doubts < DOUBTS {
-            return Told::Same;
+    /// Counts a frame that the fit has rejected. After [`MAX_REJECTED_FRAMES`] in a row, resets the attitude, assumes
+    /// level ground `height` m below the camera, and returns `Replaced`.
+    pub fn reject(&mut self, height: f64) -> PlaneUpdate {
+        self.rejected_frames += 1;
+        if self.rejected_frames < MAX_REJECTED_FRAMES {
+            return PlaneUpdate::Unchanged;
         }
-        self.ground = GroundPlane::about(height, UNKNOWN_GROUND);
-        self.forget();
-        Told::Another
+        self.ground = GroundPlane::level(height, UNKNOWN_GROUND_ERROR_M);
+        self.reset_attitude();
+        PlaneUpdate::Replaced
     }
 
-    /// The attitude of its own reading again, over the ground as it is known by now.
-    fn forget(&mut self) {
-        self.doubts = 0;
-        let own = self.own.view;
-        let view = View::at_height(*own.camera(), *own.attitude(), self.ground.height()).unwrap_or(own);
-        self.sight = Sight { view, ..self.own };
+    /// Returns to the attitude of the initial reading, at the present height of the ground.
+    fn reset_attitude(&mut self) {
+        self.rejected_frames = 0;
+        let initial = self.initial.view;
+        let view = View::at_height(*initial.camera(), *initial.attitude(), self.ground.height()).unwrap_or(initial);
+        self.sight = Sight { view, ..self.initial };
     }
 
-    /// Part by which a field of view differs from this one's.
-    pub fn zoom(&self, field_of_view: f64) -> f64 {
+    /// Returns the relative difference of a field of view (radians) from the reference's, at least 0.
+    pub fn zoom_change(&self, field_of_view: f64) -> f64 {
         (field_of_view / self.field_of_view - 1.0).abs()
     }
 
-    /// Whether this has been found again late enough, now at `time_us`. A clock that jumped back proves nothing wrong.
-    pub fn is_proved(&mut self, time_us: u64) -> bool {
-        self.proved |= time_us.checked_sub(self.since_us).is_none_or(|age| age >= PROVING_US);
-        self.proved
+    /// Marks the reference as confirmed if it is old enough at `time_us`, at which it was matched; returns `true` if it
+    /// is confirmed. A clock that has jumped back confirms it, too.
+    pub fn confirm(&mut self, time_us: u64) -> bool {
+        self.confirmed |= time_us.checked_sub(self.since_us).is_none_or(|age| age >= CONFIRMATION_AGE_US);
+        self.confirmed
     }
 
-    /// Whether the frame of `estimate`, `moved` from this one, should take its place. `homography` maps this picture to
-    /// that one, of `size` pixels.
-    pub fn is_worn(
+    /// Returns `true` if the frame of `estimate` should replace the reference. `homography` maps pixels of the reference
+    /// to pixels of that frame; `size` is columns and rows.
+    pub fn is_expired(
         &mut self,
         estimate: &Estimate,
         homography: &Matrix3<f64>,
@@ -219,30 +227,32 @@ impl Reference {
         telemetry: &Telemetry,
     ) -> bool {
         self.best_quality = self.best_quality.max(estimate.quality);
-        let settled = telemetry.time_us.checked_sub(self.since_us).is_none_or(|age| age >= SETTLING_US);
+        let settled = telemetry.time_us.checked_sub(self.since_us).is_none_or(|age| age >= QUALITY_RENEWAL_AGE_US);
         let faded = settled && 2 * u16::from(estimate.quality) < u16::from(self.best_quality);
-        faded || self.zoom(telemetry.field_of_view) > ZOOM_RENEWS || shared(homography, size) < LEAST_SHARED
+        faded
+            || self.zoom_change(telemetry.field_of_view) > RENEWAL_ZOOM_CHANGE
+            || overlap(homography, size) < MIN_OVERLAP
     }
 }
 
-/// Whether the frame of an estimate from the reference is known well enough to take its place.
-pub fn is_anchor(estimate: &Estimate) -> bool {
+/// Returns `true` if an estimate relative to the reference is accurate enough for its frame to become the reference.
+pub fn is_accurate(estimate: &Estimate) -> bool {
     let [xx, xy, _, yy] = estimate.covariance_m2;
     let largest = (xx + yy) / 2.0 + ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
-    largest <= ANCHOR * ANCHOR
+    largest <= MAX_REFERENCE_ERROR_M * MAX_REFERENCE_ERROR_M
 }
 
-/// Part of a picture of `size` pixels that `homography` maps into another of that size.
-fn shared(homography: &Matrix3<f64>, (width, height): (u16, u16)) -> f64 {
+/// Returns the fraction of a picture that `homography` maps into another of the same size.
+fn overlap(homography: &Matrix3<f64>, (width, height): (u16, u16)) -> f64 {
     let (right, bottom) = (f64::from(width) - 1.0, f64::from(height) - 1.0);
     let place = |i: u32, n: u32, side: f64| side * (f64::from(i) + 0.5) / f64::from(n);
     let inside = |p: Vector2<f64>| (0.0..=right).contains(&p.x) && (0.0..=bottom).contains(&p.y);
-    let points = (0..GRID.1).flat_map(|y| (0..GRID.0).map(move |x| (x, y)));
+    let points = (0..OVERLAP_GRID.1).flat_map(|y| (0..OVERLAP_GRID.0).map(move |x| (x, y)));
     let seen = points.filter(|&(x, y)| {
-        let point = Vector2::new(place(x, GRID.0, right), place(y, GRID.1, bottom));
+        let point = Vector2::new(place(x, OVERLAP_GRID.0, right), place(y, OVERLAP_GRID.1, bottom));
         transfer(homography, point).is_some_and(inside)
     });
-    seen.count() as f64 / f64::from(GRID.0 * GRID.1)
+    seen.count() as f64 / f64::from(OVERLAP_GRID.0 * OVERLAP_GRID.1)
 }
 
 #[cfg(test)]
@@ -251,16 +261,15 @@ mod tests {
     use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
     use nalgebra::Matrix2;
 
-    /// Frames that contradict what was learnt take it back, in a row only.
     #[test]
-    fn what_is_contradicted_is_forgotten() {
+    fn rejected_frames_in_a_row_discard_attitude_and_ground() {
         let sensors = Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 };
         let (attitude, range, field_of_view) = (Attitude { roll: 0.02, pitch: -0.01, yaw: 0.3 }, 44.0, 0.87);
         let camera = Camera::with_field_of_view(1024, 768, field_of_view).unwrap();
         let telemetry = Telemetry { frame: 0, time_us: 0, attitude, range, field_of_view, sensors };
         let view = View::new(camera, attitude, range).unwrap();
         let mut reference = Reference::origin(Some(0), view, &telemetry);
-        let learnt = Found {
+        let refined = Found {
             attitude: Attitude { roll: 0.05, ..attitude },
             height: reference.ground.height(),
             tilt: 1e-3,
@@ -269,25 +278,25 @@ mod tests {
         let pose = Pose {
             displacement: Vector2::zeros(),
             descent: 0.0,
-            reference: learnt,
-            current: learnt,
+            reference: refined,
+            current: refined,
             covariance: Matrix2::identity() * 1e-4,
             residual: 0.1,
             relief: 0.0,
             quality: 255,
         };
-        let doubts = |reference: &mut Reference, count: u32| {
+        let reject = |reference: &mut Reference, count: u32| {
             (0..count).for_each(|_| {
-                reference.doubt(50.0);
+                reference.reject(50.0);
             });
         };
-        reference.improve(&pose, range, sensors.range);
-        doubts(&mut reference, DOUBTS - 1);
-        reference.improve(&pose, range, sensors.range);
-        doubts(&mut reference, DOUBTS - 1);
+        reference.update(&pose, range, sensors.range);
+        reject(&mut reference, MAX_REJECTED_FRAMES - 1);
+        reference.update(&pose, range, sensors.range);
+        reject(&mut reference, MAX_REJECTED_FRAMES - 1);
         assert_eq!(reference.sight.view.attitude().roll, 0.05);
         assert!(reference.ground.height() < 45.0);
-        doubts(&mut reference, 1);
+        reject(&mut reference, 1);
         assert_eq!(reference.sight.view.attitude(), &attitude);
         assert_eq!(reference.sight.errors, Errors::from(sensors));
         assert_eq!(reference.ground.height(), 50.0);
@@ -296,11 +305,11 @@ mod tests {
     }
 
     #[test]
-    fn the_common_part_is_that_of_the_rectangles() {
+    fn the_overlap_is_that_of_the_rectangles() {
         let moved = |x: f64, y: f64| Matrix3::new(1.0, 0.0, x, 0.0, 1.0, y, 0.0, 0.0, 1.0);
-        assert_eq!(shared(&moved(0.0, 0.0), (1024, 768)), 1.0);
+        assert_eq!(overlap(&moved(0.0, 0.0), (1024, 768)), 1.0);
         // A quarter of the columns and a half of the rows are lost.
-        assert_eq!(shared(&moved(256.0, -384.0), (1024, 768)), 0.375);
-        assert_eq!(shared(&moved(1100.0, 0.0), (1024, 768)), 0.0);
+        assert_eq!(overlap(&moved(256.0, -384.0), (1024, 768)), 0.375);
+        assert_eq!(overlap(&moved(1100.0, 0.0), (1024, 768)), 0.0);
     }
 }

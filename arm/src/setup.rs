@@ -1,65 +1,65 @@
-//! Sets the FPGA up: what is checked, written and read back before the first frame, in this order.
+//! Configuration of the FPGA before the first frame: checks, writes and read-backs in this order.
 //!
 //! | step | access |
 //! |---|---|
-//! | 1 | read `identification`, `version`, `emission`: nothing is written where they differ |
+//! | 1 | read `identification`, `version`, `emission`; stop if they differ |
 //! | 2 | `control`: not enabled, `automatic` as wanted; `size`, the coefficients, `threshold`, `target` |
 //! | 3 | 1 to `commit`: the next frame captures the whole set |
 //! | 4 | read the set and `commit` back |
 //! | 5 | `control`: `enable` and `interrupt_frame` too, and read back |
 //!
-//! So `control.enable` reads 1 only after everything else is as wanted.
+//! So `control.enable` reads 1 only once all other registers hold their values.
 
 use crate::bus::Bus;
 use crate::hardware::{Fpga, HardwareError, Size, identify, registers as map};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::features::feature::MAX_PAIRS;
 
-/// Byte address of the threshold of scale pair 2, which a map of three scale pairs has.
+/// Byte address of the threshold of scale pair 2, in register maps of three scale pairs.
 const THRESHOLD_2: u32 = 0x34;
 
-/// Thresholds of the scale pairs, the finest first, in LSB of the response, from 1; those of pairs that a design does
-/// not have are ignored.
+/// The thresholds of the scale pairs, finest first, in LSB of the response, at least 1. Elements for pairs that the
+/// design does not have are ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Thresholds {
-    /// The same for all frames.
+    /// The same thresholds for all frames.
     Fixed([u32; MAX_PAIRS]),
-    /// They follow the feature count towards the design point's target; these are the first frame's.
+    /// Initial thresholds; the FPGA then adjusts them so that the feature count approaches [`Fpga::target`].
     Automatic([u32; MAX_PAIRS]),
 }
 
 impl Default for Thresholds {
-    /// Automatic, from the default design's first threshold.
+    /// Automatic thresholds that start at the initial threshold of the default design.
     fn default() -> Self {
         Self::Automatic([KT27.threshold.initial; MAX_PAIRS])
     }
 }
 
-/// Why the FPGA is not set up; it is not enabled then.
+/// The reason why the FPGA was not configured. It is not enabled then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SetupError<E: std::error::Error> {
-    /// An access failed.
+    /// A bus access failed.
     #[error(transparent)]
     Bus(E),
-    /// It is not the FPGA this program was built for.
+    /// The FPGA is not the one this program was built for.
     #[error(transparent)]
     Hardware(#[from] HardwareError),
-    /// A register reads another value than was written.
+    /// A register does not hold the value written to it.
     #[error("the register at 0x{address:02x} reads 0x{read:08x} after 0x{wrote:08x} was written; correct the bridge")]
     ReadBack {
-        /// Its byte address.
+        /// Byte address of the register.
         address: u32,
-        /// As written.
+        /// Value written.
         wrote: u32,
-        /// As read.
+        /// Value read back.
         read: u32,
     },
 }
 
-/// Sets the FPGA up for frames of one size, and enables it.
+/// Configures the FPGA for frames of `size` and enables it and its frame interrupt.
 ///
 /// # Errors
-/// Where it is another FPGA, an access fails, or a register does not keep what is written.
+/// If the FPGA is another one, an access fails, or a register does not hold the value written to it.
 pub fn set_up<B: Bus>(
     bus: &mut B,
     fpga: &Fpga,
@@ -112,7 +112,7 @@ mod tests {
 
     const SIZE: Size = Size { width: 640, height: 480 };
 
-    /// Registers that remember, a list of the writes, and one address whose bit 0 is stuck.
+    /// A register file that records all writes; bit 0 of the register at `stuck` reads inverted.
     struct Recorded {
         registers: BTreeMap<u32, u32>,
         writes: Vec<(u32, u32)>,
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// As the design point has them, from the model and not from the map.
+    /// Returns the coefficients that the model computes for the design point, with their addresses.
     fn coefficients() -> Vec<(u32, u32)> {
         let stages = KT27.sigmas.iter().zip(&*KT27.look_ahead).flat_map(|(&sigma, &look_ahead)| {
             let designed = LerpCoefficients::design(sigma, look_ahead, KT27.coefficient.bits()).unwrap();

@@ -1,20 +1,20 @@
-//! The sending end of the stream: what a process beside the FPGA writes for this program to read.
+//! The sending end of the stream: the messages that a process beside the FPGA sends to this program.
 
 use crate::framing::encode;
 use crate::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
 use crate::message::{self, Telemetry, encode_frame, encode_registers};
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 
-/// Messages of one source, numbered from 0.
+/// A source of messages, which it numbers from 0.
 #[derive(Default)]
 pub struct Source {
     sequence: u32,
-    /// One message each.
+    /// The messages so far, each with framing.
     pub messages: Vec<Vec<u8>>,
 }
 
 impl Source {
-    /// Appends a message.
+    /// Appends a message of a kind of [`message`] with this payload.
     pub fn send(&mut self, kind: u32, payload: &[u8]) {
         let mut message = Vec::new();
         encode(kind, self.sequence, payload, &mut message);
@@ -22,8 +22,8 @@ impl Source {
         self.messages.push(message);
     }
 
-    /// The register block of the emitted hardware.
-    pub fn start(&mut self, width: usize, height: usize) {
+    /// Appends the register block of the emitted hardware, set to frames of `width` x `height` pixels.
+    pub fn send_registers(&mut self, width: usize, height: usize) {
         let block = [
             (registers::IDENTIFICATION, IDENTIFICATION),
             (registers::VERSION, VERSION),
@@ -33,8 +33,8 @@ impl Source {
         self.send(message::REGISTERS, &encode_registers(&block));
     }
 
-    /// Telemetry, then records.
-    pub fn frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: &[u32]) {
+    /// Appends the telemetry and then the records of a frame; `thresholds` has one element for each scale pair.
+    pub fn send_frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: &[u32]) {
         self.send(message::TELEMETRY, &telemetry.encode());
         self.send(message::FRAME, &encode_frame(telemetry.frame, features, 0, 0, thresholds));
     }

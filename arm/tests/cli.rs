@@ -62,7 +62,7 @@ fn registers_that_cannot_be_used_are_one_line_and_status_2() {
     for (device, part) in [
         (format!("{}", device.display()), "identification reads 0x00000000, not 0x484c434b: no Hoverlock core"),
         (format!("{}@8", short.display()), "short.registers: 256 bytes, too few for 256 bytes of registers at offset"),
-        (format!("{}@6", device.display()), "offset 0x6 of the registers is no multiple of 4"),
+        (format!("{}@6", device.display()), "offset 0x6 of the registers is not a multiple of 4"),
         ("no/such/device".into(), "no/such/device: cannot open the registers"),
         ("/dev/null".into(), "/dev/null: cannot map 256 bytes at offset 0x0"),
     ] {
@@ -90,7 +90,7 @@ fn bad_usage_is_one_clear_line_and_status_2() {
         (paths(["--size", "64*64"]), "--size: `64*64` is not WIDTHxHEIGHT"),
         (paths(["--size", "63x64"]), "--size: a frame of 63 x 64 pixels"),
         (paths(["--thresholds", "0,9"]), "--thresholds: [0, 9] are not both from 1 to 32767"),
-        (paths(["--registers", "/dev/mem@base"]), "--registers: `base` after the @ is no byte offset"),
+        (paths(["--registers", "/dev/mem@base"]), "--registers: `base` after the @ is not a byte offset"),
     ] {
         let output = nav(&arguments);
         let text = String::from_utf8(output.stderr).unwrap();

@@ -6,7 +6,7 @@ mod support;
 use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Reason, Status};
 use hoverlock_arm::message::{self, Command, Telemetry};
-use hoverlock_arm::navigator::{Navigator, Next, POSE_WORK};
+use hoverlock_arm::navigator::{Navigator, Next, POSE_WORK_UNITS};
 use hoverlock_reference::motion::orthophoto::Attitude;
 use proptest::prelude::*;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -122,13 +122,13 @@ fn a_frame_that_would_run_late_says_so_and_gives_its_best() {
     // Every limit is kept, and the work of an estimate is not spent for nothing. Between no estimate and the whole
     // search there are limits that end the search early.
     let mut late = 0;
-    for limit in (0..whole.work + POSE_WORK).step_by(20_000) {
+    for limit in (0..whole.work + POSE_WORK_UNITS).step_by(20_000) {
         let line = work(limit);
         assert!(line.work <= limit && (line.estimate.is_some() || line.reason.is_some()), "{line:?}");
         late += usize::from(line.status == Status::Late && line.estimate.is_some());
     }
     assert!(late > 0);
-    assert_eq!(work(whole.work + POSE_WORK).status, Status::Estimate);
+    assert_eq!(work(whole.work + POSE_WORK_UNITS).status, Status::Estimate);
 }
 
 #[test]
@@ -157,11 +157,11 @@ fn telemetry_may_come_after_its_frame_and_is_missed_where_it_does_not_come() {
 fn a_restarted_source_keeps_the_reference() {
     let mut source = stream(300, 3);
     let mut again = Source::default();
-    again.start(scene::SIZE.0, scene::SIZE.1);
+    again.send_registers(scene::SIZE.0, scene::SIZE.1);
     // The frame counter begins anew, the ground has not moved.
     for frame in 0..2 {
         let telemetry = Telemetry { frame, ..telemetry(frame + 3) };
-        again.frame(&telemetry, &records(300, frame + 3), &[2000, 2000]);
+        again.send_frame(&telemetry, &records(300, frame + 3), &[2000, 2000]);
     }
     source.messages.extend(again.messages);
     let lines = lines(&source);
@@ -174,11 +174,11 @@ fn a_restarted_source_keeps_the_reference() {
 #[test]
 fn a_clock_that_jumps_costs_no_frame() {
     let mut source = Source::default();
-    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send_registers(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
     for (frame, time_us) in [0, 500_000, 5, u64::MAX, 133_334, 0].into_iter().enumerate() {
         let frame = frame as u32;
-        source.frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), &[2000, 2000]);
+        source.send_frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), &[2000, 2000]);
     }
     assert_tracked(&lines(&source));
 }
@@ -189,7 +189,7 @@ fn a_clock_that_jumps_costs_no_frame() {
 fn a_tree_below_the_reference_is_found_out() {
     const ON_THE_TREE: u32 = 60;
     let mut source = Source::default();
-    source.start(SIZE.0, SIZE.1);
+    source.send_registers(SIZE.0, SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
     let place = |frame: u32| (2.0 * (0.3 * f64::from(frame)).sin(), 2.0 * (0.2 * f64::from(frame)).sin());
     for frame in 0..ON_THE_TREE + 40 {
@@ -197,7 +197,7 @@ fn a_tree_below_the_reference_is_found_out() {
         let on_the_tree = frame < ON_THE_TREE;
         let range = if on_the_tree { 88.0 + 0.6 * x - 0.5 * y } else { 100.0 };
         let time_us = 500_000 + u64::from(frame) * 66_667;
-        source.frame(
+        source.send_frame(
             &Telemetry { range, time_us, ..telemetry(frame) },
             &seen(600, 1.0, place(frame), FIELD_OF_VIEW, frame),
             &[2000; 2],
@@ -223,10 +223,10 @@ fn a_roof_that_was_seen_from_beside_is_remembered() {
     };
     let flight = |frames: std::ops::Range<u32>| {
         let mut source = Source::default();
-        source.start(SIZE.0, SIZE.1);
+        source.send_registers(SIZE.0, SIZE.1);
         source.send(message::COMMAND, &Command::Capture.encode());
         for frame in [0].into_iter().chain(frames) {
-            source.frame(&telemetry(frame), &scene::seen_beside_a_roof(1000, place(frame), frame), &[2000; 2]);
+            source.send_frame(&telemetry(frame), &scene::seen_beside_a_roof(1000, place(frame), frame), &[2000; 2]);
         }
         let lines = lines(&source);
         let near = lines.iter().filter(|line| line.frame.is_some_and(|frame| frame >= AWAY));
@@ -247,11 +247,11 @@ fn the_reference_is_renewed_without_a_jump() {
         (4.0 * t, -t)
     };
     let mut source = Source::default();
-    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send_registers(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 0..120 {
         let records = scene::seen(4000, 4.0, place(frame), scene::FIELD_OF_VIEW, frame);
-        source.frame(&telemetry(frame), &records, &[2000, 2000]);
+        source.send_frame(&telemetry(frame), &records, &[2000, 2000]);
     }
     let lines = lines(&source);
     let mut references = Vec::new();
@@ -275,11 +275,11 @@ fn a_reference_renewed_on_command_keeps_the_origin() {
     let mut source = stream(600, 5);
     source.send(message::COMMAND, &Command::Renew.encode());
     for frame in 5..8 {
-        source.frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
+        source.send_frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
     }
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 8..10 {
-        source.frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
+        source.send_frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
     }
     let lines = lines(&source);
     assert_tracked(&lines[..8]);
@@ -295,13 +295,13 @@ fn a_reference_renewed_on_command_keeps_the_origin() {
 #[test]
 fn the_estimate_goes_on_through_a_zoom() {
     let mut source = Source::default();
-    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send_registers(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 0..35 {
         let field_of_view = scene::FIELD_OF_VIEW * 0.98f64.powi(frame as i32);
         let place = (0.02 * f64::from(frame), 0.0);
         let records = scene::seen(3000, 1.0, place, field_of_view, frame);
-        source.frame(&Telemetry { field_of_view, ..telemetry(frame) }, &records, &[2000, 2000]);
+        source.send_frame(&Telemetry { field_of_view, ..telemetry(frame) }, &records, &[2000, 2000]);
     }
     for line in &lines(&source)[1..] {
         let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
@@ -315,14 +315,14 @@ fn the_estimate_goes_on_through_a_zoom() {
 #[test]
 fn a_reference_is_proved_before_it_is_believed() {
     let mut source = Source::default();
-    source.start(scene::SIZE.0, scene::SIZE.1);
+    source.send_registers(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
     for frame in 0..12 {
         let telemetry = Telemetry { time_us: 66_667 * u64::from(frame), ..telemetry(frame) };
-        source.frame(&telemetry, &records(600, frame), &[2000, 2000]);
+        source.send_frame(&telemetry, &records(600, frame), &[2000, 2000]);
     }
     let lines = lines(&source);
-    assert!(lines[1..8].iter().all(|line| line.reason == Some(Reason::Unproved)), "{:?}", lines[1]);
+    assert!(lines[1..8].iter().all(|line| line.reason == Some(Reason::Unconfirmed)), "{:?}", lines[1]);
     assert!(lines[8..].iter().all(|line| line.estimate.is_some()));
 }
 
@@ -330,16 +330,16 @@ fn a_reference_is_proved_before_it_is_believed() {
 fn every_frame_without_an_estimate_has_its_reason() {
     let reasons = |source: &Source| -> Vec<Option<Reason>> { lines(source).into_iter().map(|l| l.reason).collect() };
     let mut source = Source::default();
-    source.frame(&telemetry(0), &records(300, 0), &[2000, 2000]);
+    source.send_frame(&telemetry(0), &records(300, 0), &[2000, 2000]);
     assert_eq!(reasons(&source), [Some(Reason::Registers)]);
-    source.start(scene::SIZE.0, scene::SIZE.1);
-    source.frame(&telemetry(1), &records(300, 1), &[2000, 2000]);
+    source.send_registers(scene::SIZE.0, scene::SIZE.1);
+    source.send_frame(&telemetry(1), &records(300, 1), &[2000, 2000]);
     assert_eq!(reasons(&source)[1], Some(Reason::Reference));
     source.send(message::COMMAND, &Command::Capture.encode());
-    source.frame(&telemetry(2), &records(300, 2), &[2000, 2000]);
+    source.send_frame(&telemetry(2), &records(300, 2), &[2000, 2000]);
     let zoomed = Telemetry { field_of_view: 0.1, ..telemetry(3) };
-    source.frame(&zoomed, &records(300, 3), &[2000, 2000]);
-    source.frame(&telemetry(4), &[], &[2000, 2000]);
+    source.send_frame(&zoomed, &records(300, 3), &[2000, 2000]);
+    source.send_frame(&telemetry(4), &[], &[2000, 2000]);
     source.send(message::FRAME, &message::encode_frame(5, &records(300, 5), 2, 0, &[2000, 2000]));
     let mut outside = records(300, 6);
     outside[7].x = 1024;
@@ -348,7 +348,7 @@ fn every_frame_without_an_estimate_has_its_reason() {
     // A level camera that claims to be turned by 20 degrees: the pictures know better.
     let turned =
         Telemetry { attitude: Attitude { yaw: 0.35, ..Attitude::default() }, time_us: 9_000_000, ..telemetry(7) };
-    source.frame(&turned, &records(300, 7), &[2000, 2000]);
+    source.send_frame(&turned, &records(300, 7), &[2000, 2000]);
     let reasons = reasons(&source);
     let texts: Vec<String> = reasons[3..].iter().map(|reason| reason.as_ref().unwrap().to_string()).collect();
     assert_eq!(reasons[2], None);
@@ -414,9 +414,9 @@ fn flight() -> &'static [Vec<u8>] {
     static FLIGHT: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
     FLIGHT.get_or_init(|| {
         let mut again = Source::default();
-        again.start(scene::SIZE.0, scene::SIZE.1);
+        again.send_registers(scene::SIZE.0, scene::SIZE.1);
         for frame in 0..3 {
-            again.frame(&Telemetry { frame, ..telemetry(frame + 4) }, &records(60, frame + 4), &[2000, 2000]);
+            again.send_frame(&Telemetry { frame, ..telemetry(frame + 4) }, &records(60, frame + 4), &[2000, 2000]);
         }
         [stream(60, 4).messages, again.messages].concat()
     })
@@ -465,7 +465,7 @@ proptest! {
                 telemetry = Some(first);
             }
             if kind == message::FRAME {
-                let trailer = message.len() - 4 - message::RECORD;
+                let trailer = message.len() - 4 - message::MIN_RECORD_BYTES;
                 let number = u32::from_le_bytes(message[trailer..trailer + 4].try_into().unwrap());
                 if whole {
                     expected.push((number, telemetry == Some(number)));

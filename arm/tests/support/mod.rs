@@ -52,7 +52,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
     for (number, path) in files.iter().enumerate() {
         let frame = Picture::open(path).map_err(io::Error::other)?.crop(KT27.width as usize, KT27.height as usize).luma;
         if number == 0 {
-            source.start(frame.width(), frame.height());
+            source.send_registers(frame.width(), frame.height());
             // A camera that has looked at this ground for a while.
             model.frame(&frame, controller.thresholds());
             controller.settle(|thresholds| counts(&model.planes().features(thresholds)));
@@ -74,7 +74,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
         };
         let features = model.frame(&frame, controller.thresholds());
         let thresholds = controller.thresholds().to_vec();
-        source.frame(&telemetry, features, &thresholds);
+        source.send_frame(&telemetry, features, &thresholds);
         controller.finish_frame(&counts(features));
     }
     Ok(source)

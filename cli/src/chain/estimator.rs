@@ -41,7 +41,7 @@ pub struct Host {
 impl Host {
     /// For an FPGA.
     pub fn of(fpga: Fpga) -> Self {
-        Self { decoder: Decoder::default(), navigator: Navigator::of(fpga) }
+        Self { decoder: Decoder::default(), navigator: Navigator::for_fpga(fpga) }
     }
 
     /// Takes a message; the lines that it completes.

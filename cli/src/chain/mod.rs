@@ -122,7 +122,7 @@ impl Chain {
         let mut stream = Stream::default();
         match extractor.registers() {
             Some(block) => stream.send(message::REGISTERS, &encode_registers(block)),
-            None => stream.start(first.width(), first.height()),
+            None => stream.send_registers(first.width(), first.height()),
         }
         stream.send(message::COMMAND, &Command::Capture.encode());
         let mut chain = Self { extractor, stream, host: Host::of(fpga), arm, frames: 0, differs: None };
