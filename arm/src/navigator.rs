@@ -413,14 +413,14 @@ impl Navigator {
             Ok(pose) => pose,
             Err(error) => {
                 let rejected = matches!(error, PoseError::Disagreement { .. } | PoseError::Unexplained { .. });
-                if rejected && reference.reject(view.height()) == PlaneUpdate::Another {
+                if rejected && reference.reject(view.height()) == PlaneUpdate::Replaced {
                     off_plane.clear();
                 }
                 return Err(error.into());
             }
         };
         off_plane.update(pose_buffers.off());
-        if reference.update(&pose, telemetry.range, telemetry.sensors.range) == PlaneUpdate::Another {
+        if reference.update(&pose, telemetry.range, telemetry.sensors.range) == PlaneUpdate::Replaced {
             off_plane.clear();
         }
         let step = Estimate::from_pose(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);
