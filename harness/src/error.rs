@@ -390,6 +390,16 @@ pub enum SimError {
         /// Simulation time.
         time: Time,
     },
+    /// A condition that a bench waited for did not hold at any edge within the limit.
+    #[error("a condition did not hold within {limit} cycles of '{clock}', until {time}")]
+    TooManyCycles {
+        /// The clock's name.
+        clock: String,
+        /// The limit, in rising edges.
+        limit: u64,
+        /// Simulation time at the last edge.
+        time: Time,
+    },
     /// A trigger was awaited in a region where it cannot come.
     #[error("{trigger} awaited in {region} at {time}: {reason}")]
     WrongRegion {

@@ -101,9 +101,10 @@ pub fn of_sim(py: Python<'_>, error: &SimError) -> PyErr {
         SimError::TaskFailed { failure, .. } => of_failure(py, failure),
         SimError::Cancelled { .. } => cancelled(py, &text),
         SimError::Deadlock { .. } | SimError::NoProgress { .. } => python::DeadlockError::new_err(text),
-        SimError::TimeLimit { .. } | SimError::WallClock { .. } | SimError::Timeout { .. } => {
-            python::SimTimeoutError::new_err(text)
-        }
+        SimError::TimeLimit { .. }
+        | SimError::WallClock { .. }
+        | SimError::Timeout { .. }
+        | SimError::TooManyCycles { .. } => python::SimTimeoutError::new_err(text),
         SimError::Verilog { .. } => python::VerilogError::new_err(text),
         SimError::Finished { .. } => python::VerilogFinished::new_err(text),
         SimError::WrongRegion { .. } => python::TriggerError::new_err(text),

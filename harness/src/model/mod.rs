@@ -21,4 +21,4 @@ pub use self::message::Message;
 pub use self::raw::{RawSignal, Word};
 pub use self::signal::{Direction, SignalId, SignalInfo};
 pub use self::storage::Storage;
-pub(crate) use self::storage::{has_words, load, load_words, store, store_words};
+pub(crate) use self::storage::{has_words, load, load_array, load_words, store, store_words};

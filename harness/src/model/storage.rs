@@ -108,6 +108,23 @@ pub(crate) unsafe fn load_words(data: *const u8, storage: Storage) -> Vec<u32> {
     }
 }
 
+/// Reads the lowest `N` 32-bit words of a value of any width; words that it does not have are 0.
+///
+/// # Safety
+/// As [`load_words`].
+#[inline]
+pub(crate) unsafe fn load_array<const N: usize>(data: *const u8, storage: Storage) -> [u32; N] {
+    // SAFETY: as the caller promises; a wide value has `words` words.
+    unsafe {
+        if let Storage::Wide(words) = storage {
+            let words = std::slice::from_raw_parts(data.cast::<u32>(), words as usize);
+            return std::array::from_fn(|at| words.get(at).copied().unwrap_or(0));
+        }
+        let value = load(data, storage);
+        std::array::from_fn(|at| if at < 2 { (value >> (32 * at)) as u32 } else { 0 })
+    }
+}
+
 /// Whether a value of any width equals `words`; words that are not given are 0.
 ///
 /// # Safety

@@ -9,11 +9,11 @@ use super::clock::Clock;
 use super::forcing::Forcing;
 use super::future::{Either, First, Wait, race};
 use super::log::Level;
-use super::scheduler::{Body, Core};
+use super::scheduler::{Agent, Body, Core};
 use super::signal::{Memory, Real, Signal, Text, Wide};
 use super::sync::{Event, Lock, Queue};
 use super::task::{Coroutine, Ending, TaskHandle, TaskId};
-use super::trigger::{Failure, Trigger};
+use super::trigger::{Edge, Failure, Trigger};
 use crate::error::{Error, ModelError, SimError};
 use crate::model::{SignalId, SignalInfo};
 use crate::time::Time;
@@ -23,6 +23,15 @@ use crate::wave::{Recording, RecordingId};
 #[derive(Clone)]
 pub struct Dut {
     pub(super) core: Rc<Core>,
+}
+
+/// A function that is called at an edge.
+struct Callback<F>(F);
+
+impl<E: Into<Error>, F: FnMut() -> Result<(), E>> Agent for Callback<F> {
+    fn edge(&mut self, _: &Core) -> Result<(), Error> {
+        (self.0)().map_err(Into::into)
+    }
 }
 
 impl Dut {
@@ -146,6 +155,40 @@ impl Dut {
     /// `$finish` in the Verilog. While a task waits for it, it is no error.
     pub fn verilog_finish(&self) -> Wait {
         Wait::new(&self.core, Trigger::Finish)
+    }
+
+    /// Calls a function at every `edge` of a signal, before the evaluation: it reads values as they were before the
+    /// edge, and its writes are buffered as those of a task. It runs before the tasks that wait for the same edge. An
+    /// error ends the run.
+    ///
+    /// This is the way to watch many signals in each cycle, and to write a bus model: it costs about a tenth of a task
+    /// that awaits each edge.
+    ///
+    /// ```
+    /// use std::{cell::RefCell, rc::Rc};
+    /// # use hoverlock_harness::{Error, Time, build::Build, sim::{Edge, Sim}};
+    /// # let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/designs/counter.v");
+    /// # let library = Build::new("counter").source(source).parameter("WIDTH", 8).compile()?;
+    /// # let mut sim = Sim::new(library.instance()?)?;
+    /// let dut = sim.dut();
+    /// dut.clock("clk", Time::ns(10))?;
+    /// let (clk, count) = (dut.signal("clk")?, dut.signal("count")?);
+    /// let seen = Rc::new(RefCell::new(Vec::new()));
+    /// let (samples, enable) = (seen.clone(), dut.signal("enable")?);
+    /// dut.signal("step")?.set(1)?;
+    /// dut.on_edge(&clk, Edge::Rising, move || {
+    ///     samples.borrow_mut().push(count.get());
+    ///     enable.set(u64::from(count.get() < 3))
+    /// });
+    /// sim.run(async {
+    ///     clk.cycles(6).await;
+    ///     Ok::<(), Error>(())
+    /// })?;
+    /// assert_eq!(*seen.borrow(), [0, 0, 1, 2, 3, 4]);
+    /// # Ok::<(), Error>(())
+    /// ```
+    pub fn on_edge<E: Into<Error>>(&self, signal: &Signal, edge: Edge, call: impl FnMut() -> Result<(), E> + 'static) {
+        self.core.add_agent(Box::new(Callback(call)), signal.id(), edge);
     }
 
     /// Any trigger as a future.

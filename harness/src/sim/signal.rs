@@ -5,8 +5,8 @@ use std::rc::Rc;
 use super::future::Wait;
 use super::scheduler::Core;
 use super::trigger::{Edge, Trigger};
-use crate::error::{Error, ModelError};
-use crate::model::{SignalId, SignalInfo, Storage, load, load_words};
+use crate::error::{Error, ModelError, SimError};
+use crate::model::{SignalId, SignalInfo, Storage, load, load_array, load_words};
 
 /// A signal of at most 64 bits.
 #[derive(Clone)]
@@ -151,6 +151,31 @@ impl Signal {
         Wait::new(&self.core, Trigger::Edges(self.id, Edge::Rising, count))
     }
 
+    /// Waits for the first rising edge at which a condition holds, evaluated with the values before that edge, and
+    /// returns how many edges that took: 1 if it holds at the next one.
+    ///
+    /// ```no_run
+    /// # use hoverlock_harness::{Error, sim::Dut};
+    /// # async fn example(dut: Dut) -> Result<(), Error> {
+    /// let (clk, busy) = (dut.signal("clk")?, dut.signal("busy")?);
+    /// clk.cycles_until(10_000, || !busy.is_high()).await?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`SimError::TooManyCycles`] if it does not hold at any of the next `limit` edges.
+    pub async fn cycles_until(&self, limit: u64, mut condition: impl FnMut() -> bool) -> Result<u64, SimError> {
+        for cycle in 1..=limit {
+            self.rising_edge().await;
+            if condition() {
+                return Ok(cycle);
+            }
+        }
+        let clock = self.core.model.borrow().info(self.id).name.clone();
+        Err(SimError::TooManyCycles { clock, limit, time: self.core.now() })
+    }
+
     /// The id of the signal in its model.
     pub fn id(&self) -> SignalId {
         self.id
@@ -205,6 +230,29 @@ impl Wide {
     pub fn get(&self) -> Vec<u32> {
         // SAFETY: `core` keeps the model alive.
         unsafe { load_words(self.data, self.storage) }
+    }
+
+    /// Returns the lowest `N` words of the value without an allocation, for reads in every cycle; words that the signal
+    /// does not have are 0.
+    ///
+    /// ```
+    /// # use hoverlock_harness::{Error, build::Build, sim::Sim};
+    /// # let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/designs/wide.v");
+    /// # let mut sim = Sim::new(Build::new("wide").source(source).compile()?.instance()?)?;
+    /// let dut = sim.dut();
+    /// let (b, swapped) = (dut.wide("b")?, dut.wide("b_swapped")?);
+    /// sim.run(async {
+    ///     b.set(&[1, 2, 3])?;
+    ///     dut.read_only().await;
+    ///     assert_eq!(swapped.get_array(), [0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 0]);
+    ///     Ok::<(), Error>(())
+    /// })?;
+    /// # Ok::<(), Error>(())
+    /// ```
+    #[inline]
+    pub fn get_array<const N: usize>(&self) -> [u32; N] {
+        // SAFETY: `core` keeps the model alive.
+        unsafe { load_array(self.data, self.storage) }
     }
 
     /// The words after the writes that are buffered so far; for writes of single bits.

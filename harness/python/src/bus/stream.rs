@@ -76,7 +76,7 @@ impl RawSource {
     }
 
     fn send(&self, py: Python<'_>, symbols: Vec<u64>, channel: u64, error: u64, destination: u64) -> PyResult<()> {
-        self.source.get()?.send(&Frame { symbols, channel, error, destination }).map_err(failed(py))
+        self.source.get()?.send(&Frame { symbols, channel, error, destination, ..Frame::default() }).map_err(failed(py))
     }
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {

@@ -45,6 +45,20 @@ pub struct Frame {
     pub error: u64,
     /// `tdest`.
     pub destination: u64,
+    /// What the source does apart from sending the symbols; a received frame has the default.
+    pub sending: Sending,
+}
+
+/// How a source sends a frame: for packets with missing marks, and for gaps between packets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sending {
+    /// Sends no `startofpacket`: the frame continues the one before, or is stray.
+    pub omit_start: bool,
+    /// Sends no `endofpacket` or `tlast`: the next frame continues this one, or interrupts it.
+    pub omit_end: bool,
+    /// The least number of cycles without a beat before the first beat, counted from the frame before (or, if the
+    /// source is idle, from the call of `send`).
+    pub gap: u64,
 }
 
 impl Frame {
@@ -62,6 +76,24 @@ impl Frame {
     /// This frame with an `error` or `tuser`.
     pub fn with_error(mut self, error: u64) -> Frame {
         self.error = error;
+        self
+    }
+
+    /// This frame without `startofpacket`.
+    pub fn without_start(mut self) -> Frame {
+        self.sending.omit_start = true;
+        self
+    }
+
+    /// This frame without `endofpacket` or `tlast`.
+    pub fn without_end(mut self) -> Frame {
+        self.sending.omit_end = true;
+        self
+    }
+
+    /// This frame after `cycles` cycles without a beat, at least.
+    pub fn after_gap(mut self, cycles: u64) -> Frame {
+        self.sending.gap = cycles;
         self
     }
 }

@@ -1,7 +1,7 @@
 //! The signals of a stream, and how symbols lie in a beat.
 
 use super::{Dialect, Frame};
-use crate::bus::optional;
+use crate::bus::{Random, optional};
 use crate::error::{Error, ModelError};
 use crate::model::{Direction, SignalInfo, Storage, load};
 use crate::sim::{Core, Dut, Signal};
@@ -76,6 +76,14 @@ impl DataPort {
             }
             _ => core.write(self.index, value[0]),
         }
+    }
+
+    fn put_random(&self, core: &Core, random: &mut Random) -> Result<(), ModelError> {
+        let words = self.width.div_ceil(64) as usize;
+        let mut value = [0; WORDS];
+        value[..words].fill_with(|| random.bits());
+        value[words - 1] &= u64::MAX >> (64 * words as u32 - self.width);
+        self.put(core, &value)
     }
 }
 
@@ -234,8 +242,8 @@ impl Ports {
         let symbols = &frame.symbols[at..end];
         let mut beat = Beat {
             data: [0; W],
-            first: at == 0,
-            last: end == frame.symbols.len(),
+            first: at == 0 && !frame.sending.omit_start,
+            last: end == frame.symbols.len() && !frame.sending.omit_end,
             keep: u64::MAX >> (64 - symbols.len()),
             channel: frame.channel,
             error: frame.error,
@@ -261,6 +269,14 @@ impl Ports {
         put(&self.error, beat.error)?;
         put(&self.destination, beat.destination)?;
         Ok(())
+    }
+
+    /// Writes random values to all signals but `valid`.
+    #[cold]
+    pub(super) fn put_random(&self, core: &Core, random: &mut Random) -> Result<(), Error> {
+        self.data.put_random(core, random)?;
+        let others = [&self.first, &self.last, &self.empty, &self.keep, &self.channel, &self.error, &self.destination];
+        Ok(others.into_iter().try_for_each(|signal| put(signal, random.bits()))?)
     }
 
     #[inline(always)]

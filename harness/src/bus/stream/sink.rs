@@ -50,6 +50,15 @@ macro_rules! listening {
                 }
             }
 
+            /// Discards what was received and not fetched, the packet in progress included, as a reset of the receiver
+            /// does.
+            pub fn clear(&self) {
+                let mut collector = self.collector.borrow_mut();
+                collector.frames.clear();
+                collector.open = None;
+                collector.arrived.clear();
+            }
+
             /// An event that is set while a received frame has not been fetched.
             pub fn arrived(&self) -> Event {
                 self.collector.borrow().arrived.clone()

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::Frame;
 use super::ports::{Ports, ReadyHistory, WORDS};
-use crate::bus::{Pause, Reset};
+use crate::bus::{Pause, Random, Reset};
 use crate::error::Error;
 use crate::sim::{Agent, Core, Dut, Edge, Event, Signal};
 
@@ -17,6 +17,10 @@ struct SourceState {
     /// Beats of all frames that the design has not taken yet.
     pending: usize,
     pause: Pause,
+    /// Cycles of the first frame's gap that have passed.
+    gap: u64,
+    /// Random values for the other signals while `valid` is 0, if they are wanted.
+    noise: Option<Random>,
     presented: bool,
     sent: u64,
     idle: Event,
@@ -52,6 +56,8 @@ impl Source {
             taken: 0,
             pending: 0,
             pause: Pause::Never,
+            gap: 0,
+            noise: None,
             presented: false,
             sent: 0,
             idle,
@@ -69,6 +75,21 @@ impl Source {
     /// Sets in which cycles it offers no new beat.
     pub fn set_pause(&self, pause: Pause) {
         self.state.borrow_mut().pause = pause;
+    }
+
+    /// Drives random values on all signals but `valid` in cycles in which it offers no beat: a design must not look at
+    /// them. By default they keep the values of the last beat.
+    pub fn randomize_idle(&self, seed: u64) {
+        self.state.borrow_mut().noise = Some(Random::new(seed));
+    }
+
+    /// Discards everything queued, the beat on offer included, as a reset of the sender does. `valid` falls at the next
+    /// edge.
+    pub fn clear(&self) {
+        let mut state = self.state.borrow_mut();
+        state.frames.clear();
+        (state.taken, state.pending, state.gap, state.presented) = (0, 0, 0, false);
+        state.idle.set();
     }
 
     /// Queues a frame.
@@ -132,7 +153,7 @@ impl<const W: usize> Agent for SourceAgent<W> {
             state.taken += self.ports.lanes as usize;
             if state.frames.front().is_some_and(|frame| state.taken >= frame.symbols.len()) {
                 state.frames.pop_front();
-                state.taken = 0;
+                (state.taken, state.gap) = (0, 0);
             }
             if state.pending == 0 {
                 state.idle.set();
@@ -143,13 +164,18 @@ impl<const W: usize> Agent for SourceAgent<W> {
         }
         let held = state.pause.next_cycle();
         let allowed = latency == 0 || self.history.before(latency);
-        match state.frames.front() {
-            Some(frame) if allowed && !held => {
+        if let Some(frame) = state.frames.front() {
+            let in_gap = state.taken == 0 && state.gap < frame.sending.gap;
+            state.gap += u64::from(in_gap);
+            if allowed && !held && !in_gap {
                 self.ports.put(core, &self.ports.beat::<W>(frame, state.taken))?;
                 state.presented = true;
+                return Ok(());
             }
-            _ => self.ports.valid.set(0)?,
         }
-        Ok(())
+        if let Some(random) = &mut state.noise {
+            self.ports.put_random(core, random)?;
+        }
+        Ok(self.ports.valid.set(0)?)
     }
 }
