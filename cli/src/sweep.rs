@@ -14,7 +14,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, anyhow, bail};
-use hoverlock_edss::camera::SIZE;
+use hoverlock_edss::camera::FRAME_SIZE;
 use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
@@ -179,12 +179,12 @@ fn points(args: &Args) -> Result<Vec<Point>> {
     for name in &designs {
         let design = design(name)?;
         let DesignPoint { width, height, .. } = design;
-        if (width as usize) < SIZE.0 || (height as usize) < SIZE.1 {
+        if (width as usize) < FRAME_SIZE.0 || (height as usize) < FRAME_SIZE.1 {
             bail!(
                 "the design {name} takes {width} x {height} px at most, and the camera's frames have {} x {}: copy its \
                  file and change width and height",
-                SIZE.0,
-                SIZE.1
+                FRAME_SIZE.0,
+                FRAME_SIZE.1
             );
         }
     }

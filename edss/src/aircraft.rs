@@ -1,4 +1,4 @@
-//! A helicopter about hover: `M dx/dt`, six degrees of freedom, linear aerodynamics, exact kinematics and gravity.
+//! Flight dynamics of a helicopter about hover: six degrees of freedom, linear aerodynamics, exact kinematics and gravity.
 //!
 //! With body axes `x` forward, `y` right, `z` down, velocity `V = (u, v, w)` and rates `w = (p, q, r)`, attitude `R`
 //! (body to level frame), `R0` that of trim:
@@ -8,13 +8,13 @@
 //! dw/dt =                           L (w, V - R^T wind, blades)
 //! ```
 //!
-//! `F` and `L` are the published derivatives ([`lynx`]); `f` is what an accelerometer reads. A gust enters through the
-//! velocity relative to the air. The moments of rotation on rotation are left out: at the 0.1 rad/s of a hover they are
-//! below 0.01 rad/s^2.
+//! `F` and `L` are the published derivatives ([`lynx`]); `f` is the specific force, as an accelerometer measures it. A gust
+//! acts through the velocity relative to the air. Gyroscopic coupling of the rates is neglected: at the 0.1 rad/s of a
+//! hover it is below 0.01 rad/s^2.
 //!
-//! **Camera.** It is fixed to the fuselage where it looks straight down in trim, the top of its picture to the nose, at
-//! the centre of gravity. Its roll, pitch and yaw are therefore zero in trim; the fuselage then has roll -3.1 and pitch
-//! 3.4 degrees in the signs of flight mechanics.
+//! **Camera.** It is mounted at the centre of gravity so that it looks straight down in trim, with the top of its picture
+//! towards the nose. Its roll, pitch and yaw are therefore zero in trim; the fuselage then has a roll of -3.1 and a pitch
+//! of 3.4 degrees in aerospace signs.
 
 pub mod actuator;
 pub mod lynx;
@@ -24,30 +24,30 @@ use hoverlock_reference::motion::orthophoto::Attitude;
 use lynx::Derivatives;
 use nalgebra::{Matrix3, SVector, Vector3};
 
-/// Gravity, m/s^2.
+/// Standard gravity, m/s^2.
 pub const GRAVITY: f64 = 9.80665;
 
-/// Position (`X_e`, `Y_e`, `Z`), then roll, pitch, yaw of the fuselage in the signs of flight mechanics, then `p q r`,
-/// then `u v w`; metres, radians, seconds.
+/// The state vector: position (`X_e`, `Y_e`, `Z`); roll, pitch, yaw of the fuselage in aerospace signs; rates `p q r`;
+/// velocity `u v w`. Units are metres, radians and seconds.
 pub type State = SVector<f64, 12>;
 
-/// The rigid body with its aerodynamics.
+/// A rigid-body helicopter with its aerodynamics.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Aircraft {
     derivatives: Derivatives,
-    /// Camera axes -> body axes.
+    /// Rotation from camera to body axes.
     mount: Matrix3<f64>,
-    /// What an accelerometer reads in trim.
+    /// Specific force in trim, m/s^2.
     lift: Vector3<f64>,
 }
 
-/// Camera axes of a camera without tilt (right, back, down) -> forward, right, down; also level frame
-/// (`X_e`, `Y_e`, `Z`) -> north, east, down, where north is against `Y_e`.
+/// Returns the rotation from the axes of a level camera (right, back, down) to forward, right, down. It is also the
+/// rotation from the world frame (`X_e`, `Y_e`, `Z`) to north, east, down, with north opposite to `Y_e`.
 fn forward_right_down() -> Matrix3<f64> {
     Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// Body axes -> north, east, down.
+/// Returns the rotation from body axes to north, east, down.
 fn body_to_level(roll: f64, pitch: f64, yaw: f64) -> Matrix3<f64> {
     let [(sr, cr), (sp, cp), (sy, cy)] = [roll, pitch, yaw].map(libm::sincos);
     let about_x = Matrix3::new(1.0, 0.0, 0.0, 0.0, cr, -sr, 0.0, sr, cr);
@@ -57,7 +57,7 @@ fn body_to_level(roll: f64, pitch: f64, yaw: f64) -> Matrix3<f64> {
 }
 
 impl Aircraft {
-    /// The Lynx.
+    /// Creates the Westland Lynx.
     pub fn lynx() -> Self {
         let derivatives = Derivatives::lynx();
         let [roll, pitch] = derivatives.trim;
@@ -66,7 +66,7 @@ impl Aircraft {
         Self { derivatives, mount, lift }
     }
 
-    /// Trimmed at a height (m), heading away from `Y_e`.
+    /// Returns the trimmed state at a height (m), heading opposite to `Y_e`.
     pub fn trimmed(&self, height: f64) -> State {
         let [roll, pitch] = self.derivatives.trim;
         let mut state = State::zeros();
@@ -76,12 +76,12 @@ impl Aircraft {
         state
     }
 
-    /// Body axes -> world.
+    /// Returns the rotation from body axes to the world.
     fn to_world(state: &State) -> Matrix3<f64> {
         forward_right_down().transpose() * body_to_level(state[3], state[4], state[5])
     }
 
-    /// `dw/dt` and `f` for the wind (world, m/s) and the blade angles from trim (rad).
+    /// Computes `dw/dt` (rad/s^2) and `f` (m/s^2) for the wind in the world (m/s) and the blade angles from trim (rad).
     fn accelerations(&self, state: &State, wind: &Vector3<f64>, blades: &SVector<f64, 4>) -> SVector<f64, 6> {
         let air = Self::to_world(state).transpose() * wind;
         let mut motion: SVector<f64, 6> = state.fixed_rows::<6>(6).into();
@@ -91,7 +91,7 @@ impl Aircraft {
         accelerations
     }
 
-    /// `dx/dt`.
+    /// Computes the time derivative of the state for the wind in the world (m/s) and the blade angles from trim (rad).
     pub fn derivative(&self, state: &State, wind: &Vector3<f64>, blades: &SVector<f64, 4>) -> State {
         let to_world = Self::to_world(state);
         let accelerations = self.accelerations(state, wind, blades);
@@ -115,8 +115,8 @@ impl Aircraft {
         derivative
     }
 
-    /// The state `step` seconds later, by the classical Runge-Kutta method of fourth order; wind and blade angles stand
-    /// still meanwhile.
+    /// Integrates the state over `step` seconds by the classical Runge-Kutta method of fourth order, with constant wind and
+    /// blade angles.
     pub fn advance(&self, state: &State, wind: &Vector3<f64>, blades: &SVector<f64, 4>, step: f64) -> State {
         let at = |state: &State| self.derivative(state, wind, blades);
         let a = at(state);
@@ -126,7 +126,7 @@ impl Aircraft {
         state + (a + (b + c) * 2.0 + d) * (step / 6.0)
     }
 
-    /// Where the camera is and how it is turned.
+    /// Returns position and attitude of the camera.
     pub fn camera(&self, state: &State) -> Pose {
         let rotation = Self::to_world(state) * self.mount;
         // The inverse of `Attitude::rotation`: its bottom row is (-sin roll cos pitch, -sin pitch, cos roll cos pitch).
@@ -136,17 +136,17 @@ impl Aircraft {
         Pose { position: state.fixed_rows::<3>(0).into(), attitude: Attitude { roll, pitch, yaw } }
     }
 
-    /// Velocity over the ground in the world, m/s.
+    /// Returns the velocity over the ground in the world, m/s.
     pub fn velocity(&self, state: &State) -> Vector3<f64> {
         Self::to_world(state) * state.fixed_rows::<3>(9)
     }
 
-    /// Angular velocity about the camera's axes, rad/s.
+    /// Returns the angular velocity about the camera's axes, rad/s.
     pub fn rates(&self, state: &State) -> Vector3<f64> {
         self.mount.transpose() * state.fixed_rows::<3>(6)
     }
 
-    /// What an accelerometer on the camera reads, m/s^2 along the camera's axes.
+    /// Returns the specific force along the camera's axes, m/s^2.
     pub fn specific_force(&self, state: &State, wind: &Vector3<f64>, blades: &SVector<f64, 4>) -> Vector3<f64> {
         self.mount.transpose() * self.accelerations(state, wind, blades).fixed_rows::<3>(3)
     }
@@ -160,7 +160,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// The source's gravity, read from its derivatives of forward acceleration by pitch angle: 32.1036 ft/s^2 over the
-    /// cosine of trim pitch. Ours is 0.04 % more.
+    /// cosine of trim pitch. [`GRAVITY`] is 0.04 % more.
     const PUBLISHED_BY_PITCH: f64 = -32.1036071777344;
 
     /// `A` of the eight published states theta, phi, p, q, r, u, v, w (m, rad) by central differences of the nonlinear
@@ -187,11 +187,11 @@ mod tests {
         assert!(roll.abs() + pitch.abs() + yaw.abs() < 1e-12 && (camera.height() - 50.0).abs() < 1e-12, "{camera:?}");
     }
 
-    /// Kinematics and gravity are ours, the table's rows of them are the source's: both must agree. Rows of theta and
-    /// phi, and columns of theta and phi, as the source prints them (rad, ft).
+    /// The kinematics and gravity computed here must agree with the rows and columns of theta and phi that the source
+    /// prints (rad, ft).
     #[test]
     fn the_nonlinear_equations_have_the_published_derivatives() {
-        let ours = linearised();
+        let computed = linearised();
         let foot = 0.3048;
         let of = |row: usize| if row < 5 { 1.0 } else { foot };
         let mut published = SMatrix::<f64, 8, 8>::zeros();
@@ -217,7 +217,7 @@ mod tests {
         }
         for row in 0..8 {
             for column in 0..8 {
-                let (a, b) = (ours[(row, column)], published[(row, column)]);
+                let (a, b) = (computed[(row, column)], published[(row, column)]);
                 // 5e-4 of it is gravity's difference; 1e-5 that of roundings in the source.
                 assert!((a - b).abs() <= 5e-4 * b.abs() + 1e-5, "row {row}, column {column}: {a}, published {b}");
             }
@@ -238,14 +238,14 @@ mod tests {
             Complex::new(-0.29233356, 0.0),
             Complex::new(-0.71035803, 0.0),
         ];
-        let ours = linearised().complex_eigenvalues();
+        let computed = linearised().complex_eigenvalues();
         for expected in published {
-            let nearest = ours.iter().map(|mode| (mode - expected).norm()).fold(f64::INFINITY, f64::min);
-            assert!(nearest < 5e-4 * expected.norm().max(1.0), "{expected}: {nearest} off, {ours}");
+            let nearest = computed.iter().map(|mode| (mode - expected).norm()).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 5e-4 * expected.norm().max(1.0), "{expected}: {nearest} off, {computed}");
         }
     }
 
-    /// A gust does what flying the other way through still air does.
+    /// A gust has the effect of flying in the opposite direction through still air.
     #[test]
     fn wind_acts_through_the_velocity_relative_to_the_air() {
         let aircraft = Aircraft::lynx();
@@ -306,7 +306,7 @@ mod tests {
             prop_assert!((later - turned).abs().max() < 1e-10);
         }
 
-        /// Newton in the world: the velocity changes by what the accelerometer reads, and by gravity.
+        /// Newton's law in the world: the velocity changes by specific force and gravity.
         #[test]
         fn the_velocity_changes_by_force_and_gravity(
             roll in -0.3..0.3f64, pitch in -0.3..0.3f64, yaw in -3.0..3.0f64,
@@ -329,7 +329,7 @@ mod tests {
         }
     }
 
-    /// Right wing down and nose up are what the camera calls negative roll and negative pitch.
+    /// Right side down is negative roll of the camera, nose up is negative pitch.
     #[test]
     fn signs_are_those_of_the_camera() {
         let aircraft = Aircraft::lynx();

@@ -1,23 +1,24 @@
-//! The autopilot: it holds attitude, heading, height and place.
+//! The autopilot: holds attitude, heading, height and position.
 //!
-//! | loop | from | at |
+//! | loop | input | rate |
 //! |---|---|---|
 //! | attitude ([`attitude`]) | inertial sensor | every step |
-//! | heading | its yaw | every step |
-//! | height | barometer; accelerometer between | every step |
-//! | place | vision's displacement, late; accelerometer and attitude between ([`navigation`]) | every step |
+//! | heading | yaw of the inertial sensor | every step |
+//! | height | barometer; accelerometer between readings | every step |
+//! | position | delayed vision fixes; accelerometer and attitude between ([`navigation`]) | every step |
 //!
-//! **Place.** With the estimated position `e` and velocity `v` over the ground, and `d` the acceleration that is not
-//! from tilt (the gust's drag, as the accelerometer feels it, and what the attitude is wrong by, as the filter found):
+//! **Position.** `e` is the estimated position and `v` the velocity over the ground. `d` is the acceleration that tilt does
+//! not explain: the drag of gusts by the accelerometer, and the attitude error by the filter:
 //!
 //! ```text
 //! a = K_v (limit(-K_x e) - v),    tilt = (d - a) / g
 //! ```
 //!
-//! Height is held in the same way, `d` being the downward acceleration that the blades were not asked for.
+//! Height is held in the same way; there `d` is the downward acceleration that was not commanded.
 //!
-//! **Without fixes** it flies on by the inertial sensor for [`COAST`], then holds a level attitude: the weight of the
-//! place loop's tilt runs from 1 to 0 within [`FADE`], and back when fixes return, so that no command jumps.
+//! **Without fixes** the position is held by the inertial sensor for [`COAST_S`]; after that the autopilot holds a level
+//! attitude. The weight of the position loop's tilt goes from 1 to 0 within [`FADE_S`], and back when fixes return, so that
+//! no command jumps.
 
 pub mod attitude;
 pub mod navigation;
@@ -27,50 +28,50 @@ use crate::aircraft::lynx::Derivatives;
 use crate::sensors::{self, Inertial};
 use attitude::AttitudeLoop;
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
-use navigation::{Axis, Quality};
+use navigation::{AccelerationNoise, AxisFilter};
 
-/// How long the place is held without a fix, s.
-pub const COAST: f64 = 1.0;
-/// How long the place loop takes to let go and to take hold again, s.
-pub const FADE: f64 = 2.0;
-/// Largest tilt the place loop asks for, rad: 3.5 degrees, so that gusts and overshoot leave it within 5.
-pub const TILT: f64 = 3.5 * std::f64::consts::PI / 180.0;
+/// Time for which the position is held without a fix.
+pub const COAST_S: f64 = 1.0;
+/// Time in which the weight of the position loop changes between 0 and 1.
+pub const FADE_S: f64 = 2.0;
+/// Largest tilt that the position loop commands, rad: 3.5 degrees, which with gusts and overshoot stays within 5.
+pub const MAX_TILT: f64 = 3.5 * std::f64::consts::PI / 180.0;
 
-/// `K_x` (1/s), `K_v` (1/s) and the speed towards the place that is never exceeded (m/s).
-const PLACE: [f64; 3] = [0.8, 1.8, 0.7];
+/// `K_x` (1/s), `K_v` (1/s) and the largest speed towards the position (m/s).
+const POSITION_LOOP: [f64; 3] = [0.8, 1.8, 0.7];
 /// Largest rate of the tilt command, rad/s: 15 degrees a second.
-const TILT_RATE: f64 = 15.0 * std::f64::consts::PI / 180.0;
-/// Time constant in which the drag is felt, s.
-const DRAG: f64 = 0.3;
-/// `K_z` (1/s), `K_w` (1/s), the climb rate (m/s) and the vertical acceleration (m/s^2) that are never exceeded.
-const HEIGHT: [f64; 4] = [0.8, 2.0, 2.5, 1.5];
-/// Time constant in which a vertical gust is felt, s.
-const HEAVE: f64 = 0.5;
-/// Standard errors of a vision fix and of a reading of the barometer are never taken for less, m.
-const LEAST_ERROR: [f64; 2] = [0.005, 0.2];
+const MAX_TILT_RATE: f64 = 15.0 * std::f64::consts::PI / 180.0;
+/// Time constant of the drag estimate.
+const DRAG_TIME_S: f64 = 0.3;
+/// `K_z` (1/s), `K_w` (1/s), the largest climb rate (m/s) and the largest vertical acceleration (m/s^2).
+const HEIGHT_LOOP: [f64; 4] = [0.8, 2.0, 2.5, 1.5];
+/// Time constant of the estimate of vertical gusts.
+const HEAVE_TIME_S: f64 = 0.5;
+/// Smallest standard errors assumed for a vision fix and for a reading of the barometer.
+const MIN_ERRORS_M: [f64; 2] = [0.005, 0.2];
 
-/// From what the place is held.
+/// The source of the position that is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Hold {
-    /// Vision's fixes.
+    /// Vision fixes.
     #[default]
     Vision,
-    /// The inertial sensor alone; fixes are not looked at.
+    /// The inertial sensor alone; fixes are ignored.
     ImuOnly,
 }
 
-/// What vision says of one frame.
+/// The vision estimate of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
-    /// From the reference to the camera along `X_e` and `Y_e`, m.
+    /// Displacement from the reference to the camera along `X_e` and `Y_e`, m.
     pub displacement: Vector2<f64>,
-    /// Its covariance, m^2; the two axes are filtered apart, by the diagonal.
+    /// Covariance, m^2. The two axes are filtered separately, with the diagonal.
     pub covariance: Matrix2<f64>,
-    /// Height that vision found, m. The loops do not use it.
+    /// Estimated height, m. The loops do not use it.
     pub height: Option<f64>,
-    /// Yaw that vision found, rad. The loops do not use it.
+    /// Estimated yaw, rad. The loops do not use it.
     pub yaw: Option<f64>,
-    /// When the frame was exposed, s.
+    /// Time of the exposure, s.
     pub exposed: f64,
 }
 
@@ -79,10 +80,10 @@ pub struct Fix {
 pub struct Autopilot {
     hold: Hold,
     step: f64,
-    quality: Quality,
+    noise_model: AccelerationNoise,
     attitude: AttitudeLoop,
-    place: [Axis; 2],
-    vertical: Axis,
+    position: [AxisFilter; 2],
+    vertical: AxisFilter,
     drag: Vector2<f64>,
     tilt: Vector2<f64>,
     heave: f64,
@@ -92,23 +93,23 @@ pub struct Autopilot {
 }
 
 impl Autopilot {
-    /// At a height (m) at a time (s), for an inertial sensor of a tilt error (rad); none where the aircraft cannot be
-    /// commanded.
+    /// Creates an autopilot at a height (m) and a time (s), for an inertial sensor with an rms tilt error `tilt` (rad).
+    /// Returns `None` if the blade angles cannot command all four accelerations.
     pub fn new(derivatives: &Derivatives, tilt: f64, height: f64, time: f64, step: f64) -> Option<Self> {
-        let share = |i: usize| GRAVITY * tilt * sensors::SHARES[i].sqrt();
-        let quality = Quality {
+        let share = |i: usize| GRAVITY * tilt * sensors::VARIANCE_SHARES[i].sqrt();
+        let noise_model = AccelerationNoise {
             white: sensors::FORCE_NOISE.hypot(share(3)),
             constant: sensors::FORCE_BIAS.hypot(share(0)),
             wander: share(2),
-            time: sensors::WANDER,
+            time: sensors::WANDER_TIME_S,
         };
         Some(Self {
             hold: Hold::Vision,
             step,
-            quality,
+            noise_model,
             attitude: AttitudeLoop::new(derivatives)?,
-            place: [0, 1].map(|_| Axis::new(quality, step, time, 0.0, [0.05, 0.1])),
-            vertical: Axis::new(quality, step, time, -height, [0.5, 0.1]),
+            position: [0, 1].map(|_| AxisFilter::new(noise_model, step, time, 0.0, [0.05, 0.1])),
+            vertical: AxisFilter::new(noise_model, step, time, -height, [0.5, 0.1]),
             drag: Vector2::zeros(),
             tilt: Vector2::zeros(),
             heave: 0.0,
@@ -118,88 +119,91 @@ impl Autopilot {
         })
     }
 
-    /// The place to be held is where the helicopter is now, s.
+    /// Makes the position at `time` (s), which is now, the one to hold.
     pub fn engage(&mut self, time: f64) {
-        self.place = [0, 1].map(|_| Axis::new(self.quality, self.step, time, 0.0, [0.05, 0.1]));
+        self.position = [0, 1].map(|_| AxisFilter::new(self.noise_model, self.step, time, 0.0, [0.05, 0.1]));
         self.newest = time;
     }
 
-    /// From what the place is held from now on.
+    /// Sets the source of the position that is held.
     pub fn set_hold(&mut self, hold: Hold) {
         self.hold = hold;
     }
 
-    /// A fix. One that is no number is left aside.
-    pub fn take(&mut self, fix: &Fix) {
+    /// Applies a fix. One that is not a finite number is ignored.
+    pub fn apply_fix(&mut self, fix: &Fix) {
         if self.hold == Hold::ImuOnly || !fix.displacement.iter().all(|along| along.is_finite()) {
             return;
         }
-        for (i, axis) in self.place.iter_mut().enumerate() {
-            let variance = fix.covariance[(i, i)].max(LEAST_ERROR[0] * LEAST_ERROR[0]);
+        for (i, axis) in self.position.iter_mut().enumerate() {
+            let variance = fix.covariance[(i, i)].max(MIN_ERRORS_M[0] * MIN_ERRORS_M[0]);
             axis.correct(fix.exposed, fix.displacement[i], variance);
         }
         self.newest = self.newest.max(fix.exposed);
     }
 
-    /// A reading of the barometer, m, at a time, s. Height is not the laser's: its beam sweeps over hills and roofs,
-    /// and a helicopter that followed it would climb and sink with every tilt.
-    pub fn height(&mut self, time: f64, height: f64) {
-        self.vertical.correct(time, -height, LEAST_ERROR[1] * LEAST_ERROR[1]);
+    /// Applies a reading of the barometer (m) at a time (s). The laser is not used for height: its beam sweeps over hills
+    /// and roofs, and the helicopter would climb and sink with every tilt.
+    pub fn apply_height(&mut self, time: f64, height: f64) {
+        self.vertical.correct(time, -height, MIN_ERRORS_M[1] * MIN_ERRORS_M[1]);
     }
 
-    /// Where it believes to be, from the place it holds, m.
+    /// Returns the estimated displacement from the held position, m.
     pub fn position(&self) -> Vector2<f64> {
-        Vector2::new(self.place[0].position(), self.place[1].position())
+        Vector2::new(self.position[0].position(), self.position[1].position())
     }
 
-    /// How much of the tilt is the place loop's: 1 while it holds the place, 0 in attitude hold.
+    /// Returns the weight of the position loop's tilt: 1 while it holds the position, 0 in attitude hold.
     pub fn weight(&self) -> f64 {
         self.weight
     }
 
-    /// Blade angles from trim (rad) at a time (s), for a wanted height (m) and its rate of climb (m/s).
+    /// Advances by one step to `time` (s) and returns the blade angles from trim (rad). `height` is the commanded height
+    /// (m) and climb rate (m/s).
     pub fn advance(&mut self, time: f64, inertial: &Inertial, height: [f64; 2]) -> Vector4<f64> {
         let Inertial { attitude, rates, force } = *inertial;
         let acceleration = attitude.rotation() * force + Vector3::new(0.0, 0.0, GRAVITY);
-        for (axis, acceleration) in self.place.iter_mut().zip(acceleration.iter()) {
+        for (axis, acceleration) in self.position.iter_mut().zip(acceleration.iter()) {
             axis.advance(*acceleration);
         }
         self.vertical.advance(acceleration.z);
 
-        let holds = self.hold == Hold::ImuOnly || time - self.newest <= COAST;
+        let holds = self.hold == Hold::ImuOnly || time - self.newest <= COAST_S;
         let target = if holds { 1.0 } else { 0.0 };
-        let most = self.step / FADE;
-        self.weight += (target - self.weight).clamp(-most, most);
+        let max_change = self.step / FADE_S;
+        self.weight += (target - self.weight).clamp(-max_change, max_change);
 
         let wanted = self.wanted_tilt(attitude.yaw, &force) * self.weight;
-        let most = TILT_RATE * self.step;
-        self.tilt += (wanted - self.tilt).map(|change| change.clamp(-most, most));
+        let max_change = MAX_TILT_RATE * self.step;
+        self.tilt += (wanted - self.tilt).map(|change| change.clamp(-max_change, max_change));
 
-        // Forward, right and down: the signs of roll and pitch, and of the axis they are about, change.
+        // The attitude loop uses forward, right, down: roll and pitch change their sign and their axis.
         let error = Vector3::new(attitude.roll - self.tilt.x, attitude.pitch - self.tilt.y, -attitude.yaw);
         let rates = Vector3::new(-rates.y, rates.x, rates.z);
         self.downward = self.wanted_downward(acceleration.z, height);
         self.attitude.blades(&error, &rates, self.downward, self.step)
     }
 
-    /// Roll and pitch, in the camera's signs.
+    /// Returns the roll and pitch to command, rad, in the camera's signs.
     fn wanted_tilt(&mut self, yaw: f64, force: &Vector3<f64>) -> Vector2<f64> {
-        let [by_place, by_speed, fastest] = PLACE;
+        let [by_position, by_speed, fastest] = POSITION_LOOP;
         let (sin, cos) = libm::sincos(yaw);
         let to_heading = Matrix2::new(cos, sin, -sin, cos);
-        self.drag += (force.xy() - self.drag) * (self.step / DRAG);
-        let along = |value: fn(&Axis) -> f64| to_heading * Vector2::new(value(&self.place[0]), value(&self.place[1]));
-        let speed = along(Axis::position).map(|error| (-by_place * error).clamp(-fastest, fastest));
-        let acceleration = (speed - along(Axis::velocity)) * by_speed;
-        let tilt = (self.drag + along(Axis::correction) - acceleration) / GRAVITY;
-        tilt.map(|angle| angle.clamp(-TILT, TILT))
+        self.drag += (force.xy() - self.drag) * (self.step / DRAG_TIME_S);
+        let along = |value: fn(&AxisFilter) -> f64| {
+            to_heading * Vector2::new(value(&self.position[0]), value(&self.position[1]))
+        };
+        let speed = along(AxisFilter::position).map(|error| (-by_position * error).clamp(-fastest, fastest));
+        let acceleration = (speed - along(AxisFilter::velocity)) * by_speed;
+        let tilt = (self.drag + along(AxisFilter::correction) - acceleration) / GRAVITY;
+        tilt.map(|angle| angle.clamp(-MAX_TILT, MAX_TILT))
     }
 
-    /// What the blades are to add to the downward acceleration, m/s^2, for a measured one.
+    /// Returns the downward acceleration to command, m/s^2, for the measured one.
     fn wanted_downward(&mut self, measured: f64, [height, climb]: [f64; 2]) -> f64 {
-        let [by_error, by_speed, fastest, strongest] = HEIGHT;
+        let [by_error, by_speed, fastest, strongest] = HEIGHT_LOOP;
         let gust = measured + self.vertical.correction() - self.downward;
-        self.heave += (gust - self.heave) * (self.step / HEAVE);
+        self.heave += (gust - self.heave) * (self.step / HEAVE_TIME_S);
         let speed = (-by_error * (self.vertical.position() + height)).clamp(-fastest, fastest) - climb;
         let acceleration = (speed - self.vertical.velocity()) * by_speed;
         acceleration.clamp(-strongest, strongest) - self.heave
@@ -212,16 +216,17 @@ mod tests {
     use super::*;
     use nalgebra::Complex;
 
-    /// `tilt -> -g tilt -> v -> x`, the attitude loop between: 41 degrees and 9 dB at least.
+    /// `tilt -> -g tilt -> v -> x` with the attitude loop in series: at least 40 degrees and 9 dB.
     #[test]
-    fn the_place_loop_has_margins() {
-        let [by_place, by_speed, _] = PLACE;
+    fn the_position_loop_has_margins() {
+        let [by_position, by_speed, _] = POSITION_LOOP;
         for axis in [0, 1] {
-            let open = |s: Complex<f64>| (s + by_place) * by_speed / (s * s) * loops(axis, s)[1] * (-s * 0.0075).exp();
+            let open =
+                |s: Complex<f64>| (s + by_position) * by_speed / (s * s) * loops(axis, s)[1] * (-s * 0.0075).exp();
             let [phase, gain] = margins(open);
-            let told = format!("axis {axis}: {phase:.1} degrees, {gain:.1} dB");
-            eprintln!("{told}");
-            assert!(phase > 40.0 && gain > 9.0, "{told}");
+            let found = format!("axis {axis}: {phase:.1} degrees, {gain:.1} dB");
+            eprintln!("{found}");
+            assert!(phase > 40.0 && gain > 9.0, "{found}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The camera KT-27: radiance on the sensor becomes a frame of 16-bit samples.
+//! The camera KT-27: converts radiance on the sensor into a frame of 16-bit samples.
 //!
 //! ```text
 //! vignetting   v <- v cos^4(angle off the axis), softened          natural fall-off of a lens
@@ -8,10 +8,10 @@
 //! sample       round(e g), clipped to 0 ..= 65535                  g so that the full well is full scale at gain 1
 //! ```
 //!
-//! Shot and read noise are one draw, a sum of four uniform numbers: variance exact, excess kurtosis -0.3, reach +-3.46.
-//! Zoom moves at a limited rate. Exposure and gain follow the mean of the last frame, unless the exposure is
-//! commanded. Figures of the maker are few (1024 x 768, 16 bit, 5.4 to 50 degrees, 15 frames a second); the others are
-//! assumptions, and stand in [`Optics`].
+//! Shot and read noise are one draw, a sum of four uniform numbers: variance exact, excess kurtosis -0.3, range +-3.46.
+//! The zoom moves at a limited rate. Exposure and gain follow the mean of the last frame, unless the exposure is
+//! commanded. The maker publishes only a few figures (1024 x 768, 16 bit, 5.4 to 50 degrees, 15 frames a second); the
+//! others are assumptions, collected in [`Optics`].
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::{Camera, ViewError};
@@ -24,39 +24,38 @@ use rayon::prelude::*;
 use crate::pose::Pose;
 use crate::random::Purpose;
 
-/// Columns and rows of a frame.
-pub const SIZE: (usize, usize) = (1024, 768);
-/// Frames a second.
+/// Columns and rows of a frame, pixels.
+pub const FRAME_SIZE: (usize, usize) = (1024, 768);
+/// Frame rate, 1/s.
 pub const FRAME_RATE: f64 = 15.0;
-/// Least and largest field of view across the columns, degrees.
-pub const ZOOM: [f64; 2] = [5.4, 50.0];
-/// Full scale of a sample, DN.
+/// Smallest and largest field of view across the columns.
+pub const FIELD_OF_VIEW_RANGE_DEG: [f64; 2] = [5.4, 50.0];
+/// Largest value of a sample, DN.
 const FULL_SCALE: f64 = 65535.0;
 
-/// What is assumed of lens, sensor and control.
+/// The assumed properties of lens, sensor and exposure control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optics {
-    /// Zoom rate, degrees a second at most. At 15 frames a second, 6 degrees a second change a view of 20 degrees by
-    /// 2 % a frame.
+    /// Largest zoom rate, degrees/s. At 15 frames a second, 6 degrees/s change a view of 20 degrees by 2 % a frame.
     pub zoom_rate: f64,
-    /// Part of the natural fall-off of the light to the edges that the lens has not corrected.
+    /// Part of the natural fall-off of light towards the edges that the lens does not correct, 0 to 1.
     pub vignetting: f64,
-    /// Radial distortion that calibration has left, of coordinates over the focal length (Brown 1966).
+    /// Residual radial distortion `k1` and `k2` after calibration, of normalised coordinates (Brown 1966).
     pub distortion: [f64; 2],
-    /// From the read-out of the first row to that of the last, s; 0 for a global shutter.
-    pub rolling: f64,
-    /// Electrons of a full well.
+    /// Time from the read-out of the first row to that of the last, s; 0 for a global shutter.
+    pub readout_time: f64,
+    /// Capacity of a pixel, electrons.
     pub full_well: f64,
     /// Read noise, electrons rms.
     pub read_noise: f64,
-    /// Exposure that radiance 1 takes to fill the well, s.
-    pub filling: f64,
-    /// Exposure at most, s: longer ones blur.
-    pub longest: f64,
-    /// Mean of a frame that the exposure control keeps, of full scale.
-    pub mean: f64,
-    /// Gain at most.
-    pub most_gain: f64,
+    /// Exposure at which radiance 1 fills the well, s.
+    pub fill_time: f64,
+    /// Longest automatic exposure, s: longer ones blur.
+    pub max_exposure: f64,
+    /// Mean of a frame at which the exposure control aims, as a fraction of full scale.
+    pub target_mean: f64,
+    /// Largest automatic gain.
+    pub max_gain: f64,
 }
 
 impl Default for Optics {
@@ -65,29 +64,36 @@ impl Default for Optics {
             zoom_rate: 6.0,
             vignetting: 0.5,
             distortion: [0.0; 2],
-            rolling: 0.0,
+            readout_time: 0.0,
             full_well: 20_000.0,
             read_noise: 12.0,
-            filling: 2e-3,
-            longest: 4e-3,
-            mean: 0.45,
-            most_gain: 4.0,
+            fill_time: 2e-3,
+            max_exposure: 4e-3,
+            target_mean: 0.45,
+            max_gain: 4.0,
         }
     }
 }
 
-/// How the picture moves during an exposure, px: `v(p) = centre + linear (p - c)`, `c` the middle of the frame.
+/// The motion of the picture during an exposure, px: `v(p) = centre + linear (p - c)`, `c` the middle of the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
-    /// In the middle.
+    /// Motion in the middle of the frame, px.
     pub centre: Vector2<f64>,
-    /// Change along the columns' direction and along the rows', px a pixel.
+    /// Change of the motion per pixel along `x` and along `y`, px/px.
     pub linear: [Vector2<f64>; 2],
 }
 
 impl Motion {
-    /// Of a camera over level ground during `seconds`: each pixel's ground, seen from the later pose.
-    pub fn of(pinhole: &Camera, pose: &Pose, velocity: &Vector3<f64>, rates: &Vector3<f64>, seconds: f64) -> Self {
+    /// Computes the motion for a camera over level ground during `seconds`: the ground of each pixel is projected from
+    /// the later pose.
+    pub fn over_ground(
+        pinhole: &Camera,
+        pose: &Pose,
+        velocity: &Vector3<f64>,
+        rates: &Vector3<f64>,
+        seconds: f64,
+    ) -> Self {
         let later = pose.moved(velocity, rates, seconds);
         let rays = pose.attitude.rotation() * pinhole.inverse();
         let back = pinhole.matrix() * later.attitude.rotation().transpose();
@@ -97,7 +103,7 @@ impl Motion {
             let image = back * (point - later.position);
             image.xy() / image.z - p
         };
-        let middle = Vector2::new(SIZE.0 as f64 - 1.0, SIZE.1 as f64 - 1.0) / 2.0;
+        let middle = Vector2::new(FRAME_SIZE.0 as f64 - 1.0, FRAME_SIZE.1 as f64 - 1.0) / 2.0;
         let centre = moved(middle);
         let step = 200.0;
         let slope = |axis: Vector2<f64>| (moved(middle + step * axis) - centre) / step;
@@ -105,10 +111,10 @@ impl Motion {
     }
 }
 
-/// Motion below this, px at the corners, is not drawn: its blur has a standard deviation of 0.06 px.
-const STILL: f64 = 0.2;
+/// Motion at the corners, px, below which no blur is drawn: its standard deviation would be 0.06 px.
+const MIN_BLUR_PX: f64 = 0.2;
 
-/// The camera.
+/// The camera with its zoom and exposure control.
 #[derive(Debug, Clone)]
 pub struct Kt27 {
     optics: Optics,
@@ -122,69 +128,70 @@ pub struct Kt27 {
 }
 
 impl Kt27 {
-    /// A camera with a field of view, degrees, that has not seen anything yet.
+    /// Creates a camera with a field of view in degrees, before its first frame.
     pub fn new(optics: Optics, field_of_view: f64, seed: u64) -> Self {
-        let field_of_view = field_of_view.clamp(ZOOM[0], ZOOM[1]);
-        let exposure = (optics.mean * optics.filling).min(optics.longest);
+        let field_of_view = field_of_view.clamp(FIELD_OF_VIEW_RANGE_DEG[0], FIELD_OF_VIEW_RANGE_DEG[1]);
+        let exposure = (optics.target_mean * optics.fill_time).min(optics.max_exposure);
         Self { optics, seed, frames: 0, field_of_view, wanted: field_of_view, exposure, commanded: None, gain: 1.0 }
     }
 
-    /// What is assumed of it.
+    /// Returns the assumed properties.
     pub fn optics(&self) -> &Optics {
         &self.optics
     }
 
-    /// The field of view across the columns, radians.
+    /// Returns the field of view across the columns, radians.
     pub fn field_of_view(&self) -> f64 {
         self.field_of_view.to_radians()
     }
 
-    /// The pinhole of the present zoom.
+    /// Returns the pinhole camera at the present zoom.
     ///
     /// # Errors
-    /// None within [`ZOOM`].
+    /// If the field of view is not valid, which [`FIELD_OF_VIEW_RANGE_DEG`] excludes.
     pub fn pinhole(&self) -> Result<Camera, ViewError> {
-        Camera::with_field_of_view(SIZE.0, SIZE.1, self.field_of_view())
+        Camera::with_field_of_view(FRAME_SIZE.0, FRAME_SIZE.1, self.field_of_view())
     }
 
-    /// Exposure of the next frame, s.
+    /// Returns the exposure of the next frame, s.
     pub fn exposure(&self) -> f64 {
         self.exposure
     }
 
-    /// The field of view to move to, degrees; the limits hold it.
+    /// Sets the field of view to move to, degrees, clamped to [`FIELD_OF_VIEW_RANGE_DEG`].
     pub fn zoom(&mut self, degrees: f64) {
-        self.wanted = degrees.clamp(ZOOM[0], ZOOM[1]);
+        self.wanted = degrees.clamp(FIELD_OF_VIEW_RANGE_DEG[0], FIELD_OF_VIEW_RANGE_DEG[1]);
     }
 
-    /// The exposure, s, in place of the camera's own control.
-    pub fn expose(&mut self, seconds: f64) {
+    /// Sets a fixed exposure (s) and switches the automatic control off.
+    pub fn set_exposure(&mut self, seconds: f64) {
         self.commanded = Some(seconds.clamp(1e-6, 1.0 / FRAME_RATE));
     }
 
-    /// Lets time pass, s: the zoom moves.
+    /// Advances the zoom by `seconds`.
     pub fn advance(&mut self, seconds: f64) {
         let most = self.optics.zoom_rate * seconds;
         self.field_of_view += (self.wanted - self.field_of_view).clamp(-most, most);
     }
 
-    /// Exposure and gain as they are once the camera has looked at this for a while.
-    pub fn settle(&mut self, radiance: &Plane<f32>) {
+    /// Sets exposure and gain to the values at which the control settles for this radiance.
+    pub fn settle_exposure(&mut self, radiance: &Plane<f32>) {
         let samples = radiance.as_slice();
         let mean = samples.iter().map(|&value| f64::from(value)).sum::<f64>() / samples.len() as f64;
-        let light = self.optics.mean * self.optics.filling / mean.max(0.01);
-        self.exposure = light.min(self.optics.longest);
-        self.gain = (light / self.exposure).clamp(1.0, self.optics.most_gain);
+        let light = self.optics.target_mean * self.optics.fill_time / mean.max(0.01);
+        self.exposure = light.min(self.optics.max_exposure);
+        self.gain = (light / self.exposure).clamp(1.0, self.optics.max_gain);
     }
 
-    /// The frame of a radiance, which is used up. The gain and exposure of the next frame follow from it.
+    /// Converts radiance into a frame and updates exposure and gain for the next. Overwrites `radiance` by its blurred
+    /// version.
     pub fn read_out(&mut self, radiance: &mut Plane<f32>, motion: &Motion) -> Plane<u16> {
         let (width, height) = (radiance.width(), radiance.height());
         if let Some(blurred) = blurred(radiance, motion) {
             *radiance = blurred;
         }
         let optics = self.optics;
-        let electrons = (optics.full_well * self.exposure / optics.filling) as f32;
+        let electrons = (optics.full_well * self.exposure / optics.fill_time) as f32;
         let per_electron = (FULL_SCALE / optics.full_well * self.gain) as f32;
         let read = (optics.read_noise * optics.read_noise) as f32;
         let focal = (width as f64 / 2.0 / libm::tan(self.field_of_view() / 2.0)) as f32;
@@ -218,38 +225,38 @@ impl Kt27 {
             })
             .sum();
         self.frames += 1;
-        self.control(sum as f64 / (width * height) as f64 / FULL_SCALE);
+        self.update_exposure(sum as f64 / (width * height) as f64 / FULL_SCALE);
         frame
     }
 
-    /// Exposure, then gain, follow the mean of a frame, a fifth of the way each.
-    fn control(&mut self, mean: f64) {
+    /// Moves exposure and gain a fifth of the way towards the target mean.
+    fn update_exposure(&mut self, mean: f64) {
         if let Some(commanded) = self.commanded {
             (self.exposure, self.gain) = (commanded, 1.0);
             return;
         }
-        let wanted = self.exposure * self.gain * (self.optics.mean / mean.max(0.01)).clamp(0.5, 2.0);
+        let wanted = self.exposure * self.gain * (self.optics.target_mean / mean.max(0.01)).clamp(0.5, 2.0);
         let light = self.exposure * self.gain + 0.2 * (wanted - self.exposure * self.gain);
-        self.exposure = light.min(self.optics.longest);
-        self.gain = (light / self.exposure).clamp(1.0, self.optics.most_gain);
+        self.exposure = light.min(self.optics.max_exposure);
+        self.gain = (light / self.exposure).clamp(1.0, self.optics.max_gain);
     }
 }
 
-/// Its own numbers for each row of each frame, so that rows may be drawn in any order.
+/// Returns the random stream of a row, counted over all frames, so that rows can be drawn in any order.
 fn row_stream(seed: u64, row: u64) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream((Purpose::Camera as u64) << 56 | row);
     random
 }
 
-/// Four uniform numbers of 16 bits, less their mean, over their standard deviation.
+/// Converts eight random bytes into a deviate of mean 0 and variance 1: a normalised sum of four uniform numbers.
 fn deviate(bytes: &[u8]) -> f32 {
     let sum: u32 = bytes.chunks_exact(2).map(|pair| u32::from(u16::from_le_bytes([pair[0], pair[1]]))).sum();
     // 2 x 65535, and sqrt(4 (65536^2 - 1) / 12).
     (sum as f32 - 131_070.0) * (1.0 / 37_837.227)
 }
 
-/// The mean along the motion; nothing where the picture stands still.
+/// Averages the picture along the motion; returns `None` if the motion is negligible.
 fn blurred(radiance: &Plane<f32>, motion: &Motion) -> Option<Plane<f32>> {
     let (width, height) = (radiance.width(), radiance.height());
     let middle = Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0;
@@ -257,7 +264,7 @@ fn blurred(radiance: &Plane<f32>, motion: &Motion) -> Option<Plane<f32>> {
         |p: Vector2<f64>| motion.centre + motion.linear[0] * (p.x - middle.x) + motion.linear[1] * (p.y - middle.y);
     let corners = [(0.0, 0.0), (2.0, 0.0), (0.0, 2.0), (2.0, 2.0)];
     let longest = corners.iter().map(|(x, y)| at(Vector2::new(x * middle.x, y * middle.y)).norm()).fold(0.0, f64::max);
-    if longest < STILL {
+    if longest < MIN_BLUR_PX {
         return None;
     }
     // A point every half pixel or closer; the mid-points of equal parts have the mean and, nearly, the variance.
@@ -305,14 +312,14 @@ mod tests {
         (mean, samples.map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0))
     }
 
-    /// A grey wall: the variance of a sample is that of its electrons and of the read-out. 786 432 samples know a
-    /// variance to 0.16 %.
+    /// A grey wall: the variance of a sample is that of its electrons and of the read-out. With 786 432 samples the
+    /// standard error of the variance is 0.16 %.
     #[test]
     fn the_noise_is_that_of_electrons_and_read_out() {
         for grey in [0.02f32, 0.3, 0.8] {
             let mut camera = Kt27::new(quiet(), 50.0, 5);
             let exposure = camera.exposure();
-            let frame = camera.read_out(&mut Plane::filled(SIZE.0, SIZE.1, grey), &Motion::default());
+            let frame = camera.read_out(&mut Plane::filled(FRAME_SIZE.0, FRAME_SIZE.1, grey), &Motion::default());
             let (mean, variance) = statistics(frame.as_slice().iter().map(|&dn| f64::from(dn)));
             let electrons = 20_000.0 * exposure / 2e-3 * f64::from(grey);
             let dn = 65535.0 / 20_000.0;
@@ -338,7 +345,7 @@ mod tests {
     fn the_light_falls_off_with_the_fourth_power_of_the_cosine() {
         let silent = Optics { full_well: 1e9, read_noise: 0.0, vignetting: 1.0, ..Optics::default() };
         let mut camera = Kt27::new(silent, 50.0, 0);
-        let frame = camera.read_out(&mut Plane::filled(SIZE.0, SIZE.1, 0.9), &Motion::default());
+        let frame = camera.read_out(&mut Plane::filled(FRAME_SIZE.0, FRAME_SIZE.1, 0.9), &Motion::default());
         let focal = 512.0 / 25f64.to_radians().tan();
         let angle = (512.0f64.hypot(384.0) / focal).atan();
         let measured = f64::from(frame[(0, 0)]) / f64::from(frame[(512, 384)]);
@@ -369,10 +376,10 @@ mod tests {
     /// the other way; a descent opens it.
     #[test]
     fn the_picture_moves_against_the_camera() {
-        let pinhole = Camera::with_field_of_view(SIZE.0, SIZE.1, 50f64.to_radians()).unwrap();
+        let pinhole = Camera::with_field_of_view(FRAME_SIZE.0, FRAME_SIZE.1, 50f64.to_radians()).unwrap();
         let position = Vector3::new(0.0, 0.0, -50.0);
         let pose = Pose { position, attitude: Attitude::default() };
-        let of = |velocity, rates| Motion::of(&pinhole, &pose, &velocity, &rates, 1e-3);
+        let of = |velocity, rates| Motion::over_ground(&pinhole, &pose, &velocity, &rates, 1e-3);
         let right = of(Vector3::x(), Vector3::zeros());
         assert!((right.centre - Vector2::new(-pinhole.focal() / 50.0 * 1e-3, 0.0)).norm() < 1e-6);
         assert!(right.linear[0].norm() < 1e-9 && right.linear[1].norm() < 1e-9);
@@ -390,7 +397,7 @@ mod tests {
         camera.advance(1.0);
         assert!((camera.field_of_view().to_degrees() - 44.0).abs() < 1e-9);
         camera.advance(100.0);
-        assert!((camera.field_of_view().to_degrees() - ZOOM[0]).abs() < 1e-9);
+        assert!((camera.field_of_view().to_degrees() - FIELD_OF_VIEW_RANGE_DEG[0]).abs() < 1e-9);
     }
 
     #[test]
@@ -403,7 +410,7 @@ mod tests {
         }
         assert!((mean - 0.45).abs() < 0.01, "{mean}");
         assert!(camera.exposure() <= 4e-3);
-        camera.expose(1e-3);
+        camera.set_exposure(1e-3);
         camera.read_out(&mut Plane::filled(256, 192, 0.15), &Motion::default());
         assert_eq!(camera.exposure(), 1e-3);
     }

@@ -1,9 +1,9 @@
-//! A flight: helicopter, wind, sensors and autopilot in one clock; vision comes in from outside.
+//! A flight: steps helicopter, wind, sensors and autopilot together; vision fixes come from outside.
 //!
-//! Time runs in steps of [`STEP`] on a fixed grid. At each point of the grid sensors read, the autopilot decides, and
-//! wind and blade angles are set for the step that follows. [`Flight::advance`] may stop anywhere between; what is
-//! asked between does not change what follows. A flight begins settled: for [`SETTLING`] seconds before time 0 a pilot
-//! who knows the place holds it.
+//! Time advances in steps of [`STEP_S`] on a fixed grid. At each grid point the sensors are read, the autopilot computes its
+//! command, and wind and blade angles are set for the next step. [`Flight::advance`] may stop anywhere between grid
+//! points without changing the flight. A flight begins settled: for [`SETTLING_S`] seconds before time 0 the true position
+//! is used as the fix.
 
 pub use crate::autopilot::{Fix, Hold};
 
@@ -20,52 +20,52 @@ use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
 use rand::RngExt;
 use serde::Serialize;
 
-/// Step of the integration, s.
-pub const STEP: f64 = 0.005;
-/// How long the helicopter hovers before time 0, s.
-pub const SETTLING: f64 = 20.0;
-/// Steps from one reading of the barometer to the next: 20 a second.
-const BAROMETER: i64 = 10;
-/// By how much the height changes, m.
-const CHANGE: f64 = 5.0;
-/// Period of the smooth change, s.
-const SMOOTH: f64 = 20.0;
-/// From one abrupt change to the next, s.
-const ABRUPT: f64 = 10.0;
+/// Time step of the integration.
+pub const STEP_S: f64 = 0.005;
+/// Duration of the hover before time 0.
+pub const SETTLING_S: f64 = 20.0;
+/// Steps from one reading of the barometer to the next: 20 readings a second.
+const BAROMETER_STEPS: i64 = 10;
+/// Amplitude of the height profiles.
+const ALTITUDE_CHANGE_M: f64 = 5.0;
+/// Period of [`Altitude::Smooth`].
+const SMOOTH_PERIOD_S: f64 = 20.0;
+/// Time between the steps of [`Altitude::Abrupt`].
+const ABRUPT_INTERVAL_S: f64 = 10.0;
 
-/// The true range along the optical axis from a pose, m; none where the axis meets nothing.
-pub type Range<'a> = dyn FnMut(Pose) -> Option<f64> + 'a;
+/// A function that returns the true distance from a pose along the optical axis, m; `None` if there is no hit.
+pub type TrueRange<'a> = dyn FnMut(Pose) -> Option<f64> + 'a;
 
-/// What the height does.
+/// The height profile of a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Altitude {
-    /// It is held.
+    /// Constant height.
     #[default]
     Hold,
-    /// A sine of 5 m and 20 s.
+    /// A sine with an amplitude of 5 m and a period of 20 s.
     Smooth,
-    /// 5 m up, back, 5 m down, back, or first down: at once, every 10 s.
+    /// A step every 10 s: 5 m up, back, 5 m down, back; or down first.
     Abrupt,
 }
 
-/// What a flight is to be.
+/// The parameters of a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup {
     /// Height over the mean ground, m.
     pub height: f64,
-    /// Root mean square of each horizontal component of the gusts, m/s.
+    /// Rms of each horizontal component of the gusts, m/s.
     pub gust_rms: f64,
     /// Mean wind towards `X_e` and `Y_e`, m/s.
     pub mean_wind: Vector2<f64>,
-    /// Root mean square of the sensor's error of roll and of pitch, rad.
+    /// Rms error of the sensor's roll and pitch, rad.
     pub tilt_noise: f64,
-    /// Root mean square of its error of yaw, rad.
+    /// Rms error of the sensor's yaw, rad.
     pub heading_noise: f64,
-    /// Root mean square of the laser's noise, m.
+    /// Rms noise of the laser, m.
     pub laser_noise: f64,
-    /// What the height does.
+    /// Height profile.
     pub altitude: Altitude,
-    /// From what the place is held.
+    /// Source of the position that the autopilot holds.
     pub mode: Hold,
 }
 
@@ -84,28 +84,29 @@ impl Default for Setup {
     }
 }
 
-/// Why there is no such flight.
+/// The error of a flight parameter that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{name} must lie between {least} and {most} {unit}, not {value}")]
+#[error("{name} must be between {min} and {max} {unit}, not {value}")]
 pub struct SetupError {
-    /// What is out of its range.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// Its least value.
-    pub least: f64,
-    /// Its largest value.
-    pub most: f64,
-    /// Of both.
+    /// Smallest valid value.
+    pub min: f64,
+    /// Largest valid value.
+    pub max: f64,
+    /// Unit of the values.
     pub unit: &'static str,
-    /// As given.
+    /// Value that was given.
     pub value: f64,
 }
 
 impl Setup {
-    /// Whether a flight can be had: the gusts' formulas are those of low altitude, up to 1000 feet; the helicopter is
-    /// one about hover, and a side wind of 10 m/s takes 2.2 of the 3.5 degrees that the place loop may tilt it.
+    /// Checks that the models are valid for the parameters. The formulas of the gusts are those of low altitude, up to
+    /// 1000 feet. The helicopter model is one about hover: a side wind of 10 m/s takes 2.2 of the 3.5 degrees of tilt
+    /// that the position loop may command.
     ///
     /// # Errors
-    /// A value is out of its range, or no number.
+    /// If a value is out of range or not a number.
     pub fn check(&self) -> Result<(), SetupError> {
         let bounds = [
             ("height", self.height, 10.0, 300.0, "m"),
@@ -115,15 +116,15 @@ impl Setup {
             ("heading noise", self.heading_noise, 0.0, 0.05, "rad"),
             ("laser noise", self.laser_noise, 0.0, 1.0, "m"),
         ];
-        let wrong = bounds.into_iter().find(|(_, value, least, most, _)| !(least..=most).contains(&value));
-        wrong.map_or(Ok(()), |(name, value, least, most, unit)| Err(SetupError { name, least, most, unit, value }))
+        let wrong = bounds.into_iter().find(|(_, value, min, max, _)| !(min..=max).contains(&value));
+        wrong.map_or(Ok(()), |(name, value, min, max, unit)| Err(SetupError { name, min, max, unit, value }))
     }
 }
 
-/// The truth of a moment.
+/// The true state of the flight at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
-    /// Since the start, s.
+    /// Time since the start, s.
     pub time: f64,
     /// Pose of the camera.
     pub camera: Pose,
@@ -135,69 +136,69 @@ pub struct Moment {
     pub wind: Vector3<f64>,
     /// Blade angles from trim, rad: collective, longitudinal and lateral cyclic, tail rotor collective.
     pub controls: [f64; 4],
-    /// The height that is asked for, m.
+    /// Commanded height over the mean ground, m.
     pub height: f64,
-    /// Where the autopilot believes to be, from the place it holds, m.
+    /// The autopilot's estimate of the displacement from the held position, m.
     pub believed: Vector2<f64>,
-    /// How much of the tilt is the place loop's: 1 while it holds the place, 0 in attitude hold.
+    /// Weight of the position loop's tilt: 1 while it holds the position, 0 in attitude hold.
     pub hold: f64,
 }
 
-/// A [`Moment`] as a row of a table.
+/// A [`Moment`] as a row of a CSV file, whose columns are named as the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Row {
-    /// Since the start, s.
+    /// Time since the start, s.
     pub time: f64,
-    /// `X_e`, m.
+    /// Position along `X_e`, m.
     pub x: f64,
-    /// `Y_e`, m.
+    /// Position along `Y_e`, m.
     pub y: f64,
-    /// Down from the mean ground, m.
+    /// Position downwards from the mean ground, m.
     pub z: f64,
-    /// Of the camera, rad.
+    /// Roll of the camera, rad.
     pub roll: f64,
-    /// Of the camera, rad.
+    /// Pitch of the camera, rad.
     pub pitch: f64,
-    /// Of the camera, rad.
+    /// Yaw of the camera, rad.
     pub yaw: f64,
-    /// Along `X_e`, m/s.
+    /// Velocity along `X_e`, m/s.
     pub vx: f64,
-    /// Along `Y_e`, m/s.
+    /// Velocity along `Y_e`, m/s.
     pub vy: f64,
-    /// Down, m/s.
+    /// Velocity downwards, m/s.
     pub vz: f64,
-    /// About the camera's axis along columns, rad/s.
+    /// Angular rate about the camera's `x` axis, rad/s.
     pub rate_x: f64,
-    /// About its axis along rows, rad/s.
+    /// Angular rate about the camera's `y` axis, rad/s.
     pub rate_y: f64,
-    /// About its optical axis, rad/s.
+    /// Angular rate about the optical axis, rad/s.
     pub rate_z: f64,
-    /// Towards `X_e`, m/s.
+    /// Wind towards `X_e`, m/s.
     pub wind_x: f64,
-    /// Towards `Y_e`, m/s.
+    /// Wind towards `Y_e`, m/s.
     pub wind_y: f64,
-    /// Down, m/s.
+    /// Wind downwards, m/s.
     pub wind_z: f64,
-    /// From trim, rad.
+    /// Collective from trim, rad.
     pub collective: f64,
-    /// From trim, rad.
+    /// Longitudinal cyclic from trim, rad.
     pub longitudinal: f64,
-    /// From trim, rad.
+    /// Lateral cyclic from trim, rad.
     pub lateral: f64,
-    /// From trim, rad.
+    /// Tail rotor collective from trim, rad.
     pub tail: f64,
-    /// Over the mean ground, m.
+    /// Commanded height over the mean ground, m.
     pub height_wanted: f64,
-    /// From the place that is held, along `X_e`, m.
+    /// Estimated displacement from the held position along `X_e`, m.
     pub believed_x: f64,
-    /// Along `Y_e`, m.
+    /// Estimated displacement from the held position along `Y_e`, m.
     pub believed_y: f64,
-    /// 1 where the place is held, 0 in attitude hold.
+    /// Weight of the position loop: 1 while it holds the position, 0 in attitude hold.
     pub hold: f64,
 }
 
 impl Moment {
-    /// The row.
+    /// Returns the state as a row.
     pub fn row(&self) -> Row {
         let Pose { position, attitude } = self.camera;
         let [collective, longitudinal, lateral, tail] = self.controls;
@@ -230,18 +231,18 @@ impl Moment {
     }
 }
 
-/// What the sensors say at a moment.
+/// The sensor readings at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Readings {
-    /// Attitude of the camera.
+    /// Measured attitude of the camera, rad.
     pub attitude: Attitude,
-    /// Range along the optical axis, m; none where the laser met nothing.
+    /// Measured range along the optical axis, m; `None` if the laser hit nothing.
     pub range: Option<f64>,
-    /// The moment, s.
+    /// Time of the readings, s.
     pub time: f64,
 }
 
-/// A flight.
+/// A simulated flight.
 #[derive(Debug, Clone)]
 pub struct Flight {
     setup: Setup,
@@ -253,34 +254,35 @@ pub struct Flight {
     barometer: Barometer,
     autopilot: Autopilot,
     state: State,
-    /// Number of the point of the grid that the state is at; 0 at time 0.
+    /// Index of the grid point of `state`; 0 at time 0.
     point: i64,
-    /// The moment last asked for, s.
+    /// Time of the last call to [`Flight::advance`], s.
     now: f64,
+    /// Sign of the first change of height.
     upwards: f64,
 }
 
 impl Flight {
-    /// The flight of a seed, for a setup that passes [`Setup::check`].
+    /// Creates a flight at time 0, with random errors and gusts from `seed`. The setup must pass [`Setup::check`].
     ///
     /// # Panics
-    /// Never: the blade angles of the published derivatives command all four accelerations, which a test shows.
+    /// Never: the published derivatives let the blade angles command all four accelerations, which a test shows.
     pub fn new(setup: &Setup, seed: u64) -> Self {
         let aircraft = Aircraft::lynx();
-        let actuators = Actuators::new(STEP);
+        let actuators = Actuators::new(STEP_S);
         let state = aircraft.trimmed(setup.height);
         let climate = Climate { gust_rms: setup.gust_rms, mean: setup.mean_wind, height: setup.height };
-        let wind = Wind::new(&climate, seed, STEP);
+        let wind = Wind::new(&climate, seed, STEP_S);
         let truth = inertial(&aircraft, &state, &wind, &actuators);
-        let point = -(SETTLING / STEP).round() as i64;
-        let start = point as f64 * STEP;
-        let pilot = Autopilot::new(&Derivatives::lynx(), setup.tilt_noise, setup.height, start, STEP);
+        let point = -(SETTLING_S / STEP_S).round() as i64;
+        let start = point as f64 * STEP_S;
+        let pilot = Autopilot::new(&Derivatives::lynx(), setup.tilt_noise, setup.height, start, STEP_S);
         let mut flight = Self {
             setup: *setup,
             actuators,
-            imu: Imu::new(setup.tilt_noise, setup.heading_noise, &truth, seed, STEP),
+            imu: Imu::new(setup.tilt_noise, setup.heading_noise, &truth, seed, STEP_S),
             laser: Laser::new(setup.laser_noise, seed),
-            barometer: Barometer::new(seed, BAROMETER as f64 * STEP),
+            barometer: Barometer::new(seed, BAROMETER_STEPS as f64 * STEP_S),
             autopilot: pilot.expect("the blade angles command the four accelerations"),
             wind,
             state,
@@ -293,13 +295,13 @@ impl Flight {
         flight
     }
 
-    /// The pilot's hover, until time 0.
+    /// Hovers with true positions as fixes until time 0.
     fn settle(&mut self) {
         while self.point < 0 {
             let displacement = self.aircraft.camera(&self.state).ground();
             let covariance = Matrix2::identity() * 1e-4;
-            let exposed = self.point as f64 * STEP;
-            self.autopilot.take(&Fix { displacement, covariance, height: None, yaw: None, exposed });
+            let exposed = self.point as f64 * STEP_S;
+            self.autopilot.apply_fix(&Fix { displacement, covariance, height: None, yaw: None, exposed });
             self.step();
         }
         self.state[0] = 0.0;
@@ -308,41 +310,41 @@ impl Flight {
         self.autopilot.engage(0.0);
     }
 
-    /// The height that is asked for at a time, m, and its rate, m/s.
-    fn height(&self, time: f64) -> [f64; 2] {
-        let change = CHANGE * self.upwards;
+    /// Returns the commanded height (m) and its rate (m/s) at a time.
+    fn commanded_height(&self, time: f64) -> [f64; 2] {
+        let change = ALTITUDE_CHANGE_M * self.upwards;
         let [above, climb] = match self.setup.altitude {
             _ if time < 0.0 => [0.0, 0.0],
             Altitude::Hold => [0.0, 0.0],
             Altitude::Smooth => {
-                let turns = std::f64::consts::TAU / SMOOTH;
+                let turns = std::f64::consts::TAU / SMOOTH_PERIOD_S;
                 let (sin, cos) = libm::sincos(turns * time);
                 [change * sin, change * turns * cos]
             }
-            Altitude::Abrupt => [[0.0, change, 0.0, -change][(time / ABRUPT) as usize % 4], 0.0],
+            Altitude::Abrupt => [[0.0, change, 0.0, -change][(time / ABRUPT_INTERVAL_S) as usize % 4], 0.0],
         };
         [self.setup.height + above, climb]
     }
 
-    /// From one point of the grid to the next.
+    /// Advances from one grid point to the next.
     fn step(&mut self) {
-        self.state = self.aircraft.advance(&self.state, &self.wind.velocity(), &self.actuators.angles(), STEP);
+        self.state = self.aircraft.advance(&self.state, &self.wind.velocity(), &self.actuators.angles(), STEP_S);
         self.point += 1;
-        let time = self.point as f64 * STEP;
+        let time = self.point as f64 * STEP_S;
         self.wind.advance();
         self.imu.advance(&inertial(&self.aircraft, &self.state, &self.wind, &self.actuators));
         let reading = self.imu.reading();
-        if self.point % BAROMETER == 0 {
-            self.autopilot.height(time, self.barometer.read(self.aircraft.camera(&self.state).height()));
+        if self.point % BAROMETER_STEPS == 0 {
+            self.autopilot.apply_height(time, self.barometer.read(self.aircraft.camera(&self.state).height()));
         }
-        let height = self.height(time);
+        let height = self.commanded_height(time);
         let command = self.autopilot.advance(time, reading, height);
         self.actuators.advance(&command);
     }
 
-    /// The truth at a time, s, which must not lie before the one last asked for.
+    /// Advances to a time (s) and returns the true state there. Times must not decrease from call to call.
     pub fn advance(&mut self, to: f64) -> Moment {
-        while (self.point + 1) as f64 * STEP <= to {
+        while (self.point + 1) as f64 * STEP_S <= to {
             self.step();
         }
         self.now = to;
@@ -354,39 +356,39 @@ impl Flight {
             rates: self.aircraft.rates(&state),
             wind: self.wind.velocity(),
             controls: self.actuators.angles().into(),
-            height: self.height(to)[0],
+            height: self.commanded_height(to)[0],
             believed: self.autopilot.position(),
             hold: self.autopilot.weight(),
         }
     }
 
-    /// The state at the moment last asked for.
+    /// Returns the state at `now`.
     fn present(&self) -> State {
-        let rest = self.now - self.point as f64 * STEP;
+        let rest = self.now - self.point as f64 * STEP_S;
         self.aircraft.advance(&self.state, &self.wind.velocity(), &self.actuators.angles(), rest)
     }
 
-    /// What the sensors say of a frame at the moment last asked for.
-    pub fn readings(&mut self, laser: &mut Range) -> Readings {
+    /// Reads the sensors at the time of the last call to [`Flight::advance`]; `laser` returns the true range.
+    pub fn readings(&mut self, laser: &mut TrueRange) -> Readings {
         let range = laser(self.aircraft.camera(&self.present())).map(|range| self.laser.read(range));
         Readings { attitude: self.imu.reading().attitude, range, time: self.now }
     }
 
-    /// Vision's result of a frame, at the moment last asked for; none where there is no estimate.
-    pub fn take(&mut self, fix: Option<Fix>) {
+    /// Passes the vision fix of a frame to the autopilot, at the time of the last call to [`Flight::advance`]. `None` has
+    /// no effect.
+    pub fn apply_fix(&mut self, fix: Option<Fix>) {
         if let Some(fix) = fix {
-            self.autopilot.take(&fix);
+            self.autopilot.apply_fix(&fix);
         }
     }
 
-    /// Start of hold: the place to be held is where the helicopter is at the moment last asked for, which is to be the
-    /// one when vision's reference is exposed.
+    /// Makes the present position the one to hold. Call it when the reference of the vision system is exposed.
     pub fn engage(&mut self) {
-        self.autopilot.engage(self.point as f64 * STEP);
+        self.autopilot.engage(self.point as f64 * STEP_S);
     }
 }
 
-/// What an inertial sensor without errors reads.
+/// Returns the reading of an inertial sensor without errors.
 fn inertial(aircraft: &Aircraft, state: &State, wind: &Wind, actuators: &Actuators) -> Inertial {
     Inertial {
         attitude: aircraft.camera(state).attitude,

@@ -1,21 +1,21 @@
-//! The simulator: ground, air, camera, sensors and a helicopter in wind, so that the loop can be closed on a desk.
+//! The simulator: ground, wind, camera, sensors and a helicopter, to test the estimator in a closed loop.
 //!
-//! | module | its one reason |
+//! | module | its one job |
 //! |---|---|
-//! | [`aircraft`] | a helicopter about hover |
-//! | [`autopilot`] | attitude, heading, height and place held by what the sensors and vision say |
-//! | [`camera`] | radiance becomes a frame of 16-bit samples |
-//! | [`flight`] | helicopter, wind, sensors and autopilot in one clock |
-//! | [`pose`] | where a camera is and how it is turned |
-//! | [`random`] | one seeded stream of numbers for each purpose |
-//! | [`render`] | what a camera sees of it |
-//! | [`scene`] | what is seen, read from a text file |
+//! | [`aircraft`] | flight dynamics of a helicopter about hover |
+//! | [`autopilot`] | holds attitude, heading, height and position from sensors and vision |
+//! | [`camera`] | converts radiance into a frame of 16-bit samples |
+//! | [`flight`] | steps helicopter, wind, sensors and autopilot together |
+//! | [`pose`] | position and attitude of a camera |
+//! | [`random`] | one seeded stream of random numbers for each purpose |
+//! | [`render`] | renders a scene as seen by a camera |
+//! | [`scene`] | reads and checks scene files |
 //! | [`sensors`] | inertial sensor and laser rangefinder |
-//! | [`wind`] | gusts by Dryden's spectra |
-//! | [`world`] | scene, helicopter and camera in one clock, frame by frame |
+//! | [`wind`] | gusts with Dryden's spectra |
+//! | [`world`] | steps scene, flight and camera together, frame by frame |
 //!
-//! **World.** `X_e` and `Y_e` horizontal, `Z` down, metres, as in [`hoverlock_reference::motion::orthophoto`]; `Z = 0`
-//! is the mean ground, so that a camera 50 m up has `Z = -50`. Everything is a function of its inputs and of a seed.
+//! **World frame.** `X_e` and `Y_e` horizontal, `Z` down, metres, as in [`hoverlock_reference::motion::orthophoto`]; `Z = 0`
+//! is the mean ground, so that a camera 50 m up has `Z = -50`. All results are functions of the inputs and a seed.
 
 pub mod aircraft;
 pub mod autopilot;

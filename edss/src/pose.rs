@@ -1,39 +1,39 @@
-//! Where a camera is and how it is turned: a point `p` of the world is seen in the direction `R^T (p - position)`.
+//! Position and attitude of a camera: a point `p` of the world appears in the direction `R^T (p - position)`.
 
 use hoverlock_reference::motion::orthophoto::Attitude;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Position and attitude of the camera.
+/// The position and attitude of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// `X_e`, `Y_e` and `Z` (down) over the mean ground, m.
     pub position: Vector3<f64>,
-    /// Roll, pitch and yaw.
+    /// Roll, pitch and yaw, rad.
     pub attitude: Attitude,
 }
 
 impl Pose {
-    /// Height over the mean ground, m.
+    /// Returns the height over the mean ground, m.
     pub fn height(&self) -> f64 {
         -self.position.z
     }
 
-    /// The point on the mean ground below it, m.
+    /// Returns the point on the mean ground below the camera, m.
     pub fn ground(&self) -> Vector2<f64> {
         self.position.xy()
     }
 
-    /// The pose the part `t` of the way to `end`; angles are interpolated one by one, which is exact to second order
-    /// in what they change by.
-    pub fn towards(&self, end: &Self, t: f64) -> Self {
+    /// Interpolates between this pose (`t = 0`) and `end` (`t = 1`). Angles are interpolated one by one, which is exact to
+    /// second order in their change.
+    pub fn interpolate(&self, end: &Self, t: f64) -> Self {
         let mix = |from: f64, to: f64| from + t * (to - from);
         let (a, b) = (self.attitude, end.attitude);
         let attitude = Attitude { roll: mix(a.roll, b.roll), pitch: mix(a.pitch, b.pitch), yaw: mix(a.yaw, b.yaw) };
         Self { position: self.position.lerp(&end.position, t), attitude }
     }
 
-    /// The pose a short time later: `velocity` over the ground, m/s, `rates` about the camera's axes, rad/s. Exact to
-    /// second order in the angle turned.
+    /// Returns the pose after a short time, with `velocity` over the ground (m/s) and `rates` about the camera's axes
+    /// (rad/s). Exact to second order in the angle of rotation.
     pub fn moved(&self, velocity: &Vector3<f64>, rates: &Vector3<f64>, seconds: f64) -> Self {
         let turn = self.attitude.rotation() * (Matrix3::identity() + rates.cross_matrix() * seconds);
         // R e_y = R_yaw (0, cos pitch, -sin pitch); the last row of R is (-cos pitch sin roll, -sin pitch, ..).
@@ -52,7 +52,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Angles come back from a rotation; a turn about an axis of the camera leaves that axis where it is.
+        /// Extracting the angles inverts the rotation; a rotation about an axis of the camera leaves that axis in place.
         #[test]
         fn a_pose_moves_as_its_rates_say(
             roll in -0.5..0.5f64, pitch in -0.5..0.5f64, yaw in -3.0..3.0f64, axis in 0..3usize, rate in -1.0..1.0f64,

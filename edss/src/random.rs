@@ -1,36 +1,36 @@
-//! One seeded stream of numbers for each purpose, so that a new sensor does not change the wind.
+//! Seeded random numbers, one stream for each purpose, so that a new sensor does not change the wind.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What numbers are drawn for; each has its own stream of the flight's seed.
+/// The purpose of random numbers; each has its own stream of a seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// Gusts.
+    /// Gusts of wind.
     Wind,
-    /// Attitude sensor.
+    /// Inertial sensor and attitude.
     Imu,
-    /// Laser rangefinder.
+    /// Noise of the laser rangefinder.
     Laser,
-    /// Photons and read-out of the camera.
+    /// Photon and read-out noise of the camera.
     Camera,
-    /// Where things stand in the scene, and how waves run.
+    /// Generated objects and ground of the scene.
     Scene,
-    /// What is still to be drawn about the flight: phases, changes of altitude.
+    /// Manoeuvres of the flight.
     Flight,
-    /// Barometer.
+    /// Noise and drift of the barometer.
     Barometer,
 }
 
-/// The stream of a purpose.
+/// Returns the stream of a seed for a purpose.
 pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(purpose as u64);
     random
 }
 
-/// A normal deviate of variance 1: the sum of twelve uniform numbers less 6. Excess kurtosis -0.1, reach +-6, the same
-/// bits on every machine.
+/// Draws a normal deviate of variance 1: the sum of twelve uniform numbers minus 6. Excess kurtosis -0.1, range +-6, the
+/// same bits on every machine.
 pub fn normal(random: &mut ChaCha8Rng) -> f64 {
     (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
 }
@@ -47,7 +47,7 @@ mod tests {
         assert_ne!(first(Purpose::Wind), stream(2, Purpose::Wind).random::<u64>());
     }
 
-    /// 100 000 draws know the mean to 0.003 and the variance to 0.0045.
+    /// With 100 000 draws the standard errors are 0.003 of the mean and 0.0045 of the variance.
     #[test]
     fn a_normal_deviate_has_mean_0_and_variance_1() {
         let mut random = stream(3, Purpose::Imu);

@@ -1,7 +1,7 @@
-//! What is seen: ground, relief, things on the ground, sun and weather, read from a text file that a user can write.
+//! Scene files: ground, relief, objects on the ground, sun and weather, as TOML that users write.
 //!
-//! A file is TOML; every key with a dimension has its unit in its name. The whole of it is in `edss/README.md`. A key
-//! that is unknown, of the wrong type or out of range is refused with its line, so that a scene is never half obeyed.
+//! Every key with a dimension has its unit in its name; `edss/README.md` lists all keys. A key that is unknown, of the
+//! wrong type or out of range is an error with its line, so that no part of a scene is ignored.
 
 mod check;
 mod kind;
@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 pub use check::SceneError;
 
-/// A scene, read and checked.
+/// A scene, parsed and checked.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -44,7 +44,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// What the ground is made of.
+/// The kind of ground.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Ground {
@@ -56,13 +56,13 @@ pub(crate) enum Ground {
     Water(Water),
 }
 
-/// A picture laid on the ground, its middle at the origin, columns along `X_e`, mirrored at its borders.
+/// A picture placed on the ground, its middle at the origin, columns along `X_e`, mirrored at its borders.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PictureGround {
     pub file: PathBuf,
     pub texel_m: f64,
-    /// Fine structure added to it, relative to its brightness.
+    /// Amount of fine structure added, relative to the brightness.
     #[serde(default)]
     pub grain: f64,
 }
@@ -110,7 +110,7 @@ pub(crate) struct Asphalt {
     pub side_m: f64,
 }
 
-/// Grass without end.
+/// A meadow without borders.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Grass {}
@@ -171,7 +171,7 @@ pub(crate) struct HeightMap {
     pub height_m: f64,
 }
 
-/// Where the sun stands: azimuth from `X_e` towards `Y_e`, elevation over the horizon.
+/// The direction of the sun: azimuth from `X_e` towards `Y_e`, elevation over the horizon.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Sun {
@@ -185,14 +185,14 @@ impl Default for Sun {
     }
 }
 
-/// Extinction along the ray.
+/// Mist, as extinction along the ray.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Mist {
     pub extinction_per_m: f64,
 }
 
-/// Drops or flakes in a cubic metre of air.
+/// Rain or snow, as drops or flakes per cubic metre of air.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Fall {
@@ -212,7 +212,7 @@ pub(crate) struct Building {
     pub roof: Roof,
 }
 
-/// Form of a roof.
+/// The form of a roof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Roof {
@@ -221,7 +221,7 @@ pub(crate) enum Roof {
     Gable,
 }
 
-/// A crown of leaves.
+/// A tree, as a crown of leaves.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Tree {
@@ -230,7 +230,7 @@ pub(crate) struct Tree {
     pub height_m: f64,
 }
 
-/// A car that drives from one point to another and begins anew.
+/// A car that drives from one point to another, again and again.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Car {
@@ -250,10 +250,10 @@ pub(crate) struct Helipad {
 }
 
 impl Scene {
-    /// The scenes that come with the simulator.
+    /// The names of the built-in scenes.
     pub const NAMES: [&str; 5] = ["field", "town", "helipad-in-mist", "open-water", "aerial"];
 
-    /// The text of a scene that comes with the simulator.
+    /// Returns the text of a built-in scene, or `None` for another name.
     pub fn named(name: &str) -> Option<&'static str> {
         match name {
             "field" => Some(include_str!("../scenes/field.toml")),
@@ -265,15 +265,16 @@ impl Scene {
         }
     }
 
-    /// Reads a scene. Picture files are looked for in `folder`, then among the photographs that `make demo` fetches.
+    /// Parses and checks the text of a scene. Picture files are searched in `folder`, then among the photographs that
+    /// `make demo` fetches.
     ///
     /// # Errors
-    /// What the text has wrong, with its line; put `scene FILE ` before it.
+    /// If the text has an error; the message starts with its line, and the caller puts the file name before it.
     pub fn parse(text: &str, folder: &Path) -> Result<Self, SceneError> {
         check::parse(text, folder)
     }
 
-    /// Direction to the sun, of length 1.
+    /// Returns the direction to the sun, of length 1.
     pub(crate) fn to_sun(&self) -> nalgebra::Vector3<f64> {
         let (sa, ca) = libm::sincos(self.sun.azimuth_deg.to_radians());
         let (se, ce) = libm::sincos(self.sun.elevation_deg.to_radians());
@@ -281,7 +282,7 @@ impl Scene {
     }
 }
 
-/// A point of the ground, m.
+/// Converts a pair of coordinates into a point on the ground, m.
 pub(crate) fn point(at: [f64; 2]) -> Vector2<f64> {
     Vector2::new(at[0], at[1])
 }

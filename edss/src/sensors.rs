@@ -1,10 +1,10 @@
-//! What the helicopter knows of itself: an inertial sensor with an attitude of its own, and a laser rangefinder on the
-//! optical axis.
+//! The sensors: an inertial sensor that measures attitude, rates and acceleration; a laser rangefinder on the optical
+//! axis; a barometer.
 //!
 //! **Attitude.** `reading(t) = truth(t - latency) + bias + misalignment + wander(t) + white(t)`, for roll, pitch and
-//! yaw. The one root mean square asked for is shared out by variance, see [`SHARES`]: over many flights a reading is
-//! off by that much, within one flight by the changing part about a constant one. Misalignment turns the sensor in the
-//! camera: its rates and its acceleration are turned with it. Bias and wander are errors of the attitude alone.
+//! yaw. The variance asked for is divided among these as in [`VARIANCE_SHARES`]. It is that over many flights: within one flight the
+//! error varies about a constant part. Misalignment is a rotation of the sensor relative to the camera and affects rates
+//! and acceleration, too. Bias and wander are errors of the attitude alone.
 
 use crate::random::{Purpose, normal, stream};
 use crate::wind::{Component, FirstOrder};
@@ -13,39 +13,39 @@ use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 
-/// Shares of the variance of an attitude error: constant bias, constant misalignment, wander (first order, [`WANDER`]),
+/// Shares of the variance of an attitude error: constant bias, constant misalignment, wander (first order, [`WANDER_TIME_S`]),
 /// white noise.
-pub const SHARES: [f64; 4] = [0.35, 0.05, 0.35, 0.25];
-/// Time constant of the wander, s.
-pub const WANDER: f64 = 5.0;
-/// Age of a reading, s.
-pub const LATENCY: f64 = 0.01;
-/// Constant error of an angular rate, rad/s: 0.02 degrees a second; drawn for each axis and flight.
+pub const VARIANCE_SHARES: [f64; 4] = [0.35, 0.05, 0.35, 0.25];
+/// Time constant of the wander.
+pub const WANDER_TIME_S: f64 = 5.0;
+/// Age of a reading of the inertial sensor.
+pub const LATENCY_S: f64 = 0.01;
+/// Rms constant error of an angular rate, rad/s: 0.02 degrees a second; drawn for each axis and flight.
 const RATE_BIAS: f64 = 0.02 * std::f64::consts::PI / 180.0;
-/// White error of an angular rate, rad/s: 0.05 degrees a second.
+/// Rms white noise of an angular rate, rad/s: 0.05 degrees a second.
 const RATE_NOISE: f64 = 0.05 * std::f64::consts::PI / 180.0;
-/// Constant error of an acceleration, m/s^2: two thousandths of gravity; drawn for each axis and flight.
+/// Rms constant error of an acceleration, m/s^2: two thousandths of gravity; drawn for each axis and flight.
 pub const FORCE_BIAS: f64 = 0.02;
-/// White error of an acceleration, m/s^2.
+/// Rms white noise of an acceleration, m/s^2.
 pub const FORCE_NOISE: f64 = 0.05;
 
-/// One reading of the inertial sensor.
+/// A reading of the inertial sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertial {
-    /// Roll, pitch and yaw of the camera.
+    /// Roll, pitch and yaw of the camera, rad.
     pub attitude: Attitude,
     /// Angular velocity about the camera's axes, rad/s.
     pub rates: Vector3<f64>,
-    /// Acceleration less gravity, along the camera's axes, m/s^2.
+    /// Specific force (acceleration minus gravity) along the camera's axes, m/s^2.
     pub force: Vector3<f64>,
 }
 
-/// The inertial sensor.
+/// An inertial sensor with its errors.
 #[derive(Debug, Clone)]
 pub struct Imu {
-    /// Roll, pitch, yaw.
+    /// Constant errors of roll, pitch, yaw, rad.
     constant: Vector3<f64>,
-    /// Turn of the sensor's axes against the camera's, rad about the camera's axes.
+    /// Rotation of the sensor relative to the camera, rad about the camera's axes.
     misalignment: Vector3<f64>,
     wander: [FirstOrder; 3],
     white: Vector3<f64>,
@@ -61,21 +61,21 @@ fn normals(random: &mut ChaCha8Rng) -> Vector3<f64> {
 }
 
 impl Imu {
-    /// The sensor of a flight that starts with `truth`; root mean squares of tilt and heading in rad, steps in s.
+    /// Creates a sensor at the state `truth`, with the rms errors `tilt` and `heading` (rad), for steps of `step` seconds.
     pub fn new(tilt: f64, heading: f64, truth: &Inertial, seed: u64, step: f64) -> Self {
         let mut random = stream(seed, Purpose::Imu);
         let rms = Vector3::new(tilt, tilt, heading);
-        let share = |i: usize| rms * SHARES[i].sqrt();
+        let share = |i: usize| rms * VARIANCE_SHARES[i].sqrt();
         let mut drawn = |rms: Vector3<f64>| normals(&mut random).component_mul(&rms);
         let constant = drawn(share(0));
         let misalignment = drawn(share(1));
         let rate_bias = drawn(Vector3::repeat(RATE_BIAS));
         let force_bias = drawn(Vector3::repeat(FORCE_BIAS));
         let wander = [0, 1, 2].map(|axis| {
-            let component = Component { rms: share(2)[axis], time: WANDER };
+            let component = Component { rms: share(2)[axis], time: WANDER_TIME_S };
             FirstOrder::new(component, step, &mut random)
         });
-        let age = (LATENCY / step).round() as usize;
+        let age = (LATENCY_S / step).round() as usize;
         let past = std::iter::repeat_n(*truth, age).collect();
         let white = share(3);
         let mut imu =
@@ -84,14 +84,14 @@ impl Imu {
         imu
     }
 
-    /// One step on, to a moment when `truth` is so.
+    /// Advances by one step to the state `truth`.
     pub fn advance(&mut self, truth: &Inertial) {
         self.past.push_back(*truth);
         let Some(Inertial { attitude, rates, force }) = self.past.pop_front() else { return };
         self.wander.iter_mut().for_each(|wander| wander.advance(&mut self.random));
         let wander = Vector3::from_fn(|i, _| self.wander[i].value());
         let turn = self.misalignment;
-        // Tilt of the sensor's axis towards X is a turn about y; towards Y, one about x the other way.
+        // Roll is a rotation about y, pitch one about x in the opposite sense.
         let turned = Vector3::new(turn.y, -turn.x, turn.z);
         let error = self.constant + turned + wander + normals(&mut self.random).component_mul(&self.white);
         self.reading = Inertial {
@@ -105,13 +105,13 @@ impl Imu {
         };
     }
 
-    /// The newest reading.
+    /// Returns the latest reading.
     pub fn reading(&self) -> &Inertial {
         &self.reading
     }
 }
 
-/// The laser rangefinder.
+/// A laser rangefinder with white noise.
 #[derive(Debug, Clone)]
 pub struct Laser {
     noise: f64,
@@ -119,23 +119,23 @@ pub struct Laser {
 }
 
 impl Laser {
-    /// With a root mean square of noise, m.
+    /// Creates a rangefinder with an rms noise, m.
     pub fn new(noise: f64, seed: u64) -> Self {
         Self { noise, random: stream(seed, Purpose::Laser) }
     }
 
-    /// What it reads at a true range, m.
+    /// Returns the reading for a true range, m.
     pub fn read(&mut self, range: f64) -> f64 {
         range + self.noise * normal(&mut self.random)
     }
 }
 
-/// Drift of the barometer, m rms, and its time constant, s: weather and the rotor's own pressure.
+/// Rms drift of the barometer, m, and its time constant, s: weather and the pressure of the rotor.
 const DRIFT: [f64; 2] = [0.3, 60.0];
-/// White noise of a reading of it, m rms.
+/// Rms white noise of a reading of the barometer, m.
 const PRESSURE_NOISE: f64 = 0.1;
 
-/// The barometric altimeter: the true height, a drift (Gauss-Markov, first order) and white noise.
+/// A barometric altimeter: the true height, a drift (Gauss-Markov, first order) and white noise.
 #[derive(Debug, Clone)]
 pub struct Barometer {
     drift: f64,
@@ -144,14 +144,14 @@ pub struct Barometer {
 }
 
 impl Barometer {
-    /// One that is read every `interval` seconds.
+    /// Creates an altimeter that is read every `interval` seconds.
     pub fn new(seed: u64, interval: f64) -> Self {
         let mut random = stream(seed, Purpose::Barometer);
         let drift = DRIFT[0] * normal(&mut random);
         Self { drift, keep: libm::exp(-interval / DRIFT[1]), random }
     }
 
-    /// What it reads at a true height, m.
+    /// Returns the reading for a true height, m.
     pub fn read(&mut self, height: f64) -> f64 {
         let reading = height + self.drift + PRESSURE_NOISE * normal(&mut self.random);
         let grown = (1.0 - self.keep * self.keep).sqrt();
@@ -218,11 +218,11 @@ mod tests {
             let whole = whole[axis] / flights as f64 / (rms * rms);
             assert!((whole - 1.0).abs() < 0.105, "axis {axis}: {whole} of the variance");
             // Two white errors; the wander changes little in a step.
-            let expected = 2.0 * SHARES[3] + 2.0 * SHARES[2] * STEP / WANDER;
+            let expected = 2.0 * VARIANCE_SHARES[3] + 2.0 * VARIANCE_SHARES[2] * STEP / WANDER_TIME_S;
             let jumps = jumps[axis] / flights as f64 / (rms * rms) / expected;
             assert!((jumps - 1.0).abs() < 0.105, "axis {axis}: jumps of {jumps} of their variance");
         }
-        assert!((SHARES.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!((VARIANCE_SHARES.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
     /// The mean over a long flight is its bias and misalignment; what is left wanders with its time constant.
@@ -240,12 +240,12 @@ mod tests {
         let constant = imu.constant.x + imu.misalignment.y;
         // The wander has 2000 s / (2 * 5 s) free values: 0.59 / sqrt(200) of the root mean square, 0.00015.
         assert!((mean - constant).abs() < 0.0006, "{mean}, constant {constant}");
-        let lag = (WANDER / STEP) as usize;
+        let lag = (WANDER_TIME_S / STEP) as usize;
         let product = |lag: usize| {
             let pairs = readings.iter().zip(&readings[lag..]);
             pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / (steps - lag) as f64
         };
-        let kept = product(lag) / (TILT * TILT * SHARES[2]);
+        let kept = product(lag) / (TILT * TILT * VARIANCE_SHARES[2]);
         assert!((kept - (-1.0f64).exp()).abs() < 0.25, "{kept} after the time constant");
     }
 
@@ -273,7 +273,7 @@ mod tests {
         let mut imu = Imu::new(0.0, 0.0, &hover(), 3, STEP);
         imu.misalignment = Vector3::zeros();
         let turned = |yaw: f64| Inertial { attitude: Attitude { yaw, ..Attitude::default() }, ..hover() };
-        let ages = (LATENCY / STEP) as usize;
+        let ages = (LATENCY_S / STEP) as usize;
         for step in 0..10 {
             imu.advance(&turned(step as f64));
             let expected = step as f64 - ages as f64;

@@ -1,19 +1,18 @@
-//! Gusts by Dryden's spectra: a field frozen in the air, carried past the helicopter at the speed `V`.
+//! Gusts with Dryden's spectra: a frozen field that passes the helicopter at the speed `V`.
 //!
 //! ```text
 //! Phi_u(w) = s^2 (2 L / pi V) / (1 + (L w / V)^2)                             along the wind
 //! Phi_v(w) = s^2 (  L / pi V) (1 + 3 (L w / V)^2) / (1 + (L w / V)^2)^2       across it, and vertical
 //! ```
 //!
-//! one-sided: their integral over `w` from 0 is `s^2`. Scales and intensities of low altitude, MIL-F-8785C (1980),
-//! section 3.7, `h` in feet: `L_w = h`, `L_u = L_v = h / (0.177 + 0.000823 h)^1.2`, `s_u = s_v = s_w / (0.177 +
+//! The spectra are one-sided: their integral over `w` from 0 is `s^2`. Scales and intensities are those for low altitude
+//! of MIL-F-8785C (1980), section 3.7, with `h` in feet: `L_w = h`, `L_u = L_v = h / (0.177 + 0.000823 h)^1.2`, `s_u = s_v = s_w / (0.177 +
 //! 0.000823 h)^0.4`, `s_w = 0.1 W20`, with `W20` the wind at 20 feet.
 //!
-//! **The speed in hover.** In flight `V` is the airspeed. A hovering helicopter's airspeed is the wind's. The mean wind
-//! is trimmed out and no more in the linear equations; it remains as the speed at which the gusts pass. The intensity
-//! asked for has a wind that goes with it by the specification, `W20 = s_w / 0.1`, and `V` is that or the mean wind,
-//! whichever is faster. With 3 m/s at 50 m it is 19 m/s, which leaves the gusts 11 s to correlate. A slower `V` would
-//! make them slower and the hold easier.
+//! **The speed in hover.** In forward flight `V` is the airspeed; in hover it is the speed of the wind. The specification
+//! relates the intensity to a wind, `W20 = s_w / 0.1`; `V` is that or the mean wind, whichever is faster. With gusts of
+//! 3 m/s at 50 m it is 19 m/s, for a correlation time of 11 s. A slower `V` would make the gusts slower and easier to
+//! reject.
 //!
 //! **Discretisation** is exact at any step: `x_k+1 = F x_k + n`, the covariance of `n` being `P - F P F^T` with the
 //! stationary covariance `P`, so that the variance is the specified one from the first sample on.
@@ -22,13 +21,13 @@ use crate::random::{Purpose, normal, stream};
 use nalgebra::{Matrix2, Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-/// A foot, m.
+/// Length of a foot, m.
 const FOOT: f64 = 0.3048;
 
-/// What of the wind a flight is given.
+/// The parameters of the wind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Climate {
-    /// Root mean square of each horizontal component of the gusts, m/s.
+    /// Rms of each horizontal component of the gusts, m/s.
     pub gust_rms: f64,
     /// Mean wind, towards `X_e` and `Y_e`, m/s.
     pub mean: Vector2<f64>,
@@ -36,17 +35,17 @@ pub struct Climate {
     pub height: f64,
 }
 
-/// One component: intensity and time scale `L / V`.
+/// A component of the gusts: intensity and time scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Component {
-    /// Root mean square, m/s.
+    /// Rms of the component, m/s.
     pub rms: f64,
-    /// `L / V`, s.
+    /// Time scale `L / V`, s.
     pub time: f64,
 }
 
 impl Climate {
-    /// Along the wind, across it, and vertical.
+    /// Returns the components along the wind, across it, and vertical.
     pub fn components(&self) -> [Component; 3] {
         let feet = self.height / FOOT;
         let shape = 0.177 + 0.000823 * feet;
@@ -60,7 +59,7 @@ impl Climate {
     }
 }
 
-/// The wind at the helicopter.
+/// The wind at the helicopter over time.
 #[derive(Debug, Clone)]
 pub struct Wind {
     mean: Vector3<f64>,
@@ -73,7 +72,7 @@ pub struct Wind {
 }
 
 impl Wind {
-    /// The wind of a seed, for steps of so many seconds.
+    /// Creates the wind from a seed, for steps of `step` seconds.
     pub fn new(climate: &Climate, seed: u64, step: f64) -> Self {
         let mut random = stream(seed, Purpose::Wind);
         let [longitudinal, lateral, vertical] = climate.components();
@@ -87,14 +86,14 @@ impl Wind {
         }
     }
 
-    /// Velocity of the air in the world, m/s.
+    /// Returns the velocity of the air in the world, m/s.
     pub fn velocity(&self) -> Vector3<f64> {
         let across = Vector2::new(-self.along.y, self.along.x);
         let horizontal = self.along * self.longitudinal.value() + across * self.lateral.value();
         self.mean + horizontal.push(self.vertical.value())
     }
 
-    /// One step on.
+    /// Advances by one step.
     pub fn advance(&mut self) {
         self.longitudinal.advance(&mut self.random);
         self.lateral.advance(&mut self.random);
@@ -102,7 +101,7 @@ impl Wind {
     }
 }
 
-/// `1 / (1 + T s)`, driven by white noise.
+/// A first-order filter `1 / (1 + T s)` driven by white noise.
 #[derive(Debug, Clone, Copy)]
 pub struct FirstOrder {
     value: f64,
@@ -111,7 +110,7 @@ pub struct FirstOrder {
 }
 
 impl FirstOrder {
-    /// In its stationary state.
+    /// Creates the filter with a random value from its stationary distribution.
     pub fn new(component: Component, step: f64, random: &mut ChaCha8Rng) -> Self {
         let Component { rms, time } = component;
         let kept = libm::exp(-step / time);
@@ -119,24 +118,25 @@ impl FirstOrder {
         Self { value: rms * normal(random), kept, fresh }
     }
 
-    /// The present value.
+    /// Returns the present value.
     pub fn value(&self) -> f64 {
         self.value
     }
 
-    /// One step on.
+    /// Advances by one step.
     pub fn advance(&mut self, random: &mut ChaCha8Rng) {
         self.value = self.kept * self.value + self.fresh * normal(random);
     }
 }
 
-/// `(1 + sqrt 3 T s) / (1 + T s)^2`, driven by white noise: two equal lags in series, `x1` and `x2`, and
-/// `y = (sqrt 3 x1 + (1 - sqrt 3) x2) rms / sqrt 2`. With `x1` of variance 1, `x2` has 1/2, and so has their product.
+/// A second-order filter `(1 + sqrt 3 T s) / (1 + T s)^2` driven by white noise. It is two equal lags in series, `x1` and
+/// `x2`, with `y = (sqrt 3 x1 + (1 - sqrt 3) x2) rms / sqrt 2`. With variance 1 of `x1`, that of `x2` is 1/2, as is their
+/// covariance.
 #[derive(Debug, Clone, Copy)]
 struct SecondOrder {
     state: Vector2<f64>,
     transition: Matrix2<f64>,
-    /// Lower triangle: its square is the covariance of what a step adds.
+    /// Cholesky factor of the covariance of the noise that a step adds.
     fresh: Matrix2<f64>,
     output: Vector2<f64>,
 }
@@ -164,7 +164,7 @@ impl SecondOrder {
     }
 }
 
-/// Cholesky's factor of a covariance; what rounding leaves below zero is zero.
+/// Returns the Cholesky factor of a covariance; variances that rounding makes negative count as 0.
 fn lower_triangle(covariance: &Matrix2<f64>) -> Matrix2<f64> {
     let first = covariance[(0, 0)].max(0.0).sqrt();
     let below = if first > 0.0 { covariance[(1, 0)] / first } else { 0.0 };

@@ -34,7 +34,7 @@ fn fly(setup: &Setup, seed: u64, seconds: f64, sees: impl Fn(f64) -> bool) -> Ve
             late.push_back(sees(time).then_some(fix));
             if late.len() > 1 {
                 flight.advance(time + 0.1 - FRAME);
-                flight.take(late.pop_front().flatten());
+                flight.apply_fix(late.pop_front().flatten());
             }
             moment
         })
@@ -194,7 +194,7 @@ fn a_fix_that_is_no_number_is_left_aside() {
     flight.advance(1.0);
     let displacement = Vector2::new(f64::NAN, 0.0);
     let covariance = Matrix2::identity();
-    flight.take(Some(Fix { displacement, covariance, height: None, yaw: None, exposed: 0.9 }));
+    flight.apply_fix(Some(Fix { displacement, covariance, height: None, yaw: None, exposed: 0.9 }));
     let moment = flight.advance(1.5);
     assert!(moment.believed.norm() < 1.0 && distance(&moment) < 1.0, "{moment:?}");
 }
@@ -290,7 +290,7 @@ fn hold_starts_where_it_is_told_to() {
         }
         let displacement = moment.camera.ground() - zero;
         let covariance = Matrix2::identity() * 4e-4;
-        flight.take(Some(Fix { displacement, covariance, height: None, yaw: None, exposed: time }));
+        flight.apply_fix(Some(Fix { displacement, covariance, height: None, yaw: None, exposed: time }));
         if frame > 300 {
             last.push((moment.camera.ground() - zero).norm());
         }

@@ -282,7 +282,7 @@ fn a_rolling_shutter_sees_each_row_from_its_own_pose() {
     let frame = render(&renderer, &view);
     // The row on which the square is, and the pose at its time.
     let half = (HEIGHT - 1) as f64 / 2.0;
-    let middle = first.towards(&last, 0.5);
+    let middle = first.interpolate(&last, 0.5);
     let expected = projected(&view.lens, &middle, Vector3::zeros());
     let found = centroid(&frame, expected, 60.0);
     assert!((found - expected).norm() < 0.15, "{found} {expected}");
@@ -294,7 +294,7 @@ fn a_rolling_shutter_sees_each_row_from_its_own_pose() {
         near.clone().map(|x| x as f64 * f64::from(frame[(x, row)])).sum::<f64>() / sum
     };
     let at = |row: usize| {
-        let pose = first.towards(&last, row as f64 / (HEIGHT - 1) as f64);
+        let pose = first.interpolate(&last, row as f64 / (HEIGHT - 1) as f64);
         projected(&view.lens, &pose, Vector3::zeros()).x
     };
     let (a, b) = (half as usize - 15, half as usize + 15);

@@ -6,11 +6,11 @@ use std::time::Instant;
 use anyhow::{Result, anyhow};
 use hoverlock_arm::arinc429::{self, Control};
 use hoverlock_arm::message::{Command, Telemetry};
-use hoverlock_edss::camera::{FRAME_RATE, Optics, ZOOM};
+use hoverlock_edss::camera::{FIELD_OF_VIEW_RANGE_DEG, FRAME_RATE, Optics};
 use hoverlock_edss::flight::{Fix, Flight, Hold, Moment, Setup};
 use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
-use hoverlock_edss::world::{Exposure, World, exposed};
+use hoverlock_edss::world::{Exposure, World, frame_time};
 use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reference::motion::pose::Sensors;
 use hoverlock_reports::animation;
@@ -60,7 +60,7 @@ pub fn fly(
     let setup =
         Setup { height: course.height, gust_rms: course.gusts, altitude: course.altitude.into(), ..Setup::default() };
     setup.check()?;
-    let mut world = World::new(renderer, &setup, Optics::default(), ZOOM[1], course.seed);
+    let mut world = World::new(renderer, &setup, Optics::default(), FIELD_OF_VIEW_RANGE_DEG[1], course.seed);
     let mut blind = Flight::new(&Setup { mode: Hold::ImuOnly, ..setup }, course.seed);
     let mut flight_program: Option<Chain> = None;
     let mut due: VecDeque<(f64, Option<Fix>)> = VecDeque::new();
@@ -68,10 +68,10 @@ pub fn fly(
     let frames = frames(course.seconds);
     let mut range = course.height;
     for number in 0..frames {
-        let time = exposed(number);
+        let time = frame_time(number);
         while let Some((at, fix)) = due.front().copied().filter(|(at, _)| *at <= time) {
             due.pop_front();
-            world.take(at, fix);
+            world.apply_fix(at, fix);
         }
         let exposure = world.expose(time)?;
         if number == 0 {

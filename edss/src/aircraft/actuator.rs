@@ -1,41 +1,42 @@
-//! A blade angle's servo: `dx/dt = (command - x) / T`, its rate and its travel limited.
+//! The servos of the blade angles: `dx/dt = (command - x) / T`, with limited rate and travel.
 //!
-//! The figures are ours, of the order of hydraulic servos; the source of the derivatives gives none.
+//! The constants are assumptions typical of hydraulic servos; the source of the derivatives has none.
 
 use nalgebra::SVector;
 
-/// Time constant, s.
-const LAG: f64 = 0.04;
-/// Largest rate, rad/s: 20 degrees a second.
-const RATE: f64 = 20.0 * std::f64::consts::PI / 180.0;
-/// Travel to either side of trim, rad, which the autopilot may use: 4 degrees.
-const TRAVEL: f64 = 4.0 * std::f64::consts::PI / 180.0;
+/// Time constant of a servo.
+const TIME_CONSTANT_S: f64 = 0.04;
+/// Largest rate of a blade angle, rad/s: 20 degrees/s.
+const MAX_RATE: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Travel to either side of trim that the autopilot may use, rad: 4 degrees.
+const MAX_TRAVEL: f64 = 4.0 * std::f64::consts::PI / 180.0;
 
 /// The four servos: collective, longitudinal and lateral cyclic, tail rotor collective.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Actuators {
     angles: SVector<f64, 4>,
+    /// Part of the difference to the command that one step removes.
     share: f64,
     step: f64,
 }
 
 impl Actuators {
-    /// At trim, for steps of so many seconds.
+    /// Creates the servos at trim, for steps of `step` seconds.
     pub fn new(step: f64) -> Self {
-        Self { angles: SVector::zeros(), share: -libm::expm1(-step / LAG), step }
+        Self { angles: SVector::zeros(), share: -libm::expm1(-step / TIME_CONSTANT_S), step }
     }
 
-    /// Blade angles from trim, rad.
+    /// Returns the blade angles from trim, rad.
     pub fn angles(&self) -> SVector<f64, 4> {
         self.angles
     }
 
-    /// A step towards the commanded angles, exact for a command that stands still.
+    /// Advances by one step towards the commanded angles (rad); exact for a constant command.
     pub fn advance(&mut self, command: &SVector<f64, 4>) {
-        let most = RATE * self.step;
+        let max_change = MAX_RATE * self.step;
         self.angles = self.angles.zip_map(command, |angle, command| {
-            let change = (command.clamp(-TRAVEL, TRAVEL) - angle) * self.share;
-            angle + change.clamp(-most, most)
+            let change = (command.clamp(-MAX_TRAVEL, MAX_TRAVEL) - angle) * self.share;
+            angle + change.clamp(-max_change, max_change)
         });
     }
 }
@@ -56,8 +57,8 @@ mod tests {
         // A large one is limited in rate, then in travel.
         let before = servos.angles()[1];
         servos.advance(&SVector::repeat(1.0));
-        assert!((servos.angles()[1] - before - RATE * 0.005).abs() < 1e-12, "{}", servos.angles());
+        assert!((servos.angles()[1] - before - MAX_RATE * 0.005).abs() < 1e-12, "{}", servos.angles());
         (0..1000).for_each(|_| servos.advance(&SVector::repeat(-1.0)));
-        assert!((servos.angles()[2] + TRAVEL).abs() < 1e-9, "{}", servos.angles());
+        assert!((servos.angles()[2] + MAX_TRAVEL).abs() < 1e-9, "{}", servos.angles());
     }
 }

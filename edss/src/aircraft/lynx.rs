@@ -3,14 +3,14 @@
 //! **Source.** S. Skogestad and I. Postlethwaite, *Multivariable Feedback Control: Analysis and Design*, Wiley, 1st
 //! edition 1996, section 12.2, 2nd edition 2005, section 13.2, "Helicopter control": matrices `A` and `B` of the eight
 //! rigid-body states of the Lynx in hover, as printed in the book's file `Sec13_2.m`. They are those of benchmark HE4
-//! of COMPleib (F. Leibfritz, 2003) and of `WestlandLynx` in GNU Octave's control package. The source gives angles in
-//! radians, velocities in feet a second and blade angles in degrees; so does [`PUBLISHED`].
+//! of COMPleib (F. Leibfritz, 2003) and of `WestlandLynx` in GNU Octave's control package. [`PUBLISHED`] keeps the
+//! units of the source: radians, feet per second, and degrees for blade angles.
 
 use nalgebra::{SMatrix, SVector};
 
 /// Rows of roll, pitch and yaw acceleration (rad/s^2), then of forward, lateral and downward acceleration (ft/s^2).
 /// Columns: `p q r` (rad/s), `u v w` (ft/s), then collective, longitudinal cyclic, lateral cyclic and tail rotor
-/// collective (degrees). Gravity is not in it.
+/// collective (degrees). Gravity is not included.
 pub const PUBLISHED: [[f64; 10]; 6] = [
     [
         -11.5704956054688,
@@ -86,27 +86,27 @@ pub const PUBLISHED: [[f64; 10]; 6] = [
     ],
 ];
 
-/// Sine of the roll angle in trim: less the published derivative of the pitch angle by `r`.
+/// Sine of the roll angle in trim: minus the published derivative of the pitch angle by `r`.
 pub const SINE_OF_TRIM_ROLL: f64 = -0.05338427424431;
 /// Cosine of trim roll times tangent of trim pitch: the published derivative of the roll angle by `r`.
 pub const COSINE_TANGENT_OF_TRIM: f64 = 0.05952465534210;
 
-/// A foot, m.
+/// Length of a foot, m.
 const FOOT: f64 = 0.3048;
 
-/// The derivatives in metres and radians.
+/// The stability and control derivatives in metres, radians and seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Derivatives {
-    /// Angular, then linear acceleration by `p q r u v w`.
+    /// Derivatives of angular, then linear acceleration by `p q r u v w`.
     pub stability: SMatrix<f64, 6, 6>,
-    /// The same by the four blade angles.
+    /// Derivatives of the same by the four blade angles.
     pub control: SMatrix<f64, 6, 4>,
-    /// Roll and pitch angle in trim, rad, in the signs of flight mechanics.
+    /// Roll and pitch angle in trim, rad, in aerospace signs.
     pub trim: [f64; 2],
 }
 
 impl Derivatives {
-    /// Those of the Lynx.
+    /// Converts the published derivatives of the Lynx.
     pub fn lynx() -> Self {
         let of_row = |row: usize| if row < 3 { 1.0 } else { FOOT };
         let of_column = |column: usize| if column < 3 { 1.0 } else { FOOT };
@@ -117,7 +117,7 @@ impl Derivatives {
         Self { stability, control, trim: [roll, pitch] }
     }
 
-    /// Accelerations, angular ones first, by `p q r u v w` and the blade angles.
+    /// Returns the accelerations, angular ones first, for `p q r u v w` and the blade angles.
     pub fn accelerations(&self, motion: &SVector<f64, 6>, blades: &SVector<f64, 4>) -> SVector<f64, 6> {
         self.stability * motion + self.control * blades
     }

@@ -1,14 +1,14 @@
-//! Attitude loop: blade angles that turn the helicopter as it is told.
+//! The attitude loop: computes the blade angles that bring the helicopter to the commanded attitude.
 //!
 //! ```text
 //! blades = B^-1 (K (wanted - attitude) + K_I integral - D rates - C rates, climb)
 //! ```
 //!
-//! `B` is the published effect of the four blade angles on the accelerations in roll, pitch, yaw and downwards, so that
-//! each is asked for by itself; `C` is the published coupling of the rates (roll by pitch rate, and so on) without
-//! their damping, which is left to the rotor. Each axis then has `s^3 + d s^2 + K s + K_I = (s + l)(s^2 + (d - l) s +
-//! w^2)`, with `d` the published damping plus `D`. What a gust turns the helicopter by is undone within `1 / l`. With
-//! servo, latency and sampling in the loop a test finds these margins:
+//! `B` is the published effect of the four blade angles on the accelerations in roll, pitch, yaw and downwards; its inverse
+//! decouples the four commands. `C` is the published coupling of the rates (roll by pitch rate, and so on) without their
+//! damping, which the rotor provides. Each axis then has `s^3 + d s^2 + K s + K_I = (s + l)(s^2 + (d - l) s +
+//! w^2)`, with `d` the published damping plus `D`. A disturbance by a gust decays within `1 / l`. With servo, latency and
+//! sampling in the loop, a test computes these margins:
 //!
 //! | axis | published damping | `d` | `w` | `l` | phase margin | gain margin |
 //! |---|---|---|---|---|---|---|
@@ -20,14 +20,14 @@ use crate::aircraft::lynx::Derivatives;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// `d`, `w` and `l` of roll, pitch and yaw.
-const AXES: [[f64; 3]; 3] = [[18.0, 8.0, 2.0], [12.0, 6.0, 1.5], [5.5, 3.0, 1.0]];
-/// Largest integral of an attitude error, rad s.
-const INTEGRAL: f64 = 0.2;
+const POLES: [[f64; 3]; 3] = [[18.0, 8.0, 2.0], [12.0, 6.0, 1.5], [5.5, 3.0, 1.0]];
+/// Limit of the integral of an attitude error, rad s.
+const MAX_INTEGRAL: f64 = 0.2;
 
-/// The loop, in forward, right, down and the signs of flight mechanics.
+/// The gains and the integrals of the loop, in forward, right, down axes and aerospace signs.
 #[derive(Debug, Clone)]
 pub struct AttitudeLoop {
-    /// Accelerations in roll, pitch, yaw, down -> blade angles.
+    /// Matrix from accelerations in roll, pitch, yaw and downwards to blade angles.
     allocation: Matrix4<f64>,
     coupling: Matrix3<f64>,
     stiffness: Vector3<f64>,
@@ -37,13 +37,13 @@ pub struct AttitudeLoop {
 }
 
 impl AttitudeLoop {
-    /// For an aircraft; none where its blade angles do not command the four accelerations.
+    /// Computes the gains for an aircraft. Returns `None` if its blade angles cannot command the four accelerations.
     pub fn new(derivatives: &Derivatives) -> Option<Self> {
         let rows = [0, 1, 2, 5];
         let effect = Matrix4::from_fn(|row, column| derivatives.control[(rows[row], column)]);
         let own = derivatives.stability.fixed_view::<3, 3>(0, 0).diagonal();
         let coupling = derivatives.stability.fixed_view::<3, 3>(0, 0) - Matrix3::from_diagonal(&own);
-        let of = |gain: fn([f64; 3]) -> f64| Vector3::from_fn(|axis, _| gain(AXES[axis]));
+        let of = |gain: fn([f64; 3]) -> f64| Vector3::from_fn(|axis, _| gain(POLES[axis]));
         Some(Self {
             allocation: effect.try_inverse()?,
             coupling,
@@ -54,10 +54,10 @@ impl AttitudeLoop {
         })
     }
 
-    /// Blade angles from trim (rad) for an error of attitude (wanted less measured, rad), rates (rad/s) and a wanted
-    /// downward acceleration (m/s^2), over a step (s).
+    /// Advances by a step (s) and returns the blade angles from trim (rad), for an attitude error (commanded minus
+    /// measured, rad), rates (rad/s) and a commanded downward acceleration (m/s^2).
     pub fn blades(&mut self, error: &Vector3<f64>, rates: &Vector3<f64>, downward: f64, step: f64) -> Vector4<f64> {
-        self.integral = (self.integral + error * step).map(|sum| sum.clamp(-INTEGRAL, INTEGRAL));
+        self.integral = (self.integral + error * step).map(|sum| sum.clamp(-MAX_INTEGRAL, MAX_INTEGRAL));
         let angular = self.stiffness.component_mul(error) + self.integral_gain.component_mul(&self.integral)
             - self.damping.component_mul(rates)
             - self.coupling * rates;
@@ -70,12 +70,13 @@ pub(super) mod tests {
     use super::*;
     use nalgebra::Complex;
 
-    /// From a command to a blade: a servo of 40 ms, a latency of 10 ms, and on the mean one and a half steps of 5 ms.
+    /// Transfer function from a command to a blade: a servo of 40 ms, a latency of 10 ms, and one and a half steps of 5 ms
+    /// on average.
     fn servo(s: Complex<f64>) -> Complex<f64> {
         (-s * 0.0175).exp() / (s * 0.04 + 1.0)
     }
 
-    /// Open loop of an axis, and closed loop from wanted to true attitude.
+    /// Returns the open loop of an axis, and the closed loop from commanded to true attitude.
     pub(in crate::autopilot) fn loops(axis: usize, s: Complex<f64>) -> [Complex<f64>; 2] {
         let built = AttitudeLoop::new(&Derivatives::lynx()).unwrap();
         let published = -Derivatives::lynx().stability[(axis, axis)];
@@ -85,7 +86,7 @@ pub(super) mod tests {
         [open, command * plant / (open + 1.0)]
     }
 
-    /// Phase margin (degrees) and gain margin (dB) of an open loop, the least of each.
+    /// Returns the smallest phase margin (degrees) and gain margin (dB) of an open loop.
     pub(in crate::autopilot) fn margins(open: impl Fn(Complex<f64>) -> Complex<f64>) -> [f64; 2] {
         let at = |k: i32| open(Complex::new(0.0, 10f64.powf(f64::from(k) / 1000.0)));
         let (mut phase, mut gain) = (f64::INFINITY, f64::INFINITY);
@@ -101,20 +102,20 @@ pub(super) mod tests {
         [phase, gain]
     }
 
-    /// The table above.
+    /// Checks the table in the module documentation.
     #[test]
     fn margins_are_as_stated() {
         for (axis, stated) in [[52.0, 18.0], [41.0, 14.0], [51.0, 21.0]].into_iter().enumerate() {
             let [phase, gain] = margins(|s| loops(axis, s)[0]);
-            let told = format!("axis {axis}: {phase:.1} degrees, {gain:.1} dB");
-            eprintln!("{told}");
-            assert!((phase - stated[0]).abs() < 1.0 && (gain - stated[1]).abs() < 1.0, "{told}");
+            let found = format!("axis {axis}: {phase:.1} degrees, {gain:.1} dB");
+            eprintln!("{found}");
+            assert!((phase - stated[0]).abs() < 1.0 && (gain - stated[1]).abs() < 1.0, "{found}");
         }
     }
 
-    /// Blade angles for one acceleration give that one and no other.
+    /// The blade angles for one acceleration cause that one and no other.
     #[test]
-    fn accelerations_are_asked_for_one_by_one() {
+    fn the_four_accelerations_are_decoupled() {
         let derivatives = Derivatives::lynx();
         let built = AttitudeLoop::new(&derivatives).unwrap();
         for axis in 0..4 {

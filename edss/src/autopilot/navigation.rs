@@ -1,129 +1,130 @@
-//! Where the helicopter is along one axis: a Kalman filter of position, velocity and an acceleration's slow error.
+//! Navigation along one axis: a Kalman filter of position, velocity and the slow error of the acceleration.
 //!
 //! ```text
 //! dx/dt = v,    dv/dt = a + b,    db/dt = white noise
 //! ```
 //!
-//! `a` is what accelerometer and attitude say, so that the gusts are measured and need no model; `b` is what they are
-//! wrong by: bias, and gravity seen through an error of attitude. A position arrives late. The filter keeps what it
-//! knew at each step of the last second, goes back to when the position was true, corrects there, and comes forward
-//! again over the accelerations it has kept: the same numbers as if the position had come at once.
+//! `a` is measured by accelerometer and attitude sensor, so that gusts need no model; `b` is the error of that: bias, and
+//! gravity by an error of attitude. A position fix arrives late. The filter keeps its states of the last second. It
+//! applies a fix to the state at the time of the fix and repeats the later steps with the stored accelerations. The
+//! result is the same as if the fix had arrived immediately.
 
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 
-/// How long the past is kept, s.
-pub const MEMORY: f64 = 1.0;
+/// Time for which earlier states are kept.
+pub const HISTORY_S: f64 = 1.0;
 
-/// What the filter is told about its input.
+/// The noise model of the acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quality {
-    /// White noise of an acceleration, m/s^2 in one step.
+pub struct AccelerationNoise {
+    /// Rms of the white noise in one step, m/s^2.
     pub white: f64,
-    /// Constant part of its error, root mean square, m/s^2.
+    /// Rms of the constant error, m/s^2.
     pub constant: f64,
-    /// Root mean square of its wander, m/s^2.
+    /// Rms of the wander, m/s^2.
     pub wander: f64,
     /// Time constant of the wander, s.
     pub time: f64,
 }
 
+/// The state of the filter at one time.
 #[derive(Debug, Clone, Copy)]
-struct Moment {
+struct FilterState {
     time: f64,
     mean: Vector3<f64>,
     covariance: Matrix3<f64>,
-    /// Acceleration from here to the next moment.
+    /// Acceleration from here to the next state.
     acceleration: f64,
 }
 
-/// The filter.
+/// A Kalman filter for one axis.
 #[derive(Debug, Clone)]
-pub struct Axis {
-    quality: Quality,
+pub struct AxisFilter {
+    noise_model: AccelerationNoise,
     step: f64,
-    now: Moment,
-    past: VecDeque<Moment>,
+    now: FilterState,
+    past: VecDeque<FilterState>,
 }
 
-impl Axis {
-    /// At a position, standing still, each with its standard error (m, m/s).
-    pub fn new(quality: Quality, step: f64, time: f64, position: f64, error: [f64; 2]) -> Self {
-        let Quality { constant, wander, .. } = quality;
+impl AxisFilter {
+    /// Creates a filter at a position (m) and velocity 0, with the standard errors `error` (m, m/s).
+    pub fn new(noise_model: AccelerationNoise, step: f64, time: f64, position: f64, error: [f64; 2]) -> Self {
+        let AccelerationNoise { constant, wander, .. } = noise_model;
         let variances = Vector3::new(error[0] * error[0], error[1] * error[1], constant * constant + wander * wander);
-        let now = Moment {
+        let now = FilterState {
             time,
             mean: Vector3::new(position, 0.0, 0.0),
             covariance: Matrix3::from_diagonal(&variances),
             acceleration: 0.0,
         };
-        Self { quality, step, now, past: VecDeque::new() }
+        Self { noise_model, step, now, past: VecDeque::new() }
     }
 
-    /// Position, m.
+    /// Returns the position, m.
     pub fn position(&self) -> f64 {
         self.now.mean.x
     }
 
-    /// Velocity, m/s.
+    /// Returns the velocity, m/s.
     pub fn velocity(&self) -> f64 {
         self.now.mean.y
     }
 
-    /// What the accelerations are wrong by, m/s^2: to be added to them.
+    /// Returns the estimate of `b`, m/s^2, which the measured acceleration lacks.
     pub fn correction(&self) -> f64 {
         self.now.mean.z
     }
 
-    /// One step on with a measured acceleration, m/s^2.
+    /// Advances by one step with a measured acceleration, m/s^2.
     pub fn advance(&mut self, acceleration: f64) {
         self.now.acceleration = acceleration;
         self.past.push_back(self.now);
-        if self.past.len() as f64 * self.step > MEMORY {
+        if self.past.len() as f64 * self.step > HISTORY_S {
             self.past.pop_front();
         }
         self.now = self.next(&self.now);
     }
 
-    fn next(&self, from: &Moment) -> Moment {
+    fn next(&self, from: &FilterState) -> FilterState {
         let h = self.step;
-        let Quality { white, wander, time, .. } = self.quality;
+        let AccelerationNoise { white, wander, time, .. } = self.noise_model;
         let transition = Matrix3::new(1.0, h, h * h / 2.0, 0.0, 1.0, h, 0.0, 0.0, 1.0);
         let mut covariance = transition * from.covariance * transition.transpose();
         covariance[(1, 1)] += white * white * h * h;
         covariance[(2, 2)] += 2.0 * wander * wander * h / time;
         let driven = Vector3::new(h * h / 2.0, h, 0.0) * from.acceleration;
-        Moment { time: from.time + h, mean: transition * from.mean + driven, covariance, acceleration: 0.0 }
+        FilterState { time: from.time + h, mean: transition * from.mean + driven, covariance, acceleration: 0.0 }
     }
 
-    /// A position (m) that was true at a time (s), with its variance (m^2). What is older than the filter's memory is
-    /// left aside.
+    /// Applies a fix: the position (m) at a time (s) with its variance (m^2). A fix older than [`HISTORY_S`] is ignored.
     pub fn correct(&mut self, time: f64, position: f64, variance: f64) {
         let half = self.step / 2.0;
         if time > self.now.time - half {
-            Self::weigh(&mut self.now, position, variance);
+            Self::update(&mut self.now, position, variance);
             return;
         }
-        let Some(back) = self.past.iter().rposition(|moment| moment.time <= time + half) else { return };
+        let Some(back) = self.past.iter().rposition(|state| state.time <= time + half) else { return };
         if self.past[back].time < time - half {
             return;
         }
-        Self::weigh(&mut self.past[back], position, variance);
+        Self::update(&mut self.past[back], position, variance);
         for i in back + 1..self.past.len() {
             let acceleration = self.past[i].acceleration;
-            self.past[i] = Moment { acceleration, ..self.next(&self.past[i - 1]) };
+            self.past[i] = FilterState { acceleration, ..self.next(&self.past[i - 1]) };
         }
         let last = self.past[self.past.len() - 1];
         self.now = self.next(&last);
     }
 
-    fn weigh(moment: &mut Moment, position: f64, variance: f64) {
-        let covariance = moment.covariance;
+    /// Updates one state by a position fix.
+    fn update(state: &mut FilterState, position: f64, variance: f64) {
+        let covariance = state.covariance;
         let gain = covariance.column(0) / (covariance[(0, 0)] + variance);
-        moment.mean += gain * (position - moment.mean.x);
+        state.mean += gain * (position - state.mean.x);
         let kept = Matrix3::identity() - gain * Vector3::x().transpose();
         // Joseph's form stays symmetric and positive.
-        moment.covariance = kept * covariance * kept.transpose() + gain * gain.transpose() * variance;
+        state.covariance = kept * covariance * kept.transpose() + gain * gain.transpose() * variance;
     }
 }
 
@@ -133,20 +134,19 @@ mod tests {
     use crate::random::{Purpose, normal, stream};
 
     const STEP: f64 = 0.005;
-    const QUALITY: Quality = Quality { white: 1.0, constant: 0.03, wander: 0.02, time: 5.0 };
+    const NOISE: AccelerationNoise = AccelerationNoise { white: 1.0, constant: 0.03, wander: 0.02, time: 5.0 };
 
-    fn axis() -> Axis {
-        Axis::new(QUALITY, STEP, 0.0, 0.0, [0.05, 0.1])
+    fn axis() -> AxisFilter {
+        AxisFilter::new(NOISE, STEP, 0.0, 0.0, [0.05, 0.1])
     }
 
-    /// A position that comes late leaves the same numbers as one that came at once.
     #[test]
-    fn a_late_position_counts_as_if_it_had_come_at_once() {
+    fn a_late_fix_has_the_effect_of_an_immediate_one() {
         let mut random = stream(1, Purpose::Imu);
         let accelerations: Vec<f64> = (0..400).map(|_| normal(&mut random)).collect();
         let (mut prompt, mut late) = (axis(), axis());
         for (step, acceleration) in accelerations.iter().enumerate() {
-            // Every 13th step; they come 20 steps late, when another was exposed meanwhile.
+            // A fix every 13th step, 20 steps late, so that fixes overlap.
             if step % 13 == 0 {
                 prompt.correct(step as f64 * STEP, 0.1 * step as f64, 4e-4);
             }
@@ -156,7 +156,7 @@ mod tests {
             prompt.advance(*acceleration);
             late.advance(*acceleration);
         }
-        // Those that have not come yet.
+        // The fixes that are still missing.
         for exposed in (380..400).filter(|exposed| exposed % 13 == 0) {
             late.correct(f64::from(exposed) * STEP, 0.1 * f64::from(exposed), 4e-4);
         }
@@ -164,27 +164,27 @@ mod tests {
         assert!((late.now.covariance - prompt.now.covariance).norm() < 1e-12);
     }
 
-    /// Fed as it is told, its errors are those it states: the mean of the squared error over its covariance is 3. 400
-    /// runs know it to 0.12; four times that is allowed.
+    /// With noise as modelled, the mean of the squared error over its covariance is 3. With 400 runs its standard error is
+    /// 0.12; four times that is allowed.
     #[test]
-    fn the_covariance_is_true() {
+    fn the_covariance_is_consistent() {
         let runs = 400;
         let mut sum = 0.0;
         for seed in 0..runs {
             let mut random = stream(seed, Purpose::Imu);
             let mut draw = |rms: f64| rms * normal(&mut random);
             let mut axis = axis();
-            let start = QUALITY.constant.hypot(QUALITY.wander);
+            let start = NOISE.constant.hypot(NOISE.wander);
             let mut truth = Vector3::new(draw(0.05), draw(0.1), draw(start));
-            let walk = QUALITY.wander * (2.0 * STEP / QUALITY.time).sqrt();
+            let walk = NOISE.wander * (2.0 * STEP / NOISE.time).sqrt();
             for step in 0..600 {
                 if step % 13 == 0 {
                     axis.correct(f64::from(step) * STEP, truth.x + draw(0.02), 4e-4);
                 }
                 // The acceleration is 0: what is measured is the error.
-                let (noise, told) = (draw(QUALITY.white), 0.3);
-                axis.advance(told);
-                let driven = told + truth.z;
+                let (noise, measured) = (draw(NOISE.white), 0.3);
+                axis.advance(measured);
+                let driven = measured + truth.z;
                 truth.x += STEP * truth.y + STEP * STEP / 2.0 * driven;
                 truth.y += STEP * (driven + noise);
                 truth.z += draw(walk);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_older_than_the_memory_is_left_aside() {
+    fn a_fix_older_than_the_history_is_ignored() {
         let mut axis = axis();
         (0..400).for_each(|_| axis.advance(0.1));
         let before = axis.now.mean;

@@ -1,16 +1,16 @@
-//! The crown of a tree: a dozen balls of leaves, met by a ray all at once.
+//! The crown of a tree: a dozen balls of leaves, intersected with a ray all at once.
 //!
 //! A ray `from + t d` is nearest to a centre `c` at `m = (c - from) . d / d . d`. With `a` the distance there, squared,
 //! and the chord `h = r^2 - a > 0` it enters the ball at `t = m - sqrt(h / d . d)`.
 //!
-//! Coordinates stand side by side, so that a compiler computes several balls in one instruction.
+//! Coordinates are stored as one array per axis, so that the compiler computes several balls in one instruction.
 
 use nalgebra::Vector3;
 
-/// Balls of a crown.
+/// Number of balls of a crown.
 pub const BALLS: usize = 12;
 
-/// Balls of leaves, m, relative to the centre of the tree.
+/// The balls of a crown: centres relative to that of the tree, and radii, m.
 pub struct Crown {
     x: [f32; BALLS],
     y: [f32; BALLS],
@@ -19,7 +19,7 @@ pub struct Crown {
 }
 
 impl Crown {
-    /// From each ball's centre and radius, m.
+    /// Creates a crown from centre and radius of each ball, m.
     pub fn new(balls: [(Vector3<f32>, f32); BALLS]) -> Self {
         Self {
             x: balls.map(|(centre, _)| centre.x),
@@ -29,7 +29,8 @@ impl Crown {
         }
     }
 
-    /// Where a ray first enters a ball, nearer than `limit`, as a multiple of `direction`; and which ball.
+    /// Returns the distance at which a ray first enters a ball, and the index of that ball; `None` if that is not nearer
+    /// than `limit`. Distances are in lengths of `direction`.
     pub fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
         let square = direction.norm_squared();
         let mut middle = [0f32; BALLS];
@@ -37,7 +38,7 @@ impl Crown {
         for k in 0..BALLS {
             let (x, y, z) = (self.x[k] - from.x, self.y[k] - from.y, self.z[k] - from.z);
             let m = (x * direction.x + y * direction.y + z * direction.z) / square;
-            // Without the difference of two large numbers.
+            // Avoids the difference of two large numbers.
             let (x, y, z) = (x - direction.x * m, y - direction.y * m, z - direction.z * m);
             middle[k] = m;
             chord[k] = self.radius[k] * self.radius[k] - (x * x + y * y + z * z);
@@ -57,7 +58,7 @@ impl Crown {
         first
     }
 
-    /// The direction outwards at a point of a ball.
+    /// Returns the outward normal at a point of a ball.
     pub fn normal(&self, ball: usize, point: &Vector3<f32>) -> Vector3<f32> {
         (point - Vector3::new(self.x[ball], self.y[ball], self.z[ball])) / self.radius[ball]
     }

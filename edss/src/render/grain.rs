@@ -1,8 +1,7 @@
 //! Fine structure of the ground: two tiles of soil, vegetation and pavement, turned against each other.
 //!
 //! The finer tile spans 6.1 m with texels of 6 mm, the coarser 27.7 m with texels of 27 mm. Their sides and angles have
-//! no common multiple, and each lies over a ground whose larger structure does not repeat, so the sum does not repeat
-//! either.
+//! no common multiple, and the larger structure of the ground does not repeat, so no repetition is visible.
 
 #![allow(clippy::needless_range_loop)]
 
@@ -12,65 +11,66 @@ use multiversion::multiversion;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-use super::mip::{Laid, Mip, Near, REPEATED, Texel};
+use super::mip::{LocalTexture, Mip, PlacedTexture, REPEATED, Texel};
 use super::noise::{gradient, octaves, unit};
 
-/// Texels along a side.
-const SIDE: u32 = 1024;
-/// Full scale of the tiles, in their rms.
-pub const FULL: f32 = 5.0;
+/// Texels along a side of a tile.
+const TILE_TEXELS: u32 = 1024;
+/// Full scale of the tiles, in multiples of their rms.
+pub const FULL_SCALE_RMS: f32 = 5.0;
 
-/// `log2` of the pixel, m, from which on nothing is left of the finer tile: its longest cells are 32 texels, two of
-/// which make a wave.
-const GONE: f32 = -2.7;
+/// `log2` of the pixel width (m) from which on the finer tile has no structure left: its longest cells are 32 texels, two
+/// of which make a wave.
+const FINE_TILE_MAX_FOOTPRINT: f32 = -2.7;
 
-/// Channels of a tile.
+/// Channel of vegetation.
 pub const GREEN: usize = 0;
-/// Bare soil.
+/// Channel of bare soil.
 pub const SOIL: usize = 1;
-/// Asphalt and stone.
+/// Channel of asphalt and stone.
 pub const HARD: usize = 2;
-/// Leaves of trees.
+/// Channel of the leaves of trees.
 pub const LEAF: usize = 3;
 
-/// The two tiles.
+/// The two tiles, placed on the ground.
 pub struct Grain {
-    tiles: [Laid<u32, 4, REPEATED>; 2],
+    tiles: [PlacedTexture<u32, 4, REPEATED>; 2],
 }
 
-/// The tiles, made once: scenes differ in where the tiles lie.
-static TILES: LazyLock<[Arc<Mip<u32, 4, REPEATED>>; 2]> =
-    LazyLock::new(|| [1, 2].map(|seed| Arc::new(Mip::new(SIDE as usize, SIDE as usize, &texels(1000 * seed)))));
+/// The textures of the tiles, generated once: scenes differ only in their placement.
+static TILES: LazyLock<[Arc<Mip<u32, 4, REPEATED>>; 2]> = LazyLock::new(|| {
+    [1, 2].map(|seed| Arc::new(Mip::new(TILE_TEXELS as usize, TILE_TEXELS as usize, &texels(1000 * seed))))
+});
 
 impl Grain {
-    /// The tiles where a seed lays them.
+    /// Places the tiles at random offsets by a seed.
     pub fn new(seed: u32) -> Self {
         let tile = |k: u32, texel: f64, angle: f64| {
-            let shift = |n| f64::from(SIDE) * f64::from(unit(k, n, seed));
-            Laid::new(Arc::clone(&TILES[k as usize]), texel, angle, Vector2::new(shift(0), shift(1)))
+            let shift = |n| f64::from(TILE_TEXELS) * f64::from(unit(k, n, seed));
+            PlacedTexture::new(Arc::clone(&TILES[k as usize]), texel, angle, Vector2::new(shift(0), shift(1)))
         };
         Self { tiles: [tile(0, 0.0060, 0.41), tile(1, 0.0271, 1.13)] }
     }
 
-    /// Made ready for points near `anchor`.
-    pub fn near(&self, anchor: Vector2<f64>) -> NearGrain<'_> {
-        NearGrain { tiles: [self.tiles[0].near(anchor), self.tiles[1].near(anchor)] }
+    /// Returns the tiles for sampling around `anchor` (m).
+    pub fn local(&self, anchor: Vector2<f64>) -> LocalGrain<'_> {
+        LocalGrain { tiles: [self.tiles[0].local(anchor), self.tiles[1].local(anchor)] }
     }
 }
 
-/// The tiles as seen from an anchor.
-pub struct NearGrain<'a> {
-    tiles: [Near<'a, u32, 4, REPEATED>; 2],
+/// The tiles for sampling around an anchor.
+pub struct LocalGrain<'a> {
+    tiles: [LocalTexture<'a, u32, 4, REPEATED>; 2],
 }
 
-impl NearGrain<'_> {
-    /// The four channels, each the sum of both tiles, in units of a tile's rms, at points `(x, y)` m from the anchor,
-    /// seen by pixels of `2^footprint` m.
+impl LocalGrain<'_> {
+    /// Samples the four channels, each the sum of both tiles in units of a tile's rms, at points `(x, y)` m from the
+    /// anchor, for pixels of `2^footprint` m.
     #[inline(always)]
     pub fn sample<const L: usize>(&self, x: &[f32; L], y: &[f32; L], footprint: f32) -> [[f32; 4]; L] {
         let mut value = self.tiles[1].sample(x, y, footprint);
         let mut mean = 0.5;
-        if footprint < GONE {
+        if footprint < FINE_TILE_MAX_FOOTPRINT {
             let fine = self.tiles[0].sample(x, y, footprint);
             mean = 1.0;
             for l in 0..L {
@@ -81,7 +81,7 @@ impl NearGrain<'_> {
         }
         for l in 0..L {
             for n in 0..4 {
-                value[l][n] = (value[l][n] - mean) * (2.0 * FULL);
+                value[l][n] = (value[l][n] - mean) * (2.0 * FULL_SCALE_RMS);
             }
         }
         value
@@ -95,13 +95,13 @@ fn fill(row: &mut [[f32; 4]], y: u32, seed: u32) {
     }
 }
 
-/// One tile, each channel of mean 0 and rms 1.
+/// Generates a tile whose channels have mean 0 and rms 1.
 fn texels(seed: u32) -> Vec<u32> {
-    let mut raw = vec![[0f32; 4]; (SIDE * SIDE) as usize];
-    raw.par_chunks_exact_mut(SIDE as usize).enumerate().for_each(|(y, row)| {
+    let mut raw = vec![[0f32; 4]; (TILE_TEXELS * TILE_TEXELS) as usize];
+    raw.par_chunks_exact_mut(TILE_TEXELS as usize).enumerate().for_each(|(y, row)| {
         fill(row, y as u32, seed);
     });
-    // Rows are summed one by one in order, so that the sum has the same bits for every number of threads.
+    // Summed in order, so that the sum has the same bits for every number of threads.
     let mut moments = [[0f64; 2]; 4];
     for texel in &raw {
         for n in 0..4 {
@@ -115,7 +115,7 @@ fn texels(seed: u32) -> Vec<u32> {
         let mean = sum / count;
         (mean as f32, (1.0 / (squares / count - mean * mean).sqrt()) as f32)
     });
-    let code = |value: f32, (mean, gain): (f32, f32)| ((value - mean) * gain / FULL * 0.5 + 0.5) * 255.0;
+    let code = |value: f32, (mean, gain): (f32, f32)| ((value - mean) * gain / FULL_SCALE_RMS * 0.5 + 0.5) * 255.0;
     raw.iter().map(|texel| u32::pack(std::array::from_fn(|n| code(texel[n], scaling[n])))).collect()
 }
 
@@ -123,7 +123,7 @@ fn texels(seed: u32) -> Vec<u32> {
 fn at(x: u32, y: u32, seed: u32) -> [f32; 4] {
     // Lattice cells of 32 texels and, by octaves, down to 2.
     let (u, v) = ((x as f32 + 0.5) / 32.0, (y as f32 + 0.5) / 32.0);
-    let period = SIDE / 32;
+    let period = TILE_TEXELS / 32;
     let smooth = octaves(u, v, period, seed, 5, 0.8);
     // Tufts: bright where the noise is high. Clods: cracks along its zeros.
     let tufts = gradient(u * 8.0, v * 8.0, period * 8, seed + 40).max(-0.1);

@@ -1,10 +1,10 @@
-//! A texture filtered beforehand for every distance (mip map, Williams 1983).
+//! Textures filtered in advance for every distance (mip maps, Williams 1983).
 //!
-//! A camera pixel of `p` texels is the mean of the ground over its own width and the blur of the lens: together a bell
-//! of `sigma` about 0.43 pixels. Level 0 is the texture itself, for `p <= 1`. Level 1 has the same texels, smoothed to
+//! A camera pixel of `p` texels averages the ground over its own width and the blur of the lens: together a bell of
+//! `sigma` about 0.43 pixels. Level 0 is the texture itself, for `p <= 1`. Level 1 has the same texels, smoothed to
 //! `sigma` 0.87 texel, for `p = 2`. Each further level is smoothed and halved, so that level `k` serves `p = 2^k` and
-//! always has two texels a pixel: bilinear interpolation of so smooth a level is nearly exact, and nothing beyond the
-//! Nyquist frequency of the frame is left in it. Between two levels the result is interpolated in `log2 p`.
+//! always has two texels a pixel. Such a level is smooth enough for bilinear interpolation, and has nothing above the
+//! Nyquist frequency of the frame. Between two levels the result is interpolated in `log2 p`.
 
 // Lanes are counted, not iterated: only plain loops become vector instructions of the caller's instruction set.
 #![allow(clippy::needless_range_loop)]
@@ -14,18 +14,18 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-/// What lies beyond the edge: the texture mirrored, or the texture again, whose sides are then powers of two.
+/// Value of `MIRROR` for a texture that is mirrored at its edges.
 pub const MIRRORED: bool = true;
-/// See [`MIRRORED`].
+/// Value of `MIRROR` for a texture that repeats; its sides must be powers of two.
 pub const REPEATED: bool = false;
 
-/// How `N` channels are stored.
+/// A texel format that stores `N` channels.
 pub trait Texel<const N: usize>: Copy + Default + Send + Sync {
-    /// What stands for 1.
+    /// Stored value of 1.
     const FULL: f32;
-    /// Channels of `0 ..= FULL`.
+    /// Returns the channels as stored, `0 ..= FULL`.
     fn unpack(self) -> [f32; N];
-    /// Channels of `0 ..= FULL`, rounded; what is outside is clipped.
+    /// Stores channels of `0 ..= FULL`, rounded; values outside are clipped.
     fn pack(channels: [f32; N]) -> Self;
 }
 
@@ -58,50 +58,51 @@ impl Texel<4> for u32 {
     }
 }
 
-/// A texture of `N` channels at all its levels.
+/// A texture of `N` channels with all its levels.
 pub struct Mip<T, const N: usize, const MIRROR: bool> {
     levels: Vec<Level<T, N, MIRROR>>,
     side: [f32; 2],
 }
 
-/// Texels in blocks of 4 x 4: a block of four bytes a texel is one line of the cache, whichever way a row of the frame
-/// runs across it.
+/// One level, stored in blocks of 4 x 4 texels: a block of four bytes a texel is one cache line, whatever the direction
+/// of a row of the frame across it.
 struct Level<T, const N: usize, const MIRROR: bool> {
     width: usize,
     height: usize,
     /// Texels of this level per texel of level 0.
     scale: f32,
-    /// Texels in a row of blocks.
+    /// Number of texels in a row of blocks.
     stride: usize,
     texels: Vec<T>,
 }
 
-/// Smoothing before a level is halved: variance 2.25, which with a quarter of the level's own makes 0.75 again.
-const HALVE: [f32; 10] = [1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0];
+/// Weights by which a level is smoothed before it is halved: variance 2.25, which together with the level's own 0.75,
+/// divided by 4, is 0.75 again.
+const HALVING_WEIGHTS: [f32; 10] = [1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0];
 
 impl<T: Texel<N>, const N: usize, const MIRROR: bool> Mip<T, N, MIRROR> {
-    /// All levels of a texture of `width` x `height`, given row by row.
+    /// Computes all levels of a texture of `width` x `height` texels, given row by row.
     ///
     /// # Panics
-    /// Where a repeated texture has sides that are no powers of two.
+    /// If the sides of a repeated texture are not powers of two.
     pub fn new(width: usize, height: usize, texels: &[T]) -> Self {
         assert!(MIRROR || width.is_power_of_two() && height.is_power_of_two(), "{width} x {height}");
         let first = Level::new(width, height, 1.0, texels);
         let smooth = first.filtered(&[1.0, 4.0, 6.0, 4.0, 1.0], 1);
         let mut levels = vec![first, smooth];
         while let Some(last) = levels.last().filter(|last| last.width > 4 && last.height > 4) {
-            let next = last.filtered(&HALVE, 2);
+            let next = last.filtered(&HALVING_WEIGHTS, 2);
             levels.push(next);
         }
         Self { levels, side: [width as f32, height as f32] }
     }
 
-    /// Texels along rows and columns.
+    /// Returns the number of texels along rows and columns.
     pub fn side(&self) -> Vector2<f64> {
         Vector2::new(self.side[0].into(), self.side[1].into())
     }
 
-    /// Values in `0 ..= 1` at `L` points in texels of level 0 (its first texel spans 0 to 1), seen by pixels of
+    /// Samples values in `0 ..= 1` at `L` points, in texels of level 0 (the first texel spans 0 to 1), for pixels of
     /// `2^lod` texels.
     #[inline(always)]
     pub fn sample<const L: usize>(&self, u: &[f32; L], v: &[f32; L], lod: f32) -> [[f32; N]; L] {
@@ -125,23 +126,23 @@ impl<T: Texel<N>, const N: usize, const MIRROR: bool> Mip<T, N, MIRROR> {
     }
 }
 
-/// The point of the texture that a mirrored one shows at `u`.
+/// Folds a coordinate into a mirrored texture.
 #[inline(always)]
 fn mirrored(u: f32, side: f32) -> f32 {
     let turn = u - 2.0 * side * (u / (2.0 * side)).floor();
     turn.min(2.0 * side - turn)
 }
 
-/// The index of a texel inside, or of what lies beyond the edge.
+/// Returns the index of the texel for one that may be beyond the edge.
 #[inline(always)]
 fn index<const MIRROR: bool>(i: i32, side: i32) -> i32 {
     if MIRROR { i.max(0).min(side - 1) } else { i & (side - 1) }
 }
 
-/// The texel whose centre is before `u`, and the way from it to the next, `0 ..= 1`.
+/// Returns the texel whose centre is before `u`, and the fraction of the way to the next, `0 ..= 1`.
 ///
 /// A number between `-2^22` and `2^22` added to `1.5 * 2^23` leaves its nearest integer in the mantissa: no rounding
-/// instruction, no saturation. Where `u` lies on a centre the way may be 1 instead of 0, which is the same point.
+/// instruction, no saturation. If `u` is a centre the fraction may be 1 instead of 0, which is the same point.
 #[inline(always)]
 pub fn split(u: f32) -> (i32, f32) {
     const SHIFT: f32 = 12_582_912.0;
@@ -163,9 +164,9 @@ impl<T: Texel<N>, const N: usize, const MIRROR: bool> Level<T, N, MIRROR> {
         Self { width, height, scale, stride, texels }
     }
 
-    /// Adds `weight` times the bilinear interpolation at `L` points.
+    /// Adds `weight` times the bilinear interpolation at `L` points to `sum`.
     ///
-    /// First where all the points lie, then what is there: so the first half runs in all lanes at once.
+    /// All addresses are computed first, in all lanes at once; then the texels are read.
     #[inline(always)]
     fn add<const L: usize>(&self, u: &[f32; L], v: &[f32; L], weight: f32, sum: &mut [[f32; N]; L]) {
         let (width, height, stride) = (self.width as i32, self.height as i32, self.stride as i32);
@@ -193,14 +194,14 @@ impl<T: Texel<N>, const N: usize, const MIRROR: bool> Level<T, N, MIRROR> {
         }
     }
 
-    /// Smoothed along both sides by the weights, every `step`-th texel kept.
+    /// Returns the level smoothed along both sides by the weights, with every `step`-th texel kept.
     fn filtered(&self, weights: &[f32], step: usize) -> Self {
         let sum: f32 = weights.iter().sum();
         let weights: Vec<f32> = weights.iter().map(|weight| weight / sum).collect();
-        // An even number of weights is centred between two texels, where that of the halved level lies.
+        // An even number of weights is centred between two texels, as the texels of the halved level are.
         let before = (weights.len() as i32 - 1) / 2;
         let (width, height) = (self.width.div_ceil(step), self.height.div_ceil(step));
-        // The mirror stands at the edge of the texel.
+        // The mirror is at the edge of the texel.
         let tap = |i: i32, side: usize| {
             let turn = i.rem_euclid(if MIRROR { 2 } else { 1 } * side as i32) as usize;
             turn.min(2 * side - 1 - turn)
@@ -248,42 +249,44 @@ impl<T: Texel<N>, const N: usize, const MIRROR: bool> Level<T, N, MIRROR> {
     }
 }
 
-/// Place of a column in its row of blocks.
+/// Returns the offset of a column within a row of texels.
 #[inline(always)]
 fn across(x: i32) -> i32 {
     ((x >> 2) << 4) | (x & 3)
 }
 
-/// Place of a row before any column.
+/// Returns the offset of the first texel of a row.
 #[inline(always)]
 fn down(y: i32, stride: i32) -> i32 {
     (y >> 2) * stride + ((y & 3) << 2)
 }
 
-/// A texture laid on the ground: turned, scaled, and with one of its points at the origin.
-pub struct Laid<T, const N: usize, const MIRROR: bool> {
+/// A texture placed on the ground: rotated, scaled, and with one of its points at the origin of the world.
+pub struct PlacedTexture<T, const N: usize, const MIRROR: bool> {
     mip: Arc<Mip<T, N, MIRROR>>,
     /// Side of a texel, m.
     texel: f64,
     turn: [f64; 2],
-    /// The point of the texture at the origin of the world, texels.
+    /// Point of the texture at the origin of the world, texels.
     origin: Vector2<f64>,
 }
 
-impl<T: Texel<N>, const N: usize, const MIRROR: bool> Laid<T, N, MIRROR> {
-    /// `texel` in m, turned by `angle` from `X_e` to `Y_e`.
+impl<T: Texel<N>, const N: usize, const MIRROR: bool> PlacedTexture<T, N, MIRROR> {
+    /// Places a texture with texels of `texel` m, rotated by `angle` (rad) from `X_e` to `Y_e`, so that its point `origin`
+    /// (texels) is at the origin of the world.
     pub fn new(mip: impl Into<Arc<Mip<T, N, MIRROR>>>, texel: f64, angle: f64, origin: Vector2<f64>) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self { mip: mip.into(), texel, turn: [cos, sin], origin }
     }
 
-    /// Made ready for points near `anchor`: what is large is reduced in f64, so that f32 is enough for the rest.
-    pub fn near(&self, anchor: Vector2<f64>) -> Near<'_, T, N, MIRROR> {
+    /// Returns the texture for sampling around `anchor` (m). Large numbers are reduced in f64 here, so that f32 is precise
+    /// enough for the samples.
+    pub fn local(&self, anchor: Vector2<f64>) -> LocalTexture<'_, T, N, MIRROR> {
         let [cos, sin] = self.turn.map(|v| v / self.texel);
         let at = Vector2::new(cos * anchor.x + sin * anchor.y, cos * anchor.y - sin * anchor.x) + self.origin;
         let side = self.mip.side() * if MIRROR { 2.0 } else { 1.0 };
         let fold = |v: f64, side: f64| (v - side * (v / side).floor()) as f32;
-        Near {
+        LocalTexture {
             mip: &self.mip,
             base: [fold(at.x, side.x), fold(at.y, side.y)],
             turn: [cos as f32, sin as f32],
@@ -292,16 +295,16 @@ impl<T: Texel<N>, const N: usize, const MIRROR: bool> Laid<T, N, MIRROR> {
     }
 }
 
-/// A laid texture as seen from an anchor.
-pub struct Near<'a, T, const N: usize, const MIRROR: bool> {
+/// A placed texture for sampling around an anchor.
+pub struct LocalTexture<'a, T, const N: usize, const MIRROR: bool> {
     mip: &'a Mip<T, N, MIRROR>,
     base: [f32; 2],
     turn: [f32; 2],
     lod: f32,
 }
 
-impl<T: Texel<N>, const N: usize, const MIRROR: bool> Near<'_, T, N, MIRROR> {
-    /// Values in `0 ..= 1` at points `(x, y)` m from the anchor, seen by pixels of `2^footprint` m.
+impl<T: Texel<N>, const N: usize, const MIRROR: bool> LocalTexture<'_, T, N, MIRROR> {
+    /// Samples values in `0 ..= 1` at points `(x, y)` m from the anchor, for pixels of `2^footprint` m.
     #[inline(always)]
     pub fn sample<const L: usize>(&self, x: &[f32; L], y: &[f32; L], footprint: f32) -> [[f32; N]; L] {
         let [cos, sin] = self.turn;

@@ -1,6 +1,6 @@
-//! Gradient noise (Perlin 1985) over an integer lattice, periodic where a tile needs it, the same bits everywhere.
+//! Gradient noise (Perlin 1985) on an integer lattice, optionally periodic, with the same bits on every machine.
 
-/// A well mixed 32-bit number for a lattice point (finaliser of MurmurHash3, Appleby 2008).
+/// Hashes a lattice point to 32 bits (finaliser of MurmurHash3, Appleby 2008).
 #[inline(always)]
 pub fn hash(x: u32, y: u32, seed: u32) -> u32 {
     let mut h =
@@ -10,21 +10,21 @@ pub fn hash(x: u32, y: u32, seed: u32) -> u32 {
     h ^ (h >> 16)
 }
 
-/// A number in `0 .. 1` for a lattice point.
+/// Returns a pseudo-random number in `0 .. 1` for a lattice point.
 #[inline(always)]
 pub fn unit(x: u32, y: u32, seed: u32) -> f32 {
     (hash(x, y, seed) >> 8) as f32 / 16_777_216.0
 }
 
-/// Number of the lattice cell, and the way into it, `0 .. 1`.
+/// Returns the lattice cell of a coordinate and the fraction within it, `0 .. 1`.
 #[inline(always)]
 fn cell(x: f32) -> (u32, f32) {
-    // A negative integer is the end of the cell before it: the same point.
+    // A negative integer counts as the end of the cell before it, which is the same point.
     let whole = x as i32 - i32::from(x < 0.0);
     (whole as u32, x - whole as f32)
 }
 
-/// Gradient noise of rms about 0.26 at a point in lattice units; `period` is a power of two, or 0 for none.
+/// Returns gradient noise, rms about 0.26, at a point in lattice units; `period` is a power of two, or 0 for none.
 #[inline(always)]
 pub fn gradient(x: f32, y: f32, period: u32, seed: u32) -> f32 {
     let ((i, s), (j, t)) = (cell(x), cell(y));
@@ -41,7 +41,7 @@ pub fn gradient(x: f32, y: f32, period: u32, seed: u32) -> f32 {
     upper + v * (lower - upper)
 }
 
-/// A plane through a lattice point, with a gradient of components in -1 .. 1 from the two halves of a hash.
+/// Evaluates a plane through a lattice point; the two halves of a hash are its gradient, in -1 .. 1.
 #[inline(always)]
 fn slope(hash: u32, x: f32, y: f32) -> f32 {
     let (gx, gy) = ((hash as i32 >> 16) as f32, ((hash << 16) as i32 >> 16) as f32);
@@ -53,7 +53,7 @@ fn fade(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
-/// `sum_k gain^k noise(2^k p)`, its rms about 0.26 of the root of the sum of squared gains.
+/// Returns `sum_k gain^k noise(2^k p)`; its rms is about 0.26 times the root of the sum of squared gains.
 #[inline(always)]
 pub fn octaves(x: f32, y: f32, period: u32, seed: u32, count: u32, gain: f32) -> f32 {
     let (mut sum, mut weight, mut scale) = (0.0, 1.0, 1.0);

@@ -1,8 +1,8 @@
-//! Height of the ground, `Z = -h(X_e, Y_e)`: a lattice of heights, bilinear between its points.
+//! The relief: height of the ground, `Z = -h(X_e, Y_e)`, on a lattice with bilinear interpolation.
 //!
-//! A ray from height `H` meets it where `F(v) = H - h(p + v s) - v = 0`, `v` the way down and `s` the ray's motion
-//! along the ground for each metre down. Newton's step `v -= F / F'` takes the slope from the same four heights. It
-//! converges from anywhere as long as slope times `|s|` stays below 1, which is so for a down-looking camera.
+//! A ray from height `H` hits it where `F(v) = H - h(p + v s) - v = 0`, `v` the depth and `s` the ray's motion
+//! along the ground per metre of depth. Newton's step `v -= F / F'` takes the slope from the same four heights. It
+//! converges from any start if slope times `|s|` is below 1, as it is for a down-looking camera.
 
 use hoverlock_reference::image::plane::Plane;
 use nalgebra::Vector2;
@@ -19,40 +19,40 @@ pub struct Relief {
     cell: f64,
     /// Lattice point at the origin of the world.
     origin: [f64; 2],
-    /// Height, m, and its slopes along the lattice.
+    /// Height, m, and slopes along both axes of each lattice point.
     points: Vec<[f32; 3]>,
-    /// Lowest and highest, m.
+    /// Lowest and highest point, m.
     limits: [f64; 2],
     steepest: f64,
 }
 
-/// Height of a point, m, and its slopes along `X_e` and `Y_e`.
+/// The height and slope of the relief at a point.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Height {
     /// Over the mean ground, m.
     pub h: f64,
-    /// `dh/dX`, `dh/dY`.
+    /// Slopes `dh/dX` and `dh/dY`, m/m.
     pub slope: [f64; 2],
 }
 
-/// Points of the lattice along a side.
-const SIDE: usize = 1024;
-/// Points for each wavelength of the longest hills.
-const POINTS: f64 = 64.0;
+/// Lattice points along a side of generated hills.
+const LATTICE_POINTS: usize = 1024;
+/// Lattice points per wavelength of the longest hills.
+const POINTS_PER_WAVELENGTH: f64 = 64.0;
 
-/// Sine waves in an octave.
-const WAVES: u32 = 16;
-/// Amplitude of an octave over that of the one twice as long.
-const GAIN: f64 = 0.3;
+/// Number of sine waves in an octave.
+const WAVES_PER_OCTAVE: u32 = 16;
+/// Ratio of the amplitude of an octave to that of the one twice as long.
+const OCTAVE_GAIN: f64 = 0.3;
 
 /// Adds `gain cos(a x + b y + phase)`, a product of tables along both sides.
 fn add_wave(heights: &mut [f32], numbers: [f64; 2], phase: f64, gain: f64) {
     let table = |number: f64, phase: f64| -> Vec<(f64, f64)> {
-        let step = std::f64::consts::TAU * number / SIDE as f64;
-        (0..SIDE).map(|i| libm::sincos(step * i as f64 + phase)).collect()
+        let step = std::f64::consts::TAU * number / LATTICE_POINTS as f64;
+        (0..LATTICE_POINTS).map(|i| libm::sincos(step * i as f64 + phase)).collect()
     };
     let (across, down) = (table(numbers[0], phase), table(numbers[1], 0.0));
-    heights.par_chunks_exact_mut(SIDE).zip(&down).for_each(|(row, (sin_y, cos_y))| {
+    heights.par_chunks_exact_mut(LATTICE_POINTS).zip(&down).for_each(|(row, (sin_y, cos_y))| {
         for (height, (sin_x, cos_x)) in row.iter_mut().zip(&across) {
             *height += (gain * (cos_x * cos_y - sin_x * sin_y)) as f32;
         }
@@ -60,17 +60,18 @@ fn add_wave(heights: &mut [f32], numbers: [f64; 2], phase: f64, gain: f64) {
 }
 
 impl Relief {
-    /// Hills of a seed, a sum of sine waves: of Gaussian height, their slope `2 pi / wavelength` times as large. They
-    /// repeat after 16 wavelengths.
+    /// Generates hills from a seed as a sum of sine waves. Heights are Gaussian; the rms slope is `2 pi / wavelength`
+    /// times the rms height. The hills repeat after 16 wavelengths.
     pub fn hills(hills: &Hills, seed: u32) -> Self {
-        let mut heights = vec![0f32; SIDE * SIDE];
+        let mut heights = vec![0f32; LATTICE_POINTS * LATTICE_POINTS];
         for octave in 0..hills.octaves {
-            let gain = libm::pow(GAIN, octave.into());
-            for wave in 0..WAVES {
+            let gain = libm::pow(OCTAVE_GAIN, octave.into());
+            for wave in 0..WAVES_PER_OCTAVE {
                 let draw = |n: u32| f64::from(unit(wave, n, seed.wrapping_add(octave)));
-                // Even directions, and a length within a quarter of the mean.
-                let turn = std::f64::consts::PI * (f64::from(wave) + draw(0)) / f64::from(WAVES);
-                let number = SIDE as f64 / POINTS * f64::from(1u32 << octave) * (0.8 + 0.45 * draw(1));
+                // Evenly spread directions, and lengths within a quarter of the mean.
+                let turn = std::f64::consts::PI * (f64::from(wave) + draw(0)) / f64::from(WAVES_PER_OCTAVE);
+                let number =
+                    LATTICE_POINTS as f64 / POINTS_PER_WAVELENGTH * f64::from(1u32 << octave) * (0.8 + 0.45 * draw(1));
                 let (sin, cos) = libm::sincos(turn);
                 // Whole numbers of waves, so that the lattice repeats.
                 let numbers = [(number * cos).round(), (number * sin).round()];
@@ -82,10 +83,17 @@ impl Relief {
         let square = heights.iter().map(|&h| (f64::from(h) - mean).powi(2)).sum::<f64>() / count;
         let gain = hills.rms_m / square.sqrt();
         heights.iter_mut().for_each(|h| *h = ((f64::from(*h) - mean) * gain) as f32);
-        Self::new([SIDE, SIDE], heights, false, hills.wavelength_m / POINTS, [0.0, 0.0])
+        Self::new(
+            [LATTICE_POINTS, LATTICE_POINTS],
+            heights,
+            false,
+            hills.wavelength_m / POINTS_PER_WAVELENGTH,
+            [0.0, 0.0],
+        )
     }
 
-    /// A picture, black to white `height` m, its mean at 0 and its middle at the origin, mirrored at its borders.
+    /// Converts a picture into heights: black and white are `height` m apart, the mean is at 0, the middle at the origin.
+    /// The relief is mirrored at the borders of the picture.
     pub fn map(picture: &Plane<u16>, texel: f64, height: f64) -> Self {
         let side = [picture.width(), picture.height()];
         let samples = picture.as_slice();
@@ -108,27 +116,28 @@ impl Relief {
         Self { side, mirrored, cell, origin, points, limits, steepest }
     }
 
-    /// Lowest and highest, m.
+    /// Returns the lowest and the highest height, m.
     pub fn limits(&self) -> [f64; 2] {
         self.limits
     }
 
-    /// Greatest slope, m/m.
+    /// Returns the largest slope, m/m.
     pub fn steepest(&self) -> f64 {
         self.steepest
     }
 
-    /// Side of a cell, m.
+    /// Returns the side of a lattice cell, m.
     pub fn cell(&self) -> f64 {
         self.cell
     }
 
-    /// Height and slopes at a point; the slopes are smooth, for light, and not those of the bilinear surface.
+    /// Returns height and slopes at a point (m). The slopes are interpolated, for smooth light, and not those of the
+    /// bilinear surface.
     pub fn at(&self, p: Vector2<f64>) -> Height {
         self.bilinear(p).0
     }
 
-    /// What is asked of a point, and the slopes of the bilinear surface itself.
+    /// Returns height and smooth slopes, and the slopes of the bilinear surface itself.
     fn bilinear(&self, p: Vector2<f64>) -> (Height, [f64; 2]) {
         let (x, y) = (p.x / self.cell + self.origin[0], p.y / self.cell + self.origin[1]);
         let (left, top) = (floor(x), floor(y));
@@ -152,7 +161,8 @@ impl Relief {
         index(i, self.side[axis], self.mirrored)
     }
 
-    /// The way down, m, from a point at height `top` along `motion` m for each metre down, started from a guess.
+    /// Intersects a ray by Newton's iteration, and returns the depth of the hit below its start, m. The ray starts at
+    /// height `top` over `from` and moves `motion` m along the ground per metre of depth; `guess` starts the iteration.
     #[inline]
     pub fn depth(&self, from: Vector2<f64>, top: f64, motion: Vector2<f64>, guess: f64, steps: usize) -> f64 {
         let mut depth = guess;
@@ -165,19 +175,19 @@ impl Relief {
     }
 }
 
-/// The integer at or before a number, or one less for a negative integer, which is the end of the cell before it.
+/// Returns the integer at or below a number; for a negative integer one less, whose cell ends there.
 #[inline(always)]
 fn floor(x: f64) -> i64 {
     x as i64 - i64::from(x < 0.0)
 }
 
-/// The lattice point that stands for one beyond the edge, and the sign of the slope there.
+/// Returns the lattice point for one that may be beyond the edge, and the sign of the slope there.
 fn index(i: i64, side: usize, mirrored: bool) -> (usize, f64) {
     if !mirrored {
-        // Hills have a power of two of points along a side; a division would take longer than all the rest.
+        // Sides of generated hills are a power of two, because a division would take longer than all the rest.
         return (i as usize & (side - 1), 1.0);
     }
-    // The mirror stands on the lattice point, or a hill would have a flat top there.
+    // The mirror is at the lattice point, or a hill would have a flat top there.
     let turn = i.rem_euclid(2 * (side as i64 - 1).max(1)) as usize;
     if turn < side { (turn, 1.0) } else { (2 * (side - 1) - turn, -1.0) }
 }

@@ -1,7 +1,8 @@
-//! From pixel to ray and back: `d = R (x s, y s, 1)`, with `(x, y) = K^-1 pixel` and `s` the lens's correction.
+//! Conversion of pixels to rays and back: `d = R (x s, y s, 1)`, with `(x, y) = K^-1 pixel` and `s` the correction of the
+//! lens.
 //!
-//! Brown (1966): a direction with normalised coordinates at the radius `r` is seen at `r (1 + k1 r^2 + k2 r^4)`. The
-//! way back has no closed form; it is Newton's, once for each radius of a table.
+//! Brown (1966): a direction with normalised coordinates at the radius `r` appears at `r (1 + k1 r^2 + k2 r^4)`. The
+//! inverse has no closed form; a table of it is computed by Newton's iteration.
 
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Vector2, Vector3};
@@ -13,19 +14,19 @@ pub struct Lens {
     pub camera: Camera,
     /// Second-order term of the radial distortion of normalised coordinates; 0 for a pinhole.
     pub k1: f64,
-    /// Fourth-order term.
+    /// Fourth-order term of the radial distortion.
     pub k2: f64,
 }
 
 impl Lens {
-    /// Direction in the camera frame, with `z = 1`, that a pixel sees.
+    /// Returns the direction of a pixel in the camera frame, with `z = 1`.
     pub fn direction(&self, pixel: Vector2<f64>) -> Vector3<f64> {
         let seen = self.camera.inverse() * pixel.push(1.0);
         let scale = self.correction(seen.xy().norm_squared());
         Vector3::new(seen.x * scale, seen.y * scale, 1.0)
     }
 
-    /// Pixel at which a direction in the camera frame is seen; its `z` must be positive.
+    /// Returns the pixel at which a direction in the camera frame appears; its `z` must be positive.
     pub fn pixel(&self, direction: Vector3<f64>) -> Vector2<f64> {
         let straight = direction.xy() / direction.z;
         let q = straight.norm_squared();
@@ -33,7 +34,7 @@ impl Lens {
         (self.camera.matrix() * seen.push(1.0)).xy()
     }
 
-    /// Undistorted over seen radius, for a squared seen radius.
+    /// Returns the ratio of undistorted to distorted radius, for the square of the distorted one.
     fn correction(&self, squared: f64) -> f64 {
         if self.k1 == 0.0 && self.k2 == 0.0 {
             return 1.0;
@@ -51,17 +52,17 @@ impl Lens {
     }
 }
 
-/// Corrections over the squared radius, for all pixels of a frame.
+/// A table of corrections by the squared distorted radius, for all pixels of a frame.
 pub struct Corrections {
     table: Vec<f32>,
     per_square: f32,
 }
 
-/// Steps of the table: linear interpolation errs by less than 1e-7 at a distortion of 10 %.
-const STEPS: usize = 1024;
+/// Steps of the table: the error of linear interpolation is below 1e-7 at a distortion of 10 %.
+const TABLE_STEPS: usize = 1024;
 
 impl Corrections {
-    /// For a frame of `width` x `height`; `None` without distortion.
+    /// Computes the table for a frame of `width` x `height` pixels; `None` if the lens has no distortion.
     pub fn new(lens: &Lens, width: usize, height: usize) -> Option<Self> {
         if lens.k1 == 0.0 && lens.k2 == 0.0 {
             return None;
@@ -69,14 +70,15 @@ impl Corrections {
         let corner = |x: usize, y: usize| (lens.camera.inverse() * Vector3::new(x as f64, y as f64, 1.0)).xy();
         let corners = [corner(0, 0), corner(width, 0), corner(0, height), corner(width, height)];
         let most = corners.iter().map(|c| c.norm_squared()).fold(1e-9, f64::max) * 1.01;
-        let table = (0..=STEPS + 1).map(|i| lens.correction(most * i as f64 / STEPS as f64) as f32).collect();
-        Some(Self { table, per_square: (STEPS as f64 / most) as f32 })
+        let table =
+            (0..=TABLE_STEPS + 1).map(|i| lens.correction(most * i as f64 / TABLE_STEPS as f64) as f32).collect();
+        Some(Self { table, per_square: (TABLE_STEPS as f64 / most) as f32 })
     }
 
-    /// The correction for a squared radius.
+    /// Returns the correction for a squared distorted radius.
     #[inline(always)]
     pub fn at(&self, squared: f32) -> f32 {
-        let place = (squared * self.per_square).min(STEPS as f32);
+        let place = (squared * self.per_square).min(TABLE_STEPS as f32);
         let step = place as usize;
         let (a, b) = (self.table[step], self.table[step + 1]);
         a + (place - step as f32) * (b - a)

@@ -1,77 +1,78 @@
-//! Open water: travelling waves whose slopes mirror the sky and the sun.
+//! Open water: travelling waves whose slopes reflect the sky and the sun.
 //!
 //! Six octaves of waves, each half as long as the one before and each with its own direction near that of the wind,
-//! travel at the phase speed of deep water, `c = sqrt(g L / 2 pi)`. Their slopes add. A slope `s` mirrors the sun into
-//! the camera where it is the slope `h` of the plane half way between both; the glint is a bell about `h` whose width
-//! is that of the waves shorter than a pixel (Cox and Munk 1954). What is left mirrors the sky, brighter towards the
-//! sun. Octaves move against each other, so nothing seen on the water lasts.
+//! travel at the phase speed of deep water, `c = sqrt(g L / 2 pi)`. Their slopes add. A slope `s` reflects the sun into
+//! the camera if it equals the slope `h` of the plane half way between both; the glint is a bell about `h` whose width
+//! is that of the waves shorter than a pixel (Cox and Munk 1954). Other slopes reflect the sky, brighter towards the
+//! sun. Octaves move relative to each other, so no pattern on the water persists.
 
 #![allow(clippy::needless_range_loop)]
 
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-use super::KNOT;
-use super::mip::{Laid, Mip, Near, REPEATED, Texel};
+use super::mip::{LocalTexture, Mip, PlacedTexture, REPEATED, Texel};
 use super::noise::unit;
+use super::row::KNOT_SPACING;
 use crate::scene::Water;
 
-/// Texels along a side of the tile.
-const SIDE: usize = 512;
-/// Waves of the mean length that a tile is long.
-const WAVES: f64 = 11.0;
-/// Sine waves in a tile.
-const SINES: u32 = 40;
-/// Full scale of a slope in the tile, in its rms.
-const FULL: f32 = 4.0;
-/// Octaves.
+/// Texels along a side of a tile of waves.
+const TILE_TEXELS: usize = 512;
+/// Length of a tile in waves of mean length.
+const WAVES_PER_TILE: f64 = 11.0;
+/// Number of sine waves that make up a tile.
+const SINES_PER_TILE: u32 = 40;
+/// Full scale of the slopes stored in a tile, in multiples of their rms.
+const FULL_SCALE_RMS: f32 = 4.0;
+/// Number of octaves.
 const OCTAVES: usize = 6;
 /// Acceleration of gravity, m/s^2.
 const GRAVITY: f64 = 9.81;
-/// Variance of the slopes of waves too short to be drawn.
-const RIPPLES: f32 = 0.0012;
+/// Variance of the slopes of waves shorter than the last octave.
+const UNDRAWN_SLOPE_VARIANCE: f32 = 0.0012;
 
-/// The waves of a sea.
+/// The waves of a water surface, with their textures.
 pub struct Waves {
     layers: Vec<Layer>,
-    /// Rms slope of an octave.
+    /// Rms slope of each octave.
     slope: f32,
 }
 
+/// One octave of waves.
 struct Layer {
-    tile: Laid<u32, 4, REPEATED>,
+    tile: PlacedTexture<u32, 4, REPEATED>,
     length: f64,
     velocity: Vector2<f64>,
     turn: [f32; 2],
 }
 
-/// The waves at a time, as seen from an anchor.
-pub struct NearWaves<'a> {
-    layers: Vec<(Near<'a, u32, 4, REPEATED>, [f32; 2], f32)>,
+/// The waves at one time, relative to an anchor.
+pub struct LocalWaves<'a> {
+    layers: Vec<(LocalTexture<'a, u32, 4, REPEATED>, [f32; 2], f32)>,
     slope: f32,
 }
 
-/// What the sun and the eye ask of a slope, at one end of a block of pixels.
+/// The reflection of the sun, at one end of a block of pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Mirror {
-    /// The slope that mirrors the sun.
+    /// Slope that reflects the sun into the camera.
     pub slope: [f32; 2],
 }
 
 impl Waves {
-    /// The sea of a seed.
+    /// Generates the waves from a seed.
     pub fn new(water: &Water, seed: u32) -> Self {
         let layers = (0..OCTAVES).map(|k| {
             let length = water.wave_m / 2.0f64.powi(k as i32);
-            let texel = length * WAVES / SIDE as f64;
+            let texel = length * WAVES_PER_TILE / TILE_TEXELS as f64;
             // Shorter waves spread further from the wind's direction.
             let aside = [0.1, -0.35, 0.6, -0.8, 1.0, -1.2][k];
             let angle = water.wind_to_deg.to_radians() + aside;
             let (sin, cos) = libm::sincos(angle);
             let speed = (GRAVITY * length / std::f64::consts::TAU).sqrt();
-            let mip = Mip::new(SIDE, SIDE, &texels(seed.wrapping_add(k as u32)));
+            let mip = Mip::new(TILE_TEXELS, TILE_TEXELS, &texels(seed.wrapping_add(k as u32)));
             Layer {
-                tile: Laid::new(mip, texel, angle, Vector2::new(37.0, 91.0) * k as f64),
+                tile: PlacedTexture::new(mip, texel, angle, Vector2::new(37.0, 91.0) * k as f64),
                 length,
                 velocity: Vector2::new(cos, sin) * speed,
                 turn: [cos as f32, sin as f32],
@@ -80,8 +81,8 @@ impl Waves {
         Self { layers: layers.collect(), slope: (water.slope / (OCTAVES as f64).sqrt()) as f32 }
     }
 
-    /// As they are at a time near an anchor.
-    pub fn near(&self, anchor: Vector2<f64>, time: f64) -> NearWaves<'_> {
+    /// Returns the waves at a time (s), for sampling around an anchor (m).
+    pub fn local(&self, anchor: Vector2<f64>, time: f64) -> LocalWaves<'_> {
         let layer = |layer: &'_ Layer| {
             let moved = anchor - layer.velocity * time;
             // A wave shorter than two pixels is not drawn.
@@ -89,28 +90,35 @@ impl Waves {
         };
         let layers = self.layers.iter().map(|l| {
             let (moved, turn, shortest) = layer(l);
-            (l.tile.near(moved), turn, shortest)
+            (l.tile.local(moved), turn, shortest)
         });
-        NearWaves { layers: layers.collect(), slope: self.slope }
+        LocalWaves { layers: layers.collect(), slope: self.slope }
     }
 }
 
-impl NearWaves<'_> {
-    /// Radiance relative to white ground at points m from the anchor, seen by pixels of `2^footprint` m.
+impl LocalWaves<'_> {
+    /// Computes the radiance, relative to white ground in full sun, at points `(x, y)` m from the anchor for pixels of
+    /// `2^footprint` m.
     #[inline(always)]
-    pub fn radiance(&self, x: &[f32; KNOT], y: &[f32; KNOT], footprint: f32, mirrors: [Mirror; 2]) -> [f32; KNOT] {
-        let mut slopes = [[0f32; 2]; KNOT];
-        let mut variance = RIPPLES;
+    pub fn radiance(
+        &self,
+        x: &[f32; KNOT_SPACING],
+        y: &[f32; KNOT_SPACING],
+        footprint: f32,
+        mirrors: [Mirror; 2],
+    ) -> [f32; KNOT_SPACING] {
+        let mut slopes = [[0f32; 2]; KNOT_SPACING];
+        let mut variance = UNDRAWN_SLOPE_VARIANCE;
         for (tile, [cos, sin], shortest) in &self.layers {
-            // What of the octave the pixel does not resolve widens the glint instead.
+            // The part of the octave that the pixel does not resolve widens the glint instead.
             let seen = (shortest - footprint).clamp(0.0, 1.0);
             variance += self.slope * self.slope * (1.0 - seen);
             if seen == 0.0 {
                 continue;
             }
-            let gain = 2.0 * FULL * self.slope * seen;
+            let gain = 2.0 * FULL_SCALE_RMS * self.slope * seen;
             let values = tile.sample(x, y, footprint);
-            for l in 0..KNOT {
+            for l in 0..KNOT_SPACING {
                 let (a, b) = (gain * (values[l][0] - 0.5), gain * (values[l][1] - 0.5));
                 slopes[l][0] += cos * a - sin * b;
                 slopes[l][1] += sin * a + cos * b;
@@ -118,9 +126,9 @@ impl NearWaves<'_> {
         }
         let width = 0.25 / variance;
         let peak = 0.018 / variance;
-        let mut radiance = [0f32; KNOT];
-        for l in 0..KNOT {
-            let part = l as f32 / KNOT as f32;
+        let mut radiance = [0f32; KNOT_SPACING];
+        for l in 0..KNOT_SPACING {
+            let part = l as f32 / KNOT_SPACING as f32;
             let mirror = |n: usize| mirrors[0].slope[n] + part * (mirrors[1].slope[n] - mirrors[0].slope[n]);
             let (h, s) = ([mirror(0), mirror(1)], slopes[l]);
             let away = ((s[0] - h[0]).powi(2) + (s[1] - h[1]).powi(2)) * width;
@@ -136,29 +144,29 @@ impl NearWaves<'_> {
     }
 }
 
-/// Slopes of a sum of sine waves that travel along the rows, of rms 1 together.
+/// Generates a tile: slopes of a sum of sine waves that travel along the rows, of total rms 1.
 fn texels(seed: u32) -> Vec<u32> {
-    let waves: Vec<[f32; 4]> = (0..SINES)
+    let waves: Vec<[f32; 4]> = (0..SINES_PER_TILE)
         .map(|k| {
             let draw = |n: u32| unit(k, n, seed);
-            let number = WAVES as f32 * (0.65 + 0.8 * draw(1));
+            let number = WAVES_PER_TILE as f32 * (0.65 + 0.8 * draw(1));
             let (sin, cos) = libm::sincosf(1.6 * (draw(2) - 0.5) + 0.5 * (draw(3) - 0.5));
             // Whole numbers of waves, so that the tile repeats.
             let (along, across) = ((number * cos).round().max(1.0), (number * sin).round());
             let norm = libm::hypotf(along, across);
-            [along / SIDE as f32, across / SIDE as f32, draw(4), norm]
+            [along / TILE_TEXELS as f32, across / TILE_TEXELS as f32, draw(4), norm]
         })
         .collect();
-    let amplitude = (2.0 / SINES as f32).sqrt() / FULL * 0.5;
-    let mut texels = vec![0u32; SIDE * SIDE];
-    texels.par_chunks_exact_mut(SIDE).enumerate().for_each(|(y, row)| {
+    let amplitude = (2.0 / SINES_PER_TILE as f32).sqrt() / FULL_SCALE_RMS * 0.5;
+    let mut texels = vec![0u32; TILE_TEXELS * TILE_TEXELS];
+    texels.par_chunks_exact_mut(TILE_TEXELS).enumerate().for_each(|(y, row)| {
         for (x, texel) in row.iter_mut().enumerate() {
             let mut slope = [0f32; 2];
             for [along, across, phase, norm] in &waves {
                 let turns = along * x as f32 + across * y as f32 + phase;
                 let cosine = cosine(turns);
-                slope[0] += cosine * along * SIDE as f32 / norm;
-                slope[1] += cosine * across * SIDE as f32 / norm;
+                slope[0] += cosine * along * TILE_TEXELS as f32 / norm;
+                slope[1] += cosine * across * TILE_TEXELS as f32 / norm;
             }
             let code = |v: f32| ((amplitude * v + 0.5) * 255.0).clamp(0.0, 255.0);
             *texel = u32::pack([code(slope[0]), code(slope[1]), 0.0, 0.0]);
@@ -167,7 +175,7 @@ fn texels(seed: u32) -> Vec<u32> {
     texels
 }
 
-/// `cos(2 pi t)` to 0.001, by a parabola and its square: a wave need not be a perfect sine.
+/// Approximates `cos(2 pi t)` to 0.001 by a parabola and its square: faster than a cosine, and accurate enough here.
 #[inline(always)]
 fn cosine(turns: f32) -> f32 {
     let t = turns + 0.25;

@@ -1,4 +1,4 @@
-//! Refusals with their line.
+//! Parsing and checking of scene files; every error has the line of its key.
 
 use std::path::{Path, PathBuf};
 
@@ -7,48 +7,48 @@ use toml::de::{DeTable, DeValue};
 
 use super::{Ground, Relief, Scene};
 
-/// What is wrong with a scene file, and where: `line N: KEY: why`.
+/// An error in a scene file, shown as `line N: KEY: why`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("line {line}: {key}{}{why}", if key.is_empty() { "" } else { ": " })]
 pub struct SceneError {
-    /// Counted from 1.
+    /// Line number, from 1.
     pub line: usize,
-    /// The key with its tables, as in `relief.hills.rms_m`; empty where the file is not TOML.
+    /// Key with its tables, such as `relief.hills.rms_m`; empty if the file is not valid TOML.
     pub key: String,
-    /// What is wrong, and what is allowed.
+    /// Description of the error and of the valid values.
     pub why: String,
 }
 
-/// Most things of a kind in one scene.
-const MOST: usize = 2000;
+/// Largest number of objects of one kind in a scene.
+const MAX_OBJECTS: usize = 2000;
 
 pub(super) fn parse(text: &str, folder: &Path) -> Result<Scene, SceneError> {
     let line = |offset: usize| text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count() + 1;
     let table = DeTable::parse(text);
     let mut scene: Scene = toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start);
-        // What the file as a whole lacks is no fault of its first key.
+        // A missing table concerns the whole file and not its first key.
         let whole = start == 0 && error.message().starts_with("missing");
         let table = table.as_ref().ok().filter(|_| !whole);
         let key = table.map(|table| key_at(table.get_ref(), start)).unwrap_or_default();
-        // The message of an enumeration or of a wrong type may have several lines; a refusal has one.
+        // Messages about enumerations and wrong types may have several lines; an error here has one.
         SceneError { line: line(start), key, why: error.message().split_whitespace().collect::<Vec<_>>().join(" ") }
     })?;
     match check(&mut scene, folder) {
         Ok(()) => Ok(scene),
-        Err(Refusal { path, why }) => {
+        Err(Violation { path, why }) => {
             let start = table.as_ref().map_or(0, |table| offset_of(table.get_ref(), &path));
             Err(SceneError { line: line(start), key: path.join("."), why })
         }
     }
 }
 
-struct Refusal {
+struct Violation {
     path: Vec<String>,
     why: String,
 }
 
-/// Where the value stands that the path of keys and indices leads to, or the last of the tables on the way.
+/// Returns the byte offset of the value at a path of keys and indices, or of the last table on the way that exists.
 fn offset_of(table: &DeTable<'_>, path: &[String]) -> usize {
     let mut offset = 0;
     let mut tables = Some(table);
@@ -75,7 +75,7 @@ fn offset_of(table: &DeTable<'_>, path: &[String]) -> usize {
     offset
 }
 
-/// The key whose value, or whose name, stands at an offset.
+/// Returns the key whose name or value is at a byte offset.
 fn key_at(table: &DeTable<'_>, offset: usize) -> String {
     for (key, value) in table {
         if key.span().contains(&offset) {
@@ -102,7 +102,7 @@ fn key_at(table: &DeTable<'_>, offset: usize) -> String {
     String::new()
 }
 
-type Checked = Result<(), Refusal>;
+type Checked = Result<(), Violation>;
 
 fn path_of(path: &str) -> Vec<String> {
     path.split('.').map(str::to_owned).collect()
@@ -112,7 +112,7 @@ fn within(path: &str, value: f64, least: f64, most: f64) -> Checked {
     // Not-a-number fails both comparisons.
     let passes = value >= least && value <= most;
     let why = || format!("{value} is out of range: {least} to {most}");
-    if passes { Ok(()) } else { Err(Refusal { path: path_of(path), why: why() }) }
+    if passes { Ok(()) } else { Err(Violation { path: path_of(path), why: why() }) }
 }
 
 fn point_within(path: &str, at: [f64; 2]) -> Checked {
@@ -128,13 +128,13 @@ fn check(scene: &mut Scene, folder: &Path) -> Checked {
         }
         Ground::Field(field) => {
             within("ground.field.parcel_m", field.parcel_m, 10.0, 100.0)?;
-            within("ground.field.trees", field.trees.into(), 0.0, MOST as f64)?;
+            within("ground.field.trees", field.trees.into(), 0.0, MAX_OBJECTS as f64)?;
         }
         Ground::Town(town) => {
             within("ground.town.block_m", town.block_m, 40.0, 100.0)?;
             let counts = [("trees", town.trees), ("moving_cars", town.moving_cars), ("parked_cars", town.parked_cars)];
             for (key, count) in counts {
-                within(&format!("ground.town.{key}"), count.into(), 0.0, MOST as f64)?;
+                within(&format!("ground.town.{key}"), count.into(), 0.0, MAX_OBJECTS as f64)?;
             }
         }
         Ground::Asphalt(asphalt) => within("ground.asphalt.side_m", asphalt.side_m, 0.0, 10_000.0)?,
@@ -169,10 +169,10 @@ fn check(scene: &mut Scene, folder: &Path) -> Checked {
             within(&format!("{key}.per_m3"), fall.per_m3, 0.0, 200.0)?;
         }
     }
-    things(scene)
+    check_objects(scene)
 }
 
-fn things(scene: &Scene) -> Checked {
+fn check_objects(scene: &Scene) -> Checked {
     let counts = [
         ("building", scene.building.len()),
         ("tree", scene.tree.len()),
@@ -180,8 +180,11 @@ fn things(scene: &Scene) -> Checked {
         ("helipad", scene.helipad.len()),
     ];
     for (key, count) in counts {
-        if count > MOST {
-            return Err(Refusal { path: vec![key.into()], why: format!("{count} are too many: at most {MOST}") });
+        if count > MAX_OBJECTS {
+            return Err(Violation {
+                path: vec![key.into()],
+                why: format!("{count} are too many: at most {MAX_OBJECTS}"),
+            });
         }
     }
     for (i, building) in scene.building.iter().enumerate() {
@@ -203,7 +206,10 @@ fn things(scene: &Scene) -> Checked {
         within(&format!("car.{i}.speed_m_per_s"), car.speed_m_per_s, 0.0, 100.0)?;
         if car.from_m == car.to_m {
             let path = path_of(&format!("car.{i}.to_m"));
-            return Err(Refusal { path, why: "must differ from from_m: a standing car has speed_m_per_s = 0".into() });
+            return Err(Violation {
+                path,
+                why: "must differ from from_m: a standing car has speed_m_per_s = 0".into(),
+            });
         }
     }
     for (i, pad) in scene.helipad.iter().enumerate() {
@@ -214,9 +220,9 @@ fn things(scene: &Scene) -> Checked {
     Ok(())
 }
 
-/// Replaces a file's name by the path at which it is, and reads its header.
+/// Replaces the name of a picture file by its path, and checks its header.
 fn find(path: &str, file: &mut PathBuf, folder: &Path) -> Checked {
-    let refuse = |why: String| Err(Refusal { path: path_of(path), why });
+    let refuse = |why: String| Err(Violation { path: path_of(path), why });
     let fetched = newcomer_dir().map(|pictures| pictures.join(&*file));
     let Some(found) = [Some(folder.join(&*file)), fetched].into_iter().flatten().find(|path| path.is_file()) else {
         return refuse(format!(

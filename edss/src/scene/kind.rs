@@ -1,14 +1,14 @@
-//! What can be expected of a scene.
+//! Properties of a scene that decide what accuracy to expect.
 
 use super::{Ground, Relief, Scene};
 
 impl Scene {
-    /// Nothing on it stays where it is.
+    /// Returns `true` if the ground is water, on which no pattern stays in place.
     pub fn is_water(&self) -> bool {
         matches!(self.ground, Ground::Water(_))
     }
 
-    /// No relief, and nothing stands on it.
+    /// Returns `true` if the ground is level and has no buildings and trees.
     pub fn is_flat(&self) -> bool {
         let level = match &self.relief {
             None => true,

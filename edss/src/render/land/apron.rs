@@ -7,22 +7,22 @@ use rand_chacha::ChaCha8Rng;
 use super::Material;
 use crate::render::noise::{gradient, octaves, unit};
 
-/// Side of a slab, m: long enough that joints are no pattern to be matched by itself.
-const SLAB: f32 = 7.5;
+/// Side of a slab, m: long enough that the joints alone give no pattern to match.
+const SLAB_M: f32 = 7.5;
 
-/// The square and the grass.
+/// A paved square in a meadow, or a meadow alone.
 pub struct Apron {
     half: f32,
     seed: u32,
 }
 
 impl Apron {
-    /// A square of `side` m; 0 for grass alone.
+    /// Generates a square of `side` m; 0 for a meadow alone.
     pub fn new(side: f32, random: &mut ChaCha8Rng) -> Self {
         Self { half: side / 2.0, seed: random.random() }
     }
 
-    /// What the ground is made of.
+    /// Returns the material at a point, m.
     pub fn at(&self, p: Vector2<f32>) -> Material {
         let ragged = gradient(p.x / 0.6, p.y / 0.6, 0, self.seed);
         let inside = self.half - p.x.abs().max(p.y.abs()) + 0.35 * ragged;
@@ -38,9 +38,9 @@ impl Apron {
     }
 
     fn paved(&self, p: Vector2<f32>) -> Material {
-        let slab = p / SLAB;
+        let slab = p / SLAB_M;
         let (i, j) = (slab.x.floor(), slab.y.floor());
-        let joint = [slab.x - i, slab.y - j].map(|t| t.min(1.0 - t) * SLAB);
+        let joint = [slab.x - i, slab.y - j].map(|t| t.min(1.0 - t) * SLAB_M);
         let tone = unit(i as i32 as u32, j as i32 as u32, self.seed + 20) - 0.5;
         let stains = octaves(p.x / 14.0, p.y / 14.0, 0, self.seed + 21, 6, 0.75);
         let oil = ((octaves(p.x / 3.0, p.y / 3.0, 0, self.seed + 28, 3, 0.6) - 0.28) * 8.0).clamp(0.0, 1.0);

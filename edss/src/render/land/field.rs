@@ -1,4 +1,4 @@
-//! Parcels of a farmed landscape: a square is split again and again, some splits are tracks, each part has its crop.
+//! Parcels of a farmed landscape: a square is split recursively, some splits are tracks, each part has a crop.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -7,12 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use super::Material;
 use crate::render::noise::{gradient, octaves};
 
-/// Half of the side that is split, m: the map and what its turning needs.
-const REACH: f32 = 150.0;
-/// Half of a track's width, m.
-const TRACK: f32 = 1.7;
+/// Half of the side of the square that is split, m: it contains the rotated map.
+const HALF_EXTENT_M: f32 = 150.0;
+/// Half of the width of a track, m.
+const TRACK_HALF_WIDTH_M: f32 = 1.7;
 
-/// A farmed landscape.
+/// A farmed landscape as a tree of splits.
 pub struct Landscape {
     cos: f32,
     sin: f32,
@@ -29,18 +29,18 @@ struct Parcel {
     low: [f32; 2],
     high: [f32; 2],
     crop: Crop,
-    /// The rows run along this axis.
+    /// Axis along which the rows run.
     rows: usize,
     seed: u32,
 }
 
-/// What grows in a parcel.
+/// The appearance of a crop.
 #[derive(Clone, Copy)]
 struct Crop {
     albedo: f32,
-    /// Distance of rows, m, and their contrast; 0 for none.
+    /// Spacing of rows, m, and their contrast; 0 for none.
     row: [f32; 2],
-    /// Distance of tramlines or swaths, m, and their contrast.
+    /// Spacing of tramlines or swaths, m, and their contrast.
     line: [f32; 2],
     blotch: f32,
     green: f32,
@@ -61,21 +61,21 @@ const TRACK_SOIL: Material = Material { albedo: 0.62, grain: [0.01, 0.14, 0.05] 
 const VERGE: Material = Material { albedo: 0.28, grain: [0.24, 0.04, 0.0] };
 
 impl Landscape {
-    /// Parcels of about `parcel` m.
+    /// Generates parcels of about `parcel` m.
     pub fn new(parcel: f32, random: &mut ChaCha8Rng) -> Self {
         let (sin, cos) = libm::sincosf(random.random_range(0.15..0.6f32));
         let mut last = 0;
-        let root = split([-REACH; 2], [REACH; 2], parcel, 0, &mut last, random);
+        let root = split([-HALF_EXTENT_M; 2], [HALF_EXTENT_M; 2], parcel, 0, &mut last, random);
         Self { cos, sin, seed: random.random(), root }
     }
 
     fn turned(&self, p: Vector2<f32>) -> [f32; 2] {
-        // Edges of fields follow the land: a slow wobble of some metres.
+        // Edges of fields follow the land: a slow wobble of a few metres.
         let wobble = |k: u32| 9.0 * gradient(p.x / 70.0, p.y / 70.0, 0, self.seed + k);
         [self.cos * p.x + self.sin * p.y + wobble(0), self.cos * p.y - self.sin * p.x + wobble(1)]
     }
 
-    /// What the ground is made of.
+    /// Returns the material at a point, m.
     pub fn at(&self, p: Vector2<f32>) -> Material {
         let q = self.turned(p);
         let ragged =
@@ -85,7 +85,7 @@ impl Landscape {
             match node {
                 Node::Split { along, at, track, parts } => {
                     let offset = q[*along] - at;
-                    if *track && offset.abs() < TRACK + 1.3 {
+                    if *track && offset.abs() < TRACK_HALF_WIDTH_M + 1.3 {
                         return track_at(offset, q[1 - *along], ragged, self.seed);
                     }
                     node = &parts[usize::from(offset > 0.0)];
@@ -95,7 +95,7 @@ impl Landscape {
         }
     }
 
-    /// Points along the edges of parcels, where trees stand, in the world; not on a track.
+    /// Draws points for `count` trees along the edges of parcels, not on tracks, m.
     pub fn edges(&self, random: &mut ChaCha8Rng, count: usize) -> Vec<Vector2<f64>> {
         let mut parcels = Vec::new();
         self.root.parcels(&mut parcels);
@@ -137,13 +137,13 @@ fn split(low: [f32; 2], high: [f32; 2], parcel: f32, depth: u32, last: &mut usiz
     let longer = usize::from(size[1] > size[0]);
     let enough = size[longer] < parcel * random.random_range(1.1..1.9f32);
     if enough || depth == 9 {
-        // Not the crop of the parcel made before, which is most often a neighbour.
+        // A crop other than that of the previous parcel, which is most often a neighbour.
         *last = (*last + random.random_range(1..CROPS.len())) % CROPS.len();
         return Node::Parcel(Parcel { low, high, crop: CROPS[*last], rows: longer, seed: random.random() });
     }
     let at = low[longer] + size[longer] * random.random_range(0.36..0.64f32);
     let track = (2..=4).contains(&depth) && random.random::<f32>() < 0.6;
-    let gap = if track { TRACK + 1.3 } else { 0.0 };
+    let gap = if track { TRACK_HALF_WIDTH_M + 1.3 } else { 0.0 };
     let (mut inner_high, mut inner_low) = (high, low);
     inner_high[longer] = at - gap;
     inner_low[longer] = at + gap;
@@ -152,7 +152,7 @@ fn split(low: [f32; 2], high: [f32; 2], parcel: f32, depth: u32, last: &mut usiz
     Node::Split { along: longer, at, track, parts: Box::new([first, second]) }
 }
 
-/// Two bare wheel tracks, grass between and beside them.
+/// Returns the material of a track: two bare wheel marks with grass between and beside them.
 fn track_at(offset: f32, along: f32, ragged: f32, seed: u32) -> Material {
     let wheel = (offset.abs() - 0.85).abs() - 0.45 + 0.25 * ragged;
     let bare = smooth(0.25, -0.15, wheel);
@@ -198,7 +198,7 @@ impl Parcel {
     }
 }
 
-/// 0 at `from`, 1 at `to`, a cubic between.
+/// Returns 0 at `from`, 1 at `to` and a cubic between.
 fn smooth(from: f32, to: f32, v: f32) -> f32 {
     let t = ((v - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

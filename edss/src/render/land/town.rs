@@ -1,4 +1,4 @@
-//! Streets and blocks: a turned grid of uneven spacing, each block with houses and gardens, a park, or a yard.
+//! Streets and blocks: a rotated grid of uneven spacing. Each block has houses with gardens, a park, or a yard.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -6,24 +6,24 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Material;
 use crate::render::noise::{gradient, octaves, unit};
-use crate::render::thing::Thing;
+use crate::render::object::Object;
 use crate::scene::{Building, Car, Roof, Town as Keys, Tree};
 
-/// Half of the side that has streets, m.
-const REACH: f32 = 150.0;
-/// Half of the side that has houses, cars and paint, m: a little more than the map.
-const BUILT: f64 = 112.0;
+/// Half of the side of the square with streets, m.
+const STREETS_HALF_EXTENT_M: f32 = 150.0;
+/// Half of the side of the square with houses, cars and paint, m: a little more than the map.
+const BUILT_HALF_EXTENT_M: f64 = 112.0;
 /// Width of a pavement, m.
-const PAVEMENT: f32 = 2.2;
-/// Where a house stands behind the pavement, m: its middle.
-const SETBACK: f32 = 11.0;
+const PAVEMENT_WIDTH_M: f32 = 2.2;
+/// Distance from the pavement to the middle of a house, m.
+const HOUSE_SETBACK_M: f32 = 11.0;
 
-/// A town.
+/// A town, from which the map and the objects are generated.
 pub struct Town {
     cos: f32,
     sin: f32,
     seed: u32,
-    /// Streets across the first and the second axis, in order.
+    /// Streets across the first and the second axis, in order of position.
     streets: [Vec<Street>; 2],
 }
 
@@ -55,13 +55,13 @@ const ROAD: Material = Material { albedo: 0.21, grain: [0.0, 0.01, 0.11] };
 const SLABS: Material = Material { albedo: 0.50, grain: [0.0, 0.02, 0.08] };
 
 impl Town {
-    /// Streets about `block` m apart.
+    /// Generates streets about `block` m apart.
     pub fn new(block: f32, random: &mut ChaCha8Rng) -> Self {
         let (sin, cos) = libm::sincosf(random.random_range(0.2..0.5f32));
         let mut streets = [0.7, 1.15f32].map(|scale| {
-            let mut at = -REACH - block * random.random::<f32>();
+            let mut at = -STREETS_HALF_EXTENT_M - block * random.random::<f32>();
             let mut line = Vec::new();
-            while at < REACH + block {
+            while at < STREETS_HALF_EXTENT_M + block {
                 let half = if line.len() % 3 == 1 { 4.4 } else { 3.1 };
                 line.push(Street { at, half });
                 at += block * scale * random.random_range(0.85..1.2f32);
@@ -83,7 +83,7 @@ impl Town {
         Vector2::new(self.cos * q[0] - self.sin * q[1], self.cos * q[1] + self.sin * q[0]).cast()
     }
 
-    /// Street before and after a point on an axis.
+    /// Returns the index of the last street at or before a coordinate on an axis.
     fn between(&self, axis: usize, v: f32) -> usize {
         let line = &self.streets[axis];
         line.partition_point(|street| street.at <= v).clamp(1, line.len() - 1) - 1
@@ -92,12 +92,12 @@ impl Town {
     fn block(&self, i: usize, j: usize) -> Block {
         let pair = |axis: usize, k: usize| (self.streets[axis][k], self.streets[axis][k + 1]);
         let ((a, b), (c, d)) = (pair(0, i), pair(1, j));
-        let low = [a.at + a.half + PAVEMENT, c.at + c.half + PAVEMENT];
-        let high = [b.at - b.half - PAVEMENT, d.at - d.half - PAVEMENT];
+        let low = [a.at + a.half + PAVEMENT_WIDTH_M, c.at + c.half + PAVEMENT_WIDTH_M];
+        let high = [b.at - b.half - PAVEMENT_WIDTH_M, d.at - d.half - PAVEMENT_WIDTH_M];
         Block { low, high, seed: self.seed.wrapping_add((i * 64 + j) as u32 * 7919) }
     }
 
-    /// What the ground is made of.
+    /// Returns the material at a point, m.
     pub fn at(&self, p: Vector2<f32>) -> Material {
         let q = self.turned(p);
         let places = [self.between(0, q[0]), self.between(1, q[1])];
@@ -122,7 +122,7 @@ impl Town {
             road
         } else if edge < 0.16 {
             Material { albedo: 0.62, grain: [0.0, 0.0, 0.06] }
-        } else if edge < PAVEMENT {
+        } else if edge < PAVEMENT_WIDTH_M {
             let mut slabs = SLABS;
             let joint = [q[0], q[1]].map(|v| (v / 1.5 - (v / 1.5).floor() - 0.5).abs());
             slabs.albedo *= 1.0 + 0.3 * dirt - if joint[0].max(joint[1]) > 0.46 { 0.18 } else { 0.0 };
@@ -134,16 +134,16 @@ impl Town {
         material
     }
 
-    /// Houses, trees, cars and the paint on the roads.
-    pub fn things(&self, keys: &Keys, random: &mut ChaCha8Rng) -> Vec<Thing> {
-        let mut things = self.paint();
+    /// Generates the objects: houses, trees, cars and the paint on the roads.
+    pub fn objects(&self, keys: &Keys, random: &mut ChaCha8Rng) -> Vec<Object> {
+        let mut objects = self.paint();
         let mut gardens = Vec::new();
         for i in 0..self.streets[0].len() - 1 {
             for j in 0..self.streets[1].len() - 1 {
                 let block = self.block(i, j);
                 let middle = [0, 1].map(|axis| 0.5 * (block.low[axis] + block.high[axis]));
-                if self.world(middle).amax() < BUILT {
-                    self.build(&block, &mut things, &mut gardens);
+                if self.world(middle).amax() < BUILT_HALF_EXTENT_M {
+                    self.build(&block, &mut objects, &mut gardens);
                 }
             }
         }
@@ -153,26 +153,27 @@ impl Town {
             let radius_m = random.random_range(1.0..3.2);
             let height_m = radius_m * random.random_range(2.0..3.0);
             let tree = Tree { at_m: [at.x + shift.x, at.y + shift.y], radius_m, height_m };
-            things.push(Thing::tree(&tree, random.random()));
+            objects.push(Object::tree(&tree, random.random()));
         }
         for _ in 0..keys.moving_cars {
             let (from, to) = self.lane(1.6, random);
             let speed_m_per_s = random.random_range(6.0..13.0);
             let car = Car { from_m: [from.x, from.y], to_m: [to.x, to.y], speed_m_per_s };
-            things.push(Thing::car(&car, random.random_range(0.0..(to - from).norm())));
+            objects.push(Object::car(&car, random.random_range(0.0..(to - from).norm())));
         }
         for _ in 0..keys.parked_cars {
             let (from, to) = self.lane(0.0, random);
             let car = Car { from_m: [from.x, from.y], to_m: [to.x, to.y], speed_m_per_s: 0.0 };
-            things.push(Thing::car(&car, random.random_range(0.0..(to - from).norm())));
+            objects.push(Object::car(&car, random.random_range(0.0..(to - from).norm())));
         }
-        things
+        objects
     }
 
-    /// A line along a street, on the right of its middle by `lane` m, or at its kerb for 0.
+    /// Draws a line along a random street, `lane` m to the right of its middle, or at the kerb for 0.
     fn lane(&self, lane: f32, random: &mut ChaCha8Rng) -> (Vector2<f64>, Vector2<f64>) {
         let axis = usize::from(random.random::<bool>());
-        let within: Vec<&Street> = self.streets[axis].iter().filter(|s| s.at.abs() < BUILT as f32).collect();
+        let within: Vec<&Street> =
+            self.streets[axis].iter().filter(|s| s.at.abs() < BUILT_HALF_EXTENT_M as f32).collect();
         let street = within[random.random_range(0..within.len())];
         let side = if random.random::<bool>() { 1.0 } else { -1.0f32 };
         let offset = if lane > 0.0 { lane } else { street.half - 1.05 };
@@ -183,11 +184,11 @@ impl Town {
             self.world(q)
         };
         // Driving on the right, with the second axis to the right of the first.
-        let forward = if axis == 1 { side } else { -side } * BUILT as f32;
+        let forward = if axis == 1 { side } else { -side } * BUILT_HALF_EXTENT_M as f32;
         (end(-forward), end(forward))
     }
 
-    fn build(&self, block: &Block, things: &mut Vec<Thing>, gardens: &mut Vec<Vector2<f64>>) {
+    fn build(&self, block: &Block, objects: &mut Vec<Object>, gardens: &mut Vec<Vector2<f64>>) {
         let yaw_deg = f64::from(self.sin.atan2(self.cos)).to_degrees();
         let size = [0, 1].map(|axis| block.high[axis] - block.low[axis]);
         let at = |s: f32, t: f32| self.world([block.low[0] + s, block.low[1] + t]);
@@ -200,7 +201,7 @@ impl Town {
                     let middle = (k as f32 + 0.5) * width;
                     let draw = |n: u32| unit(lot, n, block.seed);
                     let depth = |t: f32| if side == 0 { t } else { size[1] - t };
-                    let house = at(middle + 1.2, depth(SETBACK + draw(1)));
+                    let house = at(middle + 1.2, depth(HOUSE_SETBACK_M + draw(1)));
                     let size_m = [9.0 + 3.0 * draw(2), 8.0 + 2.0 * draw(3)].map(f64::from);
                     let turned = draw(4) < 0.35;
                     let building = Building {
@@ -210,7 +211,7 @@ impl Town {
                         yaw_deg: yaw_deg + if turned { 90.0 } else { 0.0 },
                         roof: if draw(6) < 0.85 { Roof::Gable } else { Roof::Flat },
                     };
-                    things.push(Thing::building(&building));
+                    objects.push(Object::building(&building));
                     gardens.push(at(middle + 5.0 * (draw(7) - 0.5), depth(0.5 * size[1] - 3.5)));
                     gardens.push(at(middle + 0.4 * width, depth(3.0)));
                 }
@@ -229,13 +230,13 @@ impl Town {
                     yaw_deg,
                     roof: Roof::Flat,
                 };
-                things.push(Thing::building(&building));
+                objects.push(Object::building(&building));
             }
         }
     }
 
-    /// Dashes along the streets and bars across them at crossings.
-    fn paint(&self) -> Vec<Thing> {
+    /// Returns the paint: dashes along the streets and bars across them at crossings.
+    fn paint(&self) -> Vec<Object> {
         let mut marks = Vec::new();
         for axis in 0..2 {
             let cross = &self.streets[1 - axis];
@@ -243,8 +244,8 @@ impl Town {
             for street in &self.streets[axis] {
                 let mut bar = |across: f32, way: f32, half: [f32; 2]| {
                     let at = self.world(if axis == 0 { [across, way] } else { [way, across] });
-                    if at.amax() < BUILT {
-                        marks.push(Thing::bar(at, along, half, 0.72));
+                    if at.amax() < BUILT_HALF_EXTENT_M {
+                        marks.push(Object::bar(at, along, half, 0.72));
                     }
                 };
                 for pair in cross.windows(2) {
@@ -298,13 +299,13 @@ impl Block {
                 if (s + 0.5 * width - 2.4).abs() < 1.4 && t < 15.0 {
                     return Material { albedo: 0.44 * (1.0 + 0.3 * dirt), grain: [0.0, 0.03, 0.10] };
                 }
-                if (s - 1.2).abs() < 0.6 && t < SETBACK {
+                if (s - 1.2).abs() < 0.6 && t < HOUSE_SETBACK_M {
                     return Material { albedo: 0.55 * (1.0 + 0.3 * dirt), grain: [0.0, 0.02, 0.08] };
                 }
                 if boundary + 0.3 * small < 0.45 && t > 1.0 {
                     return green(HEDGE);
                 }
-                let terrace = SETBACK + 5.0;
+                let terrace = HOUSE_SETBACK_M + 5.0;
                 if (s - 1.2).abs() < 3.0 && (terrace..terrace + 3.0).contains(&t) {
                     return Material {
                         albedo: (0.36 + 0.2 * draw(20)) * (1.0 + 0.25 * dirt),

@@ -1,56 +1,56 @@
-//! What stands, lies or drives on the ground: convex solids, balls of leaves, and paint.
+//! The objects on the ground: convex solids (buildings, cars), balls of leaves (trees), and paint.
 //!
-//! A convex solid is where `n_i . p <= c_i` for all its faces; a ray is inside between the last entry and the first
-//! exit of these half spaces (Kay and Kajiya 1986). Balls stand in [`crown`](super::crown). Paint covers a pixel of
-//! width `w` by the part `1/2 - d / w`, `d` the signed distance to its edge, so that its edge needs no more than one
-//! sample.
+//! A convex solid is the set `n_i . p <= c_i` over all faces; a ray is inside between the last entry and the first exit
+//! of these half spaces (Kay and Kajiya 1986). For the balls see [`crown`](super::crown). Paint covers the part
+//! `1/2 - d / w` of a pixel of width `w`, with `d` the signed distance to its edge, so that one sample per pixel is
+//! enough.
 
 use nalgebra::{Vector2, Vector3};
 
 use super::crown::{BALLS, Crown};
 use crate::scene::{Building, Car, Helipad, Roof, Tree, point};
 
-/// Something on the ground.
-pub struct Thing {
+/// An object on the ground.
+pub struct Object {
     path: Path,
-    /// Over the ground at its point, m, of the centre of its bounding sphere.
+    /// Height of the centre of its bounding sphere over the ground, m.
     rise: f64,
     /// Radius of the bounding sphere, m.
     pub radius: f32,
-    /// Its form, relative to that centre; `Z` downwards.
+    /// Shape relative to that centre, `Z` downwards, m.
     pub form: Form,
 }
 
-/// Where a thing is over time.
+/// The position of an object over time.
 enum Path {
     Still(Vector2<f64>),
     Drive { from: Vector2<f64>, along: Vector2<f64>, length: f64, speed: f64, start: f64 },
 }
 
-/// What a thing is made of.
+/// The shape of an object.
 pub enum Form {
-    /// Buildings and cars.
+    /// Convex solids: buildings and cars.
     Solids(Vec<Solid>),
-    /// A crown of a tree.
+    /// Balls of leaves: a tree.
     Balls(Box<Crown>),
-    /// Paint on the ground, later ones over earlier ones.
-    Paint(Vec<Mark>),
+    /// Paint on the ground; later marks cover earlier ones.
+    Paint(Vec<PaintMark>),
 }
 
-/// A convex solid within a sphere.
+/// A convex solid with its bounding sphere.
 pub struct Solid {
     faces: Vec<Face>,
     centre: Vector3<f32>,
     radius: f32,
-    /// Of the box around it.
+    /// Corners of the bounding box.
     corners: [Vector3<f32>; 8],
-    /// The faces as rays to the sun meet them, once [`Thing::light`] has been called.
-    shade: Vec<Shade>,
+    /// Faces prepared for rays to the sun, by [`Object::set_sun`].
+    shade: Vec<SunFace>,
 }
 
-/// What a ray from `p` to the sun does at a face: it crosses it at `offset - normal . p`.
+/// A face prepared for rays to the sun: one from `p` crosses it at the distance `offset - normal . p`.
 #[derive(Debug, Clone, Copy)]
-struct Shade {
+struct SunFace {
     normal: Vector3<f32>,
     offset: f32,
     side: Side,
@@ -60,7 +60,7 @@ struct Shade {
 enum Side {
     Enters,
     Leaves,
-    /// Parallel: the crossing stands for the room inside.
+    /// The ray is parallel to the face; the distance is that of `p` inside the face.
     Along,
 }
 
@@ -70,13 +70,13 @@ pub struct Face {
     normal: Vector3<f32>,
     offset: f32,
     albedo: f32,
-    /// Distance of courses of tiles, m; 0 for a plain face.
+    /// Spacing of courses of tiles, m; 0 for a plain face.
     course: f32,
 }
 
-/// Paint on the ground.
+/// A painted mark on the ground.
 #[derive(Debug, Clone, Copy)]
-pub struct Mark {
+pub struct PaintMark {
     centre: Vector2<f32>,
     shape: Shape,
     albedo: f32,
@@ -88,28 +88,28 @@ enum Shape {
     Bar { along: Vector2<f32>, half: [f32; 2] },
 }
 
-/// Where a ray meets a thing.
+/// The hit of a ray on an object.
 #[derive(Debug, Clone, Copy)]
 pub struct Hit {
-    /// Way along the ray's direction.
+    /// Distance along the ray, in lengths of its direction.
     pub along: f32,
-    /// Outwards.
+    /// Outward normal of the surface.
     pub normal: Vector3<f32>,
-    /// Part of the sunlight that comes back.
+    /// Part of the light that is reflected.
     pub albedo: f32,
-    /// Which face or ball.
+    /// Index of the face or ball.
     pub part: u32,
-    /// Distance of courses of tiles, m; 0 for a plain face.
+    /// Spacing of courses of tiles, m; 0 for a plain face.
     pub course: f32,
-    /// Whether it is of leaves.
+    /// `true` for leaves.
     pub leaves: bool,
 }
 
-/// How deep a solid reaches into the ground, m, so that it stands on a slope too.
-const ROOT: f32 = 4.0;
+/// Depth to which buildings continue into the ground, m, so that they have no gap on a slope.
+const FOUNDATION_DEPTH_M: f32 = 4.0;
 
-impl Thing {
-    /// Where it is at `time`, over ground of the height `ground` gives.
+impl Object {
+    /// Returns the centre at `time` (s), m; `ground` returns the height of the ground at a point.
     pub fn centre(&self, time: f64, ground: impl Fn(Vector2<f64>) -> f64) -> Vector3<f64> {
         let at = match &self.path {
             Path::Still(at) => *at,
@@ -121,12 +121,13 @@ impl Thing {
         at.push(-ground(at) - self.rise)
     }
 
-    /// Whether it throws a shadow.
+    /// Returns `true` if the object has volume and casts a shadow.
     pub fn is_solid(&self) -> bool {
         !matches!(self.form, Form::Paint(_))
     }
 
-    /// The first point along a ray, relative to the centre, before `nearest`.
+    /// Returns the first hit of a ray that is given relative to the centre, or `None` if there is none before the distance
+    /// `nearest`.
     pub fn hit(&self, from: &Vector3<f32>, direction: &Vector3<f32>, nearest: f32) -> Option<Hit> {
         if !is_near(from, direction, self.radius) {
             return None;
@@ -154,22 +155,23 @@ impl Thing {
         }
     }
 
-    /// Points, relative to the centre, whose hull it lies within; for what is round, spheres of the second number.
-    pub fn hull(&self) -> (Vec<Vector3<f32>>, f32) {
+    /// Returns a bounding volume: the convex hull of spheres about points relative to the centre, with the radius given
+    /// second, m.
+    pub fn bounding_spheres(&self) -> (Vec<Vector3<f32>>, f32) {
         match &self.form {
             Form::Solids(solids) => (solids.iter().flat_map(|solid| solid.corners).collect(), 0.0),
             Form::Balls(_) | Form::Paint(_) => (vec![Vector3::zeros()], self.radius),
         }
     }
 
-    /// Makes it ready for shadows.
-    pub fn light(&mut self, to_sun: &Vector3<f32>) {
+    /// Prepares the shadow of the object for a direction of the sun.
+    pub fn set_sun(&mut self, to_sun: &Vector3<f32>) {
         if let Form::Solids(solids) = &mut self.form {
-            solids.iter_mut().for_each(|solid| solid.light(to_sun));
+            solids.iter_mut().for_each(|solid| solid.set_sun(to_sun));
         }
     }
 
-    /// Whether the ray to the sun from a point relative to the centre meets it.
+    /// Returns `true` if the object shades a point relative to the centre.
     pub fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
         is_near(point, to_sun, self.radius)
             && match &self.form {
@@ -179,26 +181,27 @@ impl Thing {
             }
     }
 
-    /// Whether it never moves.
-    pub fn is_still(&self) -> bool {
+    /// Returns `true` if the object never moves.
+    pub fn is_static(&self) -> bool {
         match self.path {
             Path::Still(_) => true,
             Path::Drive { speed, .. } => speed == 0.0,
         }
     }
 
-    /// Whether a point relative to the centre is in it or in its shadow. Ground within a wall counts as dark: what is
-    /// smoothed over it must not shine at the foot of the wall.
+    /// Returns `true` if a point relative to the centre is shaded or inside the object. Ground inside a wall counts as
+    /// dark, or smoothing would brighten the foot of the wall.
     pub fn darkens(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
         is_near(point, to_sun, self.radius)
             && match &self.form {
-                Form::Solids(solids) => solids.iter().any(|solid| solid.crossed(point, to_sun).is_some()),
+                Form::Solids(solids) => solids.iter().any(|solid| solid.sun_ray_entry(point, to_sun).is_some()),
                 Form::Balls(_) => self.shades(point, to_sun),
                 Form::Paint(_) => false,
             }
     }
 
-    /// The albedo of ground with paint on it, at a point relative to the centre, seen by a pixel `width` m wide.
+    /// Returns the albedo of ground of albedo `albedo` with the paint on it, at a point relative to the centre, for a pixel
+    /// of `width` m.
     pub fn painted(&self, p: Vector2<f32>, width: f32, albedo: f32) -> f32 {
         let Form::Paint(marks) = &self.form else { return albedo };
         marks.iter().fold(albedo, |below, mark| {
@@ -209,7 +212,7 @@ impl Thing {
         })
     }
 
-    /// A building on level ground.
+    /// Creates a building.
     pub fn building(building: &Building) -> Self {
         let (sin, cos) = libm::sincosf(building.yaw_deg.to_radians() as f32);
         let half = building.size_m.map(|side| side as f32 / 2.0);
@@ -225,7 +228,7 @@ impl Thing {
             }
         };
         let rise = height / 2.0;
-        let mut faces = prism(cos, sin, half, wall, rise + ROOT);
+        let mut faces = prism(cos, sin, half, wall, rise + FOUNDATION_DEPTH_M);
         if top > 0.0 {
             let slope = top / half[1];
             let length = libm::hypotf(slope, 1.0);
@@ -238,8 +241,8 @@ impl Thing {
         } else {
             faces.push(Face { normal: -Vector3::z(), offset: walls - rise, albedo: 0.30 + 0.40 * tone, course: 0.0 });
         }
-        let root = Vector3::z() * (0.5 * ROOT);
-        let mut solids = vec![Solid::new(faces, [cos, sin], root, [half[0], half[1], rise + 0.5 * ROOT])];
+        let root = Vector3::z() * (0.5 * FOUNDATION_DEPTH_M);
+        let mut solids = vec![Solid::new(faces, [cos, sin], root, [half[0], half[1], rise + 0.5 * FOUNDATION_DEPTH_M])];
         if top == 0.0 && half[0] > 4.0 && half[1] > 4.0 {
             // A lift head and an air conditioner.
             for (k, size) in [1.6f32, 1.0].into_iter().enumerate() {
@@ -248,11 +251,11 @@ impl Thing {
                 solids.push(box_at(cos, sin, centre, [size, size], [walls - rise, walls - rise + 1.6], [0.5, 0.6]));
             }
         }
-        let reach = libm::hypotf(libm::hypotf(half[0], half[1]), rise + ROOT) + 1.7;
+        let reach = libm::hypotf(libm::hypotf(half[0], half[1]), rise + FOUNDATION_DEPTH_M) + 1.7;
         Self::still(building.at_m, rise.into(), reach, Form::Solids(solids))
     }
 
-    /// A tree whose crown is a dozen balls.
+    /// Creates a tree whose crown is a dozen balls, drawn from `seed`.
     pub fn tree(tree: &Tree, seed: u32) -> Self {
         let (radius, height) = (tree.radius_m as f32, tree.height_m as f32);
         let draw = |k: u32| super::noise::unit(k, 77, seed);
@@ -270,7 +273,7 @@ impl Thing {
         Self::still(tree.at_m, f64::from((height - crown).max(0.3 * height)), 1.25 * radius, Form::Balls(balls))
     }
 
-    /// A car; `start` is how far along its line it is at time 0, m.
+    /// Creates a car; `start` is its position along its line at time 0, m.
     pub fn car(car: &Car, start: f64) -> Self {
         let (from, to) = (point(car.from_m), point(car.to_m));
         let length = (to - from).norm();
@@ -290,18 +293,18 @@ impl Thing {
         Self { path, rise: rise.into(), radius: 2.5, form: Form::Solids(solids) }
     }
 
-    /// A helipad: pavement, a white ring, an H of half its diameter.
+    /// Creates a helipad: pavement, a white ring, and an H of half the diameter.
     pub fn helipad(pad: &Helipad) -> Self {
         let radius = pad.diameter_m as f32 / 2.0;
         let (sin, cos) = libm::sincosf(pad.heading_deg.to_radians() as f32);
         let (up, side) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
         let (pavement, white) = (0.20, 0.80);
-        let ring = |inner: f32, outer: f32, albedo| Mark {
+        let ring = |inner: f32, outer: f32, albedo| PaintMark {
             centre: Vector2::zeros(),
             shape: Shape::Ring { inner, outer },
             albedo,
         };
-        let bar = |centre: Vector2<f32>, half: [f32; 2]| Mark {
+        let bar = |centre: Vector2<f32>, half: [f32; 2]| PaintMark {
             centre: centre * radius,
             shape: Shape::Bar { along: up, half: half.map(|h| h * radius) },
             albedo: white,
@@ -316,9 +319,9 @@ impl Thing {
         Self::still(pad.at_m, 0.0, radius, Form::Paint(marks))
     }
 
-    /// A painted bar; `half` its half length along `along` and half width.
+    /// Creates a painted bar; `half` is its half length along `along` and its half width, m.
     pub fn bar(at: Vector2<f64>, along: Vector2<f32>, half: [f32; 2], albedo: f32) -> Self {
-        let mark = Mark { centre: Vector2::zeros(), shape: Shape::Bar { along, half }, albedo };
+        let mark = PaintMark { centre: Vector2::zeros(), shape: Shape::Bar { along, half }, albedo };
         Self::still([at.x, at.y], 0.0, libm::hypotf(half[0], half[1]), Form::Paint(vec![mark]))
     }
 
@@ -327,7 +330,7 @@ impl Thing {
     }
 }
 
-/// The four upright sides of a box, and its bottom `below` its centre.
+/// Returns the four upright faces of a box, and its bottom `below` m under its centre.
 fn prism(cos: f32, sin: f32, half: [f32; 2], albedo: f32, below: f32) -> Vec<Face> {
     let sides = [(cos, sin, half[0]), (-cos, -sin, half[0]), (-sin, cos, half[1]), (sin, -cos, half[1])];
     let side = |(x, y, offset)| Face { normal: Vector3::new(x, y, 0.0), offset, albedo, course: 0.0 };
@@ -336,7 +339,7 @@ fn prism(cos: f32, sin: f32, half: [f32; 2], albedo: f32, below: f32) -> Vec<Fac
     faces
 }
 
-/// A box about a point between two heights over the centre; brightness of sides and top.
+/// Creates a box about a point, between two heights over the centre, with the albedo of sides and top.
 fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2], albedo: [f32; 2]) -> Solid {
     let mut faces = prism(cos, sin, half, albedo[0], -heights[0]);
     faces.push(Face { normal: -Vector3::z(), offset: heights[1], albedo: albedo[1], course: 0.0 });
@@ -347,7 +350,7 @@ fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2
     Solid::new(faces, [cos, sin], centre, [half[0], half[1], 0.5 * (heights[1] - heights[0])])
 }
 
-/// Whether a ray's line passes within `radius` of the origin.
+/// Returns `true` if the line of a ray passes within `radius` of the origin.
 #[inline(always)]
 fn is_near(from: &Vector3<f32>, direction: &Vector3<f32>, radius: f32) -> bool {
     // Squared distance of the line, times the squared length of the direction.
@@ -355,7 +358,8 @@ fn is_near(from: &Vector3<f32>, direction: &Vector3<f32>, radius: f32) -> bool {
 }
 
 impl Solid {
-    /// Within a box of half sides `half` along `(cos, sin)`, across it and downwards, about `centre`.
+    /// Creates a solid that a box about `centre` bounds; `half` are half its sides along `(cos, sin)`, across it, and
+    /// vertically.
     fn new(faces: Vec<Face>, [cos, sin]: [f32; 2], centre: Vector3<f32>, half: [f32; 3]) -> Self {
         let corner = |k: usize| {
             let side = |bit: usize| if k >> bit & 1 == 0 { half[bit] } else { -half[bit] };
@@ -366,7 +370,7 @@ impl Solid {
         Self { faces, centre, radius, corners: std::array::from_fn(corner), shade: Vec::new() }
     }
 
-    /// Where a ray enters, and through which face.
+    /// Returns the distance at which a ray enters, and the index of the face, if that is before `limit`.
     #[inline]
     fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
         if !is_near(&(from - self.centre), direction, self.radius) {
@@ -393,27 +397,27 @@ impl Solid {
         (through != usize::MAX).then_some((first, through))
     }
 
-    fn light(&mut self, to_sun: &Vector3<f32>) {
+    fn set_sun(&mut self, to_sun: &Vector3<f32>) {
         let shade = |face: &Face| {
             let rate = face.normal.dot(to_sun);
             if rate.abs() < 1e-6 {
-                return Shade { normal: face.normal, offset: face.offset, side: Side::Along };
+                return SunFace { normal: face.normal, offset: face.offset, side: Side::Along };
             }
             let side = if rate < 0.0 { Side::Enters } else { Side::Leaves };
-            Shade { normal: face.normal / rate, offset: face.offset / rate, side }
+            SunFace { normal: face.normal / rate, offset: face.offset / rate, side }
         };
         self.shade = self.faces.iter().map(shade).collect();
     }
 
-    /// Whether the ray from a point to the sun enters it; a point inside or on a face is not in its own shadow.
+    /// Returns `true` if the ray from a point to the sun enters the solid; a point inside or on a face does not count.
     #[inline]
     fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
-        self.crossed(point, to_sun).is_some_and(|first| first > 0.0)
+        self.sun_ray_entry(point, to_sun).is_some_and(|first| first > 0.0)
     }
 
-    /// Where the ray from a point to the sun enters it; 0 from inside.
+    /// Returns the distance at which the ray from a point to the sun enters the solid; 0 from inside.
     #[inline]
-    fn crossed(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> Option<f32> {
+    fn sun_ray_entry(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> Option<f32> {
         if !is_near(&(point - self.centre), to_sun, self.radius) {
             return None;
         }
@@ -431,8 +435,8 @@ impl Solid {
     }
 }
 
-impl Mark {
-    /// Part of a pixel `width` m wide that is covered.
+impl PaintMark {
+    /// Returns the part of a pixel of `width` m that the mark covers.
     #[inline]
     fn cover(&self, p: Vector2<f32>, width: f32) -> f32 {
         let part = |distance: f32| (0.5 - distance / width).clamp(0.0, 1.0);
