@@ -8,8 +8,8 @@
 //! | 30-31 | SSM | 3 is normal operation in a binary word (BNR), 0 in a discrete one |
 //! | 32 | parity | the number of ones in the word is odd |
 //!
-//! Bit 1 is the first on the wire, and bit 0 of the `u32` here. So the low byte is the label with its bits reversed, and
-//! a transmitter that shifts the least significant bit out first sends the word as it is.
+//! Bit 1 is the first on the wire, and bit 0 of the `u32` here. So the low byte is the label with its bits reversed,
+//! and a transmitter that shifts the least significant bit out first sends the word as it is.
 //!
 //! | label | word | data |
 //! |---|---|---|

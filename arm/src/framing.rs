@@ -14,8 +14,8 @@
 //!
 //! CRC-32 is that of IEEE 802.3 (polynomial 0x04c11db7, reflected, all ones before and after).
 //!
-//! **Resynchronisation.** A header is valid only with its check, so the decoder never waits for a corrupted length. If a
-//! check fails, the search for the next magic resumes one byte after the failed one, even inside a presumed message.
+//! **Resynchronisation.** A header is valid only with its check, so the decoder never waits for a corrupted length. If
+//! a check fails, the search for the next magic resumes one byte after the failed one, even inside a presumed message.
 //! Damage therefore costs only the messages it touched. If bytes are missing from a payload, the bytes after the gap
 //! are first read as the rest of it, so the message after the gap is delayed by at most one message. At the end of the
 //! stream nothing is held back.

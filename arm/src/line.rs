@@ -1,8 +1,8 @@
 //! The result of a frame as a line of JSON.
 //!
-//! `status` is `estimate`; `late` if the work limit ended the search and the estimate is the best so far; `reference` if
-//! the frame was captured as the reference; otherwise `none` with a `reason`. Numbers have as many digits as they need
-//! to be read back to the same bits, and are formatted by the same code on every machine.
+//! `status` is `estimate`; `late` if the work limit ended the search and the estimate is the best so far; `reference`
+//! if the frame was captured as the reference; otherwise `none` with a `reason`. Numbers have as many digits as they
+//! need to be read back to the same bits, and are formatted by the same code on every machine.
 
 use crate::message::{MessageError, Trailer};
 use hoverlock_reference::motion::orthophoto::{Attitude, ViewError};

@@ -1,9 +1,9 @@
 //! Estimates as MAVLink messages for an autopilot.
 //!
 //! The message is `ODOMETRY`: it has position, attitude, covariance, quality and a reset counter, PX4 and ArduPilot
-//! accept it, and the next message makes up for a lost one. The alternatives have less: `LANDING_TARGET` is the position
-//! of a landing place and not of the helicopter. `VISION_POSITION_DELTA` is the motion since the last message: each
-//! delta has the error of two estimates, and a lost one is missing from the sum permanently.
+//! accept it, and the next message makes up for a lost one. The alternatives have less: `LANDING_TARGET` is the
+//! position of a landing place and not of the helicopter. `VISION_POSITION_DELTA` is the motion since the last message:
+//! each delta has the error of two estimates, and a lost one is missing from the sum permanently.
 //! `VISION_POSITION_ESTIMATE` has no quality.
 //!
 //! Frames are `MAV_FRAME_LOCAL_FRD`, whose origin is the camera at the reference, and `MAV_FRAME_BODY_FRD`, the only
@@ -67,7 +67,8 @@ struct Odometry {
 
 /// Message number of `ODOMETRY`.
 const ODOMETRY_ID: u32 = 331;
-/// `CRC_EXTRA` of `ODOMETRY`: derived from the definition of the message, so that a receiver with another one refuses it.
+/// `CRC_EXTRA` of `ODOMETRY`: derived from the definition of the message, so that a receiver with another one refuses
+/// it.
 const EXTRA_CRC: u8 = 91;
 
 /// `MAV_FRAME_LOCAL_FRD`.

@@ -209,7 +209,8 @@ impl<'a> Frame<'a> {
     /// count of dropped features. That count has 20 bits, so it cannot equal the flags.
     ///
     /// # Errors
-    /// If the payload has no whole number of records, no trailer, or another number of features than the trailer counts.
+    /// If the payload has no whole number of records, no trailer, or another number of features than the trailer
+    /// counts.
     pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
         let whole = |words: &usize| !payload.is_empty() && payload.len().is_multiple_of(4 * words);
         let lengths = [TWO_PAIR_WORDS, RECORD_WORDS].into_iter().filter(whole);

@@ -217,8 +217,8 @@ impl Reference {
         self.confirmed
     }
 
-    /// Returns `true` if the frame of `estimate` should replace the reference. `homography` maps pixels of the reference
-    /// to pixels of that frame; `size` is columns and rows.
+    /// Returns `true` if the frame of `estimate` should replace the reference. `homography` maps pixels of the
+    /// reference to pixels of that frame; `size` is columns and rows.
     pub fn is_expired(
         &mut self,
         estimate: &Estimate,

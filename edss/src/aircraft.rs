@@ -1,4 +1,5 @@
-//! Flight dynamics of a helicopter about hover: six degrees of freedom, linear aerodynamics, exact kinematics and gravity.
+//! Flight dynamics of a helicopter about hover: six degrees of freedom, linear aerodynamics, exact kinematics and
+//! gravity.
 //!
 //! With body axes `x` forward, `y` right, `z` down, velocity `V = (u, v, w)` and rates `w = (p, q, r)`, attitude `R`
 //! (body to level frame), `R0` that of trim:
@@ -8,13 +9,13 @@
 //! dw/dt =                           L (w, V - R^T wind, blades)
 //! ```
 //!
-//! `F` and `L` are the published derivatives ([`lynx`]); `f` is the specific force, as an accelerometer measures it. A gust
-//! acts through the velocity relative to the air. Gyroscopic coupling of the rates is neglected: at the 0.1 rad/s of a
-//! hover it is below 0.01 rad/s^2.
+//! `F` and `L` are the published derivatives ([`lynx`]); `f` is the specific force, as an accelerometer measures it. A
+//! gust acts through the velocity relative to the air. Gyroscopic coupling of the rates is neglected: at the 0.1 rad/s
+//! of a hover it is below 0.01 rad/s^2.
 //!
-//! **Camera.** It is mounted at the centre of gravity so that it looks straight down in trim, with the top of its picture
-//! towards the nose. Its roll, pitch and yaw are therefore zero in trim; the fuselage then has a roll of -3.1 and a pitch
-//! of 3.4 degrees in aerospace signs.
+//! **Camera.** It is mounted at the centre of gravity so that it looks straight down in trim, with the top of its
+//! picture towards the nose. Its roll, pitch and yaw are therefore zero in trim; the fuselage then has a roll of -3.1
+//! and a pitch of 3.4 degrees in aerospace signs.
 
 pub mod actuator;
 pub mod lynx;
@@ -115,8 +116,8 @@ impl Aircraft {
         derivative
     }
 
-    /// Integrates the state over `step` seconds by the classical Runge-Kutta method of fourth order, with constant wind and
-    /// blade angles.
+    /// Integrates the state over `step` seconds by the classical Runge-Kutta method of fourth order, with constant wind
+    /// and blade angles.
     pub fn advance(&self, state: &State, wind: &Vector3<f64>, blades: &SVector<f64, 4>, step: f64) -> State {
         let at = |state: &State| self.derivative(state, wind, blades);
         let a = at(state);

@@ -7,8 +7,8 @@
 //! | height | barometer; accelerometer between readings | every step |
 //! | position | delayed vision fixes; accelerometer and attitude between ([`navigation`]) | every step |
 //!
-//! **Position.** `e` is the estimated position and `v` the velocity over the ground. `d` is the acceleration that tilt does
-//! not explain: the drag of gusts by the accelerometer, and the attitude error by the filter:
+//! **Position.** `e` is the estimated position and `v` the velocity over the ground. `d` is the acceleration that tilt
+//! does not explain: the drag of gusts by the accelerometer, and the attitude error by the filter:
 //!
 //! ```text
 //! a = K_v (limit(-K_x e) - v),    tilt = (d - a) / g
@@ -16,9 +16,9 @@
 //!
 //! Height is held in the same way; there `d` is the downward acceleration that was not commanded.
 //!
-//! **Without fixes** the position is held by the inertial sensor for [`COAST_S`]; after that the autopilot holds a level
-//! attitude. The weight of the position loop's tilt goes from 1 to 0 within [`FADE_S`], and back when fixes return, so that
-//! no command jumps.
+//! **Without fixes** the position is held by the inertial sensor for [`COAST_S`]; after that the autopilot holds a
+//! level attitude. The weight of the position loop's tilt goes from 1 to 0 within [`FADE_S`], and back when fixes
+//! return, so that no command jumps.
 
 pub mod attitude;
 pub mod navigation;
@@ -142,8 +142,8 @@ impl Autopilot {
         self.newest = self.newest.max(fix.exposed);
     }
 
-    /// Applies a reading of the barometer (m) at a time (s). The laser is not used for height: its beam sweeps over hills
-    /// and roofs, and the helicopter would climb and sink with every tilt.
+    /// Applies a reading of the barometer (m) at a time (s). The laser is not used for height: its beam sweeps over
+    /// hills and roofs, and the helicopter would climb and sink with every tilt.
     pub fn apply_height(&mut self, time: f64, height: f64) {
         self.vertical.correct(time, -height, MIN_ERRORS_M[1] * MIN_ERRORS_M[1]);
     }
@@ -158,8 +158,8 @@ impl Autopilot {
         self.weight
     }
 
-    /// Advances by one step to `time` (s) and returns the blade angles from trim (rad). `height` is the commanded height
-    /// (m) and climb rate (m/s).
+    /// Advances by one step to `time` (s) and returns the blade angles from trim (rad). `height` is the commanded
+    /// height (m) and climb rate (m/s).
     pub fn advance(&mut self, time: f64, inertial: &Inertial, height: [f64; 2]) -> Vector4<f64> {
         let Inertial { attitude, rates, force } = *inertial;
         let acceleration = attitude.rotation() * force + Vector3::new(0.0, 0.0, GRAVITY);

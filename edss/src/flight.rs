@@ -1,9 +1,9 @@
 //! A flight: steps helicopter, wind, sensors and autopilot together; vision fixes come from outside.
 //!
-//! Time advances in steps of [`STEP_S`] on a fixed grid. At each grid point the sensors are read, the autopilot computes its
-//! command, and wind and blade angles are set for the next step. [`Flight::advance`] may stop anywhere between grid
-//! points without changing the flight. A flight begins settled: for [`SETTLING_S`] seconds before time 0 the true position
-//! is used as the fix.
+//! Time advances in steps of [`STEP_S`] on a fixed grid. At each grid point the sensors are read, the autopilot
+//! computes its command, and wind and blade angles are set for the next step. [`Flight::advance`] may stop anywhere
+//! between grid points without changing the flight. A flight begins settled: for [`SETTLING_S`] seconds before time 0
+//! the true position is used as the fix.
 
 pub use crate::autopilot::{Fix, Hold};
 
@@ -374,8 +374,8 @@ impl Flight {
         Readings { attitude: self.imu.reading().attitude, range, time: self.now }
     }
 
-    /// Passes the vision fix of a frame to the autopilot, at the time of the last call to [`Flight::advance`]. `None` has
-    /// no effect.
+    /// Passes the vision fix of a frame to the autopilot, at the time of the last call to [`Flight::advance`]. `None`
+    /// has no effect.
     pub fn apply_fix(&mut self, fix: Option<Fix>) {
         if let Some(fix) = fix {
             self.autopilot.apply_fix(&fix);

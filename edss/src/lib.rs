@@ -14,8 +14,9 @@
 //! | [`wind`] | gusts with Dryden's spectra |
 //! | [`world`] | steps scene, flight and camera together, frame by frame |
 //!
-//! **World frame.** `X_e` and `Y_e` horizontal, `Z` down, metres, as in [`hoverlock_reference::motion::orthophoto`]; `Z = 0`
-//! is the mean ground, so that a camera 50 m up has `Z = -50`. All results are functions of the inputs and a seed.
+//! **World frame.** `X_e` and `Y_e` horizontal, `Z` down, metres, as in [`hoverlock_reference::motion::orthophoto`];
+//! `Z = 0` is the mean ground, so that a camera 50 m up has `Z = -50`. All results are functions of the inputs and a
+//! seed.
 
 pub mod aircraft;
 pub mod autopilot;

@@ -23,8 +23,8 @@ impl Pose {
         self.position.xy()
     }
 
-    /// Interpolates between this pose (`t = 0`) and `end` (`t = 1`). Angles are interpolated one by one, which is exact to
-    /// second order in their change.
+    /// Interpolates between this pose (`t = 0`) and `end` (`t = 1`). Angles are interpolated one by one, which is exact
+    /// to second order in their change.
     pub fn interpolate(&self, end: &Self, t: f64) -> Self {
         let mix = |from: f64, to: f64| from + t * (to - from);
         let (a, b) = (self.attitude, end.attitude);
@@ -52,7 +52,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Extracting the angles inverts the rotation; a rotation about an axis of the camera leaves that axis in place.
+        /// Extracting the angles inverts the rotation; a rotation about an axis of the camera leaves that axis in
+        /// place.
         #[test]
         fn a_pose_moves_as_its_rates_say(
             roll in -0.5..0.5f64, pitch in -0.5..0.5f64, yaw in -3.0..3.0f64, axis in 0..3usize, rate in -1.0..1.0f64,

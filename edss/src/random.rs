@@ -29,8 +29,8 @@ pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
     random
 }
 
-/// Draws a normal deviate of variance 1: the sum of twelve uniform numbers minus 6. Excess kurtosis -0.1, range +-6, the
-/// same bits on every machine.
+/// Draws a normal deviate of variance 1: the sum of twelve uniform numbers minus 6. Excess kurtosis -0.1, range +-6,
+/// the same bits on every machine.
 pub fn normal(random: &mut ChaCha8Rng) -> f64 {
     (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
 }

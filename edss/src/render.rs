@@ -1,10 +1,10 @@
 //! The renderer: `radiance = T albedo light + (1 - T) air`, one ray a pixel, filtered textures.
 //!
-//! The ray of a pixel is intersected with level ground in closed form, or with the relief by Newton's iteration at every
-//! 8th pixel of a row and linear interpolation between. The brightness of the ground comes from textures filtered in
-//! advance for every distance ([`mip`]), so that one sample a pixel is enough; only edges of objects are sampled more
-//! often. The static part of the ground is composed once and kept ([`patch`]). Illumination is Lambertian on the slope
-//! of the ground. Mist reduces contrast along the ray by `T = exp(-b r)` (Koschmieder 1924).
+//! The ray of a pixel is intersected with level ground in closed form, or with the relief by Newton's iteration at
+//! every 8th pixel of a row and linear interpolation between. The brightness of the ground comes from textures filtered
+//! in advance for every distance ([`mip`]), so that one sample a pixel is enough; only edges of objects are sampled
+//! more often. The static part of the ground is composed once and kept ([`patch`]). Illumination is Lambertian on the
+//! slope of the ground. Mist reduces contrast along the ray by `T = exp(-b r)` (Koschmieder 1924).
 //!
 //! | module | its one job |
 //! |---|---|

@@ -2,9 +2,9 @@
 //! axis; a barometer.
 //!
 //! **Attitude.** `reading(t) = truth(t - latency) + bias + misalignment + wander(t) + white(t)`, for roll, pitch and
-//! yaw. The variance asked for is divided among these as in [`VARIANCE_SHARES`]. It is that over many flights: within one flight the
-//! error varies about a constant part. Misalignment is a rotation of the sensor relative to the camera and affects rates
-//! and acceleration, too. Bias and wander are errors of the attitude alone.
+//! yaw. The variance asked for is divided among these as in [`VARIANCE_SHARES`]. It is that over many flights: within
+//! one flight the error varies about a constant part. Misalignment is a rotation of the sensor relative to the camera
+//! and affects rates and acceleration, too. Bias and wander are errors of the attitude alone.
 
 use crate::random::{Purpose, normal, stream};
 use crate::wind::{Component, FirstOrder};
@@ -13,8 +13,8 @@ use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 
-/// Shares of the variance of an attitude error: constant bias, constant misalignment, wander (first order, [`WANDER_TIME_S`]),
-/// white noise.
+/// Shares of the variance of an attitude error: constant bias, constant misalignment, wander (first order,
+/// [`WANDER_TIME_S`]), white noise.
 pub const VARIANCE_SHARES: [f64; 4] = [0.35, 0.05, 0.35, 0.25];
 /// Time constant of the wander.
 pub const WANDER_TIME_S: f64 = 5.0;
@@ -61,7 +61,8 @@ fn normals(random: &mut ChaCha8Rng) -> Vector3<f64> {
 }
 
 impl Imu {
-    /// Creates a sensor at the state `truth`, with the rms errors `tilt` and `heading` (rad), for steps of `step` seconds.
+    /// Creates a sensor at the state `truth`, with the rms errors `tilt` and `heading` (rad), for steps of `step`
+    /// seconds.
     pub fn new(tilt: f64, heading: f64, truth: &Inertial, seed: u64, step: f64) -> Self {
         let mut random = stream(seed, Purpose::Imu);
         let rms = Vector3::new(tilt, tilt, heading);

@@ -5,14 +5,15 @@
 //! Phi_v(w) = s^2 (  L / pi V) (1 + 3 (L w / V)^2) / (1 + (L w / V)^2)^2       across it, and vertical
 //! ```
 //!
-//! The spectra are one-sided: their integral over `w` from 0 is `s^2`. Scales and intensities are those for low altitude
-//! of MIL-F-8785C (1980), section 3.7, with `h` in feet: `L_w = h`, `L_u = L_v = h / (0.177 + 0.000823 h)^1.2`, `s_u = s_v = s_w / (0.177 +
-//! 0.000823 h)^0.4`, `s_w = 0.1 W20`, with `W20` the wind at 20 feet.
+//! The spectra are one-sided: their integral over `w` from 0 is `s^2`. Scales and intensities are those for low
+//! altitude of MIL-F-8785C (1980), section 3.7, with `h` in feet: `L_w = h`,
+//! `L_u = L_v = h / (0.177 + 0.000823 h)^1.2`, `s_u = s_v = s_w / (0.177 + 0.000823 h)^0.4`, `s_w = 0.1 W20`, with
+//! `W20` the wind at 20 feet.
 //!
-//! **The speed in hover.** In forward flight `V` is the airspeed; in hover it is the speed of the wind. The specification
-//! relates the intensity to a wind, `W20 = s_w / 0.1`; `V` is that or the mean wind, whichever is faster. With gusts of
-//! 3 m/s at 50 m it is 19 m/s, for a correlation time of 11 s. A slower `V` would make the gusts slower and easier to
-//! reject.
+//! **The speed in hover.** In forward flight `V` is the airspeed; in hover it is the speed of the wind. The
+//! specification relates the intensity to a wind, `W20 = s_w / 0.1`; `V` is that or the mean wind, whichever is faster.
+//! With gusts of 3 m/s at 50 m it is 19 m/s, for a correlation time of 11 s. A slower `V` would make the gusts slower
+//! and easier to reject.
 //!
 //! **Discretisation** is exact at any step: `x_k+1 = F x_k + n`, the covariance of `n` being `P - F P F^T` with the
 //! stationary covariance `P`, so that the variance is the specified one from the first sample on.
@@ -129,9 +130,9 @@ impl FirstOrder {
     }
 }
 
-/// A second-order filter `(1 + sqrt 3 T s) / (1 + T s)^2` driven by white noise. It is two equal lags in series, `x1` and
-/// `x2`, with `y = (sqrt 3 x1 + (1 - sqrt 3) x2) rms / sqrt 2`. With variance 1 of `x1`, that of `x2` is 1/2, as is their
-/// covariance.
+/// A second-order filter `(1 + sqrt 3 T s) / (1 + T s)^2` driven by white noise. It is two equal lags in series, `x1`
+/// and `x2`, with `y = (sqrt 3 x1 + (1 - sqrt 3) x2) rms / sqrt 2`. With variance 1 of `x1`, that of `x2` is 1/2, as is
+/// their covariance.
 #[derive(Debug, Clone, Copy)]
 struct SecondOrder {
     state: Vector2<f64>,

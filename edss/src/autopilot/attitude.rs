@@ -4,11 +4,11 @@
 //! blades = B^-1 (K (wanted - attitude) + K_I integral - D rates - C rates, climb)
 //! ```
 //!
-//! `B` is the published effect of the four blade angles on the accelerations in roll, pitch, yaw and downwards; its inverse
-//! decouples the four commands. `C` is the published coupling of the rates (roll by pitch rate, and so on) without their
-//! damping, which the rotor provides. Each axis then has `s^3 + d s^2 + K s + K_I = (s + l)(s^2 + (d - l) s +
-//! w^2)`, with `d` the published damping plus `D`. A disturbance by a gust decays within `1 / l`. With servo, latency and
-//! sampling in the loop, a test computes these margins:
+//! `B` is the published effect of the four blade angles on the accelerations in roll, pitch, yaw and downwards; its
+//! inverse decouples the four commands. `C` is the published coupling of the rates (roll by pitch rate, and so on)
+//! without their damping, which the rotor provides. Each axis then has
+//! `s^3 + d s^2 + K s + K_I = (s + l)(s^2 + (d - l) s + w^2)`, with `d` the published damping plus `D`. A disturbance
+//! by a gust decays within `1 / l`. With servo, latency and sampling in the loop, a test computes these margins:
 //!
 //! | axis | published damping | `d` | `w` | `l` | phase margin | gain margin |
 //! |---|---|---|---|---|---|---|
@@ -70,8 +70,8 @@ pub(super) mod tests {
     use super::*;
     use nalgebra::Complex;
 
-    /// Transfer function from a command to a blade: a servo of 40 ms, a latency of 10 ms, and one and a half steps of 5 ms
-    /// on average.
+    /// Transfer function from a command to a blade: a servo of 40 ms, a latency of 10 ms, and one and a half steps of 5
+    /// ms on average.
     fn servo(s: Complex<f64>) -> Complex<f64> {
         (-s * 0.0175).exp() / (s * 0.04 + 1.0)
     }

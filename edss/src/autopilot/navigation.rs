@@ -4,8 +4,8 @@
 //! dx/dt = v,    dv/dt = a + b,    db/dt = white noise
 //! ```
 //!
-//! `a` is measured by accelerometer and attitude sensor, so that gusts need no model; `b` is the error of that: bias, and
-//! gravity by an error of attitude. A position fix arrives late. The filter keeps its states of the last second. It
+//! `a` is measured by accelerometer and attitude sensor, so that gusts need no model; `b` is the error of that: bias,
+//! and gravity by an error of attitude. A position fix arrives late. The filter keeps its states of the last second. It
 //! applies a fix to the state at the time of the fix and repeats the later steps with the stored accelerations. The
 //! result is the same as if the fix had arrived immediately.
 
@@ -97,7 +97,8 @@ impl AxisFilter {
         FilterState { time: from.time + h, mean: transition * from.mean + driven, covariance, acceleration: 0.0 }
     }
 
-    /// Applies a fix: the position (m) at a time (s) with its variance (m^2). A fix older than [`HISTORY_S`] is ignored.
+    /// Applies a fix: the position (m) at a time (s) with its variance (m^2). A fix older than [`HISTORY_S`] is
+    /// ignored.
     pub fn correct(&mut self, time: f64, position: f64, variance: f64) {
         let half = self.step / 2.0;
         if time > self.now.time - half {
@@ -164,8 +165,8 @@ mod tests {
         assert!((late.now.covariance - prompt.now.covariance).norm() < 1e-12);
     }
 
-    /// With noise as modelled, the mean of the squared error over its covariance is 3. With 400 runs its standard error is
-    /// 0.12; four times that is allowed.
+    /// With noise as modelled, the mean of the squared error over its covariance is 3. With 400 runs its standard error
+    /// is 0.12; four times that is allowed.
     #[test]
     fn the_covariance_is_consistent() {
         let runs = 400;

@@ -29,8 +29,8 @@ impl Crown {
         }
     }
 
-    /// Returns the distance at which a ray first enters a ball, and the index of that ball; `None` if that is not nearer
-    /// than `limit`. Distances are in lengths of `direction`.
+    /// Returns the distance at which a ray first enters a ball, and the index of that ball; `None` if that is not
+    /// nearer than `limit`. Distances are in lengths of `direction`.
     pub fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
         let square = direction.norm_squared();
         let mut middle = [0f32; BALLS];

@@ -19,8 +19,8 @@ const TILE_TEXELS: u32 = 1024;
 /// Full scale of the tiles, in multiples of their rms.
 pub const FULL_SCALE_RMS: f32 = 5.0;
 
-/// `log2` of the pixel width (m) from which on the finer tile has no structure left: its longest cells are 32 texels, two
-/// of which make a wave.
+/// `log2` of the pixel width (m) from which on the finer tile has no structure left: its longest cells are 32 texels,
+/// two of which make a wave.
 const FINE_TILE_MAX_FOOTPRINT: f32 = -2.7;
 
 /// Channel of vegetation.

@@ -272,15 +272,15 @@ pub struct PlacedTexture<T, const N: usize, const MIRROR: bool> {
 }
 
 impl<T: Texel<N>, const N: usize, const MIRROR: bool> PlacedTexture<T, N, MIRROR> {
-    /// Places a texture with texels of `texel` m, rotated by `angle` (rad) from `X_e` to `Y_e`, so that its point `origin`
-    /// (texels) is at the origin of the world.
+    /// Places a texture with texels of `texel` m, rotated by `angle` (rad) from `X_e` to `Y_e`, so that its point
+    /// `origin` (texels) is at the origin of the world.
     pub fn new(mip: impl Into<Arc<Mip<T, N, MIRROR>>>, texel: f64, angle: f64, origin: Vector2<f64>) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self { mip: mip.into(), texel, turn: [cos, sin], origin }
     }
 
-    /// Returns the texture for sampling around `anchor` (m). Large numbers are reduced in f64 here, so that f32 is precise
-    /// enough for the samples.
+    /// Returns the texture for sampling around `anchor` (m). Large numbers are reduced in f64 here, so that f32 is
+    /// precise enough for the samples.
     pub fn local(&self, anchor: Vector2<f64>) -> LocalTexture<'_, T, N, MIRROR> {
         let [cos, sin] = self.turn.map(|v| v / self.texel);
         let at = Vector2::new(cos * anchor.x + sin * anchor.y, cos * anchor.y - sin * anchor.x) + self.origin;

@@ -126,8 +126,8 @@ impl Object {
         !matches!(self.form, Form::Paint(_))
     }
 
-    /// Returns the first hit of a ray that is given relative to the centre, or `None` if there is none before the distance
-    /// `nearest`.
+    /// Returns the first hit of a ray that is given relative to the centre, or `None` if there is none before the
+    /// distance `nearest`.
     pub fn hit(&self, from: &Vector3<f32>, direction: &Vector3<f32>, nearest: f32) -> Option<Hit> {
         if !is_near(from, direction, self.radius) {
             return None;
@@ -200,8 +200,8 @@ impl Object {
             }
     }
 
-    /// Returns the albedo of ground of albedo `albedo` with the paint on it, at a point relative to the centre, for a pixel
-    /// of `width` m.
+    /// Returns the albedo of ground of albedo `albedo` with the paint on it, at a point relative to the centre, for a
+    /// pixel of `width` m.
     pub fn painted(&self, p: Vector2<f32>, width: f32, albedo: f32) -> f32 {
         let Form::Paint(marks) = &self.form else { return albedo };
         marks.iter().fold(albedo, |below, mark| {

@@ -1,9 +1,9 @@
 //! Drawing of the objects on the ground: visibility, edges and shadows.
 //!
-//! A frame is divided into tiles of 32 x 16 pixels. A tile lists the objects whose bounding volume, or whose shadow, may
-//! appear in it. A pixel tests the objects of its tile with its ray, and with a ray from the hit to the sun for shadow.
-//! A pixel that differs from one of its four neighbours in face, object or shadow is on an edge; its value is the mean
-//! of eight rays within it.
+//! A frame is divided into tiles of 32 x 16 pixels. A tile lists the objects whose bounding volume, or whose shadow,
+//! may appear in it. A pixel tests the objects of its tile with its ray, and with a ray from the hit to the sun for
+//! shadow. A pixel that differs from one of its four neighbours in face, object or shadow is on an edge; its value is
+//! the mean of eight rays within it.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -360,8 +360,8 @@ impl Renderer {
         (label, self.radiance(reflected, transmission))
     }
 
-    /// Returns the light of ground in the shadow of a moving object: that of the sky only, unless a static object shades
-    /// the ground already.
+    /// Returns the light of ground in the shadow of a moving object: that of the sky only, unless a static object
+    /// shades the ground already.
     fn shadowed(&self, near: &TileObjects<'_>, point: &Vector3<f32>, ground: f32) -> f32 {
         if near.shading.iter().any(|object| object.object.is_static() && object.shades(point, &self.to_sun)) {
             return ground;

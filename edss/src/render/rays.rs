@@ -11,8 +11,8 @@ use crate::pose::Pose;
 const MAX_RANGE_M: f64 = 10_000.0;
 
 impl Renderer {
-    /// Returns the distance, m, from `origin` along a `direction` of length 1 to the nearest terrain or object; `None` if
-    /// there is none within 10 km.
+    /// Returns the distance, m, from `origin` along a `direction` of length 1 to the nearest terrain or object; `None`
+    /// if there is none within 10 km.
     pub fn range(&self, time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
         let ray = direction.map(|v| v as f32);
         let mut nearest = self.terrain(origin, direction);
@@ -80,8 +80,8 @@ impl Renderer {
     }
 }
 
-/// Finds the first crossing of a ray with a relief between two depths, by steps of half a cell and bisection. Returns its
-/// depth below `top`, m.
+/// Finds the first crossing of a ray with a relief between two depths, by steps of half a cell and bisection. Returns
+/// its depth below `top`, m.
 fn march(relief: &Relief, from: Vector2<f64>, top: f64, motion: Vector2<f64>, depths: [f64; 2]) -> Option<f64> {
     let above = |depth: f64| top - depth - relief.at(from + motion * depth).h;
     let step = 0.5 * relief.cell() / motion.norm();

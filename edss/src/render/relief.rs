@@ -92,8 +92,8 @@ impl Relief {
         )
     }
 
-    /// Converts a picture into heights: black and white are `height` m apart, the mean is at 0, the middle at the origin.
-    /// The relief is mirrored at the borders of the picture.
+    /// Converts a picture into heights: black and white are `height` m apart, the mean is at 0, the middle at the
+    /// origin. The relief is mirrored at the borders of the picture.
     pub fn map(picture: &Plane<u16>, texel: f64, height: f64) -> Self {
         let side = [picture.width(), picture.height()];
         let samples = picture.as_slice();

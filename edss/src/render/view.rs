@@ -1,5 +1,5 @@
-//! Conversion of pixels to rays and back: `d = R (x s, y s, 1)`, with `(x, y) = K^-1 pixel` and `s` the correction of the
-//! lens.
+//! Conversion of pixels to rays and back: `d = R (x s, y s, 1)`, with `(x, y) = K^-1 pixel` and `s` the correction of
+//! the lens.
 //!
 //! Brown (1966): a direction with normalised coordinates at the radius `r` appears at `r (1 + k1 r^2 + k2 r^4)`. The
 //! inverse has no closed form; a table of it is computed by Newton's iteration.
