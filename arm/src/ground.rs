@@ -16,7 +16,8 @@
 //! The laser is needed because two pictures of a slope, one taken a metre lower, differ as if the camera had moved by
 //! the slope times a metre. Ranges at different tilts separate slope from motion.
 
-use hoverlock_reference::motion::pose::{Pose, Sight, Terrain};
+use hoverlock_reference::motion::observation::{Observation, TerrainPrior};
+use hoverlock_reference::motion::pose::Pose;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Standard deviation of the ground about the plane, m. An assumption for meadows and fields.
@@ -116,8 +117,8 @@ pub enum PlaneUpdate {
 
 impl GroundPlane {
     /// Creates a level plane at the height that the reference's own laser reading gives.
-    pub fn new(sight: &Sight) -> Self {
-        Self::level(sight.view.height(), sight.errors.level.hypot(ROUGHNESS_M))
+    pub fn new(sight: &Observation) -> Self {
+        Self::level(sight.view.height(), sight.errors.plane_height.hypot(ROUGHNESS_M))
     }
 
     /// Creates a level plane at `height` below the camera, with a standard error, both in m.
@@ -168,14 +169,14 @@ impl GroundPlane {
     }
 
     /// Returns the plane as a prior for the pose fit.
-    pub fn terrain(&self) -> Terrain {
+    pub fn terrain(&self) -> TerrainPrior {
         let unsampled = Matrix3::from_diagonal(&Vector3::from(UNSAMPLED_VARIANCES));
         let [height, along_x, along_y] = self.plane.mean.into();
-        Terrain {
+        TerrainPrior {
             height,
             slope: Vector2::new(along_x, along_y),
             covariance: self.plane.covariance + unsampled,
-            measured: self.plane.points >= MIN_MEASURED_POINTS,
+            slope_is_measured: self.plane.points >= MIN_MEASURED_POINTS,
         }
     }
 }
@@ -183,16 +184,16 @@ impl GroundPlane {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hoverlock_reference::motion::observation::{FittedView, SensorErrors};
     use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
-    use hoverlock_reference::motion::pose::{Found, Sensors};
     use nalgebra::Matrix2;
 
-    const SENSORS: Sensors = Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 };
+    const SENSORS: SensorErrors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
 
     fn pose(number: u32) -> Pose {
         let phase = f64::from(number) * 0.4;
         let attitude = Attitude { roll: 0.08 * phase.sin(), pitch: 0.08 * (1.3 * phase).cos(), yaw: 0.0 };
-        let found = Found { attitude, height: 50.0, tilt: 1e-3, heading: 1e-3 };
+        let found = FittedView { attitude, height: 50.0, tilt: 1e-3, heading: 1e-3 };
         Pose {
             displacement: Vector2::new(0.3 * phase.cos(), 0.2 * phase.sin()),
             descent: 0.5 * (0.3 * phase).sin(),
@@ -214,7 +215,7 @@ mod tests {
     fn plane(first: f64) -> GroundPlane {
         let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
         let view = View::new(camera, Attitude::default(), first).unwrap();
-        GroundPlane::new(&Sight { view, errors: SENSORS.into() })
+        GroundPlane::new(&Observation { view, errors: SENSORS.into() })
     }
 
     /// Ranges at different tilts determine height and slope; the covariance bounds the error.

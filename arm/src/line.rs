@@ -5,8 +5,9 @@
 //! need to be read back to the same bits, and are formatted by the same code on every machine.
 
 use crate::message::{MessageError, Trailer};
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::{Attitude, ViewError};
-use hoverlock_reference::motion::pose::{Pose, PoseError, Sensors};
+use hoverlock_reference::motion::pose::{Pose, PoseError};
 use hoverlock_reference::motion::ransac::RansacError;
 use serde::{Serialize, Serializer};
 use std::fmt::Display;
@@ -112,12 +113,12 @@ pub struct Estimate {
     pub attitude: Attitude,
     /// Standard errors of the frame's sensor readings.
     #[serde(skip)]
-    pub sensors: Sensors,
+    pub sensors: SensorErrors,
 }
 
 impl Estimate {
     /// Creates the estimate from a fitted pose; `inliers` of `matches` agreed.
-    pub fn from_pose(pose: &Pose, inliers: usize, matches: usize, sensors: Sensors) -> Self {
+    pub fn from_pose(pose: &Pose, inliers: usize, matches: usize, sensors: SensorErrors) -> Self {
         let c = pose.covariance;
         Self {
             x_e_m: pose.displacement.x,

@@ -17,8 +17,8 @@ use hoverlock_fixed_point::model::bit_true::{
     FLAG_TEN_WORDS, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS, record_words,
 };
 use hoverlock_reference::features::feature::MAX_PAIRS;
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
-use hoverlock_reference::motion::pose::Sensors;
 
 /// Kind of a message with a register block.
 pub const REGISTERS: u32 = 1;
@@ -102,7 +102,7 @@ pub struct Telemetry {
     /// Field of view across the columns, radians.
     pub field_of_view: f64,
     /// Standard errors of the readings.
-    pub sensors: Sensors,
+    pub sensors: SensorErrors,
 }
 
 impl Telemetry {
@@ -132,7 +132,7 @@ impl Telemetry {
             },
             range: reading(3, "range", |range| range > 0.0 && range < 1e5)?,
             field_of_view: reading(4, "field of view", |angle| angle > 1e-3 && angle < std::f64::consts::PI)?,
-            sensors: Sensors {
+            sensors: SensorErrors {
                 tilt: reading(5, "the standard error of tilt", error)?,
                 heading: reading(6, "the standard error of heading", error)?,
                 range: reading(7, "the standard error of range", error)?,
@@ -146,7 +146,7 @@ impl Telemetry {
         let mut payload = Vec::with_capacity(TELEMETRY_BYTES);
         payload.extend(u64::from(self.frame).to_le_bytes());
         payload.extend(self.time_us.to_le_bytes());
-        let Sensors { tilt, heading, range } = self.sensors;
+        let SensorErrors { tilt, heading, range } = self.sensors;
         let readings = [roll, pitch, yaw, self.range, self.field_of_view, tilt, heading, range];
         payload.extend(readings.iter().flat_map(|reading| reading.to_le_bytes()));
         payload
@@ -313,7 +313,7 @@ mod tests {
         attitude: Attitude { roll: 0.01, pitch: -0.02, yaw: 3.0 },
         range: 100.0,
         field_of_view: 0.87,
-        sensors: Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 },
+        sensors: SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 },
     };
 
     proptest! {
@@ -387,7 +387,7 @@ mod tests {
         refused(Telemetry { attitude: Attitude { roll: 1.6, ..TELEMETRY.attitude }, ..TELEMETRY }, "roll");
         refused(Telemetry { attitude: Attitude { pitch: f64::INFINITY, ..TELEMETRY.attitude }, ..TELEMETRY }, "pitch");
         refused(
-            Telemetry { sensors: Sensors { range: 0.0, ..TELEMETRY.sensors }, ..TELEMETRY },
+            Telemetry { sensors: SensorErrors { range: 0.0, ..TELEMETRY.sensors }, ..TELEMETRY },
             "the standard error of range",
         );
         refused(Telemetry { attitude: Attitude { yaw: 7.0, ..TELEMETRY.attitude }, ..TELEMETRY }, "yaw");

@@ -24,12 +24,13 @@ use crate::reference::{MAX_ZOOM_CHANGE, Reference, is_accurate};
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
-use hoverlock_reference::motion::estimate::{Estimator, Workspace};
+use hoverlock_reference::motion::estimator::{Estimator, Workspace};
 use hoverlock_reference::motion::mark::{Part, mark};
-use hoverlock_reference::motion::matching::{GATE_RADIUS, Gate};
+use hoverlock_reference::motion::matching::{GATE_RADIUS_PX, Gate};
 use hoverlock_reference::motion::model::Pair;
+use hoverlock_reference::motion::observation::Observation;
 use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose::{self, Agreed, PoseBuffers, PoseError, Sight};
+use hoverlock_reference::motion::pose::{self, ConsensusPairs, PoseBuffers, PoseError};
 use nalgebra::{Matrix3, Vector2};
 
 /// Features of a frame that are used at most: those with the largest responses.
@@ -390,7 +391,7 @@ impl Navigator {
         let gate = last.map(|last| {
             let moved = last.displacement - reference.offset.displacement;
             let level = expected.map_or(view, at_height);
-            Gate { prediction: ground_homography(&reference.sight.view, &level, moved), radius: GATE_RADIUS }
+            Gate { prediction: ground_homography(&reference.sight.view, &level, moved), radius: GATE_RADIUS_PX }
         });
         let mut estimator = Estimator::default();
         estimator.matching.gate = gate;
@@ -402,14 +403,14 @@ impl Navigator {
         let stride = motion.inliers.len().div_ceil(MAX_POSE_PAIRS).max(1);
         let pairs = motion.inliers.iter().step_by(stride).map(|&i| (motion.matches[i].reference, motion.pairs[i]));
         let masked = off_plane.sort(pairs, fit, inliers);
-        let agreed = Agreed { pairs: inliers, things: masked, quality: motion.quality };
-        let mut sight = Sight { view, errors: telemetry.sensors.into() };
+        let consensus = ConsensusPairs { pairs: inliers, off_plane: masked, quality: motion.quality };
+        let mut sight = Observation { view, errors: telemetry.sensors.into() };
         if let Some(expected) = expected {
             // The laser may have hit a building or a tree: the larger its residual, the less it constrains the height.
-            sight.errors.hills = sight.errors.hills.max((view.height() - expected).abs() / 2.0);
+            sight.errors.relief_height = sight.errors.relief_height.max((view.height() - expected).abs() / 2.0);
         }
         let terrain = reference.ground.terrain();
-        let pose = match pose::fit_in(pose_buffers, fit, &reference.sight, &terrain, &sight, agreed) {
+        let pose = match pose::fit_in(pose_buffers, fit, &reference.sight, &terrain, &sight, consensus) {
             Ok(pose) => pose,
             Err(error) => {
                 let rejected = matches!(error, PoseError::Disagreement { .. } | PoseError::Unexplained { .. });
@@ -419,7 +420,7 @@ impl Navigator {
                 return Err(error.into());
             }
         };
-        off_plane.update(pose_buffers.off());
+        off_plane.update(pose_buffers.off_plane());
         if reference.update(&pose, telemetry.range, telemetry.sensors.range) == PlaneUpdate::Replaced {
             off_plane.clear();
         }

@@ -32,8 +32,9 @@ use crate::ground::{GroundPlane, PlaneUpdate};
 use crate::line::Estimate;
 use crate::message::Telemetry;
 use hoverlock_reference::motion::model::transfer;
+use hoverlock_reference::motion::observation::{FittedView, Observation, SensorErrors, ViewErrors};
 use hoverlock_reference::motion::orthophoto::View;
-use hoverlock_reference::motion::pose::{Errors, Found, Pose, Sensors, Sight};
+use hoverlock_reference::motion::pose::Pose;
 use nalgebra::{Matrix3, Vector2};
 
 /// Smallest overlap of a frame with the reference, as a fraction of the reference's picture; below it the reference is
@@ -107,7 +108,7 @@ pub struct Reference {
     /// Frame number; `None` if it was not readable.
     pub frame: Option<u32>,
     /// View of its camera, refined by later frames.
-    pub sight: Sight,
+    pub sight: Observation,
     /// Estimated ground plane below it.
     pub ground: GroundPlane,
     /// Field of view across the columns, radians.
@@ -117,9 +118,9 @@ pub struct Reference {
     since_us: u64,
     best_quality: u8,
     confirmed: bool,
-    sensors: Sensors,
+    sensors: SensorErrors,
     /// The view by its own sensor readings.
-    initial: Sight,
+    initial: Observation,
     /// Rejected frames since the last accepted one.
     rejected_frames: u32,
 }
@@ -128,7 +129,7 @@ impl Reference {
     /// Creates a reference that is the origin.
     pub fn origin(frame: Option<u32>, view: View, telemetry: &Telemetry) -> Self {
         let (field_of_view, since_us) = (telemetry.field_of_view, telemetry.time_us);
-        let initial = Sight { view, errors: Errors::from(telemetry.sensors) };
+        let initial = Observation { view, errors: ViewErrors::from(telemetry.sensors) };
         Self {
             frame,
             sight: initial,
@@ -165,7 +166,7 @@ impl Reference {
     }
 
     /// Sets the view to the fitted attitude at the present height of the ground. Poses above the horizon are ignored.
-    fn refine(&mut self, found: &Found) {
+    fn refine(&mut self, found: &FittedView) {
         let view = View::at_height(*self.sight.view.camera(), found.attitude, self.ground.height());
         let Ok(view) = view else { return };
         self.sight.view = view;
@@ -202,7 +203,7 @@ impl Reference {
         self.rejected_frames = 0;
         let initial = self.initial.view;
         let view = View::at_height(*initial.camera(), *initial.attitude(), self.ground.height()).unwrap_or(initial);
-        self.sight = Sight { view, ..self.initial };
+        self.sight = Observation { view, ..self.initial };
     }
 
     /// Returns the relative difference of a field of view (radians) from the reference's, at least 0.
@@ -263,13 +264,13 @@ mod tests {
 
     #[test]
     fn rejected_frames_in_a_row_discard_attitude_and_ground() {
-        let sensors = Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 };
+        let sensors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
         let (attitude, range, field_of_view) = (Attitude { roll: 0.02, pitch: -0.01, yaw: 0.3 }, 44.0, 0.87);
         let camera = Camera::with_field_of_view(1024, 768, field_of_view).unwrap();
         let telemetry = Telemetry { frame: 0, time_us: 0, attitude, range, field_of_view, sensors };
         let view = View::new(camera, attitude, range).unwrap();
         let mut reference = Reference::origin(Some(0), view, &telemetry);
-        let refined = Found {
+        let refined = FittedView {
             attitude: Attitude { roll: 0.05, ..attitude },
             height: reference.ground.height(),
             tilt: 1e-3,
@@ -298,10 +299,10 @@ mod tests {
         assert!(reference.ground.height() < 45.0);
         reject(&mut reference, 1);
         assert_eq!(reference.sight.view.attitude(), &attitude);
-        assert_eq!(reference.sight.errors, Errors::from(sensors));
+        assert_eq!(reference.sight.errors, ViewErrors::from(sensors));
         assert_eq!(reference.ground.height(), 50.0);
         assert!((reference.sight.view.height() - 50.0).abs() < 1e-9);
-        assert!(reference.ground.terrain().covariance[(0, 0)] > 2.0 && !reference.ground.terrain().measured);
+        assert!(reference.ground.terrain().covariance[(0, 0)] > 2.0 && !reference.ground.terrain().slope_is_measured);
     }
 
     #[test]

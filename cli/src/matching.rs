@@ -13,7 +13,9 @@ use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::feature::{Feature, MAX_PAIRS};
 use hoverlock_reference::features::maxima::strongest_per_cell;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_reference::motion::estimate::{Estimate, Estimator, pairs};
+use hoverlock_reference::motion::estimate::Estimate;
+use hoverlock_reference::motion::estimator::Estimator;
+use hoverlock_reference::motion::matching::matched_pairs;
 use hoverlock_reference::motion::model::{Model, Pair, transfer};
 use hoverlock_reference::motion::orthophoto::{Camera, View};
 use hoverlock_reference::motion::pose::{self, Pose, PoseError};
@@ -170,13 +172,13 @@ pub fn run(args: &Args) -> Result<Verdict> {
         Ok(Estimate { pairs, inliers, .. }) => (pairs.clone(), inliers.clone()),
         Err(_) => {
             let matches = estimator.matching.matches(&from, &to);
-            (pairs(&matches, &from, &to), Vec::new())
+            (matched_pairs(&matches, &from, &to).collect::<Vec<_>>(), Vec::new())
         }
     };
     let motion = outcome
         .as_ref()
         .ok()
-        .map(|estimate| refined(estimate.clone(), &reference.luma, &current.luma, estimator.ransac.dist));
+        .map(|estimate| refined(estimate.clone(), &reference.luma, &current.luma, estimator.ransac.max_squared_error));
     let homography = motion.as_ref().map(|motion| motion.homography);
     if let Some(path) = &args.overlay {
         let (reference, current) = (&reference.luma, &current.luma);

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use hoverlock_arm::message::Telemetry;
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
-use hoverlock_reference::motion::pose::Sensors;
 use serde::Deserialize;
 
 /// The table as the help of a verb tells it.
@@ -136,7 +136,7 @@ impl Row {
             },
             range: self.range_m,
             field_of_view: self.fov_deg.to_radians(),
-            sensors: Sensors {
+            sensors: SensorErrors {
                 tilt: self.tilt_se_deg.unwrap_or(tilt).to_radians(),
                 heading: self.heading_se_deg.unwrap_or(heading).to_radians(),
                 range: self.range_se_m.unwrap_or(range),

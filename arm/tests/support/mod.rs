@@ -10,8 +10,8 @@ use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_pictures::Picture;
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
-use hoverlock_reference::motion::pose::Sensors;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ const REFERENCE: usize = 2;
 
 /// The pictures come without the readings of an IMU and a laser. Roll and pitch are not known at all: a drone leans by
 /// some degrees. Range and yaw are followed by `pseudo_gt.csv`.
-const SENSORS: Sensors = Sensors { tilt: 0.1, heading: 0.05, range: 2.0 };
+const SENSORS: SensorErrors = SensorErrors { tilt: 0.1, heading: 0.05, range: 2.0 };
 
 /// The stream of a folder `NN.png`: registers, then telemetry and records of each frame, out of the bit-true model with
 /// thresholds that have settled, and the command to capture before every second frame. Range and yaw follow scale and

@@ -5,8 +5,8 @@ use super::Source;
 use hoverlock_arm::message::{self, Command, Telemetry};
 use hoverlock_fixed_point::model::bit_true::FeatureRecord;
 use hoverlock_reference::features::feature::Descriptor;
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
-use hoverlock_reference::motion::pose::Sensors;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -67,7 +67,7 @@ pub fn telemetry(frame: u32) -> Telemetry {
         attitude: Attitude::default(),
         range: HEIGHT,
         field_of_view: FIELD_OF_VIEW,
-        sensors: Sensors { tilt: 0.0035, heading: 0.01, range: 0.1 },
+        sensors: SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 },
     }
 }
 

@@ -7,8 +7,9 @@ use hoverlock_arm::message::Telemetry;
 use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::{Pair, transfer};
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
-use hoverlock_reference::motion::pose::{self, Sensors};
+use hoverlock_reference::motion::pose;
 use nalgebra::{Matrix3, Vector2};
 use serde::Deserialize;
 
@@ -21,7 +22,8 @@ const LEAST_SIDE: usize = 64;
 /// Telemetry of a folder that has none: level, facing one way, at one height. Range and field of view only set what a
 /// metre is. A tilt that is known to 5 degrees at 60 m leaves more than the metre at which the flight program refuses;
 /// at 20 m the real sequences give estimates.
-const ASSUMED: (f64, f64, Sensors) = (20.0, 50.0, Sensors { tilt: 5.0 * DEGREE, heading: 10.0 * DEGREE, range: 1.0 });
+const ASSUMED: (f64, f64, SensorErrors) =
+    (20.0, 50.0, SensorErrors { tilt: 5.0 * DEGREE, heading: 10.0 * DEGREE, range: 1.0 });
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 

@@ -12,7 +12,7 @@ use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
 use hoverlock_edss::world::{Exposure, World, frame_time};
 use hoverlock_fixed_point::model::design::DesignPoint;
-use hoverlock_reference::motion::pose::Sensors;
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reports::animation;
 use hoverlock_reports::hover::Picture;
 use hoverlock_reports::still::reduced;
@@ -124,7 +124,7 @@ fn telemetry(number: usize, exposure: &Exposure, setup: &Setup, last: &mut f64) 
         attitude: exposure.readings.attitude,
         range: last.max(0.1),
         field_of_view: exposure.field_of_view,
-        sensors: Sensors { tilt: setup.tilt_noise, heading: setup.heading_noise, range: error },
+        sensors: SensorErrors { tilt: setup.tilt_noise, heading: setup.heading_noise, range: error },
     }
 }
 

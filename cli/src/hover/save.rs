@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use hoverlock_arm::message::Telemetry;
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
-use hoverlock_reference::motion::pose::Sensors;
 use image::{ImageBuffer, ImageFormat, Luma};
 use std::io::Cursor;
 
@@ -37,7 +37,7 @@ impl Saved {
         write_file(&path, &png.into_inner())?;
         let Telemetry { time_us, attitude, range, field_of_view, sensors, .. } = telemetry;
         let Attitude { roll, pitch, yaw } = attitude;
-        let Sensors { tilt, heading, range: error } = sensors;
+        let SensorErrors { tilt, heading, range: error } = sensors;
         let angles = [roll, pitch, yaw].map(|angle| angle.to_degrees().to_string()).join(",");
         let [view, tilt, heading] = [field_of_view, tilt, heading].map(|angle| angle.to_degrees());
         let time = *time_us as f64 / 1e6;

@@ -16,7 +16,7 @@ use serde::Serialize;
 use hoverlock_pictures::conditions::Condition;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_reference::motion::estimate::Estimator;
+use hoverlock_reference::motion::estimator::Estimator;
 use hoverlock_reference::motion::model::{Model, transfer};
 use hoverlock_reference::motion::ransac::Ransac;
 

@@ -6,8 +6,8 @@
 //! texture that is mirrored at its borders.
 
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
-use hoverlock_reference::motion::pose::Sensors;
 use nalgebra::{Matrix3, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,7 +20,7 @@ pub const HEIGHT: usize = 768;
 /// One degree, radians.
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Standard errors of the simulated readings.
-pub const SENSORS: Sensors = Sensors { tilt: 0.2 * DEGREE, heading: 0.5 * DEGREE, range: 0.1 };
+pub const SENSORS: SensorErrors = SensorErrors { tilt: 0.2 * DEGREE, heading: 0.5 * DEGREE, range: 0.1 };
 /// Hills and hollows are `pi` times this apart, m.
 const RELIEF_SCALE: f64 = 15.0;
 
@@ -71,7 +71,7 @@ impl Place {
     }
 
     /// What the sensors tell, with noise of their standard errors times `scale`.
-    pub fn told(&self, relief: &Relief, sensors: &Sensors, scale: f64, rng: &mut ChaCha8Rng) -> View {
+    pub fn told(&self, relief: &Relief, sensors: &SensorErrors, scale: f64, rng: &mut ChaCha8Rng) -> View {
         let centre = Vector2::new(WIDTH as f64 - 1.0, HEIGHT as f64 - 1.0) / 2.0;
         let hit = self.ground(relief, centre);
         let range = (hit - self.place).push(self.height - relief.height(hit)).norm();

@@ -1,9 +1,15 @@
-//! Work units: a deadline that is counted, so that it ends a search at the same place on every machine.
+//! A deadline in counted work units, so that a search ends at the same place on every machine.
 //!
-//! One unit is the comparison of two descriptors; other work counts as many as it costs. A clock would end the search
-//! elsewhere in each run.
+//! One unit is the comparison of two descriptors; other work counts in proportion to its instructions. A clock would
+//! end the search at a different place in each run.
 
-/// Work that may still be done, in units.
+/// Work units of comparing a pair with a motion, from instruction counts on the ARM.
+pub(crate) const PAIR_WORK: usize = 4;
+
+/// Work units of fitting a sample, from instruction counts on the ARM.
+pub(crate) const FIT_WORK: usize = 256;
+
+/// The work units that remain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     given: u64,
@@ -12,15 +18,15 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// No deadline.
+    /// A budget that is never exhausted.
     pub const UNLIMITED: Self = Self::new(u64::MAX);
 
-    /// `units` of work.
+    /// Returns a budget of `units`.
     pub const fn new(units: u64) -> Self {
         Self { given: units, left: units, refused: false }
     }
 
-    /// Takes `units`, all of them or none: whether there were enough.
+    /// Spends `units`, all of them or none. Returns `false` if they exceed what remains, and from then on always.
     pub fn spend(&mut self, units: usize) -> bool {
         match self.left.checked_sub(units as u64) {
             Some(left) if !self.refused => self.left = left,
@@ -29,12 +35,13 @@ impl Budget {
         !self.refused
     }
 
-    /// Units taken so far.
+    /// Returns the units spent so far.
     pub fn spent(&self) -> u64 {
         self.given - self.left
     }
 
-    /// Whether work was refused. From then on all is, so that small work cannot go on where large work was refused.
+    /// Returns `true` once work was refused. All later work is refused too, so that small work does not continue after
+    /// large work was refused.
     pub fn is_exhausted(&self) -> bool {
         self.refused
     }
@@ -45,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_is_refused_whole_and_for_good() {
+    fn refused_work_is_not_spent_and_later_work_is_refused_too() {
         let mut budget = Budget::new(10);
         assert!(budget.spend(6) && !budget.is_exhausted());
         assert!(!budget.spend(5));

@@ -1,27 +1,27 @@
-//! Marks between the parts of a frame's work, by which an emulator counts the instructions of each.
+//! Marks between the parts of a frame's work. An emulator counts the instructions between them.
 //!
-//! On the ARM a mark is one instruction without effect, `and rN, rN, rN`, that no compiler makes; elsewhere it is
-//! nothing.
+//! On the ARM a mark is one instruction without effect, `and rN, rN, rN`, that no compiler emits; elsewhere it compiles
+//! to nothing.
 
-/// What begins at a mark. The number is that of the register.
+/// A part of the work that begins at a mark. Its number is the number of the register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Part {
-    /// What is in none of the others: records, gate, output.
+    /// All work that is in no other part: records, gate, output.
     Frame = 1,
-    /// Matching of descriptors.
+    /// Comparison of descriptors.
     Matching = 2,
-    /// RANSAC.
+    /// Search of the motion by RANSAC.
     Search = 3,
     /// The pose fit.
     Pose = 4,
-    /// Pixels to feature records, where that is done in software.
+    /// Pixels to feature records, if software does that.
     Extraction = 5,
     /// The end of a frame.
     End = 8,
 }
 
-/// Marks the begin of a part.
+/// Marks the beginning of a part.
 #[inline(always)]
 pub fn mark(part: Part) {
     #[cfg(target_arch = "arm")]

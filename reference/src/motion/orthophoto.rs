@@ -12,35 +12,33 @@
 //! forward, roll and pitch are those of flight mechanics with the sign changed (right wing up, nose down are positive)
 //! and yaw is theirs. Angles are radians.
 //!
-//! **Error.** A point at the angle `phi` off the axis, where the plane is wrong by `dh` (true ground lower by `dh`), is
-//! displaced by `de_x = dh tan(roll + phi)`, `de_y = dh tan(pitch + phi)`; exact when the other angles are 0, within 2
+//! **Error.** A point at the angle `phi` off the axis, over ground that is lower than the plane by `dh`, is displaced
+//! by `de_x = dh tan(roll + phi)`, `de_y = dh tan(pitch + phi)`; exact if the other angles are 0, within 2
 //! % for 5 degrees. For `dh` 10 m, roll and pitch uniform within 5 degrees, over a 4:3 frame that reaches 5 degrees
-//! left and right, its length is 0.86 m on the mean and 1.56 m at the 95th percentile: "at most 1 m" is a mean, not a
+//! left and right, the mean error is 0.86 m and the 95th percentile 1.56 m: "at most 1 m" is a mean, not a
 //! bound.
 //!
-//! There are two methods: warp the image, then extract; or extract from the raw frame and rectify the coordinates of
-//! the features only, which is [`crate::motion::model::transfer`] with [`View::to_ground`]. They are equally accurate,
-//! so the hardware needs no warp.
+//! The features are extracted from the raw frame and their coordinates rectified by [`crate::motion::model::transfer`]
+//! with [`View::to_ground`]. Warping the image first is no more accurate (a test compares both), so the hardware needs
+//! no warp.
 
-use crate::image::plane::Plane;
-use crate::motion::model::transfer;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Why there is no view of the ground.
+/// An error of a camera or view.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ViewError {
-    /// A focal length must be a positive number of pixels.
+    /// The focal length is not a positive number of pixels.
     #[error("the focal length must be positive, not {0} px")]
     FocalLength(f64),
-    /// The laser's range must be positive.
+    /// The range of the laser is not positive.
     #[error("the range must be positive, not {0} m")]
     Range(f64),
-    /// The optical axis must point below the horizon.
+    /// The optical axis does not point below the horizon.
     #[error("the optical axis does not meet the ground: roll {roll} rad, pitch {pitch} rad")]
     Horizon {
-        /// As given.
+        /// Roll, radians.
         roll: f64,
-        /// As given.
+        /// Pitch, radians.
         pitch: f64,
     },
 }
@@ -53,16 +51,17 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// `focal` in pixels, `principal` the pixel on the optical axis.
+    /// Returns a camera with the focal length `focal` (px) and the pixel `principal` on the optical axis.
     ///
     /// # Errors
     /// The focal length is not positive and finite.
     pub fn new(focal: f64, principal: Vector2<f64>) -> Result<Self, ViewError> {
-        let sound = focal > 0.0 && focal.is_finite();
-        if sound { Ok(Self { focal, principal }) } else { Err(ViewError::FocalLength(focal)) }
+        let valid = focal > 0.0 && focal.is_finite();
+        if valid { Ok(Self { focal, principal }) } else { Err(ViewError::FocalLength(focal)) }
     }
 
-    /// A camera whose `width` columns span the angle `field_of_view`, the axis through the centre of the frame.
+    /// Returns a camera whose `width` columns span the angle `field_of_view` (radians), with the axis through the centre of
+    /// the frame.
     ///
     /// # Errors
     /// The angle is not between 0 and half a turn.
@@ -71,25 +70,25 @@ impl Camera {
         Self::new(focal, Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0)
     }
 
-    /// Focal length, px.
+    /// Returns the focal length, px.
     pub fn focal(&self) -> f64 {
         self.focal
     }
 
-    /// `K`: direction in the camera frame -> pixel.
+    /// Returns `K`, from direction in the camera frame to pixel.
     pub fn matrix(&self) -> Matrix3<f64> {
         let (f, c) = (self.focal, self.principal);
         Matrix3::new(f, 0.0, c.x, 0.0, f, c.y, 0.0, 0.0, 1.0)
     }
 
-    /// `K^-1`: pixel -> direction in the camera frame, with `z = 1`.
+    /// Returns `K^-1`, from pixel to direction in the camera frame with `z = 1`.
     pub fn inverse(&self) -> Matrix3<f64> {
         let (f, c) = (self.focal, self.principal);
         Matrix3::new(1.0 / f, 0.0, -c.x / f, 0.0, 1.0 / f, -c.y / f, 0.0, 0.0, 1.0)
     }
 }
 
-/// Roll, pitch and yaw of the camera, radians; see the signs above.
+/// Roll, pitch and yaw of the camera, radians, with the signs of the [module](self).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Attitude {
     /// Tilt of the optical axis towards `+X_e`.
@@ -101,9 +100,9 @@ pub struct Attitude {
 }
 
 impl Attitude {
-    /// `R_roll`, `R_pitch`, `R_yaw`, each camera to level frame.
+    /// Returns `R_roll`, `R_pitch` and `R_yaw`, each from camera to level frame.
     pub fn factors(&self) -> [Matrix3<f64>; 3] {
-        // The platform's own sine may differ in its last bit; that of `libm` is the same on every machine.
+        // The sine of the platform's library may differ in its last bit; that of `libm` is the same on every machine.
         let [(sr, cr), (sp, cp), (sy, cy)] = [self.roll, self.pitch, self.yaw].map(libm::sincos);
         [
             Matrix3::new(cr, 0.0, sr, 0.0, 1.0, 0.0, -sr, 0.0, cr),
@@ -112,7 +111,7 @@ impl Attitude {
         ]
     }
 
-    /// `R`: direction in the camera frame -> direction in the level frame.
+    /// Returns `R`, from direction in the camera frame to direction in the level frame.
     pub fn rotation(&self) -> Matrix3<f64> {
         let [roll, pitch, yaw] = self.factors();
         yaw * pitch * roll
@@ -128,7 +127,7 @@ pub struct View {
 }
 
 impl View {
-    /// `range` along the optical axis to the ground, m.
+    /// Returns the view of a camera whose laser measures `range` (m) along the optical axis to the ground.
     ///
     /// # Errors
     /// The range is not positive, or the axis does not point below the horizon.
@@ -144,7 +143,7 @@ impl View {
         Ok(Self { camera, attitude, range })
     }
 
-    /// The view from a `height` over the plane, m.
+    /// Returns the view from `height` (m) over the plane.
     ///
     /// # Errors
     /// As [`View::new`].
@@ -152,28 +151,28 @@ impl View {
         Self::new(camera, attitude, height / attitude.rotation()[(2, 2)])
     }
 
-    /// The camera.
+    /// Returns the camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// The attitude.
+    /// Returns roll, pitch and yaw.
     pub fn attitude(&self) -> &Attitude {
         &self.attitude
     }
 
-    /// Height over the plane, m.
+    /// Returns the height over the plane, m.
     pub fn height(&self) -> f64 {
         self.range * self.attitude.rotation()[(2, 2)]
     }
 
-    /// Pixel -> metres on the plane, from the point below the camera.
+    /// Returns the homography from pixel to metres on the plane, measured from the point below the camera.
     pub fn to_ground(&self) -> Matrix3<f64> {
         let h = self.height();
         Matrix3::from_diagonal(&Vector3::new(h, h, 1.0)) * self.attitude.rotation() * self.camera.inverse()
     }
 
-    /// Metres on the plane -> pixel.
+    /// Returns the homography from metres on the plane to pixel.
     pub fn from_ground(&self) -> Matrix3<f64> {
         let h = self.height();
         self.camera.matrix()
@@ -182,78 +181,82 @@ impl View {
     }
 }
 
-/// The raster of an orthophoto on the plane.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Raster {
-    /// Columns, along `X_e`.
-    pub width: usize,
-    /// Rows, along `Y_e`.
-    pub height: usize,
-    /// Side of a pixel, m.
-    pub pixel: f64,
-    /// Where the centre of pixel `(0, 0)` lies, m.
-    pub origin: Vector2<f64>,
-}
-
-impl Raster {
-    /// As many pixels as the frame, as large as one on the optical axis, about the point the laser hits.
-    pub fn of(view: &View, width: usize, height: usize) -> Self {
-        let pixel = view.range / view.camera.focal;
-        let axis = view.attitude.rotation() * Vector3::z() * view.range;
-        let half = Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0;
-        Self { width, height, pixel, origin: axis.xy() - pixel * half }
-    }
-
-    /// Orthophoto pixel -> metres on the plane.
-    pub fn to_ground(&self) -> Matrix3<f64> {
-        let (s, o) = (self.pixel, self.origin);
-        Matrix3::new(s, 0.0, o.x, 0.0, s, o.y, 0.0, 0.0, 1.0)
-    }
-}
-
-/// The frame as seen straight from above: each pixel of the raster is looked up in the frame, bilinear between its four
-/// neighbours; what the camera does not see is `outside`.
-pub fn warp(frame: &Plane<u16>, view: &View, raster: &Raster, outside: u16) -> Plane<u16> {
-    let to_frame = view.from_ground() * raster.to_ground();
-    Plane::from_fn(raster.width, raster.height, |x, y| {
-        transfer(&to_frame, Vector2::new(x as f64, y as f64)).and_then(|p| bilinear(frame, p)).unwrap_or(outside)
-    })
-}
-
-/// The error of a rectified position, m, where the plane is wrong by `dh` (m), along one axis: `tilt` is roll for `X_e`
-/// and pitch for `Y_e`, `phi` the angle off the optical axis along the same axis.
+/// Returns the error of a rectified position along one axis, m, over ground that is lower than the plane by `dh` (m).
+/// `tilt` (radians) is roll for `X_e` and pitch for `Y_e`, `phi` the angle off the optical axis along the same axis.
 pub fn height_error(dh: f64, tilt: f64, phi: f64) -> f64 {
     dh * (tilt + phi).tan()
-}
-
-fn bilinear(frame: &Plane<u16>, p: Vector2<f64>) -> Option<u16> {
-    let (right, bottom) = (frame.width() - 1, frame.height() - 1);
-    let inside = p.x >= 0.0 && p.y >= 0.0 && p.x <= right as f64 && p.y <= bottom as f64;
-    inside.then(|| {
-        let (x, y) = (p.x.floor() as usize, p.y.floor() as usize);
-        let (s, t) = (p.x - x as f64, p.y - y as f64);
-        let at = |x: usize, y: usize| f64::from(frame[(x.min(right), y.min(bottom))]);
-        let upper = at(x, y) + s * (at(x + 1, y) - at(x, y));
-        let lower = at(x, y + 1) + s * (at(x + 1, y + 1) - at(x, y + 1));
-        (upper + t * (lower - upper)).round() as u16
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::plane::Plane;
+    use crate::motion::model::transfer;
     use proptest::prelude::*;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
+    /// The raster of an orthophoto on the plane.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct Raster {
+        /// Columns, along `X_e`.
+        width: usize,
+        /// Rows, along `Y_e`.
+        height: usize,
+        /// Side of a pixel, m.
+        pixel: f64,
+        /// Position of the centre of pixel `(0, 0)`, m.
+        origin: Vector2<f64>,
+    }
+
+    impl Raster {
+        /// Returns a raster of `width` x `height` pixels about the point that the laser hits, each as large as a pixel on the
+        /// optical axis.
+        fn of(view: &View, width: usize, height: usize) -> Self {
+            let pixel = view.range / view.camera.focal;
+            let axis = view.attitude.rotation() * Vector3::z() * view.range;
+            let half = Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0;
+            Self { width, height, pixel, origin: axis.xy() - pixel * half }
+        }
+
+        /// Returns the matrix from orthophoto pixel to metres on the plane.
+        fn to_ground(&self) -> Matrix3<f64> {
+            let (s, o) = (self.pixel, self.origin);
+            Matrix3::new(s, 0.0, o.x, 0.0, s, o.y, 0.0, 0.0, 1.0)
+        }
+    }
+
+    /// Renders the frame as seen straight from above: each pixel of the raster is looked up in the frame, bilinear between
+    /// four pixels; pixels outside the view are `outside`.
+    fn warp(frame: &Plane<u16>, view: &View, raster: &Raster, outside: u16) -> Plane<u16> {
+        let to_frame = view.from_ground() * raster.to_ground();
+        Plane::from_fn(raster.width, raster.height, |x, y| {
+            transfer(&to_frame, Vector2::new(x as f64, y as f64)).and_then(|p| bilinear(frame, p)).unwrap_or(outside)
+        })
+    }
+
+    /// Returns the sample at `p`, bilinear between four pixels, or `None` outside the frame.
+    fn bilinear(frame: &Plane<u16>, p: Vector2<f64>) -> Option<u16> {
+        let (right, bottom) = (frame.width() - 1, frame.height() - 1);
+        let inside = p.x >= 0.0 && p.y >= 0.0 && p.x <= right as f64 && p.y <= bottom as f64;
+        inside.then(|| {
+            let (x, y) = (p.x.floor() as usize, p.y.floor() as usize);
+            let (s, t) = (p.x - x as f64, p.y - y as f64);
+            let at = |x: usize, y: usize| f64::from(frame[(x.min(right), y.min(bottom))]);
+            let upper = at(x, y) + s * (at(x + 1, y) - at(x, y));
+            let lower = at(x, y + 1) + s * (at(x + 1, y + 1) - at(x, y + 1));
+            (upper + t * (lower - upper)).round() as u16
+        })
+    }
+
     fn view(roll: f64, pitch: f64, yaw: f64, range: f64) -> View {
         let camera = Camera::with_field_of_view(1024, 768, 50.0 * DEGREE).unwrap();
         View::new(camera, Attitude { roll, pitch, yaw }, range).unwrap()
     }
 
-    /// The ray of a camera at `height` over the true ground meets it here: geometry alone, no homography.
+    /// Returns where a ray of a camera at `height` over the true ground meets it, by geometry alone.
     fn hit(attitude: &Attitude, direction: Vector3<f64>, height: f64) -> Vector2<f64> {
         let ray = attitude.rotation() * direction;
         ray.xy() * (height / ray.z)
@@ -293,7 +296,7 @@ mod tests {
         }
     }
 
-    /// Rays against the true ground, which lies `dh` below the assumed plane.
+    /// Intersects rays with the true ground, `dh` below the assumed plane.
     fn simulated_error(attitude: &Attitude, direction: Vector3<f64>, dh: f64) -> Vector2<f64> {
         let assumed = 100.0;
         hit(attitude, direction, assumed + dh) - hit(attitude, direction, assumed)

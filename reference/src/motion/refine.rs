@@ -1,99 +1,102 @@
 //! Template refinement: `min over d of sum_u |I(p + u) - a J(q + A (u + d)) - b|^2` on the raw frames, `I` of REF and
 //! `J` of CUR.
 //!
-//! A feature's place is that of a maximum of a smoothed difference, known to some tenths of a pixel. The frames know
-//! more: the 17 x 17 samples about the place in REF are compared with those of CUR, warped by the estimate. `p` is the
-//! pixel of REF nearest to the place, so that REF is not interpolated; `A` is the derivative of the motion there, `q`
-//! the matched place moved by `A` to `p`; `d`, in pixels of REF, is what is sought. `a` and `b` are gain and offset of
-//! the exposure: both patches are brought to mean 0 and norm 1, which takes them out, and their product is then the
-//! normalised cross correlation (NCC).
+//! The position of a feature is that of a maximum of a smoothed difference, accurate to a few tenths of a pixel. The
+//! frames allow more: the 17 x 17 samples about the position in REF are compared with those of CUR, warped by the
+//! estimate. `p` is the pixel of REF nearest to the position, so that REF is not interpolated; `A` is the derivative of
+//! the motion there, `q` the matched position moved by `A` to `p`; the unknown is `d`, in pixels of REF. `a` and `b`
+//! are gain and offset of the exposure: normalising both patches to mean 0 and norm 1 eliminates them, and the product
+//! of the patches is then the normalised cross correlation (NCC).
 //!
 //! Lucas and Kanade (1981), with the gradient of REF in place of that of the moving patch (inverse compositional, Baker
-//! and Matthews, 2004), so that the 2 x 2 normal equations are made and inverted once a patch. `J` is interpolated
-//! linearly between four samples.
+//! and Matthews, 2004), so that the 2 x 2 normal equations are set up and inverted once a patch. `J` is interpolated
+//! bilinearly between four samples.
 //!
-//! A pair is dropped where the patch leaves a frame, where its gradients have one direction only, where the step does
-//! not settle, where it went further than [`REACH`], and where the NCC stays below [`LEAST_NCC`]: waves, leaves and
-//! noise are not the same twice.
+//! A pair is dropped if the patch leaves a frame, if its gradients have one direction only, if the steps do not
+//! converge, if it moves by more than 2 px, or if the NCC stays below 0.5: waves, leaves and noise differ between the
+//! frames.
 
 use crate::image::plane::Plane;
 use crate::motion::estimate::Estimate;
 use crate::motion::model::{Pair, squared_error, transfer};
-use crate::motion::robust::{scale, settle};
+use crate::motion::robust::{refit, scale};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
-/// Half the side of a patch, less one half: 17 x 17.
-pub const HALF: usize = 8;
+/// Distance from the centre of a patch to its outermost samples: 17 x 17 samples.
+const PATCH_RADIUS: usize = 8;
 
-/// Pairs that are refined, the best first; more gain nothing.
-pub const MOST: usize = 200;
+/// Number of pairs that are refined, the best first; more do not improve the motion.
+const MAX_REFINED_PAIRS: usize = 200;
 
-/// Refined pairs are at least this far apart along one axis, px. Patches that share samples share their error.
-pub const APART: f64 = SIDE as f64;
+/// Smallest distance of two refined pairs along at least one axis, px. Patches that share samples share their error.
+const MIN_SEPARATION_PX: f64 = SIDE as f64;
 
-/// Least NCC of a refined pair.
-pub const LEAST_NCC: f64 = 0.5;
+/// Smallest NCC of a refined pair.
+const MIN_NCC: f64 = 0.5;
 
-/// Furthest a pair is moved, px of REF: what the parabola leaves, and some.
-pub const REACH: f64 = 2.0;
+/// Largest movement of a pair, px of REF: a little more than the error of the parabola.
+const MAX_MOVEMENT_PX: f64 = 2.0;
 
-/// Steps a patch takes at most.
-const STEPS: usize = 10;
+/// Largest number of steps of a patch.
+const MAX_STEPS: usize = 10;
 
-/// A step below this ends the refinement of a patch, px.
-const SETTLED: f64 = 0.005;
+/// Length of a step below which a patch has converged, px.
+const CONVERGENCE_STEP_PX: f64 = 0.005;
 
-/// The smaller eigenvalue of the normal matrix is at least this part of the larger.
-const LEAST_ROUNDNESS: f64 = 0.02;
+/// Smallest ratio of the eigenvalues of the normal matrix.
+const MIN_EIGENVALUE_RATIO: f64 = 0.02;
 
-/// Fewer refined pairs than this leave the estimate as it is.
-const FEWEST: usize = 12;
+/// Smallest number of refined pairs that replaces the estimate.
+const MIN_PAIRS: usize = 12;
 
-/// Refined pairs vote within this many standard deviations an axis of their own residual.
-const VOTE: f64 = 4.0;
+/// Largest error of an inlier among the refined pairs, in standard deviations per axis of their residual.
+const INLIER_SIGMAS: f64 = 4.0;
 
-const SIDE: usize = 2 * HALF + 1;
+/// Side of a patch, samples.
+const SIDE: usize = 2 * PATCH_RADIUS + 1;
+/// Samples of a patch.
 const AREA: usize = SIDE * SIDE;
 
 /// A pair after refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Refined {
-    /// `p`, a whole pixel of REF, and its place in CUR.
-    pub pair: Pair,
+struct RefinedPair {
+    /// `p`, a whole pixel of REF, and its position in CUR.
+    pair: Pair,
     /// Normalised cross correlation of the two patches, at most 1.
-    pub ncc: f64,
+    ncc: f64,
 }
 
-/// The pair refined under the motion `h`; nothing where it is dropped.
-pub fn refined_pair(reference: &Plane<u16>, current: &Plane<u16>, h: &Matrix3<f64>, pair: &Pair) -> Option<Refined> {
+/// Refines a pair under the motion `h`. Returns `None` if the pair is dropped.
+fn refined_pair(reference: &Plane<u16>, current: &Plane<u16>, h: &Matrix3<f64>, pair: &Pair) -> Option<RefinedPair> {
     let p = pair.reference.map(f64::round);
     let template = Template::of(reference, p)?;
     let a = derivative(h, p)?;
     let q = pair.current + a * (p - pair.reference);
     let mut d = Vector2::zeros();
-    for _ in 0..STEPS {
+    for _ in 0..MAX_STEPS {
         let (step, _) = template.step(current, q + a * d, &a)?;
         d += step;
-        if d.norm_squared() > REACH * REACH {
+        if d.norm_squared() > MAX_MOVEMENT_PX * MAX_MOVEMENT_PX {
             return None;
         }
-        if step.norm_squared() < SETTLED * SETTLED {
-            let place = q + a * d;
-            let (_, ncc) = template.step(current, place, &a)?;
-            return (ncc >= LEAST_NCC).then_some(Refined { pair: Pair { reference: p, current: place }, ncc });
+        if step.norm_squared() < CONVERGENCE_STEP_PX * CONVERGENCE_STEP_PX {
+            let position = q + a * d;
+            let (_, ncc) = template.step(current, position, &a)?;
+            return (ncc >= MIN_NCC).then_some(RefinedPair { pair: Pair { reference: p, current: position }, ncc });
         }
     }
     None
 }
 
-/// The estimate with its best inliers refined and the motion fitted to them; as it was where too few stand the
-/// comparison. Matches and pairs are then the refined ones.
-pub fn refined(estimate: Estimate, reference: &Plane<u16>, current: &Plane<u16>, dist: f64) -> Estimate {
-    let (mut matches, mut pairs) = (Vec::with_capacity(MOST), Vec::with_capacity(MOST));
+/// Refines the best inliers of an estimate on the frames and fits the motion to them. Matches, pairs and inliers of the
+/// result are the refined ones. `max_squared_error` (px^2) is that of the search. Returns the estimate unchanged if
+/// fewer than 12 pairs remain.
+pub fn refined(estimate: Estimate, reference: &Plane<u16>, current: &Plane<u16>, max_squared_error: f64) -> Estimate {
+    let (mut matches, mut pairs) = (Vec::with_capacity(MAX_REFINED_PAIRS), Vec::with_capacity(MAX_REFINED_PAIRS));
     for &i in &estimate.inliers {
-        let place = estimate.pairs[i].reference;
-        let taken = |pair: &Pair| (pair.reference - place).amax() < APART;
-        if pairs.len() == MOST || pairs.iter().any(taken) {
+        let position = estimate.pairs[i].reference;
+        let is_near = |pair: &Pair| (pair.reference - position).amax() < MIN_SEPARATION_PX;
+        if pairs.len() == MAX_REFINED_PAIRS || pairs.iter().any(is_near) {
             continue;
         }
         if let Some(refined) = refined_pair(reference, current, &estimate.homography, &estimate.pairs[i]) {
@@ -101,14 +104,14 @@ pub fn refined(estimate: Estimate, reference: &Plane<u16>, current: &Plane<u16>,
             pairs.push(refined.pair);
         }
     }
-    if pairs.len() < FEWEST {
+    if pairs.len() < MIN_PAIRS {
         return estimate;
     }
-    let homography = settle(estimate.model, estimate.homography, &pairs, dist);
+    let homography = refit(estimate.model, estimate.homography, &pairs, max_squared_error);
     let mut squared: Vec<f64> = pairs.iter().map(|pair| squared_error(&homography, pair)).collect();
-    let limit = (VOTE * scale(&mut squared)).powi(2).min(dist);
+    let limit = (INLIER_SIGMAS * scale(&mut squared)).powi(2).min(max_squared_error);
     let inliers: Vec<usize> = (0..pairs.len()).filter(|&i| squared_error(&homography, &pairs[i]) <= limit).collect();
-    if inliers.len() < FEWEST {
+    if inliers.len() < MIN_PAIRS {
         return estimate;
     }
     let sum: f64 = inliers.iter().map(|&i| squared_error(&homography, &pairs[i])).sum();
@@ -116,14 +119,14 @@ pub fn refined(estimate: Estimate, reference: &Plane<u16>, current: &Plane<u16>,
     Estimate { homography, matches, pairs, inliers, rms, ..estimate }
 }
 
-/// `dH/dp`: how the place in CUR moves with that in REF.
+/// Returns the derivative of the position in CUR by the position in REF, or `None` if `p` maps behind the camera.
 fn derivative(h: &Matrix3<f64>, p: Vector2<f64>) -> Option<Matrix2<f64>> {
     let q = transfer(h, p)?;
     let depth = h[(2, 0)] * p.x + h[(2, 1)] * p.y + h[(2, 2)];
     Some(Matrix2::from_fn(|row, column| (h[(row, column)] - q[row] * h[(2, column)]) / depth))
 }
 
-/// The patch of REF, of mean 0 and norm 1, and what a step needs of its gradient.
+/// A patch of REF, normalised to mean 0 and norm 1, with its gradient and the inverse of the normal matrix.
 struct Template {
     samples: [f64; AREA],
     slopes: [Vector2<f64>; AREA],
@@ -131,15 +134,15 @@ struct Template {
 }
 
 impl Template {
-    /// About the whole pixel `p`; nothing where the patch and its neighbours leave the frame or tell one direction
-    /// only.
+    /// Cuts the patch about the whole pixel `p`. Returns `None` if the patch or its neighbours leave the frame, or if its
+    /// gradients have one direction only.
     fn of(frame: &Plane<u16>, p: Vector2<f64>) -> Option<Self> {
-        let margin = (HALF + 1) as f64;
+        let margin = (PATCH_RADIUS + 1) as f64;
         let inside = |v: f64, size: usize| v >= margin && v + margin < size as f64;
         if !(inside(p.x, frame.width()) && inside(p.y, frame.height())) {
             return None;
         }
-        let (left, top) = (p.x as usize - HALF, p.y as usize - HALF);
+        let (left, top) = (p.x as usize - PATCH_RADIUS, p.y as usize - PATCH_RADIUS);
         let (mut samples, mut slopes) = ([0.0; AREA], [Vector2::zeros(); AREA]);
         for v in 0..SIDE {
             let rows = [top + v - 1, top + v, top + v + 1].map(|y| &frame.row(y)[left - 1..left + SIDE + 1]);
@@ -158,25 +161,26 @@ impl Template {
             mean += *slope / AREA as f64;
             along += *slope * *sample;
         }
-        // What gain and offset explain of a displacement is no evidence of it.
+        // The part of a displacement that gain and offset explain as well is removed.
         for (slope, sample) in slopes.iter_mut().zip(&samples) {
             *slope -= mean + along * *sample;
             normal += *slope * slope.transpose();
         }
         let eigenvalues = normal.symmetric_eigenvalues();
-        let round = eigenvalues.min() > LEAST_ROUNDNESS * eigenvalues.max();
-        round.then(|| normal.try_inverse()).flatten().map(|inverse| Self { samples, slopes, inverse })
+        let has_two_directions = eigenvalues.min() > MIN_EIGENVALUE_RATIO * eigenvalues.max();
+        has_two_directions.then(|| normal.try_inverse()).flatten().map(|inverse| Self { samples, slopes, inverse })
     }
 
-    /// The displacement still to go, px of REF, and the NCC, where the middle of the patch is at `place` in CUR.
-    fn step(&self, current: &Plane<u16>, place: Vector2<f64>, a: &Matrix2<f64>) -> Option<(Vector2<f64>, f64)> {
+    /// Returns the next step, px of REF, and the NCC for the patch of CUR about `centre`, or `None` if it leaves the frame
+    /// or is uniform.
+    fn step(&self, current: &Plane<u16>, centre: Vector2<f64>, a: &Matrix2<f64>) -> Option<(Vector2<f64>, f64)> {
         let mut patch = [0.0; AREA];
-        let half = HALF as f64;
+        let half = PATCH_RADIUS as f64;
         let across = a.column(0).into_owned();
         for v in 0..SIDE {
-            let mut q = place + a * Vector2::new(-half, v as f64 - half);
+            let mut q = centre + a * Vector2::new(-half, v as f64 - half);
             for u in 0..SIDE {
-                patch[v * SIDE + u] = linear(current, q)?;
+                patch[v * SIDE + u] = bilinear(current, q)?;
                 q += across;
             }
         }
@@ -190,7 +194,7 @@ impl Template {
     }
 }
 
-/// Brings samples to mean 0 and norm 1 and returns the norm they had; nothing where they are all alike.
+/// Normalises samples to mean 0 and norm 1 and returns the norm they had, or `None` if all are equal.
 fn normalise(samples: &mut [f64; AREA]) -> Option<f64> {
     let mean = samples.iter().sum::<f64>() / AREA as f64;
     let mut squares = 0.0;
@@ -205,7 +209,8 @@ fn normalise(samples: &mut [f64; AREA]) -> Option<f64> {
     })
 }
 
-fn linear(frame: &Plane<u16>, q: Vector2<f64>) -> Option<f64> {
+/// Returns the sample at `q`, bilinear between four pixels, or `None` outside the frame.
+fn bilinear(frame: &Plane<u16>, q: Vector2<f64>) -> Option<f64> {
     let inside = q.x >= 0.0 && q.y >= 0.0 && q.x < (frame.width() - 1) as f64 && q.y < (frame.height() - 1) as f64;
     inside.then(|| {
         let (x, y) = (q.x as usize, q.y as usize);
@@ -224,7 +229,7 @@ mod tests {
     use crate::motion::matching::Match;
     use crate::motion::model::Model;
 
-    /// Ground without an end: smooth hills of light at many scales.
+    /// Returns the brightness of an unbounded ground: smooth waves at many scales.
     fn ground(p: Vector2<f64>) -> f64 {
         let wave = |x: f64, y: f64| (p.x * x + p.y * y).sin();
         30_000.0
@@ -247,14 +252,14 @@ mod tests {
         (frame(&Matrix3::identity(), 1.0, 0.0), frame(&motion().try_inverse().unwrap(), 0.7, 3000.0))
     }
 
-    /// The place, and its match off by `miss`.
+    /// Returns a pair whose position in CUR is off by `miss`, px.
     fn pair(x: f64, y: f64, miss: Vector2<f64>) -> Pair {
         let reference = Vector2::new(x, y);
         Pair { reference, current: transfer(&motion(), reference).unwrap() + miss }
     }
 
     #[test]
-    fn a_match_half_a_pixel_off_is_brought_home_under_another_gain() {
+    fn a_match_half_a_pixel_off_is_corrected_under_another_gain() {
         let (reference, current) = frames();
         let mut refined = 0;
         for (x, y) in [(60.3, 70.4), (99.6, 40.2), (120.0, 90.0), (80.5, 100.4)] {
@@ -269,12 +274,12 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_compared_is_dropped() {
+    fn pairs_that_cannot_be_compared_are_dropped() {
         let (reference, current) = frames();
         let none = |reference: &Plane<u16>, current: &Plane<u16>, pair: Pair| {
             assert_eq!(refined_pair(reference, current, &motion(), &pair), None, "{pair:?}");
         };
-        // Patches that leave either frame; a match further off than the reach; a flat frame; a single edge.
+        // Patches that leave either frame; a match too far off; a uniform frame; a single edge.
         none(&reference, &current, pair(5.0, 70.0, Vector2::zeros()));
         none(&reference, &current, pair(196.0, 70.0, Vector2::zeros()));
         none(&reference, &current, Pair { current: Vector2::new(3.0, 80.0), ..pair(60.0, 70.0, Vector2::zeros()) });
@@ -283,7 +288,7 @@ mod tests {
         none(&reference, &Plane::filled(200, 150, 9u16), pair(60.0, 70.0, Vector2::zeros()));
         let edge = Plane::from_fn(200, 150, |x, _| if x < 60 { 100u16 } else { 900 });
         none(&edge, &edge, Pair { reference: Vector2::new(60.0, 70.0), current: Vector2::new(60.0, 70.0) });
-        // Ground that is not the same twice.
+        // Ground that differs between the frames.
         let other = Plane::from_fn(200, 150, |x, y| ((x * 7919 + y * 104_729) % 6007) as u16);
         none(&reference, &other, pair(60.0, 70.0, Vector2::zeros()));
     }
@@ -298,7 +303,7 @@ mod tests {
     #[test]
     fn the_motion_follows_the_refined_pairs() {
         let (reference, current) = frames();
-        // Off by up to half a pixel, to the right on the whole.
+        // Off by up to half a pixel, with a bias to the right.
         let miss = |i: usize| Vector2::new(0.4 + 0.1 * (i % 3) as f64, 0.2 * (i % 5) as f64 - 0.4);
         let pairs: Vec<Pair> =
             (0..48).map(|i| pair(30.0 + 18.0 * (i % 8) as f64, 30.0 + 17.0 * (i / 8) as f64, miss(i))).collect();
@@ -310,7 +315,7 @@ mod tests {
         assert!(was > 0.4 && is < 0.02, "{was} px before, {is} px after");
         assert!(after.inliers.len() >= 30 && after.rms < 0.05 && after.matches.len() == after.pairs.len());
         assert_eq!((after.quality, after.model), (200, Model::Homography));
-        // Too few that stand the comparison leave it as it was.
+        // Too few refined pairs leave the estimate unchanged.
         let flat = Plane::filled(200, 150, 9u16);
         assert_eq!(refined(before.clone(), &reference, &flat, 9.0), before);
     }

@@ -1,0 +1,232 @@
+//! Matching of features by the distance `D(a, b) = sum_k Hamming_k(a, b) + C (DOG(a) - DOG(b))^2`.
+//!
+//! `Hamming_k` counts the bits that differ in the words of scale pair `k` (MaxLBP and sign bits, 0 ..= 64 a pair;
+//! strict: MaxLBP alone, 0 ..= 32), for as many pairs as the chain has; `DOG` is the feature's response at its own
+//! scale, in DN of the camera sample. `C` (one over squared DN) is small, so that the second term decides between equal
+//! Hamming distances only. The default is therefore a lexicographic order: Hamming distance, then `|DOG(a) - DOG(b)|`,
+//! then the smaller index. It gives the same result for fixed point, whose responses are multiples of 0.5 DN with exact
+//! differences in f64. The sum with a given `C` is a separate mode.
+//!
+//! Two features can match if scale and polarity agree and, with a prediction, if the position in CUR is within the
+//! radius of the gate about the predicted position. A match is mutual: `b` is the best candidate of `a`, and `a` the
+//! best candidate of `b`. Therefore no feature is in two matches, and the result is symmetric in
+//! the two pictures.
+
+mod block;
+mod buffers;
+
+use crate::features::feature::Feature;
+use crate::motion::budget::Budget;
+use crate::motion::mark::{Part, mark};
+use crate::motion::model::{Pair, transfer};
+use block::BLOCK;
+pub use buffers::MatchBuffers;
+use buffers::{Best, Group};
+use nalgebra::{Matrix3, Vector2};
+use std::cmp::Ordering;
+
+/// Radius of the gate about a predicted position, px.
+pub const GATE_RADIUS_PX: f64 = 192.0;
+
+/// Work units of a feature in a matching, without its comparisons, from instruction counts on the ARM.
+const FEATURE_WORK: usize = 72;
+
+/// Work units of a comparison within a gate, which compares the positions too.
+const GATED_WORK: usize = 2;
+
+/// A combination of the two terms of the distance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Distance {
+    /// Hamming distance; the difference of the responses decides between equal distances only.
+    #[default]
+    Lexicographic,
+    /// The sum with this `C`, in one over squared DN; finite and not negative.
+    Sum(f64),
+}
+
+/// The search region in CUR of a feature of REF.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// The homography from REF pixel to the predicted CUR pixel.
+    pub prediction: Matrix3<f64>,
+    /// Largest distance from the predicted position, px.
+    pub radius: f64,
+}
+
+/// The settings of a matching.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Matching {
+    /// Comparison of descriptors and responses.
+    pub distance: Distance,
+    /// `true` compares the MaxLBP words alone, without the sign words.
+    pub strict: bool,
+    /// Search region; `None` is the whole picture.
+    pub gate: Option<Gate>,
+    /// Ratio test: largest ratio of the distance to that of the second best candidate, in both directions. `None` skips
+    /// the test.
+    pub ratio: Option<f64>,
+    /// Largest distance of a match: Hamming distance in bits, or the sum in the mode of that name.
+    pub limit: Option<f64>,
+}
+
+/// A mutual best match.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Match {
+    /// Index among the features of REF.
+    pub reference: usize,
+    /// Index among the features of CUR.
+    pub current: usize,
+    /// Hamming distance in bits, or the sum in the mode of that name.
+    pub distance: f64,
+    /// `|DOG(a) - DOG(b)|`, DN.
+    pub response_difference: f64,
+}
+
+impl Matching {
+    /// Returns all matches, the best first: by distance, then difference of responses, then index in REF.
+    pub fn matches(&self, reference: &[Feature], current: &[Feature]) -> Vec<Match> {
+        let mut found = Vec::new();
+        let (mut budget, mut buffers) = (Budget::UNLIMITED, MatchBuffers::default());
+        buffers.fill(reference, current, self.strict, &mut budget);
+        self.matches_into(&mut budget, &mut buffers, &mut found);
+        found
+    }
+
+    /// Matches the features that `buffers` were filled with, as [`Matching::matches`] does, into `found`, whose content
+    /// is replaced. Returns `false` if `budget` is exhausted; then the matches are incomplete and must not be used.
+    pub fn matches_into(&self, budget: &mut Budget, buffers: &mut MatchBuffers, found: &mut Vec<Match>) -> bool {
+        found.clear();
+        if !budget.spend(FEATURE_WORK * (buffers.from.len() + buffers.to.len())) {
+            return false;
+        }
+        mark(Part::Matching);
+        buffers.blocks.iter_mut().for_each(|block| block.limits = [u8::MAX; BLOCK]);
+        let complete = (0..buffers.groups.len()).all(|group| match self.distance {
+            Distance::Lexicographic => self.mutual(budget, buffers, group, found, |hamming, _| f64::from(hamming)),
+            Distance::Sum(c) => self.mutual(budget, buffers, group, found, |hamming, difference| {
+                f64::from(hamming) + c * difference * difference
+            }),
+        });
+        // No two matches have the same index, so the order is that of a stable sort.
+        found.sort_unstable_by(Match::best_first);
+        mark(Part::Search);
+        complete
+    }
+
+    /// Appends the mutual best matches of one scale and polarity. `sum` combines Hamming distance and difference of
+    /// responses. Returns `false` if `budget` is exhausted.
+    fn mutual(
+        &self,
+        budget: &mut Budget,
+        buffers: &mut MatchBuffers,
+        group: usize,
+        found: &mut Vec<Match>,
+        sum: impl Fn(u32, f64) -> f64,
+    ) -> bool {
+        let MatchBuffers { groups, from, to, blocks, best_from, best_to, .. } = buffers;
+        let Group { from: from_range, to: to_range, blocks: block_range, in_row_order, .. } = groups[group].clone();
+        let (from, to, blocks) = (&from[from_range], &to[to_range], &mut blocks[block_range]);
+        for (best, candidates) in [(&mut *best_from, from), (&mut *best_to, to)] {
+            best.clear();
+            best.resize(candidates.len(), Best::NONE);
+        }
+        // Only the ratio test needs the second best.
+        let limit = |best: &Best| if self.ratio.is_some() { best.second } else { best.distance };
+        for (i, a) in from.iter().enumerate() {
+            // A position that the prediction maps behind the camera has no gate and no match.
+            let expected = match self.gate {
+                Some(gate) => match transfer(&gate.prediction, a.position) {
+                    Some(position) => Some((position, gate.radius * gate.radius)),
+                    None => continue,
+                },
+                None => None,
+            };
+            let first = match expected {
+                Some((position, _)) if in_row_order => {
+                    to.partition_point(|b| f64::from(b.row) < position.y - self.row_reach())
+                }
+                _ => 0,
+            };
+            let end = match expected {
+                Some((position, _)) if in_row_order => {
+                    to.partition_point(|b| f64::from(b.row) <= position.y + self.row_reach())
+                }
+                _ => to.len(),
+            };
+            let looked_at = first / BLOCK..end.div_ceil(BLOCK);
+            let each = if expected.is_some() { GATED_WORK } else { 1 };
+            if !budget.spend(each * BLOCK * looked_at.len()) {
+                return false;
+            }
+            for (block, near) in blocks.iter_mut().enumerate().take(looked_at.end).skip(looked_at.start) {
+                let (mut closer, hamming) = near.closer(&a.words, floor(limit(&best_from[i])));
+                while closer != 0 {
+                    let lane = closer.trailing_zeros() as usize;
+                    closer &= closer - 1;
+                    let j = block * BLOCK + lane;
+                    let b = &to[j];
+                    if let Some((position, radius2)) = expected
+                        && (b.position - position).norm_squared() > radius2
+                    {
+                        continue;
+                    }
+                    let difference = (a.response - b.response).abs();
+                    let distance = sum(u32::from(hamming[lane]), difference);
+                    best_from[i].offer(distance, difference, j);
+                    best_to[j].offer(distance, difference, i);
+                    near.limits[lane] = floor(limit(&best_to[j]));
+                }
+            }
+        }
+        for (i, best) in best_from.iter().enumerate() {
+            let Some(back) = best_to.get(best.partner).filter(|back| back.partner == i) else { continue };
+            let distinct = |ratio: f64| [best, back].iter().all(|b| b.distance <= ratio * b.second);
+            if self.ratio.is_none_or(distinct) && self.limit.is_none_or(|limit| best.distance <= limit) {
+                found.push(Match {
+                    reference: from[i].index,
+                    current: to[best.partner].index,
+                    distance: best.distance,
+                    response_difference: best.difference,
+                });
+            }
+        }
+        true
+    }
+}
+
+impl Matching {
+    /// Returns the largest difference of rows within the gate; a position is within half a row of its pixel.
+    fn row_reach(&self) -> f64 {
+        self.gate.map_or(f64::INFINITY, |gate| gate.radius + 1.0)
+    }
+}
+
+impl Match {
+    /// Compares two matches; the better one is less.
+    fn best_first(&self, other: &Self) -> Ordering {
+        self.distance
+            .total_cmp(&other.distance)
+            .then(self.response_difference.total_cmp(&other.response_difference))
+            .then(self.reference.cmp(&other.reference))
+    }
+}
+
+/// Returns the largest Hamming distance of at most `limit`; a distance is never below its Hamming part.
+fn floor(limit: f64) -> u8 {
+    // The conversion saturates, also for infinity.
+    limit as u8
+}
+
+/// Returns the positions of matched features, to a fraction of a pixel, in the order of the matches.
+pub fn matched_pairs(matches: &[Match], reference: &[Feature], current: &[Feature]) -> impl Iterator<Item = Pair> {
+    let position = |feature: &Feature| {
+        let (x, y) = feature.subpixel();
+        Vector2::new(x, y)
+    };
+    matches
+        .iter()
+        .map(move |m| Pair { reference: position(&reference[m.reference]), current: position(&current[m.current]) })
+}
+
+#[cfg(test)]
+mod tests;
