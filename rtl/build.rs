@@ -1,8 +1,9 @@
 //! From a design file to the constants and the wiring that depend on it.
 //!
 //! rust-hdl has widths in its types, so the emitter is compiled for a design: `HOVERLOCK_DESIGN` names the design file,
-//! `designs/kt27.toml` where it is not set. Three files are written for `include!`:
+//! the default design if it is not set. Four files are written for `include!` and `include_str!`:
 //!
+//! - `design.toml`: the design file itself;
 //! - `design.rs`: the numbers of the file as plain constants;
 //! - `smoothers.rs`: a smoother type for each look-ahead, and the smoothers with the delays that align them;
 //! - `extractor.rs`: which smoothers each scale pair subtracts.
@@ -10,21 +11,14 @@
 //! A `#[hdl_gen]` body has no choice but that of numbers, and which delays and smoothers there are is more than a
 //! number.
 
-#[path = "src/names.rs"]
-mod names;
-
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use names::smoother_names;
-use toml::{Table, Value};
+use hoverlock_design::{DesignPoint, KEYS, KT27, KeyValue, MAX_RING_RADIUS, smoother_names};
 
 /// Longest delay of one cell, as in `cells/delay.rs`.
 const LONGEST_DELAY: u64 = 33;
-
-/// Radius of the widest ring, px: it has a point in the newest row.
-const LARGEST_RING: u64 = 16;
 
 /// Bits of a field of the bank.
 const FIELD_BITS: u64 = 16;
@@ -38,31 +32,83 @@ fn main() {
 
 fn run() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=HOVERLOCK_DESIGN");
-    let file = match std::env::var_os("HOVERLOCK_DESIGN").filter(|path| !path.is_empty()) {
-        Some(path) => PathBuf::from(path),
-        None => Path::new(&std::env::var("CARGO_MANIFEST_DIR")?).join("../designs/kt27.toml"),
+    let design = match std::env::var_os("HOVERLOCK_DESIGN").filter(|path| !path.is_empty()) {
+        Some(path) => {
+            let path = Path::new(&path);
+            println!("cargo:rerun-if-changed={}", path.display());
+            let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+            DesignPoint::from_file(&text)?
+        }
+        None => KT27.clone(),
     };
-    println!("cargo:rerun-if-changed={}", file.display());
-    let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
-    let design = Design::of(&text.parse()?)?;
+    design.check_buildable()?;
+    let wiring = Wiring {
+        pixel_bits: u64::from(design.pixel.bits()),
+        coefficient_bits: u64::from(design.coefficient.bits()),
+        look_ahead: design.look_ahead.iter().copied().map(u64::from).collect(),
+        names: smoother_names(design.smoothers()),
+    };
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
-    std::fs::write(out.join("design.rs"), design.constants())?;
-    std::fs::write(out.join("smoothers.rs"), design.smoothers())?;
-    std::fs::write(out.join("extractor.rs"), design.extractor())?;
+    std::fs::write(out.join("design.toml"), design.to_toml())?;
+    std::fs::write(out.join("design.rs"), constants(&design))?;
+    std::fs::write(out.join("smoothers.rs"), wiring.smoothers())?;
+    std::fs::write(out.join("extractor.rs"), extractor(&design))?;
     Ok(())
 }
 
-/// The numbers of a design file. What is possible is checked by the models and by `src/design.rs`.
-struct Design {
-    /// `u8.0` is 8 and 0.
-    pixel: [u64; 2],
-    state: [u64; 2],
-    coefficient: [u64; 2],
+/// Returns the constants of a design in Rust: `WIDTH` for the key `width`, `STATE_BITS` and `STATE_FRACTION_BITS` for
+/// the format `state`, an array for a list of whole numbers. `KEY_CONSTANTS` lists the numbers with their names.
+fn constants(design: &DesignPoint) -> String {
+    let mut text = String::new();
+    let mut names = Vec::new();
+    for key in &KEYS {
+        let name = key.name.to_uppercase();
+        let mut number = |name: String, meaning: &str, unit: &str, value: u32| {
+            text += &format!("/// {meaning} Unit: {unit}.\npub const {name}: usize = {value};\n");
+            names.push(name);
+        };
+        match key.value(design) {
+            KeyValue::Whole(value) => number(name, key.meaning, key.unit, value),
+            KeyValue::Format(format) => {
+                number(format!("{name}_BITS"), key.meaning, "bits", format.bits());
+                let fraction_bits = format.fraction_bits().unsigned_abs().into();
+                number(format!("{name}_FRACTION_BITS"), key.meaning, "bits after the point", fraction_bits);
+            }
+            KeyValue::Wholes(values) => {
+                let (meaning, unit, length) = (key.meaning, key.unit, values.len());
+                text += &format!("/// {meaning} Unit: {unit}.\npub const {name}: [usize; {length}] = {values:?};\n");
+            }
+            // The hardware has no numbers with a point.
+            KeyValue::Reals(_) => {}
+        }
+    }
+    let pairs: Vec<String> = names.iter().map(|name| format!("(\"{name}\", {name})")).collect();
+    text + &format!(
+        "/// The numbers of the design file with their names.\npub const KEY_CONSTANTS: &[(&str, usize)] = &[{}];\n",
+        pairs.join(", ")
+    )
+}
+
+/// Returns the call of the macro that wires the module `extractor`: the scale pairs with their smoothers, then those
+/// whose ring does not reach the newest row, then those whose ring does.
+fn extractor(design: &DesignPoint) -> String {
+    let pairs = smoother_names(design.smoothers()).windows(2).enumerate();
+    let smoothers: Vec<String> =
+        pairs.map(|(k, pair)| format!("{k} {} {} THRESHOLD_{k}_AT", pair[0], pair[1])).collect();
+    let (wide, narrow): (Vec<usize>, Vec<usize>) =
+        (0..smoothers.len()).partition(|k| design.ring_radii[*k] == MAX_RING_RADIUS);
+    let wide: Vec<String> = wide.iter().map(|k| format!("{k} ring_lines_{k} ring_rows_{k}")).collect();
+    let narrow: Vec<String> = narrow.iter().map(|k| format!("{k} ring_lines_{k}")).collect();
+    format!("extractor!([{}] [{}] [{}]);\n", smoothers.join(", "), narrow.join(", "), wide.join(", "))
+}
+
+/// The parameters of the module `smoothers`.
+struct Wiring {
+    pixel_bits: u64,
+    coefficient_bits: u64,
+    /// Look-ahead of each smoother, stages.
     look_ahead: Vec<u64>,
-    sigmas: Vec<f64>,
-    ring_radii: Vec<u64>,
-    /// The other keys.
-    numbers: Vec<(&'static str, u64)>,
+    names: &'static [&'static str],
 }
 
 /// A delay that aligns smoothers of less look-ahead, in lines and steps.
@@ -72,78 +118,7 @@ struct Delay {
     steps: u64,
 }
 
-impl Design {
-    fn of(table: &Table) -> Result<Self, String> {
-        let value = |key: &str| table.get(key).ok_or(format!("the key {key} is missing"));
-        let number = |value: &Value| value.as_integer().and_then(|number| u64::try_from(number).ok());
-        let whole = |key: &str| number(value(key)?).ok_or(format!("{key} is not a whole number"));
-        let format = |key: &str| {
-            let text = value(key)?.as_str().and_then(|text| text.strip_prefix('u')?.split_once('.'));
-            let bits = text.and_then(|(integer, fraction)| Some([integer.parse().ok()?, fraction.parse().ok()?]));
-            bits.ok_or(format!("{key} is not a format like u16.2"))
-        };
-        let list = |key: &str| value(key)?.as_array().ok_or(format!("{key} is not a list"));
-        let look_ahead: Vec<u64> = list("look_ahead")?.iter().filter_map(number).collect();
-        let real = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
-        let sigmas: Vec<f64> = list("sigmas")?.iter().filter_map(real).collect();
-        let ring_radii: Vec<u64> = list("ring_radii")?.iter().filter_map(number).collect();
-        let scale_pairs = whole("scale_pairs")?;
-        if !(1..=3).contains(&scale_pairs) {
-            return Err(format!("scale_pairs = {scale_pairs} is not from 1 to 3"));
-        }
-        for (key, length) in [("look_ahead", look_ahead.len()), ("sigmas", sigmas.len())] {
-            if length as u64 != scale_pairs + 1 {
-                return Err(format!(
-                    "{key} has {length} numbers, and scale_pairs = {scale_pairs} needs one more than pairs"
-                ));
-            }
-        }
-        if ring_radii.len() as u64 != scale_pairs {
-            return Err(format!(
-                "ring_radii has {} numbers, and there are {scale_pairs} scale pairs",
-                ring_radii.len()
-            ));
-        }
-        let keys = [
-            ("SCALE_PAIRS", "scale_pairs"),
-            ("WIDTH", "width"),
-            ("HEIGHT", "height"),
-            ("DOG_BITS", "dog_bits"),
-            ("THRESHOLD_TARGET", "threshold_target"),
-            ("THRESHOLD_INITIAL", "threshold_initial"),
-            ("CANDIDATE_QUEUE", "candidate_queue"),
-            ("RECORD_FIFO", "record_fifo"),
-        ];
-        Ok(Self {
-            pixel: format("pixel")?,
-            state: format("state")?,
-            coefficient: format("coefficient")?,
-            look_ahead,
-            sigmas,
-            ring_radii,
-            numbers: keys.iter().map(|(name, key)| Ok((*name, whole(key)?))).collect::<Result<_, String>>()?,
-        })
-    }
-
-    fn constants(&self) -> String {
-        let mut text = String::new();
-        let mut constant = |what: &str, name: &str, value: u64| {
-            text += &format!("/// {what}\npub const {name}: usize = {value};\n");
-        };
-        constant("Bits of a pixel.", "PIXEL_BITS", self.pixel[0]);
-        constant("Fraction bits of the state.", "FRACTION_BITS", self.state[1]);
-        constant("Bits of a coefficient.", "COEFFICIENT_BITS", self.coefficient[1]);
-        for (name, value) in &self.numbers {
-            constant("As in the design file.", name, *value);
-        }
-        text + &format!(
-            "/// Look-ahead of each smoother.\npub const LOOK_AHEAD: [usize; SCALE_PAIRS + 1] = {:?};\n\
-             /// Sigma of each smoother, px.\npub const SIGMAS: [f64; SCALE_PAIRS + 1] = {:?};\n\
-             /// Radius of the ring of each scale pair, px.\npub const RING_RADII: [u32; SCALE_PAIRS] = {:?};\n",
-            self.look_ahead, self.sigmas, self.ring_radii
-        )
-    }
-
+impl Wiring {
     /// The delay of a smoother to the longest one; `None` where it is as long.
     fn delay(&self, look_ahead: u64) -> Option<Delay> {
         let longest = self.look_ahead.iter().copied().max().unwrap_or(look_ahead);
@@ -151,26 +126,9 @@ impl Design {
         (lines > 0).then_some(Delay { lines, steps: 12 * (longest - look_ahead) + lines })
     }
 
-    fn names(&self) -> &'static [&'static str] {
-        smoother_names(self.look_ahead.len())
-    }
-
-    /// The scale pairs of the module `extractor` with their smoothers, then those whose ring reaches the newest row and
-    /// those whose ring does not.
-    fn extractor(&self) -> String {
-        let pairs = self.names().windows(2).enumerate();
-        let smoothers: Vec<String> =
-            pairs.map(|(k, pair)| format!("{k} {} {} THRESHOLD_{k}_AT", pair[0], pair[1])).collect();
-        let (wide, narrow): (Vec<usize>, Vec<usize>) =
-            (0..smoothers.len()).partition(|k| self.ring_radii[*k] == LARGEST_RING);
-        let wide: Vec<String> = wide.iter().map(|k| format!("{k} ring_lines_{k} ring_rows_{k}")).collect();
-        let narrow: Vec<String> = narrow.iter().map(|k| format!("{k} ring_lines_{k}")).collect();
-        format!("extractor!([{}] [{}] [{}]);\n", smoothers.join(", "), narrow.join(", "), wide.join(", "))
-    }
-
     /// The module `smoothers` in rust-hdl.
     fn smoothers(&self) -> String {
-        let pixel = self.pixel[0];
+        let pixel = self.pixel_bits;
         let delays: Vec<Delay> =
             self.look_ahead.iter().filter_map(|m| self.delay(*m)).collect::<BTreeSet<_>>().into_iter().collect();
         // Only where there are two delays their cells need a number.
@@ -178,7 +136,7 @@ impl Design {
             1 => String::new(),
             _ => format!("_{}", delays.iter().position(|known| known == delay).unwrap_or_default()),
         };
-        let names = self.names();
+        let names = self.names;
         let last = names[names.len() - 1];
         let mut types = String::new();
         for m in self.look_ahead.iter().copied().collect::<BTreeSet<_>>() {
@@ -298,7 +256,7 @@ impl Design {
             }
             body += &format!("        self.{smoother}.start.next = self.{start}.val();\n");
             body += &format!("        self.{smoother}.x.next = self.{x}.val();\n");
-            let bits = self.coefficient[1];
+            let bits = self.coefficient_bits;
             let slice =
                 |bank: &str, field: u64| format!("self.{bank}.val().get_bits::<{bits}>({})", FIELD_BITS * field);
             body += &format!("        self.{smoother}.g.next = {};\n", slice(&bank, field));

@@ -6,8 +6,8 @@
 //! without the FPGA. The frame is processed twice, and only the second is marked, when all memory is there. The records
 //! go to the standard output as the hardware emits them.
 
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::TWO_PAIR_WORDS;
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::mark::{Part, mark};

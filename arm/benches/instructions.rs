@@ -7,8 +7,8 @@
 mod support;
 
 use hoverlock_arm::message::{self, Command as Order, Telemetry};
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, TWO_PAIR_WORDS, ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::message::Registers;
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 
 /// Byte addresses and masks, as the hardware's sources emit them.
 #[path = "../../rtl/registers/hoverlock_registers.rs"]

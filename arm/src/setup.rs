@@ -12,7 +12,7 @@
 
 use crate::bus::Bus;
 use crate::hardware::{Fpga, HardwareError, Size, identify, registers as map};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_reference::features::feature::MAX_PAIRS;
 
 /// Byte address of the threshold of scale pair 2, in register maps of three scale pairs.

@@ -4,7 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27, SHIPPED};
+use hoverlock_design::{DesignPoint, KT27, SHIPPED};
 
 use crate::output::quoted;
 
@@ -22,7 +22,7 @@ pub struct Chosen {
 impl Chosen {
     /// The design with its changes; `kt27` where none is named.
     pub fn design(&self) -> Result<DesignPoint> {
-        changed(self.design.as_deref().map_or(Ok(KT27), named)?, &self.config)
+        changed(self.design.as_deref().map_or_else(|| Ok(KT27.clone()), named)?, &self.config)
     }
 
     /// Whether `--config` changes it.
@@ -47,7 +47,7 @@ impl Chosen {
 /// A design that is built in, or that of a file.
 pub fn named(design: &OsStr) -> Result<DesignPoint> {
     if let Some(shipped) = design.to_str().and_then(DesignPoint::shipped) {
-        return Ok(shipped?);
+        return Ok(shipped);
     }
     let path = Path::new(design);
     if !path.exists() {
@@ -59,7 +59,7 @@ pub fn named(design: &OsStr) -> Result<DesignPoint> {
 
 /// The default design, changed by files and by single keys in the order given.
 pub fn configured(changes: &[OsString]) -> Result<DesignPoint> {
-    changed(KT27, changes)
+    changed(KT27.clone(), changes)
 }
 
 fn changed(mut design: DesignPoint, changes: &[OsString]) -> Result<DesignPoint> {

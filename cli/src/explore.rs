@@ -11,12 +11,11 @@ use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
+use hoverlock_design::DesignPoint;
 use hoverlock_explore::{Exploration, Objective, PartOutcome, Progress, Task, output, results};
 use hoverlock_fixed_point::analysis::levels::Levels;
-use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::output::PAGE;
 use hoverlock_reports::provenance::COMMIT;
-use hoverlock_rtl::design::buildable;
 use hoverlock_synthesis::smallest_device;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -89,7 +88,7 @@ const QUIET: Duration = Duration::from_secs(30);
 pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
     Levels::new(&design)?;
-    buildable(&design)?;
+    design.check_buildable()?;
     let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
     let folder = Folder::new(&args.out)?;
     let path = args.out.join(RESULTS);
@@ -112,7 +111,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
     };
     let mut keep = |key: &str, outcome: &PartOutcome| Ok(results::append(&path, key, outcome)?);
-    let unbuildable = |design: &DesignPoint| buildable(design).err().map(|error| error.to_string());
+    let unbuildable = |design: &DesignPoint| design.check_buildable().err().map(|error| error.to_string());
     let task = Task {
         base: &design,
         subjects: &subjects,

@@ -1,7 +1,7 @@
 //! The fast float extractor over the chain of a design: its sigmas and its rings.
 
 use anyhow::{Result, bail};
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::features::feature::Feature;

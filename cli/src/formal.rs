@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueHint;
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_fixed_point::model::stages::StageCoefficients;
 use hoverlock_formal::claim::{Claim, shipped};
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};

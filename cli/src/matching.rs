@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_arm::message::Telemetry;
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord};
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::{camera_samples, rings};
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_pictures::{Frame, Picture};
 use hoverlock_reference::features::extractor::{Selection, extract};
@@ -247,7 +248,7 @@ impl Source {
                     Smoother::first_order(sigma).expect("a sigma of the design").smooth(plane, Border::Held)
                 };
                 return Ok(
-                    pictures.map(|picture| extract(&picture.luma, &design.sigmas, &design.rings(), smooth, &selection))
+                    pictures.map(|picture| extract(&picture.luma, &design.sigmas, &rings(design), smooth, &selection))
                 );
             }
             let mut features = float_features(design, selection)?;
@@ -255,7 +256,7 @@ impl Source {
         }
         let frames = pictures.map(|picture| {
             let frame = picture.crop(design.width as usize, design.height as usize);
-            Frame { luma: design.samples(&frame.luma), ..frame }
+            Frame { luma: camera_samples(design, &frame.luma), ..frame }
         });
         let records: Vec<Vec<FeatureRecord>> = match self {
             Self::Rtl => simulated(design, &frames)?,

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::levels::Levels;
-use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::baseline::{self, Baseline, Kind};
 use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;

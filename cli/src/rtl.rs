@@ -3,11 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_rtl::{
-    design::buildable,
-    emission::{File, MEND, files_of},
-};
+use hoverlock_design::{DesignPoint, KT27};
+use hoverlock_rtl::emission::{File, MEND, files_of};
 use hoverlock_synthesis::{Estimate, ModuleEstimate, estimate};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -63,7 +60,7 @@ impl Common {
     /// The design and its folder. The default design's is the project's own, which no other may overwrite.
     fn design(&self) -> Result<(DesignPoint, PathBuf)> {
         let design = self.chosen.design()?;
-        let own = || if design == KT27 { "rtl".into() } else { Path::new("out/rtl").join(self.chosen.name()) };
+        let own = || if design == *KT27 { "rtl".into() } else { Path::new("out/rtl").join(self.chosen.name()) };
         let out = self.out.clone().unwrap_or_else(own);
         Ok((design, out))
     }
@@ -103,7 +100,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 /// The files of a design; another than the default takes a while the first time.
 fn emitted(design: &DesignPoint) -> Result<Vec<File>> {
-    if *design == KT27 {
+    if *design == *KT27 {
         return Ok(files_of(design)?);
     }
     Ok(spinning("compiling the emitter for the design (once; later runs find what it emits)", || files_of(design))?)
@@ -179,7 +176,7 @@ fn strays(folder: &Path, files: &[File]) -> Result<Vec<String>> {
 
 fn sized(args: &Sized) -> Result<Verdict> {
     let design = args.chosen.design()?;
-    buildable(&design)?;
+    design.check_buildable()?;
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} Yosys, a minute or two: {elapsed}  {msg}") {
         bar.set_style(style);

@@ -7,8 +7,9 @@
 use std::thread::{JoinHandle, spawn};
 
 use anyhow::{Result, anyhow};
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::acceptance::dog_lsb;
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_reports::hardware::{DeviceShare, Hardware, Made, ModuleShare, Simulated, Sizing};
 use hoverlock_reports::study::{self, Study, Subject};
 use hoverlock_simulation::{Job, Outcome, Simulator, Streams, Trace, run};
@@ -82,7 +83,7 @@ fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<S
             let lsb = design.dog().lsb() / dog_lsb();
             let threshold = |k: usize| (condition.comparison.scales[k].threshold_lsb / lsb).round() as u32;
             let thresholds: Vec<u32> = (0..design.pairs()).map(|k| threshold(k).clamp(1, design.max_dog())).collect();
-            Ok(Job::of(design, design.samples(&frame), thresholds)?)
+            Ok(Job::of(design, camera_samples(design, &frame), thresholds)?)
         })
         .collect::<Result<Vec<_>>>()?;
     let outcome = run(simulator, &jobs, Streams::default())?;

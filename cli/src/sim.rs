@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::{DesignPoint, MIN_SIDE};
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::design::{LEAST_SIDE, buildable};
 use hoverlock_simulation::{
     FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Trace, Window, format_of, record, run_telling, view,
 };
@@ -133,7 +133,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         bail!("--stall {} is not a chance from 0 to 0.95; see --help", args.stall);
     }
     let design = args.chosen.design()?;
-    buildable(&design)?;
+    design.check_buildable()?;
     let images = listed(&args.images)?;
     let wave = args.wave.as_deref().map(|path| WaveFile::new(path, &images)).transpose()?;
     let pictures = images.iter().map(|path| frame(&design, path, &args.limit)).collect::<Result<Vec<_>>>()?;
@@ -254,8 +254,8 @@ impl WaveFile {
 /// A picture as the camera of the design takes it.
 fn frame(design: &DesignPoint, path: &Path, limit: &Limit) -> Result<Plane<u16>> {
     let (width, height) = (design.width as usize, design.height as usize);
-    let picture = open(path, limit, LEAST_SIDE, Some((width, height)))?;
-    Ok(design.samples(&picture.crop(width, height).luma))
+    let picture = open(path, limit, MIN_SIDE as usize, Some((width, height)))?;
+    Ok(camera_samples(design, &picture.crop(width, height).luma))
 }
 
 fn report(args: &Args, images: &[PathBuf], outcome: Outcome) -> Report {

@@ -14,11 +14,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, anyhow, bail};
+use hoverlock_design::DesignPoint;
 use hoverlock_edss::camera::FRAME_SIZE;
 use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
-use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::campaign::{self, Design, Finished, Point};
 use hoverlock_reports::output::PAGE;
 use hoverlock_reports::provenance::sha256;
@@ -402,7 +402,7 @@ fn text(designs: &[Design], out: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hoverlock_fixed_point::model::design::KT27;
+    use hoverlock_design::KT27;
 
     #[test]
     fn another_number_of_scene_or_design_is_another_point() {

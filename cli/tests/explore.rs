@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
 use image::{GrayImage, ImageBuffer, Luma};
 use serde_json::Value;
 

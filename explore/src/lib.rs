@@ -22,8 +22,8 @@ mod space;
 
 use std::time::Instant;
 
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::resources::Resources;
-use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reports::check_outcome::CheckOutcome;
 use hoverlock_reports::study::Subject;
 use serde::Serialize;

@@ -5,11 +5,11 @@
 
 use std::collections::HashMap;
 
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::acceptance::Reference;
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
-use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reports::check_outcome::CheckOutcome;

@@ -1,6 +1,6 @@
 //! The files of a search: HTML page, JSON, CSV table, and the best design as a design file.
 
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
 use hoverlock_reports::provenance::COMMIT;
 use serde::Serialize;
 

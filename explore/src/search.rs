@@ -342,7 +342,7 @@ fn front(prices: &[Option<(u64, f64)>]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+    use hoverlock_design::{DesignPoint, KT27};
     use hoverlock_reference::image::plane::Plane;
     use hoverlock_reports::study::Subject;
     use std::time::Duration;
@@ -425,7 +425,7 @@ mod tests {
     /// Like the report, a search counts the checks of the coefficients, which need no picture.
     #[test]
     fn the_checks_of_the_coefficients_count() {
-        let base = Candidate::new(KT27, &KT27);
+        let base = Candidate::new(KT27.clone(), &KT27);
         let coefficients = base.closest.unwrap();
         assert!(coefficients.check.starts_with("sigma_eff") && coefficients.used > 0.7, "{coefficients:?}");
         let frame = |used: f64| CheckOutcome { used, ..CheckOutcome::unmeasurable("a frame", String::new()) };

@@ -4,12 +4,11 @@
 //! coefficients and DoG take every length that can be built. The look-ahead takes the shortest combinations that pass
 //! the check of `sigma_eff`; a longer one costs memory, and no check measures its benefit.
 
+use hoverlock_design::{DesignPoint, Format};
 use hoverlock_fixed_point::analysis::acceptance::check_coefficients;
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
-use hoverlock_fixed_point::model::design::DesignPoint;
-use hoverlock_fixed_point::model::format::Format;
 use hoverlock_reports::check_outcome::CheckOutcome;
 use hoverlock_reports::sweep::with_dog_bits;
 use rayon::prelude::*;
@@ -90,7 +89,7 @@ pub(crate) fn candidates(base: &DesignPoint, unbuildable: Unbuildable) -> Vec<Ca
             for coefficient in COEFFICIENT_FRACTION_BITS {
                 for bits in DOG_BITS {
                     let design = DesignPoint {
-                        look_ahead: look_ahead.clone().into(),
+                        look_ahead: look_ahead.clone(),
                         state: Format::unsigned(base.pixel.integer_bits(), fraction),
                         coefficient: Format::unsigned(0, coefficient),
                         ..with_dog_bits(base, bits)
@@ -114,7 +113,7 @@ fn look_aheads(base: &DesignPoint, unbuildable: Unbuildable) -> Vec<Vec<u32>> {
         all = all.iter().flat_map(|before| LOOK_AHEAD_STAGES.map(|m| [&before[..], &[m]].concat())).collect();
     }
     all.retain(|look_ahead| {
-        let design = DesignPoint { look_ahead: look_ahead.clone().into(), ..base.clone() };
+        let design = DesignPoint { look_ahead: look_ahead.clone(), ..base.clone() };
         unbuildable(&design).is_none() && Candidate::new(design, base).failure.is_none()
     });
     let longer = |a: &[u32], b: &[u32]| a != b && a.iter().zip(b).all(|(a, b)| a >= b);
@@ -128,17 +127,17 @@ fn look_aheads(base: &DesignPoint, unbuildable: Unbuildable) -> Vec<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hoverlock_fixed_point::model::design::KT27;
+    use hoverlock_design::KT27;
 
     #[test]
     fn a_name_lists_the_differences_and_reproduces_the_design() {
-        let mut design = KT27;
+        let mut design = KT27.clone();
         for change in ["state=u16.1", "coefficient=u0.14", "look_ahead=[5,5,5]"] {
             design = design.with_override(change).unwrap();
         }
         let name = changes(&design, &KT27);
         assert_eq!(name, "state=u16.1 coefficient=u0.14 look_ahead=[5,5,5]");
-        let again = name.split(' ').fold(KT27, |design, change| design.with_override(change).unwrap());
+        let again = name.split(' ').fold(KT27.clone(), |design, change| design.with_override(change).unwrap());
         assert_eq!(again, design);
         assert_eq!(changes(&KT27, &KT27), "base");
     }
@@ -147,7 +146,7 @@ mod tests {
     fn every_candidate_can_be_built_and_is_listed_once() {
         let odd = |design: &DesignPoint| (design.state.bits() > 18 || design.dog_shift() < 0).then(String::new);
         let all = candidates(&KT27, &odd);
-        assert_eq!(all[0].design, KT27);
+        assert_eq!(all[0].design, *KT27);
         assert_eq!(all[0].failure, None);
         for (i, candidate) in all.iter().enumerate() {
             assert!(odd(&candidate.design).is_none());

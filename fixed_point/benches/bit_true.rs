@@ -6,7 +6,7 @@
 //! (pixels) per second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::features::maxima::nth_strongest;
 use hoverlock_reference::features::maxlbp::Layer;

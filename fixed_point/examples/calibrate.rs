@@ -6,11 +6,11 @@
 
 use std::path::{Path, PathBuf};
 
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::analysis::acceptance::Comparison;
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::Levels;
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_pictures::Picture;
 use hoverlock_pictures::conditions::CONDITIONS;
 

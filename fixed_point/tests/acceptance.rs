@@ -3,11 +3,11 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference, check_coefficients, dog_lsb};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
 use hoverlock_reference::image::plane::Plane;
@@ -125,7 +125,7 @@ fn real_pictures_pass_the_bounds_under_three_conditions() {
 #[test]
 fn a_camera_of_few_bits_passes_constant_pictures() {
     for name in ["hd1080", "small"] {
-        let design = DesignPoint::shipped(name).unwrap().unwrap();
+        let design = DesignPoint::shipped(name).unwrap();
         let checks = check_coefficients(&Levels::new(&design).unwrap(), Bounds::acceptance());
         let constant = checks.iter().find(|check| check.name.starts_with("constant picture")).unwrap();
         assert!(constant.pass, "{name}: {constant:?}");

@@ -1,7 +1,7 @@
 //! Real nadir pictures, cropped to the frame of the design point, through the bit-true model and the SIMD model.
 
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_pictures::{Picture, data_dir};
 use std::io::Write as _;

@@ -1,8 +1,8 @@
 //! The claims about a design's numbers: a small design by hand, and one that saturates.
 
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::analysis::worst_case::{largest_difference, rounding};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_formal::engine::found;
 use hoverlock_formal::prove::{Status, Task};
 use hoverlock_formal::rounding::{Bounds, Design, Smoother, Subject, run};

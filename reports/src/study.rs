@@ -5,6 +5,7 @@
 //! `quantised` and `bit_true` against `streaming`.
 
 use crate::repeatability::{self, Curve};
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::analysis::acceptance::{
     Comparison, Reference, SigmaEff, check_coefficients, response, sigma_eff,
 };
@@ -14,7 +15,6 @@ use hoverlock_fixed_point::analysis::errors::{BitKind, ErrorStatistics, Flips};
 use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
 use hoverlock_fixed_point::analysis::range::Ranges;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_pictures::conditions::{CONDITIONS, Condition, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
 use rayon::prelude::*;

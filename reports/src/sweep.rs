@@ -6,14 +6,13 @@
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
+use hoverlock_design::{AutomaticThreshold, DesignPoint, Format};
 use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference, check_coefficients};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
-use hoverlock_fixed_point::model::format::Format;
 use hoverlock_pictures::conditions::{CONDITIONS, Condition};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -198,7 +197,7 @@ fn variants(design: &DesignPoint) -> Vec<Variant> {
     for bits in DOG.into_iter().chain([design.dog_bits]).collect::<BTreeSet<u32>>() {
         add("DoG", f64::from(bits), bits.to_string(), with_dog_bits(design, bits));
     }
-    let look_ahead = |m: Vec<u32>| (format!("{m:?}"), DesignPoint { look_ahead: m.into(), ..design.clone() });
+    let look_ahead = |m: Vec<u32>| (format!("{m:?}"), DesignPoint { look_ahead: m, ..design.clone() });
     for smoother in 0..design.smoothers() {
         let mut m = design.look_ahead.to_vec();
         m[smoother] -= 1;
@@ -339,7 +338,7 @@ impl Worst {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hoverlock_fixed_point::model::design::KT27;
+    use hoverlock_design::KT27;
 
     #[test]
     fn the_initial_threshold_keeps_its_value_in_dn() {

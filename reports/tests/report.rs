@@ -3,7 +3,7 @@
 use std::fs;
 use std::sync::LazyLock;
 
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reports::hardware::{DeviceShare, Hardware, MISMATCHES, Made, Simulated, Sizing};
 use hoverlock_reports::study::{self, LEAST_SIDE, Study, Subject};

@@ -1,12 +1,11 @@
-//! The design that the emitter is compiled for, as constants, and what a design must keep to be built.
+//! The design that the emitter is compiled for, as constants.
 //!
 //! The numbers come from the design file by the build script; what follows from them stands here. Leaf cells use the
 //! names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`] puts the
-//! numbers in their place ([`CONSTANTS`]), because rust-hdl prints the names.
+//! numbers in their place ([`constant`]), because rust-hdl prints the names.
 
+use hoverlock_design::{DesignPoint, MAX_ROWS};
 use hoverlock_fixed_point::model::bit_true::record_words;
-use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
-use hoverlock_fixed_point::model::format::Format;
 
 include!(concat!(env!("OUT_DIR"), "/design.rs"));
 
@@ -15,20 +14,12 @@ macro_rules! constants {
     ($($(#[$doc:meta])* $name:ident = $value:expr;)*) => {
         $($(#[$doc])* pub const $name: usize = $value;)*
 
-        /// The constants that may stand in Verilog, by name.
-        pub const CONSTANTS: &[(&str, usize)] = &[
-            ("SCALE_PAIRS", SCALE_PAIRS),
-            ("PIXEL_BITS", PIXEL_BITS),
-            ("COEFFICIENT_BITS", COEFFICIENT_BITS),
-            ("DOG_BITS", DOG_BITS),
-            $((stringify!($name), $name)),*
-        ];
+        /// The derived constants with their names.
+        const DERIVED_CONSTANTS: &[(&str, usize)] = &[$((stringify!($name), $name)),*];
     };
 }
 
 constants! {
-    /// Bits of a filter state.
-    STATE_BITS = PIXEL_BITS + FRACTION_BITS;
     /// The state's highest bit.
     STATE_TOP = STATE_BITS - 1;
     /// Bits of a difference of two states with its sign.
@@ -48,11 +39,11 @@ constants! {
     /// Largest `W`.
     MAX_WIDTH = WIDTH;
     /// Bits of a row.
-    ROW_BITS = 11;
+    ROW_BITS = MAX_ROWS.ilog2() as usize;
     /// Bits of `H`.
     HEIGHT_BITS = ROW_BITS + 1;
     /// Largest `H`.
-    MAX_HEIGHT = 1 << ROW_BITS;
+    MAX_HEIGHT = MAX_ROWS as usize;
     /// Bits of a position, the row above the column.
     POSITION_BITS = ROW_BITS + COLUMN_BITS;
     /// Bits of the number of steps of [`crate::cells::sequencer::DRAIN_LINES`].
@@ -97,6 +88,12 @@ constants! {
     RECORD_BITS = 32 * record_words(SCALE_PAIRS);
 }
 
+/// Returns the value of a constant that Verilog may name, or `None` if there is no such constant.
+pub fn constant(name: &str) -> Option<usize> {
+    let mut constants = KEY_CONSTANTS.iter().chain(DERIVED_CONSTANTS);
+    constants.find(|(known, _)| *known == name).map(|(_, value)| *value)
+}
+
 /// A recursion and its look-ahead for each smoother.
 const fn coefficients() -> usize {
     let (mut smoother, mut sum) = (0, 0);
@@ -109,9 +106,6 @@ const fn coefficients() -> usize {
 
 /// One DoG LSB is `2^s` state LSB.
 pub const DOG_SHIFT: usize = STATE_BITS - 2 - DOG_BITS;
-
-/// Smallest `W` and `H`.
-pub const LEAST_SIDE: usize = 64;
 
 /// Lines of the longest smoother.
 pub const SMOOTHER_LINES: usize = (1 << LONGEST) - 1;
@@ -131,128 +125,18 @@ pub const LONGEST: usize = {
     longest
 };
 
-/// The design that this was compiled for.
+/// Returns the design that the emitter was compiled for.
 pub fn compiled() -> DesignPoint {
-    DesignPoint {
-        width: WIDTH as u32,
-        height: HEIGHT as u32,
-        pixel: Format::unsigned(PIXEL_BITS as i8, 0),
-        state: Format::unsigned(PIXEL_BITS as i8, FRACTION_BITS as i8),
-        coefficient: Format::unsigned(0, COEFFICIENT_BITS as i8),
-        scale_pairs: SCALE_PAIRS as u32,
-        sigmas: SIGMAS.to_vec().into(),
-        look_ahead: LOOK_AHEAD.iter().map(|m| *m as u32).collect(),
-        dog_bits: DOG_BITS as u32,
-        ring_radii: RING_RADII.to_vec().into(),
-        threshold: AutomaticThreshold { target: THRESHOLD_TARGET as u32, initial: THRESHOLD_INITIAL as u32 },
-        candidate_queue: CANDIDATE_QUEUE as u32,
-        record_fifo: RECORD_FIFO as u32,
-    }
-}
-
-/// Why a design has a model and no hardware.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{key} = {value} cannot be built: {why}")]
-pub struct Unbuildable {
-    key: &'static str,
-    value: String,
-    why: &'static str,
-}
-
-/// Checks what the hardware cannot do.
-///
-/// # Errors
-/// The first constraint that the design breaks.
-pub fn buildable(design: &DesignPoint) -> Result<(), Unbuildable> {
-    let DesignPoint { width, height, state, coefficient, look_ahead, dog_bits, ring_radii, threshold, .. } = design;
-    let constraints = [
-        ("width", width.to_string(), (64..=4096).contains(width), "the hardware takes 64 to 4096 columns"),
-        ("height", height.to_string(), (64..=2048).contains(height), "the hardware takes 64 to 2048 rows"),
-        (
-            "state",
-            state.to_string(),
-            state.bits() <= 18,
-            "the multiplier of a lerp is 18 x 18, so a state has at most 18 bits",
-        ),
-        (
-            "coefficient",
-            coefficient.to_string(),
-            coefficient.bits() <= 16,
-            "a field of the register bank has 16 bits, so a coefficient has at most 16",
-        ),
-        (
-            "look_ahead",
-            format!("{look_ahead:?}"),
-            look_ahead.iter().all(|m| (2..=6).contains(m)),
-            "a smoother has 2 to 6 stages each way, because frames may have 64 rows only",
-        ),
-        (
-            "look_ahead",
-            format!("{look_ahead:?}"),
-            look_ahead.is_sorted(),
-            "the pixels of a smoother are delayed to align it with the wider ones, so none may look further ahead",
-        ),
-        (
-            "dog_bits",
-            dog_bits.to_string(),
-            (6..=15).contains(dog_bits),
-            "a response has 6 to 15 bits, half a word of a record with its sign",
-        ),
-        (
-            "dog_bits",
-            dog_bits.to_string(),
-            design.dog_shift() >= 0,
-            "an LSB of the response would be finer than one of the state; give the state more fraction bits",
-        ),
-        (
-            "ring_radii",
-            format!("{ring_radii:?}"),
-            ring_radii.iter().all(|radius| (9..=16).contains(radius)),
-            "the hardware has the 15 rows of a ring from 9 to 16 px",
-        ),
-        (
-            "threshold_initial",
-            threshold.initial.to_string(),
-            threshold.initial <= design.max_dog(),
-            "it is more than the largest response, 2^dog_bits - 1",
-        ),
-    ];
-    match constraints.into_iter().find(|(_, _, kept, _)| !kept) {
-        Some((key, value, _, why)) => Err(Unbuildable { key, value, why }),
-        None => Ok(()),
-    }
+    let text = include_str!(concat!(env!("OUT_DIR"), "/design.toml"));
+    DesignPoint::from_file(text).expect("the build script wrote a design file")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hoverlock_fixed_point::model::design::{KT27, SHIPPED};
 
     #[test]
-    fn the_compiled_design_can_be_built_like_every_shipped_one() {
-        assert_eq!(buildable(&compiled()), Ok(()));
-        for (name, text) in SHIPPED {
-            assert_eq!(buildable(&DesignPoint::from_file(text).unwrap()), Ok(()), "{name}");
-        }
-    }
-
-    #[test]
-    fn a_design_that_cannot_be_built_is_refused_by_its_constraint() {
-        for (change, part) in [
-            ("width=63", "64 to 4096 columns"),
-            ("height=2049", "64 to 2048 rows"),
-            ("state=u16.3", "at most 18 bits"),
-            ("coefficient=u0.17", "at most 16"),
-            ("look_ahead=[5, 5, 7]", "2 to 6 stages"),
-            ("look_ahead=[5, 6, 5]", "none may look further"),
-            ("dog_bits=16", "6 to 15"),
-            ("state=u16.0", "finer than one of the state"),
-            ("ring_radii=[8, 16]", "15 rows of a ring from 9 to 16"),
-            ("threshold_initial=40000", "largest response"),
-        ] {
-            let error = buildable(&KT27.with_override(change).unwrap()).expect_err(change).to_string();
-            assert!(error.contains(part) && error.contains(" cannot be built: "), "{error}");
-            assert_eq!(error.lines().count(), 1);
-        }
+    fn the_compiled_design_can_be_built() {
+        assert_eq!(compiled().check_buildable(), Ok(()));
     }
 }

@@ -10,7 +10,6 @@ pub mod core;
 pub mod design;
 pub mod emission;
 pub mod extractor;
-pub mod names;
 pub mod registers;
 pub mod smoother;
 pub mod top;

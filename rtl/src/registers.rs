@@ -2,11 +2,10 @@
 //!
 //! 32-bit registers on an Avalon-MM slave, read latency of one cycle, no wait states.
 
+use hoverlock_design::{DesignPoint, MIN_SIDE, smoother_names};
 use hoverlock_fixed_point::model::coefficients::{CoefficientError, LerpCoefficients};
-use hoverlock_fixed_point::model::design::DesignPoint;
 
-use crate::design::{HEIGHT_BITS, LEAST_SIDE, MAX_HEIGHT};
-use crate::names::smoother_names;
+use crate::design::{HEIGHT_BITS, MAX_HEIGHT};
 
 /// What software may do with a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,8 +109,8 @@ pub fn registers(design: &DesignPoint) -> Result<Vec<Register>, CoefficientError
     let register = |name: &str, offset: u32, fields: Vec<Field>| Register { name: name.into(), offset, fields };
     let threshold = design.threshold.initial;
     let width_bits = design.width.next_power_of_two().trailing_zeros() + 1;
-    let columns = format!("columns, {LEAST_SIDE} to {}", design.width);
-    let rows = format!("rows, {LEAST_SIDE} to {MAX_HEIGHT}");
+    let columns = format!("columns, {MIN_SIDE} to {}", design.width);
+    let rows = format!("rows, {MIN_SIDE} to {MAX_HEIGHT}");
     let lsb = design.dog().lsb();
     let dog_bits = design.dog_bits;
     let pairs = design.pairs();

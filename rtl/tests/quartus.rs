@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::{fs, path::Path, process::Command};
 
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_rtl::design::MAX_HEIGHT;
 use hoverlock_rtl::emission::files_of;
 use tempfile::TempDir;
@@ -48,7 +48,7 @@ fn read(path: impl AsRef<Path>) -> String {
 }
 
 fn design(name: &str) -> DesignPoint {
-    DesignPoint::shipped(name).unwrap().unwrap()
+    DesignPoint::shipped(name).unwrap()
 }
 
 /// The emission of a design as files.
@@ -322,7 +322,7 @@ fn the_component_keeps_the_rules_in_every_design() {
     for name in SHIPPED {
         let design = design(name);
         // The committed files of the default design.
-        let folder = if design == KT27 { None } else { Some(emitted(&design)) };
+        let folder = if design == *KT27 { None } else { Some(emitted(&design)) };
         let root = folder.as_ref().map_or(Path::new(env!("CARGO_MANIFEST_DIR")), |folder| folder.path());
         let quartus = root.join("quartus");
         let Some(calls) = calls(&quartus, &["hoverlock_hw.tcl"]) else { return };

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::{DesignPoint, smoother_names};
 use hoverlock_harness::model::{InstanceOptions, Model, RawSignal, SignalId};
 
 use crate::{
@@ -15,7 +15,6 @@ use crate::{
     records::{Records, Taken, Words, halves},
     waves::{Recorder, time},
 };
-use hoverlock_rtl::names::smoother_names;
 
 /// Signals below the top that the bench reads: those of every design.
 const INTERNALS: [&str; 5] = [

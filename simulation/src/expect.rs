@@ -5,9 +5,9 @@ use std::{
     sync::{Arc, mpsc::Receiver},
 };
 
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_fixed_point::model::design::DesignPoint;
 
 use hoverlock_reference::features::feature::MAX_PAIRS;
 

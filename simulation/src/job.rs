@@ -1,9 +1,7 @@
 //! The stimulus: a frame, its register values, its fault, and the pauses of the streams.
 
-use hoverlock_fixed_point::model::{
-    coefficients::CoefficientError,
-    design::{DesignPoint, KT27},
-};
+use hoverlock_design::{DesignPoint, KT27};
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_reference::image::plane::Plane;
 
 use crate::SimulationError;

@@ -30,7 +30,8 @@ mod waves;
 
 use std::{sync::mpsc::sync_channel, time::Instant};
 
-use hoverlock_fixed_point::model::{coefficients::CoefficientError, design::DesignPoint};
+use hoverlock_design::DesignPoint;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_harness::{BuildError, Error, ModelError};
 
 use bench::Bench;

@@ -7,11 +7,11 @@
 
 use std::sync::Arc;
 
-use hoverlock_fixed_point::model::{bit_true::Planes, design::DesignPoint};
+use hoverlock_design::{DesignPoint, smoother_names};
+use hoverlock_fixed_point::model::bit_true::Planes;
 use hoverlock_reference::features::{feature::MAX_PAIRS, maxlbp::Layer};
 
 use crate::outcome::{Outcome, Position};
-use hoverlock_rtl::names::smoother_names;
 
 /// Steps from the smoothed sample to its response.
 const RESPONSE_STEPS: usize = 2;

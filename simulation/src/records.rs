@@ -11,7 +11,7 @@ use hoverlock_fixed_point::model::bit_true::{
     FLAG_BRIGHT, FLAG_SCALE, FLAG_TEN_WORDS, FLAG_THIRD, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, record_words,
 };
 
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
 
 use crate::{
     expect::Expected,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_harness::{
     build::{Build, Initial, Trace},
     model::Library,

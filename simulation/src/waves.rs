@@ -7,13 +7,12 @@
 
 use std::{fmt::Write as _, path::Path};
 
+use hoverlock_design::{DesignPoint, smoother_names};
 use hoverlock_fixed_point::model::bit_true::record_words;
-use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_harness::{Time, build::Trace, model::Model};
 
 use crate::{Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window};
 use hoverlock_rtl::design::{HEIGHT_BITS, ROW_BITS};
-use hoverlock_rtl::names::smoother_names;
 
 /// Nanoseconds of a clock cycle: 100 MHz.
 pub(super) const PERIOD: u64 = 10;

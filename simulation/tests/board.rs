@@ -1,7 +1,8 @@
 //! The top between camera, DMA and CPU: what the CPU finds in memory is what `bit_true` lists, however late the CPU is.
 
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::board::{Driver, RegisterPort};
@@ -49,8 +50,8 @@ fn set_up(port: &mut RegisterPort<'_>, thresholds: &[u32]) -> Result<(), Simulat
 fn the_memory_holds_the_list_of_the_model() {
     // In LSB of the responses: of 0.5, 32 and 1 DN.
     for (design, thresholds) in [("kt27", &[40u32, 30][..]), ("small", &[1, 1]), ("three_scales", &[20, 15, 10])] {
-        let design = DesignPoint::shipped(design).unwrap().unwrap();
-        let frames: Vec<_> = (0..5).map(|seed| design.samples(&frame(seed))).collect();
+        let design = DesignPoint::shipped(design).unwrap();
+        let frames: Vec<_> = (0..5).map(|seed| camera_samples(&design, &frame(seed))).collect();
         let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
         // At once, later than the DMA, and later than three frames, so that the ring is full.
         for latency in [0, 3_000, 300_000] {

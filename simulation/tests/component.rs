@@ -3,9 +3,8 @@
 
 use std::{collections::VecDeque, fs, path::Path, path::PathBuf, process::Command};
 
+use hoverlock_design::{DesignPoint, Format, KT27};
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TEN_WORDS, FLAG_TRAILER};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
-use hoverlock_fixed_point::model::format::Format;
 use hoverlock_harness::build::{Build, Initial};
 use hoverlock_harness::model::{InstanceOptions, Library, Model, RawSignal};
 use hoverlock_reference::image::plane::Plane;
@@ -30,7 +29,7 @@ const INTERRUPTED: u32 = 4;
 const NOTHING: u8 = 0xa5;
 
 fn shipped(name: &str) -> DesignPoint {
-    DesignPoint::shipped(name).unwrap().unwrap()
+    DesignPoint::shipped(name).unwrap()
 }
 
 /// Bytes of a pixel in memory.
@@ -45,7 +44,7 @@ fn record_bytes(design: &DesignPoint) -> usize {
 
 /// The top of the component: the committed file of the default design, which is also what is synthesised.
 fn top(design: &DesignPoint, name: &str) -> PathBuf {
-    if *design == KT27 {
+    if *design == *KT27 {
         return Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/quartus/hoverlock_component.v");
     }
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("component").join(name);
@@ -460,7 +459,7 @@ fn a_reset_in_the_middle_of_a_record_leaves_nothing_behind() {
 fn lint_is_clean_for_every_pixel_and_record() {
     for bits in 8..=16 {
         for pairs in [2, 3] {
-            let design = DesignPoint { pixel: Format::unsigned(bits, 0), scale_pairs: pairs, ..KT27 };
+            let design = DesignPoint { pixel: Format::unsigned(bits, 0), scale_pairs: pairs, ..KT27.clone() };
             let name = format!("lint_{bits}_{pairs}");
             let path = top(&DesignPoint { width: 1000, ..design.clone() }, &name);
             let stub = path.with_file_name("hoverlock_top.v");

@@ -7,7 +7,7 @@ mod port_bench;
 use std::{fs, path::Path, sync::LazyLock};
 
 use corner::CORNERS;
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_rtl::emission::files;
 use hoverlock_simulation::Simulator;
 

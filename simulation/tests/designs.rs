@@ -6,12 +6,11 @@
 mod port_bench;
 mod sequence;
 
+use hoverlock_design::{AutomaticThreshold, DesignPoint, Format};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_fixed_point::model::design::{AutomaticThreshold, DesignPoint};
-use hoverlock_fixed_point::model::format::Format;
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_pictures::{Picture, data_dir};
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::design::buildable;
 use hoverlock_simulation::{Fault, Job, Outcome, Simulator, Streams, Trace, run};
 use port_bench::{noise, scenarios::SCENARIOS};
 use rand::{RngExt, SeedableRng};
@@ -22,7 +21,7 @@ const DESIGNS: (u64, u64) = (20, 1);
 
 /// A frame with the thresholds that the design has pairs for.
 fn frame(design: &DesignPoint, picture: &Plane<u16>, thresholds: [u32; 3]) -> Job {
-    Job::of(design, design.samples(picture), &thresholds[..design.pairs()]).unwrap()
+    Job::of(design, camera_samples(design, picture), &thresholds[..design.pairs()]).unwrap()
 }
 
 #[track_caller]
@@ -56,7 +55,7 @@ fn the_small_design_is_exact() {
 /// From its ports: registers, status, resets, sizes, gaps, a sink that sleeps, and frames in random sequences.
 #[test]
 fn the_ports_of_the_small_design_behave() {
-    let design = DesignPoint::shipped("small").unwrap().unwrap();
+    let design = DesignPoint::shipped("small").unwrap();
     let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
     let wrong: Vec<String> = SCENARIOS
         .iter()
@@ -74,7 +73,7 @@ fn the_design_of_three_scale_pairs_is_exact() {
 }
 
 fn shipped_is_exact(name: &str) {
-    let design = DesignPoint::shipped(name).unwrap().unwrap();
+    let design = DesignPoint::shipped(name).unwrap();
     let simulator = Simulator::of_design(&design, None, Trace::None).unwrap();
     let whole = frame(&design, &ground(&design), [2, 2, 2]);
     let outcome = exact(&simulator, &vec![whole; 3], Streams::default());
@@ -113,7 +112,7 @@ fn drawn(random: &mut ChaCha8Rng) -> DesignPoint {
             coefficient: Format::unsigned(0, random.random_range(7..=16)),
             scale_pairs: pairs as u32,
             sigmas: [1.0, 1.6, 2.4, 3.5][..=pairs].iter().map(|ratio| narrow * ratio).collect(),
-            look_ahead: look_ahead.into(),
+            look_ahead,
             dog_bits: random.random_range(6..=15),
             threshold: AutomaticThreshold {
                 target: random.random_range(1..=1000),
@@ -123,7 +122,7 @@ fn drawn(random: &mut ChaCha8Rng) -> DesignPoint {
             candidate_queue: 64 << random.random_range(0..=4),
             record_fifo: 64 << random.random_range(0..=4),
         };
-        if buildable(&design).is_ok() && BitTrue::new(&design).is_ok() {
+        if design.check_buildable().is_ok() && BitTrue::new(&design).is_ok() {
             return design;
         }
     }

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::files;
 use hoverlock_simulation::{Job, Simulator, Streams, run};

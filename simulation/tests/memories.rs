@@ -5,7 +5,7 @@
 
 use std::{fs, path::Path};
 
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::committed;
 use hoverlock_simulation::{Fault, Job, Simulator, Streams, run};

@@ -11,6 +11,7 @@ mod port_bench;
 mod sequence;
 mod three_way;
 
+use hoverlock_fixed_point::model::design::camera_samples;
 use std::{
     collections::BTreeMap,
     fmt::Write,
@@ -25,7 +26,7 @@ use std::{
 
 use corner::{CORNERS, OF_ANY_DESIGN};
 use harmless::{reason, reason_in_another_design};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_formal::{
     claim::{Claim, shipped},
     prove::{Changed, Place, Status, holds_with},
@@ -45,7 +46,7 @@ fn torture(design: &DesignPoint) -> Vec<Job> {
     // Thresholds in 0.5 DN.
     let mut add = |pixels: Plane<u16>, thresholds: [u32; 2]| {
         let codes = thresholds.map(|half_dn| (f64::from(half_dn) * 0.5 / design.dog().lsb()).max(1.0) as u32);
-        jobs.push(Job::of(design, design.samples(&pixels), codes).unwrap());
+        jobs.push(Job::of(design, camera_samples(design, &pixels), codes).unwrap());
         jobs.len() - 1
     };
     add(noise(64, 64, 1), [60, 45]);
@@ -88,10 +89,10 @@ fn torture(design: &DesignPoint) -> Vec<Job> {
 
 /// The widest and the highest frame: they use the upper bits of positions and counters, which small frames do not.
 fn large(design: &DesignPoint) -> [Vec<Job>; 2] {
-    let thresholds = if *design == KT27 { [60, 45] } else { [1, 1] };
+    let thresholds = if *design == *KT27 { [60, 45] } else { [1, 1] };
     let job = |w: usize, h: usize, seed: u64| Job::of(design, ground(design, w, h, seed), thresholds).unwrap();
     let widest = design.width as usize;
-    let points = Job::of(design, design.samples(&lattice(widest, 64)), [1, 1]).unwrap();
+    let points = Job::of(design, camera_samples(design, &lattice(widest, 64)), [1, 1]).unwrap();
     [vec![job(widest - 24, 64, 1), points], vec![job(64, 2048, 3), job(64, 64, 4)]]
 }
 
@@ -152,7 +153,7 @@ fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &s
         return Some(found);
     }
     // Most rare cases, and those of the cells, are of the default design.
-    let is_default = *simulator.design() == KT27;
+    let is_default = *simulator.design() == *KT27;
     let corners = CORNERS.into_iter().filter(|(name, _)| is_default || OF_ANY_DESIGN.contains(name));
     for (name, scenario) in SCENARIOS.into_iter().chain(corners) {
         if let Err(failure) = scenario(simulator) {
@@ -188,7 +189,7 @@ fn mutants_do_not_survive() {
 #[test]
 #[ignore = "long: as many faults in another design"]
 fn mutants_of_another_design_do_not_survive() {
-    let design = DesignPoint::shipped("small").unwrap().unwrap();
+    let design = DesignPoint::shipped("small").unwrap();
     let sources = mutation::read(&verilog(&design, None).unwrap());
     let default = mutation::read(&committed().unwrap());
     // The others are tested with the default design, and more sharply.
@@ -207,7 +208,7 @@ fn survivors(design: &DesignPoint, name: &str, sources: &[Source], all: &[Mutant
     let mutants = mutation::choose(all, count, seed);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{count}-{seed}"));
     let faulty = mutation::write(&folder, sources, &mutants);
-    if *design == KT27 {
+    if *design == *KT27 {
         three_way::drive_others(&faulty, &folder);
     }
     let model = Simulator::of(design, &faulty).expect("the faults build");
@@ -229,7 +230,7 @@ fn survivors(design: &DesignPoint, name: &str, sources: &[Source], all: &[Mutant
                     let found =
                         catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &large, &mutant.module)))
                             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
-                    let why = if *design == KT27 { reason } else { reason_in_another_design };
+                    let why = if *design == *KT27 { reason } else { reason_in_another_design };
                     let reason = found.is_none().then(|| why(sources, mutant)).flatten();
                     let said = match (&found, &reason) {
                         (Some((check, stage)), _) => format!("{check}: {stage}"),

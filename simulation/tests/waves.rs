@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{Job, Simulator, Streams, Trace, Window, record, run, signals, view};
 use rand::{RngExt, SeedableRng};

@@ -15,7 +15,7 @@ use crate::{
     memory::memories,
     netlist::{Flat, Netlist},
 };
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
 use hoverlock_rtl::emission::{File, verilog::verilog};
 
 const TOP: &str = "hoverlock_top";

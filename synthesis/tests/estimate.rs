@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::io::Write as _;
 
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::analysis::resources::{memories, resources};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_rtl::emission::File;
 use hoverlock_synthesis::{DSP_LIMIT, Estimate, EstimateError, estimate, of};
 
@@ -151,7 +151,7 @@ fn the_memory_model_equals_it(estimate: &Estimate) {
 #[test]
 fn the_memory_model_counts_what_yosys_counted_in_every_shipped_design() {
     for (name, m10k, dsp) in [("kt27", 437, 26), ("hd1080", 622, 26), ("small", 160, 18)] {
-        let model = resources(&DesignPoint::shipped(name).unwrap().unwrap());
+        let model = resources(&DesignPoint::shipped(name).unwrap());
         assert_eq!((model.m10k, model.dsp), (m10k, dsp), "{name}");
     }
 }

@@ -6,8 +6,8 @@ pub mod scene;
 
 use hoverlock_arm::message::{self, Command, Telemetry};
 pub use hoverlock_arm::source::Source;
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_pictures::Picture;
 use hoverlock_reference::motion::observation::SensorErrors;

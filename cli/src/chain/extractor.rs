@@ -6,8 +6,9 @@ use hoverlock_arm::bus::Bus;
 use hoverlock_arm::hardware::{Fpga, Size};
 use hoverlock_arm::message::encode_frame;
 use hoverlock_arm::setup::{Thresholds, set_up};
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::feature::Feature;
@@ -74,14 +75,15 @@ impl Extractor {
                     );
                 }
                 let (design, mut quickest) = (design.clone(), Quickest::new(design)?);
-                let thresholds = quickest.settled(&design.samples(first));
-                let features =
-                    move |frame: &Plane<u16>, thresholds: &[u32]| quickest.features(&design.samples(frame), thresholds);
+                let thresholds = quickest.settled(&camera_samples(&design, first));
+                let features = move |frame: &Plane<u16>, thresholds: &[u32]| {
+                    quickest.features(&camera_samples(&design, frame), thresholds)
+                };
                 model(Box::new(features), &thresholds)
             }
             Source::Rtl => {
                 let size = Size::new(fpga, first.width() as u32, first.height() as u32)?;
-                let settled = Quickest::new(design)?.settled(&design.samples(first));
+                let settled = Quickest::new(design)?.settled(&camera_samples(design, first));
                 let thresholds = std::array::from_fn(|k| settled.get(k).copied().unwrap_or_default());
                 let build = || Simulator::of_design(design, None, Trace::None);
                 let simulator = spinning("building the Verilated model (once; later runs find it)", build)?;
@@ -113,7 +115,7 @@ impl Extractor {
     pub fn packet(&mut self, frame: &Plane<u16>) -> Result<Vec<u8>> {
         match self {
             Self::Rtl { driver, design } => {
-                driver.send(design.samples(frame));
+                driver.send(camera_samples(design, frame));
                 match driver.packet()? {
                     Some(packet) => Ok(packet.bytes),
                     None => bail!("the hardware gives no packet for a frame"),

@@ -9,7 +9,7 @@ use clap::builder::PossibleValue;
 use hoverlock_arm::hardware::Fpga;
 use hoverlock_arm::message::{self, Command, Telemetry, encode_registers};
 use hoverlock_arm::source::Source as Stream;
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reports::estimates::Estimate;
@@ -82,7 +82,7 @@ impl Line {
 
 /// Refuses the ARM binary, which has the registers of kt27 built in, with other hardware.
 pub fn suits(features: Source, design: &DesignPoint, program: Program) -> Result<()> {
-    if features == Source::Rtl && program == Program::Arm && *design != KT27 {
+    if features == Source::Rtl && program == Program::Arm && *design != *KT27 {
         bail!(
             "--features rtl --estimator arm: the ARM binary is built for the Verilog of kt27 and refuses any other; \
              leave --design and --config, or --estimator out"
@@ -97,7 +97,7 @@ pub fn suits(features: Source, design: &DesignPoint, program: Program) -> Result
 /// The design cannot be built.
 fn fpga(features: Source, design: &DesignPoint) -> Result<Fpga> {
     // Where no hardware is, the stream begins with the registers that the program was built with.
-    if features != Source::Rtl || *design == KT27 {
+    if features != Source::Rtl || *design == *KT27 {
         return Ok(Fpga { columns: design.width, ..Fpga::default() });
     }
     let map = registers(design)?;
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn models_take_frames_as_wide_as_their_design() {
         for (name, columns) in [("kt27", 1024), ("hd1080", 1920)] {
-            let design = DesignPoint::shipped(name).unwrap().unwrap();
+            let design = DesignPoint::shipped(name).unwrap();
             for features in [Source::Float, Source::Fixed] {
                 assert_eq!(fpga(features, &design).unwrap(), Fpga { columns, ..Fpga::default() });
             }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use hoverlock_arm::message::Telemetry;
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::{Pair, transfer};
 use hoverlock_reference::motion::observation::SensorErrors;

@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::analysis::bounds::{Bounds, Check, Class, Sense};
 use crate::analysis::errors::{BitKind, ErrorStatistics, Flips, Kept, Region, threshold_of_rank};
 use crate::analysis::levels::{Level, LevelPlanes, Levels};
-use crate::model::design::KT27;
+use hoverlock_design::KT27;
 
 /// One scale pair of one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -29,9 +29,10 @@ use hoverlock_reference::smoothing::smoother::Smoother;
 use crate::analysis::worst_case;
 use crate::model::bit_true::{BitTrue, Planes};
 use crate::model::coefficients::CoefficientError;
-use crate::model::design::DesignPoint;
+use crate::model::design::{camera_samples, rings};
 use crate::model::simd::SimdBitTrue;
 use crate::model::stages::{self, Stage, StageCoefficients};
+use hoverlock_design::DesignPoint;
 
 /// A model level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -242,14 +243,14 @@ impl Levels {
             Level::Recursive => self.recursive[smoother].smooth(&self.dn(pixels), Border::Held),
             _ => self.stages(level, smoother, pixels, |_, _| ()),
         };
-        LevelPlanes::of(self.per_smoother(smooth), self.design.rings())
+        LevelPlanes::of(self.per_smoother(smooth), rings(&self.design))
     }
 
     /// All planes of `bit_true` in raw integers, in the quickest code that the formats allow.
     pub fn bit_true_planes(&self, pixels: &Plane<u16>) -> Planes {
         if let Ok(mut simd) = SimdBitTrue::new(&self.design) {
             // The planes alone are wanted: without thresholds there are no features.
-            simd.frame(&self.design.samples(pixels), &[]);
+            simd.frame(&camera_samples(&self.design, pixels), &[]);
             return simd.into_planes();
         }
         let state = self.state(pixels);
@@ -258,7 +259,7 @@ impl Levels {
 
     /// The states of a picture of 16-bit samples.
     fn state(&self, picture: &Plane<u16>) -> Plane<u32> {
-        self.bit_true.state(&self.design.samples(picture))
+        self.bit_true.state(&camera_samples(&self.design, picture))
     }
 
     /// A picture of 16-bit samples as the camera takes it, DN.
@@ -331,9 +332,8 @@ fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::design::KT27;
-    use crate::model::format::Format;
     use crate::pictures::{Content, Picture, pictures};
+    use hoverlock_design::{Format, KT27};
     use hoverlock_reference::features::maxlbp::descriptor;
     use proptest::prelude::*;
 
@@ -349,14 +349,14 @@ mod tests {
             .prop_map(|((sigma, ratios), look_ahead, (state, coefficient, dog))| DesignPoint {
                 scale_pairs: ratios.len() as u32,
                 sigmas: (0..=ratios.len()).map(|i| sigma * ratios[..i].iter().product::<f64>()).collect(),
-                look_ahead: look_ahead[..=ratios.len()].to_vec().into(),
-                ring_radii: [12, 16, 16][..ratios.len()].to_vec().into(),
+                look_ahead: look_ahead[..=ratios.len()].to_vec(),
+                ring_radii: [12, 16, 16][..ratios.len()].to_vec(),
                 state: Format::unsigned(16, state),
                 coefficient: Format::unsigned(0, coefficient),
                 dog_bits: dog as u32,
-                ..KT27
+                ..KT27.clone()
             });
-        prop_oneof![1 => Just(KT27), 3 => free]
+        prop_oneof![1 => Just(KT27.clone()), 3 => free]
     }
 
     /// Largest difference of two planes.

@@ -15,9 +15,9 @@ use std::fmt;
 use hoverlock_reference::image::plane::Plane;
 
 use crate::analysis::levels::{Level, LevelPlanes, Levels};
-use crate::model::design::DesignPoint;
-use crate::model::format::Format;
+use crate::model::design::rings;
 use crate::model::stages::Stage;
+use hoverlock_design::{DesignPoint, Format};
 
 /// Lowest bin of the histogram: `2^-24 <= |v| < 2^-23` and all that is smaller.
 pub const LOWEST: i32 = -24;
@@ -233,7 +233,7 @@ impl Ranges {
             })
         };
         let smoothed = (0..levels.design().smoothers()).map(smooth).collect();
-        let LevelPlanes { signed_dog, dog, max_dog, .. } = LevelPlanes::of(smoothed, levels.design().rings());
+        let LevelPlanes { signed_dog, dog, max_dog, .. } = LevelPlanes::of(smoothed, rings(levels.design()));
         let saturated = levels.bit_true_planes(pixels).saturated;
         for k in 0..dog.len() {
             self.node(Node::Difference(k)).see(&signed_dog[k]);
@@ -260,8 +260,8 @@ impl Ranges {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::design::KT27;
     use crate::pictures::{Content, Picture};
+    use hoverlock_design::KT27;
 
     fn seen(node: Node, design: &DesignPoint, values: &[f64]) -> Observed {
         let mut observed = Observed::new(node, design);

@@ -14,7 +14,7 @@
 use serde::Serialize;
 
 use crate::model::bit_true::record_words;
-use crate::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
 use hoverlock_reference::features::maxlbp::LARGEST_RING;
 
 /// Memories of equal depth and width.
@@ -132,7 +132,7 @@ pub fn resources(design: &DesignPoint) -> Resources {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::design::KT27;
+    use hoverlock_design::KT27;
 
     #[test]
     fn block_memories_have_five_forms() {
@@ -146,14 +146,14 @@ mod tests {
     #[test]
     fn memories_of_every_number_of_scale_pairs_are_those_that_yosys_counts() {
         for (name, counted) in [("kt27", 437), ("small", 160), ("three_scales", 530)] {
-            assert_eq!(resources(&DesignPoint::shipped(name).unwrap().unwrap()).m10k, counted, "{name}");
+            assert_eq!(resources(&DesignPoint::shipped(name).unwrap()).m10k, counted, "{name}");
         }
     }
 
     #[test]
     fn alms_are_about_those_that_yosys_counts() {
         for (name, counted) in [("kt27", 9667.0), ("hd1080", 8336.0), ("small", 6172.0)] {
-            let alm = alm(&DesignPoint::shipped(name).unwrap().unwrap()) as f64;
+            let alm = alm(&DesignPoint::shipped(name).unwrap()) as f64;
             assert!((alm / counted - 1.0).abs() < 0.025, "{name}: {alm}");
         }
     }

@@ -102,8 +102,8 @@ fn positive_part(u1: &[f64], v1: &[f64], u2: &[f64], v2: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::model::bit_true::BitTrue;
-    use crate::model::design::KT27;
     use crate::model::lerp::lerp;
+    use hoverlock_design::KT27;
     use proptest::prelude::*;
 
     /// `FS` in state LSB.

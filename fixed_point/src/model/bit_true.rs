@@ -33,9 +33,10 @@ use hoverlock_reference::features::maxlbp::{Layer, descriptor};
 use hoverlock_reference::image::plane::Plane;
 
 use crate::model::coefficients::{CoefficientError, LerpCoefficients};
-use crate::model::design::DesignPoint;
+use crate::model::design::rings;
 use crate::model::lerp::lerp;
 use crate::model::stages::{self, Stage, StageCoefficients};
+use hoverlock_design::DesignPoint;
 
 /// The planes of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -316,7 +317,8 @@ impl BitTrue {
         (Dog { magnitude, positive: signed.map(|d| *d >= 0) }, saturated)
     }
 
-    /// All planes of a frame of pixels in steps of the camera ([`DesignPoint::samples`]).
+    /// Returns all planes of a frame. `pixels` is in steps of the camera; see
+    /// [`camera_samples`](crate::model::design::camera_samples).
     pub fn planes(&self, pixels: &Plane<u16>) -> Planes {
         let state = self.state(pixels);
         let smooth = |smoother| self.smooth(smoother, &state, |_, _| ());
@@ -327,7 +329,7 @@ impl BitTrue {
     pub fn planes_of(&self, smoothed: Vec<Plane<u32>>) -> Planes {
         let signed_dog: Vec<_> = smoothed.windows(2).map(|pair| Self::signed_dog(&pair[0], &pair[1])).collect();
         let dogs = signed_dog.iter().map(|signed| self.dog(signed));
-        let layers = dogs.zip(self.design.rings()).map(|((dog, saturated), ring)| (Layer::new(dog, ring), saturated));
+        let layers = dogs.zip(rings(&self.design)).map(|((dog, saturated), ring)| (Layer::new(dog, ring), saturated));
         let (layers, saturated) = layers.unzip();
         Planes { smoothed, signed_dog, layers, saturated }
     }
@@ -365,9 +367,8 @@ impl Planes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::design::KT27;
-    use crate::model::format::Format;
     use crate::pictures::pictures;
+    use hoverlock_design::{Format, KT27};
     use proptest::prelude::*;
 
     /// A design point with other word lengths, reach and sigmas; the others stay.
@@ -377,10 +378,10 @@ mod tests {
             coefficient: Format::unsigned(0, coefficient),
             dog_bits,
             scale_pairs: look_ahead.len() as u32 - 1,
-            sigmas: [2.0, 3.2, 5.12, 8.2][..look_ahead.len()].to_vec().into(),
-            look_ahead: look_ahead.to_vec().into(),
-            ring_radii: [9, 16, 13][..look_ahead.len() - 1].to_vec().into(),
-            ..KT27
+            sigmas: [2.0, 3.2, 5.12, 8.2][..look_ahead.len()].to_vec(),
+            look_ahead: look_ahead.to_vec(),
+            ring_radii: [9, 16, 13][..look_ahead.len() - 1].to_vec(),
+            ..KT27.clone()
         }
     }
 

@@ -12,16 +12,13 @@ pub mod direct_form;
 pub mod export;
 pub mod set;
 
+use hoverlock_design::MAX_FRACTION_BITS;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::smoothing::design::DesignError;
 use hoverlock_reference::smoothing::recursive::first_order;
 use hoverlock_reference::smoothing::smoother::Response;
 
 use crate::model::stages::{self, StageCoefficients};
-
-/// Largest number of fraction bits of a coefficient. The product with a 32-bit sample plus the rounding half fits 64
-/// bits.
-pub const MAX_FRACTION_BITS: u32 = 31;
 
 /// Largest number of look-ahead stages. `2^12` samples are more than the rows of any frame.
 pub const MAX_LOOK_AHEAD: u32 = 12;

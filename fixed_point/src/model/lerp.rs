@@ -11,7 +11,7 @@
 //!   filter of lerps cannot overflow, saturate or grow in width, and passes a constant unchanged with any coefficients.
 //! - Its rounding error is at most half an LSB.
 
-use crate::model::coefficients::MAX_FRACTION_BITS;
+use hoverlock_design::MAX_FRACTION_BITS;
 
 /// `p + round(c (q - p))` with the coefficient `c = raw / 2^fraction_bits`.
 ///

@@ -7,7 +7,6 @@
 pub mod bit_true;
 pub mod coefficients;
 pub mod design;
-pub mod format;
 pub mod lerp;
 pub mod quickest;
 pub mod simd;

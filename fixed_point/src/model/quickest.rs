@@ -3,8 +3,8 @@
 use hoverlock_reference::image::plane::Plane;
 
 use crate::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
-use crate::model::design::DesignPoint;
 use crate::model::simd::{SimdBitTrue, SimdError};
+use hoverlock_design::DesignPoint;
 
 /// The model: [`SimdBitTrue`] where it supports the formats, else [`BitTrue`]. Their bits are the same.
 pub struct Quickest {
@@ -31,7 +31,8 @@ impl Quickest {
         Ok(Self { design: design.clone(), code })
     }
 
-    /// The features of a frame of pixels in steps of the camera ([`DesignPoint::samples`]), in order.
+    /// Returns the features of a frame, in order. `pixels` is in steps of the camera; see
+    /// [`camera_samples`](crate::model::design::camera_samples).
     pub fn features(&mut self, pixels: &Plane<u16>, thresholds: &[u32]) -> Vec<FeatureRecord> {
         match &mut self.code {
             Code::Simd(simd) => simd.frame(pixels, thresholds).to_vec(),

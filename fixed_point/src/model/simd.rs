@@ -26,8 +26,8 @@ use multiversion::multiversion;
 
 use crate::model::bit_true::{FeatureRecord, Planes};
 use crate::model::coefficients::{CoefficientError, LerpCoefficients, MAX_LOOK_AHEAD};
-use crate::model::design::DesignPoint;
-use crate::model::format::Format;
+use crate::model::design::rings;
+use hoverlock_design::{DesignPoint, Format};
 
 /// Columns of a strip: four cache lines of states.
 pub const LANES: usize = 64;
@@ -212,7 +212,7 @@ impl SimdBitTrue {
         Ok(Self {
             gains: design.sigmas.iter().zip(&*design.look_ahead).map(gains).collect::<Result<_, _>>()?,
             words: Words::new(design),
-            planes: blank(&design.rings(), 1, 1),
+            planes: blank(&rings(design), 1, 1),
             scratch: Scratch::default(),
             features: Vec::new(),
         })
@@ -550,9 +550,10 @@ fn candidates(responses: &[u16], max_dog: &[u16], threshold: u16, mut found: imp
 mod tests {
     use super::*;
     use crate::model::bit_true::BitTrue;
-    use crate::model::design::{KT27, SHIPPED};
+    use crate::model::design::camera_samples;
     use crate::model::lerp::lerp;
     use crate::pictures::{Content, Picture, pictures};
+    use hoverlock_design::{KT27, SHIPPED};
     use proptest::prelude::*;
 
     fn by_gain(p: i32, q: i32, gain: Gain) -> i32 {
@@ -638,14 +639,14 @@ mod tests {
                     coefficient: Format::unsigned(0, coefficient),
                     dog_bits,
                     scale_pairs: pairs,
-                    sigmas: [2.0, 3.2, 5.12, 8.2][..=pairs as usize].to_vec().into(),
-                    look_ahead: [2, 3, 3, 2][..=pairs as usize].to_vec().into(),
-                    ring_radii: radii[..pairs as usize].to_vec().into(),
-                    ..KT27
+                    sigmas: [2.0, 3.2, 5.12, 8.2][..=pairs as usize].to_vec(),
+                    look_ahead: [2, 3, 3, 2][..=pairs as usize].to_vec(),
+                    ring_radii: radii[..pairs as usize].to_vec(),
+                    ..KT27.clone()
                 },
             };
             let Ok(bit_true) = BitTrue::new(&design) else { return Ok(()) };
-            let frame = design.samples(&picture.draw());
+            let frame = camera_samples(&design, &picture.draw());
             let planes = bit_true.planes(&frame);
             let mut simd = SimdBitTrue::new(&design).unwrap();
             prop_assert_eq!(simd.frame(&frame, &[2, 3, 5]), planes.features(&[2, 3, 5]));

@@ -13,7 +13,7 @@
 
 use hoverlock_reference::image::plane::Plane;
 
-use crate::model::format::Format;
+use hoverlock_design::Format;
 
 /// The coefficients of one smoother.
 #[derive(Debug, Clone, PartialEq)]

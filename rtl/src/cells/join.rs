@@ -3,7 +3,7 @@
 use rust_hdl::prelude::*;
 
 use super::{FourNeighbours, Pixel, Response, State, low};
-use crate::design::{DOG_BITS, FRACTION_BITS, OLDER_BITS, RING_BITS, SIGNED_BITS};
+use crate::design::{DOG_BITS, OLDER_BITS, RING_BITS, SIGNED_BITS, STATE_FRACTION_BITS};
 
 /// `x << f`: a camera sample as a filter state.
 #[derive(LogicBlock, Default)]
@@ -16,7 +16,7 @@ pub struct PixelState {
 
 impl Logic for PixelState {
     fn update(&mut self) {
-        self.y.next = (self.x.val().to_u64() << FRACTION_BITS).into();
+        self.y.next = (self.x.val().to_u64() << STATE_FRACTION_BITS).into();
     }
 
     fn connect(&mut self) {
@@ -24,7 +24,7 @@ impl Logic for PixelState {
     }
 
     fn hdl(&self) -> Verilog {
-        let state = match FRACTION_BITS {
+        let state = match STATE_FRACTION_BITS {
             0 => "x".to_owned(),
             bits => format!("{{x, {bits}'b{}}}", "0".repeat(bits)),
         };

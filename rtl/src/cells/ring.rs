@@ -17,7 +17,7 @@ pub const RING_REACH: i32 = LARGEST_RING as i32;
 /// before the newest sample, ascending, with the number of the point.
 pub fn rows(scale: usize) -> Vec<(usize, Vec<(usize, usize)>)> {
     let mut rows: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
-    for (i, &(dx, dy)) in Ring::of_radius(RING_RADII[scale]).0.iter().enumerate() {
+    for (i, &(dx, dy)) in Ring::of_radius(RING_RADII[scale] as u32).0.iter().enumerate() {
         let (line, step) = ((RING_REACH - dy) as usize, (RING_REACH - dx) as usize);
         match rows.iter_mut().find(|row| row.0 == line) {
             Some(row) => row.1.push((step, i)),

@@ -13,10 +13,11 @@
 
 use std::collections::VecDeque;
 
+use hoverlock_design::MIN_SIDE;
 use rust_hdl::prelude::*;
 
 use super::{Height, Pixel, Width, low};
-use crate::design::{COLUMN_BITS, LEAST_SIDE, MAX_HEIGHT, MAX_WIDTH, ROW_BITS};
+use crate::design::{COLUMN_BITS, MAX_HEIGHT, MAX_WIDTH, ROW_BITS};
 
 /// Lines of steps after which the pipeline is empty. It needs fewer than 88.
 pub const DRAIN_LINES: u64 = 96;
@@ -437,5 +438,6 @@ end
 
 /// Whether a frame may have this size.
 fn is_possible(width: u64, height: u64) -> bool {
-    (LEAST_SIDE as u64..=MAX_WIDTH as u64).contains(&width) && (LEAST_SIDE as u64..=MAX_HEIGHT as u64).contains(&height)
+    (u64::from(MIN_SIDE)..=MAX_WIDTH as u64).contains(&width)
+        && (u64::from(MIN_SIDE)..=MAX_HEIGHT as u64).contains(&height)
 }

@@ -4,10 +4,10 @@
 //! power of the first. `<NAME>` is a number of the design, `<NAME+1>` one more.
 
 use crate::design::{
-    CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, FRACTION_BITS, LONGEST, LOOK_AHEAD,
-    MAX_WIDTH, PIXEL_BITS, RECORD_BITS, RECORD_FIFO, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS,
+    CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, LONGEST, LOOK_AHEAD, MAX_WIDTH, PIXEL_BITS,
+    RECORD_BITS, RECORD_FIFO, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS, STATE_FRACTION_BITS,
 };
-use crate::names::smoother_names;
+use hoverlock_design::smoother_names;
 
 /// The comment above a module.
 pub fn header(module: &str) -> String {
@@ -48,8 +48,8 @@ fn of_design(text: &str) -> String {
         ("STEPS+26", steps + 26),
         ("STEPS+36", steps + 36),
         ("PIXEL_BITS", PIXEL_BITS),
-        ("FRACTION_BITS", FRACTION_BITS),
-        ("SCALE", 1 << FRACTION_BITS),
+        ("FRACTION_BITS", STATE_FRACTION_BITS),
+        ("SCALE", 1 << STATE_FRACTION_BITS),
         ("STATE_BITS", STATE_BITS),
         ("COEFFICIENT_BITS", COEFFICIENT_BITS),
         ("COEFFICIENTS", COEFFICIENTS),

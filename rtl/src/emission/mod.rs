@@ -26,11 +26,12 @@ use self::{
     post_pass::{EmissionError, Module, readable},
 };
 use crate::{
-    design::{Unbuildable, buildable, compiled},
+    design::compiled,
     registers::{Access, COEFFICIENTS_AT, Field, Register, registers},
     top::Top,
 };
-use hoverlock_fixed_point::model::{coefficients::CoefficientError, design::DesignPoint};
+use hoverlock_design::{DesignPoint, Unbuildable};
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
 
 /// A generated file.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -87,7 +88,7 @@ pub const MEND: &str = "hoverlock rtl emit";
 /// # Errors
 /// Where the sources have an error.
 pub fn files() -> Result<Vec<File>, EmitError> {
-    buildable(&compiled())?;
+    compiled().check_buildable()?;
     let hash = emission()?;
     let mut files: Vec<File> = Vec::new();
     let modules = modules(hash)?;
@@ -117,7 +118,7 @@ pub fn files() -> Result<Vec<File>, EmitError> {
 /// # Errors
 /// Where the design cannot be built, or its emitter cannot.
 pub fn files_of(design: &DesignPoint) -> Result<Vec<File>, EmitError> {
-    buildable(design)?;
+    design.check_buildable()?;
     if *design == compiled() { files() } else { Ok(other::files(design)?) }
 }
 

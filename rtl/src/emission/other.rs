@@ -11,7 +11,7 @@ use std::{
     process::Command,
 };
 
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
 use sha2::{Digest, Sha256};
 
 use super::File;
@@ -113,9 +113,10 @@ fn emit(project: &Path, design: &Path) -> Result<Vec<u8>, OtherError> {
 /// What the emission depends on besides the design, sorted.
 fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
     let mut files = vec![project.join("Cargo.lock"), project.join("rtl/build.rs")];
-    let mut folders: Vec<PathBuf> = ["rtl/src", "rtl/quartus", "fixed_point/src/model", "reference/src/features"]
-        .map(|folder| project.join(folder))
-        .into();
+    let mut folders: Vec<PathBuf> =
+        ["rtl/src", "rtl/quartus", "design/src", "fixed_point/src/model", "reference/src/features"]
+            .map(|folder| project.join(folder))
+            .into();
     while let Some(folder) = folders.pop() {
         let entries = fs::read_dir(&folder).map_err(|_| OtherError::NoSources(folder.clone()))?;
         for entry in entries {

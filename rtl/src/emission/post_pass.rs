@@ -4,13 +4,13 @@
 //! names by `$` and wires in one `always` block. Each source module gives its name in a line `// module: NAME`. Modules
 //! with equal text are merged. Two different texts under one name are an error; a name that ends in `*` is numbered.
 //! Wiring becomes `assign` or goes into the port list, and `$` becomes `_`, checked for collisions. A name of
-//! [`CONSTANTS`] becomes its number, and arithmetic with numbers in a range is computed: `[STATE_BITS-1:0]` becomes
+//! [`constant`] becomes its number, and arithmetic with numbers in a range is computed: `[STATE_BITS-1:0]` becomes
 //! `[17:0]`.
 
 use std::collections::BTreeMap;
 use std::collections::HashSet;
 
-use crate::design::CONSTANTS;
+use crate::design::constant;
 
 /// A module of the emission.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -316,10 +316,10 @@ fn numbers(text: &str) -> String {
         // A name begins where the character before is of none.
         let whole = !rest[..start].ends_with(is_of_name);
         let end = rest[start..].find(|c| !is_of_name(c)).map_or(rest.len(), |length| start + length);
-        let constant = CONSTANTS.iter().find(|(name, _)| whole && *name == &rest[start..end]);
+        let value = if whole { constant(&rest[start..end]) } else { None };
         named += &rest[..start];
-        match constant {
-            Some((_, value)) => named += &value.to_string(),
+        match value {
+            Some(value) => named += &value.to_string(),
             None => named += &rest[start..end],
         }
         rest = &rest[end..];

@@ -5,21 +5,20 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
+use hoverlock_design::{DesignPoint, KT27};
 use sha2::{Digest, Sha256};
 
 use super::{EmitError, File, committed, files_of, verilog_in};
-use crate::design::buildable;
 
 /// The Verilog of a folder, the committed Verilog of the default design, or else the emission.
 ///
 /// # Errors
 /// Where the design cannot be built or emitted, or the folder has no Verilog.
 pub fn verilog(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBuf>, EmitError> {
-    buildable(design)?;
+    design.check_buildable()?;
     match folder {
         Some(folder) => verilog_in(folder).ok_or_else(|| EmitError::NoVerilog(folder.into())),
-        None => match committed().filter(|_| *design == KT27) {
+        None => match committed().filter(|_| *design == *KT27) {
             Some(committed) => Ok(committed),
             None => emitted(&files_of(design)?),
         },

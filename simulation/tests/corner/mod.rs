@@ -5,8 +5,8 @@
 
 use std::sync::LazyLock;
 
+use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
-use hoverlock_fixed_point::model::design::{DesignPoint, KT27};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
 use hoverlock_simulation::Simulator;

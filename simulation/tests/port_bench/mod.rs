@@ -10,8 +10,9 @@ pub mod scenarios;
 
 use std::{collections::VecDeque, fmt};
 
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER, FeatureRecord, Planes};
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_harness::model::{InstanceOptions, Model};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::files_of;
@@ -444,7 +445,7 @@ pub fn strongest(design: &DesignPoint) -> u32 {
 
 /// [`noise`] as the design's camera takes it.
 pub fn ground(design: &DesignPoint, width: usize, height: usize, seed: u64) -> Plane<u16> {
-    design.samples(&noise(width, height, seed))
+    camera_samples(design, &noise(width, height, seed))
 }
 
 /// Grey noise over a slope: many features, all bits in use.

@@ -12,7 +12,8 @@
 mod play;
 pub mod shrink;
 
-use hoverlock_fixed_point::model::design::DesignPoint;
+use hoverlock_design::DesignPoint;
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::Simulator;
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
@@ -257,7 +258,7 @@ impl Step {
 
     /// The frame as it is to enter the pipeline: cut short, it ends with its last pixel again and again.
     pub fn entered(&self, design: &DesignPoint) -> Plane<u16> {
-        let picture = design.samples(&self.scene());
+        let picture = camera_samples(design, &self.scene());
         match self.fault {
             Fault::Short(beats) | Fault::Interrupted(beats) => {
                 let pixels = picture.as_slice();
@@ -269,7 +270,7 @@ impl Step {
 
     /// The packet as the source sends it.
     pub fn beats(&self, design: &DesignPoint) -> Vec<Beat> {
-        let picture = design.samples(&self.scene());
+        let picture = camera_samples(design, &self.scene());
         let pixels = picture.as_slice();
         let (count, ends) = match self.fault {
             Fault::None => (pixels.len(), true),

@@ -6,8 +6,8 @@
 
 use std::collections::VecDeque;
 
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
-use hoverlock_fixed_point::model::design::DesignPoint;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
 use hoverlock_simulation::Simulator;

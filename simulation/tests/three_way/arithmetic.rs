@@ -1,6 +1,7 @@
 //! Cells that calculate: lerp, difference, maxima, comparisons, thresholds.
 
-use hoverlock_fixed_point::model::{bit_true::ThresholdController, design::KT27, lerp::lerp};
+use hoverlock_design::KT27;
+use hoverlock_fixed_point::model::{bit_true::ThresholdController, lerp::lerp};
 use hoverlock_harness::model::SignalId;
 use hoverlock_rtl::cells::{
     decision::Decision,

@@ -1,6 +1,6 @@
 //! Joined samples, queues, sequencer and registers.
 
-use hoverlock_fixed_point::model::design::KT27;
+use hoverlock_design::KT27;
 use hoverlock_rtl::{
     cells::{
         csr::Csr,

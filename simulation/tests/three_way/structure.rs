@@ -5,8 +5,8 @@
 
 use std::cell::Cell;
 
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER};
-use hoverlock_fixed_point::model::design::KT27;
 use hoverlock_fixed_point::model::lerp::lerp;
 use hoverlock_reference::features::maxlbp::{Layer as Responses, Ring};
 use hoverlock_reference::image::plane::Plane;

@@ -137,7 +137,7 @@ fn neighbours(raw: &[i64]) -> Vec<Vec<i64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::coefficients::MAX_FRACTION_BITS;
+    use hoverlock_design::MAX_FRACTION_BITS;
     use hoverlock_reference::smoothing::recursive::{Family, Recursive};
     use hoverlock_reference::smoothing::smoother::Residuals;
     use proptest::prelude::*;
