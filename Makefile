@@ -22,7 +22,7 @@ LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
-.PHONY: help demo test results checks lints arm-where-possible test-long fuzz bench bench-accuracy bench-harness bench-arm arm dist \
+.PHONY: help demo test results checks lints arm-where-possible test-long fuzz measure bench bench-accuracy bench-harness bench-arm arm dist \
     python-reference setup build
 
 help:
@@ -99,21 +99,28 @@ fuzz:
 	HOVERLOCK_FUZZ_SECONDS=$(or $(SECONDS),600) HOVERLOCK_FUZZ_SEED=$(or $(SEED),1) \
 	    cargo test --locked --package hoverlock-cli --test fuzz -- --ignored --nocapture
 
+## simulate a photograph and estimate the shipped designs, for docs/results.json
+measure: build
+	$(PYTHON) setup/measure.py $(HOVERLOCK) $(PICTURES)/aero1.jpg
+
+# The benches store their numbers in docs/results.json; `make results` writes them into the documents.
+
 ## speed of the float features beside OpenCV's ORB, and of the bit-true model
 bench: setup
-	$(PYTHON) reference/benches/vs_orb.py $(BENCH_PICTURES)
+	$(PYTHON) reference/benches/vs_orb.py --record $(BENCH_PICTURES)
 	cargo bench --locked --package hoverlock-fixed-point --bench bit_true
+	$(PYTHON) fixed_point/benches/record.py
 
 ## accuracy over simulated flights beside OpenCV's methods; needs HOVERLOCK_DATA
 bench-accuracy: setup
-	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) --flights $(FLIGHTS) $(HOVERLOCK_DATA)/textures target/accuracy
+	$(PYTHON) reference/benches/accuracy.py --record --every $(EVERY) --flights $(FLIGHTS) $(HOVERLOCK_DATA)/textures target/accuracy
 
 ## speed of the harness beside cocotb and the plain C++ loop
 # cocotb 1.9 on Verilator, cocotb 2 on Icarus and on Verilator 5.048. The outputs are compared.
 bench-harness:
 	@setup/bootstrap.sh iverilog
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml
-	$(PYTHON) harness/benches/against_cocotb/run.py --runs 5
+	$(PYTHON) harness/benches/against_cocotb/run.py --runs 5 --record
 
 ## build the flight program for the ARM Cortex-A9, one static file
 # Its own target folder, as it has a compiler of its own.
@@ -128,7 +135,8 @@ arm:
 bench-arm: setup
 	@$(MAKE) --no-print-directory arm ARM_FEATURES="--features extract"
 	cargo build --quiet --release --locked --package hoverlock-icount
-	cargo bench --quiet --locked --package hoverlock-arm --bench instructions
+	set -o pipefail; cargo bench --quiet --locked --package hoverlock-arm --bench instructions | \
+	    $(PYTHON) setup/results.py record --command "make bench-arm"
 
 ## build the release archive: command, Python wheels, Verilog with its component, documents
 dist: build

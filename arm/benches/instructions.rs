@@ -137,14 +137,15 @@ fn one_kind(frame: u32) -> Vec<FeatureRecord> {
 
 const LATER: u64 = 30;
 
-fn flights() -> Vec<(&'static str, Source)> {
+/// The simulated flights: key in `docs/results.json`, name, stream.
+fn flights() -> Vec<(&'static str, &'static str, Source)> {
     vec![
-        ("all features found again", flight(4, 1, |frame| records(POINTS, frame))),
-        ("the same without a gate", flight(4, LATER, |frame| records(POINTS, frame))),
-        ("one in three found again", flight(4, LATER, |frame| diluted(frame, 0.577))),
-        ("one in ten found again", flight(4, LATER, |frame| diluted(frame, 0.316))),
-        ("none found again", flight(4, LATER, |frame| diluted(frame, 0.0))),
-        ("one scale and polarity", flight(4, LATER, one_kind)),
+        ("all_found", "all features found again", flight(4, 1, |frame| records(POINTS, frame))),
+        ("without_gate", "the same without a gate", flight(4, LATER, |frame| records(POINTS, frame))),
+        ("one_in_three", "one in three found again", flight(4, LATER, |frame| diluted(frame, 0.577))),
+        ("one_in_ten", "one in ten found again", flight(4, LATER, |frame| diluted(frame, 0.316))),
+        ("none_found", "none found again", flight(4, LATER, |frame| diluted(frame, 0.0))),
+        ("one_kind", "one scale and polarity", flight(4, LATER, one_kind)),
     ]
 }
 
@@ -174,11 +175,15 @@ fn picture() -> Result<Sample, Box<dyn Error>> {
     Ok(Sample { path, pixels, thresholds, features })
 }
 
-fn row(name: &str, parts: &Parts) {
+/// Prints the row of a flight, and adds its lines for `setup/results.py record` to `results`.
+fn row(key: &str, name: &str, parts: &Parts, results: &mut Vec<String>) {
     let million = |count: u64| format!("{:.1}", count as f64 / 1e6);
     let Parts { rest, matching, search, pose, .. } = *parts;
     let [rest, matching, search, pose, total] = [rest, matching, search, pose, parts.total()].map(million);
     println!("| {name} | {matching} | {search} | {pose} | {rest} | {total} |");
+    for (part, count) in [("matching", matching), ("search", search), ("pose", pose), ("rest", rest), ("all", total)] {
+        results.push(format!("result arm.instructions.{key}.{part}={count}"));
+    }
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -187,20 +192,21 @@ fn run() -> Result<(), Box<dyn Error>> {
     println!("| flight | matching | search | pose | rest | all |\n|---|---|---|---|---|---|");
     let mut worst: Option<Parts> = None;
     let mut typical = None;
-    let mut add = |name: &str, source: &Source| -> Result<(), Box<dyn Error>> {
+    let mut results = Vec::new();
+    let mut add = |key: &str, name: &str, source: &Source| -> Result<(), Box<dyn Error>> {
         let (parts, estimates) = tools.worst(name, source)?;
-        row(&format!("{name} ({estimates} estimates)"), &parts);
+        row(key, &format!("{name} ({estimates} estimates)"), &parts, &mut results);
         worst = Some(worst.filter(|worst| worst.total() >= parts.total()).unwrap_or(parts));
         typical.get_or_insert(parts);
         Ok(())
     };
-    for (name, source) in flights() {
-        add(name, &source)?;
+    for (key, name, source) in flights() {
+        add(key, name, &source)?;
     }
     match data_dir() {
         Some(folder) => {
             for name in ["caliterra", "copr_dunes", "drone_park", "forest_flight"] {
-                add(name, &support::sequence(&folder.join("sequences").join(name))?)?;
+                add(name, name, &support::sequence(&folder.join("sequences").join(name))?)?;
             }
         }
         None => println!("\nWithout the real sequences: set HOVERLOCK_DATA."),
@@ -230,6 +236,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     let [most, target] = [worst.total(), TARGET].map(|count| count as f64 / 1e6);
     let outcome = if most <= target { "within" } else { "above" };
     println!("\nThe worst frame takes {most:.1} million instructions, {outcome} the target of {target:.0}.");
+    results.push(format!("result arm.instructions.worst.all={most:.1}"));
+    results.push(format!("result arm.extraction={:.1}", extraction as f64 / 1e6));
+    println!("{}", results.join("\n"));
     Ok(())
 }
 

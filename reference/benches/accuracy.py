@@ -1,6 +1,6 @@
 """Accuracy over simulated flights, side by side with OpenCV's ORB, AKAZE, BRISK, SIFT (MAGSAC) and phase correlation.
 
-Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] TEXTURES FOLDER
+Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] [--record] TEXTURES FOLDER
 
 The example `accuracy` simulates the frames into FOLDER once; this program writes what each method finds beside them, once, and
 then lets the example score everything, and `accuracy_report.py` make tables and plots of the scores. Each method gets the same frames, stretched to 8 bit between the percentiles 0.5 and 99.5,
@@ -104,6 +104,7 @@ def main() -> int:
     parser.add_argument("--every", type=int, default=1, help="keep one flight in so many")
     parser.add_argument("--flights", type=int, default=1, help="flights of each texture and condition, for hoverlock")
     parser.add_argument("--peers", default="orb,akaze,brisk,sift,phase")
+    parser.add_argument("--record", action="store_true", help="store the numbers over held-back ground in docs/results.json")
     arguments = parser.parse_args()
     if not arguments.textures.is_dir():
         print(f"{arguments.textures}: no folder of textures; set HOVERLOCK_DATA to the folder of pictures", file=sys.stderr)
@@ -123,7 +124,8 @@ def main() -> int:
             write(arguments.folder / f"{name}.{method}.txt", *found)
     status = subprocess.run([program, "score", *common, str(arguments.flights)]).returncode
     if status == 0:
-        accuracy_report.write(arguments.folder)
+        command = f"make bench-accuracy EVERY={arguments.every} FLIGHTS={arguments.flights}"
+        accuracy_report.write(arguments.folder, command if arguments.record else None)
     return status
 
 

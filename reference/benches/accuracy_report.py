@@ -2,9 +2,13 @@
 
 import csv
 import math
+import sys
 from collections import defaultdict
 from pathlib import Path
 from statistics import mean, median
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "setup"))
+import results  # noqa: E402
 
 METHODS = ["hoverlock", "orb", "akaze", "brisk", "sift", "phase"]
 COLOURS = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98"]
@@ -81,6 +85,34 @@ def failures(rows) -> str:
     return "\n".join(lines)
 
 
+def values(rows, flights) -> dict[str, float]:
+    """Returns the numbers of both tables by their keys in `docs/results.json`; `flights` are those that all methods made."""
+    found = {}
+    names = dict(zip(METHODS, ["hoverlock", "ORB", "AKAZE", "BRISK", "SIFT", "phase_correlation"]))
+    for method, name in names.items():
+        of = [row for row in flights if row["method"] == method]
+        at = {condition: [row for row in of if row["condition"] == condition] for condition in ("nominal", "narrow", "relief")}
+        columns = {"centre": (rms(numbers(at["nominal"], "centre")), 4), "no_pose": (sum(row["pose"] == "" for row in of), 0)}
+        if method != "phase":
+            local = numbers(at["nominal"], "localisation")
+            columns |= {"first": (mean(numbers(of, "first")), 3), "final": (mean(numbers(of, "last")), 3),
+                        "localisation": (mean(local) if local else math.nan, 3)}
+            columns |= {key: (100 * rms(numbers(at[condition], "pose")), 1)
+                        for key, condition in (("wide", "nominal"), ("narrow", "narrow"), ("relief", "relief"))}
+        found |= {f"accuracy.methods.{name}.{key}": round(value, digits) if digits else int(value)
+                  for key, (value, digits) in columns.items()}
+        found["accuracy.methods.flights"] = len(of)
+    for condition in dict.fromkeys(row["condition"] for row in rows):
+        key = "accuracy.covariance." + condition.replace(" ", "_").replace(".", "")
+        for method, prefix in (("hoverlock", ""), ("features", "features_")):
+            at = [row for row in rows if row["condition"] == condition and row["method"] == method]
+            nees = numbers(at, "nees")
+            found |= {f"{key}.{prefix}pose": round(100 * rms(numbers(at, "pose")), 1), f"{key}.{prefix}nees": round(mean(nees), 1),
+                      f"{key}.{prefix}outside": sum(v > 9 for v in nees)}
+        found |= {f"{key}.flights": len(at), f"{key}.no_pose": len(at) - len(nees)}
+    return found
+
+
 def text(x, y, words, anchor="middle", extra=""):
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" {extra}>{words}</text>'
 
@@ -134,8 +166,11 @@ def reliability_plot(rows) -> str:
     return frame(420, 410, body)
 
 
-def write(folder: Path) -> None:
-    """Prints the tables of both halves and writes `accuracy.svg` and `reliability.svg` into the folder."""
+def write(folder: Path, record: str | None = None) -> None:
+    """Prints the tables of both halves and writes `accuracy.svg` and `reliability.svg` into the folder.
+
+    `record` is the command with which the numbers over held-back ground are stored in `docs/results.json`, `None` if they are not.
+    """
     for half, tuning in (("Ground that served for tuning", True), ("Held-back ground", False)):
         rows = scores(folder, tuning)
         if rows:
@@ -146,3 +181,5 @@ def write(folder: Path) -> None:
             part.write_text(plot)
             part.rename(folder / name)
             print(f"plot: {folder / name}")
+        if record:
+            results.record(values(rows, first(rows)), command=record)

@@ -1,9 +1,10 @@
 """Float features of one 1024x768 frame against OpenCV's ORB, one thread each, by turns on one core.
 
-Usage: python vs_orb.py [--rounds 7] [--runs 10] [--max-ratio 1.0] IMAGE..
+Usage: python vs_orb.py [--rounds 7] [--runs 10] [--max-ratio 1.0] [--record] IMAGE..
 
 Both get the same frame: the 1024x768 pixels in the middle of the picture, in 8 bit; a smaller picture is mirrored at its
-borders until it fills the frame. Both are asked for a thousand described features. Reading the picture is not timed. A round is some runs of ours, then as many of ORB, so that whatever else the machine does falls on both.
+borders until it fills the frame. Both are asked for a thousand described features. Reading the picture is not timed. A round is some runs of Hoverlock, then as many of ORB, so that whatever else the machine does
+falls on both.
 Prints the medians and their ratio per picture; exit status 1 where the ratio is above the limit or we return fewer
 than a thousand features, 2 on bad usage.
 """
@@ -19,6 +20,9 @@ import time
 from pathlib import Path
 
 import cv2
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "setup"))
+import results  # noqa: E402
 
 WIDTH, HEIGHT, FEATURES = 1024, 768, 1000
 
@@ -57,6 +61,7 @@ def main() -> int:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--max-ratio", type=float, default=1.0)
+    parser.add_argument("--record", action="store_true", help="store the ratios in docs/results.json")
     arguments = parser.parse_args()
 
     frames = [(path, frame_of(path)) for path in arguments.images]
@@ -66,7 +71,7 @@ def main() -> int:
     cv2.setNumThreads(1)
     orb = cv2.ORB_create(FEATURES)
 
-    passed = True
+    passed, ratios, low_texture = True, [], {}
     print(f"{'picture':<28} {'hoverlock':>10} {'ORB':>10} {'ratio':>6}   features (ours, ORB's)")
     for path, frame in frames:
         ours, theirs = [], []
@@ -85,8 +90,16 @@ def main() -> int:
         a, b = statistics.median(ours), statistics.median(theirs)
         good = a <= arguments.max_ratio * b and result["features"] >= FEATURES
         passed &= good
+        if len(keypoints) < FEATURES:
+            low_texture["features.against_orb.low_texture"] = round(a / b, 2)
+        else:
+            ratios.append(round(a / b, 2))
         counts = f"{result['features']}, {len(keypoints)}"
         print(f"{Path(path).name:<28} {a * 1e3:>7.2f} ms {b * 1e3:>7.2f} ms {a / b:>6.2f}   {counts}{'' if good else '  FAILED'}")
+    if arguments.record and ratios:
+        values = {"features.against_orb.min": min(ratios), "features.against_orb.max": max(ratios)}
+        results.record(values | low_texture, command="make bench", conditions=f"by turns in one run; {len(frames)} pictures; low texture is "
+                       f"where ORB finds fewer than {FEATURES}; smaller pictures are mirrored to fill the frame")
     return 0 if passed else 1
 
 

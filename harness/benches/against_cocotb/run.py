@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Hoverlock against cocotb 1.9 on Verilator, cocotb 2 on Icarus and on a newer Verilator, and the plain loop in C++.
 
-    python harness/benches/against_cocotb/run.py [--runs 5] [--json FILE]
+    python harness/benches/against_cocotb/run.py [--runs 5] [--json FILE] [--record]
 
 Run it with the Python that has `hoverlock` installed, built with optimisation. The rivals are installed into venvs in a cache
 folder, once. All benches are one source (`benches.py`), and what they saw must be equal; on the Hoverlock top that is every
 record and trailer. Times are CPU times; each number is the median of the runs, and the rivals take turns, so that a busy machine
-meets all alike. The ways without Python follow, from `cargo bench -p hoverlock-harness`.
+meets all alike. The ways without Python follow, from `cargo bench -p hoverlock-harness`. `--record` stores the numbers in
+`docs/results.json`.
 """
 
 import argparse
@@ -24,6 +25,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 HARNESS = HERE.parents[1]
+sys.path.insert(0, str(HARNESS.parent / "setup"))
+import results  # noqa: E402
+
 SMALL = [HARNESS / "tests" / "designs" / "stream.v"]
 VERILOG = HARNESS.parent / "rtl" / "verilog"
 TOP = [VERILOG / line for line in (VERILOG / "hoverlock.f").read_text().split() if line.endswith(".v")]
@@ -221,8 +225,8 @@ def process(script: str) -> tuple[float, float]:
     return wall * 1e3, (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) * 1e3
 
 
-def starts(runs: int) -> None:
-    """How long a fresh process takes for a test whose model is cached, and after an edit."""
+def starts(runs: int) -> dict[str, tuple[float, float]]:
+    """Prints and returns how long a fresh process takes for a test whose model is cached, and after an edit, ms of wall and CPU time."""
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "stream.v"
         text = SMALL[0].read_text()
@@ -239,15 +243,39 @@ def starts(runs: int) -> None:
             ):
                 times.setdefault(name, []).append(process(what))
     print("\nStart of a fresh process, ms\n\n| what | wall | CPU |\n|---|---|---|")
+    medians = {}
     for name, values in times.items():
         wall, cpu = (statistics.median(v[at] for v in values) for at in (0, 1))
+        medians[name] = (wall, cpu)
         print(f"| {name} | {wall:.0f} | {cpu:.0f} |")
+    return medians
 
+
+def entries(speed: dict, others: dict, started: dict) -> dict[str, float]:
+    """Returns the medians by their keys in `docs/results.json`."""
+    def of(label: str, name: str) -> int:
+        return round(statistics.median(speed[label][name]))
+
+    values = {}
+    for name in [*NAMES, "frames"]:
+        values |= {f"harness.python.{name}": of(OURS, name), f"harness.python.{name}.cocotb_verilator": of(FIRST, name),
+                   f"harness.python.{name}.cocotb_icarus": of(SECOND, name),
+                   f"harness.python_newer.{name}": of(OURS_ON_NEWER, name), f"harness.python_newer.{name}.cocotb": of(THIRD, name)}
+    for key, name in (("loop", "loop"), ("loop_top", "loop on the top"), ("arrays", "arrays"),
+                      ("arrays_stalls", "arrays, 25 % back-pressure"), ("arrays_top", "arrays on the top"),
+                      ("arrays_top_stalls", "arrays on the top, 25 % back-pressure")):
+        values[f"harness.python.{key}"] = round(statistics.median(others[name]))
+    for key, name, at in (("interpreter", "the interpreter alone", 0), ("import", "the interpreter and `import hoverlock`", 0),
+                          ("cached_test", "a cached test", 0), ("cached_test_cpu", "a cached test", 1),
+                          ("after_edit", "after an edit of the Verilog", 0)):
+        values[f"harness.start.{key}"] = round(started[name][at])
+    return values
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--json", metavar="FILE", help="writes all measurements")
+    parser.add_argument("--record", action="store_true", help="stores the medians in docs/results.json")
     chosen = parser.parse_args()
     for tool, package in (("iverilog", "iverilog"), ("verilator", "verilator"), ("cargo", "Rust")):
         if not shutil.which(tool):
@@ -321,12 +349,20 @@ def main() -> None:
     row("one coroutine a cycle, pixels in, records out", "frames", loop_top)
     bare("numpy arrays", "arrays on the top", loop_top)
     bare("numpy arrays, 25 % random back-pressure", "arrays on the top, 25 % back-pressure", loop_top)
-    starts(chosen.runs)
+    started = starts(chosen.runs)
     if chosen.json:
         Path(chosen.json).write_text(json.dumps({"others": others, "speed": speed}, indent=1) + "\n", encoding="utf-8")
     print("\nWithout Python\n", flush=True)
     bench = ["cargo", "bench", "--quiet", "--locked", "--package", "hoverlock-harness", "--bench", "throughput"]
-    sys.exit(subprocess.run(bench, cwd=HARNESS.parent).returncode)
+    with subprocess.Popen(bench, cwd=HARNESS.parent, stdout=subprocess.PIPE, text=True) as rust:
+        without_python = results.from_output(rust.stdout)
+    if rust.returncode:
+        sys.exit(rust.returncode)
+    if chosen.record:
+        machine = f"medians of {chosen.runs} by turns at a load of {others['load'][1]:.0f} on {os.cpu_count()} cores"
+        results.record(entries(speed, others, started), conditions=machine, command="make bench-harness")
+        results.record(without_python, command="cargo bench -p hoverlock-harness",
+                       conditions="medians of five by turns, Verilator 5.006")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,8 @@ const RUNS: usize = 5;
 pub struct Way<'a> {
     /// What it is called in the table.
     pub name: &'a str,
+    /// What it is called in `docs/results.json`, under `harness.rust.DESIGN`.
+    pub key: &'a str,
     /// What [`Way::run`] must give as the sum of its outputs, where it is compared.
     pub expected: Option<u64>,
     /// Gives CPU seconds, the sum of the outputs and the cycles that were simulated.
@@ -56,8 +58,9 @@ pub fn words_of(program: &Path, arguments: &[&str]) -> Result<Vec<f64>, Error> {
         .ok_or_else(|| Error::bench(format!("{} printed {text:?}", program.display())))
 }
 
-/// Runs the ways by turns and prints medians and their ratio to the first, which is the C++ loop.
-pub fn compare(ways: &[Way<'_>]) -> Result<(), Error> {
+/// Runs the ways by turns and prints medians and their ratio to the first, which is the C++ loop. The lines `result
+/// KEY=VALUE` after the table are for `setup/results.py record`.
+pub fn compare(design: &str, ways: &[Way<'_>]) -> Result<(), Error> {
     let mut rates = vec![Vec::new(); ways.len()];
     // Round robin, so that a disturbance of the machine meets all ways alike.
     for _ in 0..RUNS {
@@ -78,6 +81,9 @@ pub fn compare(ways: &[Way<'_>]) -> Result<(), Error> {
     println!("| way | cycles/s | of C++ |\n|---|---|---|");
     for (rate, way) in rates.iter().zip(ways) {
         println!("| {} | {:.2} M | {:.2} |", way.name, median(rate) / 1e6, median(rate) / limit);
+    }
+    for (rate, way) in rates.iter().zip(ways) {
+        println!("result harness.rust.{design}.{}={:.0}", way.key, median(rate));
     }
     Ok(())
 }

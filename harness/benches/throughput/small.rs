@@ -238,30 +238,44 @@ pub fn table(folder: &Path) -> Result<(), Error> {
     };
     let million = 1_000_000;
     let (many, some) = (20 * million, 3 * million);
-    let direct = |name, expected, run: fn(u64) -> Result<(f64, u64), Error>, cycles| -> Way<'_> {
+    let direct = |name, key, expected, run: fn(u64) -> Result<(f64, u64), Error>, cycles| -> Way<'_> {
         let run = move || run(cycles).map(|(seconds, sum)| (seconds, sum, cycles));
-        Way { name, expected, run: Box::new(run) }
+        Way { name, key, expected, run: Box::new(run) }
     };
     let (of_many, of_some) = (Some(limit(many)?.1), Some(limit(some)?.1));
     let packets = Some(bulk(some, Pause::Never)?.1);
     let stall = || Pause::random(0.3, 1);
-    compare(&[
-        Way { name: "plain C++ loop", expected: of_many, run: Box::new(|| limit(many)) },
-        direct("Rust direct, unchecked", of_many, raw, many),
-        direct("Rust direct, checked", of_many, checked, many),
-        Way { name: "frames in bulk", expected: packets, run: Box::new(|| bulk(some, Pause::Never)) },
-        Way { name: "frames in bulk, 30 % stalls", expected: packets, run: Box::new(|| bulk(some, stall())) },
-        Way { name: "source and sink", expected: packets, run: Box::new(|| source_and_sink(some, Pause::Never)) },
-        Way {
-            name: "source and sink, 30 % stalls",
-            expected: packets,
-            run: Box::new(|| source_and_sink(some, stall())),
-        },
-        direct("clock only", None, clock_only, 5 * million),
-        direct("async, one task", of_some, per_cycle, some),
-        direct("coroutine, one task", of_some, coroutine, some),
-        direct("async, driver and monitor", of_some, driver_and_monitor, some),
-    ])
+    compare(
+        "small",
+        &[
+            Way { name: "plain C++ loop", key: "cpp", expected: of_many, run: Box::new(|| limit(many)) },
+            direct("Rust direct, unchecked", "rust_unchecked", of_many, raw, many),
+            direct("Rust direct, checked", "rust_checked", of_many, checked, many),
+            Way { name: "frames in bulk", key: "bulk", expected: packets, run: Box::new(|| bulk(some, Pause::Never)) },
+            Way {
+                name: "frames in bulk, 30 % stalls",
+                key: "bulk_stalls",
+                expected: packets,
+                run: Box::new(|| bulk(some, stall())),
+            },
+            Way {
+                name: "source and sink",
+                key: "source_sink",
+                expected: packets,
+                run: Box::new(|| source_and_sink(some, Pause::Never)),
+            },
+            Way {
+                name: "source and sink, 30 % stalls",
+                key: "source_sink_stalls",
+                expected: packets,
+                run: Box::new(|| source_and_sink(some, stall())),
+            },
+            direct("clock only", "clock", None, clock_only, 5 * million),
+            direct("async, one task", "task", of_some, per_cycle, some),
+            direct("coroutine, one task", "coroutine", of_some, coroutine, some),
+            direct("async, driver and monitor", "driver_monitor", of_some, driver_and_monitor, some),
+        ],
+    )
 }
 
 /// How long a test waits for its model: cached, and after an edit of the Verilog.

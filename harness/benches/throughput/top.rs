@@ -253,14 +253,14 @@ pub fn table(folder: &Path) -> Result<(), Error> {
     };
     let (library, frame, expected) = (library()?, frame(), limit()?.records);
     println!("{FRAMES} frames of {WIDTH} x {HEIGHT}, {} records a run, trailers included.\n", expected.len() / RECORD);
-    let way = |name, run: Box<dyn Fn() -> Result<Outcome, Error>>| {
+    let way = |name, key, run: Box<dyn Fn() -> Result<Outcome, Error>>| {
         let expected = expected.clone();
         let run = move || {
             let outcome = run()?;
             expect_equal("the records of a way", &outcome.records, &expected)?;
             Ok((outcome.seconds, 0, outcome.cycles))
         };
-        Way { name, expected: None, run: Box::new(run) }
+        Way { name, key, expected: None, run: Box::new(run) }
     };
     // Each way takes part with the same library and frame.
     macro_rules! with {
@@ -270,14 +270,26 @@ pub fn table(folder: &Path) -> Result<(), Error> {
         }};
     }
     let stall = || Pause::random(0.3, 1);
-    compare(&[
-        Way { name: "plain C++ loop", expected: None, run: Box::new(|| limit().map(|o| (o.seconds, 0, o.cycles))) },
-        way("Rust direct, unchecked", with!(raw)),
-        way("Rust direct, checked", with!(checked)),
-        way("frames in bulk", with!(|l: &_, f: &_| bulk(l, f, Pause::Never))),
-        way("frames in bulk, 30 % stalls", with!(|l: &_, f: &_| bulk(l, f, stall()))),
-        way("source and sink", with!(|l: &_, f: &_| source_and_sink(l, f, Pause::Never))),
-        way("source and sink, 30 % stalls", with!(|l: &_, f: &_| source_and_sink(l, f, stall()))),
-        way("async, one task", with!(per_cycle)),
-    ])
+    compare(
+        "top",
+        &[
+            Way {
+                name: "plain C++ loop",
+                key: "cpp",
+                expected: None,
+                run: Box::new(|| limit().map(|o| (o.seconds, 0, o.cycles))),
+            },
+            way("Rust direct, unchecked", "rust_unchecked", with!(raw)),
+            way("Rust direct, checked", "rust_checked", with!(checked)),
+            way("frames in bulk", "bulk", with!(|l: &_, f: &_| bulk(l, f, Pause::Never))),
+            way("frames in bulk, 30 % stalls", "bulk_stalls", with!(|l: &_, f: &_| bulk(l, f, stall()))),
+            way("source and sink", "source_sink", with!(|l: &_, f: &_| source_and_sink(l, f, Pause::Never))),
+            way(
+                "source and sink, 30 % stalls",
+                "source_sink_stalls",
+                with!(|l: &_, f: &_| source_and_sink(l, f, stall())),
+            ),
+            way("async, one task", "task", with!(per_cycle)),
+        ],
+    )
 }
