@@ -1,15 +1,17 @@
-//! A test-bench engine for Verilog: coroutines and triggers as in cocotb, on Verilator, without a process or VPI
-//! between.
+//! Test benches for Verilog in Rust: coroutines and triggers as in cocotb, on Verilator in the same process, without
+//! VPI.
 //!
-//! | module | what it does |
-//! |---|---|
-//! | [`build`] | Verilog to a loaded [`model::Library`], built once for the same content |
-//! | [`model`] | one instance of a model: signals by name, evaluation, messages |
-//! | [`sim`] | time, clocks and tasks around a model; the order of a time step |
-//! | [`bus`] | drivers, monitors and checkers for Avalon and AXI |
-//! | [`wave`], [`coverage`] | recorded signals, counted coverage |
+//! | half | module | what it does |
+//! |---|---|---|
+//! | engine | [`build`] | turns Verilog into a loaded [`model::Library`], built once for the same content |
+//! | | [`model`] | one instance of a model: signals by name, evaluation, messages |
+//! | | [`wave`], [`coverage`] | records signals, counts coverage |
+//! | bench | [`sim`] | time, clocks and tasks around a model; the order of a time step |
+//! | | [`bus`] | drivers, monitors and checkers for Avalon and AXI |
 //!
-//! The engine drives any Verilog that Verilator takes without delays and DPI.
+//! The bench uses the engine, never the other way round. The [tutorial] shows both.
+//!
+//! The harness drives any Verilog that Verilator accepts without delays and DPI.
 //!
 //! ```
 //! use hoverlock_harness::build::Build;
@@ -41,17 +43,14 @@
 
 #![warn(clippy::missing_errors_doc)]
 
-pub mod build;
-pub mod bus;
-pub mod coverage;
-mod error;
-pub mod model;
-pub mod sim;
-mod time;
-pub mod wave;
+mod bench;
+mod engine;
 
-pub use error::{BuildError, Error, ModelError, SimError, nearest};
-pub use time::Time;
+pub use bench::error::{Error, SimError};
+pub use bench::{bus, sim};
+pub use engine::error::{BuildError, ModelError, RecordingError, nearest};
+pub use engine::time::{InvalidTime, Time};
+pub use engine::{build, coverage, model, wave};
 
 #[doc = include_str!("../docs/tutorial-rust.md")]
 pub mod tutorial {}

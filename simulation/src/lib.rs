@@ -32,7 +32,7 @@ use std::{sync::mpsc::sync_channel, time::Instant};
 
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_harness::{BuildError, Error, ModelError};
+use hoverlock_harness::{BuildError, Error, ModelError, RecordingError};
 
 use bench::Bench;
 use expect::{Expectation, Oracle};
@@ -75,6 +75,12 @@ pub enum SimulationError {
         /// Cycles waited.
         cycles: u64,
     },
+}
+
+impl From<RecordingError> for SimulationError {
+    fn from(error: RecordingError) -> Self {
+        Error::from(error).into()
+    }
 }
 
 /// Progress of a run.

@@ -71,7 +71,7 @@ impl Coverage {
 
     /// Adds a file that a run wrote with `write_coverage`.
     fn add(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let counts = coverage::Coverage::read(&path).map_err(|e| errors::exception(py, e))?;
+        let counts = coverage::Coverage::read(&path).map_err(|e| errors::exception(py, e.into()))?;
         self.0.merge(&counts);
         Ok(())
     }

@@ -1,0 +1,566 @@
+//! Handles of signals: of at most 64 bits, wider ones, memories.
+
+use std::rc::Rc;
+
+use super::future::Wait;
+use super::scheduler::Core;
+use super::trigger::{Edge, Trigger};
+use crate::bench::error::{Error, SimError};
+use crate::engine::error::ModelError;
+use crate::engine::model::{SignalId, SignalInfo, Storage, load, load_array, load_words};
+
+/// A signal of at most 64 bits.
+#[derive(Clone)]
+pub struct Signal {
+    pub(crate) core: Rc<Core>,
+    id: SignalId,
+    data: *mut u8,
+    storage: Storage,
+    mask: u64,
+    writable: bool,
+}
+
+impl Signal {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Signal, ModelError> {
+        let model = core.model.borrow();
+        let info = model.info(id);
+        if info.range.is_some() {
+            return Err(wrong_shape(info, "is a memory", "memory"));
+        }
+        if info.real {
+            return Err(wrong_shape(info, "is a `real`", "real"));
+        }
+        Signal::of_bits(core, id, info)
+    }
+
+    /// The signal whatever its bits mean.
+    fn of_bits(core: &Rc<Core>, id: SignalId, info: &SignalInfo) -> Result<Signal, ModelError> {
+        if let Storage::Wide(_) = info.storage {
+            return Err(ModelError::TooWide { signal: info.name.clone(), width: info.width });
+        }
+        Ok(Signal {
+            core: core.clone(),
+            id,
+            data: info.data,
+            storage: info.storage,
+            mask: info.mask(),
+            writable: core.model.borrow().is_writable(info),
+        })
+    }
+
+    /// The value now, unsigned. A buffered write is read back only after it was put.
+    #[inline(always)]
+    pub fn get(&self) -> u64 {
+        // SAFETY: `core` keeps the model alive; its storage is not wide.
+        unsafe { load(self.data, self.storage) }
+    }
+
+    /// The value after the writes that are buffered so far; for writes of single bits.
+    pub fn get_pending(&self) -> u64 {
+        let index = self.id.index() as u32;
+        self.core.pending(index).unwrap_or_else(|| self.core.written(index))
+    }
+
+    /// The value in two's complement.
+    #[inline]
+    pub fn get_signed(&self) -> i64 {
+        let unused = self.mask.leading_zeros();
+        ((self.get() << unused) as i64) >> unused
+    }
+
+    /// Whether the signal is 1; for a wider signal, whether it is not 0.
+    #[inline(always)]
+    pub fn is_high(&self) -> bool {
+        self.get() != 0
+    }
+
+    /// Buffers a write. It is put when all tasks of this round have run.
+    ///
+    /// # Errors
+    /// If the value does not fit, the signal is an output, or the region is `ReadOnly`.
+    #[inline(always)]
+    pub fn set(&self, value: u64) -> Result<(), ModelError> {
+        if value & !self.mask != 0 || !self.writable {
+            return Err(self.refused(value));
+        }
+        self.core.write(self.id.index() as u32, value)
+    }
+
+    /// Buffers a write of a signed number: from `-2^(w-1)` to `2^w - 1`.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
+    pub fn set_signed(&self, value: i64) -> Result<(), ModelError> {
+        let encoded = self.core.model.borrow().info(self.id).encode_signed(value)?;
+        self.set(encoded)
+    }
+
+    /// Buffers a write of an enumeration item, by its name.
+    ///
+    /// # Errors
+    /// As [`Signal::set`], and if the type has no item of that name.
+    pub fn set_named(&self, item: &str) -> Result<(), ModelError> {
+        let value = self.core.model.borrow().info(self.id).value_of(item)?;
+        self.set(value)
+    }
+
+    /// The name of the value, if the type is an enumeration that has it.
+    pub fn get_named(&self) -> Option<String> {
+        self.core.model.borrow().info(self.id).item(self.get()).map(str::to_owned)
+    }
+
+    #[cold]
+    fn refused(&self, value: u64) -> ModelError {
+        let model = self.core.model.borrow();
+        let info = model.info(self.id);
+        if !self.writable {
+            return model.not_writable(info);
+        }
+        match info.check_unsigned(value) {
+            Err(error) => error,
+            Ok(()) => ModelError::TooWide { signal: info.name.clone(), width: info.width },
+        }
+    }
+
+    /// The change from 0 to 1.
+    #[inline]
+    pub fn rising_edge(&self) -> Wait {
+        self.edge(Edge::Rising)
+    }
+
+    /// The change from 1 to 0.
+    #[inline]
+    pub fn falling_edge(&self) -> Wait {
+        self.edge(Edge::Falling)
+    }
+
+    /// Any change.
+    #[inline]
+    pub fn value_change(&self) -> Wait {
+        self.edge(Edge::Any)
+    }
+
+    /// The change that `edge` names.
+    #[inline]
+    pub fn edge(&self, edge: Edge) -> Wait {
+        Wait::new(&self.core, Trigger::Edge(self.id, edge))
+    }
+
+    /// The `count`-th rising edge from now.
+    #[inline]
+    pub fn cycles(&self, count: u64) -> Wait {
+        Wait::new(&self.core, Trigger::Edges(self.id, Edge::Rising, count))
+    }
+
+    /// Waits for the first rising edge at which a condition holds, evaluated with the values before that edge, and
+    /// returns how many edges that took: 1 if it holds at the next one.
+    ///
+    /// ```no_run
+    /// # use hoverlock_harness::{Error, sim::Dut};
+    /// # async fn example(dut: Dut) -> Result<(), Error> {
+    /// let (clk, busy) = (dut.signal("clk")?, dut.signal("busy")?);
+    /// clk.cycles_until(10_000, || !busy.is_high()).await?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`SimError::TooManyCycles`] if it does not hold at any of the next `limit` edges.
+    pub async fn cycles_until(&self, limit: u64, mut condition: impl FnMut() -> bool) -> Result<u64, SimError> {
+        for cycle in 1..=limit {
+            self.rising_edge().await;
+            if condition() {
+                return Ok(cycle);
+            }
+        }
+        let clock = self.core.model.borrow().info(self.id).name.clone();
+        Err(SimError::TooManyCycles { clock, limit, time: self.core.now() })
+    }
+
+    /// The id of the signal in its model.
+    pub fn id(&self) -> SignalId {
+        self.id
+    }
+
+    /// Name, direction, width and type.
+    pub fn info(&self) -> SignalInfo {
+        self.core.model.borrow().info(self.id).clone()
+    }
+
+    pub(crate) fn data(&self) -> *mut u8 {
+        self.data
+    }
+
+    pub(crate) fn storage(&self) -> Storage {
+        self.storage
+    }
+
+    pub(crate) fn mask(&self) -> u64 {
+        self.mask
+    }
+
+    pub(crate) fn width(&self) -> u32 {
+        self.mask.count_ones()
+    }
+}
+
+/// A signal of any width, as 32-bit words, lowest first.
+#[derive(Clone)]
+pub struct Wide {
+    core: Rc<Core>,
+    id: SignalId,
+    data: *mut u8,
+    storage: Storage,
+    width: u32,
+}
+
+impl Wide {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Wide, ModelError> {
+        let model = core.model.borrow();
+        let info = model.info(id);
+        if info.range.is_some() {
+            return Err(wrong_shape(info, "is a memory", "memory"));
+        }
+        if info.real {
+            return Err(wrong_shape(info, "is a `real`", "real"));
+        }
+        Ok(Wide { core: core.clone(), id, data: info.data, storage: info.storage, width: info.width })
+    }
+
+    /// The 32-bit words of the value now, lowest first.
+    pub fn get(&self) -> Vec<u32> {
+        // SAFETY: `core` keeps the model alive.
+        unsafe { load_words(self.data, self.storage) }
+    }
+
+    /// Returns the lowest `N` words of the value without an allocation, for reads in every cycle; words that the signal
+    /// does not have are 0.
+    ///
+    /// ```
+    /// # use hoverlock_harness::{Error, build::Build, sim::Sim};
+    /// # let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/designs/wide.v");
+    /// # let mut sim = Sim::new(Build::new("wide").source(source).compile()?.instance()?)?;
+    /// let dut = sim.dut();
+    /// let (b, swapped) = (dut.wide("b")?, dut.wide("b_swapped")?);
+    /// sim.run(async {
+    ///     b.set(&[1, 2, 3])?;
+    ///     dut.read_only().await;
+    ///     assert_eq!(swapped.get_array(), [0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 0]);
+    ///     Ok::<(), Error>(())
+    /// })?;
+    /// # Ok::<(), Error>(())
+    /// ```
+    #[inline]
+    pub fn get_array<const N: usize>(&self) -> [u32; N] {
+        // SAFETY: `core` keeps the model alive.
+        unsafe { load_array(self.data, self.storage) }
+    }
+
+    /// The words after the writes that are buffered so far; for writes of single bits.
+    pub fn get_pending(&self) -> Vec<u32> {
+        let index = self.id.index() as u32;
+        let mut words = self.core.pending_words(index).unwrap_or_else(|| self.core.written_words(index));
+        words.resize(self.width.div_ceil(32) as usize, 0);
+        words
+    }
+
+    /// The value as hexadecimal digits.
+    pub fn get_hex(&self) -> String {
+        let text: String = self.get().iter().rev().map(|w| format!("{w:08x}")).collect();
+        let digits = self.width.div_ceil(4) as usize;
+        text[text.len() - digits..].to_owned()
+    }
+
+    /// The `width` bits from bit `low` on, at most 64.
+    pub fn get_bits(&self, low: u32, width: u32) -> u64 {
+        let words = self.get();
+        (0..width.min(64))
+            .filter(|b| {
+                let at = low + b;
+                words.get((at / 32) as usize).is_some_and(|w| w >> (at % 32) & 1 == 1)
+            })
+            .fold(0, |value, b| value | 1 << b)
+    }
+
+    /// Buffers a write of 32-bit words, lowest first; words that are not given are 0.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
+    pub fn set(&self, words: &[u32]) -> Result<(), ModelError> {
+        let model = self.core.model.borrow();
+        let info = model.info(self.id);
+        if !model.is_writable(info) {
+            return Err(model.not_writable(info));
+        }
+        info.check_words(words)?;
+        drop(model);
+        self.core.write_words(self.id.index() as u32, words)
+    }
+
+    /// Any change.
+    pub fn value_change(&self) -> Wait {
+        Wait::new(&self.core, Trigger::Edge(self.id, Edge::Any))
+    }
+
+    /// Its width in bits.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Name, direction, width and type.
+    pub fn info(&self) -> SignalInfo {
+        self.core.model.borrow().info(self.id).clone()
+    }
+
+    /// The id of the signal in its model.
+    pub fn id(&self) -> SignalId {
+        self.id
+    }
+}
+
+/// A `real`.
+#[derive(Clone)]
+pub struct Real(Signal);
+
+impl Real {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Real, ModelError> {
+        let model = core.model.borrow();
+        let info = model.info(id);
+        if !info.real || info.range.is_some() {
+            return Err(wrong_shape(info, "is no `real`", "signal"));
+        }
+        Signal::of_bits(core, id, info).map(Real)
+    }
+
+    /// The value now.
+    pub fn get(&self) -> f64 {
+        f64::from_bits(self.0.get())
+    }
+
+    /// Buffers a write.
+    ///
+    /// # Errors
+    /// As [`Signal::set`].
+    pub fn set(&self, value: f64) -> Result<(), ModelError> {
+        self.0.set(value.to_bits())
+    }
+
+    /// Any change.
+    pub fn value_change(&self) -> Wait {
+        self.0.value_change()
+    }
+
+    /// Name, direction and type.
+    pub fn info(&self) -> SignalInfo {
+        self.0.info()
+    }
+}
+
+/// A `string` inside the design.
+#[derive(Clone)]
+pub struct Text {
+    core: Rc<Core>,
+    index: usize,
+    name: String,
+}
+
+impl Text {
+    pub(crate) fn new(core: &Rc<Core>, name: &str) -> Result<Text, ModelError> {
+        let model = core.model.borrow();
+        match model.texts().iter().position(|(of, _)| of == name) {
+            Some(index) => Ok(Text { core: core.clone(), index, name: name.to_owned() }),
+            None => Err(match model.find(name) {
+                Ok(id) => wrong_shape(model.info(id), "is no `string`", "signal"),
+                Err(error) => error,
+            }),
+        }
+    }
+
+    /// The bytes now.
+    pub fn get(&self) -> Vec<u8> {
+        self.core.model.borrow().text(self.index)
+    }
+
+    /// Buffers a write.
+    ///
+    /// # Errors
+    /// If the region is `ReadOnly`.
+    pub fn set(&self, value: &[u8]) -> Result<(), ModelError> {
+        self.core.write_text(self.index, value)
+    }
+
+    /// The name below the top module.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// A memory made public, or a port that is an array.
+#[derive(Clone)]
+pub struct Memory {
+    core: Rc<Core>,
+    id: SignalId,
+    info: SignalInfo,
+}
+
+impl Memory {
+    pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Memory, ModelError> {
+        let info = core.model.borrow().info(id).clone();
+        if info.range.is_none() {
+            return Err(wrong_shape(&info, "is not a memory", "signal"));
+        }
+        Ok(Memory { core: core.clone(), id, info })
+    }
+
+    /// The number of elements.
+    #[allow(clippy::len_without_is_empty, reason = "a memory of no elements cannot be declared")]
+    pub fn len(&self) -> usize {
+        self.info.elements()
+    }
+
+    /// The index that the other functions take, from one index for each dimension as declared.
+    ///
+    /// # Errors
+    /// If their number is not that of the dimensions, or one is outside of its dimension.
+    pub fn index(&self, indices: &[i64]) -> Result<i64, ModelError> {
+        let dimensions = &self.info.dimensions;
+        if indices.len() != dimensions.len() {
+            return Err(wrong_shape(&self.info, "has another number of dimensions", "one index for each"));
+        }
+        if let [only] = indices {
+            self.info.element_offset(*only)?;
+            return Ok(*only);
+        }
+        indices.iter().zip(dimensions).try_fold(0, |flat, (index, (left, right))| {
+            let (low, high) = ((*left).min(*right), (*left).max(*right));
+            if *index < low || *index > high {
+                let memory = self.info.name.clone();
+                return Err(ModelError::Address { memory, index: *index, first: low, last: high });
+            }
+            Ok(flat * (high - low + 1) + index - low)
+        })
+    }
+
+    /// The element at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, or its elements are wider than 64 bits or `real`.
+    pub fn get(&self, index: i64) -> Result<u64, ModelError> {
+        self.check_narrow()?;
+        let offset = self.info.element_offset(index)?;
+        // SAFETY: `core` keeps the model alive; the offset was checked.
+        Ok(unsafe { self.info.load(offset) })
+    }
+
+    /// Buffers a write of the element at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, the value does not fit, the memory is an output or has elements wider
+    /// than 64 bits or `real`, or the region is `ReadOnly`.
+    pub fn set(&self, index: i64, value: u64) -> Result<(), ModelError> {
+        self.check_narrow()?;
+        self.check_writable()?;
+        let offset = self.info.element_offset(index)?;
+        self.info.check_unsigned(value)?;
+        self.core.write_element(self.id.index() as u32, offset, value)
+    }
+
+    /// The `real` at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, or its elements are no `real`.
+    pub fn get_real(&self, index: i64) -> Result<f64, ModelError> {
+        self.check_real()?;
+        let offset = self.info.element_offset(index)?;
+        // SAFETY: `core` keeps the model alive; the offset was checked.
+        Ok(f64::from_bits(unsafe { self.info.load(offset) }))
+    }
+
+    /// Buffers a write of the `real` at an index, as declared in the Verilog.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, its elements are no `real`, the memory is an output, or the region is
+    /// `ReadOnly`.
+    pub fn set_real(&self, index: i64, value: f64) -> Result<(), ModelError> {
+        self.check_real()?;
+        self.check_writable()?;
+        let offset = self.info.element_offset(index)?;
+        self.core.write_element(self.id.index() as u32, offset, value.to_bits())
+    }
+
+    /// The element at an index, of any width, as 32-bit words, lowest first.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory.
+    pub fn get_words(&self, index: i64) -> Result<Vec<u32>, ModelError> {
+        let offset = self.info.element_offset(index)?;
+        // SAFETY: `core` keeps the model alive; the offset was checked.
+        Ok(unsafe { load_words(self.info.data.add(offset), self.info.storage) })
+    }
+
+    /// Buffers a write of the element at an index, of any width, as 32-bit words, lowest first.
+    ///
+    /// # Errors
+    /// If the index is outside of the memory, the value does not fit, the memory is an output, or the region is
+    /// `ReadOnly`.
+    pub fn set_words(&self, index: i64, words: &[u32]) -> Result<(), ModelError> {
+        self.check_writable()?;
+        let offset = self.info.element_offset(index)?;
+        self.info.check_words(words)?;
+        self.core.write_element_words(self.id.index() as u32, offset, words)
+    }
+
+    fn check_real(&self) -> Result<(), ModelError> {
+        if self.info.real {
+            Ok(())
+        } else {
+            Err(wrong_shape(&self.info, "has elements that are no `real`", "get and set"))
+        }
+    }
+
+    fn check_narrow(&self) -> Result<(), ModelError> {
+        if self.info.real {
+            return Err(wrong_shape(&self.info, "has elements that are `real`", "get_real and set_real"));
+        }
+        match self.info.storage {
+            Storage::Wide(_) => {
+                Err(wrong_shape(&self.info, "has elements wider than 64 bits", "get_words and set_words"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_writable(&self) -> Result<(), ModelError> {
+        let model = self.core.model.borrow();
+        if model.is_writable(&self.info) { Ok(()) } else { Err(model.not_writable(&self.info)) }
+    }
+
+    /// All elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits; of `real`s, the bits
+    /// of each `f64`.
+    pub fn to_vec(&self) -> Vec<u64> {
+        let bytes = self.info.storage.bytes();
+        // SAFETY: the offsets run over the memory's own elements.
+        (0..self.len()).map(|at| unsafe { self.info.load(at * bytes) }).collect()
+    }
+
+    /// Buffers writes of elements from the lowest index on, such as a program.
+    ///
+    /// # Errors
+    /// As [`Memory::set`]; elements before the one refused are written.
+    pub fn fill(&self, values: impl IntoIterator<Item = u64>) -> Result<(), ModelError> {
+        let low = self.info.range.map_or(0, |(a, b)| a.min(b));
+        values.into_iter().zip(low..).try_for_each(|(value, index)| self.set(index, value))
+    }
+}
+
+fn wrong_shape(info: &SignalInfo, is: &'static str, instead: &'static str) -> ModelError {
+    ModelError::WrongShape { signal: info.name.clone(), is, instead }
+}
+
+/// An error if two values differ; for benches that return errors rather than panic.
+///
+/// # Errors
+/// [`Error::Bench`] if they differ.
+pub fn expect_equal<T: PartialEq + std::fmt::Debug>(what: &str, found: T, expected: T) -> Result<(), Error> {
+    if found == expected { Ok(()) } else { Err(Error::Bench(format!("{what} is {found:?}, expected {expected:?}"))) }
+}

@@ -1,0 +1,219 @@
+//! The description as JSON, `--json-only`, of versions from 5.024 on: nodes with a type, a name, and lists of nodes
+//! below. Other nodes are named by their address, a text such as `(AB)`.
+
+use serde_json::Value;
+
+use super::{Declaration, Design, EnumItems, Hierarchy, Module, PortDirection, Type, bound, constant, parameter};
+use crate::engine::error::BuildError;
+
+fn text<'a>(node: &'a Value, key: &str) -> &'a str {
+    node.get(key).and_then(Value::as_str).unwrap_or_default()
+}
+
+fn list<'a>(node: &'a Value, key: &str) -> &'a [Value] {
+    node.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default()
+}
+
+fn flag(node: &Value, key: &str) -> bool {
+    node.get(key).and_then(Value::as_bool).unwrap_or(false)
+}
+
+/// The text of the constant that a list begins with.
+fn constant_text(node: &Value, key: &str) -> Option<String> {
+    let of = list(node, key).first().filter(|of| text(of, "type") == "CONST")?;
+    // A string's quotes are escaped once more than JSON asks for.
+    Some(text(of, "name").replace("\\\"", "\""))
+}
+
+fn bounds(node: &Value) -> Option<(i64, i64)> {
+    let range = list(node, "rangep").first()?;
+    let of = |key| bound(&constant_text(range, key)?);
+    Some((of("leftp")?, of("rightp")?))
+}
+
+/// Adds what a module, or a block in it, declares.
+fn add_statements(statements: &[Value], blocks: &[&str], nested: bool, into: &mut Module) {
+    for node in statements {
+        match text(node, "type") {
+            "VAR" => add_variable(node, blocks, nested, into),
+            "CELL" => {
+                let path = blocks.iter().copied().chain([text(node, "name")]).collect::<Vec<_>>().join(".");
+                into.instances.push((path, text(node, "modp").to_owned()));
+            }
+            "GENBLOCK" | "BEGIN" => {
+                let name = text(node, "name");
+                let mut inner = blocks.to_vec();
+                if !name.is_empty() {
+                    inner.push(name);
+                }
+                for key in ["itemsp", "stmtsp", "declsp"] {
+                    add_statements(list(node, key), &inner, nested || name.is_empty(), into);
+                }
+            }
+            "FUNC" | "TASK" => {
+                for key in ["fvarp", "stmtsp"] {
+                    add_statements(list(node, key), blocks, true, into);
+                }
+            }
+            "ALWAYS" | "INITIAL" | "INITIALSTATIC" | "FINAL" => {
+                add_statements(list(node, "stmtsp"), blocks, nested, into);
+            }
+            _ => {}
+        }
+    }
+}
+
+fn add_variable(node: &Value, blocks: &[&str], nested: bool, into: &mut Module) {
+    let name = text(node, "name").to_owned();
+    if flag(node, "isParam") {
+        if let Some(value) = constant_text(node, "valuep").and_then(|text| parameter(&text))
+            && blocks.is_empty()
+            && !nested
+        {
+            into.constants.push((name, value));
+        }
+        return;
+    }
+    // These are no variables of the model.
+    if matches!(text(node, "varType"), "GENVAR" | "IFACEREF") {
+        return;
+    }
+    into.variables.push(Declaration {
+        name,
+        blocks: blocks.iter().map(|block| format!("{block}.")).collect(),
+        type_id: text(node, "dtypep").to_owned(),
+        type_name: text(node, "dtypeName").to_owned(),
+        port: match text(node, "direction") {
+            "INPUT" => Some(PortDirection::Input),
+            "OUTPUT" => Some(PortDirection::Output),
+            "INOUT" => Some(PortDirection::Inout),
+            _ => None,
+        },
+        nested,
+    });
+}
+
+fn add_type(node: &Value, design: &mut Design) {
+    let id = text(node, "addr").to_owned();
+    let of = text(node, "refDTypep").to_owned();
+    let members = || {
+        let named = |m: &Value| (text(m, "name").to_owned(), text(m, "dtypep").to_owned());
+        list(node, "membersp").iter().map(named).collect()
+    };
+    let found = match text(node, "type") {
+        "BASICDTYPE" => {
+            let width = match text(node, "range").split_once(':') {
+                Some((left, right)) => match (left.parse::<i64>(), right.parse::<i64>()) {
+                    (Ok(left), Ok(right)) => u32::try_from(left.abs_diff(right) + 1).unwrap_or(0),
+                    _ => 0,
+                },
+                None => 1,
+            };
+            Type::Basic { keyword: text(node, "keyword").to_owned(), width, signed: flag(node, "signed") }
+        }
+        kind @ ("UNPACKARRAYDTYPE" | "PACKARRAYDTYPE") => {
+            let Some(bounds) = bounds(node) else { return };
+            Type::Array { of, bounds, packed: kind == "PACKARRAYDTYPE" }
+        }
+        "STRUCTDTYPE" => Type::Struct { members: members(), packed: Some(flag(node, "packed")) },
+        "UNIONDTYPE" if !flag(node, "packed") => return,
+        "UNIONDTYPE" => Type::Union { members: members() },
+        "ENUMDTYPE" => {
+            let item = |i: &Value| Some((text(i, "name").to_owned(), constant(&constant_text(i, "valuep")?)?));
+            let items: EnumItems = list(node, "itemsp").iter().filter_map(item).collect();
+            let name = text(node, "name").to_owned();
+            design.types.enumerations.insert(name.clone(), items);
+            design.types.enumeration_names.insert(id.clone(), name);
+            Type::Same { of }
+        }
+        "REFDTYPE" | "CONSTDTYPE" | "MEMBERDTYPE" => Type::Same { of },
+        _ => return,
+    };
+    design.types.types.insert(id, found);
+}
+
+/// Reads the JSON; `top` is the top module's name.
+pub fn parse(json: &str, top: &str) -> Result<Hierarchy, BuildError> {
+    let unexpected = |reason: String| BuildError::Unexpected { what: "JSON", reason };
+    let root: Value = serde_json::from_str(json).map_err(|error| unexpected(error.to_string()))?;
+    let mut design = Design::default();
+    for node in list(&root, "miscsp").iter().filter(|node| text(node, "type") == "TYPETABLE") {
+        list(node, "typesp").iter().for_each(|of| add_type(of, &mut design));
+    }
+    for node in list(&root, "modulesp").iter().filter(|node| text(node, "type") == "MODULE") {
+        let mut module = Module { original: text(node, "origName").to_owned(), ..Module::default() };
+        add_statements(list(node, "stmtsp"), &[], false, &mut module);
+        let address = text(node, "addr").to_owned();
+        if module.original == top && design.top.is_none() {
+            design.top = Some((top.to_owned(), address.clone()));
+        }
+        design.modules.insert(address, module);
+    }
+    if design.types.types.is_empty() {
+        return Err(unexpected("it has no table of types".into()));
+    }
+    design.expand("JSON")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Constant, Kind, Step, Variable};
+    use super::*;
+
+    const JSON: &str = r#"{"type":"NETLIST","modulesp":[
+      {"type":"MODULE","name":"t","addr":"(E)","origName":"t","stmtsp":[
+        {"type":"VAR","name":"W","isParam":true,"dtypep":"(I)","valuep":[{"type":"CONST","name":"32'sh8"}]},
+        {"type":"VAR","name":"S","isParam":true,"dtypep":"(S)","valuep":[{"type":"CONST","name":"\"a b\""}]},
+        {"type":"VAR","name":"clk","dtypep":"(A)","direction":"INPUT","varType":"PORT","dtypeName":"logic"},
+        {"type":"VAR","name":"i","dtypep":"(I)","varType":"GENVAR","direction":"NONE"},
+        {"type":"VAR","name":"st","dtypep":"(R)","direction":"NONE","varType":"VAR","dtypeName":"st_t"},
+        {"type":"GENBLOCK","name":"lane[0]","itemsp":[
+          {"type":"CELL","name":"u","modp":"(F)"},
+          {"type":"GENBLOCK","name":"","itemsp":[{"type":"VAR","name":"hidden","dtypep":"(A)","varType":"VAR"}]}]},
+        {"type":"FUNC","name":"f","fvarp":[{"type":"VAR","name":"f","dtypep":"(A)","varType":"VAR"}]}]},
+      {"type":"IFACE","name":"t","addr":"(X)","origName":"t","stmtsp":[]},
+      {"type":"MODULE","name":"sub__W8","addr":"(F)","origName":"sub","stmtsp":[
+        {"type":"VAR","name":"mem","dtypep":"(M)","varType":"VAR","direction":"NONE"},
+        {"type":"VAR","name":"loose","dtypep":"(L)","varType":"VAR","direction":"NONE"}]}],
+     "miscsp":[{"type":"TYPETABLE","typesp":[
+      {"type":"BASICDTYPE","addr":"(A)","keyword":"logic"},
+      {"type":"BASICDTYPE","addr":"(I)","keyword":"int","range":"31:0","signed":true},
+      {"type":"BASICDTYPE","addr":"(S)","keyword":"string"},
+      {"type":"ENUMDTYPE","addr":"(N)","name":"t.st_t","refDTypep":"(P)","itemsp":[
+        {"type":"ENUMITEM","name":"IDLE","valuep":[{"type":"CONST","name":"2'h0"}]},
+        {"type":"ENUMITEM","name":"RUN","valuep":[{"type":"CONST","name":"2'h2"}]}]},
+      {"type":"REFDTYPE","addr":"(R)","refDTypep":"(N)"},
+      {"type":"BASICDTYPE","addr":"(P)","keyword":"logic","range":"1:0"},
+      {"type":"STRUCTDTYPE","addr":"(L)","membersp":[{"name":"x","dtypep":"(A)"}]},
+      {"type":"UNPACKARRAYDTYPE","addr":"(M)","refDTypep":"(O)","rangep":[{"type":"RANGE",
+        "leftp":[{"type":"CONST","name":"32'hfffffffe"}],"rightp":[{"type":"CONST","name":"32'sh4"}]}]},
+      {"type":"UNPACKARRAYDTYPE","addr":"(O)","refDTypep":"(I)","rangep":[{"type":"RANGE",
+        "leftp":[{"type":"CONST","name":"32'sh0"}],"rightp":[{"type":"CONST","name":"32'sh2"}]}]}]}]}"#;
+
+    #[test]
+    fn variables_types_and_parameters_are_found() {
+        let found = parse(JSON, "t").unwrap();
+        let paths: Vec<&str> = found.variables.iter().map(|v| v.path.as_str()).collect();
+        assert_eq!(paths, ["clk", "st", "lane[0].hidden", "f", "lane[0].u.mem", "lane[0].u.loose"]);
+        let of = |path: &str| -> &Variable { found.variables.iter().find(|v| v.path == path).unwrap() };
+        assert_eq!((of("clk").port, of("st").port), (Some(PortDirection::Input), None));
+        assert_eq!(of("st").items, [("IDLE".to_owned(), 0), ("RUN".to_owned(), 2)]);
+        assert!(of("lane[0].hidden").nested && of("f").nested && !of("st").nested);
+        let memory = of("lane[0].u.mem");
+        assert_eq!((memory.scope.as_str(), memory.module.as_str()), ("t.lane[0].u", "sub"));
+        assert_eq!((&memory.dimensions[..], memory.kind), (&[(-2, 4), (0, 2)][..], Kind::Bits { width: 32 }));
+        assert!(memory.signed);
+        assert_eq!(of("lane[0].u.loose").kind, Kind::Other, "an unpacked structure");
+        let [part] = &found.structures["lane[0].u.loose"][..] else { panic!("one field") };
+        assert_eq!((part.variable.path.as_str(), part.variable.kind), ("lane[0].u.loose.x", Kind::Bits { width: 1 }));
+        assert_eq!(part.steps, [Step::Member("x".into())]);
+        assert_eq!(found.constants[0], ("W".to_owned(), Constant::Number(8)));
+        assert_eq!(found.constants[1], ("S".to_owned(), Constant::Text("a b".to_owned())));
+    }
+
+    #[test]
+    fn what_is_no_description_is_refused() {
+        assert!(parse("{", "t").is_err() && parse("{}", "t").is_err());
+        assert!(parse(JSON, "other").unwrap_err().to_string().contains("top module"));
+    }
+}

@@ -1,0 +1,273 @@
+//! The description as XML, `--xml-only`, of versions before 5.024.
+
+use super::{Declaration, Design, EnumItems, Hierarchy, Module, PortDirection, Type, bound, constant, parameter};
+use crate::engine::error::BuildError;
+
+/// An element's name and attributes.
+struct Tag<'a> {
+    name: &'a str,
+    attributes: &'a str,
+    closing: bool,
+    empty: bool,
+}
+
+impl<'a> Tag<'a> {
+    fn get(&self, key: &str) -> Option<String> {
+        let mut rest = self.attributes;
+        while let Some(equals) = rest.find("=\"") {
+            let name = rest[..equals].trim();
+            let value_end = rest[equals + 2..].find('"')? + equals + 2;
+            if name == key {
+                return Some(unescape(&rest[equals + 2..value_end]));
+            }
+            rest = &rest[value_end + 1..];
+        }
+        None
+    }
+}
+
+fn unescape(text: &str) -> String {
+    text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&apos;", "'").replace("&amp;", "&")
+}
+
+fn tags(text: &str) -> impl Iterator<Item = Tag<'_>> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        loop {
+            let start = rest.find('<')?;
+            let end = start + rest[start..].find('>')?;
+            let inner = &rest[start + 1..end];
+            rest = &rest[end + 1..];
+            if inner.starts_with(['?', '!']) {
+                continue;
+            }
+            let closing = inner.starts_with('/');
+            let empty = inner.ends_with('/');
+            let inner = inner.trim_matches('/');
+            let (name, attributes) = inner.split_once(' ').unwrap_or((inner, ""));
+            return Some(Tag { name, attributes, closing, empty });
+        }
+    })
+}
+
+/// What was read so far, and the elements that enclose the next tag.
+#[derive(Default)]
+struct Reader {
+    design: Design,
+    /// The enclosing module.
+    module: Option<String>,
+    /// The enclosing blocks, by name if they have one.
+    blocks: Vec<String>,
+    /// How many functions and tasks enclose the tag.
+    functions: u32,
+    /// The parameter whose value comes next.
+    parameter: Option<String>,
+    /// The enclosing array type: its number, its element's, whether it is packed, and its bounds so far.
+    array: Option<(String, String, bool, Vec<i64>)>,
+    /// The enclosing structure or union: its number and members.
+    structure: Option<(String, Vec<(String, String)>)>,
+    /// The enclosing enumeration, and its item.
+    enumeration: Option<String>,
+    item: Option<String>,
+}
+
+impl Reader {
+    fn read(&mut self, tag: &Tag<'_>) {
+        match (tag.name, tag.closing) {
+            ("module", false) => self.begin_module(tag),
+            ("module", true) => self.module = None,
+            ("begin", false) if !tag.empty => self.blocks.push(tag.get("name").unwrap_or_default()),
+            ("begin", true) => drop(self.blocks.pop()),
+            ("func" | "task", false) if !tag.empty => self.functions += 1,
+            ("func" | "task", true) => self.functions = self.functions.saturating_sub(1),
+            ("instance", false) => self.add_instance(tag),
+            ("var", false) => self.add_variable(tag),
+            ("var", true) => self.parameter = None,
+            ("enumdtype", true) => self.enumeration = None,
+            ("enumitem", false) => self.item = tag.get("name"),
+            ("enumitem", true) => self.item = None,
+            ("unpackarraydtype" | "packarraydtype", true) => self.end_array(),
+            ("structdtype" | "uniondtype", true) => self.end_structure(tag.name),
+            ("const", false) => self.add_constant(tag),
+            (name, false) if name.ends_with("dtype") => self.add_type(tag),
+            _ => {}
+        }
+    }
+
+    fn current(&mut self) -> Option<&mut Module> {
+        self.design.modules.get_mut(self.module.as_ref()?)
+    }
+
+    fn begin_module(&mut self, tag: &Tag<'_>) {
+        let name = tag.get("name").unwrap_or_default();
+        if tag.get("topModule").is_some() {
+            self.design.top = Some((name.clone(), name.clone()));
+        }
+        self.blocks.clear();
+        let original = tag.get("origName").unwrap_or_else(|| name.clone());
+        self.design.modules.insert(name.clone(), Module { original, ..Module::default() });
+        self.module = Some(name).filter(|_| !tag.empty);
+    }
+
+    fn add_instance(&mut self, tag: &Tag<'_>) {
+        let (Some(name), Some(of)) = (tag.get("name"), tag.get("defName")) else { return };
+        let mut path: Vec<&str> = self.blocks.iter().map(String::as_str).filter(|b| !b.is_empty()).collect();
+        path.push(&name);
+        let path = path.join(".");
+        if let Some(module) = self.current() {
+            module.instances.push((path, of));
+        }
+    }
+
+    fn add_variable(&mut self, tag: &Tag<'_>) {
+        let is_constant = tag.get("param").is_some() || tag.get("localparam").is_some();
+        self.parameter = tag.get("name").filter(|_| is_constant && !tag.empty);
+        let nested = self.functions > 0 || self.blocks.iter().any(String::is_empty);
+        let blocks = self.blocks.iter().filter(|block| !block.is_empty()).map(|block| format!("{block}.")).collect();
+        if let (Some(module), Some(name), false) = (self.current(), tag.get("name"), is_constant) {
+            module.variables.push(Declaration {
+                name,
+                blocks,
+                type_id: tag.get("dtype_id").unwrap_or_default(),
+                type_name: tag.get("vartype").unwrap_or_default(),
+                port: tag.get("dir").map(|direction| match direction.as_str() {
+                    "input" => PortDirection::Input,
+                    "inout" => PortDirection::Inout,
+                    _ => PortDirection::Output,
+                }),
+                nested,
+            });
+        }
+    }
+
+    /// A bound of an array, the value of a parameter, or that of an enumeration's item.
+    fn add_constant(&mut self, tag: &Tag<'_>) {
+        let Some(text) = tag.get("name") else { return };
+        if let Some((.., bounds)) = &mut self.array {
+            bounds.extend(bound(&text));
+        } else if self.parameter.is_some() {
+            let name = self.parameter.take();
+            if let (Some(module), Some(name), Some(value)) = (self.current(), name, parameter(&text)) {
+                module.constants.push((name, value));
+            }
+        } else if let (Some(of), Some(name), Some(value)) = (&self.enumeration, &self.item, constant(&text)) {
+            self.design.types.enumerations.entry(of.clone()).or_default().push((name.clone(), value));
+        }
+    }
+
+    fn add_type(&mut self, tag: &Tag<'_>) {
+        let Some(id) = tag.get("id") else { return };
+        let of = tag.get("sub_dtype_id");
+        match (tag.name, of) {
+            ("memberdtype", Some(of)) => {
+                if let (Some((_, members)), Some(name)) = (&mut self.structure, tag.get("name")) {
+                    members.push((name, of));
+                }
+            }
+            ("unpackarraydtype" | "packarraydtype", Some(of)) if !tag.empty => {
+                self.array = Some((id, of, tag.name == "packarraydtype", Vec::new()));
+            }
+            ("structdtype" | "uniondtype", _) if !tag.empty => self.structure = Some((id, Vec::new())),
+            ("enumdtype", Some(of)) => {
+                self.enumeration = tag.get("name").filter(|_| !tag.empty);
+                if let Some(name) = tag.get("name") {
+                    self.design.types.enumerations.insert(name.clone(), EnumItems::new());
+                    self.design.types.enumeration_names.insert(id.clone(), name);
+                }
+                self.design.types.types.insert(id, Type::Same { of });
+            }
+            ("refdtype" | "constdtype", Some(of)) => {
+                self.design.types.types.insert(id, Type::Same { of });
+            }
+            ("basicdtype", _) => {
+                let bound = |key: &str| tag.get(key).and_then(|text| text.parse::<i64>().ok());
+                let width = match (bound("left"), bound("right")) {
+                    (Some(left), Some(right)) => u32::try_from(left.abs_diff(right) + 1).unwrap_or(0),
+                    _ => 1,
+                };
+                let signed = tag.get("signed").as_deref() == Some("true");
+                let keyword = tag.get("name").unwrap_or_default();
+                self.design.types.types.insert(id, Type::Basic { keyword, width, signed });
+            }
+            _ => {}
+        }
+    }
+
+    fn end_array(&mut self) {
+        if let Some((id, of, packed, bounds)) = self.array.take()
+            && let [left, right] = bounds[..]
+        {
+            self.design.types.types.insert(id, Type::Array { of, bounds: (left, right), packed });
+        }
+    }
+
+    fn end_structure(&mut self, name: &str) {
+        if let Some((id, members)) = self.structure.take() {
+            let structure = |members| Type::Struct { members, packed: None };
+            let found = if name == "uniondtype" { Type::Union { members } } else { structure(members) };
+            self.design.types.types.insert(id, found);
+        }
+    }
+}
+
+/// Reads the XML.
+pub fn parse(text: &str) -> Result<Hierarchy, BuildError> {
+    let mut reader = Reader::default();
+    tags(text).for_each(|tag| reader.read(&tag));
+    reader.design.expand("XML")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Constant, Kind};
+    use super::*;
+
+    const XML: &str = r#"<?xml version="1.0" ?><verilator_xml><cells>
+      <cell loc="c" name="t" submodname="t" hier="t"><cell name="u" submodname="sub__W8" hier="t.u"/></cell></cells>
+      <netlist><module name="t" origName="t" topModule="1">
+        <var name="W" dtype_id="1" vartype="logic" param="true"><const name="32'sh8" dtype_id="1"/></var>
+        <var name="N" dtype_id="1" vartype="logic" localparam="true"><const name="4'shd" dtype_id="1"/></var>
+        <var name="S" dtype_id="1" vartype="string" param="true"><const name="&quot;a b&quot;" dtype_id="1"/></var>
+        <var name="R" dtype_id="1" vartype="real" param="true"><const name="1.5" dtype_id="1"/></var>
+        <var name="K" dtype_id="1" vartype="logic" param="true"><const name="100'h1000000000000000f"/></var>
+        <var name="a$b" dtype_id="1" dir="input" vartype="logic" origName="a__024b"/>
+        <begin name="lane"><var name="g" dtype_id="1" vartype="integer"/></begin>
+        <begin name="lane[0]"><var name="q" dtype_id="2" vartype="logic"/><instance name="u" defName="sub__W8"/></begin>
+        <func name="f"><var name="f" dtype_id="2" vartype="logic"/></func></module>
+      <module name="sub__W8" origName="sub"><var name="mem" dtype_id="7" vartype=""/>
+        <var name="st" dtype_id="2" vartype="st_t"/></module>
+      <typetable><basicdtype id="1" name="logic" left="3" right="0" signed="true"/><basicdtype id="2" name="logic"/>
+      <enumdtype id="9" name="sub__W8.st_t" sub_dtype_id="2"><enumitem name="IDLE"><const name="2'h0"/></enumitem>
+      <enumitem name="RUN"><const name="2'h2"/></enumitem></enumdtype>
+      <unpackarraydtype id="7" sub_dtype_id="1"><range><const name="32'shf"/><const name="32'sh0"/></range>
+      </unpackarraydtype></typetable></netlist></verilator_xml>"#;
+
+    #[test]
+    fn signs_instances_and_enumerations_are_found() {
+        let found = parse(XML).unwrap().variables;
+        let paths: Vec<&str> = found.iter().map(|v| v.path.as_str()).collect();
+        assert_eq!(paths, ["a$b", "lane.g", "lane[0].q", "f", "lane[0].u.mem", "lane[0].u.st"]);
+        assert_eq!((found[2].scope.as_str(), found[2].nested), ("t.lane[0]", false));
+        assert!(found[3].nested, "a function's variable");
+        let found: Vec<_> = found.into_iter().filter(|v| !v.nested && !v.path.contains(['g', 'q'])).collect();
+        assert!(found[0].signed && found[0].port == Some(PortDirection::Input));
+        assert!(found[1].signed && found[1].port.is_none(), "a memory has its element's sign");
+        assert_eq!((&found[1].dimensions[..], &found[0].dimensions[..]), (&[(15, 0)][..], &[][..]));
+        assert_eq!((found[1].kind, found[2].kind), (Kind::Bits { width: 4 }, Kind::Bits { width: 1 }));
+        assert_eq!(found[2].items, [("IDLE".to_owned(), 0), ("RUN".to_owned(), 2)]);
+        assert_eq!((found[2].module.as_str(), found[2].scope.as_str()), ("sub", "t.lane[0].u"));
+    }
+
+    #[test]
+    fn parameters_have_their_values() {
+        let number = |name: &str, value| (name.to_owned(), Constant::Number(value));
+        let found = parse(XML).unwrap().constants;
+        let other = [
+            ("S".to_owned(), Constant::Text("a b".to_owned())),
+            ("R".to_owned(), Constant::Real(1.5)),
+            ("K".to_owned(), Constant::Wide("1000000000000000f".to_owned())),
+        ];
+        assert_eq!(found[..2], [number("W", 8), number("N", -3)]);
+        assert_eq!(found[2..], other);
+    }
+}
