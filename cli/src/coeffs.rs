@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
+use hoverlock_cosim::designs::load;
 use hoverlock_fixed_point::model::coefficients::export;
 use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, Wish};
 use hoverlock_reference::smoothing::recursive::{Family, Fit, Recursive};
@@ -12,7 +13,6 @@ use hoverlock_reports::coefficient_plots::figures;
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::design::named;
 use crate::output::{Batch, Folder, lossy_list, print, print_json, say, shown};
 
 /// Regenerate filter coefficients
@@ -153,7 +153,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let fit = args.fit.map_or(family.fits()[0], FitChoice::fit);
     let look_ahead = args.look_ahead.map_or(LookAhead::Error(args.look_ahead_error), LookAhead::Stages);
     let wish = |sigma: f64, frac_bits: u32, look_ahead: LookAhead| Wish { family, fit, sigma, frac_bits, look_ahead };
-    let wishes: Vec<Wish> = match args.design.as_deref().map(named).transpose()? {
+    let wishes: Vec<Wish> = match args.design.as_deref().map(load).transpose().context("--design")? {
         None => args.sigma.iter().map(|sigma| wish(*sigma, args.frac_bits, look_ahead)).collect(),
         Some(design) => {
             let smoothers = design.sigmas.iter().zip(&*design.look_ahead);

@@ -3,7 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
+use hoverlock_cosim::designs::{change, load};
 use hoverlock_design::{DesignPoint, KT27, SHIPPED};
 
 use crate::output::quoted;
@@ -22,7 +23,8 @@ pub struct Chosen {
 impl Chosen {
     /// The design with its changes; `kt27` where none is named.
     pub fn design(&self) -> Result<DesignPoint> {
-        changed(self.design.as_deref().map_or_else(|| Ok(KT27.clone()), named)?, &self.config)
+        let design = self.design.as_deref().map_or_else(|| Ok(KT27.clone()), |name| load(name).context("--design"))?;
+        self.config.iter().try_fold(design, |design, text| change(&design, text).context("--config"))
     }
 
     /// Whether `--config` changes it.
@@ -42,43 +44,4 @@ impl Chosen {
         let path = Path::new(self.design.as_deref().unwrap_or(OsStr::new(SHIPPED[0].0)));
         path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
     }
-}
-
-/// A design that is built in, or that of a file.
-pub fn named(design: &OsStr) -> Result<DesignPoint> {
-    if let Some(shipped) = design.to_str().and_then(DesignPoint::shipped) {
-        return Ok(shipped);
-    }
-    let path = Path::new(design);
-    if !path.exists() {
-        let names = SHIPPED.map(|(name, _)| name).join(", ");
-        bail!("--design {}: no such file, and no design of that name; the names are {names}", path.display());
-    }
-    DesignPoint::from_file(&text(path, "design")?).with_context(|| path.display().to_string())
-}
-
-/// The default design, changed by files and by single keys in the order given.
-pub fn configured(changes: &[OsString]) -> Result<DesignPoint> {
-    changed(KT27.clone(), changes)
-}
-
-fn changed(mut design: DesignPoint, changes: &[OsString]) -> Result<DesignPoint> {
-    for change in changes {
-        let path = Path::new(change);
-        design = match change.to_str() {
-            Some(change) if change.contains('=') && !path.exists() => design.with_override(change)?,
-            _ => design.with_toml(&text(path, "configuration")?).with_context(|| path.display().to_string())?,
-        };
-    }
-    Ok(design)
-}
-
-/// The text of a file that is a `what`.
-fn text(path: &Path, what: &str) -> Result<String> {
-    let name = path.display();
-    // A device or a FIFO may never end.
-    if path.exists() && !path.is_file() {
-        bail!("{name}: the {what} is not a regular file");
-    }
-    std::fs::read_to_string(path).with_context(|| format!("{name}: the {what} cannot be read"))
 }

@@ -14,6 +14,7 @@ use clap::ValueEnum;
 use hoverlock_design::DesignPoint;
 use hoverlock_explore::{Exploration, Objective, PartOutcome, Progress, Task, output, results};
 use hoverlock_fixed_point::analysis::levels::Levels;
+use hoverlock_pictures::folder::expand;
 use hoverlock_reports::output::PAGE;
 use hoverlock_reports::provenance::COMMIT;
 use hoverlock_synthesis::smallest_device;
@@ -22,7 +23,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::Verdict;
 use crate::design::Chosen;
 use crate::output::{Batch, Folder, command, print, quoted, say, shown, verdict};
-use crate::picture::{Limit, listed};
+use crate::picture::Limit;
 use crate::report::subjects;
 
 /// Find the cheapest design that passes every check of the report.
@@ -89,7 +90,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
     Levels::new(&design)?;
     design.check_buildable()?;
-    let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
+    let subjects = subjects(&expand(&args.images)?, &design, &args.limit)?;
     let folder = Folder::new(&args.out)?;
     let path = args.out.join(RESULTS);
     let known = results::read(&path)?;

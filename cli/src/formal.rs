@@ -19,7 +19,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::hover::between;
+use crate::choice::between;
 use crate::output::{print, print_json, shown, verdict, write_file};
 
 /// Prove claims about the emitted Verilog, or about any Verilog with properties.

@@ -4,23 +4,19 @@
 //! where the verb's checks pass, 1 where one fails, and 2 for bad usage or input, with one line that says what, where
 //! and why.
 
-#[macro_use]
-mod telemetry;
-
-mod chain;
+mod choice;
 mod coeffs;
 mod cosim;
 mod design;
 mod doctor;
 mod explore;
-mod float;
 mod formal;
 mod hover;
 mod interrupt;
-mod journal;
 mod matching;
 mod output;
 mod picture;
+mod progress;
 mod report;
 mod rtl;
 mod rtl_level;

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_arm::message::Telemetry;
+use hoverlock_cosim::chain::float_features;
+use hoverlock_cosim::sequence::telemetry;
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord};
 use hoverlock_fixed_point::model::design::{camera_samples, rings};
@@ -31,10 +33,9 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::float::float_features;
-use crate::output::{check_target, print, print_json, spinning, verdict, write_file};
+use crate::output::{check_target, print, print_json, verdict, write_file};
 use crate::picture::{Limit, open};
-use crate::telemetry;
+use crate::progress::spinning;
 
 /// Features kept of each picture, spread over it. Twice the thousand used in flight: between two seasons of one place
 /// only one match in ten is right; 2000 features bring 55 right matches, 1000 bring 29, and 250 none that differ from
@@ -56,7 +57,7 @@ const LEAST_HARDWARE_SIDE: usize = 64;
 ///   hoverlock match ref.png cur.png --overlay match.png
 ///   hoverlock match ref.png cur.png --telemetry two_rows.csv
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment, after_long_help = telemetry::HELP)]
+#[command(verbatim_doc_comment, after_long_help = include_str!("../help/telemetry.txt"))]
 pub struct Args {
     /// The reference picture: PNG, JPEG, TIFF, BMP, PNM or WebP; - reads it from standard input
     #[arg(value_name = "REF")]

@@ -5,12 +5,9 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
 use anyhow::{Context, Result, bail};
-use indicatif::ProgressBar;
 use serde::{Serialize, Serializer};
 use tempfile::{Builder, TempPath};
 
@@ -223,29 +220,6 @@ impl Drop for Folder {
             let _ = fs::remove_dir(folder);
         }
     }
-}
-
-/// Does something, and says what on stderr once it has taken a second.
-pub fn spinning<T>(what: &'static str, work: impl FnOnce() -> T) -> T {
-    std::thread::scope(|scope| {
-        let (done, ended) = channel::<()>();
-        scope.spawn(move || {
-            if ended.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
-                let bar = ProgressBar::new_spinner().with_message(what);
-                bar.enable_steady_tick(Duration::from_millis(200));
-                if bar.is_hidden() {
-                    // No terminal: one line, for whoever reads a log.
-                    say(what);
-                }
-                // Ends when the sender is gone.
-                let _ = ended.recv();
-                bar.finish_and_clear();
-            }
-        });
-        let result = work();
-        drop(done);
-        result
-    })
 }
 
 #[cfg(test)]

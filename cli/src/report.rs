@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::levels::Levels;
+use hoverlock_pictures::folder::expand;
 use hoverlock_reports::baseline::{self, Baseline, Kind};
 use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;
@@ -15,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::Verdict;
 use crate::design::Chosen;
 use crate::output::{Folder, command, print, say, shown, verdict, write_file};
-use crate::picture::{Limit, listed, open};
+use crate::picture::{Limit, open};
 use crate::rtl_level;
 
 /// Measure what quantisation costs, stage by stage, and check it.
@@ -51,7 +52,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
     // A design point without coefficients is refused before anything is written.
     Levels::new(&design)?;
-    let subjects = subjects(&listed(&args.images)?, &design, &args.limit)?;
+    let subjects = subjects(&expand(&args.images)?, &design, &args.limit)?;
     // Before the work: the file may be the one that this report will replace.
     let baseline = args.baseline.as_deref().map(earlier).transpose()?;
     let folder = Folder::new(&args.out)?;

@@ -11,7 +11,8 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::output::{Batch, Folder, print, print_json, quoted, say, shown, spinning};
+use crate::output::{Batch, Folder, print, print_json, quoted, say, shown};
+use crate::progress::spinning;
 
 /// Write the Verilog, prove it fresh, or estimate what it takes of an Arria V.
 ///

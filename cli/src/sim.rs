@@ -8,6 +8,7 @@ use anyhow::{Result, bail};
 use hoverlock_design::{DesignPoint, MIN_SIDE};
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::quickest::Quickest;
+use hoverlock_pictures::folder::expand;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{
     FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Trace, Window, format_of, record, run_telling, view,
@@ -17,10 +18,9 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::output::{
-    Aside, Batch, check_target, lossy, lossy_option, print, print_json, quoted, shown, spinning, verdict,
-};
-use crate::picture::{Limit, listed, open};
+use crate::output::{Aside, Batch, check_target, lossy, lossy_option, print, print_json, quoted, shown, verdict};
+use crate::picture::{Limit, open};
+use crate::progress::spinning;
 
 /// Run the RTL on pictures under Verilator and compare every plane and every feature with the bit-true model.
 ///
@@ -134,7 +134,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     }
     let design = args.chosen.design()?;
     design.check_buildable()?;
-    let images = listed(&args.images)?;
+    let images = expand(&args.images)?;
     let wave = args.wave.as_deref().map(|path| WaveFile::new(path, &images)).transpose()?;
     let pictures = images.iter().map(|path| frame(&design, path, &args.limit)).collect::<Result<Vec<_>>>()?;
     if let Some(wave) = &wave {

@@ -11,6 +11,7 @@
 pub mod conditions;
 mod decode;
 mod error;
+pub mod folder;
 mod jpeg;
 mod pnm;
 

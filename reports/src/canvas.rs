@@ -1,16 +1,17 @@
-//! Lines, discs and letters on a picture, anti-aliased.
+//! Draws anti-aliased lines and discs, and letters, on a picture.
 
 use crate::colour::Rgb;
 use font8x8::legacy::BASIC_LEGACY;
 use hoverlock_reference::image::plane::Plane;
 use nalgebra::Vector2;
 
-/// Letters.
-pub(crate) const INK: Rgb = [30, 30, 30];
+/// The colour of letters.
+pub const INK: Rgb = [30, 30, 30];
 
-/// Columns `x0 .. x1`, rows `y0 .. y1`.
+/// A rectangle of pixels: columns `x0 .. x1`, rows `y0 .. y1`.
 #[derive(Clone, Copy)]
-pub(crate) struct Area {
+#[allow(missing_docs, reason = "the description of the type explains its fields")]
+pub struct Area {
     pub x0: usize,
     pub y0: usize,
     pub x1: usize,
@@ -18,28 +19,33 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// The size of a picture, from a column on.
+    /// Creates an area of the size of a picture that begins at column `x0`.
     pub fn of(picture: &Plane<u16>, x0: usize) -> Self {
         Self { x0, y0: 0, x1: x0 + picture.width(), y1: picture.height() }
     }
 }
 
-/// How a line is drawn.
+/// The style of a line.
 #[derive(Clone, Copy)]
-pub(crate) struct Pen {
+pub struct Pen {
+    /// Thickness, px.
     pub thickness: f64,
+    /// Colour at full opacity.
     pub colour: Rgb,
+    /// Opacity, 0 to 1.
     pub opacity: f64,
 }
 
-/// A picture that is drawn on; nothing is drawn outside `clip` but text.
-pub(crate) struct Canvas {
+/// A picture to draw on.
+pub struct Canvas {
+    /// The picture.
     pub picture: Plane<Rgb>,
+    /// The area outside which no line or disc is drawn. Text ignores it.
     pub clip: Area,
 }
 
 impl Canvas {
-    /// A picture in grey, stretched between the 0.5th and the 99.5th percentile.
+    /// Draws a picture in grey into an area, stretched between the 0.5th and the 99.5th percentile.
     pub fn grey(&mut self, source: &Plane<u16>, area: &Area) {
         let mut sorted = source.as_slice().to_vec();
         let mut percentile = |part: f64| {
@@ -57,7 +63,7 @@ impl Canvas {
         }
     }
 
-    /// A square of `colour` and a text after it.
+    /// Draws a square of `colour` and a text after it.
     pub fn legend(&mut self, text: &str, colour: Rgb, (x0, y0): (usize, usize), scale: usize) {
         for (row, column) in (0..7).flat_map(|row| (0..7).map(move |column| (row, column))) {
             self.square((x0 + column * scale, y0 + row * scale), scale, colour);
@@ -65,7 +71,7 @@ impl Canvas {
         self.text(text, INK, (x0 + 16 * scale, y0), scale);
     }
 
-    /// A text, its letters 8 x 8 squares of `scale` pixels; what does not fit is cut off.
+    /// Draws a text whose letters are 8 x 8 squares of `scale` pixels. Text beyond the edge of the picture is cut off.
     pub fn text(&mut self, text: &str, colour: Rgb, (x0, y0): (usize, usize), scale: usize) {
         for (place, glyph) in text.bytes().filter_map(|byte| BASIC_LEGACY.get(usize::from(byte))).enumerate() {
             for (row, bits) in glyph.iter().enumerate() {
@@ -95,7 +101,7 @@ impl Canvas {
         }
     }
 
-    /// The whole pixels of `clip` within `reach` of `a .. b` along one axis.
+    /// Returns the pixels of `clip` within `reach` of `a .. b` along one axis.
     fn span(a: f64, b: f64, reach: f64, clip: (usize, usize)) -> std::ops::Range<usize> {
         let from = (a.min(b) - reach).floor().max(clip.0 as f64) as usize;
         // The cast of a negative number is 0, which gives an empty range.
@@ -103,7 +109,7 @@ impl Canvas {
         from..to
     }
 
-    /// A line; one without length or of infinite length is not drawn.
+    /// Draws a line. A line of zero or infinite length is not drawn.
     pub fn line(&mut self, a: Vector2<f64>, b: Vector2<f64>, pen: Pen) {
         let along = b - a;
         let length2 = along.norm_squared();
@@ -129,7 +135,7 @@ impl Canvas {
         }
     }
 
-    /// A disc.
+    /// Draws a disc.
     pub fn dot(&mut self, centre: Vector2<f64>, radius: f64, colour: Rgb, opacity: f64) {
         for y in Self::span(centre.y, centre.y, radius + 1.0, (self.clip.y0, self.clip.y1)) {
             for x in Self::span(centre.x, centre.x, radius + 1.0, (self.clip.x0, self.clip.x1)) {

@@ -15,7 +15,7 @@ use image::{ExtendedColorType, ImageError};
 
 use crate::colour::{Rgb, diverging};
 use crate::embed;
-use crate::plot::{self, PlotError};
+use crate::plot::PlotError;
 
 /// Colours on each side of white. Few colours keep the PNG of a noise picture small.
 const SHADES: f64 = 12.0;
@@ -110,7 +110,7 @@ pub fn colour_bar() -> Result<String, PlotError> {
     );
     let steps = 2 * SHADES as i32 + 1;
     let mut write =
-        |text: std::fmt::Arguments<'_>| svg.write_fmt(text).map_err(|error| plot::failed("colour bar", error));
+        |text: std::fmt::Arguments<'_>| svg.write_fmt(text).map_err(|error| PlotError::new("colour bar", error));
     for step in 0..steps {
         let [r, g, b] = diverging((f64::from(step) - SHADES) / SHADES);
         let x = left + width * f64::from(step) / f64::from(steps);
@@ -178,7 +178,7 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
 
 /// The frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand
 /// out.
-pub(crate) fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
+pub fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let mut sorted: Vec<u16> = frame.as_slice().iter().step_by(7).copied().collect();
     sorted.sort_unstable();
     let at = |part: f64| f64::from(sorted[((sorted.len() - 1) as f64 * part) as usize]);

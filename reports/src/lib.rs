@@ -2,19 +2,14 @@
 //!
 //! The HTML page is one file without network access: pictures are `data:` URLs, plots are inline SVG.
 
-pub mod animation;
 pub mod baseline;
-pub mod campaign;
-mod canvas;
+pub mod canvas;
 pub mod check_outcome;
 pub mod coefficient_plots;
 pub mod colour;
 pub mod embed;
-pub mod estimates;
 pub mod figures;
-pub mod flight;
 pub mod hardware;
-pub mod hover;
 pub mod journal;
 pub mod output;
 pub mod overlay;
@@ -23,6 +18,5 @@ pub mod plot;
 pub mod provenance;
 pub mod ranges;
 pub mod repeatability;
-pub mod still;
 pub mod study;
 pub mod sweep;

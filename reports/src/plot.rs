@@ -33,9 +33,11 @@ pub const VIOLET: Rgb = [116, 76, 158];
 #[error("a plot cannot be drawn: {0}")]
 pub struct PlotError(String);
 
-/// The error of the plot with this title.
-pub(crate) fn failed(plot: &str, error: impl std::fmt::Display) -> PlotError {
-    PlotError(format!("{plot}: {error}"))
+impl PlotError {
+    /// Creates the error of the plot with this title.
+    pub fn new(title: &str, error: impl std::fmt::Display) -> Self {
+        Self(format!("{title}: {error}"))
+    }
 }
 
 /// One axis of a plot.
@@ -261,8 +263,8 @@ impl Chart {
     /// The plotting crate fails.
     pub fn svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
-        let area = self.draw(&mut svg).map_err(|error| failed(&self.title, error))?;
-        let data = serde_json::to_string(&self.data(area)).map_err(|error| failed(&self.title, error))?;
+        let area = self.draw(&mut svg).map_err(|error| PlotError::new(&self.title, error))?;
+        let data = serde_json::to_string(&self.data(area)).map_err(|error| PlotError::new(&self.title, error))?;
         let tag = format!("<svg data-plot=\"{}\"", minijinja::HtmlEscape(&data));
         Ok(scalable(&svg, &self.described()).replacen("<svg", &tag, 1))
     }

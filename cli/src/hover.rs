@@ -1,0 +1,185 @@
+//! `hoverlock hover`: a simulated helicopter in wind holds its position with the camera alone.
+
+use std::any::Any;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::Result;
+use hoverlock_cosim::hover::TABLE;
+use hoverlock_cosim::sequence::{SequenceWriter, TELEMETRY};
+use hoverlock_cosim::{BoxError, FrameProgress, HoverOutcome, HoverSettings, Monitor, hover};
+use hoverlock_reports::output::PAGE;
+use indicatif::ProgressBar;
+
+use crate::Verdict;
+use crate::choice::{Climb, Estimator, Features, View, between};
+use crate::design::Chosen;
+use crate::output::{Folder, command, print, print_json, shown, verdict, write_file};
+use crate::progress::{Reporter, bar};
+
+/// Close the loop: a simulated helicopter in gusts holds its place with nothing but the camera's estimate.
+///
+/// Each frame is rendered from where the helicopter is, taken by the camera with its noise, and goes through the
+/// extractor and the flight program; the estimate steers the helicopter a tenth of a second later. The same helicopter
+/// in the same wind without vision is flown beside it. Status 0 only where the place is held within the scene's bound,
+/// vision is never lost for a second, and roll and pitch stay within 5 degrees; over open water, where no frame has an
+/// estimate and the helicopter stays level.
+///
+/// Examples:
+///   hoverlock hover
+///   hoverlock hover --scene town --height 100 --seconds 60 --seed 7
+///   hoverlock hover --scene my.toml --features rtl --estimator arm --seconds 5
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment, after_long_help = include_str!("../help/hover.txt"))]
+pub struct Args {
+    /// A scene of the simulator, or a scene file
+    #[arg(long, value_name = "NAME|FILE", default_value = "field")]
+    scene: String,
+    /// Where features come from
+    #[arg(long, value_enum, default_value = "fixed")]
+    features: Features,
+    /// Where the flight program runs
+    #[arg(long, value_enum, default_value = "host")]
+    estimator: Estimator,
+    /// How long, seconds
+    #[arg(long, value_name = "T", default_value = "10", value_parser = between(1.0, 3600.0))]
+    seconds: f64,
+    /// Seed of wind, sensors, camera and scene
+    #[arg(long, value_name = "S", default_value = "1")]
+    seed: u64,
+    /// Height over the mean ground, m
+    #[arg(long, value_name = "M", default_value = "50", value_parser = between(20.0, 300.0))]
+    height: f64,
+    /// Gusts, root mean square of each horizontal component, m/s
+    #[arg(long, value_name = "V", default_value = "3", value_parser = between(0.0, 5.0))]
+    gusts: f64,
+    /// Whether the height is held, changes by 5 m up and down as a sine, or in steps
+    #[arg(long, value_enum, default_value = "hold")]
+    altitude: Climb,
+    /// The camera's view: wide, or wide to acquire and after two seconds narrow to hold
+    #[arg(long, value_enum, default_value = "wide")]
+    view: View,
+    /// Command the flight program to renew its reference after this time, seconds
+    #[arg(long, value_name = "T", value_parser = between(0.0, 3600.0))]
+    renew: Option<f64>,
+    #[command(flatten)]
+    chosen: Chosen,
+    /// The folder for the page, index.html, and the table of each frame, hover.csv
+    #[arg(long, value_name = "DIR", default_value = "out/hover")]
+    out: PathBuf,
+    /// Save the frames and their telemetry into this folder, for `hoverlock cosim`
+    #[arg(long, value_name = "DIR")]
+    save: Option<PathBuf>,
+    /// One JSON object on stdout: pass rms_m max_m frames lost and more
+    #[arg(long)]
+    json: bool,
+}
+
+/// Shows the progress of a hover, and saves its frames.
+struct Recorder {
+    bar: ProgressBar,
+    saved: Option<(PathBuf, Mutex<SequenceWriter>)>,
+}
+
+impl Monitor for Recorder {
+    fn long_step(&self, name: &'static str) -> Option<Box<dyn Any>> {
+        Reporter.long_step(name)
+    }
+
+    fn frame(&self, frame: &FrameProgress<'_>) -> Result<(), BoxError> {
+        if let Some((folder, writer)) = &self.saved {
+            let mut writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
+            let (name, png) = writer.add(frame.number, frame.picture, frame.telemetry)?;
+            write_file(&folder.join(name), &png)?;
+        }
+        let seconds = frame.telemetry.time_us as f64 / 1e6;
+        let distance = 100.0 * frame.distance_m.unwrap_or_default();
+        let quality = frame.quality.map_or("no estimate".to_owned(), |quality| format!("quality {quality}"));
+        self.bar.set_length(frame.frames as u64);
+        self.bar.set_message(format!("{seconds:.1} s, {distance:.0} cm from the target, {quality}"));
+        self.bar.inc(1);
+        Ok(())
+    }
+}
+
+impl Recorder {
+    /// Writes the telemetry of the saved frames.
+    fn finish(&self) -> Result<()> {
+        self.bar.finish_and_clear();
+        let Some((folder, writer)) = &self.saved else { return Ok(()) };
+        let writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
+        write_file(&folder.join(TELEMETRY), writer.table().as_bytes())
+    }
+}
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    let settings = HoverSettings {
+        scene: args.scene.clone(),
+        design: args.chosen.design()?,
+        features: args.features.into(),
+        flight_program: args.estimator.into(),
+        seconds: args.seconds,
+        seed: args.seed,
+        height_m: args.height,
+        gusts_m_s: args.gusts,
+        altitude: args.altitude.into(),
+        view: args.view.into(),
+        renew_after_s: args.renew,
+    };
+    let folder = Folder::new(&args.out)?;
+    let save = args.save.as_deref().map(Folder::new).transpose()?;
+    let recorder = Recorder {
+        bar: bar(0, "{bar:32} {percent:>3} %  {elapsed}  {msg}"),
+        saved: args.save.clone().map(|folder| (folder, Mutex::default())),
+    };
+    let outcome = hover(&settings, &recorder)?;
+    recorder.finish()?;
+    write_file(&args.out.join(PAGE), outcome.page(&command())?.as_bytes())?;
+    write_file(&args.out.join(TABLE), outcome.table()?.as_bytes())?;
+    drop((folder, save));
+    if args.json {
+        print_json(&outcome)?;
+    } else {
+        print(&text(&outcome, &args.out))?;
+    }
+    Ok(outcome.summary.pass.into())
+}
+
+/// Describes a hover: its statistics, and the verdict.
+fn text(outcome: &HoverOutcome, out: &Path) -> String {
+    let summary = &outcome.summary;
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        text,
+        "{} for {} s at {} m in gusts of {} m/s, seed {}",
+        summary.scene, summary.seconds, summary.height_m, summary.gusts_m_s, summary.seed
+    );
+    let _ = writeln!(text, "  from the target    {:.3} m rms, {:.3} m at most", summary.rms_m, summary.max_m);
+    let _ = writeln!(
+        text,
+        "  with the IMU only  {:.3} m rms, {:.3} m at most",
+        summary.imu_only_rms_m, summary.imu_only_max_m
+    );
+    if let Some(error) = summary.error_rms_m {
+        let _ = writeln!(text, "  estimate           {error:.3} m rms from the truth");
+    }
+    let _ = writeln!(
+        text,
+        "  frames             {} with an estimate, {} without, longest loss {:.1} s, {} references",
+        summary.estimates, summary.lost, summary.longest_loss_s, summary.references
+    );
+    let _ = writeln!(
+        text,
+        "  time               {:.1} s, {:.0} ms a frame",
+        summary.wall_s,
+        1e3 * summary.wall_s / summary.frames.max(1) as f64
+    );
+    if let Some(cycles) = summary.cycles {
+        let _ = writeln!(text, "  hardware           {cycles} clock cycles");
+    }
+    let _ = writeln!(text, "{}", shown(&out.join(PAGE)));
+    let reason = summary.reason.clone().unwrap_or_else(|| outcome.checks.join("; "));
+    text + &verdict(summary.pass, &reason) + "\n"
+}

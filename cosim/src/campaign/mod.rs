@@ -1,0 +1,204 @@
+//! A campaign of hovers: seeds x scenes x gusts x heights x designs.
+//!
+//! A point is one hover. The points are flown by the threads of this process, or by the workers of a Dask cluster.
+//! Either way a point is the same hover with the same seed, so its numbers are equal to the last bit; they travel as
+//! rows of CSV, whose numbers are read back exactly. A finished point is appended to a table at once, and the next run
+//! with the same table does not fly it again.
+
+mod cluster;
+mod error;
+mod local;
+mod point;
+mod statistics;
+mod table;
+
+use std::path::Path;
+
+use hoverlock_design::DesignPoint;
+use hoverlock_edss::camera::FRAME_SIZE;
+use hoverlock_reports::page::PageError;
+use serde::Serialize;
+
+pub use cluster::Cluster;
+pub use error::CampaignError;
+pub use point::{FlownPoint, Point, fly_point, fly_row};
+pub use statistics::DesignStatistics;
+
+use crate::chain::FeatureSource;
+use crate::designs;
+use crate::hover::load_scene;
+use crate::monitor::{BoxError, Monitor};
+use crate::pages;
+
+/// Name of the default design, which is part of every campaign. Its points decide whether a campaign passes.
+pub const DEFAULT_DESIGN: &str = "kt27";
+
+/// The inputs of a campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CampaignSettings {
+    /// Names of scenes, or scene files.
+    pub scenes: Vec<String>,
+    /// Number of seeds; they begin at 1.
+    pub seeds: u64,
+    /// Rms of each horizontal component of the gusts, m/s.
+    pub gusts_m_s: Vec<f64>,
+    /// Heights over the mean ground, m.
+    pub heights_m: Vec<f64>,
+    /// Designs beside [`DEFAULT_DESIGN`]: names, design files, or changes of the default such as `dog_bits=12`.
+    pub designs: Vec<String>,
+    /// Duration of each hover, s.
+    pub seconds: f64,
+    /// The source of the features.
+    pub features: FeatureSource,
+}
+
+/// Where the points of a campaign are flown.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// On all cores of this machine.
+    Local,
+    /// By the workers of a Dask cluster.
+    Cluster(Cluster),
+}
+
+/// The progress of a campaign.
+#[derive(Debug)]
+pub enum CampaignProgress<'a> {
+    /// The table was read.
+    Started {
+        /// Number of points that the table has.
+        known: usize,
+        /// Number of all points.
+        points: usize,
+    },
+    /// A point was flown and appended to the table.
+    Flown(&'a FlownPoint),
+}
+
+/// A function that receives the progress of a campaign. An error stops it.
+pub type ReportProgress<'a> = &'a mut (dyn FnMut(CampaignProgress<'_>) -> Result<(), BoxError> + Send);
+
+/// A campaign whose inputs have been checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Campaign {
+    /// All points, scene by scene.
+    pub points: Vec<Point>,
+}
+
+/// The result of a campaign. Serialised, it is the JSON object of `hoverlock sweep`.
+#[derive(Debug, Clone, Serialize)]
+pub struct CampaignOutcome {
+    /// Every point of the default design passes its checks.
+    pub pass: bool,
+    /// All points in the order of [`Campaign::points`].
+    pub points: Vec<FlownPoint>,
+    /// Names of the designs on the Pareto front of error and memory.
+    pub pareto: Vec<String>,
+    /// Statistics of each design over its points.
+    #[serde(skip)]
+    pub designs: Vec<DesignStatistics>,
+}
+
+impl Campaign {
+    /// Loads scenes and designs, and lists the points.
+    ///
+    /// # Errors
+    /// A scene or a design cannot be loaded, a design is smaller than the camera's frames, or float features, which
+    /// have no word lengths, are combined with several designs.
+    pub fn new(settings: &CampaignSettings) -> Result<Self, CampaignError> {
+        let mut names = vec![DEFAULT_DESIGN.to_owned()];
+        for name in &settings.designs {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+        if settings.features == FeatureSource::Float && names.len() > 1 {
+            return Err(CampaignError::FloatHasNoWords);
+        }
+        let mut designs: Vec<(&String, DesignPoint)> = Vec::new();
+        for name in &names {
+            let design = designs::load_or_change(name)?;
+            if (design.width as usize) < FRAME_SIZE.0 || (design.height as usize) < FRAME_SIZE.1 {
+                let (width, height) = (design.width, design.height);
+                return Err(CampaignError::SmallDesign { name: name.clone(), width, height });
+            }
+            designs.push((name, design));
+        }
+        let mut points = Vec::new();
+        for scene_name in &settings.scenes {
+            let scene = load_scene(scene_name)?;
+            for &height_m in &settings.heights_m {
+                for &gusts_m_s in &settings.gusts_m_s {
+                    for (name, design) in &designs {
+                        let inputs = point::hash_of_inputs(&scene, design);
+                        points.extend((1..=settings.seeds).map(|seed| Point {
+                            scene: scene_name.clone(),
+                            height_m,
+                            gusts_m_s,
+                            seconds: settings.seconds,
+                            features: settings.features,
+                            design: (*name).clone(),
+                            inputs: inputs.clone(),
+                            seed,
+                        }));
+                    }
+                }
+            }
+        }
+        Ok(Self { points })
+    }
+
+    /// Flies the points that the table does not have, and appends each to it.
+    ///
+    /// # Errors
+    /// The table cannot be read or written, a point cannot be flown, or `progress` stops the campaign. The table keeps
+    /// the points that were finished.
+    pub fn run(
+        &self,
+        table: &Path,
+        place: &Place,
+        monitor: &dyn Monitor,
+        progress: ReportProgress<'_>,
+    ) -> Result<CampaignOutcome, CampaignError> {
+        let mut known = table::read(table)?;
+        let left: Vec<Point> = self.points.iter().filter(|point| !known.contains_key(&point.key())).cloned().collect();
+        let points = self.points.len();
+        progress(CampaignProgress::Started { known: points - left.len(), points }).map_err(CampaignError::Stopped)?;
+        let mut keep = |flown: FlownPoint| -> Result<(), CampaignError> {
+            table::append(table, &flown)?;
+            progress(CampaignProgress::Flown(&flown)).map_err(CampaignError::Stopped)?;
+            known.insert(flown.point().key(), flown);
+            Ok(())
+        };
+        match place {
+            Place::Local => local::fly_all(&left, monitor, &mut keep)?,
+            Place::Cluster(cluster) => cluster.fly_all(&left, &mut keep)?,
+        }
+        let flown: Vec<FlownPoint> = self.points.iter().filter_map(|point| known.get(&point.key()).cloned()).collect();
+        if flown.len() < points {
+            return Err(CampaignError::MissingPoints { flown: flown.len(), points });
+        }
+        let designs = statistics::by_design(&flown);
+        Ok(CampaignOutcome {
+            pass: flown.iter().all(|point| point.design != DEFAULT_DESIGN || point.pass),
+            points: flown,
+            pareto: designs.iter().filter(|design| design.pareto).map(|design| design.name.clone()).collect(),
+            designs,
+        })
+    }
+}
+
+impl CampaignOutcome {
+    /// Returns the points of the default design that fail.
+    pub fn failures(&self) -> impl Iterator<Item = &FlownPoint> {
+        self.points.iter().filter(|point| point.design == DEFAULT_DESIGN && !point.pass)
+    }
+
+    /// Renders the campaign as one HTML page. `command` is shown as its origin.
+    ///
+    /// # Errors
+    /// A plot or the template fails. Either is a defect of this program, not of the input.
+    pub fn page(&self, command: &str) -> Result<String, PageError> {
+        pages::campaign::html(&self.points, &self.designs, command)
+    }
+}

@@ -1,0 +1,177 @@
+//! The loop: frame, features, estimate, and back to the helicopter.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use hoverlock_arm::arinc429::{self, Control};
+use hoverlock_arm::message::{Command, Telemetry};
+use hoverlock_edss::camera::{FIELD_OF_VIEW_RANGE_DEG, FRAME_RATE, Optics};
+use hoverlock_edss::flight::{Fix, Flight, Hold, Moment, Setup};
+use hoverlock_edss::render::Renderer;
+use hoverlock_edss::scene::Scene;
+use hoverlock_edss::world::{Exposure, World, frame_time};
+use hoverlock_reference::motion::observation::SensorErrors;
+use nalgebra::Matrix2;
+
+use super::outcome::{HoverOutcome, Row};
+use super::{CameraView, HoverError, HoverSettings};
+use crate::chain::{Chain, FlightLine, FrameOutput};
+use crate::monitor::{FrameProgress, Monitor};
+use crate::pages::animation;
+use crate::pages::hover::Picture;
+use crate::pages::still::reduced;
+
+/// Time from the exposure of a frame until the autopilot has its estimate, s: one frame for exposure and read-out, then
+/// the flight program.
+pub(super) const ESTIMATE_LATENCY_S: f64 = 0.1;
+
+/// Time at which the narrow view is commanded, s.
+const NARROW_AFTER_S: f64 = 2.0;
+
+/// Largest number of frames that the page shows with their matches.
+const MAX_STILLS: usize = 9;
+
+/// Largest number of columns of such a frame.
+const STILL_COLUMNS: usize = 480;
+
+/// Largest number of frames of the animation.
+const MAX_ANIMATION_FRAMES: usize = 60;
+
+/// Largest number of columns of the camera's picture in the animation.
+const ANIMATION_COLUMNS: usize = 342;
+
+/// Standard error of the range while the laser has no reading, m.
+const HELD_RANGE_ERROR_M: f64 = 10.0;
+
+/// Number of frames of a hover.
+fn frame_count(seconds: f64) -> usize {
+    (seconds * FRAME_RATE).round() as usize + 1
+}
+
+/// Flies a hover over a scene that was loaded.
+pub(super) fn fly(
+    settings: &HoverSettings,
+    scene: &Scene,
+    renderer: Renderer,
+    monitor: &dyn Monitor,
+) -> Result<HoverOutcome, HoverError> {
+    let started = Instant::now();
+    let setup = Setup {
+        height: settings.height_m,
+        gust_rms: settings.gusts_m_s,
+        altitude: settings.altitude,
+        ..Setup::default()
+    };
+    setup.check()?;
+    let mut world = World::new(renderer, &setup, Optics::default(), FIELD_OF_VIEW_RANGE_DEG[1], settings.seed);
+    let mut blind = Flight::new(&Setup { mode: Hold::ImuOnly, ..setup }, settings.seed);
+    let mut running: Option<Chain> = None;
+    let mut due: VecDeque<(f64, Option<Fix>)> = VecDeque::new();
+    let mut outcome = HoverOutcome::new(settings, scene, &setup);
+    let frames = frame_count(settings.seconds);
+    let mut range = settings.height_m;
+    for number in 0..frames {
+        let time = frame_time(number);
+        while let Some((at, fix)) = due.front().copied().filter(|(at, _)| *at <= time) {
+            due.pop_front();
+            world.apply_fix(at, fix);
+        }
+        let exposure = world.expose(time)?;
+        if number == 0 {
+            world.engage();
+            blind.engage();
+        }
+        let without_vision = blind.advance(time);
+        let telemetry = telemetry(number, &exposure, &setup, &mut range);
+        let chain = match &mut running {
+            Some(chain) => chain,
+            none => none.insert(Chain::start(
+                settings.features,
+                &settings.design,
+                settings.flight_program,
+                &exposure.frame,
+                monitor,
+            )?),
+        };
+        command(settings, number, chain, &mut world)?;
+        let output = chain.process(&telemetry, &exposure.frame)?;
+        due.push_back((time + ESTIMATE_LATENCY_S, fix(&output.line, time)));
+        let row = Row::new(&exposure, &telemetry, &output.line, without_vision.camera.ground());
+        outcome.rows.push(row);
+        keep_pictures(&mut outcome, number, frames, &exposure, &output);
+        let progress = FrameProgress {
+            number,
+            frames,
+            picture: &exposure.frame,
+            telemetry: &telemetry,
+            quality: output.line.quality,
+            distance_m: outcome.rows.last().map(|row| (row.position() - outcome.target()).norm()),
+        };
+        monitor.frame(&progress).map_err(HoverError::Stopped)?;
+    }
+    let (cycles, first_difference) = running.map_or((None, None), |chain| (chain.cycles(), chain.first_difference()));
+    outcome.finish(scene, cycles, first_difference, started.elapsed().as_secs_f64());
+    Ok(outcome)
+}
+
+/// Sends the commands that are due at a frame, and zooms the camera if the flight program asks for it.
+fn command(settings: &HoverSettings, number: usize, chain: &mut Chain, world: &mut World) -> Result<(), HoverError> {
+    let commands = [
+        (settings.view == CameraView::Narrow).then_some((NARROW_AFTER_S, Command::Narrow)),
+        settings.renew_after_s.map(|at| (at, Command::Renew)),
+    ];
+    for (at, command) in commands.into_iter().flatten() {
+        if number == (at * FRAME_RATE).round() as usize
+            && let Some(word) = chain.command(command)?
+            && let (_, Control::Zoom(degrees)) = arinc429::decode(word)?
+        {
+            world.camera.zoom(degrees);
+        }
+    }
+    Ok(())
+}
+
+/// Returns the telemetry of a frame. While the laser has no reading, its last range is held with a large standard
+/// error.
+fn telemetry(number: usize, exposure: &Exposure, setup: &Setup, last_range: &mut f64) -> Telemetry {
+    let error = if exposure.readings.range.is_some() { setup.laser_noise } else { HELD_RANGE_ERROR_M };
+    *last_range = exposure.readings.range.unwrap_or(*last_range);
+    Telemetry {
+        frame: number as u32,
+        time_us: (1e6 * exposure.readings.time).round() as u64,
+        attitude: exposure.readings.attitude,
+        range: last_range.max(0.1),
+        field_of_view: exposure.field_of_view,
+        sensors: SensorErrors { tilt: setup.tilt_noise, heading: setup.heading_noise, range: error },
+    }
+}
+
+/// Converts a line to the fix that the autopilot receives.
+fn fix(line: &FlightLine, exposed: f64) -> Option<Fix> {
+    let [xx, xy, yx, yy] = line.covariance_m2?;
+    let covariance = Matrix2::new(xx, xy, yx, yy);
+    Some(Fix { displacement: line.displacement()?, covariance, height: None, yaw: line.yaw_rad, exposed })
+}
+
+/// Keeps the pictures that page and animation show.
+fn keep_pictures(outcome: &mut HoverOutcome, number: usize, frames: usize, exposure: &Exposure, output: &FrameOutput) {
+    let every = |count: usize| frames.div_ceil(count).max(1);
+    if number.is_multiple_of(every(MAX_STILLS)) {
+        let (step, small) = reduced(&exposure.frame, STILL_COLUMNS);
+        outcome.stills.push(Picture { frame: number, small, step, inliers: output.inliers.clone() });
+    }
+    if number.is_multiple_of(every(MAX_ANIMATION_FRAMES)) {
+        let (step, picture) = reduced(&exposure.frame, ANIMATION_COLUMNS);
+        let estimate = output.line.displacement();
+        let inliers = if estimate.is_some() { &output.inliers[..] } else { &[] };
+        let Moment { time, camera, wind, .. } = exposure.moment;
+        outcome.scenes.push(animation::Scene {
+            picture,
+            inliers: inliers.iter().map(|pair| pair.current / step as f64).collect(),
+            time,
+            place: camera.ground() - outcome.target(),
+            estimate,
+            wind: wind.xy(),
+        });
+    }
+}

@@ -1,0 +1,207 @@
+//! The closed loop: a simulated helicopter in wind holds its position with the camera's estimate alone.
+
+mod checks;
+mod fly;
+mod outcome;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use hoverlock_arm::arinc429::WordError;
+use hoverlock_design::{DesignPoint, KT27};
+use hoverlock_edss::flight::{Altitude, SetupError};
+use hoverlock_edss::render::{RenderError, Renderer};
+use hoverlock_edss::scene::{Scene, SceneError};
+use hoverlock_reference::motion::orthophoto::ViewError;
+
+pub use outcome::{HoverOutcome, Row, Summary};
+pub use table::TABLE;
+
+use crate::chain::{ChainError, FeatureSource, FlightProgram, check_choice};
+use crate::monitor::{BoxError, Monitor};
+
+/// Shortest and longest hover, s.
+const SECONDS: (f64, f64) = (1.0, 3600.0);
+
+/// The inputs of a hover.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HoverSettings {
+    /// Name of a scene, or a scene file.
+    pub scene: String,
+    /// The design of the extractor.
+    pub design: DesignPoint,
+    /// The source of the features.
+    pub features: FeatureSource,
+    /// The place where the flight program runs.
+    pub flight_program: FlightProgram,
+    /// Duration, s: 1 to 3600.
+    pub seconds: f64,
+    /// Seed of wind, sensors, camera and scene.
+    pub seed: u64,
+    /// Height over the mean ground, m: 10 to 300.
+    pub height_m: f64,
+    /// Rms of each horizontal component of the gusts, m/s: 0 to 5.
+    pub gusts_m_s: f64,
+    /// The height over time.
+    pub altitude: Altitude,
+    /// The field of view of the camera.
+    pub view: CameraView,
+    /// Time at which the flight program is commanded to renew its reference, s.
+    pub renew_after_s: Option<f64>,
+}
+
+impl Default for HoverSettings {
+    /// A hover of 10 s at 50 m over the scene `field` in gusts of 3 m/s, with the design `kt27`.
+    fn default() -> Self {
+        Self {
+            scene: "field".into(),
+            design: KT27.clone(),
+            features: FeatureSource::default(),
+            flight_program: FlightProgram::default(),
+            seconds: 10.0,
+            seed: 1,
+            height_m: 50.0,
+            gusts_m_s: 3.0,
+            altitude: Altitude::default(),
+            view: CameraView::default(),
+            renew_after_s: None,
+        }
+    }
+}
+
+/// The field of view of the camera during a hover.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CameraView {
+    /// 50 degrees.
+    #[default]
+    Wide,
+    /// 50 degrees to acquire the reference, and 10 degrees after 2 s.
+    Narrow,
+}
+
+impl FromStr for CameraView {
+    type Err = UnknownChoice;
+
+    fn from_str(text: &str) -> Result<Self, UnknownChoice> {
+        match text {
+            "wide" => Ok(Self::Wide),
+            "narrow" => Ok(Self::Narrow),
+            _ => Err(UnknownChoice { text: text.into(), choices: "wide, narrow" }),
+        }
+    }
+}
+
+/// The error of a text that names none of the choices.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{text}` is none of {choices}")]
+pub struct UnknownChoice {
+    /// The text.
+    pub text: String,
+    /// The names that are allowed.
+    pub choices: &'static str,
+}
+
+/// Why a scene could not be loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneFileError {
+    /// There is no scene and no file of this name.
+    #[error("--scene {0}: no such scene, and no such file; scenes are {names}", names = Scene::NAMES.join(", "))]
+    Unknown(String),
+    /// The path is a folder, a device or a FIFO.
+    #[error("--scene {0}: not a regular file")]
+    NotAFile(String),
+    /// The file could not be read.
+    #[error("--scene {name}: cannot be read: {source}")]
+    Read {
+        /// The file.
+        name: String,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// The file is not a valid scene.
+    #[error("scene {name}: {source}")]
+    Scene {
+        /// The name or file.
+        name: String,
+        /// The error of the parser.
+        source: SceneError,
+    },
+}
+
+/// Why a hover was not completed.
+#[derive(Debug, thiserror::Error)]
+pub enum HoverError {
+    /// The duration is out of range.
+    #[error("seconds is {0}, and must be {min} to {max}", min = SECONDS.0, max = SECONDS.1)]
+    Seconds(f64),
+    /// The scene could not be loaded.
+    #[error(transparent)]
+    Scene(#[from] SceneFileError),
+    /// The scene cannot be rendered.
+    #[error("scene {name}: {source}")]
+    Render {
+        /// The name or file.
+        name: String,
+        /// The error of the renderer.
+        source: RenderError,
+    },
+    /// Height or gusts are out of range.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The camera does not see the ground.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// Extractor or flight program could not be started or has failed.
+    #[error(transparent)]
+    Chain(#[from] ChainError),
+    /// The flight program has sent a wrong word to the camera.
+    #[error(transparent)]
+    CameraWord(#[from] WordError),
+    /// The monitor has stopped the hover.
+    #[error(transparent)]
+    Stopped(BoxError),
+}
+
+/// Flies a hover. Each frame is rendered from the position of the helicopter, taken by the camera with its noise, and
+/// passes through extractor and flight program; the estimate steers the helicopter a tenth of a second later. The same
+/// helicopter in the same wind with its IMU only is flown beside it. Equal settings give equal results.
+///
+/// # Errors
+/// A setting is invalid, a tool is missing, extractor or flight program fail, or the monitor stops the hover. A hover
+/// that does not hold its position is not an error: its outcome has `pass` false and a reason.
+pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOutcome, HoverError> {
+    let (min, max) = SECONDS;
+    if !(min..=max).contains(&settings.seconds) {
+        return Err(HoverError::Seconds(settings.seconds));
+    }
+    check_choice(settings.features, &settings.design, settings.flight_program)?;
+    let scene = load_scene(&settings.scene)?;
+    let step = monitor.long_step("making the scene");
+    let renderer = Renderer::new(&scene, settings.seed)
+        .map_err(|source| HoverError::Render { name: settings.scene.clone(), source })?;
+    drop(step);
+    fly::fly(settings, &scene, renderer, monitor)
+}
+
+/// Loads a scene by its name, or from a scene file.
+///
+/// # Errors
+/// There is neither, or the file is not a valid scene.
+pub fn load_scene(name: &str) -> Result<Scene, SceneFileError> {
+    let parse = |text: &str, folder: &Path| {
+        Scene::parse(text, folder).map_err(|source| SceneFileError::Scene { name: name.into(), source })
+    };
+    if let Some(text) = Scene::named(name) {
+        return parse(text, ".".as_ref());
+    }
+    let path = PathBuf::from(name);
+    if !path.exists() {
+        return Err(SceneFileError::Unknown(name.into()));
+    }
+    if !path.is_file() {
+        return Err(SceneFileError::NotAFile(name.into()));
+    }
+    let text = std::fs::read_to_string(&path).map_err(|source| SceneFileError::Read { name: name.into(), source })?;
+    parse(&text, path.parent().unwrap_or(&path))
+}

@@ -1,0 +1,281 @@
+//! The outcome of a hover: statistics, checks, the table and the page.
+
+use std::time::Duration;
+
+use hoverlock_arm::message::Telemetry;
+use hoverlock_edss::camera::FRAME_RATE;
+use hoverlock_edss::flight::{Row as Truth, Setup};
+use hoverlock_edss::scene::Scene;
+use hoverlock_edss::world::Exposure;
+use hoverlock_reports::page::PageError;
+use hoverlock_reports::plot::PlotError;
+use nalgebra::Vector2;
+use serde::Serialize;
+
+use super::checks::{self, FLAT_BOUND_M, RELIEF_BOUND_M};
+use super::fly::ESTIMATE_LATENCY_S;
+use super::{HoverSettings, table};
+use crate::chain::{FeatureSource, FlightLine, FlightProgram};
+use crate::pages::animation::{self, apng};
+use crate::pages::hover::{Frame, Hover, Picture, html};
+
+/// A frame of a hover.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// True state at the exposure.
+    pub truth: Truth,
+    /// The line of the flight program.
+    pub line: FlightLine,
+    /// The readings of the sensors.
+    pub telemetry: Telemetry,
+    /// Position of the helicopter without vision along `X_e` and `Y_e`, m.
+    pub blind: Vector2<f64>,
+}
+
+impl Row {
+    pub(super) fn new(exposure: &Exposure, telemetry: &Telemetry, line: &FlightLine, blind: Vector2<f64>) -> Self {
+        Self { truth: exposure.moment.row(), line: line.clone(), telemetry: *telemetry, blind }
+    }
+
+    /// Returns the true position along `X_e` and `Y_e`, m.
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.truth.x, self.truth.y)
+    }
+}
+
+/// The statistics of a hover. Serialised, they are the JSON object of `hoverlock hover`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// Every check passes.
+    pub pass: bool,
+    /// Name or file of the scene.
+    pub scene: String,
+    /// The source of the features.
+    pub features: FeatureSource,
+    /// The place where the flight program ran.
+    #[serde(rename = "estimator")]
+    pub flight_program: FlightProgram,
+    /// Seed of wind, sensors, camera and scene.
+    pub seed: u64,
+    /// Duration, s.
+    pub seconds: f64,
+    /// Height over the mean ground, m.
+    pub height_m: f64,
+    /// Rms of each horizontal component of the gusts, m/s.
+    pub gusts_m_s: f64,
+    /// Rms distance from the target, m.
+    pub rms_m: f64,
+    /// Largest distance from the target, m.
+    pub max_m: f64,
+    /// Largest `rms_m` that passes; `None` over water, where no position can be held.
+    pub bound_m: Option<f64>,
+    /// `rms_m` of the helicopter with its IMU only.
+    pub imu_only_rms_m: f64,
+    /// `max_m` of the helicopter with its IMU only.
+    pub imu_only_max_m: f64,
+    /// Rms of estimate less truth, m; `None` without an estimate.
+    pub error_rms_m: Option<f64>,
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of frames with an estimate.
+    pub estimates: usize,
+    /// Number of frames without an estimate after the first that has one.
+    pub lost: usize,
+    /// Longest time without an estimate, s.
+    pub longest_loss_s: f64,
+    /// Number of frames that were the reference.
+    pub references: usize,
+    /// Largest roll or pitch, degrees.
+    pub tilt_max_deg: f64,
+    /// Number of clock cycles simulated; `None` without simulated hardware.
+    pub cycles: Option<u64>,
+    /// Duration of the run, s.
+    pub wall_s: f64,
+    /// The checks that fail, in words.
+    pub reason: Option<String>,
+}
+
+/// The outcome of a hover. Serialised, it is its [`Summary`].
+#[derive(Debug, Clone, Serialize)]
+pub struct HoverOutcome {
+    /// The statistics.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// The checks in words.
+    #[serde(skip)]
+    pub checks: Vec<String>,
+    /// The frames in order.
+    #[serde(skip)]
+    pub rows: Vec<Row>,
+    #[serde(skip)]
+    pub(super) stills: Vec<Picture>,
+    #[serde(skip)]
+    pub(super) scenes: Vec<animation::Scene>,
+    /// The settings as the page shows them: name and value.
+    #[serde(skip)]
+    setup: Vec<(String, String)>,
+}
+
+impl HoverOutcome {
+    /// Creates the outcome of a hover that begins.
+    pub(super) fn new(settings: &HoverSettings, scene: &Scene, setup: &Setup) -> Self {
+        let bound = if scene.is_flat() { FLAT_BOUND_M } else { RELIEF_BOUND_M };
+        Self {
+            rows: Vec::new(),
+            stills: Vec::new(),
+            scenes: Vec::new(),
+            summary: Summary {
+                pass: false,
+                scene: settings.scene.clone(),
+                features: settings.features,
+                flight_program: settings.flight_program,
+                seed: settings.seed,
+                seconds: settings.seconds,
+                height_m: settings.height_m,
+                gusts_m_s: settings.gusts_m_s,
+                rms_m: 0.0,
+                max_m: 0.0,
+                bound_m: (!scene.is_water()).then_some(bound),
+                imu_only_rms_m: 0.0,
+                imu_only_max_m: 0.0,
+                error_rms_m: None,
+                frames: 0,
+                estimates: 0,
+                lost: 0,
+                longest_loss_s: 0.0,
+                references: 0,
+                tilt_max_deg: 0.0,
+                cycles: None,
+                wall_s: 0.0,
+                reason: None,
+            },
+            setup: described(settings, setup),
+            checks: Vec::new(),
+        }
+    }
+
+    /// Returns the position to be held, along `X_e` and `Y_e`, m: that of the first frame.
+    pub fn target(&self) -> Vector2<f64> {
+        self.rows.first().map_or(Vector2::zeros(), Row::position)
+    }
+
+    /// Returns the position of the helicopter without vision at the first frame, along `X_e` and `Y_e`, m.
+    fn blind_target(&self) -> Vector2<f64> {
+        self.rows.first().map_or(self.target(), |row| row.blind)
+    }
+
+    /// Computes the statistics and the checks of the whole hover.
+    pub(super) fn finish(&mut self, scene: &Scene, cycles: Option<u64>, first_difference: Option<usize>, wall_s: f64) {
+        let (target, blind_target) = (self.target(), self.blind_target());
+        let (summary, rows) = (&mut self.summary, &self.rows);
+        (summary.rms_m, summary.max_m) = rms_and_max(rows.iter().map(|row| (row.position() - target).norm()));
+        (summary.imu_only_rms_m, summary.imu_only_max_m) =
+            rms_and_max(rows.iter().map(|row| (row.blind - blind_target).norm()));
+        let errors: Vec<f64> =
+            rows.iter().filter_map(|row| Some((row.line.displacement()? - (row.position() - target)).norm())).collect();
+        summary.estimates = errors.len();
+        summary.error_rms_m = (!errors.is_empty()).then(|| rms_and_max(errors.into_iter()).0);
+        summary.frames = rows.len();
+        // Vision can only be lost after the first estimate.
+        let first = rows.iter().position(|row| row.line.x_e_m.is_some()).unwrap_or(1);
+        summary.lost = rows.iter().skip(first).filter(|row| row.line.x_e_m.is_none()).count();
+        let lost_in_a_row = rows.iter().skip(first).scan(0usize, |lost, row| {
+            *lost = if row.line.x_e_m.is_none() { *lost + 1 } else { 0 };
+            Some(*lost)
+        });
+        summary.longest_loss_s = lost_in_a_row.max().unwrap_or(0) as f64 / FRAME_RATE;
+        let mut references: Vec<_> = rows.iter().filter_map(|row| row.line.reference).collect();
+        references.dedup();
+        summary.references = references.len();
+        let tilt = rows.iter().flat_map(|row| [row.truth.roll, row.truth.pitch]).map(f64::abs).fold(0.0, f64::max);
+        summary.tilt_max_deg = tilt.to_degrees();
+        (summary.cycles, summary.wall_s) = (cycles, wall_s);
+
+        let last_reason = rows.last().and_then(|row| row.line.reason.as_deref());
+        let checks = checks::check(summary, scene.is_water(), first_difference, last_reason);
+        let failed: Vec<&str> = checks.iter().filter(|check| !check.pass).map(|check| check.text.as_str()).collect();
+        summary.pass = failed.is_empty();
+        summary.reason = (!summary.pass).then(|| failed.join("; "));
+        self.checks = checks.into_iter().map(|check| check.text).collect();
+    }
+
+    /// Returns the table of all frames as CSV: truth, estimate, sensors and wind, SI units and radians.
+    ///
+    /// # Errors
+    /// A row cannot be written as CSV, which is a defect of this program.
+    pub fn table(&self) -> Result<String, csv::Error> {
+        table::csv(&self.rows)
+    }
+
+    /// Renders the hover as one HTML page. `command` is shown as its origin.
+    ///
+    /// # Errors
+    /// A plot, the animation or the template fails. Each is a defect of this program, not of the input.
+    pub fn page(&self, command: &str) -> Result<String, PageError> {
+        let (summary, target, blind_target) = (&self.summary, self.target(), self.blind_target());
+        let frame = |row: &Row| {
+            let position = row.position() - target;
+            Frame {
+                time: row.truth.time,
+                truth: [position.x, position.y, -row.truth.z],
+                status: row.line.status.clone(),
+                reason: row.line.reason.clone(),
+                estimate: row.line.estimate(),
+                reference: row.line.reference,
+                features: row.line.features,
+                wind: [row.truth.wind_x, row.truth.wind_y, row.truth.wind_z],
+                tilt: [row.truth.roll, row.truth.pitch].map(f64::to_degrees),
+                field_of_view: row.telemetry.field_of_view.to_degrees(),
+                blind: (row.blind - blind_target).norm(),
+            }
+        };
+        let interval = self.scenes.get(1).map_or(0.1, |scene| scene.time - self.scenes[0].time);
+        // Twice the true speed, but never so slow that a reader has to wait.
+        let pause = Duration::from_secs_f64((interval / 2.0).clamp(0.05, 0.25));
+        let reach = (1.2 * summary.max_m).clamp(0.25, 5.0);
+        let animation = apng(&self.scenes, pause, reach).map_err(|error| PlotError::new("the animation", error))?;
+        let hover = Hover {
+            scene: summary.scene.clone(),
+            setup: self.setup.clone(),
+            features: summary.features.description(),
+            estimator: summary.flight_program.description(),
+            failure: summary.reason.clone(),
+            checks: self.checks.clone(),
+            hold: [summary.rms_m, summary.max_m],
+            blind: [summary.imu_only_rms_m, summary.imu_only_max_m],
+            error: summary.error_rms_m,
+            bound: summary.bound_m,
+            frames: self.rows.iter().map(frame).collect(),
+            stills: self.stills.clone(),
+            animation,
+        };
+        html(&hover, command)
+    }
+}
+
+/// Returns the settings as the page shows them: name and value.
+fn described(settings: &HoverSettings, setup: &Setup) -> Vec<(String, String)> {
+    let degrees = |angle: f64| format!("{:.1} degrees rms", angle.to_degrees());
+    let latency_ms = 1e3 * ESTIMATE_LATENCY_S;
+    let rows = [
+        ("scene", settings.scene.clone()),
+        ("height", format!("{} m over the mean ground", settings.height_m)),
+        ("gusts", format!("{} m/s rms each horizontal component, Dryden's spectra", settings.gusts_m_s)),
+        ("IMU", format!("{} of roll and pitch, {} of yaw", degrees(setup.tilt_noise), degrees(setup.heading_noise))),
+        ("laser", format!("{} m rms", setup.laser_noise)),
+        ("vision", format!("{FRAME_RATE} frames a second, each known {latency_ms:.0} ms after its exposure")),
+        ("seed", settings.seed.to_string()),
+    ];
+    rows.map(|(name, value)| (name.to_owned(), value)).into()
+}
+
+/// Returns the root mean square and the largest of some values; 0 and 0 for none.
+fn rms_and_max(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (mut squares, mut max, mut count) = (0.0, 0.0f64, 0usize);
+    for value in values {
+        squares += value * value;
+        max = max.max(value);
+        count += 1;
+    }
+    ((squares / count.max(1) as f64).sqrt(), max)
+}

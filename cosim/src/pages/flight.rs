@@ -1,0 +1,227 @@
+//! The page of a co-simulation: where the camera was over the ground, how far from what else is known, and frames with
+//! the matches that agree.
+
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::model::Pair;
+use minijinja::context;
+use serde::Serialize;
+
+use super::estimates::{Estimate, Run, Sample, told};
+use super::still::{Still, reduced, still};
+use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
+use hoverlock_reports::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
+use hoverlock_reports::provenance::COMMIT;
+
+const TEMPLATE: &str = include_str!("../../templates/flight.html");
+
+/// Frames that are shown with their matches; of more, every n-th.
+const SHOWN: usize = 24;
+
+/// Columns of a shown frame, at most.
+const COLUMNS: usize = 480;
+
+/// A run of the flight program.
+#[derive(Debug, Clone, Serialize)]
+pub struct Flight<'a> {
+    /// Name of the sequence.
+    pub name: String,
+    /// The command as typed.
+    pub command: String,
+    /// Where features come from.
+    pub features: String,
+    /// Where the flight program ran.
+    pub estimator: String,
+    /// Where the telemetry comes from.
+    pub telemetry: String,
+    /// Why the run fails; nothing where it passes.
+    pub failure: Option<String>,
+    /// Simulated clock cycles.
+    pub cycles: Option<u64>,
+    /// The frames in order.
+    pub frames: Vec<Frame<'a>>,
+}
+
+/// A frame of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct Frame<'a> {
+    /// File name.
+    pub name: String,
+    /// As the flight program writes it.
+    pub status: String,
+    /// Why there is no estimate.
+    pub reason: Option<String>,
+    /// Features taken.
+    pub features: usize,
+    /// The estimate.
+    pub estimate: Option<Estimate>,
+    /// Displacement by other means along `X_e` and `Y_e`, m.
+    pub truth: Option<[f64; 2]>,
+    /// The truth leads through the frames between.
+    pub chained: bool,
+    /// The picture.
+    #[serde(skip)]
+    pub picture: &'a Plane<u16>,
+    /// Pairs that agree, REF and this frame.
+    #[serde(skip)]
+    pub inliers: Vec<Pair>,
+}
+
+impl Frame<'_> {
+    /// Estimate less truth, m.
+    fn error(&self) -> Option<[f64; 2]> {
+        let (estimate, truth) = (self.estimate?, self.truth?);
+        Some([0, 1].map(|axis| estimate.displacement[axis] - truth[axis]))
+    }
+}
+
+/// The page as HTML, with style, plots and pictures inside it.
+///
+/// # Errors
+/// A plot or the template fails. Either is a defect of this program, not of the input.
+pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
+    let mut environment = environment();
+    environment.add_template("flight.html", TEMPLATE)?;
+    let errors: Vec<f64> = flight.frames.iter().filter_map(Frame::error).map(|[x, y]| x.hypot(y)).collect();
+    let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    let run = run(flight);
+    let step = flight.frames.len().div_ceil(SHOWN).max(1);
+    let stills = flight.frames.iter().step_by(step).map(shown).collect::<Result<Vec<_>, PlotError>>()?;
+    Ok(environment.get_template("flight.html")?.render(context! {
+        style => STYLE,
+        script => SCRIPT,
+        commit => COMMIT,
+        flight => value(flight),
+        estimates => flight.frames.iter().filter(|frame| frame.estimate.is_some()).count(),
+        truths => flight.frames.iter().any(|frame| frame.truth.is_some()),
+        chained => flight.frames.iter().any(|frame| frame.chained),
+        compared => errors.len(),
+        rms => rms,
+        largest => errors.iter().copied().fold(0.0, f64::max),
+        track => track(flight)?,
+        errors => [run.error(0)?, run.error(1)?],
+        quality => run.quality()?,
+        inliers => run.inliers(None)?,
+        step => step,
+        stills => value(stills),
+    })?)
+}
+
+/// Seen from above, the top of the reference picture up.
+fn track(flight: &Flight<'_>) -> Result<String, PlotError> {
+    let above = |[x, y]: [f64; 2]| (x, -y);
+    let estimates: Vec<_> = flight
+        .frames
+        .iter()
+        .filter_map(|frame| match frame.status.as_str() {
+            "reference" => Some((0.0, 0.0)),
+            _ => frame.estimate.map(|estimate| above(estimate.displacement)),
+        })
+        .collect();
+    let truths: Vec<_> = flight.frames.iter().filter_map(|frame| frame.truth.map(above)).collect();
+    let all = || estimates.iter().chain(&truths).copied();
+    let middle = |of: fn((f64, f64)) -> f64| {
+        let (low, high) = all().map(of).fold((0.0, 0.0), |(low, high): (f64, f64), v| (low.min(v), high.max(v)));
+        ((low + high) / 2.0, high - low)
+    };
+    let ((x, width), (y, height)) = (middle(|p| p.0), middle(|p| p.1));
+    // One scale for both axes.
+    let half = 0.6 * width.max(height).max(0.1);
+    let mut series = vec![Series { name: "estimate".into(), colour: BLUE, mark: Mark::LineDots, points: estimates }];
+    if !truths.is_empty() {
+        let colour = ORANGE;
+        series.push(Series { name: "homographies of the folder".into(), colour, mark: Mark::Ring(6), points: truths });
+    }
+    Chart {
+        title: "Track over the ground".into(),
+        size: (540, 560),
+        x: Axis::linear("X_e, m", x - half, x + half),
+        y: Axis::linear("\u{2212}Y_e, m", y - half, y + half),
+        series,
+        rules: Vec::new(),
+    }
+    .svg()
+}
+
+/// The frames side by side.
+fn run<'a>(flight: &'a Flight<'_>) -> Run<'a> {
+    let last = flight.frames.len().saturating_sub(1).max(1);
+    let step = last.div_ceil(12);
+    let ticks = (0..=last).step_by(step).map(|frame| (frame as f64, frame.to_string())).collect();
+    let sample = |(i, frame): (usize, &'a Frame<'_>)| Sample {
+        at: i as f64,
+        status: &frame.status,
+        estimate: frame.estimate,
+        error: frame.error(),
+        features: frame.features,
+    };
+    Run {
+        x: Axis::ticked("frame", -0.3, last as f64 + 0.3, ticks),
+        mark: Mark::LineDots,
+        dot: 4,
+        samples: flight.frames.iter().enumerate().map(sample).collect(),
+    }
+}
+
+/// A frame as it is shown.
+fn shown(frame: &Frame<'_>) -> Result<Still, PlotError> {
+    let inliers = if frame.estimate.is_some() { &frame.inliers[..] } else { &[] };
+    let told = told(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
+    let (step, small) = reduced(frame.picture, COLUMNS);
+    still(&frame.name, &small, step, inliers, format!("{}: {told}", frame.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector2;
+
+    fn frame<'a>(picture: &'a Plane<u16>, status: &str, displacement: Option<[f64; 2]>) -> Frame<'a> {
+        let estimate = displacement.map(|displacement| Estimate {
+            displacement,
+            sigma: [0.02, 0.03],
+            quality: 200,
+            inliers: 1,
+            matches: 5,
+        });
+        Frame {
+            name: "00 <a>.png".into(),
+            status: status.into(),
+            reason: (status == "none").then(|| "no texture".into()),
+            features: 50,
+            estimate,
+            truth: Some([1.0, 2.0]),
+            chained: false,
+            picture,
+            inliers: vec![Pair { reference: Vector2::new(10.0, 11.0), current: Vector2::new(20.5, 21.25) }],
+        }
+    }
+
+    #[test]
+    fn the_page_is_one_file_and_tells_every_frame() {
+        let picture = Plane::from_fn(64, 48, |x, y| (x * y) as u16);
+        let flight = Flight {
+            name: "hill & dale".into(),
+            command: "hoverlock cosim hill".into(),
+            features: "fixed".into(),
+            estimator: "host".into(),
+            telemetry: "telemetry.csv".into(),
+            failure: None,
+            cycles: Some(12),
+            frames: vec![
+                frame(&picture, "reference", None),
+                frame(&picture, "estimate", Some([1.3, 2.4])),
+                frame(&picture, "none", None),
+            ],
+        };
+        let page = html(&flight).unwrap();
+        assert!(page.contains("hill &amp; dale") && page.contains("no texture") && page.contains("00 &lt;a&gt;.png"));
+        assert!(!page.contains("00 <a>.png"));
+        // |(0.3, 0.4)|
+        assert!(page.contains("0.500"), "the rms of the one error");
+        // The inlier is drawn in the frame that has an estimate, and in no other.
+        assert_eq!(page.matches("M10.0 11.0L20.5 21.2").count(), 1);
+        let outside = page.split("href=\"").skip(1).filter(|rest| !rest.starts_with("data:") && !rest.starts_with('#'));
+        assert_eq!(outside.count(), 0);
+        assert!(!page.contains("src=\"http") && !page.contains("@import"));
+    }
+}

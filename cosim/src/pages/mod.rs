@@ -1,0 +1,8 @@
+//! The pages of flights: each is one HTML file with its style, plots and pictures inside.
+
+pub(crate) mod animation;
+pub(crate) mod campaign;
+pub(crate) mod estimates;
+pub(crate) mod flight;
+pub(crate) mod hover;
+pub(crate) mod still;

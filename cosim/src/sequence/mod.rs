@@ -1,0 +1,161 @@
+//! A folder of frames with the data that belong to it: telemetry, and homographies fitted to the pictures.
+
+mod pseudo_truth;
+pub mod telemetry;
+mod writer;
+
+use std::path::{Path, PathBuf};
+
+use hoverlock_arm::message::Telemetry;
+use hoverlock_design::KT27;
+use hoverlock_pictures::folder::{self, FolderError};
+use hoverlock_pictures::{Limits, PictureError, PictureFile};
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::observation::SensorErrors;
+use hoverlock_reference::motion::orthophoto::Attitude;
+
+pub use pseudo_truth::{PseudoTruth, PseudoTruthError};
+pub use telemetry::TelemetryError;
+pub use writer::SequenceWriter;
+
+use crate::Monitor;
+
+/// File name of the telemetry in the folder.
+pub const TELEMETRY: &str = "telemetry.csv";
+/// File name of the homographies in the folder.
+pub const HOMOGRAPHIES: &str = "pseudo_gt.csv";
+
+/// Smallest width and height of a frame that the hardware takes, px.
+const MIN_SIDE: usize = 64;
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Assumed range, m. Range and field of view only set the length of a metre. A tilt known to 5 degrees at 60 m gives a
+/// standard error above the metre at which the flight program refuses; at 20 m the real sequences give estimates.
+const ASSUMED_RANGE_M: f64 = 20.0;
+
+/// Assumed field of view, degrees.
+const ASSUMED_FIELD_OF_VIEW_DEG: f64 = 50.0;
+
+/// Assumed standard errors.
+const ASSUMED_SENSORS: SensorErrors = SensorErrors { tilt: 5.0 * DEGREE, heading: 10.0 * DEGREE, range: 1.0 };
+
+/// Assumed interval between frames, s. It exceeds the age up to which a displacement predicts the next one, so that no
+/// frame is searched near the position of the frame before.
+const ASSUMED_INTERVAL_S: f64 = 2.0;
+
+/// The assumed telemetry in words.
+pub const ASSUMED_TELEMETRY: &str = "assumed: roll, pitch and yaw 0, range 20 m, field of view 50 degrees, frames 2 s \
+                                     apart; standard errors 5 degrees of tilt, 10 of heading, 1 m of range";
+
+/// The frames of a folder in order of their names.
+pub struct Sequence {
+    /// The frames, all of one size.
+    pub frames: Vec<Plane<u16>>,
+    /// File name of each frame.
+    pub names: Vec<String>,
+    /// Telemetry of each frame.
+    pub telemetry: Vec<Telemetry>,
+    /// The folder has no telemetry of its own.
+    pub is_telemetry_assumed: bool,
+    /// Position of each frame by the homographies of the folder; that of the first frame is 0.
+    pub pseudo_truths: Vec<Option<PseudoTruth>>,
+}
+
+/// Why a folder of frames was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SequenceError {
+    /// The path is not a folder.
+    #[error("{path}: is no folder; name a folder of frames", path = .0.display())]
+    NotAFolder(PathBuf),
+    /// The folder could not be read or has no picture.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The folder has one picture only.
+    #[error("{path}: holds one picture; a sequence has at least two, the first is the reference", path = .0.display())]
+    OnePicture(PathBuf),
+    /// A picture could not be read.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A picture has another size than those before.
+    #[error("{path}: is {width}x{height}, and the frames before are {first_width}x{first_height}")]
+    Size {
+        /// The picture.
+        path: PathBuf,
+        /// Its columns.
+        width: usize,
+        /// Its rows.
+        height: usize,
+        /// Columns of the pictures before.
+        first_width: usize,
+        /// Rows of the pictures before.
+        first_height: usize,
+    },
+    /// The telemetry was refused.
+    #[error(transparent)]
+    Telemetry(#[from] TelemetryError),
+    /// The homographies were refused.
+    #[error(transparent)]
+    PseudoTruth(#[from] PseudoTruthError),
+}
+
+/// Reads a folder of frames: `00.png`, `01.png`, .., and beside them, if known, [`TELEMETRY`] and [`HOMOGRAPHIES`].
+/// The monitor receives a remark for each picture that is turned or cropped.
+///
+/// # Errors
+/// The folder has fewer than two pictures, pictures of different sizes, or a file that cannot be read.
+pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Sequence, SequenceError> {
+    if !folder.is_dir() {
+        return Err(SequenceError::NotAFolder(folder.into()));
+    }
+    let files = folder::pictures_in(folder)?;
+    if files.len() < 2 {
+        return Err(SequenceError::OnePicture(folder.into()));
+    }
+    let (frame_width, frame_height) = (KT27.width as usize, KT27.height as usize);
+    let (mut frames, mut names) = (Vec::<Plane<u16>>::new(), Vec::new());
+    let (mut whole, mut corner) = ((0, 0), (0, 0));
+    for path in &files {
+        let file = PictureFile::open(path, limits)?.require(MIN_SIDE, MIN_SIDE)?;
+        folder::remarks(&file, Some((frame_width, frame_height))).iter().for_each(|remark| monitor.remark(remark));
+        let picture = file.decode()?.require(MIN_SIDE, MIN_SIDE)?;
+        let size = (picture.luma.width(), picture.luma.height());
+        if !frames.is_empty() && size != whole {
+            let ((width, height), (first_width, first_height)) = (size, whole);
+            return Err(SequenceError::Size { path: path.clone(), width, height, first_width, first_height });
+        }
+        let frame = picture.crop(frame_width, frame_height);
+        (whole, corner) = (size, (frame.x, frame.y));
+        frames.push(frame.luma);
+        names.push(path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned());
+    }
+    let table = folder.join(TELEMETRY);
+    let is_telemetry_assumed = !table.exists();
+    let mut telemetry =
+        if is_telemetry_assumed { assumed(frames.len()) } else { telemetry::read(&table, frames.len())? };
+    // The telemetry has the field of view of the whole picture; the frame is its centre.
+    for readings in &mut telemetry {
+        let part = frames[0].width() as f64 / whole.0 as f64;
+        readings.field_of_view = 2.0 * (part * (readings.field_of_view / 2.0).tan()).atan();
+    }
+    let table = folder.join(HOMOGRAPHIES);
+    let pseudo_truths = if table.exists() {
+        pseudo_truth::read(&table, &frames, corner, &telemetry)?
+    } else {
+        vec![None; frames.len()]
+    };
+    Ok(Sequence { frames, names, telemetry, is_telemetry_assumed, pseudo_truths })
+}
+
+/// Returns the assumed telemetry of a number of frames.
+fn assumed(frames: usize) -> Vec<Telemetry> {
+    let of_frame = |frame: usize| Telemetry {
+        frame: frame as u32,
+        time_us: (1e6 * ASSUMED_INTERVAL_S * frame as f64) as u64,
+        attitude: Attitude::default(),
+        range: ASSUMED_RANGE_M,
+        field_of_view: ASSUMED_FIELD_OF_VIEW_DEG * DEGREE,
+        sensors: ASSUMED_SENSORS,
+    };
+    (0..frames).map(of_frame).collect()
+}

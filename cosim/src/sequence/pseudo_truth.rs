@@ -1,0 +1,115 @@
+//! Positions from homographies that were fitted to the pictures of a folder.
+
+use std::path::{Path, PathBuf};
+
+use hoverlock_arm::message::Telemetry;
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::model::{Pair, transfer};
+use hoverlock_reference::motion::orthophoto::{Camera, View};
+use hoverlock_reference::motion::pose;
+use nalgebra::{Matrix3, Vector2};
+use serde::Deserialize;
+
+/// Columns and rows of the grid of points that represents a homography.
+const GRID: (usize, usize) = (12, 9);
+
+/// The position of a frame by the homographies of the folder.
+#[derive(Debug, Clone, Copy)]
+pub struct PseudoTruth {
+    /// Displacement from frame 0 along `X_e` and `Y_e`, m.
+    pub displacement: Vector2<f64>,
+    /// The homographies of the frames between were multiplied, because the table has none from frame 0.
+    pub is_chained: bool,
+}
+
+/// Why a table of homographies was refused.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: the homographies cannot be read: {source}")]
+pub struct PseudoTruthError {
+    path: PathBuf,
+    source: csv::Error,
+}
+
+/// A row of the table: the homography from frame `reference` to `frame`, valid if `ok` is 1.
+#[derive(Deserialize)]
+struct Row {
+    #[serde(rename = "ref")]
+    reference: usize,
+    frame: usize,
+    ok: u8,
+    h00: Option<f64>,
+    h01: Option<f64>,
+    h02: Option<f64>,
+    h10: Option<f64>,
+    h11: Option<f64>,
+    h12: Option<f64>,
+    h20: Option<f64>,
+    h21: Option<f64>,
+    h22: Option<f64>,
+}
+
+impl Row {
+    fn homography(&self) -> Option<Matrix3<f64>> {
+        let Self { h00, h01, h02, h10, h11, h12, h20, h21, h22, .. } = *self;
+        (self.ok == 1).then_some(())?;
+        Some(Matrix3::new(h00?, h01?, h02?, h10?, h11?, h12?, h20?, h21?, h22?))
+    }
+}
+
+/// Reads a table of homographies and returns the position of each frame. A position is that of the pose fit, with the
+/// same telemetry, of a grid of points that the homography moves, so an estimate differs from it by its features and
+/// matches alone. `corner` is the pixel of the pictures at which the frames begin.
+pub(super) fn read(
+    table: &Path,
+    frames: &[Plane<u16>],
+    corner: (usize, usize),
+    telemetry: &[Telemetry],
+) -> Result<Vec<Option<PseudoTruth>>, PseudoTruthError> {
+    let refused = |source| PseudoTruthError { path: table.into(), source };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(table).map_err(refused)?;
+    let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().map_err(refused)?;
+    let corner = Vector2::new(corner.0 as f64, corner.1 as f64);
+    let moved = |reference: usize, frame: usize| {
+        let row = rows.iter().find(|row| (row.reference, row.frame) == (reference, frame))?;
+        Some(Matrix3::new_translation(&-corner) * row.homography()? * Matrix3::new_translation(&corner))
+    };
+    let size = (frames[0].width(), frames[0].height());
+    let mut before = Some(Matrix3::identity());
+    let mut truths = vec![Some(PseudoTruth { displacement: Vector2::zeros(), is_chained: false })];
+    for frame in 1..frames.len() {
+        let direct = moved(0, frame);
+        let homography = direct.or_else(|| Some(moved(frame - 1, frame)? * before?));
+        before = homography;
+        truths.push(homography.and_then(|homography| {
+            let displacement = displacement(&homography, size, [telemetry[0], telemetry[frame]])?;
+            Some(PseudoTruth { displacement, is_chained: direct.is_none() })
+        }));
+    }
+    Ok(truths)
+}
+
+/// Returns the displacement that the pose fit gives for a homography; `None` if too little of the frame stays in view or
+/// the telemetry contradicts it.
+fn displacement(
+    homography: &Matrix3<f64>,
+    (width, height): (usize, usize),
+    readings: [Telemetry; 2],
+) -> Option<Vector2<f64>> {
+    let (columns, rows) = GRID;
+    let (right, bottom) = (width as f64 - 1.0, height as f64 - 1.0);
+    let node = |i: usize| {
+        let (column, row) = (i % columns, i / columns);
+        let part = |k: usize, of: usize| k as f64 / (of - 1) as f64;
+        Vector2::new(right * part(column, columns), bottom * part(row, rows))
+    };
+    let pairs: Vec<Pair> = (0..columns * rows)
+        .filter_map(|i| Some(Pair { reference: node(i), current: transfer(homography, node(i))? }))
+        .filter(|pair| (0.0..=right).contains(&pair.current.x) && (0.0..=bottom).contains(&pair.current.y))
+        .collect();
+    let view = |readings: &Telemetry| {
+        let camera = Camera::with_field_of_view(width, height, readings.field_of_view).ok()?;
+        View::new(camera, readings.attitude, readings.range).ok()
+    };
+    let fit = pose::fit(&view(&readings[0])?, &view(&readings[1])?, &readings[1].sensors, &pairs, u8::MAX);
+    fit.ok().map(|pose| pose.displacement)
+}

@@ -1,0 +1,94 @@
+//! Pictures as a user names them: files, and folders of files.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::{PictureFile, centre};
+
+/// File name extensions by which the pictures of a folder are recognised.
+const EXTENSIONS: [&str; 14] =
+    ["bmp", "dib", "jpeg", "jpg", "pam", "pbm", "pgm", "png", "pnm", "ppm", "tif", "tiff", "webp", "jpe"];
+
+/// Why a list of pictures was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// Standard input was named more than once.
+    #[error("- stands for standard input, which can be read once; name the other picture as a file")]
+    StandardInputTwice,
+    /// A folder could not be read.
+    #[error("{path}: the folder cannot be read: {source}")]
+    Read {
+        /// The folder.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: io::Error,
+    },
+    /// A folder has no picture.
+    #[error("{path}: the folder holds no picture; name a folder of pictures, or picture files", path = .0.display())]
+    NoPicture(PathBuf),
+}
+
+/// Returns the files that are named; a folder is replaced by its pictures in the order of their names.
+///
+/// # Errors
+/// A folder cannot be read or has no picture, or standard input is named twice.
+pub fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FolderError> {
+    if paths.iter().filter(|path| *path == Path::new("-")).count() > 1 {
+        return Err(FolderError::StandardInputTwice);
+    }
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            files.extend(pictures_in(path)?);
+        } else {
+            files.push(path.clone());
+        }
+    }
+    Ok(files)
+}
+
+/// Returns the pictures of a folder in the order of their names.
+///
+/// # Errors
+/// The folder cannot be read or has no picture.
+pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
+    let refused = |source| FolderError::Read { path: folder.into(), source };
+    let is_picture = |path: &Path| {
+        let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+        extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
+    };
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).map_err(refused)? {
+        let path = entry.map_err(refused)?.path();
+        if is_picture(&path) && path.is_file() {
+            found.push(path);
+        }
+    }
+    if found.is_empty() {
+        return Err(FolderError::NoPicture(folder.into()));
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Returns what a user should know about a picture before it is decoded: that it is turned or mirrored, and that only
+/// its centre of `frame` columns and rows is used.
+pub fn remarks(file: &PictureFile, frame: Option<(usize, usize)>) -> Vec<String> {
+    let name = file.path().display();
+    let mut remarks = Vec::new();
+    if let Some(orientation) = file.orientation() {
+        remarks.push(format!("{name}: {orientation}, as its orientation tag asks"));
+    }
+    if let Some(frame) = frame {
+        let (size, (x, y, width, height)) = (file.size(), centre(file.size(), frame));
+        if size != (width, height) {
+            let (whole_width, whole_height) = size;
+            remarks.push(format!(
+                "{name}: {whole_width}x{whole_height} is larger than the frame; taking its centre {width}x{height} at \
+                 ({x}, {y})"
+            ));
+        }
+    }
+    remarks
+}
