@@ -45,6 +45,21 @@ def test_every_link_leads_somewhere():
     assert not broken, "\n".join(broken)
 
 
+def test_every_file_that_a_document_names_exists():
+    tops = {path.split("/")[0] for path in subprocess.run(["git", "ls-files"], cwd=ROOT, stdout=subprocess.PIPE, check=True,
+                                                          text=True).stdout.splitlines() if "/" in path}
+    missing = []
+    for document in documents():
+        text = re.sub(r"```.*?```", "", document.read_text(), flags=re.DOTALL)
+        for name in re.findall(r"`([\w.-]+(?:/[\w.-]+)+/?)`", text):
+            # Changelog and decisions keep the names of their day.
+            if document.name == "CHANGELOG.md" or document.parent.name == "decisions" or "NAME" in name or name.split("/")[0] not in tops | {"src", "tests", "benches", "examples"}:
+                continue
+            if not any((folder / name).exists() for folder in (ROOT, document.parent, document.parent.parent)):
+                missing.append(f"{document.relative_to(ROOT)}: {name}")
+    assert not missing, "\n".join(missing)
+
+
 def section(heading: str) -> str:
     text = (ROOT / "ARCHITECTURE.md").read_text()
     return text.split(f"\n## {heading}\n", 1)[1].split("\n## ", 1)[0]
