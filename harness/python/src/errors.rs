@@ -1,4 +1,4 @@
-//! Errors of the engine as Python exceptions; the classes are those of `hoverlock/errors.py`.
+//! Converts errors of the engine into Python exceptions; the classes are defined in `hoverlock/errors.py`.
 
 use hoverlock_harness::sim::Failure;
 use hoverlock_harness::{BuildError, Error, ModelError, SimError};
@@ -31,7 +31,7 @@ pub use python::{RangeError, SimulationError, TriggerError};
 pub struct Raised(Py<PyAny>);
 
 impl Raised {
-    /// As a failure of the engine, and the exception itself.
+    /// Wraps an exception as a failure of the engine; returns the failure and the exception.
     pub fn failure(py: Python<'_>, error: PyErr) -> (Failure, Py<PyAny>) {
         let text = error.to_string();
         // With its traceback, which `value` alone would not have on older interpreters.
@@ -42,12 +42,12 @@ impl Raised {
 
 impl Drop for Raised {
     fn drop(&mut self) {
-        // The engine drops failures when it likes; the exception needs the lock.
+        // The engine may drop a failure without the interpreter's lock; dropping the exception needs it.
         gil::resume();
     }
 }
 
-/// The exception for an error of the engine.
+/// Returns the exception for an error of the engine.
 pub fn exception(py: Python<'_>, error: Error) -> PyErr {
     of_error(py, &error)
 }
@@ -62,17 +62,17 @@ fn of_error(py: Python<'_>, error: &Error) -> PyErr {
     }
 }
 
-/// The exception for an error on the way from Verilog to a model.
+/// Returns the exception for an error in building a model from Verilog.
 pub fn of_build(error: &BuildError) -> PyErr {
     python::BuildError::new_err(error.to_string())
 }
 
-/// The exception for a wrong use of a model.
+/// Returns the exception for a wrong use of a model.
 pub fn of_model(error: &ModelError) -> PyErr {
     let text = error.to_string();
     match error {
         ModelError::NoSuchSignal { .. } => {
-            // The engine's message names the Rust builder's call.
+            // The engine's message names the call of the Rust builder: put that of `Design` in its place.
             let text =
                 text.replace("add .internal(\"", "Design(..., internals=[\"").replace("\") to the build)", "\"]))");
             python::NoSuchSignal::new_err(text)
@@ -94,7 +94,7 @@ pub fn of_model(error: &ModelError) -> PyErr {
     }
 }
 
-/// The exception for the end of a simulation.
+/// Returns the exception for a simulation that ended early.
 pub fn of_sim(py: Python<'_>, error: &SimError) -> PyErr {
     let text = error.to_string();
     match error {
@@ -113,19 +113,21 @@ pub fn of_sim(py: Python<'_>, error: &SimError) -> PyErr {
     }
 }
 
-/// That a task waited for was cancelled; an instance of `asyncio`'s class too, if the bench has imported `asyncio`.
+/// Returns the exception of a wait for a cancelled task. It is also an instance of `asyncio`'s class if the bench has
+/// imported `asyncio`.
 pub fn cancelled(py: Python<'_>, text: &str) -> PyErr {
     let made = py.import("hoverlock.errors").and_then(|m| m.call_method1("cancelled", (text,)));
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// What is raised in a task that is cancelled, if the bench can name it.
+/// Returns the exception that is raised in a cancelled task, or `None` if the bench has not imported `asyncio` and so
+/// cannot catch it.
 pub fn asyncio_cancelled(py: Python<'_>) -> Option<PyErr> {
     let made = py.import("hoverlock.errors").and_then(|m| m.call_method0("asyncio_cancelled")).ok()?;
     (!made.is_none()).then(|| PyErr::from_value(made))
 }
 
-/// The very exception a coroutine raised, or that of an error of the engine.
+/// Returns the exception that a coroutine raised, or the one for an error of the engine.
 pub fn of_failure(py: Python<'_>, failure: &Failure) -> PyErr {
     if let Some(raised) = failure.payload::<Raised>() {
         return PyErr::from_value(raised.0.bind(py).clone());

@@ -1,4 +1,4 @@
-//! Verilog to a built model, from Python.
+//! Builds models from Verilog, for Python.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt};
 
 use crate::errors;
 
-/// A built model, from which simulations are made.
+/// A built model, from which simulations are created.
 ///
 /// >>> library = design.compile()
 /// >>> library.top, library.warnings, library.constants
@@ -76,14 +76,14 @@ impl Coverage {
         Ok(())
     }
 
-    /// The number of points that were hit, and of all points: of one kind (`line`, `branch`, `toggle`, `user`), or of
-    /// all kinds.
+    /// The number of points that were hit, and the number of all points, of one kind (`line`, `branch`, `toggle`,
+    /// `user`) or of all kinds.
     #[pyo3(signature = (kind = ""))]
     fn met(&self, kind: &str) -> (usize, usize) {
         self.0.ratio(kind)
     }
 
-    /// The points that were never hit: file, line, kind, what is counted there.
+    /// The points that were never hit: file, line, kind and a description of the point.
     fn missed(&self) -> Vec<(String, u32, String, String)> {
         self.0.missed().map(|p| (p.file.clone(), p.line, p.kind.clone(), p.what.clone())).collect()
     }
@@ -94,7 +94,10 @@ impl Coverage {
     }
 }
 
-/// Builds a model, or finds it in the cache. The interpreter's lock is released meanwhile.
+/// Builds a model, or loads it from the cache. The interpreter's lock is released meanwhile.
+///
+/// # Errors
+/// `BuildError` if it does not build, `TypeError` or `ValueError` for an argument that is no Verilog value.
 #[pyfunction]
 #[pyo3(signature = (top, sources, *, includes = vec![], parameters = None, defines = None, flags = vec![],
                     internals = vec![], forceable = vec![], waves = None, coverage = false, random_initial = false,
@@ -165,6 +168,7 @@ pub fn compile(
     Ok(Library { library })
 }
 
+/// Converts a Python value into a parameter of the top module.
 fn parameter(value: &Bound<'_, PyAny>) -> PyResult<Parameter> {
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(Parameter::Integer(i128::from(flag.is_true())));
@@ -175,11 +179,11 @@ fn parameter(value: &Bound<'_, PyAny>) -> PyResult<Parameter> {
     if let Ok(number) = value.cast::<PyInt>() {
         let (sign, size) = if number.lt(0)? { ("-", number.neg()?) } else { ("", number.clone().into_any()) };
         let bits: u32 = size.call_method0("bit_length")?.extract()?;
-        // One bit more: Verilog's sign.
+        // One bit more, for the sign.
         return Ok(Parameter::Verilog(format!("{sign}{}'sh{}", bits + 1, size.call_method1("__format__", ("x",))?)));
     }
     if let Ok(number) = value.cast::<PyFloat>() {
-        // With its point, which tells a `real` from a whole number.
+        // With its decimal point, by which Verilog knows that it is a `real`.
         return Ok(Parameter::Verilog(number.repr()?.to_string()));
     }
     if let Ok(text) = value.extract::<String>() {
@@ -191,7 +195,7 @@ fn parameter(value: &Bound<'_, PyAny>) -> PyResult<Parameter> {
     Err(PyTypeError::new_err(format!("a parameter is a number or a string, not {}", value.repr()?)))
 }
 
-/// Whether a text is a number of Verilog: `32`, `-3`, `8'hff`, `1.5`, `2e-3`.
+/// Returns `true` if a text is a Verilog number: `32`, `-3`, `8'hff`, `1.5`, `2e-3`.
 fn is_number(text: &str) -> bool {
     let digits = |text: &str| {
         text.starts_with(|c: char| c.is_ascii_digit()) && text.chars().all(|c| c.is_ascii_digit() || c == '_')

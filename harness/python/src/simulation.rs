@@ -14,51 +14,16 @@ use pyo3::prelude::*;
 use pyo3::types::PyList;
 
 use crate::bus::{Transfer, TransferOptions, Transferred};
+use crate::coroutine::PyCoroutine;
 use crate::errors::{self, SimulationError};
 use crate::gil;
 use crate::handle::{self, Handle};
 use crate::library::Library;
 use crate::on_thread::OnThread;
-use crate::task::{PyCoroutine, Task};
+use crate::running::{self, Entered};
+use crate::wait::Task;
 
-thread_local! {
-    /// The simulations that are running on this thread, the innermost last.
-    static RUNNING: RefCell<Vec<Dut>> = const { RefCell::new(Vec::new()) };
-}
-
-/// The simulation that is running on this thread.
-pub fn current() -> PyResult<Dut> {
-    RUNNING
-        .with_borrow(|running| running.last().cloned())
-        .ok_or_else(|| SimulationError::new_err("no simulation is running: this can only be used from inside a test"))
-}
-
-/// Whether the simulation that is running on this thread is the one asked for.
-pub fn is_current(asked: impl FnOnce(&Dut) -> bool) -> bool {
-    RUNNING.with_borrow(|running| running.last().is_some_and(asked))
-}
-
-/// Whether a simulation runs on this thread.
-pub fn is_running() -> bool {
-    RUNNING.with_borrow(|running| !running.is_empty())
-}
-
-struct Entered;
-
-impl Entered {
-    fn new(dut: Dut) -> Entered {
-        RUNNING.with_borrow_mut(|running| running.push(dut));
-        Entered
-    }
-}
-
-impl Drop for Entered {
-    fn drop(&mut self) {
-        RUNNING.with_borrow_mut(|running| drop(running.pop()));
-    }
-}
-
-/// A simulation: one fresh instance of a model, with its tasks. Stays on the thread it was made on.
+/// A simulation: a fresh instance of a model, with its tasks. It stays on the thread on which it was made.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct Simulation(OnThread<Inner>);
 
@@ -98,12 +63,12 @@ impl Simulation {
         Ok(Simulation(OnThread::new(Inner { dut: sim.dut(), sim: RefCell::new(Some(sim)), interrupt })))
     }
 
-    /// All handles as `(name, handle)`.
+    /// Returns all handles as a list of `(name, handle)`.
     fn handles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         handle::all(py, &self.0.get()?.dut)
     }
 
-    /// The error for a name that the design does not have, with the nearest names.
+    /// Returns the exception for a name that the design does not have; its message has the nearest names.
     fn no_such_signal(&self, name: &str) -> PyResult<PyErr> {
         Ok(match self.0.get()?.dut.signal(name) {
             Err(error) => errors::of_model(&error),
@@ -146,7 +111,7 @@ impl Simulation {
         result.unwrap_or_else(|| Err(SimulationError::new_err("the transfer did not run")))
     }
 
-    /// Starts to write waves: of all signals, of the signals named, or of the last time steps before a failure.
+    /// Starts a wave file: of all signals, of the named signals, or of the last time steps before a failure.
     #[pyo3(signature = (path, signals = None, before_failure = None))]
     fn start_waves(
         &self,
@@ -165,22 +130,22 @@ impl Simulation {
         Ok(Waves(OnThread::new((dut.clone(), Cell::new(Some(id))))))
     }
 
-    /// Writes the coverage counted so far, in Verilator's form.
+    /// Writes the coverage counted so far, in Verilator's format.
     fn write_coverage(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         self.0.get()?.dut.write_coverage(path).map_err(|e| errors::exception(py, e))
     }
 
-    /// Advances time by a span in femtoseconds; clocks and tasks run meanwhile.
+    /// Advances simulation time by a span in femtoseconds; clocks and tasks run meanwhile.
     fn run_for(&self, py: Python<'_>, femtoseconds: u64) -> PyResult<()> {
         self.0.get()?.running(py, |sim| sim.run_for(Time::fs(femtoseconds)))
     }
 
-    /// What every living task waits for, as text.
+    /// Returns, as text, which trigger each task waits for.
     fn report(&self) -> PyResult<String> {
         Ok(self.0.get()?.sim.borrow().as_ref().map_or_else(String::new, |sim| sim.report().to_string()))
     }
 
-    /// Names of the tasks that have not ended.
+    /// Returns the names of the tasks that have not ended.
     fn living_tasks(&self) -> PyResult<Vec<String>> {
         let sim = self.0.get()?.sim.borrow();
         Ok(sim.as_ref().map_or_else(Vec::new, |sim| sim.report().tasks.into_iter().map(|t| t.task).collect()))
@@ -206,17 +171,18 @@ impl Simulation {
         Ok(())
     }
 
-    /// How often the model was evaluated.
+    /// Returns the number of evaluations of the model.
     fn evaluations(&self) -> PyResult<u64> {
         Ok(self.0.get()?.sim.borrow().as_ref().map_or(0, Sim::evaluations))
     }
 
-    /// Simulation time in femtoseconds.
+    /// Returns the simulation time in femtoseconds.
     fn now(&self) -> PyResult<u64> {
         Ok(self.0.get()?.dut.now().as_fs())
     }
 
-    /// Cancels all tasks, runs the Verilog's `final` blocks and frees the model; returns what these print.
+    /// Cancels all tasks, runs the Verilog's `final` blocks and frees the model; returns the lines that the blocks
+    /// print.
     fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let inner = self.0.get()?;
         let _entered = Entered::new(inner.dut.clone());
@@ -233,6 +199,7 @@ impl Simulation {
 }
 
 impl Inner {
+    /// Runs `work` with this simulation as the current one of the thread; an interrupt such as Ctrl-C comes first.
     fn running<T>(
         &self,
         py: Python<'_>,
@@ -290,10 +257,13 @@ impl RunningClock {
     }
 }
 
-/// Starts a clock in the running simulation; times in femtoseconds.
+/// Starts a clock in the running simulation; times are in femtoseconds.
+///
+/// # Errors
+/// `SimulationError` if no simulation runs or the signal belongs to another one.
 #[pyfunction]
 pub fn start_clock(py: Python<'_>, signal: &Handle, high: u64, low: u64, phase: u64) -> PyResult<RunningClock> {
-    let dut = current()?;
+    let dut = running::current()?;
     if !dut.has(signal.id()) {
         let text = format!("'{}' belongs to another simulation than the one that runs", signal.name());
         return Err(SimulationError::new_err(text));
@@ -302,27 +272,4 @@ pub fn start_clock(py: Python<'_>, signal: &Handle, high: u64, low: u64, phase: 
         .clock_with(signal.name(), Time::fs(high), Time::fs(low), Time::fs(phase))
         .map_err(|e| errors::exception(py, e))?;
     Ok(RunningClock(OnThread::new(clock)))
-}
-
-/// Simulation time in femtoseconds; 0 where no simulation runs.
-#[pyfunction]
-pub fn now() -> u64 {
-    RUNNING.with_borrow(|running| running.last().map_or(0, |dut| dut.now().as_fs()))
-}
-
-/// A span of time in femtoseconds.
-#[pyfunction]
-pub fn femtoseconds(time: &Bound<'_, PyAny>, unit: &str) -> PyResult<u64> {
-    crate::trigger::time_of(time, unit).map(Time::as_fs)
-}
-
-/// The region of the time step: `Active`, `ReadWrite` or `ReadOnly`.
-#[pyfunction]
-pub fn region() -> PyResult<&'static str> {
-    use hoverlock_harness::sim::Region;
-    Ok(match current()?.region() {
-        Region::Active => "Active",
-        Region::ReadWrite => "ReadWrite",
-        Region::ReadOnly => "ReadOnly",
-    })
 }

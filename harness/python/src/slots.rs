@@ -1,10 +1,10 @@
-//! The slots of types that a bench uses in every cycle, written by hand: to await a trigger, to read and to write
-//! `handle.value`, to make an `int` of a value.
+//! Hand-written type slots for the operations that a bench does in every cycle: await a trigger, read and write
+//! `handle.value`, convert a value to `int`.
 //!
-//! What pyo3 writes around a method (a count of nested calls, a check of the type of `self`) and what the interpreter
-//! does to find an attribute by its name cost several times as much as these methods do. The slots call the same
-//! methods, and leave all that they do not handle to the slots that pyo3 wrote. CPython opens its types to this only
-//! outside of its limited API: the module is built for one version of Python.
+//! The code that pyo3 generates around a method (a count of nested calls, a check of the type of `self`) and the
+//! interpreter's look-up of an attribute cost several times as much as these methods themselves. The slots call the
+//! same methods, and pass everything else to the slots that pyo3 generated. CPython allows this only outside of its
+//! limited API, so the module is built for one version of Python.
 
 use std::os::raw::c_int;
 use std::sync::OnceLock;
@@ -15,18 +15,19 @@ use pyo3::prelude::*;
 use pyo3::{PyClass, PyTypeInfo, intern};
 
 use crate::handle::{Handle, Value};
-use crate::trigger::{self, Progress, Trigger};
+use crate::triggers;
+use crate::wait::{Progress, Trigger};
 
-/// The string `value` as the interpreter keeps it: a name in Python's source is this very object.
+/// The interned string `value`: the name of an attribute in Python source is this same object.
 static VALUE: AtomicPtr<PyObject> = AtomicPtr::new(std::ptr::null_mut());
 
-/// How pyo3 reads the attributes of a handle.
+/// The slot by which pyo3 reads the attributes of a handle.
 static OTHER_ATTRIBUTES: OnceLock<ffi::getattrofunc> = OnceLock::new();
 
-/// Puts the slots in their places, before there are objects of these types.
+/// Installs the slots; called before there are objects of these types.
 pub fn install(py: Python<'_>) {
     VALUE.store(intern!(py, "value").clone().into_ptr(), Ordering::Relaxed);
-    for kind in trigger::kinds(py) {
+    for kind in triggers::kinds(py) {
         // SAFETY: a type on the heap, which has a table of these slots; the interpreter's lock is held.
         unsafe {
             (*(*kind).tp_as_async).am_await = Some(await_trigger);
@@ -46,7 +47,7 @@ pub fn install(py: Python<'_>) {
     }
 }
 
-/// The object behind the first argument of a slot.
+/// Returns the object that a slot got as its first argument.
 ///
 /// # Safety
 /// The interpreter's lock is held, and the object, which outlives the call, is of that class.
@@ -56,9 +57,9 @@ unsafe fn of_class<'a, 'py, T: PyClass>(py: Python<'py>, object: *mut PyObject) 
     unsafe { Borrowed::from_ptr(py, object).cast_unchecked() }
 }
 
-/// What a slot returns for an object, or an exception that it raises.
+/// Converts a result into the return value of a slot; raises the exception of an error.
 #[inline(always)]
-fn given<T>(py: Python<'_>, object: PyResult<Bound<'_, T>>) -> *mut PyObject {
+fn slot_result<T>(py: Python<'_>, object: PyResult<Bound<'_, T>>) -> *mut PyObject {
     match object {
         Ok(object) => object.into_ptr(),
         Err(error) => {
@@ -74,7 +75,7 @@ unsafe extern "C" fn await_trigger(trigger: *mut PyObject) -> *mut PyObject {
         let py = Python::assume_attached();
         (py, of_class::<Trigger>(py, trigger))
     };
-    given(py, trigger.get().begin().map(|()| trigger.to_owned()))
+    slot_result(py, trigger.get().begin().map(|()| trigger.to_owned()))
 }
 
 unsafe extern "C" fn send_to_trigger(
@@ -88,15 +89,15 @@ unsafe extern "C" fn send_to_trigger(
         (py, of_class::<Trigger>(py, trigger))
     };
     let (status, object) = match trigger.get().proceed() {
-        Ok(Progress::Waits) => (ffi::PySendResult::PYGEN_NEXT, trigger.to_owned().into_ptr()),
-        Ok(Progress::Over(None)) => (ffi::PySendResult::PYGEN_RETURN, py.None().into_ptr()),
-        Ok(Progress::Over(Some(result))) => (ffi::PySendResult::PYGEN_RETURN, result.into_ptr()),
+        Ok(Progress::Pending) => (ffi::PySendResult::PYGEN_NEXT, trigger.to_owned().into_ptr()),
+        Ok(Progress::Fired(None)) => (ffi::PySendResult::PYGEN_RETURN, py.None().into_ptr()),
+        Ok(Progress::Fired(Some(result))) => (ffi::PySendResult::PYGEN_RETURN, result.into_ptr()),
         Err(error) => {
             error.restore(py);
             (ffi::PySendResult::PYGEN_ERROR, std::ptr::null_mut())
         }
     };
-    // SAFETY: the interpreter gives a place for the result.
+    // SAFETY: the interpreter passes a valid place for the result.
     unsafe { *result = object };
     status
 }
@@ -107,7 +108,7 @@ unsafe extern "C" fn int_of_value(value: *mut PyObject) -> *mut PyObject {
         let py = Python::assume_attached();
         (py, of_class::<Value>(py, value))
     };
-    given(py, value.get().int(py))
+    slot_result(py, value.get().int(py))
 }
 
 unsafe extern "C" fn attribute_of_handle(handle: *mut PyObject, name: *mut PyObject) -> *mut PyObject {
@@ -121,7 +122,7 @@ unsafe extern "C" fn attribute_of_handle(handle: *mut PyObject, name: *mut PyObj
         let py = Python::assume_attached();
         (py, of_class::<Handle>(py, handle))
     };
-    given(py, handle.get().get_value(py))
+    slot_result(py, handle.get().read(py))
 }
 
 unsafe extern "C" fn set_attribute_of_handle(
@@ -139,7 +140,7 @@ unsafe extern "C" fn set_attribute_of_handle(
         let py = Python::assume_attached();
         (py, of_class::<Handle>(py, handle), Borrowed::<PyAny>::from_ptr(py, value))
     };
-    match handle.get().set_value(&value) {
+    match handle.get().write(&value) {
         Ok(()) => 0,
         Err(error) => {
             error.restore(py);

@@ -1,107 +1,30 @@
-//! Tasks: coroutines of Python that the engine resumes.
+//! Operations of tasks: start, await, cancel.
 
-use std::cell::{Cell, RefCell};
-
-use hoverlock_harness::sim::{self, Coroutine, Dut, Outcome, Step, TaskId};
-use pyo3::exceptions::{PyStopIteration, PyTypeError};
-use pyo3::ffi;
+use hoverlock_harness::sim::{self, TaskId};
+use pyo3::exceptions::PyTypeError;
 use pyo3::intern;
 use pyo3::prelude::*;
 
-use crate::errors::{self, Raised, SimulationError};
-use crate::gil;
-use crate::on_thread::OnThread;
-use crate::simulation;
-use crate::trigger::{self, Trigger};
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
-    Running,
-    Done,
-    Failed,
-    Cancelled,
-}
-
-/// A started coroutine. Awaiting it gives the coroutine's result, or raises the coroutine's exception.
-///
-/// >>> task = hoverlock.start_soon(drive(dut))
-/// >>> result = await task
-#[pyclass(frozen, generic, module = "hoverlock", weakref)]
-pub struct Task {
-    name: String,
-    inner: OnThread<Inner>,
-}
-
-struct Inner {
-    dut: Dut,
-    id: Cell<Option<TaskId>>,
-    /// The coroutine of a task that was made, but not started.
-    unstarted: RefCell<Option<Py<PyAny>>>,
-    state: Cell<State>,
-    result: RefCell<Option<Py<PyAny>>>,
-    exception: RefCell<Option<Py<PyAny>>>,
-}
-
-impl Task {
-    pub fn new(dut: Dut, name: &str) -> Task {
-        let inner = Inner {
-            dut,
-            id: Cell::new(None),
-            unstarted: RefCell::default(),
-            state: Cell::new(State::Running),
-            result: RefCell::default(),
-            exception: RefCell::default(),
-        };
-        Task { name: name.to_owned(), inner: OnThread::new(inner) }
-    }
-
-    /// The engine's task.
-    fn id(&self) -> PyResult<TaskId> {
-        let id = self.inner.get()?.id.get();
-        id.ok_or_else(|| SimulationError::new_err("the bench itself cannot be awaited or cancelled"))
-    }
-
-    /// The engine's task, to be waited for in the simulation that runs; one that was not started starts.
-    pub fn joined(&self, slf: &Bound<'_, Task>) -> PyResult<TaskId> {
-        let inner = self.inner.get()?;
-        if !simulation::current()?.is_same(&inner.dut) {
-            let text = format!("task '{}' belongs to another simulation than the one that runs", self.name);
-            return Err(SimulationError::new_err(text));
-        }
-        run_now(slf)?;
-        self.id()
-    }
-
-    /// The result, `None` while there is none.
-    pub fn result_or_none(&self, py: Python<'_>) -> Py<PyAny> {
-        self.inner.own().result.borrow().as_ref().map_or_else(|| py.None(), |r| r.clone_ref(py))
-    }
-}
-
-impl Drop for Inner {
-    fn drop(&mut self) {
-        // The engine keeps how a task ended; nothing can ask for it any more.
-        if let Some(id) = self.id.get() {
-            self.dut.forget(id);
-        }
-    }
-}
+use crate::coroutine::PyCoroutine;
+use crate::errors::{self, SimulationError};
+use crate::running;
+use crate::wait::{ResultSource, State, Task, Trigger};
 
 #[pymethods]
 impl Task {
     fn __await__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        trigger::join(slf)?.call_method0("__await__")
+        join(slf)?.call_method0("__await__")
     }
 
     /// A trigger that fires when the task has ended; its result is that of the task.
     fn join<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, Trigger>> {
-        trigger::join(slf)
+        join(slf)
     }
 
     /// The same as `join()` (cocotb 2's name).
     #[getter]
     fn complete<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, Trigger>> {
-        trigger::join(slf)
+        join(slf)
     }
 
     /// Cancels the task; its `finally` blocks run. False if it had ended already. `msg` is ignored; cocotb 2 has it.
@@ -114,7 +37,7 @@ impl Task {
             inner.state.set(State::Cancelled);
             coroutine.call_method0(py, intern!(py, "close"))?;
         } else if running {
-            inner.dut.cancel(self.id()?);
+            inner.dut.cancel(engine_task(self)?);
         }
         Ok(running)
     }
@@ -171,181 +94,7 @@ impl Task {
     }
 }
 
-/// A Python coroutine as a coroutine of the engine.
-pub struct PyCoroutine {
-    coroutine: Py<PyAny>,
-    /// How its type resumes it.
-    send: ffi::sendfunc,
-    lock: gil::Lock,
-    task: Py<Task>,
-    /// What it awaits; while it runs, the edge that it awaited.
-    waiting: Option<Py<Trigger>>,
-    /// Whether that is an edge alone.
-    for_edge: bool,
-    /// Whether that has a result.
-    result_due: bool,
-}
-
-impl PyCoroutine {
-    pub fn new(coroutine: Bound<'_, PyAny>, task: Py<Task>) -> PyCoroutine {
-        // SAFETY: the type of a live object; its table of slots may be missing.
-        let own = unsafe { (*coroutine.get_type_ptr()).tp_as_async.as_ref().and_then(|slots| slots.am_send) };
-        let send = own.unwrap_or(ffi::PyIter_Send);
-        PyCoroutine {
-            coroutine: coroutine.unbind(),
-            send,
-            lock: gil::Lock::here(),
-            task,
-            waiting: None,
-            for_edge: false,
-            result_due: false,
-        }
-    }
-
-    /// Resumes the coroutine.
-    #[inline]
-    fn send(&self, py: Python<'_>) -> Result<Sent, PyErr> {
-        let mut given: *mut ffi::PyObject = std::ptr::null_mut();
-        // SAFETY: the lock is held, all pointers are live objects; on success `given` is a reference that is ours.
-        let (status, given) = unsafe {
-            let status = (self.send)(self.coroutine.as_ptr(), ffi::Py_None(), &mut given);
-            (status, Bound::from_owned_ptr_or_opt(py, given).map(Bound::unbind))
-        };
-        match (status, given) {
-            (ffi::PySendResult::PYGEN_NEXT, Some(given)) => Ok(Sent::Yielded(given)),
-            (ffi::PySendResult::PYGEN_RETURN, Some(given)) => Ok(Sent::Returned(given)),
-            _ => Err(PyErr::fetch(py)),
-        }
-    }
-
-    /// Resumes the coroutine by raising an exception in it.
-    #[cold]
-    fn throw(&self, py: Python<'_>, error: PyErr) -> Result<Sent, PyErr> {
-        match self.coroutine.bind(py).call_method1("throw", (error.into_value(py),)) {
-            Ok(yielded) => Ok(Sent::Yielded(yielded.unbind())),
-            Err(e) if e.is_instance_of::<PyStopIteration>(py) => {
-                Ok(Sent::Returned(e.value(py).getattr("value").map_or_else(|_| py.None(), Bound::unbind)))
-            }
-            Err(e) => Err(e),
-        }
-    }
-
-    /// Resumes the coroutine with what its wait gave.
-    #[inline(never)]
-    fn resume_with(&mut self, py: Python<'_>, outcome: Outcome) -> Step {
-        let waited = if self.for_edge { None } else { self.waiting.take() };
-        let sent = match outcome {
-            Outcome::Start => self.send(py),
-            Outcome::Fired | Outcome::First(..) => {
-                if self.result_due
-                    && let Some(waited) = &waited
-                {
-                    Trigger::settle(waited.bind(py), &outcome);
-                }
-                self.send(py)
-            }
-            Outcome::Failed(failure) | Outcome::Refused(failure) => {
-                self.for_edge = false;
-                self.throw(py, errors::of_failure(py, &failure))
-            }
-            _ => self.throw(py, errors::cancelled(py, "the task waited for was cancelled")),
-        };
-        self.go_on(py, sent)
-    }
-
-    /// What the coroutine does after it ran to its next wait, or to its end.
-    #[inline(never)]
-    fn go_on(&mut self, py: Python<'_>, mut sent: Result<Sent, PyErr>) -> Step {
-        loop {
-            match sent {
-                Ok(Sent::Yielded(yielded)) => match yielded.into_bound(py).cast_into::<Trigger>() {
-                    Ok(trigger) => {
-                        let (what, gives_result) = trigger.get().wait();
-                        self.for_edge = matches!(what, sim::Trigger::Edge(..) | sim::Trigger::Edges(..));
-                        self.result_due = gives_result;
-                        self.waiting = Some(trigger.unbind());
-                        return Step::Wait(what);
-                    }
-                    Err(error) => {
-                        let found = error.into_inner();
-                        let kind = found.get_type().name().map_or_else(|_| "object".to_owned(), |n| n.to_string());
-                        sent = self.throw(
-                            py,
-                            PyTypeError::new_err(format!(
-                                "a coroutine awaited an object ({kind}) that is not a hoverlock trigger; \
-                                 asyncio's own awaitables cannot be used in a bench"
-                            )),
-                        );
-                    }
-                },
-                Ok(Sent::Returned(result)) => {
-                    let task = self.task.get().inner.own();
-                    task.state.set(State::Done);
-                    *task.result.borrow_mut() = Some(result);
-                    return Step::Done;
-                }
-                Err(error) => return self.failed(py, error),
-            }
-        }
-    }
-
-    #[cold]
-    fn failed(&self, py: Python<'_>, error: PyErr) -> Step {
-        let task = self.task.get().inner.own();
-        task.state.set(State::Failed);
-        let (failure, exception) = Raised::failure(py, error);
-        *task.exception.borrow_mut() = Some(exception);
-        Step::Failed(failure)
-    }
-}
-
-enum Sent {
-    Yielded(Py<PyAny>),
-    Returned(Py<PyAny>),
-}
-
-impl Coroutine for PyCoroutine {
-    #[inline]
-    fn resume(&mut self, outcome: Outcome) -> Step {
-        let py = self.lock.resume();
-        if self.for_edge && matches!(outcome, Outcome::Fired) {
-            return match self.send(py) {
-                Ok(Sent::Yielded(yielded)) if self.waiting.as_ref().is_some_and(|w| w.is(&yielded)) => Step::Again,
-                sent => self.go_on(py, sent),
-            };
-        }
-        self.resume_with(py, outcome)
-    }
-
-    fn cancel(&mut self) {
-        let py = self.lock.resume();
-        self.task.get().inner.own().state.set(State::Cancelled);
-        let coroutine = self.coroutine.bind(py);
-        // A coroutine can catch the cancellation only by asyncio's name for it, which it has imported then. One that
-        // goes on after it is closed.
-        if let Some(error) = errors::asyncio_cancelled(py) {
-            let thrown = coroutine.call_method1(intern!(py, "throw"), (error.value(py),));
-            if let Err(raised) = &thrown
-                && !raised.value(py).is(error.value(py))
-                && !raised.is_instance_of::<PyStopIteration>(py)
-            {
-                raised.clone_ref(py).write_unraisable(py, Some(coroutine));
-            }
-        }
-        if let Err(error) = coroutine.call_method0(intern!(py, "close")) {
-            // No task waits for this one that could get the exception.
-            error.write_unraisable(py, Some(self.coroutine.bind(py)));
-        }
-    }
-}
-
-impl Drop for PyCoroutine {
-    fn drop(&mut self) {
-        self.lock.resume();
-    }
-}
-
-/// Whether it has a coroutine's methods.
+/// Returns `true` if the object has the methods of a coroutine.
 pub fn is_coroutine(item: &Bound<'_, PyAny>) -> bool {
     ["send", "throw", "close"].iter().all(|name| item.hasattr(*name).unwrap_or(false))
 }
@@ -373,25 +122,26 @@ pub fn create_task<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResul
     if let Ok(task) = coro.cast::<Task>() {
         return Ok(task.clone());
     }
-    make(coro, name, "create_task")
+    create(coro, name, "create_task")
 }
 
 /// Starts a coroutine, or a task that was not started; a task that runs is returned unchanged.
 pub fn start<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>) -> PyResult<Bound<'py, Task>> {
     let task = match coro.cast::<Task>() {
         Ok(task) => task.clone(),
-        Err(_) => make(coro, name, "start_soon")?,
+        Err(_) => create(coro, name, "start_soon")?,
     };
-    run_now(&task)?;
+    start_if_new(&task)?;
     Ok(task)
 }
 
-fn make<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>, what: &str) -> PyResult<Bound<'py, Task>> {
+/// Creates a task that is not started; `caller` is the function that an error names.
+fn create<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>, caller: &str) -> PyResult<Bound<'py, Task>> {
     if !is_coroutine(coro) {
-        let hint = if coro.is_callable() { format!(": call it, {what}(f())") } else { String::new() };
-        return Err(PyTypeError::new_err(format!("{what} takes a coroutine, not {}{hint}", coro.repr()?)));
+        let hint = if coro.is_callable() { format!(": call it, {caller}(f())") } else { String::new() };
+        return Err(PyTypeError::new_err(format!("{caller} takes a coroutine, not {}{hint}", coro.repr()?)));
     }
-    let dut = simulation::current()?;
+    let dut = running::current()?;
     let py = coro.py();
     let name = match name {
         Some(name) => name.to_owned(),
@@ -402,12 +152,36 @@ fn make<'py>(coro: &Bound<'py, PyAny>, name: Option<&str>, what: &str) -> PyResu
     Bound::new(py, task)
 }
 
-/// Starts a task that was made and not started.
-fn run_now(task: &Bound<'_, Task>) -> PyResult<()> {
+/// Starts a task that was created and not started; any other stays as it is.
+fn start_if_new(task: &Bound<'_, Task>) -> PyResult<()> {
     let inner = task.get().inner.get()?;
     if let Some(coroutine) = inner.unstarted.take() {
         let coroutine = PyCoroutine::new(coroutine.into_bound(task.py()), task.clone().unbind());
         inner.id.set(Some(inner.dut.spawn_coroutine(&task.get().name, Box::new(coroutine))));
     }
     Ok(())
+}
+
+/// Returns the engine's task.
+///
+/// # Errors
+/// `SimulationError` for the bench itself, which has no task in the engine.
+fn engine_task(task: &Task) -> PyResult<TaskId> {
+    let id = task.inner.get()?.id.get();
+    id.ok_or_else(|| SimulationError::new_err("the bench itself cannot be awaited or cancelled"))
+}
+
+/// Returns a trigger that fires when the task ends; its result is that of the task. Starts a task that was not started.
+///
+/// # Errors
+/// `SimulationError` if the task belongs to another simulation than the running one.
+pub fn join<'py>(task: &Bound<'py, Task>) -> PyResult<Bound<'py, Trigger>> {
+    let this = task.get();
+    if !running::current()?.is_same(&this.inner.get()?.dut) {
+        let text = format!("task '{}' belongs to another simulation than the one that runs", this.name);
+        return Err(SimulationError::new_err(text));
+    }
+    start_if_new(task)?;
+    let engine = sim::Trigger::Join(engine_task(this)?);
+    Bound::new(task.py(), Trigger::with_result(engine, ResultSource::Task(task.clone().unbind())))
 }

@@ -10,13 +10,13 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::{EngineTask, failed, pause_of, reset_of, signal_of};
+use super::common::{EngineTask, failed, pause_of, reset_of, signal_of};
 use crate::handle::Handle;
 use crate::on_thread::OnThread;
-use crate::simulation;
-use crate::trigger::Trigger;
+use crate::running;
+use crate::wait::Trigger;
 
-/// The word read and the response, once they are there.
+/// The word read and the response, once the access has ended.
 type Answer = Rc<RefCell<Option<(u64, u64)>>>;
 
 /// An access of a master in progress.
@@ -32,7 +32,7 @@ impl Access {
         Ok(self.task.get()?.ended())
     }
 
-    /// The word read, and the response.
+    /// Returns the word read and the response.
     fn value(&self) -> PyResult<(u64, u64)> {
         Ok(self.value.get()?.borrow().unwrap_or_default())
     }
@@ -41,7 +41,7 @@ impl Access {
 fn access(name: &str, work: impl Future<Output = Result<(u64, u64), Error>> + 'static) -> PyResult<Access> {
     let value: Answer = Rc::default();
     let slot = value.clone();
-    let dut = simulation::current()?;
+    let dut = running::current()?;
     let task = dut.spawn(name, async move {
         *slot.borrow_mut() = Some(work.await?);
         Ok::<(), Error>(())
@@ -65,12 +65,12 @@ impl Burst {
         Ok(self.task.get()?.ended())
     }
 
-    /// The words read; none of a write.
+    /// Returns the words read; an empty array for a write.
     fn words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u64>>> {
         Ok(PyArray1::from_vec(py, std::mem::take(&mut self.answer.get()?.borrow_mut().0)))
     }
 
-    /// The response; 0 where the bus has none.
+    /// Returns the response; 0 for a bus without responses.
     fn response(&self) -> PyResult<u64> {
         Ok(self.answer.get()?.borrow().1)
     }
@@ -79,7 +79,7 @@ impl Burst {
 fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static) -> PyResult<Burst> {
     let answer = Rc::new(RefCell::default());
     let slot = answer.clone();
-    let dut = simulation::current()?;
+    let dut = running::current()?;
     let task = dut.spawn(name, async move {
         *slot.borrow_mut() = work.await?;
         Ok::<(), Error>(())
@@ -87,7 +87,8 @@ fn burst(name: &str, work: impl Future<Output = Result<Words, Error>> + 'static)
     Ok(Burst { task: OnThread::new(EngineTask { id: task.id(), dut }), answer: OnThread::new(answer) })
 }
 
-enum Speaks {
+/// A master of one of the buses.
+enum MasterOf {
     Avalon(avalon_mm::Master),
     Axi(axi_lite::Master),
     Axi4(axi4::Master),
@@ -99,31 +100,31 @@ const WORDS_IN_BURSTS: &str = "AXI4: a word is a burst of one";
 /// Reads and writes registers of the design.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawMaster {
-    speaks: OnThread<Speaks>,
+    master: OnThread<MasterOf>,
 }
 
 #[pymethods]
 impl RawMaster {
     #[new]
     fn new(py: Python<'_>, prefix: &str, clock: &Handle, bus: &str, read_latency: u64) -> PyResult<RawMaster> {
-        let dut = simulation::current()?;
+        let dut = running::current()?;
         let clock = signal_of(&dut, clock)?;
-        let speaks = match bus {
-            "axi" => Speaks::Axi(axi_lite::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
-            "axi4" => Speaks::Axi4(axi4::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
-            _ => Speaks::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?),
+        let master = match bus {
+            "axi" => MasterOf::Axi(axi_lite::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
+            "axi4" => MasterOf::Axi4(axi4::Master::new(&dut, &clock, prefix).map_err(failed(py))?),
+            _ => MasterOf::Avalon(avalon_mm::Master::new(&dut, &clock, prefix, read_latency).map_err(failed(py))?),
         };
-        Ok(RawMaster { speaks: OnThread::new(speaks) })
+        Ok(RawMaster { master: OnThread::new(master) })
     }
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
-        match self.speaks.get()? {
-            Speaks::Avalon(_) => Err(PyTypeError::new_err("this master does not pause: await between accesses")),
-            Speaks::Axi(master) => {
+        match self.master.get()? {
+            MasterOf::Avalon(_) => Err(PyTypeError::new_err("this master does not pause: await between accesses")),
+            MasterOf::Axi(master) => {
                 master.set_pause(pause_of(pause, seed)?);
                 Ok(())
             }
-            Speaks::Axi4(master) => {
+            MasterOf::Axi4(master) => {
                 master.set_pause(pause_of(pause, seed)?);
                 Ok(())
             }
@@ -131,8 +132,8 @@ impl RawMaster {
     }
 
     fn write(&self, address: u64, data: u64, bytes: Option<u64>) -> PyResult<Access> {
-        match self.speaks.get()? {
-            Speaks::Avalon(master) => {
+        match self.master.get()? {
+            MasterOf::Avalon(master) => {
                 let master = master.clone();
                 access("write", async move {
                     match bytes {
@@ -142,7 +143,7 @@ impl RawMaster {
                     Ok((0, 0))
                 })
             }
-            Speaks::Axi(master) => {
+            MasterOf::Axi(master) => {
                 let master = master.clone();
                 access("write", async move {
                     let response = match bytes {
@@ -152,24 +153,24 @@ impl RawMaster {
                     Ok((0, response as u64))
                 })
             }
-            Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
+            MasterOf::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
     }
 
     fn read(&self, address: u64) -> PyResult<Access> {
-        match self.speaks.get()? {
-            Speaks::Avalon(master) => {
+        match self.master.get()? {
+            MasterOf::Avalon(master) => {
                 let master = master.clone();
                 access("read", async move { Ok((master.read(address).await?, 0)) })
             }
-            Speaks::Axi(master) => {
+            MasterOf::Axi(master) => {
                 let master = master.clone();
                 access("read", async move {
                     let (word, response) = master.read(address).await?;
                     Ok((word, response as u64))
                 })
             }
-            Speaks::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
+            MasterOf::Axi4(_) => Err(PyTypeError::new_err(WORDS_IN_BURSTS)),
         }
     }
 
@@ -181,15 +182,15 @@ impl RawMaster {
         seed: u64,
     ) -> PyResult<Burst> {
         let pause: Pause = pause_of(pause, seed)?;
-        match self.speaks.get()? {
-            Speaks::Avalon(master) => {
+        match self.master.get()? {
+            MasterOf::Avalon(master) => {
                 let master = master.clone();
                 burst("write_burst", async move {
                     master.write_burst(address, &words, pause).await?;
                     Ok((Vec::new(), 0))
                 })
             }
-            Speaks::Axi4(master) => {
+            MasterOf::Axi4(master) => {
                 let master = master.clone();
                 burst("write_burst", async move { Ok((Vec::new(), master.write_burst(address, &words).await? as u64)) })
             }
@@ -198,12 +199,12 @@ impl RawMaster {
     }
 
     fn read_burst(&self, address: u64, count: usize) -> PyResult<Burst> {
-        match self.speaks.get()? {
-            Speaks::Avalon(master) => {
+        match self.master.get()? {
+            MasterOf::Avalon(master) => {
                 let master = master.clone();
                 burst("read_burst", async move { Ok((master.read_burst(address, count).await?, 0)) })
             }
-            Speaks::Axi4(master) => {
+            MasterOf::Axi4(master) => {
                 let master = master.clone();
                 burst("read_burst", async move {
                     let (words, response) = master.read_burst(address, count).await?;
@@ -215,18 +216,19 @@ impl RawMaster {
     }
 }
 
-enum Answers {
+/// A memory of one of the buses.
+enum MemoryOf {
     Avalon(avalon_mm::Memory),
     Axi(axi_lite::Memory),
     Axi4(axi4::Memory),
 }
 
-impl Answers {
+impl MemoryOf {
     fn contents(&self) -> &Contents {
         match self {
-            Answers::Avalon(memory) => memory,
-            Answers::Axi(memory) => memory,
-            Answers::Axi4(memory) => memory,
+            MemoryOf::Avalon(memory) => memory,
+            MemoryOf::Axi(memory) => memory,
+            MemoryOf::Axi4(memory) => memory,
         }
     }
 }
@@ -234,7 +236,7 @@ impl Answers {
 /// A memory that a master in the design reads and writes.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawMemory {
-    answers: OnThread<Answers>,
+    answers: OnThread<MemoryOf>,
 }
 
 #[pymethods]
@@ -248,13 +250,13 @@ impl RawMemory {
         reset: Option<PyRef<'_, Handle>>,
         reset_active: bool,
     ) -> PyResult<RawMemory> {
-        let dut = simulation::current()?;
+        let dut = running::current()?;
         let clock = signal_of(&dut, clock)?;
         let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
         let answers = match bus {
-            "axi" => axi_lite::Memory::new(&dut, &clock, prefix, reset).map(Answers::Axi),
-            "axi4" => axi4::Memory::new(&dut, &clock, prefix, reset).map(Answers::Axi4),
-            _ => avalon_mm::Memory::new(&dut, &clock, prefix, reset).map(Answers::Avalon),
+            "axi" => axi_lite::Memory::new(&dut, &clock, prefix, reset).map(MemoryOf::Axi),
+            "axi4" => axi4::Memory::new(&dut, &clock, prefix, reset).map(MemoryOf::Axi4),
+            _ => avalon_mm::Memory::new(&dut, &clock, prefix, reset).map(MemoryOf::Avalon),
         };
         let answers = answers.map_err(failed(py))?;
         Ok(RawMemory { answers: OnThread::new(answers) })
@@ -263,20 +265,22 @@ impl RawMemory {
     fn set_stall(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
         let pause = pause_of(pause, seed)?;
         match self.answers.get()? {
-            Answers::Avalon(memory) => memory.set_stall(pause),
-            Answers::Axi(memory) => memory.set_stall(pause),
-            Answers::Axi4(memory) => memory.set_stall(pause),
+            MemoryOf::Avalon(memory) => memory.set_stall(pause),
+            MemoryOf::Axi(memory) => memory.set_stall(pause),
+            MemoryOf::Axi4(memory) => memory.set_stall(pause),
         }
         Ok(())
     }
 
-    /// How many cycles an answer takes, drawn anew for each read.
+    /// Sets the range of the read latency, in cycles; each read draws its latency from it.
     fn set_latency(&self, least: u64, most: u64, seed: u64) -> PyResult<()> {
         if least == 0 || most < least {
-            return Err(PyValueError::new_err(format!("a latency of {least} to {most} cycles: 1 at least, most last")));
+            return Err(PyValueError::new_err(format!(
+                "a latency of {least} to {most} cycles: at least 1 is needed, and the range must not be empty"
+            )));
         }
         match self.answers.get()? {
-            Answers::Avalon(memory) => memory.set_latency(least, most, seed),
+            MemoryOf::Avalon(memory) => memory.set_latency(least, most, seed),
             _ => return Err(PyTypeError::new_err("of Avalon-MM only: use `stall`")),
         }
         Ok(())
@@ -285,19 +289,19 @@ impl RawMemory {
     /// Sets the distance between the addresses of a burst's words.
     fn set_step(&self, step: u64) -> PyResult<()> {
         match self.answers.get()? {
-            Answers::Avalon(memory) => memory.set_step(step),
+            MemoryOf::Avalon(memory) => memory.set_step(step),
             _ => return Err(PyTypeError::new_err("of Avalon-MM only")),
         }
         Ok(())
     }
 
-    /// Words from an address on, `step` addresses apart.
+    /// Returns `count` words that start at an address and are `step` addresses apart.
     fn read<'py>(&self, py: Python<'py>, address: u64, count: usize, step: u64) -> PyResult<Bound<'py, PyArray1<u64>>> {
         let words: PyResult<Vec<u64>> = (0..count as u64).map(|at| self.__getitem__(address + at * step)).collect();
         Ok(PyArray1::from_vec(py, words?))
     }
 
-    /// Writes words from an address on.
+    /// Writes words that start at an address and are `step` addresses apart.
     fn write(&self, address: u64, words: Vec<u64>, step: u64) -> PyResult<()> {
         (0..).zip(words).try_for_each(|(at, word): (u64, u64)| self.__setitem__(address + at * step, word))
     }
@@ -330,13 +334,13 @@ impl RawChecker {
         reset: Option<PyRef<'_, Handle>>,
         reset_active: bool,
     ) -> PyResult<RawChecker> {
-        let dut = simulation::current()?;
+        let dut = running::current()?;
         let clock = signal_of(&dut, clock)?;
         let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
         Ok(RawChecker(OnThread::new(axi4::Checker::new(&dut, &clock, prefix, reset).map_err(failed(py))?)))
     }
 
-    /// Bursts written and read so far.
+    /// Returns the numbers of bursts written and read so far.
     fn bursts(&self) -> PyResult<(u64, u64)> {
         Ok(self.0.get()?.bursts())
     }

@@ -9,11 +9,11 @@ use hoverlock_harness::sim::Dut;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::{EngineTask, dialect_of, failed, pause_of, reset_of, signal_of};
+use super::common::{EngineTask, dialect_of, failed, pause_of, reset_of, signal_of};
 use crate::handle::Handle;
 use crate::on_thread::OnThread;
-use crate::simulation;
-use crate::trigger::Trigger;
+use crate::running;
+use crate::wait::Trigger;
 
 fn ports_of(py: Python<'_>, dut: &Dut, prefix: &str, dialect: Dialect, symbol_bits: Option<u32>) -> PyResult<Ports> {
     let ports = Ports::find(dut, prefix, dialect).map_err(failed(py))?;
@@ -30,7 +30,7 @@ fn parts_of(py: Python<'_>, frame: Frame) -> FrameParts<'_> {
     (PyArray1::from_vec(py, frame.symbols), frame.channel, frame.error, frame.destination)
 }
 
-/// Symbols of a stream without packets that are waited for.
+/// A wait for symbols of a stream without packets.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct Symbols {
     task: OnThread<EngineTask>,
@@ -48,7 +48,7 @@ impl Symbols {
     }
 }
 
-/// Drives a stream.
+/// The driver of a stream.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawSource {
     source: OnThread<stream::Source>,
@@ -68,7 +68,7 @@ impl RawSource {
         reset: Option<PyRef<'_, Handle>>,
         reset_active: bool,
     ) -> PyResult<RawSource> {
-        let dut = simulation::current()?;
+        let dut = running::current()?;
         let ports = ports_of(py, &dut, prefix, dialect_of(bus, ready_latency)?, symbol_bits)?;
         let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
         let source = stream::Source::new(&dut, &signal_of(&dut, clock)?, ports, reset).map_err(failed(py))?;
@@ -97,22 +97,23 @@ impl RawSource {
     }
 }
 
-enum Hears {
+/// A sink, which drives `ready`, or a monitor, which drives nothing.
+enum Receiver {
     Sink(stream::Sink),
     Monitor(stream::Monitor),
 }
 
-/// Takes a stream, or listens to one.
+/// The receiver of a stream: a sink or a monitor.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawListener {
-    hears: OnThread<Hears>,
+    receiver: OnThread<Receiver>,
 }
 
 macro_rules! either {
     ($self:ident, $name:ident => $call:expr) => {
-        match $self.hears.get()? {
-            Hears::Sink($name) => $call,
-            Hears::Monitor($name) => $call,
+        match $self.receiver.get()? {
+            Receiver::Sink($name) => $call,
+            Receiver::Monitor($name) => $call,
         }
     };
 }
@@ -133,17 +134,17 @@ impl RawListener {
         reset_active: bool,
         strict: bool,
     ) -> PyResult<RawListener> {
-        let dut = simulation::current()?;
+        let dut = running::current()?;
         let ports = ports_of(py, &dut, prefix, dialect_of(bus, ready_latency)?, symbol_bits)?;
         let reset = reset_of(&dut, reset.as_deref(), reset_active)?;
         let rules = if strict { Rules::Strict } else { Rules::Recorded };
         let clock = signal_of(&dut, clock)?;
-        let hears = if drives {
-            Hears::Sink(stream::Sink::new(&dut, &clock, ports, reset, rules).map_err(failed(py))?)
+        let receiver = if drives {
+            Receiver::Sink(stream::Sink::new(&dut, &clock, ports, reset, rules).map_err(failed(py))?)
         } else {
-            Hears::Monitor(stream::Monitor::new(&dut, &clock, ports, reset, rules).map_err(failed(py))?)
+            Receiver::Monitor(stream::Monitor::new(&dut, &clock, ports, reset, rules).map_err(failed(py))?)
         };
-        Ok(RawListener { hears: OnThread::new(hears) })
+        Ok(RawListener { receiver: OnThread::new(receiver) })
     }
 
     fn try_recv<'py>(&self, py: Python<'py>) -> PyResult<Option<FrameParts<'py>>> {
@@ -153,7 +154,7 @@ impl RawListener {
     fn recv_symbols(&self, count: usize) -> PyResult<Symbols> {
         let value = Rc::new(RefCell::default());
         let slot = value.clone();
-        let dut = simulation::current()?;
+        let dut = running::current()?;
         let task = either!(self, l => {
             let listener = l.clone();
             dut.spawn("recv_symbols", async move {
@@ -169,7 +170,7 @@ impl RawListener {
     }
 
     fn set_pause(&self, pause: Option<&Bound<'_, PyAny>>, seed: u64) -> PyResult<()> {
-        if let Hears::Sink(sink) = self.hears.get()? {
+        if let Receiver::Sink(sink) = self.receiver.get()? {
             sink.set_pause(pause_of(pause, seed)?);
         }
         Ok(())

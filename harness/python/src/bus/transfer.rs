@@ -9,11 +9,11 @@ use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::{dialect_of, failed, pause_of};
+use super::common::{dialect_of, failed, pause_of};
 use crate::errors;
 use crate::gil;
 
-/// What `Session.transfer` is asked for: the attributes of `hoverlock.testing.TransferOptions`.
+/// The arguments of `Session.transfer`: the attributes of `hoverlock.transfer.TransferOptions`.
 #[derive(FromPyObject)]
 pub struct TransferOptions<'py> {
     input: String,
@@ -21,7 +21,7 @@ pub struct TransferOptions<'py> {
     bus: String,
     ready_latency: u32,
     clock: String,
-    /// Of the clock, in femtoseconds.
+    /// Period of the clock, in femtoseconds.
     period: u64,
     idle: Option<Bound<'py, PyAny>>,
     stall: Option<Bound<'py, PyAny>>,
@@ -38,12 +38,12 @@ pub struct Transfer {
     output: String,
     dialect: Dialect,
     clock: Clock,
-    /// Beats; as many as are sent, unless given or packets are counted.
+    /// Beats to receive. `None`: as many as are sent, or no limit if packets are counted.
     expect: Option<usize>,
     options: Options,
 }
 
-/// What the design gave, and `(cycles, sent, received, packets)`.
+/// The array received from the design, and `(cycles, sent, received, packets)`.
 pub type Transferred<'py> = (Bound<'py, PyAny>, (u64, usize, usize, usize));
 
 impl Transfer {
@@ -58,7 +58,7 @@ impl Transfer {
         Ok(Transfer { input: asked.input, output: asked.output, dialect, clock, expect: asked.expect, options })
     }
 
-    /// Sends an array whose element type is that of the input's storage, and gives one of the output's.
+    /// Sends an array, whose element type is that of the input's storage, and returns one with that of the output's.
     pub fn run<'py>(&self, sim: &mut Sim, samples: &Bound<'py, PyAny>) -> PyResult<Transferred<'py>> {
         let kind = samples.cast::<PyUntypedArray>()?.dtype().to_string();
         let data = if self.dialect == Dialect::Axi { "tdata" } else { "data" };

@@ -10,13 +10,13 @@ use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyInt, PyIterator, PyList};
 
-use super::bits::number_of;
-use super::value::{Stored, Value, words_of_int};
-use super::{direction_name, own_name, path};
+use super::names::{direction_name, own_name, path};
+use super::number::{number_of, words_of_int};
+use super::value::{Stored, Value};
 use crate::errors::{self, RangeError};
 use crate::on_thread::OnThread;
 
-/// A memory, or a port that is an array; of several dimensions, `dut.rows[1]` is an array too.
+/// A memory, or a port that is an array. With several dimensions, `dut.rows[1]` is an array too.
 ///
 /// >>> dut.u_ram.cells[5].value = 7
 /// >>> dut.u_ram.cells.value = program
@@ -32,9 +32,9 @@ pub struct ArrayHandle {
     signed: bool,
     wide: bool,
     real: bool,
-    /// The index on the left and that on the right of this array's own dimension, as declared, and of those below.
+    /// The declared left and right index of each dimension, this array's own first.
     dimensions: Vec<(i64, i64)>,
-    /// The memory's index of the element with the lowest indices.
+    /// Index, in the memory, of the element with the lowest indices.
     base: i64,
 }
 
@@ -69,13 +69,13 @@ impl ArrayHandle {
         self.dimensions[0]
     }
 
-    /// The indices from left to right, as declared.
+    /// Returns the indices from left to right, as declared.
     fn indices(&self) -> Vec<i64> {
         let (left, right) = self.ends();
         if left <= right { (left..=right).collect() } else { (right..=left).rev().collect() }
     }
 
-    /// The memory's index of what stands at an index of this dimension.
+    /// Converts an index of this dimension into an index of the memory.
     fn flat(&self, index: i64) -> PyResult<i64> {
         let (left, right) = self.ends();
         let (low, high) = (left.min(right), left.max(right));
@@ -87,7 +87,7 @@ impl ArrayHandle {
         Ok(self.base + (index - low) * stride)
     }
 
-    /// The array at an index of an array of several dimensions.
+    /// Returns the array at an index; for arrays of several dimensions.
     fn row(&self, index: i64) -> PyResult<ArrayHandle> {
         Ok(ArrayHandle {
             memory: OnThread::new(self.memory.get()?.clone()),
@@ -113,7 +113,7 @@ impl ArrayHandle {
         Ok(Value { bits, width: self.width, signed: self.signed })
     }
 
-    /// A `Value`, or a `float`.
+    /// Returns a `Value`, or a `float` for a `real`.
     fn element<'py>(&self, py: Python<'py>, flat: i64) -> PyResult<Bound<'py, PyAny>> {
         if self.real {
             let value = self.memory.get()?.get_real(flat).map_err(|e| errors::of_model(&e))?;
@@ -147,7 +147,7 @@ impl ArrayHandle {
         memory.set(flat, word).map_err(|e| errors::of_model(&e))
     }
 
-    /// The memory's indices of all elements, from left to right as declared.
+    /// Returns the memory indices of all elements, from left to right as declared.
     fn all(&self) -> PyResult<Vec<i64>> {
         if self.dimensions.len() == 1 {
             return self.indices().into_iter().map(|index| self.flat(index)).collect();
@@ -176,7 +176,7 @@ impl ArrayHandle {
         length(self.ends()) as usize
     }
 
-    /// All elements, from left to right as declared: `[0:15]` begins with element 0, `[15:0]` with element 15. Of
+    /// All elements, from left to right as declared: `[0:15]` begins with element 0, `[15:0]` with element 15. With
     /// several dimensions, a list of lists.
     #[getter]
     fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
@@ -191,7 +191,7 @@ impl ArrayHandle {
         Ok(list)
     }
 
-    /// Writes elements, from the left on.
+    /// Writes elements, from the left.
     #[setter]
     fn set_value(&self, values: &Bound<'_, PyAny>) -> PyResult<()> {
         let values = values.try_iter()?.collect::<PyResult<Vec<_>>>()?;
@@ -252,25 +252,25 @@ impl ArrayHandle {
         dtype.filter(|d| !d.is_none()).map_or(Ok(array.clone()), |d| array.call_method1("astype", (d,)))
     }
 
-    /// The memory's own name, without those of the instances it is in.
+    /// The memory's own name, without the names of the instances that contain it.
     #[getter]
     fn _name(&self) -> &str {
         own_name(&self.name)
     }
 
-    /// The name from the top module on.
+    /// The path, from the top module.
     #[getter]
     fn _path(&self) -> String {
         path(&self.top, &self.name)
     }
 
-    /// The type, by cocotb's name.
+    /// The type, in cocotb's notation.
     #[getter]
     fn _type(&self) -> &'static str {
         "GPI_ARRAY"
     }
 
-    /// The index on the left and that on the right, as declared.
+    /// The left and the right index, as declared.
     #[getter]
     fn _range(&self) -> (i64, i64) {
         self.ends()
@@ -302,13 +302,13 @@ impl ArrayHandle {
 pub struct Element {
     array: Py<ArrayHandle>,
     index: i64,
-    /// The memory's index.
+    /// Index of the element in the memory.
     flat: i64,
 }
 
 #[pymethods]
 impl Element {
-    /// The value. A write is put when all tasks of this round have run.
+    /// The value. The model takes a write when all tasks of this round have run.
     #[getter]
     fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array.get().element(py, self.flat)
@@ -335,7 +335,7 @@ impl Element {
         format!("{}[{}]", self.array.get()._name(), self.index)
     }
 
-    /// The name from the top module on, and the index.
+    /// The path from the top module, with the index.
     #[getter]
     fn _path(&self) -> String {
         format!("{}[{}]", self.array.get()._path(), self.index)

@@ -1,72 +1,11 @@
 //! Bits of a signal.
 
-use pyo3::exceptions::{PyIndexError, PyTypeError};
-use pyo3::intern;
+use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyInt, PySlice, PyString};
 
 use super::forcing::Change;
-use super::signal::{Handle, has_unknown, resolve};
+use super::signal::Handle;
 use super::value::Value;
-
-/// The lowest bit and the width that an index names: `[3]` or, higher bit first as in Verilog, `[7:4]`.
-pub(super) fn span(index: &Bound<'_, PyAny>, of_width: u32) -> PyResult<(u32, u32)> {
-    let within = |i: i64| {
-        u32::try_from(i)
-            .ok()
-            .filter(|i| *i < of_width)
-            .ok_or_else(|| PyIndexError::new_err(format!("bit {i} of a value of {of_width} bits")))
-    };
-    let Ok(slice) = index.cast::<PySlice>() else { return Ok((within(index.extract()?)?, 1)) };
-    let end = |name: &str, default: i64| -> PyResult<i64> {
-        let bound = slice.getattr(name)?;
-        if bound.is_none() { Ok(default) } else { bound.extract() }
-    };
-    let (high, low) = (within(end("start", i64::from(of_width) - 1)?)?, within(end("stop", 0)?)?);
-    if high < low || !slice.getattr("step")?.is_none() {
-        return Err(PyIndexError::new_err(format!("[{high}:{low}]: write the higher bit first, as in Verilog")));
-    }
-    Ok((low, high - low + 1))
-}
-
-/// The same with positions from the left, both included: `[0]` is the highest bit, `[0:7]` are the highest eight.
-pub(super) fn span_from_left(index: &Bound<'_, PyAny>, of_width: u32) -> PyResult<(u32, u32)> {
-    let last = i64::from(of_width) - 1;
-    let within = |i: i64| {
-        let at = if i < 0 { i + last + 1 } else { i };
-        u32::try_from(at)
-            .ok()
-            .filter(|at| *at < of_width)
-            .ok_or_else(|| PyIndexError::new_err(format!("position {i} of a value of {of_width} bits")))
-    };
-    let Ok(slice) = index.cast::<PySlice>() else { return Ok((of_width - 1 - within(index.extract()?)?, 1)) };
-    let end = |name: &str, default: i64| -> PyResult<u32> {
-        let bound = slice.getattr(name)?;
-        within(if bound.is_none() { default } else { bound.extract()? })
-    };
-    let (left, right) = (end("start", 0)?, end("stop", last)?);
-    if left > right || !slice.getattr("step")?.is_none() {
-        return Err(PyIndexError::new_err(format!("[{left}:{right}]: positions count from the left, as in cocotb 1")));
-    }
-    Ok((of_width - 1 - right, right - left + 1))
-}
-
-/// The number that is written to a part of a signal: an integer, or binary digits.
-pub(super) fn number_of<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-    let py = value.py();
-    let digits = match value.cast::<PyString>() {
-        Ok(text) => Some(text.to_str()?.to_owned()),
-        Err(_) => match value.getattr(intern!(py, "is_resolvable")) {
-            Ok(resolvable) if !resolvable.is_truthy()? => Some(value.str()?.to_str()?.to_owned()),
-            _ => None,
-        },
-    };
-    match digits {
-        Some(digits) if has_unknown(&digits) => py.get_type::<PyInt>().call1((resolve(py, name, &digits)?, 2)),
-        Some(digits) => py.get_type::<PyInt>().call1((digits, 2)),
-        None => value.call_method0("__index__"),
-    }
-}
 
 /// Some bits of a signal.
 ///
@@ -79,12 +18,15 @@ pub struct Bits {
     pub(super) low: u32,
     pub(super) width: u32,
     pub(super) signed: bool,
-    /// The field of a packed structure that they are, else empty.
+    /// Path of the packed structure's field that these bits are; empty for other bits.
     pub(super) field: String,
 }
 
 impl Bits {
-    /// The signal and the position of a single bit.
+    /// Returns the signal and the position of a single bit.
+    ///
+    /// # Errors
+    /// `TypeError` for several bits, or for a signal of more than 64; `what` is the class that the message names.
     pub fn single(&self, py: Python<'_>, what: &str) -> PyResult<(Py<Handle>, u8)> {
         let handle = self.handle.bind(py).get();
         match u8::try_from(self.low) {
@@ -102,7 +44,7 @@ impl Bits {
     /// The value of these bits. A write leaves the signal's other bits as they are, or as they were written before.
     #[getter]
     fn get_value(&self, py: Python<'_>) -> PyResult<Value> {
-        let part = self.handle.bind(py).get().get_value(py)?.get().part(self.low, self.width);
+        let part = self.handle.bind(py).get().read(py)?.get().part(self.low, self.width);
         Ok(Value { signed: self.signed, ..part })
     }
 
@@ -115,10 +57,10 @@ impl Bits {
         }
     }
 
-    /// A field of the structure that these bits are.
+    /// A field inside the structure that these bits are.
     fn __getattr__(&self, py: Python<'_>, name: &str) -> PyResult<Bits> {
         let below = if self.field.is_empty() { "[]" } else { &self.field };
-        Handle::field(self.handle.bind(py), below, name)
+        field(self.handle.bind(py), below, name)
     }
 
     fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -131,5 +73,29 @@ impl Bits {
 
     fn __repr__(&self, py: Python<'_>) -> String {
         format!("<{}[{}:{}]>", self.handle.bind(py).get().name(), self.low + self.width - 1, self.low)
+    }
+}
+
+/// Returns the field `name` of a packed structure; `below` is the field that contains it, empty for the whole signal.
+///
+/// # Errors
+/// `AttributeError` with the names of the fields.
+pub(super) fn field(signal: &Bound<'_, Handle>, below: &str, name: &str) -> PyResult<Bits> {
+    let handle = signal.get();
+    let path = if below.is_empty() { name.to_owned() } else { format!("{below}.{name}") };
+    match handle.fields.iter().find(|field| field.name == path) {
+        Some(field) => Ok(Bits {
+            handle: signal.clone().unbind(),
+            low: field.low,
+            width: field.width,
+            signed: field.signed,
+            field: path,
+        }),
+        None => {
+            let names: Vec<&str> = handle.fields.iter().map(|field| field.name.as_str()).collect();
+            let fields =
+                if names.is_empty() { String::new() } else { format!("; its fields are {}", names.join(", ")) };
+            Err(PyAttributeError::new_err(format!("'{}' has no attribute '{path}'{fields}", handle.name)))
+        }
     }
 }

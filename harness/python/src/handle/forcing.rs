@@ -1,15 +1,14 @@
-//! Force, freeze and release, which a bench asks for by the value that it assigns.
+//! Force, freeze and release: special values that a bench assigns to a signal.
 
 use hoverlock_harness::sim::Forcing;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyInt, PyString};
 
-use super::bits::number_of;
-use super::value::words_of_int;
+use super::number::{number_of, words_of_int};
 use crate::errors::{self, RangeError};
 
-/// What `dut.enable.value = Force(1)` and the like ask for.
+/// The operation that an assignment such as `dut.enable.value = Force(1)` requests.
 pub(super) enum Change<'py> {
     Force(Bound<'py, PyAny>),
     Freeze,
@@ -17,7 +16,7 @@ pub(super) enum Change<'py> {
 }
 
 impl<'py> Change<'py> {
-    /// The change that an assigned value stands for; none of a plain value.
+    /// Returns the operation that a value requests, or `None` for a plain value.
     pub fn of(value: &Bound<'py, PyAny>) -> PyResult<Option<Change<'py>>> {
         let py = value.py();
         let Ok(kind) = value.getattr(intern!(py, "_change")) else { return Ok(None) };
@@ -29,7 +28,7 @@ impl<'py> Change<'py> {
         })
     }
 
-    /// Makes it of the `width` bits from `low` on.
+    /// Applies the operation to `width` bits, of which `low` is the lowest.
     pub fn make(&self, forcing: &Forcing, name: &str, low: u32, width: u32) -> PyResult<()> {
         let bits = shifted(&ones(width), low);
         match self {
@@ -47,12 +46,12 @@ impl<'py> Change<'py> {
     }
 }
 
-/// So many bits that are 1, as 32-bit words, lowest first.
+/// Returns `width` bits that are 1, as 32-bit words, lowest first.
 fn ones(width: u32) -> Vec<u32> {
     (0..width.div_ceil(32)).map(|at| u32::MAX >> (32 - (width - 32 * at).min(32))).collect()
 }
 
-/// Words moved up by so many bits; words that are 0 above them are left out.
+/// Shifts 32-bit words, lowest first, up by `by` bits; leaves out the words above the highest 1.
 fn shifted(words: &[u32], by: u32) -> Vec<u32> {
     let mut moved = vec![0u32; words.len() + by as usize / 32 + 1];
     for (at, word) in words.iter().enumerate() {

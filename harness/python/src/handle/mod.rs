@@ -5,13 +5,16 @@ mod array;
 mod bits;
 mod forcing;
 mod hierarchy;
+mod names;
+mod number;
+mod range;
 mod scalar;
 mod signal;
+mod signal_methods;
 mod value;
 
 use std::sync::Arc;
 
-use hoverlock_harness::model::Direction;
 use hoverlock_harness::sim::Dut;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -41,23 +44,4 @@ pub fn all<'py>(py: Python<'py>, dut: &Dut) -> PyResult<Bound<'py, PyList>> {
         list.append((name.clone(), Bound::new(py, TextHandle::new(dut, &top, name)?)?))?;
     }
     Ok(list)
-}
-
-fn direction_name(direction: Direction) -> &'static str {
-    match direction {
-        Direction::Input => "input",
-        Direction::Output => "output",
-        Direction::Inout => "inout",
-        Direction::Internal => "internal",
-    }
-}
-
-/// A name without those of the instances it is in.
-fn own_name(name: &str) -> &str {
-    name.rsplit('.').next().unwrap_or(name)
-}
-
-/// A name from the top module on.
-fn path(top: &str, name: &str) -> String {
-    format!("{top}.{name}")
 }

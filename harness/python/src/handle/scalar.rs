@@ -1,4 +1,4 @@
-//! Signals that are no bits: `real` and `string`.
+//! Signals that have no bits: `real` and `string`.
 
 use std::sync::Arc;
 
@@ -8,11 +8,11 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
 
-use super::{direction_name, own_name, path};
+use super::names::{direction_name, own_name, path};
 use crate::errors;
 use crate::on_thread::OnThread;
 
-/// A `real`: a port, or an internal one. Its value is a `float`.
+/// A `real` port or internal signal. Its value is a `float`.
 ///
 /// >>> dut.gain.value = 1.25
 #[pyclass(frozen, module = "hoverlock", weakref)]
@@ -32,7 +32,7 @@ impl RealHandle {
 
 #[pymethods]
 impl RealHandle {
-    /// The value. A write is put when all tasks of this round have run.
+    /// The value. The model takes a write when all tasks of this round have run.
     #[getter]
     fn get_value(&self) -> PyResult<f64> {
         Ok(self.real.get()?.get())
@@ -48,19 +48,19 @@ impl RealHandle {
         self.set_value(value)
     }
 
-    /// The signal's own name, without those of the instances it is in.
+    /// The signal's own name, without the names of the instances that contain it.
     #[getter]
     fn _name(&self) -> &str {
         own_name(&self.name)
     }
 
-    /// The name from the top module on.
+    /// The path, from the top module.
     #[getter]
     fn _path(&self) -> String {
         path(&self.top, &self.name)
     }
 
-    /// The type, by cocotb's name.
+    /// The type, in cocotb's notation.
     #[getter]
     fn _type(&self) -> &'static str {
         "GPI_REAL"
@@ -100,7 +100,7 @@ impl TextHandle {
 
 #[pymethods]
 impl TextHandle {
-    /// The bytes. A write, of bytes or a string, is put when all tasks of this round have run.
+    /// The bytes. The model takes a write, of bytes or a string, when all tasks of this round have run.
     #[getter]
     fn get_value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &self.text.get()?.get()))
@@ -128,19 +128,19 @@ impl TextHandle {
         self.set_value(value)
     }
 
-    /// The signal's own name, without those of the instances it is in.
+    /// The signal's own name, without the names of the instances that contain it.
     #[getter]
     fn _name(&self) -> &str {
         own_name(&self.name)
     }
 
-    /// The name from the top module on.
+    /// The path, from the top module.
     #[getter]
     fn _path(&self) -> String {
         path(&self.top, &self.name)
     }
 
-    /// The type, by cocotb's name.
+    /// The type, in cocotb's notation.
     #[getter]
     fn _type(&self) -> &'static str {
         "GPI_STRING"

@@ -5,47 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use pyo3::IntoPyObjectExt;
 use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
-use pyo3::types::{PyInt, PyIterator, PyList, PyString};
+use pyo3::types::{PyIterator, PyList, PyString};
 
-use super::bits::{span, span_from_left};
-
-/// The value of an `int` (or `bool`) that fits 64 bits; faster than pyo3's `extract`, which looks for `__index__`
-/// first.
-#[inline]
-pub(super) fn word_of(value: &Bound<'_, PyAny>) -> Option<u64> {
-    let whole = value.cast::<PyInt>().ok()?;
-    // SAFETY: a live `int`, and the interpreter's lock is held.
-    unsafe {
-        let word = pyo3::ffi::PyLong_AsUnsignedLongLong(whole.as_ptr());
-        if word == u64::MAX && !pyo3::ffi::PyErr_Occurred().is_null() {
-            pyo3::ffi::PyErr_Clear();
-            return None;
-        }
-        Some(word)
-    }
-}
-
-/// The number that 32-bit words make, lowest first.
-pub(super) fn int_of_words<'py>(py: Python<'py>, words: &[u32]) -> PyResult<Bound<'py, PyAny>> {
-    let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
-    py.get_type::<PyInt>().call_method1("from_bytes", (bytes.as_slice(), "little"))
-}
-
-/// The 32-bit words of a number in so many bits, lowest first, negative ones in two's complement; none if it does not
-/// fit.
-pub(super) fn words_of_int(value: &Bound<'_, PyInt>, width: u32) -> PyResult<Option<Vec<u32>>> {
-    let py = value.py();
-    let negative = value.lt(0)?;
-    let modulus = 1u32.into_bound_py_any(py)?.lshift(width)?;
-    let value = if negative { value.add(modulus)? } else { value.clone().into_any() };
-    let half = value.rshift(width - 1)?.is_truthy()?;
-    if value.lt(0)? || value.rshift(width)?.is_truthy()? || (negative && !half) {
-        return Ok(None);
-    }
-    let bytes = width.div_ceil(32) as usize * 4;
-    let bytes: Vec<u8> = value.call_method1("to_bytes", (bytes, "little"))?.extract()?;
-    Ok(Some(bytes.as_chunks::<4>().0.iter().map(|w| u32::from_le_bytes(*w)).collect()))
-}
+use super::number::{int_of_words, word_of};
+use super::range::{span, span_from_left};
 
 /// Whether positions in a value count from the left, as in cocotb 1.
 static LEFT_FIRST: AtomicBool = AtomicBool::new(false);
@@ -56,7 +19,8 @@ pub fn count_bits_from_left(yes: bool) {
     LEFT_FIRST.store(yes, Ordering::Relaxed);
 }
 
-/// Atomic only so that the object may be shared; see `Handle::get_value` for when it is written.
+/// The bits of a value. The word is atomic so that the object can be shared; `Handle::read` writes it only while there
+/// is no other reference.
 pub(super) enum Stored {
     Word(AtomicU64),
     Wide(Box<[u32]>),
@@ -83,7 +47,7 @@ impl Value {
     #[inline]
     pub fn int<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match &self.bits {
-            // The interpreter has a shorter way to an `int` from a signed number than from an unsigned one.
+            // The interpreter converts a signed number into an `int` faster than an unsigned one.
             Stored::Word(word) => match word.load(Ordering::Relaxed).cast_signed() {
                 word @ 0.. => word.into_bound_py_any(py),
                 word => word.cast_unsigned().into_bound_py_any(py),
@@ -99,7 +63,7 @@ impl Value {
         }
     }
 
-    /// Some of the bits as a value.
+    /// Returns `width` bits, of which `low` is the lowest, as a value.
     pub(super) fn part(&self, low: u32, width: u32) -> Value {
         if let Stored::Word(word) = &self.bits {
             let word = word.load(Ordering::Relaxed);
@@ -176,7 +140,7 @@ impl Value {
         PyList::new(slf.py(), bits.map(|v| Bound::new(slf.py(), v)).collect::<PyResult<Vec<_>>>()?)?.try_iter()
     }
 
-    /// `value[3]` is bit 3, `value[7:0]` the lowest eight, as in Verilog. Where cocotb 1's habits were asked for,
+    /// `value[3]` is bit 3, `value[7:0]` the lowest eight, as in Verilog. With the version 1.9 of the alias,
     /// positions count from the left: `value[0]` is the highest bit, `value[0:7]` the highest eight.
     fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<Value> {
         let (low, width) = if LEFT_FIRST.load(Ordering::Relaxed) {
