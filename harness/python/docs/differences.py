@@ -358,21 +358,21 @@ async def low_first(dut: Any) -> None:
 )  # fmt: skip
 @bench()
 async def cancelling(dut: Any) -> None:
-    told: list[str] = []
+    seen: list[str] = []
 
     async def waits() -> None:
         try:
             await Timer(1, "us")
         except asyncio.CancelledError:
-            told.append("cancelled")
+            seen.append("cancelled")
             raise
         finally:
-            told.append("finally")
+            seen.append("finally")
 
     task = start_soon(waits())
     await Timer(1, "ns")
     task.kill()
-    assert told == ["cancelled", "finally"]
+    assert seen == ["cancelled", "finally"]
     with pytest.raises(hoverlock.CancelledError):
         await task
 

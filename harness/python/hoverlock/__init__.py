@@ -17,8 +17,6 @@ Run it with ``pytest``, or with ``python -m hoverlock test_counter.py``.
 
 from __future__ import annotations
 
-from typing import Any
-
 from . import as_cocotb
 from ._core import ArrayHandle, Bits, Coverage, Element, Handle, Library, RealHandle, Task, TextHandle, Value, start_soon
 from .clock import Clock
@@ -43,7 +41,9 @@ from .errors import (
 from .hierarchy import Constant, Hierarchy, TypedHierarchy
 from .outputs import Outputs
 from .queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
-from .testing import Session, Test, parametrize, pass_test, running, simulate, test
+from .session import Session, running, simulate
+from .tasks import start
+from .testing import Test, parametrize, pass_test, test
 from .transfer import TransferReport
 from .triggers import (
     ClockCycles,
@@ -136,13 +136,3 @@ __all__ = [
     "test",
     "with_timeout",
 ]
-
-
-async def start(coro: Any) -> Task[Any]:
-    """Starts a coroutine as a task and lets it run to its first wait before the caller continues.
-
-    >>> task = await hoverlock.start(drive(dut))
-    """
-    task: Task[Any] = start_soon(coro)
-    await NullTrigger()
-    return task

@@ -1,9 +1,9 @@
-"""The alias: ``import cocotb`` and packages that import it, such as ``cocotbext.axi``, get this module's names.
+"""The alias: ``import cocotb``, also in packages such as ``cocotbext.axi``, imports this module's names.
 
     pytest -p hoverlock.as_cocotb test_adder.py
     python -m hoverlock --as-cocotb test_adder.py --hoverlock-source adder.v --hoverlock-top adder
 
-cocotb need not be installed. Where it is, it is found as before by whoever does not ask for the alias.
+cocotb need not be installed. If it is, programs that do not use the alias import it as before.
 
 >>> import hoverlock
 >>> hoverlock.as_cocotb()
@@ -23,24 +23,24 @@ from typing import TYPE_CHECKING, Any, cast
 from .errors import HoverlockError
 
 if TYPE_CHECKING:
-    # These load pathlib and more, which takes milliseconds: only who asks for the alias needs them.
+    # Loading these takes milliseconds, and only the alias needs them.
     from importlib.abc import Loader
     from importlib.machinery import ModuleSpec
 
 __all__ = ["install"]
 
 VERSIONS = {"1.9": "1.9.2", "2.1": "2.1.0"}
-"""The versions of cocotb that can be asked for, and what ``cocotb.__version__`` says."""
+"""The versions of cocotb that the alias can follow, and the value of ``cocotb.__version__``."""
 
-VERSION_HELP = "whose habits the alias has where versions of cocotb differ (default: 2.1)"
+VERSION_HELP = "the version of cocotb that the alias follows where versions differ (default: 2.1)"
 
 _NAMES = {"cocotb": "hoverlock.cocotb", "cocotb_tools": "hoverlock.cocotb_tools"}
-# What cocotb does with digits that are neither 0 nor 1, by its variable's values.
+# The replacement of digits other than 0 and 1, for each value of the variable COCOTB_RESOLVE_X.
 _UNKNOWN = {"ZEROS": "zeros", "ONES": "ones", "RANDOM": "random", "VALUE_ERROR": "error", "ERROR": "error"}
 
 
 class _Loader:
-    """Gives a module that is loaded already, as it is."""
+    """A loader that returns a module that is already loaded."""
 
     def __init__(self, module: ModuleType) -> None:
         self.module = module
@@ -50,12 +50,12 @@ class _Loader:
         return self.module
 
     def exec_module(self, module: ModuleType) -> None:
-        # The import has put the alias's specification in its place.
+        # The import system has replaced the specification by that of the alias.
         module.__spec__ = self.own
 
 
 class _Finder:
-    """Finds ``cocotb.triggers`` as ``hoverlock.cocotb.triggers``."""
+    """A finder that finds ``cocotb.triggers`` as ``hoverlock.cocotb.triggers``."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
@@ -63,25 +63,25 @@ class _Finder:
         head, dot, tail = fullname.partition(".")
         if head not in _NAMES:
             return None
-        # Below the test: these imports come through here, too.
+        # After the check of the name, because these imports call this finder too.
         from importlib.machinery import ModuleSpec
         from importlib.util import find_spec
 
         own = _NAMES[head] + dot + tail
         if find_spec(own) is None:
-            # Not for the finders after this one: they would load a file of ours a second time.
+            # An error, because the finders after this one would load the same file a second time.
             raise ModuleNotFoundError(f"No module named '{fullname}' in hoverlock; see 'Coming from cocotb'", name=fullname)
         module = importlib.import_module(own)
         return ModuleSpec(fullname, cast("Loader", _Loader(module)), is_package=hasattr(module, "__path__"))
 
 
 def install(version: str | None = None) -> None:
-    """Makes ``import cocotb`` and ``import cocotb_tools`` give this module's names, from now on.
+    """Makes ``import cocotb`` and ``import cocotb_tools`` import this module's names, from now on.
 
     Parameters
     ----------
     version : "1.9" or "2.1", optional
-        The version whose habits count where they differ, which ``cocotb.__version__`` says. Default: the environment
+        The version to follow where versions differ; ``cocotb.__version__`` has it. Default: the environment
         variable ``HOVERLOCK_COCOTB``, or "2.1".
 
     Raises
@@ -117,12 +117,12 @@ def install(version: str | None = None) -> None:
     if resolve not in _UNKNOWN:
         raise ValueError(f"COCOTB_RESOLVE_X={resolve}: {', '.join(_UNKNOWN)}")
     unknown.set_choice(_UNKNOWN[resolve])  # type: ignore[arg-type]
-    # As cocotb has it: what packages say at level INFO is in the log.
+    # As in cocotb: the log has the messages of packages from level INFO on.
     logging.getLogger("cocotb").setLevel(os.environ.get("COCOTB_LOG_LEVEL", "INFO").upper())
 
 
 class _Callable(ModuleType):
-    """This module, which may be called."""
+    """The class of this module, which makes it callable."""
 
     def __call__(self, version: str | None = None) -> None:
         install(version)
@@ -145,13 +145,13 @@ def pytest_load_initial_conftests(early_config: Any) -> None:
 
 
 def pytest_configure(config: Any) -> None:
-    from .__main__ import design_from
-    from .testing import set_loading
+    from .options import design_from
+    from .session import set_loading
 
     set_loading(design_from(config.getoption))
 
 
 def pytest_collection_finish() -> None:
-    from .testing import set_loading
+    from .session import set_loading
 
     set_loading(None)

@@ -21,18 +21,18 @@ class Clock:
     units : str, optional
         The unit by cocotb 1's name.
     high : float, optional
-        How long it is high, in ``unit``. Default: half of the period.
+        Time in each period for which the clock is high, in ``unit``. Default: half of the period.
 
     Raises
     ------
     ValueError
-        If it is high or low for less than 1 fs.
+        If the clock is high or low for less than 1 fs.
 
     >>> Clock(dut.clk, 10, "ns").start()
     >>> Clock(dut.slow, 25, "ns").start(phase=(5, "ns"))
     """
 
-    # `start_soon` returns it unchanged: in cocotb 1, clocks are started so.
+    # `start_soon` returns a clock unchanged: benches for cocotb 1 start clocks in this way.
     _runs_already = True
 
     def __init__(
@@ -65,7 +65,7 @@ class Clock:
         Parameters
         ----------
         start_high : bool
-            Whether it starts with the rising edge, now; otherwise that comes after the low half.
+            Whether the clock starts with the rising edge, now; otherwise the rising edge comes after the low half.
         phase : tuple of float and str, optional
             Time from now to the first rising edge, with its unit.
         """
@@ -82,11 +82,11 @@ class Clock:
             self._running.stop()
             self._running = None
 
-    # A running clock may be handled as the task it is in cocotb.
+    # In cocotb a running clock is a task, so it has the methods of a task.
     kill = cancel = stop
 
     def done(self) -> bool:
-        """Whether the clock is stopped."""
+        """Returns whether the clock is stopped."""
         return self._running is None
 
     async def cycles(self, num_cycles: int, rising: bool = True) -> None:

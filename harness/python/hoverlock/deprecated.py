@@ -1,4 +1,4 @@
-"""Warnings about names of cocotb 1, with the advice that cocotb 2 gives: under the alias, where it stands for cocotb 2.
+"""Deprecation warnings for names of cocotb 1, with the advice of cocotb 2; active under the alias for cocotb 2.
 
 Python shows a ``DeprecationWarning`` where pytest runs and in the main program; ``-W error::DeprecationWarning`` makes it an
 error.
@@ -49,15 +49,15 @@ ADVICE: dict[str, str] = {
         for kind in ("Handle", "Element", "ArrayHandle", "RealHandle", "TextHandle")
     },
 }
-"""The advice by what is used: a class and its method or property, or a function and its argument."""
+"""The advice for each deprecated use: a class and its method or property, or a function and its argument."""
 
 _on = False
-# What `switch` has put others in the place of, by class and name.
+# The methods that `switch` has replaced, by class and name.
 _originals: dict[tuple[type, str], Any] = {}
 
 
 def advise(what: str, stacklevel: int = 3) -> None:
-    """Warns that ``what`` of `ADVICE` was used by the caller's caller, if such warnings are on.
+    """Warns, if such warnings are on, that the caller's caller used ``what``, an entry of `ADVICE`.
 
     >>> advise("Lock(name)")
     """
@@ -66,7 +66,7 @@ def advise(what: str, stacklevel: int = 3) -> None:
 
 
 def switch(on: bool) -> None:
-    """Switches the warnings on or off. Off, the methods of the classes are as they were, and cost nothing.
+    """Switches the warnings on or off. Off, the original methods are restored, which costs nothing.
 
     >>> switch(False)
     """

@@ -21,19 +21,19 @@ __all__ = ["Design"]
 
 
 class Design:
-    """The description of a design, from which its model is built. A model is built again only if something it depends on
-    changes.
+    """The description of a design, from which its model is built. A model is built again only if one of its inputs has
+    changed.
 
     Parameters
     ----------
     sources : path or iterable of paths
-        Verilog files. Relative paths begin at ``folder``.
+        Verilog files. Relative paths refer to ``folder``.
     top : str
         The top module.
     parameters : mapping of str to int or str
         Parameters of the top module.
     defines : mapping of str to object
-        Macros; None: without a value.
+        Macros; None for a macro without a value.
     includes : iterable of paths
         Folders for ``include`` and for modules that are named like their files.
     internals : iterable of str
@@ -57,16 +57,16 @@ class Design:
     timescale : str, optional
         Time unit and precision of modules without a ``timescale``. Default: ``"1ns/1ps"``.
     edges_after_eval : bool
-        Tasks that wait for an edge of an input run after the evaluation: they read registers as they are after the edge.
+        Tasks that wait for an edge of an input run after the evaluation, and read the values of registers after the edge.
     verilator, cache : path, optional
-        The Verilator program and the folder of built models, if not the usual ones.
+        The Verilator program and the folder of built models. Default: ``verilator`` of PATH, and the user's cache folder.
     folder : path, optional
-        Where relative paths begin. Default: the folder of the file that makes the design.
+        Folder to which relative paths refer. Default: that of the file that creates the design.
 
     >>> design = Design("counter.v", top="counter", parameters={"WIDTH": 8}, internals=["u_core.*"])
     """
 
-    # No dataclass: that module, with the ones it loads, takes 10 ms.
+    # Not a dataclass: importing that module takes 10 ms.
     def __init__(
         self,
         sources: str | Path | Iterable[str | Path],
@@ -111,7 +111,7 @@ class Design:
 
     def __setattr__(self, name: str, value: Any) -> None:
         if "folder" in vars(self):
-            raise AttributeError(f"a design does not change: changed({name}=...) gives another")
+            raise AttributeError(f"a design cannot be modified: changed({name}=...) returns a new one")
         super().__setattr__(name, value)
 
     def __eq__(self, other: object) -> bool:
@@ -121,19 +121,19 @@ class Design:
         return f"Design({', '.join(f'{name}={value!r}' for name, value in vars(self).items())})"
 
     def changed(self, **options: Any) -> Design:
-        """This design with other options.
+        """Returns this design with other options.
 
         >>> wide = design.changed(parameters={"WIDTH": 16})
         """
         return Design(**{**vars(self), **options})
 
     def compile(self) -> Library:
-        """Builds the model, or finds it in the cache.
+        """Builds the model, or loads it from the cache.
 
         Raises
         ------
         BuildError
-            With Verilator's messages.
+            If the design does not build; the message has Verilator's messages.
 
         >>> design.compile().warnings
         """
@@ -159,12 +159,12 @@ class Design:
 
 
 def _tuple_of(values: Any) -> tuple[Any, ...]:
-    """One path or text, or several, as a tuple."""
+    """Returns one path or text, or several, as a tuple."""
     return (values,) if isinstance(values, (str, os.PathLike)) else tuple(values)
 
 
 def _folder_of_caller() -> str:
-    """The folder of the file that says ``Design(...)``."""
+    """Returns the folder of the file that calls ``Design(...)``."""
     own = os.path.dirname(os.path.realpath(__file__))
     frame: FrameType | None = sys._getframe()
     while frame is not None:

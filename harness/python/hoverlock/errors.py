@@ -30,11 +30,11 @@ class NotForceable(HoverlockError):
 
 
 class ReadOnlyError(HoverlockError, RuntimeError):
-    """A write in ``ReadOnly``, where values do not change any more."""
+    """A write in ``ReadOnly``, where values no longer change."""
 
 
 class TriggerError(HoverlockError, RuntimeError):
-    """A trigger was awaited where it cannot come."""
+    """A trigger was awaited in a region in which it cannot fire."""
 
 
 class SimulationError(HoverlockError, RuntimeError):
@@ -42,7 +42,7 @@ class SimulationError(HoverlockError, RuntimeError):
 
 
 class DeadlockError(SimulationError):
-    """No event can come any more; the message says what each task waits for."""
+    """No event can occur any more; the message says what each task waits for."""
 
 
 class SimTimeoutError(SimulationError, TimeoutError):
@@ -66,7 +66,8 @@ class CancelledError(HoverlockError):
 
 
 def cancelled(text: str) -> CancelledError:
-    """The error of a wait for a cancelled task. A bench that has imported ``asyncio`` may catch it by that name too."""
+    """Returns the error of a wait for a cancelled task. If the bench has imported ``asyncio``, it is also an
+    ``asyncio.CancelledError``."""
     own = _asyncio_class()
     if own is None:
         return CancelledError(text)
@@ -75,7 +76,7 @@ def cancelled(text: str) -> CancelledError:
 
 
 def asyncio_cancelled() -> BaseException | None:
-    """What is raised in a task that is cancelled, for ``except asyncio.CancelledError``; None if nobody imported it."""
+    """Returns the exception to raise in a cancelled task, an ``asyncio.CancelledError``; None if asyncio was not imported."""
     own = _asyncio_class()
     return None if own is None else own()
 

@@ -48,7 +48,7 @@ class Constant:
 
 
 class TypedHierarchy(HierarchyBase):
-    """A level of the design whose names are known to tools: the base of the classes in a stub.
+    """A level of the design with the names known to type checkers: the base of the classes in a stub.
 
     >>> class Counter(TypedHierarchy):
     ...     clk: Handle
@@ -56,12 +56,12 @@ class TypedHierarchy(HierarchyBase):
 
     _name: str
     _path: str
-    # The name below the top module; empty for the top.
+    # Path below the top module; empty for the top.
     _below: str
     _simulation: Simulation
     _children: dict[str, Any]
     _type = "GPI_MODULE"
-    # The module's name is known of the top alone.
+    # Name of the module; known only for the top.
     _def_name = ""
 
     def __init__(self, name: str, below: str, simulation: Simulation, top: str = "") -> None:
@@ -93,11 +93,11 @@ class TypedHierarchy(HierarchyBase):
         return child
 
     def _id(self, name: str, extended: bool = True) -> Any:
-        """A child by its name; for names that cannot be written as attributes."""
+        """Returns a child by its name; for names that cannot be written as attributes."""
         return self[name.strip("\\ ")]
 
     def _discover_all(self) -> None:
-        """Does nothing: all children are known. cocotb has it."""
+        """Does nothing, because all children are known. Present because cocotb has it."""
 
     def __contains__(self, name: str) -> bool:
         return name in self._children
@@ -137,14 +137,14 @@ _STEP = re.compile(r"[^.\[\]$]+")
 
 
 def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int | str]] = ()) -> Hierarchy:
-    """Builds the tree of a simulation's handles. A port that is written ``video$data`` is also ``video.data``."""
+    """Builds the tree of a simulation's handles. A port named ``video$data`` is also ``video.data``."""
     root = Hierarchy(top, "", simulation, top)
     root.__dict__["_def_name"] = top
     for name, handle in simulation.handles():
         _place(root, name, handle, simulation)
     instances = {path for path, _ in _instances(root)}
     for name, value in constants:
-        # Parameters of instances without accessible signals are left out: they would add an instance with nothing else.
+        # Parameters of instances without accessible signals are left out: the instance would have no other child.
         if name.rpartition(".")[0] in instances:
             _place(root, name, Constant(name, value), simulation)
     return root

@@ -1,4 +1,4 @@
-"""Logging with simulation time, of benches and of what the Verilog prints.
+"""Logging with simulation time, for benches and for the lines that the Verilog prints.
 
 >>> dut._log.info("frame %d sent", n)
 """
@@ -16,7 +16,7 @@ log = logging.getLogger("hoverlock")
 
 
 class SimTimeFormatter(logging.Formatter):
-    """Formats a line with simulation time, level and source before it.
+    """A formatter that puts simulation time, level and source before each line.
 
     >>> handler.setFormatter(SimTimeFormatter())
     """
@@ -31,7 +31,7 @@ class SimTimeFormatter(logging.Formatter):
 
 
 def sim_time_text(femtoseconds: int) -> str:
-    """A time in nanoseconds, as text: ``12.5ns``."""
+    """Returns a time in nanoseconds, as text: ``12.5ns``."""
     return f"{femtoseconds / 1e6:.15g}ns"
 
 
@@ -40,7 +40,7 @@ def default_config(level: int = logging.INFO) -> None:
 
     >>> default_config(logging.DEBUG)
     """
-    # Packages written for cocotb log below its name.
+    # Packages written for cocotb use loggers below the name `cocotb`.
     for logger in (log, logging.getLogger("cocotb")):
         if not logger.handlers:
             handler = logging.StreamHandler(sys.stderr)

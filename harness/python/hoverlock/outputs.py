@@ -1,4 +1,4 @@
-"""Waves and coverage of a run, as the options of pytest and of the command line ask for.
+"""Waves and coverage of a run, selected by the options of pytest and of the command line.
 
 >>> outputs = Outputs(folder="out", waves="fst", only_failures=True, coverage=True)
 >>> results = run("test_counter.py", outputs=outputs)
@@ -19,18 +19,18 @@ from .design import Design
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .testing import Session
+    from .session import Session
 
 __all__ = ["Outputs"]
 
 
 class Outputs:
-    """Which files a run writes, and where: waves as ``<module>.<test>.fst``, coverage of all tests as ``coverage.info``.
+    """The files that a run writes: waves as ``<module>.<test>.fst``, coverage of all tests as ``coverage.info``.
 
     Parameters
     ----------
     folder : path
-        Where they are written.
+        Folder of the files.
     waves : "vcd" or "fst", optional
         Writes all signals of every test.
     only_failures : bool
@@ -44,7 +44,7 @@ class Outputs:
     >>> results = run("test_counter.py", outputs=outputs)
     """
 
-    # No dataclass: that module, with the ones it loads, takes 10 ms.
+    # Not a dataclass: importing that module takes 10 ms.
     def __init__(
         self,
         folder: str | Path = "hoverlock-output",
@@ -60,7 +60,7 @@ class Outputs:
         self.coverage = coverage
 
     def design(self, design: Design) -> Design:
-        """The design with the waves and coverage asked for built in."""
+        """Returns the design with the selected waves and coverage built in."""
         changes: dict[str, Any] = {}
         if self.waves is not None and self.last is None:
             changes["waves"] = self.waves

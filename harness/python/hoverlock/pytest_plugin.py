@@ -26,13 +26,13 @@ _outputs_key = pytest.StashKey[Any]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    from .__main__ import add_design_options
+    from .options import add_design_options
 
     add_design_options(parser.getgroup("hoverlock", "benches for Verilog").addoption)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    from .__main__ import outputs_from
+    from .options import outputs_from
     from .errors import HoverlockError
     from .runner import new_seed
 
@@ -54,7 +54,7 @@ def pytest_report_header(config: pytest.Config) -> str:
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    # The workers' counts are all there by now; only the session that started them gets here.
+    # All workers have written their counts by now; only the session that started them runs this hook.
     outputs = config.stash[_outputs_key]
     if outputs.coverage:
         terminalreporter.write_line(outputs.merge_coverage())
@@ -86,7 +86,7 @@ def hoverlock_simulate(request: pytest.FixtureRequest, hoverlock_seed: int) -> C
     module = request.node.parent.name.removesuffix(".py")
 
     def simulate(design: Any, bench: Any, *, wall_limit: float | None = 600.0, **arguments: Any) -> Any:
-        from .testing import Session
+        from .session import Session
 
         session = Session(outputs.design(design), seed=hoverlock_seed, name=request.node.name)
         session.label = f"{module}.{request.node.name}"
@@ -102,7 +102,7 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: object) -> Any:
         return None
     from . import testing
 
-    # The decorator is a function named `test`, which pytest would call: it would pass.
+    # The decorator is a function named `test`: pytest would call it as a test, which would pass.
     if obj is testing.test or getattr(obj, "_makes_tests", False) is True:
         return []
     if not isinstance(obj, testing.Test):
@@ -137,7 +137,7 @@ def _marked(test: Any) -> list[Any]:
 
 
 def _is_for_the_runner(collector: Any, test: Any) -> bool:
-    """Whether the module runs its coroutines itself, with cocotb's runner from a plain test: it names no design."""
+    """Returns whether the module runs its coroutines with cocotb's runner from a plain test. Such a module names no design."""
     if test.design is not None or getattr(collector.obj, "design", None) is not None:
         return False
     if collector.config.getoption("--hoverlock-top") is not None:
@@ -148,7 +148,7 @@ def _is_for_the_runner(collector: Any, test: Any) -> bool:
 
 
 def _plain(bench: Any) -> Callable[..., None]:
-    """A function with the arguments of the bench that are fixtures, for pytest to find."""
+    """Returns a function whose arguments are the fixtures of the bench, for pytest to inspect."""
 
     def call(**fixtures: Any) -> None: ...
 
@@ -165,7 +165,7 @@ def _plain(bench: Any) -> Callable[..., None]:
 
 
 class BenchItem(pytest.Function):
-    """One test."""
+    """A bench as an item of pytest."""
 
     def __init__(self, *, bench: Any, **others: Any) -> None:
         super().__init__(**others)
@@ -174,7 +174,7 @@ class BenchItem(pytest.Function):
             self.add_marker(pytest.mark.skip(reason=bench.skip if isinstance(bench.skip, str) else "skip=True"))
 
     def runtest(self) -> None:
-        from .__main__ import design_from
+        from .options import design_from
         from .runner import design_of
         from .testing import seed_of
 
@@ -194,9 +194,9 @@ class BenchItem(pytest.Function):
             )
 
     def _traceback_filter(self, excinfo: pytest.ExceptionInfo[BaseException]) -> Any:
-        # Frames between pytest and the bench do not help the author of the bench.
-        ours = Path(__file__).resolve().parent
-        kept = [entry for entry in excinfo.traceback if ours not in Path(str(entry.path)).resolve().parents]
+        # Frames between pytest and the bench are of no use to the author of the bench.
+        package = Path(__file__).resolve().parent
+        kept = [entry for entry in excinfo.traceback if package not in Path(str(entry.path)).resolve().parents]
         bench = Path(str(self.path)).resolve()
         first = next((i for i, entry in enumerate(kept) if Path(str(entry.path)).resolve() == bench), None)
         if first is None:
@@ -217,15 +217,15 @@ class BenchItem(pytest.Function):
 
 @contextmanager
 def _without_unread_logs(item: pytest.Function) -> Iterator[None]:
-    """Turns off the handlers of pytest that nobody reads. It formats each record three times: for the report, for the
-    fixture ``caplog``, and for a log file, which is the null device unless one is asked for. Benches that log each beat
-    of a bus spend more on that than on the simulation."""
+    """Turns off the log handlers of pytest that nobody reads. pytest formats each record three times: for the report, for
+    the fixture ``caplog``, and for a log file, which is the null device by default. For benches that log each beat of a
+    bus this costs more than the simulation."""
     plugin = item.config.pluginmanager.get_plugin("logging-plugin")
     unread = []
     file = getattr(plugin, "log_file_handler", None)
     if getattr(getattr(file, "stream", None), "name", None) == os.devnull:
         unread.append(file)
-    # Whoever has `request` may ask it for `caplog`.
+    # A test with `request` can get `caplog` from it.
     if not {"caplog", "request"} & set(item.fixturenames):
         unread.append(getattr(plugin, "caplog_handler", None))
     levels = [(handler, handler.level) for handler in unread if handler is not None]
@@ -242,8 +242,8 @@ def _without_unread_logs(item: pytest.Function) -> Iterator[None]:
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     outcome = yield
     report = outcome.get_result()  # type: ignore[attr-defined]
-    ours = isinstance(item, BenchItem) or "hoverlock_seed" in getattr(item, "fixturenames", ())
-    if ours and report.when == "call" and report.failed:
+    is_bench = isinstance(item, BenchItem) or "hoverlock_seed" in getattr(item, "fixturenames", ())
+    if is_bench and report.when == "call" and report.failed:
         from .runner import replay_text
 
         place = os.path.relpath(item.path, item.config.invocation_params.dir)

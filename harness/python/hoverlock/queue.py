@@ -19,15 +19,15 @@ T = TypeVar("T")
 
 
 class QueueEmpty(Exception):
-    """``get_nowait`` of an empty queue."""
+    """Raised by ``get_nowait`` on an empty queue."""
 
 
 class QueueFull(Exception):
-    """``put_nowait`` to a full queue."""
+    """Raised by ``put_nowait`` on a full queue."""
 
 
 class Queue(Generic[T]):
-    """First in, first out, of at most ``maxsize`` items; 0: without limit.
+    """A first-in, first-out queue of at most ``maxsize`` items; 0 is no limit.
 
     >>> queue: Queue[int] = Queue(maxsize=4)
     >>> await queue.put(3)
@@ -37,7 +37,7 @@ class Queue(Generic[T]):
     def __init__(self, maxsize: int = 0) -> None:
         self.maxsize = maxsize
         self._items: deque[T] | list[T] = self._make()
-        # The tasks that wait, longest first. Each has an event of its own, so that one item wakes one task.
+        # The waiting tasks, the longest wait first. Each has its own event, so that one item wakes one task.
         self._getters: deque[Event] = deque()
         self._putters: deque[Event] = deque()
         self._unfinished = 0
@@ -53,15 +53,15 @@ class Queue(Generic[T]):
         return self._items.popleft()  # type: ignore[union-attr]
 
     def qsize(self) -> int:
-        """The number of items."""
+        """Returns the number of items."""
         return len(self._items)
 
     def empty(self) -> bool:
-        """Whether the queue is empty."""
+        """Returns whether the queue is empty."""
         return not self._items
 
     def full(self) -> bool:
-        """Whether the queue is full."""
+        """Returns whether the queue is full."""
         return 0 < self.maxsize <= len(self._items)
 
     def put_nowait(self, item: T) -> None:
@@ -83,7 +83,7 @@ class Queue(Generic[T]):
         return item
 
     def task_done(self) -> None:
-        """Says that an item that was taken has been processed."""
+        """Reports that an item from ``get`` has been processed."""
         if self._unfinished == 0:
             raise ValueError("task_done was called more often than items were put")
         self._unfinished -= 1
@@ -96,13 +96,13 @@ class Queue(Generic[T]):
             await self._finished.wait()
 
     async def put(self, item: T) -> None:
-        """Puts an item, waiting while the queue is full."""
+        """Puts an item; waits while the queue is full."""
         while self.full():
             await _sleep(self._putters, "queue not full")
         self.put_nowait(item)
 
     async def get(self) -> T:
-        """Takes an item, waiting while there is none."""
+        """Takes an item; waits while the queue is empty."""
         while not self._items:
             await _sleep(self._getters, "queue not empty")
         return self.get_nowait()
@@ -114,7 +114,7 @@ async def _sleep(waiting: deque[Event], name: str) -> None:
     try:
         await event.wait()
     except BaseException:
-        # Cancelled, which asyncio's name tells or none: wakes the next task instead.
+        # The task was cancelled, with an exception of asyncio or without one: the next task is woken instead.
         if event.is_set():
             _wake(waiting)
         else:
@@ -128,7 +128,7 @@ def _wake(waiting: deque[Event]) -> None:
 
 
 class PriorityQueue(Queue[T]):
-    """The least item first.
+    """A queue that returns the smallest item first.
 
     >>> queue = PriorityQueue()
     >>> queue.put_nowait((2, "later"))
@@ -145,7 +145,7 @@ class PriorityQueue(Queue[T]):
 
 
 class LifoQueue(Queue[T]):
-    """Last in, first out.
+    """A last-in, first-out queue.
 
     >>> stack = LifoQueue()
     >>> stack.put_nowait(1)

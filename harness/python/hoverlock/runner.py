@@ -23,7 +23,8 @@ from typing import Any
 from .design import Design
 from .errors import HoverlockError
 from .outputs import Outputs
-from .testing import Test, is_failed_check, seed_of, set_loading
+from .session import set_loading
+from .testing import Test, is_failed_check, seed_of
 
 __all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "say", "write_junit"]
 
@@ -46,7 +47,7 @@ class Result:
 
 
 def new_seed() -> int:
-    """A random seed for a session.
+    """Returns a random seed for a session.
 
     >>> seed = new_seed()
     """
@@ -54,7 +55,7 @@ def new_seed() -> int:
 
 
 def replay_text(session_seed: int, command: str) -> str:
-    """The text that says how to run a test again with the same random numbers.
+    """Returns the text that says how to run a test again with the same random numbers.
 
     >>> print(replay_text(7, "pytest test_counter.py::counts"))
     random seed 7: replay with --hoverlock-seed 7
@@ -65,7 +66,7 @@ def replay_text(session_seed: int, command: str) -> str:
 
 
 def load(module: str | Path, *, fresh: bool = False) -> ModuleType:
-    """Imports a module, by file or by name; anew, if it is asked for."""
+    """Imports a module, by file or by name; with ``fresh``, loads it again if it is loaded."""
     path = Path(module)
     if path.suffix == ".py":
         if not path.is_file():
@@ -78,11 +79,11 @@ def load(module: str | Path, *, fresh: bool = False) -> ModuleType:
             raise HoverlockError(f"{path}: not a Python file")
         loaded = importlib.util.module_from_spec(spec)
         sys.modules[path.stem] = loaded
-        with _told_of_exit(module):
+        with _exit_is_an_error(module):
             spec.loader.exec_module(loaded)
         return loaded
     name = str(module)
-    with _told_of_exit(module):
+    with _exit_is_an_error(module):
         if not fresh or name not in sys.modules:
             return importlib.import_module(name)
         before = sys.modules.pop(name)
@@ -93,8 +94,8 @@ def load(module: str | Path, *, fresh: bool = False) -> ModuleType:
 
 
 @contextmanager
-def _told_of_exit(module: str | Path) -> Iterator[None]:
-    """Makes an error of `sys.exit`: the run would end there, perhaps with status 0, and no test would have run."""
+def _exit_is_an_error(module: str | Path) -> Iterator[None]:
+    """Converts `sys.exit` into an error. Otherwise the run would end, perhaps with status 0, before any test had run."""
     try:
         yield
     except SystemExit as error:
@@ -102,7 +103,7 @@ def _told_of_exit(module: str | Path) -> Iterator[None]:
 
 
 def collect(module: ModuleType) -> list[Test]:
-    """The tests of a module in the order of the file, one for each combination of parameters.
+    """Returns the tests of a module in the order of the file, one for each combination of parameters.
 
     >>> [test.name for test in collect(test_counter)]
     """
@@ -112,7 +113,7 @@ def collect(module: ModuleType) -> list[Test]:
 
 
 def design_of(test: Test, module: ModuleType, given: Design | None) -> Design:
-    """The design of a test: its own, that of its module, or the one given.
+    """Returns the design of a test: its own, that of its module, or ``given``.
 
     Raises
     ------
@@ -163,7 +164,7 @@ def run(
     outputs : Outputs, optional
         The waves and coverage to write.
     fresh : bool
-        Loads modules anew that are loaded already: what they do while they are loaded may depend on the design.
+        Loads modules again that are loaded already, because their top-level code may depend on the design.
 
     Returns
     -------
@@ -225,7 +226,7 @@ def _run_one(
         test.run(design_of(test, module, design), seed=seed, wall_timeout=wall_timeout, outputs=outputs)
     except KeyboardInterrupt:
         raise
-    # Whatever else a bench raises ends the bench and not the run: `sys.exit(0)` must not hide the tests after it.
+    # Any other exception ends the bench and not the run: `sys.exit(0)` must not hide the tests after it.
     except BaseException as raised:
         skipped = _skipped(raised)
         error = raised if skipped is None else None
@@ -239,7 +240,7 @@ def _run_one(
 
 
 def _skipped(error: BaseException) -> str | None:
-    """The reason if it is `pytest.skip` or `pytest.xfail`."""
+    """Returns the reason if the error is that of `pytest.skip` or `pytest.xfail`, otherwise None."""
     pytest = sys.modules.get("pytest")
     if pytest is not None and isinstance(error, (pytest.skip.Exception, pytest.xfail.Exception)):
         return str(error.msg) or "skipped"

@@ -2,7 +2,7 @@
 
     python -m hoverlock stub counter.v --top counter -o counter_dut.pyi
 
-The stub lies beside the bench, which imports the type for tools only:
+The stub is a file beside the bench, which imports the type for type checkers only:
 
     if TYPE_CHECKING:
         from counter_dut import Counter
@@ -23,13 +23,13 @@ from ._core import ArrayHandle, Handle
 from .design import Design
 from .errors import HoverlockError
 from .hierarchy import Constant, Hierarchy
-from .testing import Session
+from .session import Session
 
 __all__ = ["main", "stub_of"]
 
 
 def stub_of(design: Design) -> str:
-    """The text of a stub: a class for the top module, and one for each instance with accessible signals.
+    """Returns the text of a stub: a class for the top module, and one for each instance with accessible signals.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def stub_of(design: Design) -> str:
 
 
 def _write(node: Hierarchy, path: str, classes: list[str]) -> str:
-    """Adds the class of a level after those below it; returns its name."""
+    """Appends the class of a level, after those of the levels below it; returns its name."""
     name = "".join(part[:1].upper() + part[1:] for part in _words(path))
     lines: list[str] = []
     indexed: set[str] = set()
@@ -87,7 +87,7 @@ def main(arguments: list[str]) -> int:
 
     >>> main(["counter.v", "--top", "counter", "-o", "counter_dut.pyi"])
     """
-    from .__main__ import design_from
+    from .options import design_from
 
     parser = argparse.ArgumentParser(prog="python -m hoverlock stub", description=(main.__doc__ or "").partition("\n")[0])
     parser.add_argument("sources", nargs="+", metavar="FILE", help="Verilog sources")

@@ -8,22 +8,22 @@ from typing import Literal, NamedTuple, TypeAlias
 __all__ = ["Pause", "TransferOptions", "TransferReport"]
 
 Pause: TypeAlias = "float | Iterable[bool] | None"
-"""In which cycles a bus model pauses: a probability, a repeated pattern, or never."""
+"""The cycles in which a bus model pauses: a probability, a repeated pattern, or None for never."""
 
 
 class TransferReport(NamedTuple):
-    """How a transfer went.
+    """The counts of a transfer.
 
     Attributes
     ----------
     cycles : int
-        Clock cycles it took.
+        Clock cycles of the transfer.
     sent : int
-        Beats the design took.
+        Beats that the design accepted.
     received : int
-        Beats the design gave.
+        Beats received from the design.
     packets : int
-        Packets the design gave.
+        Packets received from the design.
 
     >>> received = session.transfer(samples)
     >>> session.report.cycles / session.report.sent
@@ -36,7 +36,7 @@ class TransferReport(NamedTuple):
 
 
 class TransferOptions(NamedTuple):
-    """What ``Session.transfer`` hands to the engine; the parameters are explained there. Its period is in femtoseconds."""
+    """The arguments of ``Session.transfer`` for the engine; the parameters are explained there. The period is in femtoseconds."""
 
     # The streams.
     input: str

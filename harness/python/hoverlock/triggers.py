@@ -57,7 +57,7 @@ Edge = ValueChange
 
 
 class Event(RawEvent):
-    """A flag that tasks wait for. It stays set until it is cleared.
+    """A flag that tasks can wait for. It stays set until it is cleared.
 
     >>> done = Event()
     >>> done.set()          # in one task
@@ -68,14 +68,14 @@ class Event(RawEvent):
         self.name = name
 
     def _set_with_data(self) -> None:
-        """Called before it is set with data."""
+        """Is called before the event is set with data."""
 
     def __repr__(self) -> str:
         return f"<Event '{self.name}' {'set' if self.is_set() else 'not set'}>"
 
 
 class Lock:
-    """A lock that one task has at a time. Tasks get it in the order in which they asked.
+    """A lock that one task holds at a time. Waiting tasks get it in the order of their calls.
 
     >>> async with lock:
     ...     await write(dut, 1, 2)
@@ -86,7 +86,7 @@ class Lock:
         self._raw = RawLock(name)
 
     def acquire(self) -> Trigger:
-        """A trigger: the task has the lock. ``release`` must follow."""
+        """Returns a trigger that fires when the task holds the lock. ``release`` must follow."""
         return self._raw.acquire()
 
     def release(self) -> None:
@@ -100,7 +100,7 @@ class Lock:
         self._raw.release()
 
     def locked(self) -> bool:
-        """Whether a task has the lock."""
+        """Returns whether a task holds the lock."""
         return self._raw.locked()
 
     async def __aenter__(self) -> Lock:
@@ -139,10 +139,10 @@ async def with_timeout(
     """
     unit = timeout_units or timeout_unit
     timer = Timer(timeout_time, unit)
-    ours = not isinstance(trigger, (Trigger, Task))
-    waited = start_soon(trigger) if ours else trigger
+    is_coroutine = not isinstance(trigger, (Trigger, Task))
+    waited = start_soon(trigger) if is_coroutine else trigger
     if await First(waited, timer) is timer:
-        if ours:
+        if is_coroutine:
             waited.cancel()
         raise SimTimeoutError(f"{trigger!r} did not come within {timeout_time} {unit}")
     return waited.result() if isinstance(waited, Task) else None

@@ -1,4 +1,4 @@
-"""Digits that a signal cannot have, such as ``X`` and ``Z``: an error, unless a bench asks for something else.
+"""Digits that a signal cannot have, such as ``X`` and ``Z``: an error, unless a bench chooses a replacement.
 
 >>> with hoverlock.unknown.written_as("random"):
 ...     dut.data.value = "XXXX0000"
@@ -14,15 +14,15 @@ from typing import Literal
 __all__ = ["set_choice", "written_as"]
 
 Choice = Literal["error", "zeros", "ones", "random"]
-"""What becomes of a digit that is neither 0 nor 1."""
+"""The replacement of a digit that is neither 0 nor 1."""
 
 _choice: Choice = "error"
-# The signals of this run that were told of already.
-_told: set[str] = set()
+# The signals of this run for which a warning was logged.
+_warned: set[str] = set()
 
 
 def set_choice(choice: Choice) -> None:
-    """Sets what is written for such a digit, from now on: ``"error"``, ``"zeros"``, ``"ones"``, or ``"random"``, which
+    """Sets the replacement of such digits from now on: ``"error"``, ``"zeros"``, ``"ones"``, or ``"random"``, which
     draws from the test's ``random``.
 
     Raises
@@ -40,7 +40,7 @@ def set_choice(choice: Choice) -> None:
 
 @contextmanager
 def written_as(choice: Choice) -> Iterator[None]:
-    """The same for the statements inside.
+    """Sets the replacement for the statements inside the ``with`` block.
 
     >>> with written_as("random"):
     ...     dut.data.value = LogicArray("XXXX0000")
@@ -54,17 +54,17 @@ def written_as(choice: Choice) -> Iterator[None]:
 
 
 def resolve(name: str, digits: str) -> str:
-    """Digits 0 and 1 in place of the ones given; tells of a signal once in each run."""
+    """Replaces all digits other than 0 and 1; logs a warning once for each signal of a run."""
     if _choice == "error":
         raise ValueError(
             f"'{digits}' is not a value of '{name}': a signal has digits 0 and 1 only (Verilator has no X and no Z); "
-            "hoverlock.unknown.set_choice('zeros') or 'random' writes something else"
+            "hoverlock.unknown.set_choice('zeros') or 'random' selects a replacement"
         )
-    if name not in _told:
-        _told.add(name)
+    if name not in _warned:
+        _warned.add(name)
         from .log import log
 
-        log.getChild("harness").warning("'%s' was given '%s': what is neither 0 nor 1 is written as %s", name, digits, _choice)
+        log.getChild("harness").warning("'%s' was given '%s': digits other than 0 and 1 are written as %s", name, digits, _choice)
     weak = digits.translate(str.maketrans("lhLH", "0101"))
     if _choice == "random":
         return "".join(digit if digit in "01" else random.choice("01") for digit in weak)
@@ -72,5 +72,5 @@ def resolve(name: str, digits: str) -> str:
 
 
 def begin() -> None:
-    """A run begins: each signal is told of again."""
-    _told.clear()
+    """Begins a run: each signal is warned of again."""
+    _warned.clear()

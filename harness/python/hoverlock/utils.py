@@ -10,7 +10,7 @@ _UNITS = {"fs": 1, "ps": 10**3, "ns": 10**6, "us": 10**9, "ms": 10**12, "s": 10*
 
 
 def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:
-    """Simulation time.
+    """Returns the simulation time.
 
     Parameters
     ----------

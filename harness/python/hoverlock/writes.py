@@ -1,4 +1,4 @@
-"""Kinds of writes: what a bench assigns to ``value`` where a plain value is not meant.
+"""Kinds of writes: what a bench assigns to ``value`` in place of a plain value.
 
 >>> dut.u_core.enable.value = Force(1)
 """
@@ -31,7 +31,7 @@ class Immediate(Deposit):
 
 
 class Force:
-    """A value that overrides what the design assigns, for the design as for the bench, until ``Release``.
+    """A value that overrides the design's assignments, for the design and for the bench, until ``Release``.
 
     The signal is one of ``Design(..., forceable=[...])``, or some bits of it. On an input of the top, which the bench
     alone drives, it is a plain write.
@@ -50,7 +50,7 @@ class Force:
 
 
 class Freeze:
-    """The value that the signal has now, as by ``Force``.
+    """A ``Force`` of the value that the signal has now.
 
     >>> dut.u_core.enable.value = Freeze()
     """
@@ -62,7 +62,7 @@ class Freeze:
 
 
 class Release:
-    """The end of a ``Force`` or ``Freeze``: the signal has again what the design assigns.
+    """The end of a ``Force`` or ``Freeze``: the signal has the value that the design assigns.
 
     >>> dut.u_core.enable.value = Release()
     """

@@ -41,7 +41,7 @@ def python(tmp_path_factory):
         [python, "-m", "pip", "install", "-q", wheel, "pytest", "-r", REQUIREMENTS], capture_output=True, text=True
     )
     if done.returncode and "Could not find a version" in done.stderr:
-        pytest.skip(f"SKIPPED: the packages are not to be had: {done.stderr.strip().splitlines()[-1]}")
+        pytest.skip(f"SKIPPED: the packages are not available: {done.stderr.strip().splitlines()[-1]}")
     assert done.returncode == 0, done.stderr[-3000:]
     return python
 

@@ -116,22 +116,20 @@ def test_a_runner_in_the_bench_runs_unchanged(tmp_path):
     assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
 
 
-def test_versions_of_simulators_are_compared():
-    said = textwrap.dedent("""
+def test_versions_of_verilator_are_compared():
+    script = textwrap.dedent("""
         import hoverlock
         hoverlock.as_cocotb()
-        from cocotb_tools.sim_versions import IcarusVersion, ModelsimVersion, VerilatorVersion
-        of = VerilatorVersion
+        from cocotb_tools.sim_versions import VerilatorVersion as of
         assert of("5.006 2023-01-22 rev (Debian 5.006-3)") == of("Verilator 5.006") < of("5.048 devel") and of("5.10") > of("5.9")
-        assert IcarusVersion("11.0 (stable)") >= IcarusVersion("11") != IcarusVersion("11.1")
-        assert ModelsimVersion("10.5b") < ModelsimVersion("10.5.1") and hash(of("5.0")) == hash(of("5"))
+        assert of("5.0") == of("5") != of("5.1") and hash(of("5.0")) == hash(of("5"))
         try:
-            of("5") < IcarusVersion("5")
+            of("5") < "5.1"
         except TypeError as error:
-            print("told:", error)
+            print("refused:", error)
     """)
-    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True)
-    assert done.returncode == 0 and "told: '<' not supported" in done.stdout, done.stdout + done.stderr
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0 and "refused: '<' not supported" in done.stdout, done.stdout + done.stderr
 
 
 def test_a_makefile_of_cocotb_needs_one_line(tmp_path):
@@ -139,9 +137,9 @@ def test_a_makefile_of_cocotb_needs_one_line(tmp_path):
     (tmp_path / "include" / "start.vh").write_text("`define START 8'd7\n")
     (tmp_path / "starts.v").write_text(textwrap.dedent("""
         `include "start.vh"
-        module starts #(parameter WIDTH = 8) (input wire [WIDTH-1:0] in, output wire [WIDTH-1:0] out, output reg told);
+        module starts #(parameter WIDTH = 8) (input wire [WIDTH-1:0] in, output wire [WIDTH-1:0] out, output reg verbose);
             assign out = in + `START;
-            initial told = $test$plusargs("tell") != 0;
+            initial verbose = $test$plusargs("verbose") != 0;
         endmodule
     """))
     (tmp_path / "bench_starts.py").write_text(textwrap.dedent("""
@@ -152,7 +150,7 @@ def test_a_makefile_of_cocotb_needs_one_line(tmp_path):
         async def adds(dut):
             dut._id("in").value = 3
             await Timer(1, "ns")
-            assert dut.out.value == 10 and len(dut.out) == 12 and dut.told.value == 1 and cocotb.plusargs == {"tell": True}
+            assert dut.out.value == 10 and len(dut.out) == 12 and dut.verbose.value == 1 and cocotb.plusargs == {"verbose": True}
 
         @cocotb.test()
         async def is_left_out(dut):
@@ -164,7 +162,7 @@ def test_a_makefile_of_cocotb_needs_one_line(tmp_path):
         TOPLEVEL = starts
         MODULE = bench_starts
         EXTRA_ARGS = -GWIDTH=12 -Iinclude
-        PLUSARGS = +tell
+        PLUSARGS = +verbose
         PYTHON = {sys.executable}
         include $(shell {sys.executable} -m hoverlock --makefile)
     """))

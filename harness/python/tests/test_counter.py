@@ -1,4 +1,4 @@
-"""The smallest bench there is, and what a test can be told."""
+"""The smallest bench, and the options of a test."""
 
 import hoverlock
 from hoverlock import Clock, ClockCycles, Design, FallingEdge, RisingEdge

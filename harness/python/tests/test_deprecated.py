@@ -58,7 +58,7 @@ USES = {
 }
 
 
-def told(dut, use):
+def warnings_of(dut, use):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         use(dut)
@@ -71,16 +71,16 @@ def test_each_row_of_the_table_warns_where_it_is_used_and_only_when_switched_on(
     async def bench(dut):
         Clock(dut.clk, 10, "ns").start()
         for what, use in USES.items():
-            assert told(dut, use) == [], what
+            assert warnings_of(dut, use) == [], what
         deprecated.switch(True)
         try:
             for what, use in USES.items():
                 times = 2 if what == "Value.integer" else 1
-                assert told(dut, use) == [(ADVICE[what], DeprecationWarning, "test_deprecated.py")] * times, what
+                assert warnings_of(dut, use) == [(ADVICE[what], DeprecationWarning, "test_deprecated.py")] * times, what
         finally:
             deprecated.switch(False)
         for what, use in USES.items():
-            assert told(dut, use) == [], what
+            assert warnings_of(dut, use) == [], what
 
     simulate(odd, bench)
 

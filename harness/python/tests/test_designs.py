@@ -52,12 +52,12 @@ class Scoreboard:
         self.compared += 1
 
 
-async def watch(clk, valid, ready, data, tell):
-    """Tells of each word that moves."""
+async def watch(clk, valid, ready, data, log):
+    """Logs each word that moves."""
     while True:
         await RisingEdge(clk)
         if valid.value and ready.value:
-            tell(int(data.value))
+            log(int(data.value))
 
 
 async def fifo_bench(dut, count=300, fill=0.6, drain=0.4):
@@ -145,7 +145,7 @@ async def a_uart_sends(dut):
             await RisingEdge(dut.clk)
 
 
-# The sample of the stop bit lies 9.5 bits after the start: a sender 4 % off is 0.38 bits off there, and is understood.
+# The sample of the stop bit is 9.5 bits after the start: a sender 4 % off is 0.38 bits off there, and is understood.
 @hoverlock.test(design=uart, timeout_time=1, timeout_unit="ms")
 @hoverlock.parametrize(off=[-0.04, -0.02, 0.0, 0.02, 0.04])
 async def a_uart_understands_a_sender_that_is_a_little_off(dut, off):
@@ -167,7 +167,7 @@ async def a_uart_reports_a_frame_without_a_stop_bit(dut):
     start_soon(send_byte(dut.rx, 0xA5, stop=0))
     came = await First(RisingEdge(dut.framing_error), RisingEdge(dut.rx_valid))
     assert came is RisingEdge(dut.framing_error) and not dut.rx_valid.value
-    # A sender at 4/5 of the speed is late by more than two bits: a 0 stands where the stop bit is looked for.
+    # A sender at 4/5 of the speed is late by more than two bits: a 0 is in the place of the stop bit.
     await Timer(12 * BIT, "ps")
     start_soon(send_byte(dut.rx, 0x5A, bit=BIT * 1.25))
     await Timer(10 * BIT, "ps")

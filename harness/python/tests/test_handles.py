@@ -215,7 +215,7 @@ def test_digits_that_a_signal_cannot_have(caplog, choice, expected):
 
     with caplog.at_level("WARNING", logger="hoverlock"):
         simulate(generated, bench, seed=3)
-    assert caplog.text.count("is written as") == 1 and f"written as {choice}" in caplog.text
+    assert caplog.text.count("are written as") == 1 and f"written as {choice}" in caplog.text
 
 
 odd = Design(Path(__file__).resolve().parents[2] / "tests" / "designs" / "odd.sv", top="odd", internals=["*"])

@@ -145,5 +145,5 @@ def test_a_runner_makes_forceable_what_a_bench_forces(tmp_path, monkeypatch, cap
     runner = get_runner("verilator")
     runner.build(sources=[SOURCE], hdl_toplevel="overrides")
     assert get_results(runner.test(test_module="bench_forces", seed=1)) == (1, 0)
-    told = [record.getMessage() for record in caplog.records]
-    assert any("in which all can be forced" in text for text in told) and runner.design.forceable == ("*",)
+    messages = [record.getMessage() for record in caplog.records]
+    assert any("in which all can be forced" in text for text in messages) and runner.design.forceable == ("*",)

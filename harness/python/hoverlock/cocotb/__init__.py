@@ -12,10 +12,11 @@ from __future__ import annotations
 from typing import Any
 
 from .. import log as _log
-from .. import parametrize, pass_test, start_soon
-from .. import start as _start
+from .._core import start_soon
 from ..deprecated import advise as _advise
-from ..testing import running, running_or_loading
+from ..session import running, running_or_loading
+from ..tasks import start as _start
+from ..testing import parametrize, pass_test
 from . import (
     binary,
     clock,
@@ -73,7 +74,7 @@ __all__ = [
 __version__ = "2.1.0"
 """The version of cocotb whose names these are."""
 
-# Whether `import cocotb` gives this module: then what a run has is there while there is a run, and not before.
+# Whether `import cocotb` imports this module: then the names of a run exist only while there is a run.
 _alias = False
 
 log = _log.log

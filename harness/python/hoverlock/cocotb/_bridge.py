@@ -1,7 +1,7 @@
 """Blocking functions and coroutines that call each other: ``bridge`` and ``resume``, ``external`` and ``function`` by
 cocotb 1's names.
 
-A blocking function runs in a thread of its own. The simulation stands still while it computes, and runs on while it
+A blocking function runs in its own thread. The simulation stands still while it computes, and runs on while it
 waits for a coroutine of ``resume``: at any time one of the two runs.
 """
 
@@ -18,12 +18,12 @@ from ..errors import CancelledError
 
 __all__ = ["bridge", "resume"]
 
-# Of a thread of `bridge`: the two queues that it and its task speak through.
+# The two queues between a thread of `bridge` and its task.
 _here = threading.local()
 
 
 def bridge(function: Callable[..., Any]) -> Callable[..., Coroutine[Any, Any, Any]]:
-    """Makes a coroutine function of a blocking one, which may call functions made by ``resume``.
+    """Converts a blocking function into a coroutine function; it may call functions made by ``resume``.
 
     >>> result = await bridge(driver_without_async)(dut)
     """
@@ -52,7 +52,7 @@ def bridge(function: Callable[..., Any]) -> Callable[..., Coroutine[Any, Any, An
                 result = await what
             except BaseException as error:
                 if _is_own_end(error):
-                    # The thread's wait ends with an error, so that the thread does.
+                    # The thread's wait ends with an error, so that the thread ends.
                     to_thread.put((None, RuntimeError("the task of this bridge was cancelled")))
                     raise
                 failure = error
@@ -62,7 +62,7 @@ def bridge(function: Callable[..., Any]) -> Callable[..., Coroutine[Any, Any, An
 
 
 def _is_own_end(error: BaseException) -> bool:
-    """Whether the task itself is cancelled, rather than one that it waited for."""
+    """Returns whether the task itself is cancelled, rather than one that it waited for."""
     if isinstance(error, GeneratorExit):
         return True
     asyncio = sys.modules.get("asyncio")
@@ -70,7 +70,7 @@ def _is_own_end(error: BaseException) -> bool:
 
 
 def resume(function: Callable[..., Coroutine[Any, Any, Any]]) -> Callable[..., Any]:
-    """Makes a blocking function of a coroutine function, to be called below ``bridge``.
+    """Converts a coroutine function into a blocking function, which code below ``bridge`` can call.
 
     >>> write = resume(bus.write)
     """

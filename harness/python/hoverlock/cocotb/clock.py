@@ -9,7 +9,7 @@ import logging
 from typing import Any
 
 from .. import clock as _clock
-from .._core import Handle
+from .._core import Handle, start_soon
 from ..deprecated import advise
 from ..triggers import Timer
 
@@ -54,8 +54,6 @@ class Clock(_clock.Clock, BaseClock):
             return self.start(start_high=cycles, phase=phase)
         super().start(start_high, phase=phase)
         if cycles is not None:
-            from .. import start_soon
-
             start_soon(self._stop_after(cycles))
         return self
 

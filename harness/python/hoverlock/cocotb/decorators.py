@@ -23,7 +23,7 @@ RunningTask = RunningCoroutine = Task
 
 
 def coroutine(function: Any) -> Any:
-    """Makes a coroutine function of a generator function; an ``async def`` is returned unchanged."""
+    """Converts a generator function into a coroutine function; an ``async def`` is returned unchanged."""
     if not inspect.isgeneratorfunction(function):
         return function
 
@@ -68,7 +68,7 @@ def test(*args: Any, **kwargs: Any) -> Any:
     return lambda function: testing.test(**{**getattr(function, "_hoverlock_options", {}), **kwargs})(coroutine(function))
 
 
-test._makes_tests = True  # type: ignore[attr-defined]  # it is no test itself: see the pytest plug-in
+test._makes_tests = True  # type: ignore[attr-defined]  # it is not a test itself: see the pytest plug-in
 
 
 def skipif(condition: bool, *, reason: str = "") -> Any:

@@ -43,7 +43,7 @@ __all__ = [
 
 
 class _Kind(type):
-    """A class that stands for some of the handles here: for ``isinstance`` and annotations, never for instances."""
+    """A class that matches some of the handles, for ``isinstance`` and annotations; it has no instances."""
 
     _check: Callable[[Any], bool]
 
@@ -54,7 +54,7 @@ class _Kind(type):
         return cls
 
     def __call__(cls, *_: object) -> Any:
-        raise TypeError(f"{cls.__name__} stands for handles that the design has; none is made by a bench")
+        raise TypeError(f"{cls.__name__} matches handles of the design; a bench cannot create one")
 
 
 def _kind(name: str, text: str, check: Callable[[Any], bool]) -> Any:
@@ -111,12 +111,12 @@ RegionObject = _kind("RegionObject", "An instance, or several.", lambda h: isins
 
 
 def SimHandle(handle: Any, path: str | None = None) -> Any:
-    """The handle itself."""
+    """Returns the handle itself."""
     return handle
 
 
 class GPIDiscovery:
-    """How a name is looked for; all names are known here."""
+    """The ways to look up a name in cocotb; here all names are known, so they have no effect."""
 
     AUTO = 0
     NATIVE = 1

@@ -15,7 +15,7 @@ __all__ = ["TestFactory"]
 
 
 class TestFactory:
-    """Makes one test for each combination of options.
+    """A generator of one test for each combination of options.
 
     >>> factory = TestFactory(run_test)
     >>> factory.add_option("data_in", [random_data, all_ones])

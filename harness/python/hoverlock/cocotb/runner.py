@@ -25,7 +25,7 @@ _OTHERS = ("icarus", "questa", "ghdl", "riviera", "activehdl", "vcs", "xcelium",
 
 
 _AGAIN = "a bench %s: all tests run again on a slower model%s; faster is build(..., %s=['u_core.state'])"
-# What a bench may need of the model beyond its ports, the error that shows it, and what is said then.
+# What a bench may need of the model beyond its ports: the error that shows it, and the message.
 _MORE = (
     ("internals", NoSuchSignal, _AGAIN % ("uses a signal that is not a port", " with all internal signals accessible", "internals")),
     ("forceable", NotForceable, _AGAIN % ("forces a signal", " in which all can be forced", "forceable")),
@@ -33,7 +33,7 @@ _MORE = (
 
 
 class Verilator:
-    """Builds a design and runs its tests. The build folder only gets the results: models lie in the cache folder."""
+    """A runner that builds a design and runs its tests. The build folder has only the results; models are in the cache."""
 
     def __init__(self, arguments_are_verilators: bool = True) -> None:
         self.arguments_are_verilators = arguments_are_verilators
@@ -110,7 +110,7 @@ class Verilator:
             modules = [name for text in modules for name in text.split(",") if name.strip()]
             chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
             session_seed = new_seed() if chosen is None else int(chosen)
-            # Whether a bench uses internals, or forces one, shows only when it runs: results of such runs are not printed.
+            # Only a run shows whether a bench uses or forces internals; the results of such a run are not printed.
             quiet = not self.internals_are_chosen
             results = run(modules, design, seed=session_seed, names=names, quiet=quiet, fresh=True)
             for option, kind, text in _MORE if quiet else ():
@@ -133,7 +133,7 @@ class Verilator:
 
 
 def get_runner(simulator_name: str = "verilator") -> Verilator:
-    """The runner. Verilator is the only simulator: it is used whichever is named, without the ``build_args`` of another.
+    """Returns the runner. It always uses Verilator, and ignores the ``build_args`` if another simulator is named.
 
     >>> runner = get_runner(os.getenv("SIM", "icarus"))
     """
@@ -146,7 +146,7 @@ def get_runner(simulator_name: str = "verilator") -> Verilator:
 
 
 def get_results(results_xml: str | Path) -> tuple[int, int]:
-    """The number of tests and of failures in a results file.
+    """Returns the numbers of tests and of failures in a results file.
 
     >>> assert get_results(path) == (3, 0)
     """

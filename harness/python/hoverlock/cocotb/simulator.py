@@ -10,12 +10,12 @@ __all__ = ["get_precision", "is_running"]
 
 
 def is_running() -> bool:
-    """Whether a test is running, or modules are loaded to run."""
-    from ..testing import running_or_loading
+    """Returns whether a test is running or modules are being loaded."""
+    from ..session import running_or_loading
 
     return running_or_loading() is not None
 
 
 def get_precision() -> int:
-    """The time precision as a power of ten, in seconds: -12, a picosecond."""
+    """Returns the time precision as a power of ten, in seconds: -12, a picosecond."""
     return -12

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from .. import triggers as _triggers
-from .._core import Task
+from .._core import Task, start_soon
 from ..deprecated import advise
 from ..errors import TriggerError
 from ..triggers import (
@@ -78,7 +78,7 @@ class Event(_triggers.Event):
 
 
 class _Locked(int):
-    """Whether a lock is taken: an attribute in cocotb 1, a method in cocotb 2."""
+    """The state of a lock: an attribute in cocotb 1, a method in cocotb 2."""
 
     def __call__(self) -> bool:
         return bool(self)
@@ -94,18 +94,18 @@ class Lock(_triggers.Lock):
 
     @property
     def locked(self) -> Any:
-        """Whether a task has the lock; may be called, too."""
+        """Whether a task holds the lock; can be called too."""
         return _Locked(self._raw.locked())
 
 
 def Join(task: Task[Any]) -> Trigger:
-    """A trigger: the end of a task; its result is that of the task."""
+    """Returns a trigger for the end of a task; its result is that of the task."""
     advise("Join")
     return task.complete
 
 
 def TaskComplete(task: Task[Any]) -> Trigger:
-    """A trigger: the end of a task, by cocotb 2's name."""
+    """Returns a trigger for the end of a task (cocotb 2's name)."""
     return task.complete
 
 
@@ -114,8 +114,6 @@ async def gather(*awaitables: object, return_exceptions: bool = False) -> tuple[
 
     >>> a, b = await gather(read(0), read(1))
     """
-    from .. import start_soon
-
     async def end_of(item: Any) -> tuple[object, Exception | None]:
         try:
             given = await item
@@ -135,8 +133,6 @@ async def select(*awaitables: object) -> tuple[int, Any]:
 
     >>> which, _ = await select(RisingEdge(dut.done), Timer(1, "us"))
     """
-    from .. import start_soon
-
     async def numbered(at: int, item: Any) -> tuple[int, Any]:
         given = await item
         return at, item if given is None and isinstance(item, Trigger) else given

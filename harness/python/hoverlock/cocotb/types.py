@@ -51,7 +51,7 @@ class Range:
         return self._range()[at]
 
     def index(self, value: int) -> int:
-        """The position of an index, from the left."""
+        """Returns the position of an index, from the left."""
         return self._range().index(value)
 
     def __eq__(self, other: object) -> bool:
@@ -65,7 +65,7 @@ class Range:
 
 
 class Logic:
-    """One digit: ``0``, ``1``, or one that a signal cannot have here (``X``, ``Z`` ...).
+    """A digit: ``0``, ``1``, or one that no signal can have here (``X``, ``Z`` ...).
 
     >>> bool(Logic(1) & Logic("1"))
     True
@@ -180,14 +180,14 @@ class LogicArray:
 
     @classmethod
     def from_unsigned(cls, value: int, range: Range | int) -> LogicArray:  # noqa: A002
-        """The digits of a number that is not negative."""
+        """Returns the digits of a non-negative number."""
         if value < 0:
             raise OverflowError(f"{value} is negative")
         return cls(value, range)
 
     @classmethod
     def from_signed(cls, value: int, range: Range | int) -> LogicArray:  # noqa: A002
-        """The digits of a number in two's complement."""
+        """Returns the digits of a number in two's complement."""
         size = len(range) if isinstance(range, Range) else range
         if not -(1 << (size - 1)) <= value < 1 << (size - 1):
             raise OverflowError(f"{value} does not fit {size} digits of two's complement")
@@ -195,7 +195,7 @@ class LogicArray:
 
     @classmethod
     def from_bytes(cls, value: bytes, range: Range | int | None = None, *, byteorder: str = "big") -> LogicArray:  # noqa: A002
-        """The digits of bytes."""
+        """Returns the digits of bytes."""
         number = int.from_bytes(value, "little" if byteorder == "little" else "big")
         return cls(number, 8 * len(value) if range is None else range)
 
@@ -205,18 +205,18 @@ class LogicArray:
         return all(digit in "01LH" for digit in self._digits)
 
     def to_unsigned(self) -> int:
-        """The unsigned number."""
+        """Returns the digits as an unsigned number."""
         if not self.is_resolvable:
             raise ValueError(f"'{self._digits}' has digits that are neither 0 nor 1")
         return int(self._digits.translate(str.maketrans("LH", "01")) or "0", 2)
 
     def to_signed(self) -> int:
-        """The number in two's complement."""
+        """Returns the digits as a number in two's complement."""
         number, size = self.to_unsigned(), len(self)
         return number - (1 << size) if size and number >> (size - 1) else number
 
     def to_bytes(self, *, byteorder: str = "big") -> bytes:
-        """Its bytes."""
+        """Returns the digits as bytes."""
         return self.to_unsigned().to_bytes((len(self) + 7) // 8, "little" if byteorder == "little" else "big")
 
     integer = property(to_unsigned, doc="The unsigned number.")
@@ -224,7 +224,7 @@ class LogicArray:
 
     @property
     def binstr(self) -> str:
-        """Its digits, left first."""
+        """The digits as text, the leftmost first."""
         return self._digits
 
     def _at(self, index: int) -> int:
@@ -311,7 +311,7 @@ class LogicArray:
     def __invert__(self) -> LogicArray:
         return LogicArray([~digit for digit in self], self.range)
 
-    # Calculation gives plain whole numbers, as with the values of signals.
+    # Calculations return plain integers, as with the values of signals.
 
     def __lt__(self, other: Any) -> bool:
         return bool(self.to_unsigned() < int(other))
@@ -355,7 +355,7 @@ class Array(list[Any]):
 
 
 def concat(a: Any, b: Any) -> LogicArray:
-    """Two values after one another.
+    """Returns two values, one after the other.
 
     >>> concat(LogicArray("10"), LogicArray("01"))
     LogicArray('1001', Range(3, 'downto', 0))

@@ -13,7 +13,7 @@ __all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps"]
 
 
 def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:
-    """The simulation time, as `hoverlock.utils.get_sim_time` gives it.
+    """Returns the simulation time, as `hoverlock.utils.get_sim_time` does.
 
     >>> get_sim_time("ns")
     """
@@ -23,14 +23,14 @@ def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:
 
 
 def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, round_mode: str | None = None) -> int:
-    """A span of time in steps of 1 ps.
+    """Converts a span of time into steps of 1 ps.
 
     >>> get_sim_steps(2, "ns")
     2000
     """
     if units is not None:
         advise("get_sim_steps(units)")
-    # By its digits: 0.1 ns is 100 steps, though no binary fraction is 0.1.
+    # By its decimal digits: 0.1 ns is exactly 100 steps, although 0.1 has no exact binary fraction.
     scaled = Fraction(str(time)) * _UNITS[units or unit] / _UNITS["step"]
     if round_mode in (None, "error"):
         if scaled.denominator != 1:
@@ -44,7 +44,7 @@ def get_sim_steps(time: float, unit: str = "step", *, units: str | None = None, 
 
 
 def get_time_from_sim_steps(steps: int, unit: str | None = None, *, units: str | None = None) -> float:
-    """Steps of 1 ps, converted to a unit.
+    """Converts steps of 1 ps into a unit.
 
     >>> get_time_from_sim_steps(2500, "ns")
     2.5

@@ -79,28 +79,28 @@ async def unknown_digits_stay_in_python(dut):
 
 @cocotb.test()
 async def tasks_are_made_and_cancelled(dut):
-    told = []
+    seen = []
 
     async def waits():
         try:
             await Timer(1, "ms")
         except asyncio.CancelledError:
-            told.append("cancelled")
+            seen.append("cancelled")
             raise
 
     made = cocotb.create_task(waits())
     await Timer(1, "ns")
-    assert told == [] and not made.done()
+    assert seen == [] and not made.done()
     cocotb.start_soon(made)
     await Timer(1, "ns")
     made.cancel()
     await Timer(1, "ns")
-    assert told == ["cancelled"] and made.cancelled()
+    assert seen == ["cancelled"] and made.cancelled()
     try:
         made.result()
     except asyncio.CancelledError:
-        told.append("so it says")
-    assert told[1:] == ["so it says"]
+        seen.append("so it says")
+    assert seen[1:] == ["so it says"]
 
     async def gives(value):
         await Timer(value, "ns")
