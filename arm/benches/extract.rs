@@ -7,7 +7,7 @@
 //! go to the standard output as the hardware emits them.
 
 use hoverlock_design::KT27;
-use hoverlock_fixed_point::model::bit_true::TWO_PAIR_WORDS;
+use hoverlock_fixed_point::model::record::TWO_PAIR_WORDS;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::mark::{Part, mark};

@@ -8,7 +8,9 @@ mod support;
 
 use hoverlock_arm::message::{self, Command as Order, Telemetry};
 use hoverlock_design::KT27;
-use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, TWO_PAIR_WORDS, ThresholdController, counts};
+use hoverlock_fixed_point::model::bit_true::BitTrue;
+use hoverlock_fixed_point::model::record::{FeatureRecord, TWO_PAIR_WORDS};
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -168,7 +170,7 @@ fn picture() -> Result<Sample, Box<dyn Error>> {
     }
     let planes = BitTrue::new(&KT27)?.planes(&frame);
     let mut controller = ThresholdController::new(&KT27);
-    controller.settle(|thresholds| counts(&planes.features(thresholds)));
+    controller.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
     let thresholds = controller.thresholds().to_vec();
     let pixels = frame.as_slice().iter().flat_map(|sample| sample.to_le_bytes()).collect();
     let features = planes.features(&thresholds);

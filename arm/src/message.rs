@@ -13,7 +13,7 @@
 //! across the columns. It may arrive before or after its frame. The standard errors are the present ones of IMU and
 //! laser; over rough ground the laser's includes the relief.
 
-use hoverlock_fixed_point::model::bit_true::{
+use hoverlock_fixed_point::model::record::{
     FLAG_TEN_WORDS, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS, record_words,
 };
 use hoverlock_reference::features::feature::MAX_PAIRS;

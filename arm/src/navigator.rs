@@ -21,7 +21,7 @@ use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, MessageError, Registers, Telemetry};
 use crate::off_plane::OffPlaneMask;
 use crate::reference::{MAX_ZOOM_CHANGE, Reference, is_accurate};
-use hoverlock_fixed_point::model::bit_true::FeatureRecord;
+use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::estimator::{Estimator, Workspace};

@@ -3,7 +3,7 @@
 use crate::framing::encode;
 use crate::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
 use crate::message::{self, Telemetry, encode_frame, encode_registers};
-use hoverlock_fixed_point::model::bit_true::FeatureRecord;
+use hoverlock_fixed_point::model::record::FeatureRecord;
 
 /// A source of messages, which it numbers from 0.
 #[derive(Default)]

@@ -1,8 +1,9 @@
 //! Real nadir pictures, cropped to the frame of the design point, through the bit-true model and the SIMD model.
 
 use hoverlock_design::KT27;
-use hoverlock_fixed_point::model::bit_true::{BitTrue, ThresholdController, counts};
+use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_pictures::{Picture, data_dir};
 use std::io::Write as _;
 
@@ -39,9 +40,9 @@ fn simd_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
                 assert_eq!(portable.portable_frame(&frame, &thresholds), features, "{}", path.display());
                 assert!(*simd.planes() == planes && *portable.planes() == planes, "{}", path.display());
             }
-            controller.finish_frame(&counts(&features));
+            controller.finish_frame(&count_per_scale(&features));
             if controller.thresholds() == thresholds {
-                settled = Some((round, thresholds, counts(&features)));
+                settled = Some((round, thresholds, count_per_scale(&features)));
                 break;
             }
         }

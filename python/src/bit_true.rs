@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::bit_true::{RECORD_WORDS, TWO_PAIR_WORDS};
+use hoverlock_fixed_point::model::record::{RECORD_WORDS, TWO_PAIR_WORDS};
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};

@@ -6,8 +6,10 @@ use std::{
 };
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::bit_true::{BitTrue, FeatureRecord, Planes, ThresholdController, counts};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, Planes};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::record::FeatureRecord;
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 
 use hoverlock_reference::features::feature::MAX_PAIRS;
 
@@ -66,7 +68,7 @@ impl Iterator for Expectation<'_> {
         let planes = shared.unwrap_or_else(|| Arc::new(self.planes(job)));
         let thresholds = self.thresholds(job);
         let records = planes.features(&thresholds);
-        let follows = || (thresholds.clone(), counts(&records));
+        let follows = || (thresholds.clone(), count_per_scale(&records));
         self.follows = job.automatic.filter(|_| !job.is_lost()).map(|_| follows());
         self.planes = Some(planes.clone());
         self.next += 1;

@@ -1,6 +1,6 @@
 //! The result of a run: counts, rates, and the first difference as text.
 
-use hoverlock_fixed_point::model::bit_true::FeatureRecord;
+use hoverlock_fixed_point::model::record::FeatureRecord;
 
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use hoverlock_fixed_point::model::bit_true::{
+use hoverlock_fixed_point::model::record::{
     FLAG_BRIGHT, FLAG_SCALE, FLAG_TEN_WORDS, FLAG_THIRD, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, record_words,
 };
 

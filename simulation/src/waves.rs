@@ -8,7 +8,7 @@
 use std::{fmt::Write as _, path::Path};
 
 use hoverlock_design::{DesignPoint, smoother_names};
-use hoverlock_fixed_point::model::bit_true::record_words;
+use hoverlock_fixed_point::model::record::record_words;
 use hoverlock_harness::{Time, build::Trace, model::Model};
 
 use crate::{Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window};

@@ -1,9 +1,10 @@
 //! The top between camera, DMA and CPU: what the CPU finds in memory is what `bit_true` lists, however late the CPU is.
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
 use hoverlock_fixed_point::model::design::camera_samples;
+use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::board::{Driver, RegisterPort};
 use hoverlock_simulation::{SimulationError, Simulator, Trace};
@@ -33,7 +34,7 @@ fn expected(design: &DesignPoint, frames: &[Plane<u16>], thresholds: &[u32]) -> 
     let of_frame = |frame: &Plane<u16>| {
         let thresholds = control.thresholds().to_vec();
         let records = model.frame(frame, &thresholds).to_vec();
-        control.finish_frame(&counts(&records));
+        control.finish_frame(&count_per_scale(&records));
         (records, thresholds)
     };
     frames.iter().map(of_frame).collect()

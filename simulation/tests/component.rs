@@ -4,7 +4,8 @@
 use std::{collections::VecDeque, fs, path::Path, path::PathBuf, process::Command};
 
 use hoverlock_design::{DesignPoint, Format, KT27};
-use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TEN_WORDS, FLAG_TRAILER};
+use hoverlock_fixed_point::model::bit_true::BitTrue;
+use hoverlock_fixed_point::model::record::{FLAG_TEN_WORDS, FLAG_TRAILER};
 use hoverlock_harness::build::{Build, Initial};
 use hoverlock_harness::model::{InstanceOptions, Library, Model, RawSignal};
 use hoverlock_reference::image::plane::Plane;

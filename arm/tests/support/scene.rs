@@ -3,7 +3,7 @@
 
 use super::Source;
 use hoverlock_arm::message::{self, Command, Telemetry};
-use hoverlock_fixed_point::model::bit_true::FeatureRecord;
+use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Descriptor;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;

@@ -5,7 +5,8 @@ use hoverlock_arm::hardware::{Fpga, Size};
 use hoverlock_arm::message::encode_frame;
 use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::bit_true::{FeatureRecord, ThresholdController, counts};
+use hoverlock_fixed_point::model::record::FeatureRecord;
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::Selection;
@@ -57,7 +58,7 @@ impl Extractor {
         let (design, mut extract) = (design.clone(), float_features(design, selection)?);
         let all = records(&design, &extract(first));
         let mut control = ThresholdController::new(&design);
-        control.settle(|thresholds| counts(&above(&all, thresholds)));
+        control.settle(|thresholds| count_per_scale(&above(&all, thresholds)));
         let of = design.clone();
         let features = move |frame: &Plane<u16>, thresholds: &[u32]| above(&records(&of, &extract(frame)), thresholds);
         Ok(Self::model(&design, Box::new(features), control.thresholds()))
@@ -115,7 +116,7 @@ impl Extractor {
             Self::Model { features, control, frames } => {
                 let thresholds = control.thresholds().to_vec();
                 let found = features(frame, control.thresholds());
-                control.finish_frame(&counts(&found));
+                control.finish_frame(&count_per_scale(&found));
                 *frames += 1;
                 Ok(encode_frame(*frames - 1, &found, 0, 0, &thresholds))
             }

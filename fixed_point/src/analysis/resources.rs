@@ -13,7 +13,7 @@
 
 use serde::Serialize;
 
-use crate::model::bit_true::record_words;
+use crate::model::record::record_words;
 use hoverlock_design::DesignPoint;
 use hoverlock_reference::features::maxlbp::LARGEST_RING;
 

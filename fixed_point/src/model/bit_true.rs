@@ -27,7 +27,6 @@
 //! It counts them and keeps the order of the others, so emitted + dropped is the length of this list.
 
 use hoverlock_reference::features::dog::Dog;
-use hoverlock_reference::features::feature::{Descriptor, Feature, MAX_PAIRS};
 use hoverlock_reference::features::maxima::maxima;
 use hoverlock_reference::features::maxlbp::{Layer, descriptor};
 use hoverlock_reference::image::plane::Plane;
@@ -35,6 +34,7 @@ use hoverlock_reference::image::plane::Plane;
 use crate::model::coefficients::{CoefficientError, LerpCoefficients};
 use crate::model::design::rings;
 use crate::model::lerp::lerp;
+use crate::model::record::FeatureRecord;
 use crate::model::stages::{self, Stage, StageCoefficients};
 use hoverlock_design::DesignPoint;
 
@@ -49,197 +49,6 @@ pub struct Planes {
     pub layers: Vec<Layer<u16>>,
     /// Samples of `DOG_k` that saturated; the hardware has one sticky bit that is set where this is not 0.
     pub saturated: Vec<u64>,
-}
-
-/// The feature record of the hardware: 256 bits in eight 32-bit words, or 320 bits in ten where the design has three
-/// scale pairs. The first eight words have the same layout in both; the words of a pair that the design does not have
-/// are 0.
-///
-/// | word | bits 31..16 | bits 15..0 |
-/// |---|---|---|
-/// | 0 | `y` | `x` |
-/// | 1 | flags | response |
-/// | 2 | right neighbour | left neighbour |
-/// | 3 | lower neighbour | upper neighbour |
-/// | 4, 5 | MaxLBP k0, MaxLBP k1 | |
-/// | 6, 7 | sign k0, sign k1 | |
-/// | 8, 9 | MaxLBP k2, sign k2: records of ten words only | |
-///
-/// Flags: bits 0 and 2 the scale pair, bit 0 the lower, bit 1 the polarity (1 where `d_k >= 0`, a bright spot), bit 15
-/// set in the trailer record of a frame and never in a feature. Bit 12 of the trailer says that the records have ten
-/// words. The other bits are 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct FeatureRecord {
-    /// Column.
-    pub x: u16,
-    /// Row.
-    pub y: u16,
-    /// `DOG_k` at the pixel, LSB of the DoG.
-    pub response: u16,
-    /// Scale pair, 0 to 2.
-    pub scale: u8,
-    /// Polarity: `d_k >= 0`.
-    pub bright: bool,
-    /// `DOG_k` at the left, right, upper and lower neighbour.
-    pub neighbours: [u16; 4],
-    /// Descriptor of all scales.
-    pub descriptor: Descriptor,
-}
-
-/// Words of the record of one or two scale pairs.
-pub const TWO_PAIR_WORDS: usize = 8;
-/// Words of the record of three scale pairs: all that there are.
-pub const RECORD_WORDS: usize = 10;
-
-/// Words of the record of so many scale pairs.
-pub const fn record_words(pairs: usize) -> usize {
-    if pairs > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
-}
-
-/// Lower flag bit of the scale pair.
-pub const FLAG_SCALE: u16 = 1;
-/// Flag bit of the polarity.
-pub const FLAG_BRIGHT: u16 = 1 << 1;
-/// Upper flag bit of the scale pair, in records of ten words only.
-pub const FLAG_THIRD: u16 = 1 << 2;
-/// Flag bit of a trailer: the records of its frame have ten words.
-pub const FLAG_TEN_WORDS: u16 = 1 << 12;
-/// Flag bit of the record that ends a frame's packet.
-pub const FLAG_TRAILER: u16 = 1 << 15;
-
-impl FeatureRecord {
-    /// The record as 32-bit words, least significant word first; of one or two scale pairs the first
-    /// [`TWO_PAIR_WORDS`] are sent, the others are 0.
-    pub fn pack(&self) -> [u32; RECORD_WORDS] {
-        let pair = |low: u16, high: u16| u32::from(low) | (u32::from(high) << 16);
-        let scale = [0, FLAG_SCALE, FLAG_THIRD][usize::from(self.scale)];
-        let flags = scale | if self.bright { FLAG_BRIGHT } else { 0 };
-        let [left, right, up, down] = self.neighbours;
-        let mut words = [0; RECORD_WORDS];
-        words[..4].copy_from_slice(&[
-            pair(self.x, self.y),
-            pair(self.response, flags),
-            pair(left, right),
-            pair(up, down),
-        ]);
-        words[4..].copy_from_slice(&self.descriptor.words());
-        words
-    }
-
-    /// The feature of a record of eight or ten words; `None` where a flag is set that no feature has, or with another
-    /// number of words.
-    pub fn unpack(words: &[u32]) -> Option<Self> {
-        let (low, high) = (|word: u32| word as u16, |word: u32| (word >> 16) as u16);
-        let first: &[u32; TWO_PAIR_WORDS] = words.first_chunk()?;
-        let (third, ten_words) = match words[TWO_PAIR_WORDS..] {
-            [] => ([0; 2], false),
-            [maxlbp, sign] => ([maxlbp, sign], true),
-            _ => return None,
-        };
-        let flags = high(first[1]);
-        let scale = match flags & (FLAG_SCALE | FLAG_THIRD) {
-            0 => 0,
-            FLAG_SCALE => 1,
-            FLAG_THIRD if ten_words => 2,
-            _ => return None,
-        };
-        (flags & !(FLAG_SCALE | FLAG_THIRD | FLAG_BRIGHT) == 0).then(|| Self {
-            x: low(first[0]),
-            y: high(first[0]),
-            response: low(first[1]),
-            scale,
-            bright: flags & FLAG_BRIGHT != 0,
-            neighbours: [low(first[2]), high(first[2]), low(first[3]), high(first[3])],
-            descriptor: Descriptor { maxlbp: [first[4], first[5], third[0]], sign: [first[6], first[7], third[1]] },
-        })
-    }
-
-    /// The feature in DN of the camera sample: `dog_lsb` is the LSB of the DoG, DN.
-    pub fn feature(&self, dog_lsb: f64) -> Feature {
-        Feature {
-            x: u32::from(self.x),
-            y: u32::from(self.y),
-            scale: self.scale,
-            bright: self.bright,
-            response: f64::from(self.response) * dog_lsb,
-            neighbours: self.neighbours.map(|response| f64::from(response) * dog_lsb),
-            descriptor: self.descriptor,
-        }
-    }
-}
-
-impl From<&FeatureRecord> for Feature {
-    /// At the default design point, where one LSB of the DoG is 0.5 DN.
-    fn from(record: &FeatureRecord) -> Self {
-        record.feature(0.5)
-    }
-}
-
-/// The automatic thresholds `T_k`, updated from the feature counts of the last frame.
-///
-/// At the start of a frame, for each scale, with the count before drops: above `5 N / 4` `T += (T >> 3) + 1`, below `3
-/// N / 4` `T = max(1, T - (T >> 3) - 1)`. `T` is at most the largest DoG.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ThresholdController {
-    target: u32,
-    max: u32,
-    thresholds: Vec<u32>,
-}
-
-impl ThresholdController {
-    /// The controller of a design point before its first frame.
-    pub fn new(design: &DesignPoint) -> Self {
-        Self {
-            target: design.threshold.target,
-            max: design.max_dog(),
-            thresholds: vec![design.threshold.initial; design.pairs()],
-        }
-    }
-
-    /// The controller of a design point after a frame with the thresholds `T_k`.
-    pub fn resumed(design: &DesignPoint, thresholds: &[u32]) -> Self {
-        Self { thresholds: thresholds.to_vec(), ..Self::new(design) }
-    }
-
-    /// `T_k` of the frame about to start.
-    pub fn thresholds(&self) -> &[u32] {
-        &self.thresholds
-    }
-
-    /// Updates the thresholds with the number of features of each scale in the frame just finished.
-    pub fn finish_frame(&mut self, counts: &[u32]) {
-        for (threshold, count) in self.thresholds.iter_mut().zip(counts) {
-            let (count, target) = (u64::from(*count), u64::from(self.target));
-            let step = (*threshold >> 3) + 1;
-            if 4 * count > 5 * target {
-                *threshold = (*threshold + step).min(self.max);
-            } else if 4 * count < 3 * target {
-                *threshold = threshold.saturating_sub(step).max(1);
-            }
-        }
-    }
-
-    /// Updates the thresholds until they rest, as of a camera that has looked at one picture for a while. `counts`
-    /// tells the features of each scale in that picture at given thresholds.
-    pub fn settle(&mut self, mut counts: impl FnMut(&[u32]) -> [u32; MAX_PAIRS]) {
-        for _ in 0..SETTLING {
-            let before = self.thresholds.clone();
-            self.finish_frame(&counts(&before));
-            if self.thresholds == before {
-                break;
-            }
-        }
-    }
-}
-
-/// Frames in which thresholds settle: steps of an eighth lead from one end of their range to the other in fewer.
-const SETTLING: usize = 100;
-
-/// The number of features of each scale; 0 for scale pairs that the design does not have.
-pub fn counts(features: &[FeatureRecord]) -> [u32; MAX_PAIRS] {
-    let mut counts = [0; MAX_PAIRS];
-    features.iter().for_each(|feature| counts[usize::from(feature.scale)] += 1);
-    counts
 }
 
 /// The bit-true model of one design point.
@@ -367,6 +176,7 @@ impl Planes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::threshold::count_per_scale;
     use crate::pictures::pictures;
     use hoverlock_design::{Format, KT27};
     use proptest::prelude::*;
@@ -503,101 +313,8 @@ mod tests {
                     }
                 }
             }
-            prop_assert_eq!(counts(&found).iter().sum::<u32>() as usize, found.len());
+            prop_assert_eq!(count_per_scale(&found).iter().sum::<u32>() as usize, found.len());
         }
-
-        #[test]
-        fn unpacking_restores_a_packed_record(
-            (x, y, response, scale, bright) in (any::<u16>(), any::<u16>(), any::<u16>(), 0u8..3, any::<bool>()),
-            neighbours: [u16; 4], maxlbp: [u32; 3], sign: [u32; 3],
-        ) {
-            let record =
-                FeatureRecord { x, y, response, scale, bright, neighbours, descriptor: Descriptor { maxlbp, sign } };
-            let words = record.pack();
-            prop_assert_eq!(FeatureRecord::unpack(&words), Some(record));
-            let two_pairs = Descriptor { maxlbp: [maxlbp[0], maxlbp[1], 0], sign: [sign[0], sign[1], 0] };
-            let short = (scale < 2).then_some(FeatureRecord { descriptor: two_pairs, ..record });
-            prop_assert_eq!(FeatureRecord::unpack(&words[..TWO_PAIR_WORDS]), short);
-            prop_assert_eq!(FeatureRecord::unpack(&words[..9]), None);
-        }
-
-        #[test]
-        fn thresholds_stay_in_range_and_rise_with_too_many_features(
-            counts in prop::collection::vec(0u32..3000, 1..200),
-        ) {
-            let mut controller = ThresholdController::new(&KT27);
-            for count in counts {
-                let before = controller.thresholds()[0];
-                controller.finish_frame(&[count, 512]);
-                let [after, other] = *controller.thresholds() else { panic!("two scale pairs") };
-                prop_assert!((1..=KT27.max_dog()).contains(&after));
-                // 640 = 5/4 of 512, 384 = 3/4: neither is beyond its limit.
-                match count {
-                    641.. => prop_assert!(after > before || before == KT27.max_dog()),
-                    ..384 => prop_assert!(after < before || before == 1),
-                    _ => prop_assert_eq!(after, before),
-                }
-                prop_assert_eq!(other, KT27.threshold.initial, "the scales are independent");
-            }
-        }
-    }
-
-    #[test]
-    fn records_have_the_documented_layout() {
-        let descriptor = Descriptor {
-            maxlbp: [0x0102_0304, 0x1112_1314, 0x4142_4344],
-            sign: [0x2122_2324, 0x3132_3334, 0x5152_5354],
-        };
-        let record = FeatureRecord {
-            x: 0x0a0b,
-            y: 0x0c0d,
-            response: 0x7abc,
-            scale: 1,
-            bright: true,
-            neighbours: [0x1111, 0x2222, 0x3333, 0x4444],
-            descriptor,
-        };
-        let words = record.pack();
-        assert_eq!(words[..4], [0x0c0d_0a0b, 0x0003_7abc, 0x2222_1111, 0x4444_3333]);
-        assert_eq!(words[4..8], [0x0102_0304, 0x1112_1314, 0x2122_2324, 0x3132_3334]);
-        assert_eq!(words[8..], [0x4142_4344, 0x5152_5354]);
-        assert_eq!(FeatureRecord { scale: 2, ..record }.pack()[1], 0x0006_7abc);
-        let mut trailer = words;
-        trailer[1] |= u32::from(FLAG_TRAILER) << 16;
-        assert_eq!(FeatureRecord::unpack(&trailer), None);
-        let feature = Feature::from(&record);
-        assert_eq!((feature.x, feature.response), (0x0a0b, f64::from(0x7abc) / 2.0));
-    }
-
-    #[test]
-    fn thresholds_settle_where_the_count_is_near_the_target() {
-        let mut controller = ThresholdController::new(&KT27);
-        let mut asked = 0;
-        // 512 features at a threshold of 300; none ever at the other scale.
-        let counts = |thresholds: &[u32]| [512 * 300 / thresholds[0], 0, 0];
-        controller.settle(|thresholds| {
-            asked += 1;
-            counts(thresholds)
-        });
-        let now = controller.thresholds();
-        assert!((384..=640).contains(&counts(now)[0]) && now[1] == 1, "{now:?}");
-        assert!(asked < SETTLING, "{asked} frames");
-        controller.settle(|_| [u32::MAX, 512, 0]);
-        assert_eq!(controller.thresholds(), [32767, 1]);
-    }
-
-    #[test]
-    fn threshold_steps_are_those_of_the_specification() {
-        let mut controller = ThresholdController::new(&KT27);
-        assert_eq!(controller.thresholds(), [2048, 2048]);
-        controller.finish_frame(&[641, 383]);
-        assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
-        controller.finish_frame(&[640, 384]);
-        assert_eq!(controller.thresholds(), [2048 + 257, 2048 - 257]);
-        for _ in 0..100 {
-            controller.finish_frame(&[u32::MAX, 0]);
-        }
-        assert_eq!(controller.thresholds(), [32767, 1]);
     }
 
     #[test]

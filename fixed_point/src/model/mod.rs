@@ -9,5 +9,7 @@ pub mod coefficients;
 pub mod design;
 pub mod lerp;
 pub mod quickest;
+pub mod record;
 pub mod simd;
 pub mod stages;
+pub mod threshold;

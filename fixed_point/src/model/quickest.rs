@@ -2,8 +2,10 @@
 
 use hoverlock_reference::image::plane::Plane;
 
-use crate::model::bit_true::{BitTrue, FeatureRecord, ThresholdController, counts};
+use crate::model::bit_true::BitTrue;
+use crate::model::record::FeatureRecord;
 use crate::model::simd::{SimdBitTrue, SimdError};
+use crate::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_design::DesignPoint;
 
 /// The model: [`SimdBitTrue`] where it supports the formats, else [`BitTrue`]. Their bits are the same.
@@ -46,11 +48,11 @@ impl Quickest {
         match &mut self.code {
             Code::Simd(simd) => {
                 simd.frame(pixels, control.thresholds());
-                control.settle(|thresholds| counts(&simd.planes().features(thresholds)));
+                control.settle(|thresholds| count_per_scale(&simd.planes().features(thresholds)));
             }
             Code::Clear(model) => {
                 let planes = model.planes(pixels);
-                control.settle(|thresholds| counts(&planes.features(thresholds)));
+                control.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
             }
         }
         control.thresholds().to_vec()
@@ -71,7 +73,7 @@ mod tests {
             assert_eq!(matches!(quickest.code, Code::Simd(_)), change == "state=u16.2");
             let planes = BitTrue::new(&design).unwrap().planes(&frame);
             let mut control = ThresholdController::new(&design);
-            control.settle(|thresholds| counts(&planes.features(thresholds)));
+            control.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
             assert_eq!(quickest.settled(&frame), control.thresholds(), "{change}");
             let features = quickest.features(&frame, &[200, 200]);
             assert!(!features.is_empty() && features == planes.features(&[200, 200]), "{change}");

@@ -24,9 +24,10 @@ use hoverlock_reference::features::maxlbp::{Layer, MAX_RADIUS, Ring};
 use hoverlock_reference::image::plane::Plane;
 use multiversion::multiversion;
 
-use crate::model::bit_true::{FeatureRecord, Planes};
+use crate::model::bit_true::Planes;
 use crate::model::coefficients::{CoefficientError, LerpCoefficients, MAX_LOOK_AHEAD};
 use crate::model::design::rings;
+use crate::model::record::FeatureRecord;
 use hoverlock_design::{DesignPoint, Format};
 
 /// Columns of a strip: four cache lines of states.

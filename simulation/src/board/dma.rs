@@ -104,7 +104,7 @@ impl Dma {
 
 #[cfg(test)]
 mod tests {
-    use hoverlock_fixed_point::model::bit_true::RECORD_WORDS;
+    use hoverlock_fixed_point::model::record::RECORD_WORDS;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use hoverlock_fixed_point::model::bit_true::record_words;
+use hoverlock_fixed_point::model::record::record_words;
 use hoverlock_harness::model::{InstanceOptions, Model};
 use hoverlock_reference::image::plane::Plane;
 

@@ -6,7 +6,7 @@
 use std::sync::LazyLock;
 
 use hoverlock_design::{DesignPoint, KT27};
-use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
 use hoverlock_simulation::Simulator;
@@ -267,7 +267,7 @@ fn every_frame_its_own_mode_and_target(simulator: &Simulator) -> Outcome {
         bench.write(TARGET, target);
         bench.write(CONTROL, ENABLE | if automatic { AUTOMATIC } else { 0 });
         bench.begin(&frame, frame.beats())?;
-        last = Some((thresholds, counts(&frame.planes.features(&thresholds)), automatic));
+        last = Some((thresholds, count_per_scale(&frame.planes.features(&thresholds)), automatic));
         expected.push((frame, thresholds));
     }
     for (number, (frame, thresholds)) in expected.iter().enumerate() {
@@ -289,7 +289,8 @@ fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> O
     bench.packet()?.check(frame, *number + 1, frame.thresholds, 0)?;
     let packet = bench.packet()?;
     let now = [packet.trailer[4] & strongest(&bench.design), packet.trailer[4] >> 16];
-    let expected = followed(&bench.design, frame.thresholds, target, counts(&frame.planes.features(&frame.thresholds)));
+    let expected =
+        followed(&bench.design, frame.thresholds, target, count_per_scale(&frame.planes.features(&frame.thresholds)));
     for k in 0..2 {
         equal("threshold", &format!("scale pair {k}, target {target}"), expected[k], now[k])?;
     }
@@ -308,7 +309,7 @@ fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
     for (quarters, k) in [(3, 0), (3, 1), (5, 0), (5, 1)] {
         // A threshold that as many features reach as can be such a part of a target.
         let found = (1..6000).find_map(|threshold| {
-            let count = counts(&planes.planes.features(&[threshold; 2]))[k];
+            let count = count_per_scale(&planes.planes.features(&[threshold; 2]))[k];
             (count > 0 && (4 * count).is_multiple_of(quarters)).then_some((threshold, 4 * count / quarters))
         });
         let Some((threshold, target)) = found else { return fail("bench", "no threshold has such a count") };
@@ -329,7 +330,7 @@ fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
 fn a_count_beyond_4096(simulator: &Simulator) -> Outcome {
     let mut bench = enabled(simulator, 11);
     let frame = Frame::new(&KT27, lattice(300, 300), [9, 9]);
-    let many = counts(&frame.planes.features(&[9, 9]))[0];
+    let many = count_per_scale(&frame.planes.features(&[9, 9]))[0];
     if !(4097..4500).contains(&many) {
         return fail("bench", format!("{many} features"));
     }
@@ -350,7 +351,7 @@ fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
         [([0x7fff, 1], 0), ([0x71c6, 2], 0), ([0x71c7, 3], 0), ([0x71c8, 8], 0), ([0x7000, 9], 0)]
     {
         let frame = Frame::with(&KT27, Plane::from_fn(64, 64, spot), thresholds, coefficients.clone());
-        if counts(&frame.planes.features(&thresholds))[0] == 0 {
+        if count_per_scale(&frame.planes.features(&thresholds))[0] == 0 {
             return fail("bench", "no response at the largest code");
         }
         follows(&mut bench, &frame, &mut number, target)?;

@@ -11,8 +11,9 @@ pub mod scenarios;
 use std::{collections::VecDeque, fmt};
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::bit_true::{BitTrue, FLAG_TRAILER, FeatureRecord, Planes};
+use hoverlock_fixed_point::model::bit_true::{BitTrue, Planes};
 use hoverlock_fixed_point::model::design::camera_samples;
+use hoverlock_fixed_point::model::record::{FLAG_TRAILER, FeatureRecord};
 use hoverlock_harness::model::{InstanceOptions, Model};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::files_of;

@@ -1,6 +1,6 @@
 //! The scenarios of the port bench. The everyday tests run them, and the mutation test runs them against every mutant.
 
-use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_rtl::cells::queue::RESERVED;
 use hoverlock_rtl::registers::{Access, registers};
 use rand::{RngExt, SeedableRng};
@@ -440,7 +440,7 @@ pub fn automatic_thresholds(simulator: &Simulator) -> Outcome {
             }
             bench.exactly(frame, number, control.1, 0)?;
             equal("registers", "thresholds in use", control.1[1] << 16 | control.1[0], bench.read(THRESHOLD_NOW))?;
-            control.follow(&counts(&frame.planes.features(&control.1)));
+            control.follow(&count_per_scale(&frame.planes.features(&control.1)));
             number += 1;
         }
     }

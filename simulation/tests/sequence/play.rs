@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::bit_true::{ThresholdController, counts};
+use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
 use hoverlock_simulation::Simulator;
@@ -439,7 +439,7 @@ impl Player {
                     self.tally.frames += 1;
                     self.tally.records += packet.records.len() as u64;
                     self.tally.dropped += u64::from(dropped);
-                    self.last = Some((set.clone(), thresholds, counts(&features)));
+                    self.last = Some((set.clone(), thresholds, count_per_scale(&features)));
                     self.number += 1;
                     return Ok(());
                 }

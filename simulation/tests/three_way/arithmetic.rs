@@ -1,7 +1,8 @@
 //! Cells that calculate: lerp, difference, maxima, comparisons, thresholds.
 
 use hoverlock_design::KT27;
-use hoverlock_fixed_point::model::{bit_true::ThresholdController, lerp::lerp};
+use hoverlock_fixed_point::model::lerp::lerp;
+use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_harness::model::SignalId;
 use hoverlock_rtl::cells::{
     decision::Decision,
