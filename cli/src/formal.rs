@@ -11,9 +11,10 @@ use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::stages::StageCoefficients;
-use hoverlock_formal::claim::{Claim, shipped};
+use hoverlock_formal::claim::Claim;
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};
 use hoverlock_formal::rounding::{self, Subject};
+use hoverlock_formal::shipped;
 use hoverlock_rtl::emission::verilog::verilog;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -203,7 +204,7 @@ fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
         };
         return Ok((vec![own], Vec::new()));
     }
-    let mut claims = shipped()?;
+    let mut claims = shipped::claims()?;
     // A folder of Verilog has no part in the claims about a design's numbers.
     let mut subjects = if args.rtl.is_none() { Subject::ALL.to_vec() } else { Vec::new() };
     for name in &args.names {

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use hoverlock_formal::engine::found;
+use hoverlock_formal::engine::find_program;
 use refusal::assert_refused;
 use serde_json::Value;
 
@@ -22,7 +22,7 @@ fn told(output: &Output) -> Value {
 
 /// Yosys and the solver are installed by `make test`.
 fn installed() -> bool {
-    let all = ["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| found(program).is_some());
+    let all = ["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| find_program(program).is_some());
     if !all {
         eprintln!("SKIPPED: no yosys or no yices-smt2; `make test` installs them");
     }

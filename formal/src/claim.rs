@@ -1,100 +1,98 @@
-//! A claim: properties over Verilog modules, and how they are proved.
+//! Claims: properties of Verilog modules, and the parameters of their proofs.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::ring;
-
-/// A fault that must make the proof fail.
+/// A fault in a source file that must make the proof fail.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mutant {
-    /// The source file.
+    /// Name of the source file.
     pub file: String,
-    /// Text that stands in it exactly once.
+    /// Text to replace, which must occur exactly once in the file.
     pub from: String,
-    /// What it becomes.
+    /// Text to put in its place.
     pub to: String,
 }
 
-/// A read port for the proof, which nothing of the module depends on.
+/// An observer that the proof adds to a module, such as a read port of a memory; the module does not depend on it.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Observe {
-    /// The source file.
+    /// Name of the source file.
     pub file: String,
-    /// Text put before its `endmodule`.
+    /// Verilog to insert before `endmodule`.
     pub text: String,
 }
 
-/// What the raw integer of an input stands for.
+/// The physical unit of an input, for counter-examples.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Unit {
-    /// Its unit.
+    /// Name of the unit.
     pub unit: String,
-    /// One LSB in this unit.
+    /// Value of one LSB in this unit.
     pub lsb: f64,
 }
 
-/// Steps in which most faults show.
-fn fault() -> u32 {
+/// Returns the number of steps in which most mutants are refuted.
+fn default_fault() -> u32 {
     8
 }
 
-/// A claim; what its TOML file says, and what follows from its name.
+/// A claim: the contents of its TOML file, and the wrapper with the properties.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// Its name, that of its files.
+    /// Name of the claim and of its files.
     #[serde(skip)]
     pub name: String,
-    /// What is claimed, in words.
+    /// The claim in words.
     pub statement: String,
-    /// The Verilog files it is about.
+    /// Names of the Verilog files that the claim is about.
     pub sources: Vec<String>,
-    /// The wrapper with the properties; its top is `NAME_properties`, or the only top there is.
+    /// Source of the wrapper with the properties.
     #[serde(skip)]
     pub properties: String,
-    /// The wrapper's module; `None` lets Yosys find it.
+    /// Name of the wrapper's module; `None` lets Yosys find the only top module.
     #[serde(skip)]
     pub top: Option<String>,
-    /// `k` of the induction, or how many steps from reset where the claim is bounded.
+    /// `k` of the induction, or the number of steps from reset if the claim is bounded.
     pub depth: u32,
-    /// Steps within which each cover must be reached.
+    /// Number of steps from reset within which each cover must be reached.
     pub cover: u32,
-    /// Steps from reset in which a mutant is looked for before the induction is asked.
-    #[serde(default = "fault")]
+    /// Number of steps from reset in which a mutant is searched for a violation before the induction is tried.
+    #[serde(default = "default_fault")]
     pub fault: u32,
-    /// Proved for `depth` steps from reset only.
+    /// The claim is only proved for `depth` steps from reset, without induction.
     #[serde(default)]
     pub bounded: bool,
-    /// Products are replaced by any value that the wrapper's assumptions allow.
+    /// Products are abstracted: they may have any value that the assumptions of the wrapper allow.
     #[serde(default)]
     pub cut_products: bool,
-    /// Modules left out: their outputs may be anything at each step.
+    /// Modules that are abstracted: their outputs may have any value in each step.
     #[serde(default)]
     pub cut: Vec<String>,
     /// Faults that must make the proof fail.
     #[serde(default, rename = "mutant")]
     pub mutants: Vec<Mutant>,
-    /// Sources that the proof also has as they are without a fault, their modules named `golden_NAME`: what a module is
-    /// compared with.
+    /// Sources that the proof also contains without the fault, with their modules renamed to `golden_NAME`, for
+    /// comparison.
     #[serde(default)]
     pub golden: Vec<String>,
-    /// What the proof reads of the modules beside their ports and wires, as memories.
+    /// Observers of state that is not on a port or a wire, such as memories.
     #[serde(default)]
     pub observe: Vec<Observe>,
-    /// What the claim takes for granted, in words.
+    /// Assumptions of the claim, in words.
     #[serde(default)]
     pub assumed: Vec<String>,
-    /// Units of the wrapper's inputs, in which a violation is told.
+    /// Units of the inputs of the wrapper, for counter-examples.
     #[serde(default)]
     pub units: BTreeMap<String, Unit>,
 }
 
-/// Why a claim cannot be read.
+/// The error of reading a claim.
 #[derive(Debug, thiserror::Error)]
 #[error("claim {name}: {reason}")]
 pub struct ClaimError {
@@ -103,10 +101,10 @@ pub struct ClaimError {
 }
 
 impl Claim {
-    /// A claim from its two files.
+    /// Creates a claim from its name, its TOML file and its wrapper, whose module must be `NAME_properties`.
     ///
     /// # Errors
-    /// The settings are not TOML, or lack something.
+    /// If the settings are not valid TOML, or a key is missing or unknown.
     pub fn parse(name: &str, settings: &str, properties: &str) -> Result<Self, ClaimError> {
         let claim: Self = toml::from_str(settings).map_err(|error| ClaimError {
             name: name.into(),
@@ -115,51 +113,4 @@ impl Claim {
         let top = Some(format!("{name}_properties"));
         Ok(Self { name: name.into(), properties: properties.into(), top, ..claim })
     }
-}
-
-macro_rules! shipped {
-    ($($name:literal),* $(,)?) => {
-        /// Name, settings and properties of the claims about the emitted Verilog.
-        const SHIPPED: &[(&str, &str, &str)] = &[$((
-            $name,
-            include_str!(concat!("../claims/", $name, ".toml")),
-            include_str!(concat!("../claims/", $name, ".sv")),
-        )),*];
-    };
-}
-
-shipped![
-    "lerp",
-    "difference",
-    "row_look_back",
-    "row_look_ahead",
-    "row_look_ahead_border",
-    "frame_delay",
-    "markers",
-    "address_counter",
-    "delay",
-    "line_delay_18x32",
-    "window_maximum_5",
-    "window_maximum_7",
-    "column_maximum",
-    "decision",
-    "cursor",
-    "threshold",
-    "candidate_queue",
-    "record_fifo",
-    "sequencer",
-    "unset_registers",
-    "csr",
-    "ring_comparator",
-    "record_writer",
-    "top",
-];
-
-/// The claims about the emitted Verilog.
-///
-/// # Errors
-/// One of them is not as it should be.
-pub fn shipped() -> Result<Vec<Claim>, ClaimError> {
-    let written = SHIPPED.iter().map(|(name, settings, properties)| Claim::parse(name, settings, properties));
-    written.chain(ring::claims().into_iter().map(Ok)).collect()
 }

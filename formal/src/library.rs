@@ -1,6 +1,6 @@
-//! The property modules for everyone: rules of buses and streams, instantiated in a wrapper by their names.
+//! The library of property modules: rules of buses and streams, which a wrapper instantiates by name.
 
-/// Name and text of each module; the text's head says rules, parameters and ports.
+/// Name and source of each module. The comment at the head of a source lists rules, parameters and ports.
 pub const MODULES: &[(&str, &str)] = &[
     ("avalon_stream", include_str!("../properties/avalon_stream.sv")),
     ("axi4_stream", include_str!("../properties/axi4_stream.sv")),
@@ -8,8 +8,8 @@ pub const MODULES: &[(&str, &str)] = &[
     ("stream_order", include_str!("../properties/stream_order.sv")),
 ];
 
-/// The modules that properties name and do not define themselves.
-pub fn named_in(properties: &str) -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+/// Returns the library modules that `properties` uses and does not define itself.
+pub fn used_by(properties: &str) -> impl Iterator<Item = &'static (&'static str, &'static str)> {
     let code: Vec<&str> = properties.lines().map(|line| line.split("//").next().unwrap_or(line)).collect();
     MODULES.iter().filter(move |(name, _)| {
         let words = || code.iter().flat_map(|line| line.split(|c: char| !(c.is_alphanumeric() || c == '_')));
@@ -24,7 +24,7 @@ mod tests {
 
     #[test]
     fn modules_are_found_by_whole_names_outside_of_comments() {
-        let named = |text: &str| named_in(text).map(|(name, _)| *name).collect::<Vec<_>>();
+        let named = |text: &str| used_by(text).map(|(name, _)| *name).collect::<Vec<_>>();
         assert_eq!(named("  axi4_stream #(.BYTES(4)) out (.aclk(aclk));\n"), ["axi4_stream"]);
         assert_eq!(named("// axi4_stream\nmy_axi4_stream a ();"), [""; 0]);
         assert_eq!(named("module axi4_stream (input a); endmodule\naxi4_stream b (.a(a));"), [""; 0]);

@@ -1,4 +1,4 @@
-//! A claim to a verdict: its proof, its covers and its mutants.
+//! Running a claim: its proof, its covers and its mutants.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,127 +7,127 @@ use std::time::Duration;
 use serde::Serialize;
 
 use crate::claim::{Claim, Mutant};
-use crate::engine::{Answer, Asked, EngineError, Question, ask, at_path, model};
+use crate::engine::{Answer, EngineError, Question, Solved, at_path, build_model, solve};
 use crate::replay;
 
-/// Why there is no verdict.
+/// The reason why a task has no result.
 #[derive(Debug, thiserror::Error)]
 pub enum ProveError {
-    /// Yosys or the solver.
+    /// Yosys or the solver failed.
     #[error("{claim}: {error}")]
     Engine {
-        /// The claim.
+        /// Name of the claim.
         claim: String,
-        /// What went wrong.
+        /// Error of the engine.
         error: EngineError,
     },
-    /// A mutant that cannot be made.
-    #[error("{claim}: mutant {number}: its text stands {found} times in {file}, not once; mend the claim's file")]
+    /// The text of a mutant does not occur exactly once.
+    #[error("{claim}: mutant {number}: its text occurs {found} times in {file}, not once; correct the claim's file")]
     Mutant {
-        /// The claim.
+        /// Name of the claim.
         claim: String,
-        /// From 1 on.
+        /// Number of the mutant, from 1.
         number: usize,
-        /// Where it should stand.
+        /// Name of the source file.
         file: String,
-        /// How often it does.
+        /// Number of occurrences.
         found: usize,
     },
 }
 
-/// What is done with a claim.
+/// A task of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
-    /// Its proof.
+    /// Prove the claim.
     Proof,
-    /// Its covers.
+    /// Reach all covers.
     Cover,
-    /// One of its mutants, from 0 on.
+    /// Try to prove the claim with this mutant, counted from 0.
     Mutant(usize),
 }
 
-/// What came of a task.
+/// The status of a finished task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
-    /// For all time.
+    /// The claim is proved for all time.
     Proved,
-    /// For so many steps from reset.
+    /// The claim is proved for `depth` steps from reset.
     Bounded,
-    /// Every cover is reached.
+    /// All covers are reached.
     Reached,
-    /// The mutant violates a property within so many steps of reset.
+    /// The mutant violates a property in a run from reset.
     Refuted,
     /// The mutant makes the induction fail.
     Unproved,
-    /// A property is violated, a cover is out of reach, or a mutant passes.
+    /// A property is violated, a cover is not reached, or a mutant passes.
     Failed,
-    /// The time was over.
+    /// The time limit was reached.
     Timeout,
 }
 
 /// The result of a task.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Claim, and after a blank `cover` or `mutant N`.
+    /// Name of the claim, followed by ` cover` or ` mutant N` for these tasks.
     pub name: String,
-    /// What came of it.
+    /// Status of the task.
     pub status: Status,
-    /// Whether that is as it should be.
+    /// `true` if the status is the expected one.
     pub pass: bool,
-    /// Wall time, s.
+    /// Wall time of the solver, s.
     pub seconds: f64,
-    /// Largest memory of the solver, MiB.
+    /// Peak memory of the solver, MiB.
     pub memory_mib: f64,
-    /// What failed: the properties and the step.
+    /// Properties that failed, and the step.
     pub detail: String,
-    /// The waveform of the violation.
+    /// Waveform of the counter-example (VCD).
     pub trace: Option<PathBuf>,
-    /// The test that replays it, in Rust.
+    /// Rust test that replays the counter-example.
     pub replay: Option<PathBuf>,
-    /// The inputs of the violation, one line a step.
+    /// Inputs of the counter-example, one line per step.
     pub steps: Vec<String>,
 }
 
-/// Where Verilog is, where files may be written, and how long a question may take.
+/// The folders and the time limit for a task.
 #[derive(Debug, Clone, Copy)]
 pub struct Place<'a> {
-    /// The folder of the sources that claims name.
+    /// Folder of the Verilog sources that claims name.
     pub sources: &'a Path,
-    /// For waveforms; made where needed.
+    /// Folder for waveforms and replays; created if needed.
     pub out: &'a Path,
-    /// Of each question.
+    /// Time limit of each question to the solver.
     pub limit: Duration,
 }
 
-/// A source with a fault in it: its file's name, and its text.
+/// A source file with a fault in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Changed {
-    /// The file that is replaced.
+pub struct FaultySource {
+    /// Name of the file that is replaced.
     pub file: String,
-    /// What it is replaced by.
+    /// Complete text with the fault.
     pub text: String,
 }
 
-/// Does a task.
+/// Runs a task of a claim. A failed task leaves its waveform, and a failed proof also a replay, in `place.out`.
 ///
 /// # Errors
-/// Yosys or the solver is missing or refuses the Verilog; a mutant's text is not there.
+/// If Yosys or the solver is missing or rejects the Verilog, or the text of a mutant does not occur exactly once.
 pub fn run(claim: &Claim, task: Task, place: &Place) -> Result<Outcome, ProveError> {
     let changed = match task {
-        Task::Mutant(at) => Some(changed(claim, at, place.sources)?),
+        Task::Mutant(at) => Some(mutate(claim, at, place.sources)?),
         Task::Proof | Task::Cover => None,
     };
-    judge(claim, task, changed.as_ref(), place)
+    run_with(claim, task, changed.as_ref(), place)
 }
 
-/// Whether a claim holds with a fault in one of its sources: `Proved` or `Bounded` where it does, `Refuted` or
-/// `Unproved` where its proof sees the fault. Passes where the claim holds.
+/// Tries to prove a claim with a fault in one of its sources. The status is `Proved` or `Bounded` if the claim holds
+/// with the fault (it passes then), and `Refuted` or `Unproved` if the proof detects it.
 ///
 /// # Errors
-/// Yosys or the solver is missing or refuses the Verilog.
-pub fn holds_with(claim: &Claim, fault: &Changed, place: &Place) -> Result<Outcome, ProveError> {
-    let outcome = judge(claim, Task::Proof, Some(fault), place)?;
+/// If Yosys or the solver is missing or rejects the Verilog.
+pub fn holds_with(claim: &Claim, fault: &FaultySource, place: &Place) -> Result<Outcome, ProveError> {
+    let outcome = run_with(claim, Task::Proof, Some(fault), place)?;
     let status = match (outcome.status, outcome.detail.starts_with("induction")) {
         (Status::Failed, true) => Status::Unproved,
         (Status::Failed, false) => Status::Refuted,
@@ -136,35 +136,35 @@ pub fn holds_with(claim: &Claim, fault: &Changed, place: &Place) -> Result<Outco
     Ok(Outcome { status, ..outcome })
 }
 
-/// A claim's own mutant.
-fn changed(claim: &Claim, at: usize, folder: &Path) -> Result<Changed, ProveError> {
+/// Inserts a mutant of the claim into its source.
+fn mutate(claim: &Claim, at: usize, folder: &Path) -> Result<FaultySource, ProveError> {
     let Mutant { file, from, to } = &claim.mutants[at];
     let path = folder.join(file);
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
     let text = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
     match text.matches(from.as_str()).count() {
-        1 => Ok(Changed { file: file.clone(), text: text.replacen(from.as_str(), to, 1) }),
+        1 => Ok(FaultySource { file: file.clone(), text: text.replacen(from.as_str(), to, 1) }),
         found => Err(ProveError::Mutant { claim: claim.name.clone(), number: at + 1, file: file.clone(), found }),
     }
 }
 
-/// A task over the sources, one of them changed.
-fn judge(claim: &Claim, task: Task, changed: Option<&Changed>, place: &Place) -> Result<Outcome, ProveError> {
+/// Runs a task over the sources, one of which may be replaced.
+fn run_with(claim: &Claim, task: Task, changed: Option<&FaultySource>, place: &Place) -> Result<Outcome, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
     let work = tempfile::tempdir().map_err(at_path(&std::env::temp_dir())).map_err(wrong)?;
     let sources = prepare(claim, changed, place.sources, work.path())?;
-    let system = model(claim, &sources, work.path()).map_err(wrong)?;
+    let system = build_model(claim, &sources, work.path()).map_err(wrong)?;
     let trace = work.path().join("trace.vcd");
-    let mut told = Asked { answer: Answer::Passed, time: Duration::ZERO, memory: 0 };
+    let mut total = Solved { answer: Answer::Passed, time: Duration::ZERO, memory: 0 };
     let mut put = |question| -> Result<Answer, ProveError> {
-        let asked = ask(&system, question, place.limit, &trace).map_err(wrong)?;
-        told.time += asked.time;
-        told.memory = told.memory.max(asked.memory);
-        Ok(asked.answer)
+        let solved = solve(&system, question, place.limit, &trace).map_err(wrong)?;
+        total.time += solved.time;
+        total.memory = total.memory.max(solved.memory);
+        Ok(solved.answer)
     };
     let (answer, base) = match task {
         Task::Cover => (put(Question::Cover(claim.cover))?, true),
-        // A fault is best shown by a run from reset.
+        // A mutant is first searched for a run from reset, which is easier to understand than a failed induction.
         Task::Proof | Task::Mutant(_) => match put(Question::Base(match task {
             Task::Mutant(_) => claim.fault,
             _ => claim.depth + 1,
@@ -189,7 +189,7 @@ fn judge(claim: &Claim, task: Task, changed: Option<&Changed>, place: &Place) ->
         }
         (Answer::Failed { names, step }, _) if base => format!("step {step}: {}", names.join(", ")),
         (Answer::Failed { names, .. }, _) => format!("induction: {}", names.join(", ")),
-        (Answer::Passed, Status::Failed) => "the proof does not see this fault".to_owned(),
+        (Answer::Passed, Status::Failed) => "the proof does not detect this fault".to_owned(),
         _ => String::new(),
     };
     let name = match task {
@@ -204,7 +204,7 @@ fn judge(claim: &Claim, task: Task, changed: Option<&Changed>, place: &Place) ->
     } else {
         None
     };
-    // A violation, in a run from reset or in one that begins in the free state of the induction, and not a cover.
+    // Only proofs are replayed: a cover is not a violation, and a mutant is expected to fail.
     let bench = trace.with_extension("v");
     let replay = if task == Task::Proof && kept.is_some() && bench.exists() {
         let folder = place.out.join(format!("{}_replay", claim.name));
@@ -213,12 +213,17 @@ fn judge(claim: &Claim, task: Task, changed: Option<&Changed>, place: &Place) ->
         None
     };
     let (replay, steps) = replay.map_or((None, Vec::new()), |replay| (Some(replay.test), replay.steps));
-    let (seconds, memory_mib) = (told.time.as_secs_f64(), told.memory as f64 / 1024.0);
+    let (seconds, memory_mib) = (total.time.as_secs_f64(), total.memory as f64 / 1024.0);
     Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept, replay, steps })
 }
 
-/// The sources of a claim: as they are, or copies in `work` where they are observed or changed, or golden.
-fn prepare(claim: &Claim, changed: Option<&Changed>, folder: &Path, work: &Path) -> Result<Vec<PathBuf>, ProveError> {
+/// Returns the sources of a claim: the originals, or copies in `work` if they are observed, changed or golden.
+fn prepare(
+    claim: &Claim,
+    changed: Option<&FaultySource>,
+    folder: &Path,
+    work: &Path,
+) -> Result<Vec<PathBuf>, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
     let put = |name: &str, text: &str| {
         let copy = work.join(name);
@@ -235,11 +240,11 @@ fn prepare(claim: &Claim, changed: Option<&Changed>, folder: &Path, work: &Path)
             paths.push(path);
             continue;
         }
-        let as_it_is = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
+        let original = fs::read_to_string(&path).map_err(at_path(&path)).map_err(wrong)?;
         if golden {
-            paths.push(put(&format!("golden_{file}"), &renamed(&as_it_is, &claim.golden))?);
+            paths.push(put(&format!("golden_{file}"), &rename_golden(&original, &claim.golden))?);
         }
-        let mut text = changed.map_or(as_it_is, |changed| changed.text.clone());
+        let mut text = changed.map_or(original, |changed| changed.text.clone());
         for observe in observed {
             if let Some(end) = text.rfind("endmodule") {
                 text.insert_str(end, &format!("{}\n", observe.text));
@@ -250,10 +255,10 @@ fn prepare(claim: &Claim, changed: Option<&Changed>, folder: &Path, work: &Path)
     Ok(paths)
 }
 
-/// A source with the modules of `files` named `golden_NAME`; a file has the name of its module.
-fn renamed(text: &str, files: &[String]) -> String {
+/// Renames the modules of `files` in a source to `golden_NAME`; a file has the name of its module.
+fn rename_golden(text: &str, files: &[String]) -> String {
     let golden = |line: &str| {
-        // A module's head, or an instance: the module, a blank, the instance's name and a bracket.
+        // The head of a module, or an instance: module name, blank, instance name, bracket.
         let head = line.strip_prefix("module ").unwrap_or(line);
         let name = head.split(' ').next().unwrap_or_default();
         let known = line.ends_with(" (") && files.iter().any(|file| file.strip_suffix(".v") == Some(name));
@@ -270,6 +275,6 @@ mod tests {
     fn only_the_names_of_golden_modules_change() {
         let text = "module pair (\n  input wire half\n);\nhalf half (\n  .x(half)\n);\nother half_2 (\n);\nendmodule\n";
         let golden = text.replace("module pair", "module golden_pair").replace("\nhalf half", "\ngolden_half half");
-        assert_eq!(renamed(text, &["pair.v".into(), "half.v".into()]), golden);
+        assert_eq!(rename_golden(text, &["pair.v".into(), "half.v".into()]), golden);
     }
 }

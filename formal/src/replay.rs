@@ -1,31 +1,34 @@
-//! The run that violates a property, told step by step, and as a test that replays it in the Rust harness.
+//! Counter-examples as lists of steps, and as tests that replay them in the Rust harness.
 //!
-//! `yosys-smtbmc` writes the run as a Verilog bench: the registers of the first state, and the wrapper's inputs in each
-//! step. The test clocks this bench around the same wrapper and sources; it fails while the property is violated.
+//! `yosys-smtbmc` writes a counter-example as a test bench in Verilog: the registers of the first state, and the inputs
+//! of the wrapper in each step. The test clocks this bench around the same wrapper and sources. It fails as long as the
+//! property is violated.
 //!
-//! Two things differ from the proof's model: Verilator knows no `hierconn`, so a copy of the wrapper names the wires
-//! instead, and what a claim cuts (`cut`, `cut_products`) has its own value again.
+//! The replay differs from the model of the proof in two ways. Verilator does not support `hierconn`, so a copy of the
+//! wrapper uses hierarchical names. Modules and products that the claim abstracts (`cut`, `cut_products`) have their
+//! real values.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::claim::Claim;
 use crate::engine::{EngineError, at_path};
-use crate::library::named_in;
+use crate::library::used_by;
 
-/// A counter-example.
+/// The files of a replayed counter-example.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replay {
-    /// The test; the Verilog that it needs is beside it.
+    /// Path of the test; the Verilog that it needs is in the same folder.
     pub test: PathBuf,
-    /// The inputs of each step, one line a step.
+    /// Inputs of the wrapper, one line per step.
     pub steps: Vec<String>,
 }
 
-/// Writes the replay of a bench into a folder.
+/// Writes the test that replays a counter-example, with its Verilog, into a folder. `bench` is the test bench that
+/// `yosys-smtbmc` has written.
 ///
 /// # Errors
-/// A file cannot be read or written.
+/// If a file cannot be read or written.
 pub fn write(claim: &Claim, sources: &[PathBuf], bench: &Path, folder: &Path) -> Result<Replay, EngineError> {
     fs::create_dir_all(folder).map_err(at_path(folder))?;
     let folder = std::path::absolute(folder).map_err(at_path(folder))?;
@@ -44,7 +47,7 @@ pub fn write(claim: &Claim, sources: &[PathBuf], bench: &Path, folder: &Path) ->
     put("bench.v", &once)?;
     put("properties.sv", &without_hierconn(&claim.properties))?;
     let mut names = vec!["bench.v".to_owned(), "properties.sv".to_owned()];
-    for (name, text) in named_in(&claim.properties) {
+    for (name, text) in used_by(&claim.properties) {
         names.push(format!("{name}.sv"));
         put(&format!("{name}.sv"), &without_hierconn(text))?;
     }
@@ -81,7 +84,7 @@ fn steps(bench: &str, claim: &Claim) -> Vec<String> {
     steps
 }
 
-/// Binary digits of any number as hexadecimal ones.
+/// Converts binary digits of any number into hexadecimal ones.
 fn hexadecimal(bits: &str) -> String {
     let padded = format!("{}{bits}", "0".repeat((4 - bits.len() % 4) % 4));
     let digits = padded.as_bytes().chunks(4).map(|four| {
@@ -91,7 +94,7 @@ fn hexadecimal(bits: &str) -> String {
     digits.collect()
 }
 
-/// `(* hierconn *) wire [3:0] \a.b ;` as `wire [3:0] \a.b = a.b;`.
+/// Replaces `(* hierconn *) wire [3:0] \a.b ;` by `wire [3:0] \a.b = a.b;`.
 fn without_hierconn(text: &str) -> String {
     let line = |line: &str| {
         let Some((before, rest)) = line.split_once("(* hierconn *)") else { return format!("{line}\n") };
@@ -103,14 +106,14 @@ fn without_hierconn(text: &str) -> String {
     text.lines().map(line).collect()
 }
 
-/// The test as a file of Rust.
+/// Returns the source of the test.
 fn test(name: &str, folder: &Path, files: &[String], steps: &[String]) -> String {
-    let told: String = steps.iter().map(|step| format!("//! {step}\n")).collect();
+    let listing: String = steps.iter().map(|step| format!("//! {step}\n")).collect();
     let files: String = files.iter().map(|file| format!("{file:?}, ")).collect();
     let function: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     format!(
-        "//! A run that violated a property of `{name}`. It fails while it still does. Put it into `tests/` of a\n\
-         //! crate with the dependency `hoverlock-harness`.\n//!\n{told}\n\
+        "//! A run that violates a property of `{name}`; it fails as long as it does. Put it into `tests/` of a\n\
+         //! crate with the dependency `hoverlock-harness`.\n//!\n{listing}\n\
          use hoverlock_harness::Time;\nuse hoverlock_harness::build::Build;\nuse hoverlock_harness::sim::Sim;\n\n\
          #[test]\nfn replay_of_{function}() {{\n    \
          let folder = std::path::Path::new({folder:?});\n    \

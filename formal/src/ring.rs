@@ -1,40 +1,40 @@
-//! The claims about the ring points of the descriptor, made from the definition of the ring: point `(dx, dy)` is the
-//! sample of its row `16 - dx` steps before.
+//! The claims about the ring points of the descriptor, generated from the definition of the ring: point `(dx, dy)` is
+//! the sample of its row from `16 - dx` steps before.
 //!
-//! One sample a row, any of all, is followed through the row's delays: a memory holds it at the address of its write
-//! until the address comes round. `ring_taps_S` lets every address begin anywhere and takes a reset at any time;
-//! `ring_taps_S_aligned` begins with a reset, after which memories of one length have one address. A run may also begin
-//! long after a reset, with every address inside its memory, so that a cover takes few steps.
+//! One arbitrary sample of each row is followed through the delays of the row: a memory holds it at the address of its
+//! write until the address wraps around. `ring_taps_S` lets every address start anywhere and allows a reset at any
+//! time. `ring_taps_S_aligned` starts with a reset, after which memories of equal length have equal addresses. A run
+//! may also start long after a reset, with every address inside its memory, so that covers take few steps.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use crate::claim::{Claim, Mutant, Observe};
 
-/// Points of a ring.
+/// Number of points of a ring.
 const POINTS: usize = 32;
-/// Lines and steps from the newest sample to the centre.
-const REACH: i64 = 16;
-/// Radius of each scale pair's ring, pixels.
+/// Lines and steps from the newest sample back to the centre of the ring.
+const CENTRE_DELAY: i64 = 16;
+/// Radius of the ring of each scale pair, pixels.
 const RADII: [f64; 2] = [12.0, 16.0];
-/// Bits of a sample: sign and MaxDOG.
-const BITS: usize = 16;
-/// Steps after which an address that began beyond its memory has wrapped.
-const WRAPPED: usize = 32;
+/// Word length of a sample: sign and MaxDOG.
+const SAMPLE_BITS: usize = 16;
+/// Steps after which an address that started beyond its memory has wrapped.
+const WRAP_STEPS: usize = 32;
 
-/// The claims about both rings.
+/// Generates the claims about both rings.
 pub fn claims() -> Vec<Claim> {
     (0..RADII.len()).flat_map(|scale| [false, true].map(|aligned| Wrapper::new(scale, aligned).claim())).collect()
 }
 
-/// The rows of a ring, the one with the newest samples first: steps before the newest sample, ascending, each with the
-/// number of its point.
+/// Returns the rows of a ring, the one with the newest samples first. A row lists its points in ascending order, each
+/// as its delay in steps from the newest sample and its number.
 fn rows(scale: usize) -> Vec<Vec<(usize, usize)>> {
     let mut rows: BTreeMap<i64, Vec<(usize, usize)>> = BTreeMap::new();
     for point in 0..POINTS {
         let angle = 2.0 * PI * point as f64 / POINTS as f64;
         let [dx, dy] = [angle.cos(), angle.sin()].map(|part| (RADII[scale] * part).round() as i64);
-        rows.entry(REACH - dy).or_default().push(((REACH - dx) as usize, point));
+        rows.entry(CENTRE_DELAY - dy).or_default().push(((CENTRE_DELAY - dx) as usize, point));
     }
     rows.into_values()
         .map(|mut row| {
@@ -44,18 +44,18 @@ fn rows(scale: usize) -> Vec<Vec<(usize, usize)>> {
         .collect()
 }
 
-/// The text of a wrapper as it grows.
+/// The parts of a wrapper under construction.
 struct Wrapper {
     scale: usize,
     aligned: bool,
     signals: String,
-    /// What happens at a clock.
+    /// Statements of the clocked block.
     steps: String,
     properties: String,
     observe: String,
-    /// The addresses of the memories of each length.
+    /// Names of the address registers, by the length of their memory.
     addresses: BTreeMap<usize, Vec<String>>,
-    /// That every address is inside its memory.
+    /// Conditions that every address is inside its memory.
     inside: Vec<String>,
 }
 
@@ -65,37 +65,37 @@ impl Wrapper {
         let (addresses, inside) = Default::default();
         let mut wrapper = Self { scale, aligned, signals, steps, properties, observe, addresses, inside };
         for (row, points) in rows(scale).iter().enumerate() {
-            wrapper.row(row, points);
+            wrapper.add_row(row, points);
         }
         wrapper
     }
 
-    /// A sample of a row, followed from point to point.
-    fn row(&mut self, row: usize, points: &[(usize, usize)]) {
+    /// Adds a sample of a row, followed from point to point.
+    fn add_row(&mut self, row: usize, points: &[(usize, usize)]) {
         let input = slice("rows", row);
         self.signals += &format!(
             "  (* anyseq *) reg choose_{row};\n  reg [5:0] age_{row} = 6'd0;\n  reg [{top}:0] sample_{row};\n  \
-             wire take_{row} = choose_{row} && age_{row} == 6'd0 && steps == 6'd{WRAPPED};\n",
-            top = BITS - 1
+             wire take_{row} = choose_{row} && age_{row} == 6'd0 && steps == 6'd{WRAP_STEPS};\n",
+            top = SAMPLE_BITS - 1
         );
         self.steps += &format!(
             "    if (reset)\n      age_{row} <= 6'd0;\n    else if (advance && take_{row}) begin\n      \
              age_{row} <= 6'd1;\n      sample_{row} <= {input};\n    end else if (advance && age_{row} != 6'd0 && \
              age_{row} != 6'd63)\n      age_{row} <= age_{row} + 6'd1;\n"
         );
-        self.claim_that(&format!("settled_{row}"), &format!("age_{row} == 6'd0 || steps == 6'd{WRAPPED}"));
+        self.add_assert(&format!("settled_{row}"), &format!("age_{row} == 6'd0 || steps == 6'd{WRAP_STEPS}"));
         let mut at = 0;
         for &(step, point) in points {
             match step - at {
                 0 => {}
-                distance @ 1..=3 => self.registers(row, point, at, distance),
-                distance => self.memory(row, point, at, distance - 1),
+                distance @ 1..=3 => self.add_registers(row, point, at, distance),
+                distance => self.add_memory(row, point, at, distance - 1),
             }
             at = step;
             let output = slice("points", point);
             match step {
-                0 => self.claim_that(&format!("point_{point}"), &format!("{output} == {input}")),
-                _ => self.claim_that(
+                0 => self.add_assert(&format!("point_{point}"), &format!("{output} == {input}")),
+                _ => self.add_assert(
                     &format!("point_{point}"),
                     &format!("age_{row} != 6'd{step} || {output} == sample_{row}"),
                 ),
@@ -103,18 +103,18 @@ impl Wrapper {
         }
     }
 
-    /// A delay of registers: the sample is in each of them in turn.
-    fn registers(&mut self, row: usize, point: usize, at: usize, distance: usize) {
+    /// Adds a delay of registers: the sample is in each of them in turn.
+    fn add_registers(&mut self, row: usize, point: usize, at: usize, distance: usize) {
         for step in 1..distance {
             let register = format!("\\dut.point_{point}_delayed_{step} ");
-            self.signals += &format!("  (* hierconn *) wire [{}:0] {register};\n", BITS - 1);
+            self.signals += &format!("  (* hierconn *) wire [{}:0] {register};\n", SAMPLE_BITS - 1);
             let name = format!("point_{point}_delayed_{step}");
-            self.claim_that(&name, &format!("age_{row} != 6'd{} || {register}== sample_{row}", at + step));
+            self.add_assert(&name, &format!("age_{row} != 6'd{} || {register}== sample_{row}", at + step));
         }
     }
 
-    /// A delay by a memory of `length` words, which takes the sample when it is `at` steps old.
-    fn memory(&mut self, row: usize, point: usize, at: usize, length: usize) {
+    /// Adds a delay by a memory of `length` words, which stores the sample when it is `at` steps old.
+    fn add_memory(&mut self, row: usize, point: usize, at: usize, length: usize) {
         let bits = length.next_power_of_two().trailing_zeros();
         let top = bits - 1;
         let [position, slot, watched] =
@@ -123,20 +123,20 @@ impl Wrapper {
             "  (* hierconn *) wire [{top}:0] {position};\n  (* hierconn *) wire [{top}:0] {slot};\n  \
              (* hierconn *) wire [{}:0] {watched};\n  reg [{top}:0] slot_{point};\n  assign {slot}= slot_{point};\n  \
              wire [6:0] address_{point} = {{1'b0, slot_{point}}} + age_{row} - 7'd{at};\n",
-            BITS - 1
+            SAMPLE_BITS - 1
         );
         self.observe += &format!(
             "wire [{top}:0] point_{point}_slot;\nwire [{}:0] point_{point}_watched = \
              point_{point}_memory[point_{point}_slot];\n",
-            BITS - 1
+            SAMPLE_BITS - 1
         );
         let taken = if at == 0 { format!("take_{row}") } else { format!("age_{row} == 6'd{at}") };
         self.steps += &format!("    if (advance && {taken}) slot_{point} <= {position};\n");
         if length != 1 << bits {
-            self.claim_that(&format!("inside_{point}"), &format!("{position}< {length} || steps <= {position}"));
+            self.add_assert(&format!("inside_{point}"), &format!("{position}< {length} || steps <= {position}"));
             self.inside.push(format!("{position}< {length}"));
         }
-        self.claim_that(
+        self.add_assert(
             &format!("kept_{point}"),
             &format!(
                 "age_{row} <= 6'd{at} || age_{row} > 6'd{} || (slot_{point} < {length} && {watched}== sample_{row} && \
@@ -147,7 +147,7 @@ impl Wrapper {
         self.addresses.entry(length).or_default().push(position);
     }
 
-    fn claim_that(&mut self, name: &str, property: &str) {
+    fn add_assert(&mut self, name: &str, property: &str) {
         self.properties += &format!("    {name}: assert ({property});\n");
     }
 
@@ -161,28 +161,28 @@ impl Wrapper {
                     self.inside.push(format!("{}== {}", pair[0], pair[1]));
                 }
             }
-            self.properties += &format!("    if (!begun) assume (reset || steps == 6'd{WRAPPED});\n");
+            self.properties += &format!("    if (!begun) assume (reset || steps == 6'd{WRAP_STEPS});\n");
             let statement = "The same, and from a reset on memories of one length have one address.";
             (format!("{module}_aligned"), statement.to_owned())
         } else {
             let statement = format!(
                 "Point i of ring {}, at round({} (cos, sin)(2 pi i / 32)) = (dx, dy), is the sample of its row 16 - dx \
-                 steps before, i = 0 .. 31, wherever the addresses begin and whatever `reset` does, from {WRAPPED} \
+                 steps before, i = 0 .. 31, wherever the addresses begin and whatever `reset` does, from {WRAP_STEPS} \
                  steps after a reset on.",
                 self.scale, RADII[self.scale]
             );
             (module.clone(), statement)
         };
         self.properties += &format!(
-            "    if (!begun) assume (steps == 6'd0 || (steps == 6'd{WRAPPED} && {}));\n",
+            "    if (!begun) assume (steps == 6'd0 || (steps == 6'd{WRAP_STEPS} && {}));\n",
             self.inside.join(" && ")
         );
-        // The first sample that is followed.
+        // Not vacuous: a sample is followed and the ring holds data.
         self.properties += "    taken: cover (age_0 == 6'd1 && points != 512'd0);\n";
-        let (rows_top, points_top) = (BITS * rows(self.scale).len() - 1, BITS * POINTS - 1);
+        let (rows_top, points_top) = (SAMPLE_BITS * rows(self.scale).len() - 1, SAMPLE_BITS * POINTS - 1);
         let Self { signals, steps, properties, .. } = &self;
         let properties = format!(
-            "// {name}: each point of the ring is its row's sample of so many steps before.
+            "// {name}: each point of the ring is the sample of its row with the delay of the point.
 module {name}_properties (input clock);
   (* anyseq *) reg reset, advance;
   (* anyseq *) reg [{rows_top}:0] rows;
@@ -197,7 +197,7 @@ module {name}_properties (input clock);
     begun <= 1;
     if (reset)
       steps <= 6'd0;
-    else if (advance && steps != 6'd{WRAPPED})
+    else if (advance && steps != 6'd{WRAP_STEPS})
       steps <= steps + 6'd1;
 {steps}  end
 
@@ -238,7 +238,7 @@ endmodule
     }
 }
 
-/// The part of a packed signal that belongs to an index.
+/// Returns the part select of element `index` of a packed signal.
 fn slice(signal: &str, index: usize) -> String {
-    format!("{signal}[{}:{}]", BITS * (index + 1) - 1, BITS * index)
+    format!("{signal}[{}:{}]", SAMPLE_BITS * (index + 1) - 1, SAMPLE_BITS * index)
 }

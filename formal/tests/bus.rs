@@ -4,12 +4,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use hoverlock_formal::claim::Claim;
-use hoverlock_formal::engine::found;
+use hoverlock_formal::engine::find_program;
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run};
 
 /// Yosys and the solver are installed by `make test`.
 fn installed() -> bool {
-    let all = ["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| found(program).is_some());
+    let all = ["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| find_program(program).is_some());
     if !all {
         eprintln!("SKIPPED: no yosys or no yices-smt2; `make test` installs them");
     }

@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::time::Duration;
 
-use hoverlock_formal::claim::shipped;
-use hoverlock_formal::engine::found;
+use hoverlock_formal::engine::find_program;
 use hoverlock_formal::prove::{Place, Task, run};
+use hoverlock_formal::shipped;
 
 #[test]
 #[ignore = "a minute and a half of proofs"]
 fn bus_and_record_claims_are_proved_and_their_faults_seen() {
-    if !["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| found(program).is_some()) {
+    if !["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| find_program(program).is_some()) {
         eprintln!("SKIPPED: no yosys or no yices-smt2; `make test` installs them");
         return;
     }
@@ -18,7 +18,7 @@ fn bus_and_record_claims_are_proved_and_their_faults_seen() {
     let out = tempfile::tempdir().unwrap();
     let place = Place { sources: &sources, out: out.path(), limit: Duration::from_secs(200) };
     let names = ["record_fifo", "csr", "ring_comparator", "record_writer", "top"];
-    for claim in shipped().unwrap().iter().filter(|claim| names.contains(&claim.name.as_str())) {
+    for claim in shipped::claims().unwrap().iter().filter(|claim| names.contains(&claim.name.as_str())) {
         let mutants = (0..claim.mutants.len()).map(Task::Mutant);
         for task in [Task::Proof, Task::Cover].into_iter().chain(mutants) {
             let outcome = run(claim, task, &place).unwrap();

@@ -4,9 +4,9 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use hoverlock_formal::claim::shipped;
-use hoverlock_formal::engine::found;
+use hoverlock_formal::engine::find_program;
 use hoverlock_formal::prove::{Place, Task, run};
+use hoverlock_formal::shipped;
 
 /// Compiles the emitted test against the harness that this test was built with, and runs it.
 fn run_emitted(test: &Path) -> Output {
@@ -34,13 +34,14 @@ fn run_emitted(test: &Path) -> Output {
 
 #[test]
 fn a_refuted_claim_is_told_step_by_step_and_replayed() {
-    let all = ["yosys", "yosys-smtbmc", "yices-smt2", "verilator"].iter().all(|program| found(program).is_some());
+    let all =
+        ["yosys", "yosys-smtbmc", "yices-smt2", "verilator"].iter().all(|program| find_program(program).is_some());
     if !all {
         eprintln!("SKIPPED: no yosys, no yices-smt2 or no verilator; `make test` installs them");
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let claim = shipped().unwrap().into_iter().find(|claim| claim.name == "difference").unwrap();
+    let claim = shipped::claims().unwrap().into_iter().find(|claim| claim.name == "difference").unwrap();
     let good = include_str!("../../rtl/verilog/difference.v");
     assert_eq!(good.matches("+ 19'd1").count(), 1);
     std::fs::write(folder.path().join("difference.v"), good.replace("+ 19'd1", "+ 19'd0")).unwrap();

@@ -3,7 +3,7 @@
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::analysis::worst_case::{largest_difference, rounding};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_formal::engine::found;
+use hoverlock_formal::engine::find_program;
 use hoverlock_formal::prove::{Status, Task};
 use hoverlock_formal::rounding::{Bounds, Design, Smoother, Subject, run};
 
@@ -33,7 +33,7 @@ fn bounds_are_those_of_the_equations() {
 
 #[test]
 fn a_dog_that_is_too_short_is_seen_and_leaves_its_questions() {
-    if found("yices-smt2").is_none() {
+    if find_program("yices-smt2").is_none() {
         eprintln!("SKIPPED: no yices-smt2; `make test` installs it");
         return;
     }

@@ -28,8 +28,9 @@ use corner::{CORNERS, OF_ANY_DESIGN};
 use harmless::{reason, reason_in_another_design};
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_formal::{
-    claim::{Claim, shipped},
-    prove::{Changed, Place, Status, holds_with},
+    claim::Claim,
+    prove::{FaultySource, Place, Status, holds_with},
+    shipped,
 };
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::{committed, verilog::verilog};
@@ -441,7 +442,7 @@ fn each_of_thirty_faults_is_found_by_a_proof_or_a_test() {
 fn by_proof(sources: &[mutation::Source], mutant: &Mutant) -> String {
     let file = format!("{}.v", mutant.module);
     let source = sources.iter().find(|source| source.module == mutant.module).unwrap();
-    let fault = Changed { file: file.clone(), text: mutation::by_hand(source, mutant) };
+    let fault = FaultySource { file: file.clone(), text: mutation::by_hand(source, mutant) };
     let out = tempfile::tempdir().unwrap();
     let place = Place { sources: harmless::verilog(), out: out.path(), limit: Duration::from_secs(120) };
     let mut hold = Vec::new();
@@ -449,7 +450,7 @@ fn by_proof(sources: &[mutation::Source], mutant: &Mutant) -> String {
         // A claim that compares a module with its own text sees any fault, and says nothing.
         claim.golden.is_empty() && claim.sources.contains(&file) && !claim.cut.contains(&mutant.module)
     };
-    for claim in shipped().unwrap().iter().filter(about) {
+    for claim in shipped::claims().unwrap().iter().filter(about) {
         let outcome = holds_with(claim, &fault, &place).unwrap();
         match outcome.status {
             Status::Refuted => return format!("`{}` refuted, {:.1} s", claim.name, outcome.seconds),

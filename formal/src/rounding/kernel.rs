@@ -18,18 +18,18 @@
 
 use super::Smoother;
 
-/// Bits of a weight: 1 is `2^31`, and a product of two weights has 62.
-const ONE: u32 = 31;
+/// Fraction bits of a weight: 1 is `2^31`, and a product of two weights has 62.
+const WEIGHT_BITS: u32 = 31;
 
-/// Weights of the samples before and after a position: each lies between `low` and `high`, in units of `2^-31`.
+/// The weights of the samples of a line, each bracketed by `low` and `high`, in units of `2^-31`.
 struct Weights {
     low: Vec<u64>,
     high: Vec<u64>,
-    /// Of all samples further back than the first, at most.
+    /// Upper bound of the total weight of all samples before the first.
     rest: u64,
 }
 
-/// `S` of two smoothers, at most, in units of `2^-62`.
+/// Returns an upper bound of `S` for two smoothers, in units of `2^-62`.
 pub(super) fn largest_difference(narrow: &Smoother, wide: &Smoother, bits: u32) -> u128 {
     let reach = 1usize << narrow.g_j.len().max(wide.g_j.len());
     let lines = |vertical: bool| {
@@ -41,7 +41,7 @@ pub(super) fn largest_difference(narrow: &Smoother, wide: &Smoother, bits: u32) 
     pairs.max().unwrap_or(0)
 }
 
-/// `S` at one position, with all the weight of the samples left out.
+/// Returns an upper bound of `S` at one position; the weight of omitted samples is added in full.
 fn positive_part([u1, u2]: &[Weights; 2], [v1, v2]: &[Weights; 2]) -> u128 {
     let row = |(u1, u2): (&u64, &u64)| -> u128 {
         if *u1 == 0 {
@@ -50,17 +50,17 @@ fn positive_part([u1, u2]: &[Weights; 2], [v1, v2]: &[Weights; 2]) -> u128 {
         let products = v1.high.iter().zip(&v2.low);
         u128::from(products.map(|(v1, v2)| (u1 * v1).saturating_sub(u2 * v2)).sum::<u64>())
     };
-    let left_out = u128::from(u1.rest + v1.rest) << (ONE + 1);
+    let left_out = u128::from(u1.rest + v1.rest) << (WEIGHT_BITS + 1);
     u1.high.iter().zip(&u2.low).map(row).sum::<u128>() + left_out
 }
 
-/// The weights of the samples of a line, the last one last, in the sample `from_end` before the last: the stages from
-/// the last to the first, each giving the weight of its output to its two inputs.
+/// Computes the weights of the samples of a line in the output `from_end` before the last. Goes from the last stage to
+/// the first; each stage passes the weight of its output on to its two inputs.
 fn weights(smoother: &Smoother, bits: u32, reach: usize, from_end: usize, vertical: bool) -> Weights {
     let length = if vertical { 5 * reach } else { 3 * reach };
     let at = length - 1 - from_end;
     let mut line = Weights { low: vec![0; length], high: vec![0; length], rest: 0 };
-    (line.low[at], line.high[at]) = (1 << ONE, 1 << ONE);
+    (line.low[at], line.high[at]) = (1 << WEIGHT_BITS, 1 << WEIGHT_BITS);
     for (j, &g) in smoother.g_j.iter().enumerate().rev() {
         line.spread(g, bits, |n| (n + (1 << j)).min(length - 1));
     }
@@ -68,7 +68,7 @@ fn weights(smoother: &Smoother, bits: u32, reach: usize, from_end: usize, vertic
         line.recursion(smoother.g, bits);
     } else {
         for (j, &g) in smoother.g_j.iter().enumerate().rev() {
-            // No weight comes as near to the first sample: the line is longer than both reaches.
+            // Weights do not get to the first sample: the line is longer than both reaches.
             line.spread(g, bits, |n| n.saturating_sub(1 << j));
         }
     }
@@ -76,7 +76,7 @@ fn weights(smoother: &Smoother, bits: u32, reach: usize, from_end: usize, vertic
 }
 
 impl Weights {
-    /// A stage `y[n] = g u[n] + (1 - g) u[other(n)]`.
+    /// Passes the weights through a stage `y[n] = g u[n] + (1 - g) u[other(n)]`.
     fn spread(&mut self, g: u32, bits: u32, other: impl Fn(usize) -> usize) {
         let (g, rest) = (u64::from(g), (1u64 << bits) - u64::from(g));
         let (mut low, mut high) = (vec![0; self.low.len()], vec![0; self.high.len()]);
@@ -89,7 +89,8 @@ impl Weights {
         (self.low, self.high) = (low, high);
     }
 
-    /// The recursion `s[n] = g x[n] + (1 - g) s[n-1]`; what remains at the first sample is the weight of all before.
+    /// Passes the weights through the recursion `s[n] = g x[n] + (1 - g) s[n-1]`; the remainder at the first sample is
+    /// the weight of all samples before it.
     fn recursion(&mut self, g: u32, bits: u32) {
         let (g, rest) = (u64::from(g), (1u64 << bits) - u64::from(g));
         let (mut low, mut high) = (0, 0);
@@ -130,7 +131,7 @@ mod tests {
                     let after = |k: usize| u[(k + (1 << j)).min(length - 1)];
                     u = (0..length).map(|k| after(k) + g(raw) * (u[k] - after(k))).collect();
                 }
-                let expected = u[length - 1 - from_end] * f64::from(1u32 << ONE);
+                let expected = u[length - 1 - from_end] * f64::from(1u32 << WEIGHT_BITS);
                 let (low, high) =
                     (line.low[n] as f64, line.high[n] as f64 + if n == 0 { line.rest as f64 } else { 0.0 });
                 assert!(low - 0.01 <= expected && expected <= high + 0.01, "{vertical} {n}: {low} {expected} {high}");

@@ -3,8 +3,9 @@
 use std::{path::Path, sync::LazyLock, time::Duration};
 
 use hoverlock_formal::{
-    claim::{Claim, shipped},
-    prove::{Changed, Place, Status, Task, holds_with, run},
+    claim::Claim,
+    prove::{FaultySource, Place, Status, Task, holds_with, run},
+    shipped,
 };
 
 use crate::mutation::{Kind, Mutant, Source, by_hand, is_proved_equivalent};
@@ -184,7 +185,7 @@ pub fn reason(sources: &[Source], mutant: &Mutant) -> Option<String> {
         Hole(number) => return Some(format!("{words}: hole {number}")),
     };
     let name = name.replace('*', module(mutant));
-    let claim = shipped().ok()?.into_iter().find(|claim| claim.name == name)?;
+    let claim = shipped::claims().ok()?.into_iter().find(|claim| claim.name == name)?;
     holds(&claim, sources, mutant)
         .then(|| format!("{words}: claim `{name}` holds with it{and}"))
         .or_else(|| equivalent(sources, mutant))
@@ -202,7 +203,7 @@ fn holds(claim: &Claim, sources: &[Source], mutant: &Mutant) -> bool {
     let file = format!("{}.v", mutant.module);
     let proved = if claim.sources.contains(&file) {
         let Some(source) = sources.iter().find(|source| source.module == mutant.module) else { return false };
-        holds_with(claim, &Changed { file, text: by_hand(source, mutant) }, &place)
+        holds_with(claim, &FaultySource { file, text: by_hand(source, mutant) }, &place)
     } else {
         let instance = mutant.at.as_ref().is_some_and(|at| claim.sources.contains(&format!("{at}.v")));
         if !instance || mutant.kind != Kind::Reset {
