@@ -9,7 +9,7 @@
 //   65            150   MaxDOG and sign, input of the ring's line memories
 //   66            152   operands of the decision at the centre of the 7x7 window; candidates enter the queue
 //   81            165   the ring of the candidate is complete and its record is written
-// Latency: 81 lines and some 175 steps from a pixel to the record at `record`.
+// Latency: 81 lines and 165 steps from a pixel to the record at `record`.
 module extractor (
   input  wire clock,
   input  wire reset,

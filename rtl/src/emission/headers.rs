@@ -46,7 +46,6 @@ fn of_design(text: &str) -> String {
         ("STEPS+11", steps + 11),
         ("STEPS+13", steps + 13),
         ("STEPS+26", steps + 26),
-        ("STEPS+36", steps + 36),
         ("PIXEL_BITS", PIXEL_BITS),
         ("FRACTION_BITS", STATE_FRACTION_BITS),
         ("SCALE", 1 << STATE_FRACTION_BITS),
@@ -162,8 +161,7 @@ const HEADERS: &[(&str, &str)] = &[
   core        everything between the two streams
 One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
 pipeline drains.
-Latency: <LINES+18> lines and some <STEPS+36> steps from a pixel to its record; \
-read data comes one clock after `csr_read`.",
+Latency: <LINES+18> lines, <STEPS+26> steps and 5 clocks from a pixel to its record; one clock from `csr_read` to read data.",
     ),
     (
         "hoverlock_core",
@@ -174,7 +172,7 @@ read data comes one clock after `csr_read`.",
   fifo        <RECORD_FIFO> records
 `advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in steps
 and lines of W steps.
-Latency: 2 clocks in the sequencer, <LINES+18> lines and some <STEPS+36> steps in the extractor, 3 clocks in the FIFO.",
+Latency: 2 clocks in the sequencer, <LINES+18> lines and <STEPS+26> steps in the extractor, 3 clocks in the FIFO.",
     ),
     (
         "extractor",
@@ -186,7 +184,7 @@ Latency: 2 clocks in the sequencer, <LINES+18> lines and some <STEPS+36> steps i
   <LINES+2>            <STEPS+11>   MaxDOG and sign, input of the ring's line memories
   <LINES+3>            <STEPS+13>   operands of the decision at the centre of the 7x7 window; candidates enter the queue
   <LINES+18>            <STEPS+26>   the ring of the candidate is complete and its record is written
-Latency: <LINES+18> lines and some <STEPS+36> steps from a pixel to the record at `record`.",
+Latency: <LINES+18> lines and <STEPS+26> steps from a pixel to the record at `record`.",
     ),
     (
         "smoothers",
