@@ -161,7 +161,8 @@ const HEADERS: &[(&str, &str)] = &[
   core        everything between the two streams
 One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
 pipeline drains.
-Latency: <LINES+18> lines, <STEPS+26> steps and 5 clocks from a pixel to its record; one clock from `csr_read` to read data.",
+Latency: <LINES+18> lines, <STEPS+26> steps and 5 clocks from a pixel to its record; \
+one clock from `csr_read` to read data.",
     ),
     (
         "hoverlock_core",
