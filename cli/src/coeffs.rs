@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_cosim::designs::load;
 use hoverlock_fixed_point::model::coefficients::export;
-use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, Wish};
+use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, SmootherSpec};
 use hoverlock_reference::smoothing::recursive::{Family, Fit, Recursive};
 use hoverlock_reports::coefficient_plots::figures;
 use serde::Serialize;
@@ -152,15 +152,16 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let family = args.method.family(args.order)?;
     let fit = args.fit.map_or(family.fits()[0], FitChoice::fit);
     let look_ahead = args.look_ahead.map_or(LookAhead::Error(args.look_ahead_error), LookAhead::Stages);
-    let wish = |sigma: f64, frac_bits: u32, look_ahead: LookAhead| Wish { family, fit, sigma, frac_bits, look_ahead };
-    let wishes: Vec<Wish> = match args.design.as_deref().map(load).transpose().context("--design")? {
-        None => args.sigma.iter().map(|sigma| wish(*sigma, args.frac_bits, look_ahead)).collect(),
+    let spec =
+        |sigma: f64, frac_bits: u32, look_ahead: LookAhead| SmootherSpec { family, fit, sigma, frac_bits, look_ahead };
+    let specs: Vec<SmootherSpec> = match args.design.as_deref().map(load).transpose().context("--design")? {
+        None => args.sigma.iter().map(|sigma| spec(*sigma, args.frac_bits, look_ahead)).collect(),
         Some(design) => {
             let smoothers = design.sigmas.iter().zip(&*design.look_ahead);
-            smoothers.map(|(sigma, m)| wish(*sigma, design.coefficient.bits(), LookAhead::Stages(*m))).collect()
+            smoothers.map(|(sigma, m)| spec(*sigma, design.coefficient.bits(), LookAhead::Stages(*m))).collect()
         }
     };
-    let sets = wishes.iter().map(CoefficientSet::design).collect::<Result<Vec<_>, _>>()?;
+    let sets = specs.iter().map(CoefficientSet::design).collect::<Result<Vec<_>, _>>()?;
     let mut report = Report { sets, files: Vec::new() };
     if let Some(folder) = &args.out {
         report.files = write(folder, &report.sets, family, fit, look_ahead)?;

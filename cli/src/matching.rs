@@ -10,7 +10,7 @@ use hoverlock_cosim::sequence::telemetry;
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::design::{camera_samples, rings};
-use hoverlock_fixed_point::model::quickest::Quickest;
+use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_pictures::{Frame, Picture};
 use hoverlock_reference::features::extractor::{Selection, extract};
@@ -267,7 +267,7 @@ impl Source {
                 frames.iter().map(|frame| model.planes(&frame.luma).features(&ALL)).collect()
             }
             _ => {
-                let mut model = Quickest::new(design)?;
+                let mut model = FastestModel::new(design)?;
                 frames.iter().map(|frame| model.features(&frame.luma, &ALL)).collect()
             }
         };

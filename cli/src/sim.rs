@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 use hoverlock_design::{DesignPoint, MIN_SIDE};
 use hoverlock_fixed_point::model::design::camera_samples;
-use hoverlock_fixed_point::model::quickest::Quickest;
+use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_pictures::folder::expand;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{
@@ -140,7 +140,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if let Some(wave) = &wave {
         wave.room(args.wave_cycles)?;
     }
-    let mut model = Quickest::new(&design)?;
+    let mut model = FastestModel::new(&design)?;
     let mut jobs = Vec::new();
     for plane in &pictures {
         let job = Job::of(&design, plane.clone(), model.settled(plane))?;

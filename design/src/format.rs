@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Largest number of bits of a format. The product of a raw integer and a coefficient of 30 bits then fits 64 bits.
 pub const MAX_BITS: u32 = 32;
 
-/// Why a text is not a format.
+/// The reason why a text is not a format.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FormatError {
     /// Not of the form `u16.2` or `s14.1`.
@@ -28,7 +28,7 @@ pub enum FormatError {
     },
 }
 
-/// Sign, integer bits and fraction bits of a fixed-point number.
+/// A fixed-point format: sign, integer bits and fraction bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Format {
@@ -38,7 +38,7 @@ pub struct Format {
 }
 
 impl Format {
-    /// An unsigned format.
+    /// Makes an unsigned format.
     ///
     /// # Panics
     /// The format has no bits or more than [`MAX_BITS`]. In a constant this is a compile-time error.
@@ -48,7 +48,7 @@ impl Format {
         Self { signed: false, integer_bits, fraction_bits }
     }
 
-    /// The same magnitude bits and a sign bit.
+    /// Returns the signed format with the same magnitude bits.
     ///
     /// # Panics
     /// The format has [`MAX_BITS`] magnitude bits already.
@@ -58,42 +58,42 @@ impl Format {
         format
     }
 
-    /// Whether there is a sign bit.
+    /// Returns `true` if the format has a sign bit.
     pub const fn is_signed(self) -> bool {
         self.signed
     }
 
-    /// Bits before the point, sign bit not counted.
+    /// Returns the number of bits before the point, without the sign bit.
     pub const fn integer_bits(self) -> i8 {
         self.integer_bits
     }
 
-    /// Bits after the point.
+    /// Returns the number of bits after the point.
     pub const fn fraction_bits(self) -> i8 {
         self.fraction_bits
     }
 
-    /// Number of bits, sign bit included.
+    /// Returns the number of bits, sign bit included.
     pub const fn bits(self) -> u32 {
         (self.signed as i32 + self.integer_bits as i32 + self.fraction_bits as i32) as u32
     }
 
-    /// The LSB, `2^-f`.
+    /// Returns the LSB, `2^-f`.
     pub fn lsb(self) -> f64 {
         f64::from(-i32::from(self.fraction_bits)).exp2()
     }
 
-    /// Smallest raw integer.
+    /// Returns the smallest raw integer.
     pub const fn min_raw(self) -> i64 {
         if self.signed { -(1 << (self.bits() - 1)) } else { 0 }
     }
 
-    /// Largest raw integer.
+    /// Returns the largest raw integer.
     pub const fn max_raw(self) -> i64 {
         (1 << (self.bits() - self.signed as u32)) - 1
     }
 
-    /// The value of a raw integer.
+    /// Returns the value of a raw integer, `raw * 2^-f`.
     pub fn value(self, raw: i64) -> f64 {
         raw as f64 * self.lsb()
     }

@@ -14,7 +14,7 @@ pub enum Content {
     Impulses { spacing: u32, inverse: bool },
     /// Rising along both axes, wrapping round.
     Ramp { dx: u16, dy: u16 },
-    /// One value.
+    /// All pixels have this value.
     Constant(u16),
 }
 
@@ -41,7 +41,7 @@ impl Picture {
         })
     }
 
-    /// 64 well-mixed bits of the position and the seed (the finaliser of SplitMix64).
+    /// Mixes position and seed to 64 bits (the finaliser of SplitMix64).
     fn hash(&self, x: usize, y: usize) -> u64 {
         let position = (x as u64) << 32 | y as u64;
         let mut z = self.seed ^ position.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -67,8 +67,8 @@ fn content() -> impl Strategy<Value = Content> {
     ]
 }
 
-/// Any content in sizes `1 x 1`, `1 x N`, `N x 1`, narrower than the look-ahead, odd, just too small for features, and
-/// up to `most` columns and rows.
+/// Draws any content in sizes `1 x 1`, `1 x N`, `N x 1`, narrower than the look-ahead, odd, just too small for
+/// features, and up to `most` columns and rows.
 pub fn pictures(most: usize) -> impl Strategy<Value = Picture> {
     let side = || prop_oneof![1 => Just(1), 2 => 2..40usize.min(most), 4 => 30.min(most - 1)..=most];
     (side(), side(), any::<u64>(), content()).prop_map(|(width, height, seed, content)| Picture {

@@ -1,7 +1,7 @@
 //! The exported coefficient files, read by the tools that use them, have the coefficients of the set.
 
 use hoverlock_fixed_point::model::coefficients::export;
-use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, Wish};
+use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, SmootherSpec};
 use hoverlock_reference::smoothing::recursive::{Family, Fit};
 use std::io::Write as _;
 use std::path::Path;
@@ -9,8 +9,8 @@ use std::process::Command;
 
 fn sets(family: Family, fit: Fit) -> Vec<CoefficientSet> {
     let design = |sigma| {
-        let wish = Wish { family, fit, sigma, frac_bits: 16, look_ahead: LookAhead::Error(1e-4) };
-        CoefficientSet::design(&wish).unwrap()
+        let spec = SmootherSpec { family, fit, sigma, frac_bits: 16, look_ahead: LookAhead::Error(1e-4) };
+        CoefficientSet::design(&spec).unwrap()
     };
     [2.0, 3.2, 5.12].map(design).to_vec()
 }

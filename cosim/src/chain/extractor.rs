@@ -5,10 +5,10 @@ use hoverlock_arm::hardware::{Fpga, Size};
 use hoverlock_arm::message::encode_frame;
 use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_design::DesignPoint;
+use hoverlock_fixed_point::model::design::camera_samples;
+use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
-use hoverlock_fixed_point::model::design::camera_samples;
-use hoverlock_fixed_point::model::quickest::Quickest;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
@@ -70,16 +70,16 @@ impl Extractor {
         if width > max_width || height > max_height {
             return Err(ChainError::FrameSize { width, height, max_width, max_height });
         }
-        let (of, mut quickest) = (design.clone(), Quickest::new(design)?);
-        let thresholds = quickest.settled(&camera_samples(design, first));
+        let (of, mut model) = (design.clone(), FastestModel::new(design)?);
+        let thresholds = model.settled(&camera_samples(design, first));
         let features =
-            move |frame: &Plane<u16>, thresholds: &[u32]| quickest.features(&camera_samples(&of, frame), thresholds);
+            move |frame: &Plane<u16>, thresholds: &[u32]| model.features(&camera_samples(&of, frame), thresholds);
         Ok(Self::model(design, Box::new(features), &thresholds))
     }
 
     fn rtl(design: &DesignPoint, fpga: &Fpga, first: &Plane<u16>, monitor: &dyn Monitor) -> Result<Self, ChainError> {
         let size = Size::new(fpga, first.width() as u32, first.height() as u32)?;
-        let settled = Quickest::new(design)?.settled(&camera_samples(design, first));
+        let settled = FastestModel::new(design)?.settled(&camera_samples(design, first));
         let thresholds = std::array::from_fn(|k| settled.get(k).copied().unwrap_or_default());
         let step = monitor.long_step("building the Verilated model (once; later runs find it)");
         let simulator = Simulator::of_design(design, None, Trace::None)?;

@@ -24,7 +24,7 @@ pub struct ScaleComparison {
     pub signal_class: Option<Class>,
     /// Contrast class for the feature positions.
     pub features_class: Option<Class>,
-    /// `T_k`, LSB.
+    /// Common threshold `T_k` of both levels, LSB.
     pub threshold_lsb: f64,
     /// Error of the response on the interior.
     pub interior: ErrorStatistics,
@@ -43,12 +43,12 @@ pub struct Comparison {
     pub flips: Flips,
 }
 
-/// LSB of the DoG at the design point, DN.
+/// Returns the LSB of the DoG at the default design, DN. All errors are measured in it.
 pub fn dog_lsb() -> f64 {
     KT27.dog().lsb()
 }
 
-/// `sign_k * DOG_k`, DN.
+/// Returns the signed response of a scale pair, `sign_k * DOG_k`, DN.
 pub fn response(planes: &LevelPlanes, scale: usize) -> Plane<f64> {
     planes.dog[scale].zip_map(&planes.signed_dog[scale], |magnitude, d| magnitude.copysign(*d))
 }
@@ -63,7 +63,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The common thresholds and the features of the planes of `streaming`.
+    /// Determines the common thresholds, and the features above them, from the planes of `streaming`.
     pub fn of(planes: &LevelPlanes, bounds: &Bounds) -> Self {
         let lsb = dog_lsb();
         let layers = planes.layers();
@@ -76,12 +76,12 @@ impl Reference {
         Self { layers, responses: pairs.map(|k| response(planes, k)).collect(), thresholds, features }
     }
 
-    /// `T_k` of all scales, DN.
+    /// Returns `T_k` of all scale pairs, DN.
     pub fn thresholds(&self) -> &[f64] {
         &self.thresholds
     }
 
-    /// The features above `T_k`.
+    /// Returns the features of `streaming` above `T_k`, in order.
     pub fn features(&self) -> &[Feature] {
         &self.features
     }
@@ -108,8 +108,8 @@ impl Reference {
     }
 }
 
-/// The features of another level above the thresholds of a reference.
-pub fn features_above(planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
+/// Returns the features of a level above `thresholds`, DN, in order.
+pub(crate) fn features_above(planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
     extractor::features(&planes.layers(), thresholds, 1.0)
 }
 
@@ -120,7 +120,7 @@ impl Comparison {
         Reference::of(&reference, bounds).compare(&test, bounds)
     }
 
-    /// The scales over which flips are counted.
+    /// Returns the scales over which flips are counted, in words.
     fn scales_name(&self) -> &'static str {
         match self.scales.len() {
             1 => "scale 0",
@@ -129,7 +129,7 @@ impl Comparison {
         }
     }
 
-    /// The check of every bound that applies, for the worst scale.
+    /// Checks every bound that applies. Each check is that of the worst scale pair.
     pub fn check(&self, bounds: &Bounds) -> Vec<Check> {
         let worse = |check: &dyn Fn(usize, &ScaleComparison) -> Option<Check>| {
             let all = self.scales.iter().enumerate().filter_map(|(k, scale)| check(k, scale));
@@ -206,14 +206,15 @@ pub struct SigmaEff {
 }
 
 impl SigmaEff {
-    /// Relative change by rounding and truncation.
+    /// Returns the relative change of sigma by rounding and truncation.
     pub fn relative(&self) -> f64 {
         self.quantised / self.unquantised - 1.0
     }
 }
 
-/// The effective sigma of all smoothers. The variances of the stages add: the recursion with coefficient `g` has
-/// `(1 - g) / g^2`, and a stage with the weights `g_j` and `1 - g_j`, `2^j` samples apart, has `g_j (1 - g_j) 4^j`.
+/// Computes the effective sigma of all smoothers in both directions. The variances of the stages add: the recursion
+/// with coefficient `g` has `(1 - g) / g^2`, and a stage with the weights `g_j` and `1 - g_j`, `2^j` samples apart, has
+/// `g_j (1 - g_j) 4^j`.
 pub fn sigma_eff(levels: &Levels) -> Vec<SigmaEff> {
     let (Some(exact), Some(rounded)) = (levels.coefficients(Level::Streaming), levels.coefficients(Level::BitTrue))
     else {
@@ -233,7 +234,7 @@ pub fn sigma_eff(levels: &Levels) -> Vec<SigmaEff> {
     (0..exact.len()).flat_map(of_smoother).collect()
 }
 
-/// The checks of the filters alone: effective sigma, and the response to constant pictures.
+/// Checks the filters alone: effective sigma, and the response to constant pictures.
 pub fn check_coefficients(levels: &Levels, bounds: &Bounds) -> Vec<Check> {
     let worst = sigma_eff(levels).into_iter().max_by(|a, b| a.relative().abs().total_cmp(&b.relative().abs()));
     let sigma = worst.map(|worst| {

@@ -121,18 +121,18 @@ pub struct CoefficientLimits {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Seeds {
-    /// Of the nominal condition.
+    /// Seed of the nominal condition.
     pub nominal: u64,
-    /// Of the combined condition.
+    /// Seed of the combined condition.
     pub combined: u64,
-    /// Of fog.
+    /// Seed of the fog condition.
     pub fog: u64,
-    /// Of the known motions and of the noise of the second view.
+    /// Seed of the known motions and of the noise of the second view.
     pub motion: u64,
 }
 
 impl Seeds {
-    /// The seed of a condition; any condition other than combined and fog has that of nominal.
+    /// Returns the seed of a condition. Conditions other than `combined` and `fog` share that of `nominal`.
     pub fn of(&self, condition: &Condition) -> u64 {
         if *condition == COMBINED {
             self.combined
@@ -145,7 +145,7 @@ impl Seeds {
 }
 
 impl ClassLimits {
-    /// The class of a `streaming` DoG of this rms, LSB; `None` where only the absolute limits apply.
+    /// Returns the class of a `streaming` DoG with this rms, LSB, or `None` if only the absolute limits apply.
     pub fn class(&self, dog_rms_lsb: f64) -> Option<Class> {
         [(self.nominal, Class::Nominal), (self.combined, Class::Combined), (self.fog, Class::Fog)]
             .into_iter()
@@ -158,11 +158,11 @@ impl ClassLimits {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
-    /// High contrast.
+    /// High contrast, as in a clear picture.
     Nominal,
-    /// Medium contrast.
+    /// Medium contrast, as with several degradations combined.
     Combined,
-    /// Low contrast.
+    /// Low contrast, as in fog.
     Fog,
 }
 
@@ -177,12 +177,12 @@ impl Bounds {
     /// it.
     pub const CALIBRATION: &'static str = include_str!("../../calibration.csv");
 
-    /// The acceptance bounds of the project.
+    /// Returns the acceptance bounds of the project.
     pub fn acceptance() -> &'static Self {
         &ACCEPTANCE
     }
 
-    /// The limits of a class.
+    /// Returns the limits of a class.
     pub fn column(&self, class: Class) -> &Column {
         match class {
             Class::Nominal => &self.nominal,
@@ -211,13 +211,13 @@ pub enum Sense {
 pub struct Check {
     /// Name of the bound.
     pub name: &'static str,
-    /// Its unit.
+    /// Unit of limit and measurement; empty for a pure number.
     pub unit: &'static str,
     /// How the measurement is compared with the limit.
     pub sense: Sense,
-    /// The limit.
+    /// The limit, in `unit`.
     pub limit: f64,
-    /// The measurement.
+    /// The measured value, in `unit`.
     pub measured: f64,
     /// Scale, pixel or smoother of the measurement.
     pub location: String,

@@ -29,15 +29,15 @@ use crate::analysis::levels::{Level, Levels};
 pub struct Displacement {
     /// The known displacement of the centre, px.
     pub known: [f64; 2],
-    /// `streaming`: estimate; `None` where there is none.
+    /// `streaming`: the estimate, or `None` if it failed.
     pub reference: Option<Found>,
-    /// `bit_true`: estimate; `None` where there is none.
+    /// `bit_true`: the estimate, or `None` if it failed.
     pub test: Option<Found>,
     /// Distance between the two estimates, px; infinite where one of them is missing.
     pub difference_px: f64,
 }
 
-/// An estimate.
+/// An estimated displacement of the centre of the picture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
     /// Displacement of the centre, px.
@@ -119,7 +119,7 @@ impl Motions {
     }
 }
 
-/// The motion of `centre` estimated from two lists of features.
+/// Estimates the motion of `centre` from two lists of features.
 fn found(before: &[Feature], after: &[Feature], centre: Vector2<f64>, known: Vector2<f64>) -> Option<Found> {
     let estimator =
         Estimator { ransac: Ransac { model: Model::Similarity, ..Ransac::default() }, ..Estimator::default() };
@@ -133,7 +133,7 @@ fn found(before: &[Feature], after: &[Feature], centre: Vector2<f64>, known: Vec
     })
 }
 
-/// A similarity about the centre of the picture.
+/// Draws a similarity about the centre of the picture.
 fn similarity(random: &mut ChaCha8Rng, picture: &Plane<u16>) -> Matrix3<f64> {
     let mut within = |reach: f64| reach * (2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0);
     let (tx, ty) = (within(24.0), within(24.0));
@@ -143,7 +143,7 @@ fn similarity(random: &mut ChaCha8Rng, picture: &Plane<u16>) -> Matrix3<f64> {
     Matrix3::new(a, -b, cx - a * cx + b * cy + tx, b, a, cy - b * cx - a * cy + ty, 0.0, 0.0, 1.0)
 }
 
-/// The picture moved by `h`: `out(h p) = picture(p)`; `None` where `h` has no inverse.
+/// Moves the picture by `h`: `out(h p) = picture(p)`. Returns `None` if `h` has no inverse.
 fn warp(picture: &Plane<u16>, h: &Matrix3<f64>) -> Option<Plane<u16>> {
     let back = h.try_inverse()?;
     let (width, height) = (picture.width(), picture.height());
@@ -170,7 +170,7 @@ fn cubic(t: f64) -> [f64; 4] {
     [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2]
 }
 
-/// The checks of the displacement.
+/// Checks median and maximum of the displacement errors against the bounds.
 pub fn check(displacements: &[Displacement], bounds: &Bounds) -> Vec<Check> {
     let (median, max) = median_and_max(displacements);
     let estimated = displacements.iter().filter(|d| d.reference.is_some() && d.test.is_some()).count();
@@ -183,8 +183,8 @@ pub fn check(displacements: &[Displacement], bounds: &Bounds) -> Vec<Check> {
     ]
 }
 
-/// Median and maximum of the differences; NaN where there is none.
-pub fn median_and_max(displacements: &[Displacement]) -> (f64, f64) {
+/// Returns median and maximum of the differences; NaN if there is none.
+fn median_and_max(displacements: &[Displacement]) -> (f64, f64) {
     let mut differences: Vec<f64> = displacements.iter().map(|d| d.difference_px).collect();
     differences.sort_unstable_by(f64::total_cmp);
     let middle = differences.len() / 2;

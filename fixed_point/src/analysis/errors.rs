@@ -52,7 +52,7 @@ pub struct ErrorStatistics {
     pub rms: f64,
     /// Root mean square of the reference, LSB.
     pub reference_rms: f64,
-    /// `20 log10(reference_rms / rms)`, dB; infinite where there is no error.
+    /// `20 log10(reference_rms / rms)`, dB; infinite if there is no error.
     pub sqnr_db: f64,
     /// How often each error occurs.
     pub histogram: UlpHistogram,
@@ -85,7 +85,7 @@ impl UlpHistogram {
         self.counts[bin as usize] += 1;
     }
 
-    /// The error in the middle of each bin, LSB.
+    /// Returns the error in the middle of each bin, LSB.
     pub fn centres(&self) -> impl Iterator<Item = f64> {
         let (bin_lsb, reach) = (self.bin_lsb, Self::REACH as f64);
         (0..self.counts.len()).map(move |bin| (bin as f64 - reach) * bin_lsb)
@@ -135,8 +135,8 @@ impl ErrorStatistics {
     }
 }
 
-/// `T` of one scale: the response of the given rank among `features`, rounded to an LSB, at least one LSB. With fewer
-/// features than `rank` it is one LSB.
+/// Returns the threshold `T` of one scale: the response of the given rank among `features`, rounded to an LSB, at least
+/// one LSB. With fewer features than `rank` it is one LSB.
 pub fn threshold_of_rank(features: &[Feature], scale: u8, rank: usize, lsb: f64) -> f64 {
     let mut responses: Vec<f64> = features.iter().filter(|f| f.scale == scale).map(|f| f.response).collect();
     responses.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -232,7 +232,7 @@ pub enum BitKind {
 /// Bits and flips whose margin in the reference is within one octave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct MarginBin {
-    /// Bits.
+    /// Bits with a margin in this bin.
     pub bits: u64,
     /// Bits that differ.
     pub flipped: u64,
@@ -255,7 +255,7 @@ impl Flips {
     /// Number of margin bins.
     pub const MARGIN_BINS: usize = 16;
 
-    /// None yet, of descriptors of so many scale pairs.
+    /// Makes empty counts for descriptors of `pairs` scale pairs.
     pub fn of_pairs(pairs: usize) -> Self {
         let bins = vec![MarginBin::default(); Self::MARGIN_BINS];
         Self { features: 0, per_bit: vec![0; 2 * pairs * RING_POINTS], maxlbp_margin: bins.clone(), sign_margin: bins }
@@ -304,7 +304,7 @@ impl Flips {
         }
     }
 
-    /// Flipped bits of one kind over all scales, percent.
+    /// Returns the share of flipped bits of one kind over all scales, percent.
     pub fn percent(&self, kind: BitKind) -> f64 {
         let (maxlbp, sign) = self.per_bit.split_at(self.per_bit.len() / 2);
         let of_kind = if kind == BitKind::Sign { sign } else { maxlbp };
@@ -313,7 +313,7 @@ impl Flips {
     }
 }
 
-/// The margin of each bit at `(x, y)`, LSB, in the order of [`Flips::per_bit`].
+/// Computes the margin of each bit at `(x, y)`, LSB, in the order of [`Flips::per_bit`].
 fn margins(layers: &[Layer<f64>], x: usize, y: usize, lsb: f64) -> Vec<f64> {
     let mut margins = vec![0.0; 2 * layers.len() * RING_POINTS];
     for (k, layer) in layers.iter().enumerate() {

@@ -46,7 +46,7 @@ pub enum Level {
     Streaming,
     /// Rounded coefficients, f64 arithmetic.
     Quantised,
-    /// Integer arithmetic.
+    /// Integer arithmetic: the bit-true model.
     BitTrue,
     /// The emitted Verilog. It is simulated, not computed here.
     Rtl,
@@ -60,7 +60,7 @@ impl Level {
     /// The levels that [`Levels`] computes: all but `rtl`.
     pub const MODELS: [Level; 5] = [Level::Ideal, Level::Recursive, Level::Streaming, Level::Quantised, Level::BitTrue];
 
-    /// The name, as in the table.
+    /// Returns the name, as in the table of this module.
     pub fn name(self) -> &'static str {
         match self {
             Level::Ideal => "ideal",
@@ -86,16 +86,16 @@ pub struct LevelPlanes {
     pub smoothed: Vec<Plane<f64>>,
     /// `d_k = G_k - G_{k+1}`; in `bit_true` before it is rounded to an LSB of the DoG.
     pub signed_dog: Vec<Plane<f64>>,
-    /// `DOG_k`.
+    /// `DOG_k`, the magnitude of `d_k`.
     pub dog: Vec<Plane<f64>>,
-    /// `MaxDOG_k`.
+    /// `MaxDOG_k`, the maximum of `DOG_k` over a window.
     pub max_dog: Vec<Plane<f64>>,
     /// The rings of the descriptors.
     pub rings: Vec<Ring>,
 }
 
 impl LevelPlanes {
-    /// The planes of a float level, computed from its smoothed planes, one more than rings.
+    /// Computes the planes of a float level from its smoothed planes, one more than rings.
     pub fn of(smoothed: Vec<Plane<f64>>, rings: Vec<Ring>) -> Self {
         let signed_dog: Vec<_> =
             smoothed.windows(2).map(|pair| pair[0].zip_map(&pair[1], |narrow, wide| narrow - wide)).collect();
@@ -104,7 +104,7 @@ impl LevelPlanes {
         Self { smoothed, signed_dog, dog, max_dog, rings }
     }
 
-    /// DoG, sign and MaxDOG of all scales, for features and descriptors.
+    /// Returns DoG, sign and MaxDOG of all scale pairs, from which features and descriptors are computed.
     pub fn layers(&self) -> Vec<Layer<f64>> {
         let layer = |(k, ring): (usize, &Ring)| Layer {
             dog: Dog { magnitude: self.dog[k].clone(), positive: self.signed_dog[k].map(|d| *d >= 0.0) },
@@ -157,18 +157,18 @@ impl Levels {
         })
     }
 
-    /// The design point.
+    /// Returns the design of these levels.
     pub fn design(&self) -> &DesignPoint {
         &self.design
     }
 
-    /// The model of the level `bit_true`, in raw integers.
+    /// Returns the model of the level `bit_true`, in raw integers.
     pub fn bit_true(&self) -> &BitTrue {
         &self.bit_true
     }
 
-    /// Coefficients of `streaming` (unrounded), or of `quantised` and `bit_true` (rounded), as real numbers. `None` for
-    /// the other levels.
+    /// Returns the coefficients of `streaming` (unrounded), or of `quantised` and `bit_true` (rounded), as real
+    /// numbers; `None` for the other levels.
     pub fn coefficients(&self, level: Level) -> Option<&[StageCoefficients<f64>]> {
         match level {
             Level::Ideal | Level::Recursive | Level::Rtl => None,
@@ -204,7 +204,7 @@ impl Levels {
         }
     }
 
-    /// The frame after the vertical and after the horizontal pass of one smoother.
+    /// Smooths a frame by one smoother and keeps the result of both passes.
     ///
     /// # Panics
     /// For `rtl`, which is simulated, not computed.
@@ -230,7 +230,7 @@ impl Levels {
         }
     }
 
-    /// All planes of a level.
+    /// Computes all planes of a level.
     ///
     /// # Panics
     /// For `rtl`, which is simulated, not computed.
@@ -246,7 +246,7 @@ impl Levels {
         LevelPlanes::of(self.per_smoother(smooth), rings(&self.design))
     }
 
-    /// All planes of `bit_true` in raw integers, in the quickest code that the formats allow.
+    /// Computes all planes of `bit_true` in raw integers, in the fastest code that the formats allow.
     pub fn bit_true_planes(&self, pixels: &Plane<u16>) -> Planes {
         if let Ok(mut simd) = SimdBitTrue::new(&self.design) {
             // The planes alone are wanted: without thresholds there are no features.
@@ -257,18 +257,18 @@ impl Levels {
         self.bit_true.planes_of(self.per_smoother(|smoother| self.bit_true.smooth(smoother, &state, |_, _| ())))
     }
 
-    /// The states of a picture of 16-bit samples.
+    /// Returns the filter states of a picture of 16-bit samples.
     fn state(&self, picture: &Plane<u16>) -> Plane<u32> {
         self.bit_true.state(&camera_samples(&self.design, picture))
     }
 
-    /// A picture of 16-bit samples as the camera takes it, DN.
+    /// Returns a picture of 16-bit samples as the camera samples it, DN: the lower bits are 0.
     pub fn dn(&self, picture: &Plane<u16>) -> Plane<f64> {
         let shift = self.design.step_bits();
         picture.map(|sample| f64::from(sample >> shift << shift))
     }
 
-    /// Integer planes of this design point in DN.
+    /// Converts integer planes of this design to DN.
     pub fn in_dn(&self, planes: &Planes) -> LevelPlanes {
         let (state, dog) = (self.design.state_dn().lsb(), self.design.dog().lsb());
         LevelPlanes {
@@ -280,9 +280,9 @@ impl Levels {
         }
     }
 
-    /// Largest difference of a smoother of this level from the level above, DN; `range` is the largest pixel less the
-    /// smallest. `None` for `ideal`, which has no level above. For `recursive` it is valid away from the borders. For
-    /// `rtl` it is 0.
+    /// Returns the largest difference of a smoother of this level from the level above, DN. `range` is the largest
+    /// pixel minus the smallest, DN. It is `None` for `ideal`, which has no level above, and 0 for `rtl`. For
+    /// `recursive` it is valid away from the borders.
     pub fn worst_case(&self, level: Level, smoother: usize, range: f64) -> Option<f64> {
         let (streaming, rounded) = (&self.streaming[smoother], &self.quantised[smoother]);
         let response = |filters: &[Smoother]| filters[smoother].impulse_response();
@@ -298,15 +298,8 @@ impl Levels {
         }
     }
 
-    /// Largest difference of `d_k` of this level from the level above, DN, as [`Levels::worst_case`] for its two
-    /// smoothers; `DOG_k` and `MaxDOG_k` of `bit_true` differ by half an LSB of the DoG more, as long as they do not
-    /// saturate.
-    pub fn worst_dog(&self, level: Level, k: usize, range: f64) -> Option<f64> {
-        Some(self.worst_case(level, k, range)? + self.worst_case(level, k + 1, range)?)
-    }
-
-    /// All features of a level in raster order, the finer scale first at one pixel; thresholds in DN of the camera
-    /// sample.
+    /// Returns all features of a level in raster order, the finer scale first at one pixel. `thresholds` are in DN of
+    /// the camera sample.
     pub fn features(&self, planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
         extractor::features(&planes.layers(), thresholds, 1.0)
     }
@@ -316,8 +309,8 @@ impl Levels {
     }
 }
 
-/// The vertical pass of a smoother. Each column is smoothed as a picture of one column, on which the horizontal pass
-/// has no effect.
+/// Applies the vertical pass of a smoother alone. Each column is smoothed as a picture of one column, on which the
+/// horizontal pass has no effect.
 fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
     let columns: Vec<Vec<f64>> = (0..frame.width())
         .into_par_iter()
@@ -369,7 +362,7 @@ mod tests {
         samples.clone().max().map_or(0.0, |max| f64::from(*max)) - samples.min().map_or(0.0, |min| f64::from(*min))
     }
 
-    /// Bound of the f64 rounding error: some 60 stages on values up to 2^16, each with an error of 2^-53, are 5e-10 DN.
+    /// Bound of the f64 rounding error: about 60 stages on values up to 2^16, each with an error of 2^-53, are 5e-10 DN.
     const FLOAT: f64 = 1e-8;
 
     #[test]
@@ -391,6 +384,12 @@ mod tests {
                 assert!(width == 37 || levels.features(&planes, &thresholds).is_empty());
             }
         }
+    }
+
+    /// Returns the largest difference of `d_k` of a level from the level above, DN: the sum of those of its two
+    /// smoothers. `DOG_k` and `MaxDOG_k` of `bit_true` differ by half an LSB of the DoG more.
+    fn worst_dog(levels: &Levels, level: Level, k: usize, range: f64) -> Option<f64> {
+        Some(levels.worst_case(level, k, range)? + levels.worst_case(level, k + 1, range)?)
     }
 
     proptest! {
@@ -429,7 +428,7 @@ mod tests {
                 }
                 if *level != Level::Recursive {
                     for k in 0..design.pairs() {
-                        let bound = levels.worst_dog(*level, k, range).unwrap() + FLOAT;
+                        let bound = worst_dog(&levels, *level, k, range).unwrap() + FLOAT;
                         let error = distance(&above.signed_dog[k], &below.signed_dog[k]);
                         prop_assert!(error <= bound, "{level:?} d_{k}: {error} DN, bound {bound}");
                     }
@@ -446,7 +445,7 @@ mod tests {
             let levels = Levels::new(&design).unwrap();
             let (above, below) = (levels.planes(Level::Quantised, &pixels), levels.planes(Level::BitTrue, &pixels));
             let (half, most) = (design.dog().lsb() / 2.0, design.dog().value(i64::from(design.max_dog())));
-            let bound = |k| levels.worst_dog(Level::BitTrue, k, 0.0).unwrap() + FLOAT;
+            let bound = |k| worst_dog(&levels, Level::BitTrue, k, 0.0).unwrap() + FLOAT;
             let bounds: Vec<f64> = (0..design.pairs()).map(bound).collect();
             for (k, bound) in bounds.iter().enumerate() {
                 let clipped = above.dog[k].map(|dog| dog.min(most));

@@ -2,7 +2,7 @@
 //!
 //! Values are those of `streaming`, in DN, before any rounding. Against the node's format a value `v` is
 //!
-//! - *overflow* where it lies outside `min .. max + LSB/2` (it rounds to a value outside the format),
+//! - *overflow* if it is outside `min .. max + LSB/2` (it rounds to a value outside the format),
 //! - *underflow* where `0 < |v| < LSB/2`: it rounds to 0,
 //! - *in range* otherwise.
 //!
@@ -20,12 +20,12 @@ use crate::model::stages::Stage;
 use hoverlock_design::{DesignPoint, Format};
 
 /// Lowest bin of the histogram: `2^-24 <= |v| < 2^-23` and all that is smaller.
-pub const LOWEST: i32 = -24;
+const MIN_EXPONENT: i32 = -24;
 
 /// Highest bin: `2^23 <= |v|`.
-pub const HIGHEST: i32 = 23;
+const MAX_EXPONENT: i32 = 23;
 
-const BINS: usize = (HIGHEST - LOWEST + 1) as usize;
+const BINS: usize = (MAX_EXPONENT - MIN_EXPONENT + 1) as usize;
 
 /// A node of the processing chain whose value is stored in a format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -34,16 +34,16 @@ pub enum Node {
     Pixel,
     /// The output of one stage of one smoother.
     Stage(usize, Stage),
-    /// `d_k`.
+    /// The signed difference `d_k`.
     Difference(usize),
-    /// `DOG_k`.
+    /// The magnitude `DOG_k`.
     Dog(usize),
-    /// `MaxDOG_k`.
+    /// The windowed maximum `MaxDOG_k`.
     MaxDog(usize),
 }
 
 impl Node {
-    /// The nodes of a design point, in the order of the chain.
+    /// Returns the nodes of a design, in the order of the chain.
     pub fn all(design: &DesignPoint) -> Vec<Node> {
         let mut nodes = vec![Node::Pixel];
         for (smoother, look_ahead) in design.look_ahead.iter().enumerate() {
@@ -55,7 +55,7 @@ impl Node {
         nodes
     }
 
-    /// The format of the node in DN; `d_k` has the state's bits and a sign.
+    /// Returns the format of the node in DN; `d_k` has the bits of the state and a sign.
     pub fn format(self, design: &DesignPoint) -> Format {
         match self {
             Node::Pixel => design.pixel_dn(),
@@ -92,9 +92,9 @@ pub enum Fit {
 /// The values observed at one node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
-    /// The node.
+    /// The node of the chain that was observed.
     pub node: Node,
-    /// Its format.
+    /// The format of the node in DN.
     pub format: Format,
     /// Number of values.
     pub values: u64,
@@ -112,7 +112,7 @@ pub struct Observed {
 }
 
 impl Observed {
-    /// No values yet.
+    /// Makes the counters of a node, without values.
     pub fn new(node: Node, design: &DesignPoint) -> Self {
         Self {
             node,
@@ -138,19 +138,19 @@ impl Observed {
                 self.zeros += 1;
             } else {
                 self.underflows += u64::from(value.abs() < half);
-                self.histogram[(exponent(value).clamp(LOWEST, HIGHEST) - LOWEST) as usize] += 1;
+                self.histogram[(exponent(value).clamp(MIN_EXPONENT, MAX_EXPONENT) - MIN_EXPONENT) as usize] += 1;
             }
         }
         self.values += plane.as_slice().len() as u64;
         self.range = Some((low, high));
     }
 
-    /// The pairs of exponent `e` and number of values in `2^e <= |v| < 2^(e+1)`, all bins in order.
+    /// Returns the pairs of exponent `e` and number of values in `2^e <= |v| < 2^(e+1)`, all bins in order.
     pub fn histogram(&self) -> impl Iterator<Item = (i32, u64)> {
-        (LOWEST..).zip(self.histogram)
+        (MIN_EXPONENT..).zip(self.histogram)
     }
 
-    /// Relation of a bin to the format, by its middle, `1.5 * 2^e`.
+    /// Compares a bin with the format by its middle, `1.5 * 2^e`.
     pub fn fit(&self, exponent: i32) -> Fit {
         let middle = 1.5 * f64::from(exponent).exp2();
         match () {
@@ -160,19 +160,20 @@ impl Observed {
         }
     }
 
-    /// Magnitude bits the largest value needs at this LSB, `0` where all values are 0.
+    /// Returns the number of magnitude bits that the largest value needs at this LSB; 0 if all values are 0.
     pub fn used_bits(&self) -> u32 {
         let largest = self.range.map_or(0.0, |(low, high)| high.max(-low));
         let raw = (largest / self.format.lsb()).round();
         if raw < 1.0 { 0 } else { exponent(raw) as u32 + 1 }
     }
 
-    /// Leading magnitude bits that no value used; negative where bits are missing.
+    /// Returns the number of leading magnitude bits that no value used; negative if bits are missing.
     pub fn unused_bits(&self) -> i32 {
         self.format.bits() as i32 - i32::from(self.format.is_signed()) - self.used_bits() as i32
     }
 
-    /// The narrowest format with this LSB that represents all values observed; `None` where it needs more than 32 bits.
+    /// Returns the narrowest format with this LSB that represents all values observed, or `None` if it needs more than
+    /// 32 bits.
     pub fn proposal(&self) -> Option<Format> {
         let integer_bits = self.used_bits().max(1) as i32 - i32::from(self.format.fraction_bits());
         let sign = if self.format.is_signed() { 's' } else { 'u' };
@@ -201,7 +202,7 @@ impl Observed {
     }
 }
 
-/// `floor(log2 |value|)` of a finite value other than 0.
+/// Returns `floor(log2 |value|)` of a finite value other than 0.
 fn exponent(value: f64) -> i32 {
     // A subnormal number has exponent bits of 0 and falls into the lowest bin.
     ((value.to_bits() >> 52) & 0x7ff) as i32 - 1023
@@ -214,12 +215,12 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// No values yet.
+    /// Makes the counters of all nodes of a design, without values.
     pub fn new(design: &DesignPoint) -> Self {
         Self { nodes: Node::all(design).into_iter().map(|node| Observed::new(node, design)).collect() }
     }
 
-    /// The nodes in the order of the chain.
+    /// Returns the counters of all nodes, in the order of the chain.
     pub fn nodes(&self) -> &[Observed] {
         &self.nodes
     }

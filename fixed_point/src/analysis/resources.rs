@@ -20,13 +20,13 @@ use hoverlock_reference::features::maxlbp::LARGEST_RING;
 /// Memories of equal depth and width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Memory {
-    /// Depth, words.
+    /// Depth of each memory, words.
     pub words: u64,
-    /// Width, bits.
+    /// Width of a word, bits.
     pub width: u64,
     /// Number of these memories.
     pub count: u64,
-    /// Purpose.
+    /// Purpose, in words for the report.
     pub purpose: &'static str,
 }
 
@@ -39,7 +39,7 @@ pub struct Resources {
     pub alm: u64,
     /// Multipliers in units of 18 x 18; one of 27 x 27 counts as two.
     pub mul18: u64,
-    /// DSP blocks.
+    /// DSP blocks, each with two 18 x 18 multipliers.
     pub dsp: u64,
 }
 
@@ -56,13 +56,13 @@ pub const MLAB_WORDS: u64 = 32;
 /// Bits of a row: the hardware takes 2048.
 const ROW_BITS: u64 = 11;
 
-/// M10K blocks of a simple dual-port memory.
+/// Returns the number of M10K blocks of a simple dual-port memory.
 pub fn blocks(words: u64, width: u64) -> u64 {
     let form = FORMS.iter().find(|(deep, _)| words <= *deep);
     form.map_or_else(|| words.div_ceil(8192) * width, |(_, bits)| width.div_ceil(*bits))
 }
 
-/// The memories of a design point that use M10K blocks.
+/// Returns the memories of a design that use M10K blocks.
 pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     let line = u64::from(design.width).next_power_of_two();
     let (pixel, state) = (u64::from(design.pixel.bits()), u64::from(design.state.bits()));
@@ -100,7 +100,7 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     found
 }
 
-/// Adaptive logic modules of a design point, about: `L (2.73 s + c/4 + 76.7) + 74 k N + 817` for `L` lerps, `k` scale
+/// Estimates the adaptive logic modules of a design: `L (2.73 s + c/4 + 76.7) + 74 k N + 817` for `L` lerps, `k` scale
 /// pairs and words of `s` (state), `c` (coefficient) and `N` bits (DoG).
 ///
 /// A line through the Yosys estimates of `kt27` and `small`, module by module: a lerp with its coefficient and borders,
@@ -114,7 +114,7 @@ pub fn alm(design: &DesignPoint) -> u64 {
     (lerps * lerp + 74.0 * bits(design.scale_pairs * design.dog_bits) + 817.0).round() as u64
 }
 
-/// The resources of a design point.
+/// Computes the resources of a design.
 pub fn resources(design: &DesignPoint) -> Resources {
     let lerps: u64 = design.look_ahead.iter().map(|m| 1 + 3 * u64::from(*m)).sum();
     let m10k = memories(design).iter().map(|memory| memory.count * blocks(memory.words, memory.width)).sum();

@@ -27,30 +27,31 @@ use rayon::prelude::*;
 
 use crate::model::stages::{Stage, StageCoefficients};
 
-/// Largest difference of an integer smoother from the same coefficients in f64, state LSB.
+/// Returns the largest difference of an integer smoother from the same coefficients in f64, LSB of the state.
 pub fn rounding(coefficients: &StageCoefficients<f64>) -> f64 {
     dead_band(coefficients.g) + 1.5 * coefficients.g_j.len() as f64
 }
 
-/// Dead band: largest difference of the recursion's settled state from a constant input, LSB; less than `1/(2 g)`.
-pub fn dead_band(g: f64) -> f64 {
+/// Returns the dead band, `1/(2 g)` LSB: the settled state of the recursion differs from a constant input by less.
+fn dead_band(g: f64) -> f64 {
     0.5 / g
 }
 
-/// Largest difference of a smoother with rounded coefficients from the unrounded one, relative to the range of the
-/// picture.
+/// Returns the largest difference of a smoother with rounded coefficients from the unrounded one, relative to the range
+/// of the picture.
 pub fn coefficient(unrounded: &StageCoefficients<f64>, rounded: &StageCoefficients<f64>) -> f64 {
     let reach: f64 = unrounded.g_j.iter().zip(&rounded.g_j).map(|(from, to)| (from - to).abs()).sum();
     (unrounded.g - rounded.g).abs() / rounded.g + 3.0 * reach
 }
 
-/// Largest difference of a smoother with finite look-ahead from the infinite one, relative to the range of the picture.
+/// Returns the largest difference of a smoother with finite look-ahead from the infinite one, relative to the range of
+/// the picture.
 pub fn reach(unrounded: &StageCoefficients<f64>) -> f64 {
     let a = 1.0 - unrounded.g;
     3.0 * a.powf((unrounded.g_j.len() as f64).exp2())
 }
 
-/// `||h - w||_1` of two symmetric impulse responses `h[0 ..]` and `w[0 ..]`: the largest difference of the two
+/// Computes `||h - w||_1` of two symmetric impulse responses `h[0 ..]` and `w[0 ..]`: the largest difference of the two
 /// smoothers away from the borders, relative to the range of the picture.
 pub fn response_difference(h: &[f64], w: &[f64]) -> f64 {
     let at = |half: &[f64], n: usize| half.get(n).copied().unwrap_or(0.0);
@@ -58,7 +59,7 @@ pub fn response_difference(h: &[f64], w: &[f64]) -> f64 {
     (0..h.len().max(w.len())).map(|n| side(n) * (at(h, n) - at(w, n)).abs()).sum()
 }
 
-/// The largest `|d_k|` of any frame before rounding, relative to full scale.
+/// Computes the largest `|d_k|` of any frame before rounding, relative to full scale.
 pub fn largest_difference(narrow: &StageCoefficients<f64>, wide: &StageCoefficients<f64>) -> f64 {
     let reach = 1usize << narrow.g_j.len().max(wide.g_j.len());
     // Only this many samples before the position are evaluated. The weight of the rest is at most `left_out`, and is
@@ -81,7 +82,8 @@ pub fn largest_difference(narrow: &StageCoefficients<f64>, wide: &StageCoefficie
     largest + left_out.iter().sum::<f64>()
 }
 
-/// Row `n` holds the weights of all samples in sample `n` of a line after the vertical or the horizontal pass.
+/// Computes the weights of a pass: row `n` holds the weights of all samples of a line in sample `n` after the vertical
+/// or the horizontal pass.
 fn weights(coefficients: &StageCoefficients<f64>, length: usize, vertical: bool) -> Plane<f64> {
     let mut plane = Plane::from_fn(length, length, |x, y| f64::from(u8::from(x == y)));
     for stage in Stage::chain(coefficients.g_j.len() as u32) {
@@ -92,7 +94,7 @@ fn weights(coefficients: &StageCoefficients<f64>, length: usize, vertical: bool)
     if vertical { plane } else { plane.transposed() }
 }
 
-/// `sum_{i,j} max(0, u1[i] v1[j] - u2[i] v2[j])`.
+/// Computes `sum_{i,j} max(0, u1[i] v1[j] - u2[i] v2[j])`.
 fn positive_part(u1: &[f64], v1: &[f64], u2: &[f64], v2: &[f64]) -> f64 {
     let row = |u1: f64, u2: f64| v1.iter().zip(v2).map(|(v1, v2)| (u1 * v1 - u2 * v2).max(0.0)).sum::<f64>();
     u1.iter().zip(u2).map(|(u1, u2)| row(*u1, *u2)).sum()

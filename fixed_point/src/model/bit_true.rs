@@ -59,7 +59,7 @@ pub struct BitTrue {
 }
 
 impl BitTrue {
-    /// The model of a design point.
+    /// Designs the coefficients of a design and makes its model.
     ///
     /// # Errors
     /// A smoother cannot be designed for one of the sigmas or cannot be rounded to the coefficient format.
@@ -71,18 +71,18 @@ impl BitTrue {
         Ok(Self { design: design.clone(), coefficients })
     }
 
-    /// The design point.
+    /// Returns the design of the model.
     pub fn design(&self) -> &DesignPoint {
         &self.design
     }
 
-    /// Raw coefficients of the smoothers.
+    /// Returns the raw coefficients of the smoothers.
     pub fn coefficients(&self) -> &[StageCoefficients<u32>] {
         &self.coefficients
     }
 
-    /// The same model with other raw coefficients: `g`, then each `g_j`, smoother by smoother, in the order of the
-    /// registers. Coefficients missing at the end of the list stay as they are.
+    /// Returns the same model with other raw coefficients: `g`, then each `g_j`, smoother by smoother, in the order of
+    /// the registers. Coefficients missing at the end of `raw` are unchanged.
     pub fn with_coefficients(&self, raw: &[u32]) -> Self {
         let mut model = self.clone();
         let own = model
@@ -95,7 +95,7 @@ impl BitTrue {
         model
     }
 
-    /// Pixels, `x < 2^P` steps of the camera, as states, `x << f`.
+    /// Converts pixels, `x < 2^P` steps of the camera, to filter states, `x << f`.
     pub fn state(&self, pixels: &Plane<u16>) -> Plane<u32> {
         debug_assert!(pixels.as_slice().iter().all(|pixel| i64::from(*pixel) <= self.design.pixel.max_raw()));
         let fraction_bits = self.design.state.fraction_bits();
@@ -108,12 +108,12 @@ impl BitTrue {
         stages::smooth(state, &self.coefficients[smoother], |p, q, raw| lerp(p, q, raw, fraction_bits), each)
     }
 
-    /// `d_k` of two smoothed planes.
+    /// Subtracts two smoothed planes: `d_k`, LSB of the state.
     pub fn signed_dog(narrow: &Plane<u32>, wide: &Plane<u32>) -> Plane<i32> {
         narrow.zip_map(wide, |narrow, wide| *narrow as i32 - *wide as i32)
     }
 
-    /// `DOG_k` with its sign bits, and the number of saturated samples.
+    /// Rounds `d_k` to `DOG_k` with its sign bits, LSB of the DoG, and returns the number of saturated samples.
     pub fn dog(&self, signed: &Plane<i32>) -> (Dog<u16>, u64) {
         let (shift, max) = (self.design.dog_shift(), u64::from(self.design.max_dog()));
         let mut saturated = 0;
@@ -134,7 +134,7 @@ impl BitTrue {
         self.planes_of((0..self.design.smoothers()).map(smooth).collect())
     }
 
-    /// All planes of a frame from its smoothed planes.
+    /// Computes all planes of a frame from its smoothed planes.
     pub fn planes_of(&self, smoothed: Vec<Plane<u32>>) -> Planes {
         let signed_dog: Vec<_> = smoothed.windows(2).map(|pair| Self::signed_dog(&pair[0], &pair[1])).collect();
         let dogs = signed_dog.iter().map(|signed| self.dog(signed));
@@ -145,7 +145,8 @@ impl BitTrue {
 }
 
 impl Planes {
-    /// All features of the frame, in order. A threshold of 0 counts as 1; a scale pair without one has no features.
+    /// Returns all features of the frame, in order. `thresholds` are in LSB of the DoG; 0 counts as 1. A scale pair
+    /// without a threshold has no features.
     pub fn features(&self, thresholds: &[u32]) -> Vec<FeatureRecord> {
         let mut positions = Vec::new();
         for (k, (layer, threshold)) in self.layers.iter().zip(thresholds).enumerate() {
@@ -158,7 +159,7 @@ impl Planes {
         positions.into_iter().map(|(y, x, k)| self.record(x, y, k)).collect()
     }
 
-    /// The record of scale pair `k` at an eligible pixel.
+    /// Returns the record of scale pair `k` at an eligible pixel.
     pub(crate) fn record(&self, x: usize, y: usize, k: usize) -> FeatureRecord {
         let Dog { magnitude, positive } = &self.layers[k].dog;
         FeatureRecord {
@@ -181,7 +182,7 @@ mod tests {
     use hoverlock_design::{Format, KT27};
     use proptest::prelude::*;
 
-    /// A design point with other word lengths, reach and sigmas; the others stay.
+    /// Returns a design with other word lengths, reach and sigmas.
     fn design(state: i8, coefficient: i8, dog_bits: u32, look_ahead: &[u32]) -> DesignPoint {
         DesignPoint {
             state: Format::unsigned(16, state),
@@ -195,13 +196,14 @@ mod tests {
         }
     }
 
-    /// `numerator / 2^bits`, rounded half away from zero, in wide signed integers: another formula than [`lerp`].
+    /// Returns `numerator / 2^bits`, rounded half away from zero, in wide signed integers: another formula than
+    /// [`lerp`].
     fn half_away(numerator: i128, bits: u32) -> i128 {
         let half = 1i128 << (bits - 1);
         if numerator >= 0 { (numerator + half) >> bits } else { -((-numerator + half) >> bits) }
     }
 
-    /// One smoother from the equations, sample by sample.
+    /// Applies one smoother from the equations, sample by sample.
     fn smoothed(x: &[Vec<i128>], coefficients: &StageCoefficients<u32>, bits: u32) -> Vec<Vec<i128>> {
         let (height, width) = (x.len(), x[0].len());
         let lerp = |p: i128, q: i128, raw: u32| p + half_away(i128::from(raw) * (q - p), bits);

@@ -69,7 +69,7 @@ pub enum CoefficientError {
     ErrorTooSmall {
         /// The look-ahead error.
         error: f64,
-        /// The pole.
+        /// The pole of the filter.
         a: f64,
     },
 }
@@ -137,7 +137,7 @@ impl LerpCoefficients {
         Ok(Self { sigma, a, frac_bits, g: g as u32, g_j, saturated })
     }
 
-    /// The vertical and the horizontal impulse response of the rounded coefficients, in f64 arithmetic.
+    /// Returns the vertical and the horizontal impulse response of the rounded coefficients, in f64 arithmetic.
     pub fn impulse_responses(&self) -> [Response; 2] {
         let value = |raw: u32| f64::from(raw) * (-f64::from(self.frac_bits)).exp2();
         let coefficients = StageCoefficients { g: value(self.g), g_j: self.g_j.iter().copied().map(value).collect() };
@@ -152,7 +152,7 @@ impl LerpCoefficients {
         })
     }
 
-    /// The number of look-ahead stages, `m`.
+    /// Returns the number of look-ahead stages, `m`.
     pub fn look_ahead(&self) -> u32 {
         self.g_j.len() as u32
     }
@@ -166,12 +166,12 @@ pub(crate) fn check_fraction_bits(frac_bits: u32) -> Result<(), CoefficientError
     if (1..=MAX_FRACTION_BITS).contains(&frac_bits) { Ok(()) } else { Err(CoefficientError::FractionBits(frac_bits)) }
 }
 
-/// The part of the sum that `look_ahead` stages omit: `a^(2^m)`.
-pub fn look_ahead_error(a: f64, look_ahead: u32) -> f64 {
+/// Returns the part of the sum that `look_ahead` stages omit: `a^(2^m)`.
+fn look_ahead_error(a: f64, look_ahead: u32) -> f64 {
     a.powf(f64::from(look_ahead).exp2())
 }
 
-/// The shortest look-ahead that omits at most `error`: the smallest `m >= 1` with `a^(2^m) <= error`.
+/// Returns the shortest look-ahead that omits at most `error`: the smallest `m >= 1` with `a^(2^m) <= error`.
 ///
 /// # Errors
 /// `error` is not between 0 and 1, or needs more than [`MAX_LOOK_AHEAD`] stages.

@@ -13,7 +13,7 @@
 
 use hoverlock_design::MAX_FRACTION_BITS;
 
-/// `p + round(c (q - p))` with the coefficient `c = raw / 2^fraction_bits`.
+/// Interpolates: `p + round(c (q - p))` with the coefficient `c = raw / 2^fraction_bits`.
 ///
 /// Requires `raw < 2^fraction_bits` and `1 <= fraction_bits <= `[`MAX_FRACTION_BITS`]: checked where coefficients are
 /// designed.

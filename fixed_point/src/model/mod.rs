@@ -2,13 +2,13 @@
 //! records.
 //!
 //! [`bit_true`] supports any design. [`simd`] gives the same bits for the formats of the design point at tens of
-//! megapixels per second; [`quickest`] chooses. [`crate::analysis`] measures both.
+//! megapixels per second; [`fastest`] chooses. [`crate::analysis`] measures both.
 
 pub mod bit_true;
 pub mod coefficients;
 pub mod design;
+pub mod fastest;
 pub mod lerp;
-pub mod quickest;
 pub mod record;
 pub mod simd;
 pub mod stages;

@@ -21,9 +21,9 @@ use hoverlock_reference::features::feature::{Descriptor, Feature};
 /// words. The other bits are 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FeatureRecord {
-    /// Column.
+    /// Column of the pixel, px.
     pub x: u16,
-    /// Row.
+    /// Row of the pixel, px.
     pub y: u16,
     /// `DOG_k` at the pixel, LSB of the DoG.
     pub response: u16,
@@ -42,7 +42,7 @@ pub const TWO_PAIR_WORDS: usize = 8;
 /// Words of the record of three scale pairs: all that there are.
 pub const RECORD_WORDS: usize = 10;
 
-/// Words of the record of so many scale pairs.
+/// Returns the number of words of a record of a design with `pairs` scale pairs.
 pub const fn record_words(pairs: usize) -> usize {
     if pairs > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
 }
@@ -59,8 +59,8 @@ pub const FLAG_TEN_WORDS: u16 = 1 << 12;
 pub const FLAG_TRAILER: u16 = 1 << 15;
 
 impl FeatureRecord {
-    /// The record as 32-bit words, least significant word first; of one or two scale pairs the first
-    /// [`TWO_PAIR_WORDS`] are sent, the others are 0.
+    /// Returns the record as 32-bit words, least significant word first. A design of one or two scale pairs sends the
+    /// first [`TWO_PAIR_WORDS`]; the others are 0.
     pub fn pack(&self) -> [u32; RECORD_WORDS] {
         let pair = |low: u16, high: u16| u32::from(low) | (u32::from(high) << 16);
         let scale = [0, FLAG_SCALE, FLAG_THIRD][usize::from(self.scale)];
@@ -77,8 +77,8 @@ impl FeatureRecord {
         words
     }
 
-    /// The feature of a record of eight or ten words; `None` where a flag is set that no feature has, or with another
-    /// number of words.
+    /// Reads a record of eight or ten words. Returns `None` if a flag is set that no feature has, or for another number
+    /// of words.
     pub fn unpack(words: &[u32]) -> Option<Self> {
         let (low, high) = (|word: u32| word as u16, |word: u32| (word >> 16) as u16);
         let first: &[u32; TWO_PAIR_WORDS] = words.first_chunk()?;
@@ -105,7 +105,7 @@ impl FeatureRecord {
         })
     }
 
-    /// The feature in DN of the camera sample: `dog_lsb` is the LSB of the DoG, DN.
+    /// Converts the record to a feature in DN of the camera sample. `dog_lsb` is the LSB of the DoG, DN.
     pub fn feature(&self, dog_lsb: f64) -> Feature {
         Feature {
             x: u32::from(self.x),
@@ -120,7 +120,7 @@ impl FeatureRecord {
 }
 
 impl From<&FeatureRecord> for Feature {
-    /// At the default design point, where one LSB of the DoG is 0.5 DN.
+    /// Converts a record of the default design, whose LSB of the DoG is 0.5 DN.
     fn from(record: &FeatureRecord) -> Self {
         record.feature(0.5)
     }

@@ -25,7 +25,7 @@ pub struct StageCoefficients<C> {
 }
 
 impl StageCoefficients<f64> {
-    /// Unrounded, from the pole `a` in `(0, 1)`, not rounded before `g` and `g_j` are computed.
+    /// Computes the unrounded coefficients of the pole `a` in `(0, 1)`.
     pub fn of_pole(a: f64, look_ahead: u32) -> Self {
         // Squared from stage to stage: a^(2^j).
         let powers = std::iter::successors(Some(a), |power| Some(power * power));
@@ -34,7 +34,7 @@ impl StageCoefficients<f64> {
 }
 
 impl StageCoefficients<u32> {
-    /// The values of the raw integers.
+    /// Returns the values of the raw integers.
     pub fn values(&self, format: Format) -> StageCoefficients<f64> {
         let value = |raw: u32| format.value(i64::from(raw));
         StageCoefficients { g: value(self.g), g_j: self.g_j.iter().copied().map(value).collect() }
@@ -55,7 +55,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// The stages of a smoother with look-ahead `m`, in order: `1 + 3 m` stages.
+    /// Returns the stages of a smoother with look-ahead `m`, in order: `1 + 3 m` stages.
     pub fn chain(m: u32) -> impl Iterator<Item = Stage> {
         let down = (0..m).map(Stage::ColumnLookAhead);
         let left = (0..m).map(Stage::RowLookBack);

@@ -17,7 +17,7 @@ pub struct ThresholdController {
 }
 
 impl ThresholdController {
-    /// The controller of a design point before its first frame.
+    /// Makes the controller of a design before its first frame.
     pub fn new(design: &DesignPoint) -> Self {
         Self {
             target: design.threshold.target,
@@ -26,12 +26,12 @@ impl ThresholdController {
         }
     }
 
-    /// The controller of a design point after a frame with the thresholds `T_k`.
+    /// Makes the controller of a design after a frame with the thresholds `T_k`.
     pub fn resumed(design: &DesignPoint, thresholds: &[u32]) -> Self {
         Self { thresholds: thresholds.to_vec(), ..Self::new(design) }
     }
 
-    /// `T_k` of the frame about to start.
+    /// Returns `T_k` of the frame about to start, LSB of the DoG.
     pub fn thresholds(&self) -> &[u32] {
         &self.thresholds
     }
@@ -49,8 +49,8 @@ impl ThresholdController {
         }
     }
 
-    /// Updates the thresholds until they rest, as of a camera that has looked at one picture for a while. `counts`
-    /// tells the features of each scale in that picture at given thresholds.
+    /// Updates the thresholds until they no longer change, as for a camera that looks at one picture for a while.
+    /// `counts` returns the number of features of each scale in that picture at given thresholds.
     pub fn settle(&mut self, mut counts: impl FnMut(&[u32]) -> [u32; MAX_PAIRS]) {
         for _ in 0..SETTLING {
             let before = self.thresholds.clone();
@@ -62,10 +62,11 @@ impl ThresholdController {
     }
 }
 
-/// Frames in which thresholds settle: steps of an eighth lead from one end of their range to the other in fewer.
+/// Largest number of frames until thresholds settle: steps of an eighth lead from one end of their range to the other
+/// in fewer.
 const SETTLING: usize = 100;
 
-/// The number of features of each scale; 0 for scale pairs that the design does not have.
+/// Returns the number of features of each scale; 0 for scale pairs that the design does not have.
 pub fn count_per_scale(features: &[FeatureRecord]) -> [u32; MAX_PAIRS] {
     let mut counts = [0; MAX_PAIRS];
     features.iter().for_each(|feature| counts[usize::from(feature.scale)] += 1);

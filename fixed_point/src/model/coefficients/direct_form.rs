@@ -25,20 +25,20 @@ const FREQUENCIES: usize = 96;
 /// The raw integers of [`DirectForm`], in units of `2^-F`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IntegerDirectForm {
-    /// `F`.
+    /// `F`: fraction bits of every coefficient.
     pub frac_bits: u32,
     /// Cascade or parallel.
     pub structure: Structure,
     /// `A[1 ..= order]`.
     pub a: Vec<i64>,
-    /// `B[0 ..]`.
+    /// Feed-forward coefficients `B[0 ..]`.
     pub b: Vec<i64>,
     /// `B_ahead[1 ..= order]`, empty in a cascade.
     pub b_ahead: Vec<i64>,
 }
 
 impl IntegerDirectForm {
-    /// The best rounding of a filter of `sigma` pixels.
+    /// Finds the best rounding of a filter of `sigma` pixels.
     ///
     /// # Errors
     /// The number of bits is out of range, or no rounding near the exact values is stable with DC gain 1.
@@ -80,8 +80,8 @@ impl IntegerDirectForm {
         best.map(|(_, form)| form).ok_or(CoefficientError::NoRounding { order: exact.a.len(), sigma, frac_bits })
     }
 
-    /// The candidates with this feedback and DC gain 1; none where the feed-forward coefficients would sum to 0 or
-    /// less.
+    /// Returns the candidates with this feedback and DC gain 1. The list is empty if the feed-forward coefficients
+    /// would sum to 0 or less.
     fn with_feedback(&self, a: Vec<i64>) -> Vec<Self> {
         let sum = (1i64 << self.frac_bits) - a.iter().sum::<i64>();
         if sum < 1 {
@@ -103,28 +103,28 @@ impl IntegerDirectForm {
         }
     }
 
-    /// The values of the raw integers.
+    /// Returns the values of the raw integers.
     pub fn real(&self) -> DirectForm {
         let scale = (-f64::from(self.frac_bits)).exp2();
         let values = |raw: &[i64]| raw.iter().map(|&raw| raw as f64 * scale).collect();
         DirectForm { structure: self.structure, a: values(&self.a), b: values(&self.b), b_ahead: values(&self.b_ahead) }
     }
 
-    /// Numerator and denominator of the DC gain, in units of `2^-F`; equal, for the gain is exactly 1. In a cascade it
-    /// is the gain of either pass.
+    /// Returns numerator and denominator of the DC gain, in units of `2^-F`. They are equal, because the gain is
+    /// exactly 1. For a cascade it is the gain of either pass.
     pub fn dc_gain(&self) -> (i64, i64) {
         let feed_forward = self.b.iter().chain(&self.b_ahead).sum();
         (feed_forward, (1i64 << self.frac_bits) - self.a.iter().sum::<i64>())
     }
 
-    /// Least number of bits for every coefficient in two's complement.
+    /// Returns the number of bits that every coefficient fits in two's complement.
     pub fn width(&self) -> u32 {
         let raw = self.a.iter().chain(&self.b).chain(&self.b_ahead);
         raw.map(|&raw| 65 - (if raw < 0 { !raw } else { raw }).leading_zeros()).max().unwrap_or(1)
     }
 }
 
-/// All raw integers within [`STEPS`] of the given ones, component by component.
+/// Returns all raw integers within [`STEPS`] of the given ones, component by component.
 fn neighbours(raw: &[i64]) -> Vec<Vec<i64>> {
     raw.iter().fold(vec![Vec::new()], |partial, &raw| {
         let extended = |head: Vec<i64>| {
@@ -175,7 +175,7 @@ mod tests {
         for bits in [0, 32, 200] {
             assert_eq!(round(Family::YoungVanVliet, 5.0, bits).unwrap_err(), CoefficientError::FractionBits(bits),);
         }
-        // Poles 1 - O(1/sigma) cannot be told from 1 in four bits.
+        // Four bits cannot distinguish poles 1 - O(1/sigma) from 1.
         let message = round(Family::YoungVanVliet, 30.0, 4).unwrap_err().to_string();
         assert!(message.contains("4 fraction bits") && message.contains("sigma 30"), "{message}");
     }

@@ -10,13 +10,13 @@ use std::fmt::Write as _;
 /// An export file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
-    /// File name.
+    /// File name without folder.
     pub name: &'static str,
-    /// Content.
+    /// Content of the file.
     pub text: String,
 }
 
-/// All export files; `command` is the command line, which each file names as its origin.
+/// Returns all export files. `command` is the command line, which each file names as its origin.
 pub fn all(sets: &[CoefficientSet], command: &str) -> Vec<File> {
     vec![
         File { name: "coefficients.vh", text: verilog(sets, command) },
@@ -27,7 +27,7 @@ pub fn all(sets: &[CoefficientSet], command: &str) -> Vec<File> {
     ]
 }
 
-/// The design of a set in one line.
+/// Describes the design of a set in one line.
 fn title(set: &CoefficientSet) -> String {
     let (width, signed) = set.word_format();
     let format = if signed {
@@ -38,12 +38,13 @@ fn title(set: &CoefficientSet) -> String {
     format!("sigma {} px, {} of order {}, {} fit, {format}", set.sigma, set.method, set.order, set.fit)
 }
 
-/// The value of a coefficient.
+/// Returns the value of a coefficient.
 fn value(set: &CoefficientSet, word: &Word) -> f64 {
     word.raw as f64 * (-f64::from(set.quantised.frac_bits)).exp2()
 }
 
-/// A Verilog header of `localparam`s: to be included once, inside a module, or in SystemVerilog before the first.
+/// Writes a Verilog header of `localparam`s. It is included once, inside a module, or in SystemVerilog before the
+/// first.
 pub fn verilog(sets: &[CoefficientSet], command: &str) -> String {
     let mut text = format!(
         "// Written by: {command}\n`ifndef HOVERLOCK_COEFFICIENTS_VH\n`define HOVERLOCK_COEFFICIENTS_VH\n\
@@ -75,7 +76,8 @@ pub fn verilog(sets: &[CoefficientSet], command: &str) -> String {
     text
 }
 
-/// An Intel memory initialisation file: the coefficients of all sets in order, in memory words of the largest width.
+/// Writes an Intel memory initialisation file: the coefficients of all sets in order, in memory words of the largest
+/// width.
 pub fn mif(sets: &[CoefficientSet], command: &str) -> String {
     let width = sets.iter().map(|set| set.word_format().0).max().unwrap_or(1);
     let depth: usize = sets.iter().map(|set| set.words().len()).sum();
@@ -102,7 +104,7 @@ pub fn mif(sets: &[CoefficientSet], command: &str) -> String {
     text
 }
 
-/// A C header of macros.
+/// Writes a C header of macros.
 pub fn c(sets: &[CoefficientSet], command: &str) -> String {
     let mut text = format!(
         "/* Written by: {command} */\n#ifndef HOVERLOCK_COEFFICIENTS_H\n#define HOVERLOCK_COEFFICIENTS_H\n\
@@ -132,7 +134,7 @@ pub fn c(sets: &[CoefficientSet], command: &str) -> String {
     text
 }
 
-/// Rust constants.
+/// Writes Rust constants.
 pub fn rust(sets: &[CoefficientSet], command: &str) -> String {
     let mut text =
         format!("// Written by: {command}\n\n/// Number of smoothers.\npub const SMOOTHERS: usize = {};\n", sets.len());
@@ -153,7 +155,7 @@ pub fn rust(sets: &[CoefficientSet], command: &str) -> String {
     text
 }
 
-/// Markdown tables.
+/// Writes Markdown tables.
 pub fn markdown(sets: &[CoefficientSet], command: &str) -> String {
     let mut text = format!(
         "# Filter coefficients\n\nWritten by `{command}`.\n\n\

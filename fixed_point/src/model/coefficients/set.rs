@@ -13,12 +13,12 @@ use serde::Serialize;
 
 /// The design parameters of one smoother.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wish {
-    /// Filter family.
+pub struct SmootherSpec {
+    /// Family of the filter.
     pub family: Family,
     /// Fit of the free parameter.
     pub fit: Fit,
-    /// `sigma`, pixels.
+    /// `sigma` of the smoother, px.
     pub sigma: f64,
     /// `F`: fraction bits of the coefficients.
     pub frac_bits: u32,
@@ -43,7 +43,7 @@ pub struct CoefficientSet {
     pub method: &'static str,
     /// Poles of each side.
     pub order: usize,
-    /// `sigma`, pixels.
+    /// `sigma` of the smoother, px.
     pub sigma: f64,
     /// Fit of the free parameter.
     pub fit: &'static str,
@@ -57,13 +57,13 @@ pub struct CoefficientSet {
     pub b: Vec<f64>,
     /// `b_ahead[1 ..= order]`: feed-forward of the anticausal pass in parallel.
     pub b_ahead: Vec<f64>,
-    /// `sqrt(sum n^2 h)` of the unquantised filter, pixels.
+    /// `sqrt(sum n^2 h)` of the unquantised filter, px.
     pub sigma_eff: f64,
     /// Largest deviation from the sampled Gaussian, over the Gaussian's peak.
     pub linf: f64,
     /// l2 norm of the deviation from the sampled Gaussian, over the Gaussian's.
     pub l2: f64,
-    /// `sum h`.
+    /// DC gain, `sum h`.
     pub dc_gain: f64,
     /// The integer coefficients.
     pub quantised: Quantised,
@@ -74,14 +74,14 @@ pub struct CoefficientSet {
 pub struct Parameter {
     /// `a`, `q` or `scale`.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the parameter.
     pub value: f64,
 }
 
 /// The direct form in units of `2^-frac_bits`, and its error against the unquantised filter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantised {
-    /// `F`.
+    /// `F`: fraction bits of every coefficient.
     pub frac_bits: u32,
     /// Least number of bits for every coefficient of the direct form in two's complement.
     pub width: u32,
@@ -91,7 +91,7 @@ pub struct Quantised {
     pub b: Vec<i64>,
     /// Codes of `b_ahead`.
     pub b_ahead: Vec<i64>,
-    /// `sqrt(sum n^2 h)`, pixels.
+    /// `sqrt(sum n^2 h)`, px.
     pub sigma_eff: f64,
     /// Largest deviation from the unquantised response, over its peak.
     pub linf: f64,
@@ -110,7 +110,7 @@ pub struct Lerp {
     pub g: u32,
     /// `round(2^F / (1 + a^(2^j)))`.
     pub g_j: Vec<u32>,
-    /// `m`, stages.
+    /// `m`: number of look-ahead stages.
     pub look_ahead: u32,
     /// `a^(2^m)`: the part of the sum that the stages omit.
     pub look_ahead_error: f64,
@@ -125,15 +125,15 @@ pub struct Lerp {
 /// Error of a quantised, truncated filter against the unquantised filter of infinite length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
-    /// `sqrt(sum n^2 h)`, pixels.
+    /// `sqrt(sum n^2 h)`, px.
     pub sigma_eff: f64,
     /// Largest deviation, over the unquantised peak.
     pub linf: f64,
     /// l2 norm of the deviation, over the unquantised filter's.
     pub l2: f64,
-    /// `sum h`.
+    /// DC gain, `sum h`.
     pub dc_gain: f64,
-    /// `sum n h`, pixels: shift of the picture.
+    /// `sum n h`, px: shift of the picture.
     pub shift: f64,
 }
 
@@ -148,23 +148,23 @@ impl CoefficientSet {
     ///
     /// # Errors
     /// The filter, the number of bits or the look-ahead is out of range, or no rounding is stable with DC gain 1.
-    pub fn design(wish: &Wish) -> Result<Self, CoefficientError> {
-        let filter = Recursive::design(wish.family, wish.fit, wish.sigma)?;
+    pub fn design(spec: &SmootherSpec) -> Result<Self, CoefficientError> {
+        let filter = Recursive::design(spec.family, spec.fit, spec.sigma)?;
         let (form, approximation) = (filter.direct_form(), filter.residuals());
         let exact = Response::symmetric(&filter.impulse_response());
-        let integers = IntegerDirectForm::round(&form, wish.sigma, wish.frac_bits)?;
+        let integers = IntegerDirectForm::round(&form, spec.sigma, spec.frac_bits)?;
         let quantisation = Residuals::between(&integers.real().impulse_response(), &exact);
         let (numerator, denominator) = integers.dc_gain();
-        let lerp = match wish.family {
-            Family::FirstOrder => Some(Lerp::design(wish, filter.parameter(), &exact)?),
+        let lerp = match spec.family {
+            Family::FirstOrder => Some(Lerp::design(spec, filter.parameter(), &exact)?),
             _ => None,
         };
         Ok(Self {
-            method: wish.family.key(),
-            order: wish.family.order(),
-            sigma: wish.sigma,
-            fit: wish.fit.name(),
-            parameter: Parameter { name: wish.family.parameter_name(), value: filter.parameter() },
+            method: spec.family.key(),
+            order: spec.family.order(),
+            sigma: spec.sigma,
+            fit: spec.fit.name(),
+            parameter: Parameter { name: spec.family.parameter_name(), value: filter.parameter() },
             structure: match form.structure {
                 Structure::Cascade => "cascade",
                 Structure::Parallel => "parallel",
@@ -177,7 +177,7 @@ impl CoefficientSet {
             l2: approximation.l2,
             dc_gain: approximation.dc_gain,
             quantised: Quantised {
-                frac_bits: wish.frac_bits,
+                frac_bits: spec.frac_bits,
                 width: integers.width(),
                 sigma_eff: quantisation.sigma_eff,
                 linf: quantisation.linf,
@@ -191,7 +191,8 @@ impl CoefficientSet {
         })
     }
 
-    /// The coefficients as they are exported, in order: the lerp form where there is one, otherwise the direct form.
+    /// Returns the coefficients as they are exported, in order: the lerp form if there is one, otherwise the direct
+    /// form.
     pub fn words(&self) -> Vec<Word> {
         let q = &self.quantised;
         let word = |name: String, raw: i64, meaning: String| Word { name, raw, meaning };
@@ -231,12 +232,12 @@ pub struct Word {
 }
 
 impl Lerp {
-    fn design(wish: &Wish, a: f64, exact: &Response) -> Result<Self, CoefficientError> {
-        let look_ahead = match wish.look_ahead {
+    fn design(spec: &SmootherSpec, a: f64, exact: &Response) -> Result<Self, CoefficientError> {
+        let look_ahead = match spec.look_ahead {
             LookAhead::Stages(stages) => stages,
             LookAhead::Error(error) => look_ahead_for(a, error)?,
         };
-        let coefficients = LerpCoefficients::of_pole(wish.sigma, a, look_ahead, wish.frac_bits)?;
+        let coefficients = LerpCoefficients::of_pole(spec.sigma, a, look_ahead, spec.frac_bits)?;
         let [columns, rows] =
             coefficients.impulse_responses().map(|response| Residuals::between(&response, exact).into());
         Ok(Self {
@@ -257,8 +258,9 @@ mod tests {
     use crate::analysis::bounds::Bounds;
 
     fn first_order(sigma: f64, look_ahead: LookAhead) -> CoefficientSet {
-        let wish = Wish { family: Family::FirstOrder, fit: Fit::LeastSquares, sigma, frac_bits: 16, look_ahead };
-        CoefficientSet::design(&wish).unwrap()
+        let spec =
+            SmootherSpec { family: Family::FirstOrder, fit: Fit::LeastSquares, sigma, frac_bits: 16, look_ahead };
+        CoefficientSet::design(&spec).unwrap()
     }
 
     #[test]
@@ -289,8 +291,8 @@ mod tests {
     fn every_family_gives_a_set() {
         for family in Family::all() {
             for &fit in family.fits() {
-                let wish = Wish { family, fit, sigma: 2.0, frac_bits: 16, look_ahead: LookAhead::Error(1e-4) };
-                let set = CoefficientSet::design(&wish).unwrap();
+                let spec = SmootherSpec { family, fit, sigma: 2.0, frac_bits: 16, look_ahead: LookAhead::Error(1e-4) };
+                let set = CoefficientSet::design(&spec).unwrap();
                 assert_eq!((set.a.len(), set.quantised.a.len()), (set.order, set.order));
                 assert_eq!(set.quantised.dc_gain, 1.0);
                 assert!((set.dc_gain - 1.0).abs() < 1e-12);

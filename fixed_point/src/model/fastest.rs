@@ -1,4 +1,4 @@
-//! The bit-true model of a design in the quickest code that its formats allow.
+//! The bit-true model of a design in the fastest code that its formats allow.
 
 use hoverlock_reference::image::plane::Plane;
 
@@ -8,8 +8,9 @@ use crate::model::simd::{SimdBitTrue, SimdError};
 use crate::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_design::DesignPoint;
 
-/// The model: [`SimdBitTrue`] where it supports the formats, else [`BitTrue`]. Their bits are the same.
-pub struct Quickest {
+/// The fastest model of a design: [`SimdBitTrue`] if it supports the formats, else [`BitTrue`]. Their bits are the
+/// same.
+pub struct FastestModel {
     design: DesignPoint,
     code: Code,
 }
@@ -19,8 +20,8 @@ enum Code {
     Clear(Box<BitTrue>),
 }
 
-impl Quickest {
-    /// The model of a design.
+impl FastestModel {
+    /// Designs the coefficients of a design and makes its model.
     ///
     /// # Errors
     /// The coefficients cannot be designed.
@@ -42,7 +43,8 @@ impl Quickest {
         }
     }
 
-    /// The thresholds at which the automatic control would rest on a frame.
+    /// Returns the thresholds, LSB of the DoG, at which the automatic control settles on a still picture. `pixels` is
+    /// in steps of the camera.
     pub fn settled(&mut self, pixels: &Plane<u16>) -> Vec<u32> {
         let mut control = ThresholdController::new(&self.design);
         match &mut self.code {
@@ -69,13 +71,13 @@ mod tests {
         let frame = Plane::from_fn(150, 90, |x, y| ((x * x * 37 + y * 911 + x * y * 13) % 65_536) as u16);
         for change in ["state=u16.2", "state=u16.4"] {
             let design = DesignPoint::default().with_override(change).unwrap();
-            let mut quickest = Quickest::new(&design).unwrap();
-            assert_eq!(matches!(quickest.code, Code::Simd(_)), change == "state=u16.2");
+            let mut fastest = FastestModel::new(&design).unwrap();
+            assert_eq!(matches!(fastest.code, Code::Simd(_)), change == "state=u16.2");
             let planes = BitTrue::new(&design).unwrap().planes(&frame);
             let mut control = ThresholdController::new(&design);
             control.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
-            assert_eq!(quickest.settled(&frame), control.thresholds(), "{change}");
-            let features = quickest.features(&frame, &[200, 200]);
+            assert_eq!(fastest.settled(&frame), control.thresholds(), "{change}");
+            let features = fastest.features(&frame, &[200, 200]);
             assert!(!features.is_empty() && features == planes.features(&[200, 200]), "{change}");
         }
     }
