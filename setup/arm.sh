@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs what builds and runs the flight program for the ARM Cortex-A9, says what it does, and is silent and quick the second time:
-# Debian's cross linker and C library, qemu for one program, and in a cache folder of our own a Rust compiler with the sources of its standard library,
-# which is built for the ARM with the program. The compiler is not put on the PATH: rustup's stays the only one there.
+# Installs the tools that build and run the flight program for the ARM Cortex-A9, and reports each step. Later runs are quick and silent.
+# The tools are Debian's cross linker and C library, qemu-user, and in the cache folder a Rust compiler with the sources of its standard
+# library, which is built for the ARM together with the program. The compiler is not put on the PATH, so rustup's stays the only one there.
 #
 # Prints one line: the file to source before `cargo build --target armv7-unknown-linux-gnueabihf`.
 set -euo pipefail
@@ -9,7 +9,7 @@ set -euo pipefail
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { printf 'setup: %s\n' "$*" >&2; exit 2; }
 
-# One release for compiler, library and sources: they must fit each other. libllvm22 is what that compiler was linked with.
+# Compiler, library and sources must be of one release. libllvm22 is the library that this compiler is linked with.
 rust=1.96.0+dfsg1-1~deb12u2
 packages="rustc-web=$rust libstd-rust-web-dev=$rust libstd-rust-web-1.96=$rust rust-web-src=$rust libllvm22"
 cache="${HOVERLOCK_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/hoverlock}/arm-toolchain"
@@ -31,7 +31,7 @@ missing=""
 command -v arm-linux-gnueabihf-gcc >/dev/null || missing+="gcc-arm-linux-gnueabihf "
 [ -e /usr/arm-linux-gnueabihf/lib/libc.a ] || missing+="libc6-dev-armhf-cross "
 command -v qemu-arm >/dev/null || missing+="qemu-user "
-# What libllvm22 is linked with: extracted beside the compiler it brings none of these.
+# The libraries that libllvm22 is linked with: it is extracted without its dependencies.
 libraries=$(/sbin/ldconfig -p)
 while read -r library package; do
     [[ $libraries == *"$library "* ]] || missing+="$package "
@@ -54,7 +54,7 @@ fi
 if [ ! -e "$home/cargo.env" ]; then
     say "fetching a Rust compiler with sources for the ARM (Debian's rustc-web, 137 MB, once) into $home"
     mkdir -p "$cache"
-    # Beside its goal, so that moving is a rename: an interrupted run leaves no half toolchain. apt's own user must be able to read it.
+    # In the cache folder, so that the final move is a rename and an interrupted run leaves no incomplete toolchain. apt's user must be able to read it.
     work=$(mktemp -d "$cache/making.XXXXXX")
     trap 'rm -rf "$work"' EXIT
     chmod 755 "$work"
@@ -63,7 +63,7 @@ if [ ! -e "$home/cargo.env" ]; then
     fetch() { (cd "$work/debs" && apt-get -qq download $packages 2>"$work/log"); }
     fetch || { missing=$packages; apt update; fetch; } || stop "the Rust packages cannot be fetched: $(tail -n 1 "$work/log")"
     for package in "$work"/debs/*.deb; do dpkg-deb --extract "$package" "$work/root"; done
-    # Of the sources only the standard library's are of use here.
+    # Only the sources of the standard library are needed.
     rm -r "$work/debs" "$work/log" "$work/root/usr/share" "$work"/root/usr/src/rustc-*/{compiler,src}
 
     # Debian's compiler finds its own libraries only where Debian installs them.
@@ -75,7 +75,7 @@ exec "$home/root/usr/bin/rustc" --sysroot "$home/root/usr" "\$@"
 WRAPPER
     chmod 755 "$work/rustc"
     cat >"$work/cargo.env" <<ENVIRONMENT
-# The target's flags. The name of the CPU alone leaves NEON off. No fused multiply-add: the Cortex-A9 has none, and rustc makes none by itself.
+# The target's flags. The name of the CPU alone leaves NEON off. No fused multiply-add: the Cortex-A9 has none, and rustc does not fuse operations.
 export RUSTC="$home/rustc" RUSTC_BOOTSTRAP=1
 export CARGO_TARGET_ARMV7_UNKNOWN_LINUX_GNUEABIHF_LINKER=arm-linux-gnueabihf-gcc
 export CARGO_TARGET_ARMV7_UNKNOWN_LINUX_GNUEABIHF_RUNNER="qemu-arm -cpu cortex-a9"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Installs what `make demo` and `make test` need beside Rust, says what it does, and is silent and quick the second time:
+# Installs what `make demo` and `make test` need besides Rust, and reports each step. Later runs are quick and silent. It installs
 # Debian packages (setup/tools.txt), a Python venv (setup/requirements.txt), and the photographs of Debian's
-# opencv-doc, which go into a cache folder because they are not ours to carry. Arguments are further Debian packages, each named as its command.
+# opencv-doc, which go into the cache folder and are not distributed with the project. Arguments are further Debian
+# packages, each with the name of its command.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -23,7 +24,7 @@ apt() {
     fi
 }
 
-# Debian packages whose command is not on the PATH, or whose file is not there.
+# Debian packages whose command is not on the PATH, or whose file does not exist.
 missing=""
 while IFS='|' read -r package command _; do
     package=${package// /} command=${command// /}
@@ -42,20 +43,20 @@ if [ -n "$missing" ]; then
     apt install -y --no-install-recommends $missing >/dev/null
 fi
 
-# The Python venv, made anew where its requirements or the interpreter changed.
+# The Python venv, created again if its requirements or the interpreter have changed.
 want="$(python3 -c 'import sys; print(sys.version)') $(sha256sum setup/requirements*.txt)"
 if [ "$(cat .venv/made-from 2>/dev/null)" != "$want" ]; then
-    say "making the Python venv .venv"
+    say "creating the Python venv .venv"
     rm -rf .venv
     python3 -m venv .venv
     .venv/bin/pip install --quiet --disable-pip-version-check -r setup/requirements.txt
-    # Without what they require, which is cocotb. Where they cannot be had, the tests with them are skipped.
+    # Without their dependency cocotb. If they are not available, the tests that use them are skipped.
     .venv/bin/pip install --quiet --disable-pip-version-check --no-deps -r setup/requirements-cocotb.txt ||
-        say "packages written for cocotb are not to be had: their tests will be skipped"
+        say "packages written for cocotb are not available: their tests will be skipped"
     printf '%s' "$want" >.venv/made-from
 fi
 
-# The newcomer's pictures.
+# The photographs.
 pictures="${HOVERLOCK_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/hoverlock}/pictures"
 names="aero1.jpg aero3.jpg aloeL.jpg graf1.png graf3.png H1to3p.xml"
 complete=yes
@@ -64,7 +65,7 @@ if [ "$complete" = no ]; then
     missing="opencv-doc"
     say "fetching photographs (Debian's opencv-doc, 96 MB, once) into $pictures"
     mkdir -p "$pictures"
-    work=$(mktemp -d "$pictures.XXXXXX") # beside its goal, so that moving is a rename: no half picture is left
+    work=$(mktemp -d "$pictures.XXXXXX") # in the same folder, so that the move is a rename and no incomplete picture is left
     trap 'rm -rf "$work"' EXIT
     command -v apt-get >/dev/null || stop "apt-get is missing; put $names of opencv-doc into $pictures by hand"
     fetch() { (cd "$work" && apt-get -qq download opencv-doc 2>"$work/log"); }

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Runs every Rust test of the workspace, several test binaries at a time, and says what each cost.
+"""Runs every Rust test of the workspace, several test binaries at a time, and reports the time of each.
 
-`cargo test` runs one binary after the other, and a binary with a single long test leaves the other core idle. Cargo still
-builds, and lists what it built; here each binary runs once, ignored tests included, but for those named by `--skip`. The
-output of a binary is printed whole when it ends. Doc tests are cargo's own. Status 1 where a test failed, named at the end.
+`cargo test` runs one binary after the other, so a binary with a single long test leaves the other cores idle. Here cargo
+builds the binaries and lists them, and each runs once, including ignored tests except those named by `--skip`. The output
+of a binary is printed when it ends. Doc tests are run by cargo. The exit status is 1 if a test failed; failed binaries are
+listed at the end.
 """
 
 import argparse
@@ -20,7 +21,7 @@ TIMES = Path("out/test-times.json")
 
 
 def built():
-    """Every test binary: its name, the folder of its package, and its path."""
+    """Builds all test binaries and returns name, package folder and path of each."""
     build = subprocess.run([*CARGO, "--no-run", "--message-format=json-render-diagnostics"], stdout=subprocess.PIPE)
     if build.returncode:
         sys.exit(build.returncode)
@@ -35,7 +36,7 @@ def built():
 
 
 def seconds_before():
-    """Wall time of each binary in the run before, s: the longest starts first."""
+    """Returns the wall time of each binary in the last run, s. The longest is started first."""
     try:
         return json.loads(TIMES.read_text())
     except (OSError, ValueError):
@@ -44,10 +45,10 @@ def seconds_before():
 
 def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--skip", nargs="*", default=[], help="tests, ignored ones, that are not run")
+    options.add_argument("--skip", nargs="*", default=[], help="ignored tests that are not run")
     options.add_argument("--again", nargs="+", default=[], metavar=("VARIABLE=VALUE", "BINARY"),
-                         help="these binaries once more with this variable set")
-    options.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="binaries at a time")
+                         help="run these binaries a second time with this variable set")
+    options.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="number of binaries at a time")
     options = options.parse_args()
     arguments = ["--include-ignored", *(word for name in options.skip for word in ("--skip", name))]
 

@@ -1,10 +1,10 @@
-//! `hoverlock-extract WIDTH HEIGHT PIXELS T0 T1`: the FPGA's part of the work done in software, to count its
-//! instructions. PIXELS is a file of 16-bit samples, least significant byte first, row by row; T0 and T1 are the
+//! `hoverlock-extract WIDTH HEIGHT PIXELS T0 T1`: extracts features in software, as the FPGA does in hardware, to count
+//! the instructions. PIXELS is a file of 16-bit samples, least significant byte first, row by row; T0 and T1 are the
 //! thresholds.
 //!
-//! The integer SIMD model of the hardware, bit for bit its features, compiled for NEON: the best that the CPU does
-//! without the FPGA. The frame is processed twice, and only the second is marked, when all memory is there. The records
-//! go to the standard output as the hardware emits them.
+//! It runs the integer SIMD model of the hardware, compiled for NEON, with the same features bit for bit. The frame is
+//! processed twice and only the second pass is counted, when all memory is allocated. The records are written to
+//! standard output in the format of the hardware.
 
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::record::TWO_PAIR_WORDS;

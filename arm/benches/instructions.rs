@@ -1,7 +1,7 @@
-//! Instructions a frame on the Cortex-A9, counted under qemu by the plugin `hoverlock-icount`: `make bench-arm`.
+//! Instructions per frame on the Cortex-A9, counted under qemu by the plugin `hoverlock-icount`: `make bench-arm`.
 //!
-//! The program that is counted is `hoverlock-nav` as it flies, from a line written to the next. Beside it the same
-//! with the FPGA's part done in software, `hoverlock-extract`, on a picture. Every count is the same in every run.
+//! Counts `hoverlock-nav`, unchanged, from one line written to the next, and for comparison the extraction in software,
+//! `hoverlock-extract`, on a picture. Every count is the same in every run.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -20,10 +20,10 @@ use std::process::{Command, ExitCode};
 use support::Source;
 use support::scene::{self, records, telemetry};
 
-/// Instructions that a frame should take at most: 15 frames a second then leave a core of 800 MHz mostly idle.
+/// Target for the instructions of a frame: at 15 frames a second a core of 800 MHz is then mostly idle.
 const TARGET: u64 = 25_000_000;
 
-/// Ground points of which somewhat more than the 1024 features that are used are in view.
+/// Number of ground points, of which somewhat more than the 1024 features that are used are in view.
 const POINTS: usize = 1400;
 
 /// Instructions of the parts of a frame, in the order of `hoverlock_reference::motion::mark::Part`.
@@ -42,7 +42,7 @@ impl Parts {
     }
 }
 
-/// The programs.
+/// The paths of the plugin, of the programs and of a work folder.
 struct Tools {
     plugin: PathBuf,
     programs: PathBuf,
@@ -50,7 +50,7 @@ struct Tools {
 }
 
 impl Tools {
-    /// Beside this one: `target/release/deps/instructions-...`.
+    /// Finds them relative to this program, `target/release/deps/instructions-...`.
     fn find() -> Result<Self, Box<dyn Error>> {
         let this = std::env::current_exe()?;
         let target = this.ancestors().nth(3).ok_or("not in a target folder")?;
@@ -69,7 +69,7 @@ impl Tools {
         Ok(tools)
     }
 
-    /// Runs a program and gives its output and the counts of its frames.
+    /// Runs a program and returns its output and the counts of each frame.
     fn counted(&self, program: &str, arguments: &[&str]) -> Result<(Vec<u8>, Vec<Parts>), Box<dyn Error>> {
         let mut command = Command::new("qemu-arm");
         command
@@ -91,7 +91,7 @@ impl Tools {
         Ok((output.stdout, frames))
     }
 
-    /// The frame of a stream that takes most, and how many frames have an estimate.
+    /// Returns the counts of the frame with most instructions, and the number of frames with an estimate.
     fn worst(&self, name: &str, source: &Source) -> Result<(Parts, usize), Box<dyn Error>> {
         let stream = self.work.join(name).with_extension("hln");
         std::fs::write(&stream, source.messages.concat())?;
@@ -102,7 +102,8 @@ impl Tools {
     }
 }
 
-/// A reference and `frames` frames after it, `apart` frame times from each other, made by `records`.
+/// Creates a stream of a reference and `frames` further frames, `apart` frame periods from each other; `records`
+/// returns the features of a frame.
 fn flight(frames: u32, apart: u64, records: impl Fn(u32) -> Vec<FeatureRecord>) -> Source {
     let mut source = Source::default();
     source.send_registers(scene::SIZE.0, scene::SIZE.1);
@@ -114,7 +115,7 @@ fn flight(frames: u32, apart: u64, records: impl Fn(u32) -> Vec<FeatureRecord>) 
     source
 }
 
-/// Features of which only `part` are those of the ground; the others are anywhere and look like nothing else.
+/// Returns features of which the fraction `part` is from the ground; the others have random positions and descriptors.
 fn diluted(frame: u32, part: f64) -> Vec<FeatureRecord> {
     let mut rng = ChaCha8Rng::seed_from_u64(u64::from(frame));
     let mut all = records(POINTS, frame);
@@ -130,39 +131,40 @@ fn diluted(frame: u32, part: f64) -> Vec<FeatureRecord> {
     all
 }
 
-/// All of one scale and polarity: every pair is compared.
+/// Returns features of one scale and polarity, so that every pair is compared.
 fn one_kind(frame: u32) -> Vec<FeatureRecord> {
     let mut all = records(POINTS, frame);
     all.iter_mut().for_each(|record| (record.scale, record.bright) = (0, true));
     all
 }
 
-const LATER: u64 = 30;
+/// Frame periods between frames that make the last displacement too old to predict the next.
+const UNPREDICTED_FRAMES: u64 = 30;
 
 /// The simulated flights: key in `docs/results.json`, name, stream.
 fn flights() -> Vec<(&'static str, &'static str, Source)> {
     vec![
         ("all_found", "all features found again", flight(4, 1, |frame| records(POINTS, frame))),
-        ("without_gate", "the same without a gate", flight(4, LATER, |frame| records(POINTS, frame))),
-        ("one_in_three", "one in three found again", flight(4, LATER, |frame| diluted(frame, 0.577))),
-        ("one_in_ten", "one in ten found again", flight(4, LATER, |frame| diluted(frame, 0.316))),
-        ("none_found", "none found again", flight(4, LATER, |frame| diluted(frame, 0.0))),
-        ("one_kind", "one scale and polarity", flight(4, LATER, one_kind)),
+        ("without_gate", "the same without a gate", flight(4, UNPREDICTED_FRAMES, |frame| records(POINTS, frame))),
+        ("one_in_three", "one in three found again", flight(4, UNPREDICTED_FRAMES, |frame| diluted(frame, 0.577))),
+        ("one_in_ten", "one in ten found again", flight(4, UNPREDICTED_FRAMES, |frame| diluted(frame, 0.316))),
+        ("none_found", "none found again", flight(4, UNPREDICTED_FRAMES, |frame| diluted(frame, 0.0))),
+        ("one_kind", "one scale and polarity", flight(4, UNPREDICTED_FRAMES, one_kind)),
     ]
 }
 
-/// A real picture with what the FPGA makes of it.
+/// A real picture and its features as the FPGA extracts them.
 struct Sample {
     path: PathBuf,
     pixels: Vec<u8>,
-    /// As the automatic threshold leaves them.
+    /// Thresholds at which the automatic control settles.
     thresholds: Vec<u32>,
     features: Vec<FeatureRecord>,
 }
 
 fn picture() -> Result<Sample, Box<dyn Error>> {
     let folder = newcomer_dir().ok_or("no photographs; run `make demo` once, which fetches them")?;
-    // The only one of them that is large enough.
+    // The only one of the photographs that is large enough.
     let path = folder.join("aloeL.jpg");
     let frame = Picture::open(&path)?.crop(KT27.width as usize, KT27.height as usize).luma;
     if (frame.width(), frame.height()) != scene::SIZE {

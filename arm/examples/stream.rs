@@ -1,4 +1,4 @@
-//! Writes the stream of a folder of frames: `cargo run --release -p hoverlock-arm --example stream -- FOLDER STREAM`.
+//! Writes a stream from a folder of frames: `cargo run --release -p hoverlock-arm --example stream -- FOLDER STREAM`.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

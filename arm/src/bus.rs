@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::ptr;
 
 /// Size of the register block, bytes: the hardware decodes six bits of the word address.
-pub const BLOCK_BYTES: u32 = 0x100;
+const BLOCK_BYTES: u32 = 0x100;
 
 /// A device with 32-bit registers by byte address.
 pub trait Bus {

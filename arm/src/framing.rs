@@ -23,19 +23,19 @@
 use std::io::{self, Read};
 
 /// The first four bytes of every message.
-pub const MAGIC: [u8; 4] = *b"HLNV";
+const MAGIC: [u8; 4] = *b"HLNV";
 
 /// Size of the part before the payload.
-pub const HEADER_BYTES: usize = 20;
+const HEADER_BYTES: usize = 20;
 
 /// Size of the check after the payload.
-pub const CHECK_BYTES: usize = 4;
+const CHECK_BYTES: usize = 4;
 
 /// Size of the longest payload: 4095 features and a trailer, 32 bytes each.
 pub const MAX_PAYLOAD_BYTES: usize = 4096 * 32;
 
 /// Size of the longest message with header and check.
-pub const MAX_MESSAGE_BYTES: usize = HEADER_BYTES + MAX_PAYLOAD_BYTES + CHECK_BYTES;
+const MAX_MESSAGE_BYTES: usize = HEADER_BYTES + MAX_PAYLOAD_BYTES + CHECK_BYTES;
 
 /// A message whose checks have passed, borrowed from the decoder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -256,7 +256,7 @@ mod tests {
 
         /// All intact messages arrive in order, whatever is between them, and every other byte is counted.
         #[test]
-        fn no_good_message_is_lost(pieces in prop::collection::vec(piece(), 0..12), size in 1..300usize) {
+        fn no_intact_message_is_lost(pieces in prop::collection::vec(piece(), 0..12), size in 1..300usize) {
             let (mut bytes, mut good, mut other) = (Vec::new(), Vec::new(), 0);
             for (sequence, piece) in pieces.into_iter().enumerate() {
                 let mut message = Vec::new();
@@ -274,7 +274,7 @@ mod tests {
                     }
                     Piece::CutAt(payload, at) => {
                         encode(1, sequence as u32, &payload, &mut message);
-                        // With one byte missing, one byte in 256 that follows makes it whole again.
+                        // If only one byte were missing, one in 256 of the following bytes would complete the message.
                         message.truncate(at.index(message.len() - CHECK_BYTES));
                     }
                     Piece::Noise(noise) | Piece::Magic(noise) => message = noise,

@@ -33,7 +33,7 @@ const GATE_SIGMAS: f64 = 3.0;
 const MIN_MEASURED_POINTS: u32 = 4;
 
 /// Points that must agree on a candidate plane before it replaces the present one: half a second of frames.
-pub const CANDIDATE_POINTS: u32 = 8;
+const CANDIDATE_POINTS: u32 = 8;
 
 /// Variances of height (m^2) and of both slopes that are added to the plane's covariance: the features of a frame are
 /// elsewhere on the ground than the laser points.

@@ -8,10 +8,10 @@
 //! | [`bus`] | registers by byte address, mapped from a device |
 //! | [`setup`] | checks, configures and enables the FPGA |
 //! | [`navigator`] | messages in, one line per frame out: gate, search, pose |
-//! | [`reference`] | the frame with which others are matched, and its renewal without a jump |
-//! | [`ground`] | the ground plane below the reference, from laser ranges |
-//! | [`off_plane`] | the features of the reference that are on buildings, trees and cars |
-//! | [`line`] | the result of a frame as a JSON line |
+//! | `reference` | the frame with which others are matched, and its renewal without a jump |
+//! | `ground` | the ground plane below the reference, from laser ranges |
+//! | `off_plane` | the features of the reference that are on buildings, trees and cars |
+//! | [`line`](mod@line) | the result of a frame as a JSON line |
 //! | [`mavlink`] | the result of a frame as a message to an autopilot |
 //! | [`arinc429`] | the words that control the camera |
 //! | [`source`] | the sending end of the stream |
@@ -23,13 +23,13 @@
 pub mod arinc429;
 pub mod bus;
 pub mod framing;
-pub mod ground;
+mod ground;
 pub mod hardware;
 pub mod line;
 pub mod mavlink;
 pub mod message;
 pub mod navigator;
-pub mod off_plane;
-pub mod reference;
+mod off_plane;
+mod reference;
 pub mod setup;
 pub mod source;

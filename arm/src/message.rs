@@ -68,10 +68,10 @@ pub enum MessageError {
 pub struct Registers<'a>(&'a [u8]);
 
 impl<'a> Registers<'a> {
-    /// Reads a payload.
+    /// Wraps a payload, without copying it.
     ///
     /// # Errors
-    /// If the payload is not a sequence of pairs.
+    /// If the length of the payload is not a multiple of 8 bytes.
     pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
         let valid = payload.len().is_multiple_of(8);
         if valid { Ok(Self(payload)) } else { Err(MessageError::Length { kind: REGISTERS, bytes: payload.len() }) }

@@ -6,9 +6,9 @@
 //!
 //! **The gate.** `H = G_c^-1 T(-t) G_r` predicts where a feature of the reference is now. `G` is the homography from
 //! pixels to metres by the telemetry of each view, `t` the last displacement. The gate is used if that displacement is
-//! at most [`MAX_PREDICTION_AGE_US`] old, and not after the clock has jumped.
+//! at most `MAX_PREDICTION_AGE_US` old, and not after the clock has jumped.
 //!
-//! **Faulty links.** A message that repeats one of the last [`HISTORY_MESSAGES`] is ignored. Telemetry belongs to the
+//! **Faulty links.** A message that repeats one of the last `HISTORY_MESSAGES` is ignored. Telemetry belongs to the
 //! frame with its number. A frame whose telemetry comes later waits for it until the next frame arrives, and then gets
 //! no estimate. A register block means that the source has restarted: earlier telemetry and messages are discarded. The
 //! reference is kept, as the ground has not moved.
@@ -34,37 +34,37 @@ use hoverlock_reference::motion::pose::{self, ConsensusPairs, PoseBuffers, PoseE
 use nalgebra::{Matrix3, Vector2};
 
 /// Features of a frame that are used at most: those with the largest responses.
-pub const MAX_FEATURES: usize = 1024;
+const MAX_FEATURES: usize = 1024;
 
 /// Work units that a frame may spend. A unit is at most twelve instructions of the Cortex-A9, counted by
 /// `make bench-arm`, so this is up to 26 million; records and output take one million more. Three rounds of matching
 /// take 0.9 million units if the features are spread evenly over scales and polarities.
-pub const WORK_UNITS: u64 = 2_200_000;
+const WORK_UNITS: u64 = 2_200_000;
 
-/// Part of [`WORK_UNITS`] that is reserved for the pose fit. An iteration over 600 pairs takes 27 thousand units; a fit
+/// Part of `WORK_UNITS` that is reserved for the pose fit. An iteration over 600 pairs takes 27 thousand units; a fit
 /// takes seven iterations, over hills twenty, and further ones over fewer pairs.
 pub const POSE_WORK_UNITS: u64 = 700_000;
 
 /// Pairs that the pose fit uses at most; of more, every second, third and so on. Over hills the fit to a thousand pairs
 /// does not converge within [`POSE_WORK_UNITS`].
-pub const MAX_POSE_PAIRS: usize = 600;
+const MAX_POSE_PAIRS: usize = 600;
 
 /// Age up to which a displacement is used to predict the next, microseconds. From 10 m or higher, a helicopter that
 /// gains 2 m/s within that time moves the ground by less than the gate's radius.
-pub const MAX_PREDICTION_AGE_US: u64 = 1_000_000;
+const MAX_PREDICTION_AGE_US: u64 = 1_000_000;
 
 /// Messages, and telemetry of frames, that are kept to recognise repetitions and to match frames.
-pub const HISTORY_MESSAGES: usize = 16;
+const HISTORY_MESSAGES: usize = 16;
 
 /// Late telemetry is accepted if its sequence number is at most this much above that of the message before its frame.
 const MAX_TELEMETRY_LAG: u32 = 4;
 
 /// Field of view after [`Command::Wide`].
-pub const WIDE_VIEW_DEGREES: f64 = 50.0;
+const WIDE_VIEW_DEGREES: f64 = 50.0;
 
 /// Field of view after [`Command::Narrow`]. The camera reaches 5.4 degrees, but there a tilt of 5 degrees would leave
 /// nothing of the reference in view.
-pub const NARROW_VIEW_DEGREES: f64 = 10.0;
+const NARROW_VIEW_DEGREES: f64 = 10.0;
 
 /// Error bits of a trailer with which the features of its frame are unusable.
 const DAMAGE_BITS: u32 = registers::STATUS_SHORT_FRAME
@@ -143,7 +143,7 @@ impl Navigator {
         Self { fpga, ..Self::default() }
     }
 
-    /// Creates a navigator that may spend `work` units on each frame; the default is [`WORK_UNITS`].
+    /// Creates a navigator that may spend `work` units on each frame; the default is 2.2 million.
     pub fn with_work(work: u64) -> Self {
         Self {
             fpga: Fpga::default(),

@@ -39,26 +39,26 @@ use nalgebra::{Matrix3, Vector2};
 
 /// Smallest overlap of a frame with the reference, as a fraction of the reference's picture; below it the reference is
 /// renewed.
-pub const MIN_OVERLAP: f64 = 0.6;
+const MIN_OVERLAP: f64 = 0.6;
 
 /// Relative change of the field of view above which the reference is renewed.
-pub const RENEWAL_ZOOM_CHANGE: f64 = 0.02;
+const RENEWAL_ZOOM_CHANGE: f64 = 0.02;
 
 /// Relative change of the field of view above which there is no estimate. At 5 %, 96 % of the descriptors still match.
 pub const MAX_ZOOM_CHANGE: f64 = 0.08;
 
 /// Age from which a fall of quality renews the reference, microseconds.
-pub const QUALITY_RENEWAL_AGE_US: u64 = 1_000_000;
+const QUALITY_RENEWAL_AGE_US: u64 = 1_000_000;
 
 /// Age at which a captured reference must be matched again to be confirmed, microseconds. By then waves of 6 m or less
 /// have moved by at least an eighth of their length.
-pub const CONFIRMATION_AGE_US: u64 = 500_000;
+const CONFIRMATION_AGE_US: u64 = 500_000;
 
 /// Largest standard error, relative to the present reference, of a frame that may replace it, m.
-pub const MAX_REFERENCE_ERROR_M: f64 = 0.3;
+const MAX_REFERENCE_ERROR_M: f64 = 0.3;
 
 /// Rejected frames in a row after which the refined attitude and ground are discarded: a third of a second.
-pub const MAX_REJECTED_FRAMES: u32 = 5;
+const MAX_REJECTED_FRAMES: u32 = 5;
 
 /// Standard error of the height after the ground plane was discarded, m.
 const UNKNOWN_GROUND_ERROR_M: f64 = 3.0;

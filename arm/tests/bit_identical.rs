@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The binary of `make arm`, where it and qemu are there.
+/// Returns the binary of `make arm`, or `None` if it or qemu is missing.
 fn arm_binary() -> Option<PathBuf> {
     let target = Path::new(env!("CARGO_BIN_EXE_hoverlock-nav")).ancestors().nth(2)?;
     let binary = target.join("arm/armv7-unknown-linux-gnueabihf/release/hoverlock-nav");
@@ -21,7 +21,7 @@ fn run(command: &mut Command, stream: &Path) -> Output {
     output
 }
 
-/// Both programs on one stream: the lines, where they are the same.
+/// Runs both programs on one stream, asserts that their outputs are equal, and returns it.
 fn compare(arm: &Path, name: &str, bytes: &[u8]) -> String {
     let stream = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("hln");
     std::fs::write(&stream, bytes).unwrap();
@@ -33,7 +33,7 @@ fn compare(arm: &Path, name: &str, bytes: &[u8]) -> String {
     text(&host)
 }
 
-/// Past the test's captured output, so that the end of `make test` can name it.
+/// Reports a skipped test on stderr itself, past the captured output, so that `make test` lists it.
 fn skipped(why: &str) {
     let _ = writeln!(std::io::stderr(), "SKIPPED: host_and_arm_write_the_same_bytes: {why}");
 }
@@ -55,6 +55,6 @@ fn host_and_arm_write_the_same_bytes() {
         estimates += lines.matches("x_e_m").count();
         references += lines.matches("\"status\":\"reference\"").count();
     }
-    // Every second of 27 frames is a reference. All others have an estimate, so search and pose fit are compared too.
+    // Every second of 27 frames is a reference. All others have an estimate, so search and pose fit are compared, too.
     assert_eq!((references, estimates), (14, 13));
 }

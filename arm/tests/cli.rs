@@ -1,4 +1,4 @@
-//! The program as it is called: arguments, streams, exit status, and what goes to the camera.
+//! The program from the command line: arguments, streams, exit status, and the words for the camera.
 
 mod support;
 
@@ -23,7 +23,7 @@ fn paths(arguments: [&str; 2]) -> Vec<&Path> {
     arguments.map(Path::new).into()
 }
 
-/// A file with the identification of the emitted hardware, its register block from byte 8.
+/// Creates a file with the register block of the emitted hardware from byte 8 on, and returns its path.
 fn registers(name: &str) -> PathBuf {
     let mut bytes = vec![0; 8 + 0x100];
     for (address, value) in [(map::IDENTIFICATION, IDENTIFICATION), (map::VERSION, VERSION), (map::EMISSION, EMISSION)]
@@ -33,7 +33,7 @@ fn registers(name: &str) -> PathBuf {
     file(name, &bytes)
 }
 
-/// The program with the registers at `device`, for frames of 320 x 240.
+/// Runs the program with the registers at `device`, for frames of 320 x 240.
 fn nav_on(device: &str, stream: &Path) -> Output {
     let setup = ["--thresholds", "700,900", "--size", "320x240", "--registers", device].map(Path::new);
     nav(&[&setup[..], &[stream]].concat())
@@ -124,7 +124,7 @@ fn commands_reach_the_camera_and_stop_ends_the_stream() {
     let words = std::fs::read(camera).unwrap();
     let views: Vec<_> =
         words.chunks(4).map(|word| decode(u32::from_le_bytes(word.try_into().unwrap())).unwrap()).collect();
-    // The command after the one to stop is not carried out.
+    // The command after the one to stop is not executed.
     let [(Camera::All, Control::Zoom(narrow)), (Camera::All, Control::Zoom(wide))] = views[..] else {
         panic!("{views:?}")
     };

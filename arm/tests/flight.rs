@@ -1,5 +1,4 @@
-//! Whole streams through the program's state: what comes out, how much memory and work it takes, and what damage does
-//! to it.
+//! Whole streams through the navigator: results, memory, work, and the effect of damaged messages.
 
 mod support;
 
@@ -19,13 +18,13 @@ thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
 }
 
-/// The system's allocator, with a count for each thread.
+/// The system's allocator with a counter for each thread.
 struct Counting;
 
-// SAFETY: every call is handed on to the system's allocator as it came; counting does not allocate.
+// SAFETY: every call is passed on unchanged to the system's allocator; counting does not allocate.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // A thread that ends has no counter any more, and is not counted.
+        // A thread that is ending has no counter any more.
         let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
         // SAFETY: the caller keeps the contract of `alloc`.
         unsafe { System.alloc(layout) }
@@ -46,7 +45,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// All lines of a byte stream.
+/// Returns all lines of a byte stream.
 fn flown(mut bytes: &[u8], mut navigator: Navigator) -> Vec<Line> {
     let (mut decoder, mut lines) = (Decoder::default(), Vec::new());
     'stream: loop {
@@ -68,7 +67,7 @@ fn lines(source: &Source) -> Vec<Line> {
     flown(&source.messages.concat(), Navigator::default())
 }
 
-/// Every frame after the first has an estimate within 5 cm of the truth.
+/// Asserts that every frame after the first has an estimate within 5 cm of the truth.
 fn assert_tracked(lines: &[Line]) {
     assert_eq!(lines[0].status, Status::Reference, "{:?}", lines[0]);
     for line in &lines[1..] {
@@ -119,8 +118,7 @@ fn a_frame_that_would_run_late_says_so_and_gives_its_best() {
     let none = work(1000);
     assert_eq!(none.status, Status::None);
     assert!(none.reason.as_ref().unwrap().to_string().contains("work allowed"), "{none:?}");
-    // Every limit is kept, and the work of an estimate is not spent for nothing. Between no estimate and the whole
-    // search there are limits that end the search early.
+    // Every limit is respected. Between no estimate and the whole search there are limits that end the search early.
     let mut late = 0;
     for limit in (0..whole.work + POSE_WORK_UNITS).step_by(20_000) {
         let line = work(limit);
@@ -142,7 +140,7 @@ fn more_features_than_the_program_takes_are_counted_as_dropped() {
 }
 
 #[test]
-fn telemetry_may_come_after_its_frame_and_is_missed_where_it_does_not_come() {
+fn telemetry_may_come_after_its_frame_or_be_lost() {
     let mut source = stream(300, 4);
     // Telemetry of frame 1 after its records; that of frame 2 lost.
     source.messages.swap(4, 5);
@@ -158,7 +156,7 @@ fn a_restarted_source_keeps_the_reference() {
     let mut source = stream(300, 3);
     let mut again = Source::default();
     again.send_registers(scene::SIZE.0, scene::SIZE.1);
-    // The frame counter begins anew, the ground has not moved.
+    // The frame counter restarts; the ground has not moved.
     for frame in 0..2 {
         let telemetry = Telemetry { frame, ..telemetry(frame + 3) };
         again.send_frame(&telemetry, &records(300, frame + 3), &[2000, 2000]);
@@ -183,10 +181,10 @@ fn a_clock_that_jumps_costs_no_frame() {
     assert_tracked(&lines(&source));
 }
 
-/// The laser rests on the crown of a tree below the reference, which looks like steep ground, and then meets the ground
-/// beside it: what was learnt is forgotten within a second, 15 frames.
+/// The laser points at the crown of a tree below the reference, which looks like steep ground, and then at the ground
+/// beside it: the wrong plane is discarded within a second, 15 frames.
 #[test]
-fn a_tree_below_the_reference_is_found_out() {
+fn a_tree_below_the_reference_is_discarded_as_ground() {
     const ON_THE_TREE: u32 = 60;
     let mut source = Source::default();
     source.send_registers(SIZE.0, SIZE.1);
@@ -212,10 +210,10 @@ fn a_tree_below_the_reference_is_found_out() {
     }
 }
 
-/// A roof in a corner of the frame, first seen from half a metre and more beside the reference and then from 10 cm,
-/// where its parallax is less than noise: it is remembered, and does not turn the ground.
+/// A roof in a corner of the frame, first seen from at least half a metre beside the reference and then from 10 cm,
+/// where its parallax is below the noise: it stays masked and does not tilt the ground plane.
 #[test]
-fn a_roof_that_was_seen_from_beside_is_remembered() {
+fn a_roof_that_was_rejected_from_a_distance_stays_masked() {
     const AWAY: u32 = 16;
     let place = |frame: u32| {
         let reach = if frame == 0 { 0.0 } else { 0.4 + 0.025 * f64::from(frame) };
@@ -234,12 +232,12 @@ fn a_roof_that_was_seen_from_beside_is_remembered() {
             near.map(|line| line.estimate.unwrap_or_else(|| panic!("{line:?}")).x_e_m - place(AWAY).0).collect();
         misses.iter().sum::<f64>() / misses.len() as f64
     };
-    let (remembered, never_seen) = (flight(1..AWAY + 30), flight(AWAY..AWAY + 30));
-    assert!(remembered.abs() < 0.5 * never_seen.abs(), "{remembered} m, {never_seen} m where it was never seen");
+    let (masked, never_seen) = (flight(1..AWAY + 30), flight(AWAY..AWAY + 30));
+    assert!(masked.abs() < 0.5 * never_seen.abs(), "{masked} m, {never_seen} m if it was never seen");
 }
 
-/// Three footprints away, and back: the reference is renewed and the estimate goes on from the same origin. Each
-/// reference adds the error of one estimate.
+/// A flight over three footprints and back: the reference is renewed and the origin stays. Each renewal adds the error
+/// of one estimate.
 #[test]
 fn the_reference_is_renewed_without_a_jump() {
     let place = |frame: u32| {
@@ -269,7 +267,7 @@ fn the_reference_is_renewed_without_a_jump() {
     assert!(variance(&lines[119]) > variance(&lines[1]), "errors of references add up");
 }
 
-/// On command without a jump; the command to capture makes a new origin.
+/// Renewal on command keeps the origin; the command to capture sets a new one.
 #[test]
 fn a_reference_renewed_on_command_keeps_the_origin() {
     let mut source = stream(600, 5);
@@ -291,9 +289,10 @@ fn a_reference_renewed_on_command_keeps_the_origin() {
     assert!((lines[9].estimate.unwrap().x_e_m - step).abs() < 0.05);
 }
 
-/// From the wide view to half of it at 2 % a frame: features are not invariant to scale, so the references follow.
+/// A zoom from the wide view to half of it, by 2 % a frame: features are not invariant to scale, so references are
+/// renewed.
 #[test]
-fn the_estimate_goes_on_through_a_zoom() {
+fn the_estimate_continues_through_a_zoom() {
     let mut source = Source::default();
     source.send_registers(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
@@ -310,10 +309,10 @@ fn the_estimate_goes_on_through_a_zoom() {
     }
 }
 
-/// Waves look like ground until they have moved on, so an estimate is not believed before the reference was found again
-/// half a second later.
+/// Waves look like ground until they have moved on, so there is no estimate before the reference was matched half a
+/// second after its capture.
 #[test]
-fn a_reference_is_proved_before_it_is_believed() {
+fn a_reference_is_confirmed_before_it_is_used() {
     let mut source = Source::default();
     source.send_registers(scene::SIZE.0, scene::SIZE.1);
     source.send(message::COMMAND, &Command::Capture.encode());
@@ -345,7 +344,7 @@ fn every_frame_without_an_estimate_has_its_reason() {
     outside[7].x = 1024;
     source.send(message::FRAME, &message::encode_frame(6, &outside, 0, 0, &[2000, 2000]));
     source.send(message::FRAME, &[0; 32]);
-    // A level camera that claims to be turned by 20 degrees: the pictures know better.
+    // The sensors report a yaw of 20 degrees for a camera that has not turned.
     let turned =
         Telemetry { attitude: Attitude { yaw: 0.35, ..Attitude::default() }, time_us: 9_000_000, ..telemetry(7) };
     source.send_frame(&turned, &records(300, 7), &[2000, 2000]);
@@ -384,7 +383,7 @@ fn another_fpga_is_refused() {
     );
 }
 
-/// What happens to a message on the way.
+/// The fate of a message on the link.
 #[derive(Debug, Clone)]
 enum Fate {
     Arrives,
@@ -409,7 +408,8 @@ fn fate() -> impl Strategy<Value = Fate> {
     ]
 }
 
-/// A flight, and another after a restart: frame and message numbers begin anew, clock and ground go on.
+/// Returns the messages of a flight with a restart of the source: frame and message numbers restart, clock and ground
+/// continue.
 fn flight() -> &'static [Vec<u8>] {
     static FLIGHT: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
     FLIGHT.get_or_init(|| {
@@ -422,21 +422,20 @@ fn flight() -> &'static [Vec<u8>] {
     })
 }
 
-/// The kind of a whole message, and its frame number where it is telemetry.
+/// Returns the kind of an intact message, and its frame number if it is telemetry.
 fn kind(message: &[u8]) -> (u32, u32) {
     let word = |at: usize| u32::from_le_bytes(message[at..at + 4].try_into().unwrap());
     (word(4), word(20))
 }
 
 proptest! {
-    // Shrinking is of no use to a reader here, and takes as long as the search.
+    // Shrinking takes as long as the search and does not make a failure clearer here.
     #![proptest_config(ProptestConfig { cases: 10_000, max_shrink_iters: 100, ..ProptestConfig::default() })]
 
-    /// Every frame whose message arrives whole has its line, once and in order, whatever happens to the others; and
-    /// where its telemetry
-    /// arrived too, it is not said to be missing.
+    /// Every frame whose message arrives intact has one line, in order, whatever happens to other messages; and if its
+    /// telemetry arrived, too, it is not reported as missing.
     #[test]
-    fn ten_thousand_damaged_streams_lose_no_good_frame(fates in prop::collection::vec(fate(), flight().len())) {
+    fn ten_thousand_damaged_streams_lose_no_intact_frame(fates in prop::collection::vec(fate(), flight().len())) {
         let mut bytes = Vec::new();
         let mut expected: Vec<(u32, bool)> = Vec::new();
         let mut telemetry = None;
@@ -452,7 +451,7 @@ proptest! {
                     damaged[at / 8] ^= 1 << (at % 8);
                     false
                 }
-                // With one byte missing, one byte in 256 that follows makes it whole again.
+                // If only one byte were missing, one in 256 of the following bytes would complete the message.
                 Fate::IsCut(at) => { damaged.truncate(at.index(damaged.len() - 4)); false }
                 Fate::FollowsNoise(noise) => { damaged.splice(0..0, noise.iter().copied()); true }
                 Fate::FollowsAFalseHeader(noise) => {

@@ -1,4 +1,4 @@
-//! The messages to the autopilot, read by another implementation of MAVLink: pymavlink.
+//! The messages to the autopilot, decoded by pymavlink, an independent implementation of MAVLink.
 
 mod support;
 
@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 use support::scene;
 
-/// Reads the file and prints, for each message: fields of interest, as JSON.
+/// Python program that prints the fields of each message in a file as JSON.
 const READER: &str = "
 import json, sys
 from pymavlink.dialects.v20 import common
@@ -24,7 +24,7 @@ fn an_independent_reader_finds_what_the_lines_say() {
     let python = root.join(".venv/bin/python");
     let there = Command::new(&python).args(["-c", "import pymavlink"]).output();
     if !there.is_ok_and(|output| output.status.success()) {
-        // Past the test's captured output, so that the end of `make test` can name it.
+        // On stderr itself, past the captured output, so that `make test` lists it.
         let why = "no pymavlink in .venv; run setup/bootstrap.sh";
         let _ = writeln!(std::io::stderr(), "SKIPPED: an_independent_reader_finds_what_the_lines_say: {why}");
         return;
@@ -39,7 +39,7 @@ fn an_independent_reader_finds_what_the_lines_say() {
     assert!(read.status.success(), "{}", String::from_utf8_lossy(&read.stderr));
 
     let json = |bytes: &[u8]| -> Vec<serde_json::Value> {
-        // Python writes NaN, which is not JSON; here it means not known.
+        // Python writes NaN, which is not JSON; here it means unknown.
         let text = String::from_utf8(bytes.to_vec()).unwrap().replace("NaN", "null");
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };

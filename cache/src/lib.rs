@@ -1,22 +1,22 @@
-//! The cache folder: built models, netlists, downloaded pictures, and whatever else can be made again.
+//! The cache folder: built models, netlists, downloaded pictures and other files that can be created again.
 //!
-//! `$HOVERLOCK_CACHE` if it is set, else `$XDG_CACHE_HOME/hoverlock`, else `$HOME/.cache/hoverlock`. Each user of the
-//! folder has a subfolder of its own; those of built models are `models`, `runtime`, `locks` and `aside`.
+//! It is `$HOVERLOCK_CACHE` if that is set, else `$XDG_CACHE_HOME/hoverlock`, else `$HOME/.cache/hoverlock`. Each kind
+//! of file has a subfolder; those of built models are `models`, `runtime`, `locks` and `aside`.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Entries that were not used for this long may be removed: 30 days.
-pub const KEPT: Duration = Duration::from_secs(30 * 24 * 3600);
+/// Time since the last use after which a file may be removed: 30 days.
+pub const MAX_UNUSED_AGE: Duration = Duration::from_secs(30 * 24 * 3600);
 
-/// No variable of the environment says where the cache folder is.
+/// The error that no environment variable determines the cache folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("no cache folder: neither HOVERLOCK_CACHE nor XDG_CACHE_HOME nor HOME is set; set HOVERLOCK_CACHE to a folder")]
 pub struct NoCacheFolder;
 
-/// The cache folder. It need not exist yet.
+/// Returns the path of the cache folder, which need not exist yet.
 ///
 /// # Errors
 /// If none of `HOVERLOCK_CACHE`, `XDG_CACHE_HOME` and `HOME` is set.
@@ -35,19 +35,18 @@ fn folder_from(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, N
     base.map(|folder| folder.join("hoverlock")).ok_or(NoCacheFolder)
 }
 
-/// Records that a file of the cache is in use, so that [`prune`] keeps it. A cache that cannot be written stays as it
-/// is.
+/// Marks a file of the cache as used now, so that [`prune`] keeps it. Has no effect if the cache is not writable.
 pub fn touch(file: &Path) {
     if let Ok(file) = File::options().append(true).open(file) {
-        // A read-only cache still serves what it holds.
+        // The files of a read-only cache remain usable.
         let _ = file.set_modified(SystemTime::now());
     }
 }
 
-/// Removes the files directly in `folder` that were last written or touched more than `kept` ago, and returns how many.
-/// What cannot be removed stays.
-pub fn prune(folder: &Path, kept: Duration) -> usize {
-    let Some(oldest) = SystemTime::now().checked_sub(kept) else { return 0 };
+/// Removes the files directly in `folder` that were last written or touched more than `max_age` ago, and returns their
+/// number. Files that cannot be removed are skipped.
+pub fn prune(folder: &Path, max_age: Duration) -> usize {
+    let Some(oldest) = SystemTime::now().checked_sub(max_age) else { return 0 };
     let Ok(entries) = fs::read_dir(folder) else { return 0 };
     let old = entries.flatten().filter(|entry| {
         let metadata = entry.metadata().ok().filter(fs::Metadata::is_file);
@@ -81,20 +80,20 @@ mod tests {
     }
 
     #[test]
-    fn prune_removes_what_was_not_used_and_keeps_what_was_touched() {
+    fn prune_removes_unused_files_and_keeps_touched_ones() {
         let folder = tempfile::tempdir().unwrap();
         let [old, used, new] = ["old", "used", "new"].map(|name| folder.path().join(name));
         for file in [&old, &used, &new] {
             fs::write(file, "netlist").unwrap();
         }
-        let long_ago = SystemTime::now() - 2 * KEPT;
+        let long_ago = SystemTime::now() - 2 * MAX_UNUSED_AGE;
         for file in [&old, &used] {
             File::options().append(true).open(file).unwrap().set_modified(long_ago).unwrap();
         }
         touch(&used);
-        assert_eq!(prune(folder.path(), KEPT), 1);
+        assert_eq!(prune(folder.path(), MAX_UNUSED_AGE), 1);
         assert!(!old.exists() && used.exists() && new.exists());
         assert_eq!(fs::read_to_string(&used).unwrap(), "netlist");
-        assert_eq!(prune(&folder.path().join("missing"), KEPT), 0);
+        assert_eq!(prune(&folder.path().join("missing"), MAX_UNUSED_AGE), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! One frame of 1024 x 768 of each scene from 100 m, 50 degrees wide, on one thread.
+//! Time to render a frame of 1024 x 768 of each scene from 100 m, 50 degrees wide, on one thread.
 
 use std::hint::black_box;
 use std::path::Path;

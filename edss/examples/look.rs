@@ -10,11 +10,11 @@ use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
 use image::{ImageBuffer, Luma};
 use nalgebra::Vector3;
 
-/// Frames that are timed.
+/// Number of frames that are timed.
 const FRAMES: u32 = 100;
 
-/// Processor time of all threads so far, s, in hundredths (proc(5)): other programs do not disturb it as they would a
-/// clock.
+/// Returns the processor time of all threads so far, s, in steps of 0.01 s (proc(5)). Unlike wall time it hardly
+/// depends on other programs.
 fn cpu_time() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let parsed = Scene::parse(&text, folder).map_err(|error| format!("scene {scene} {error}"))?;
     let start = cpu_time();
     let renderer = Renderer::new(&parsed, 1)?;
-    eprintln!("made ready in {:.2} s of processor time", cpu_time() - start);
+    eprintln!("prepared in {:.2} s of processor time", cpu_time() - start);
     let camera = Camera::with_field_of_view(1024, 768, field_of_view.parse::<f64>()?.to_radians())?;
     let attitude = Attitude { roll: optional(2).to_radians(), pitch: 0.0, yaw: optional(3).to_radians() };
     let pose = Pose { position: Vector3::new(optional(0), optional(1), -height.parse::<f64>()?), attitude };

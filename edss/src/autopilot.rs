@@ -31,11 +31,11 @@ use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
 use navigation::{AccelerationNoise, AxisFilter};
 
 /// Time for which the position is held without a fix.
-pub const COAST_S: f64 = 1.0;
+const COAST_S: f64 = 1.0;
 /// Time in which the weight of the position loop changes between 0 and 1.
-pub const FADE_S: f64 = 2.0;
+const FADE_S: f64 = 2.0;
 /// Largest tilt that the position loop commands, rad: 3.5 degrees, which with gusts and overshoot stays within 5.
-pub const MAX_TILT: f64 = 3.5 * std::f64::consts::PI / 180.0;
+const MAX_TILT: f64 = 3.5 * std::f64::consts::PI / 180.0;
 
 /// `K_x` (1/s), `K_v` (1/s) and the largest speed towards the position (m/s).
 const POSITION_LOOP: [f64; 3] = [0.8, 1.8, 0.7];

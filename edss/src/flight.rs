@@ -1,8 +1,8 @@
 //! A flight: steps helicopter, wind, sensors and autopilot together; vision fixes come from outside.
 //!
-//! Time advances in steps of [`STEP_S`] on a fixed grid. At each grid point the sensors are read, the autopilot
+//! Time advances in steps of `STEP_S` on a fixed grid. At each grid point the sensors are read, the autopilot
 //! computes its command, and wind and blade angles are set for the next step. [`Flight::advance`] may stop anywhere
-//! between grid points without changing the flight. A flight begins settled: for [`SETTLING_S`] seconds before time 0
+//! between grid points without changing the flight. A flight begins settled: for `SETTLING_S` seconds before time 0
 //! the true position is used as the fix.
 
 pub use crate::autopilot::{Fix, Hold};
@@ -21,9 +21,9 @@ use rand::RngExt;
 use serde::Serialize;
 
 /// Time step of the integration.
-pub const STEP_S: f64 = 0.005;
+const STEP_S: f64 = 0.005;
 /// Duration of the hover before time 0.
-pub const SETTLING_S: f64 = 20.0;
+const SETTLING_S: f64 = 20.0;
 /// Steps from one reading of the barometer to the next: 20 readings a second.
 const BAROMETER_STEPS: i64 = 10;
 /// Amplitude of the height profiles.

@@ -2,15 +2,15 @@
 //!
 //! | module | its one job |
 //! |---|---|
-//! | [`aircraft`] | flight dynamics of a helicopter about hover |
-//! | [`autopilot`] | holds attitude, heading, height and position from sensors and vision |
+//! | `aircraft` | flight dynamics of a helicopter about hover |
+//! | `autopilot` | holds attitude, heading, height and position from sensors and vision |
 //! | [`camera`] | converts radiance into a frame of 16-bit samples |
 //! | [`flight`] | steps helicopter, wind, sensors and autopilot together |
 //! | [`pose`] | position and attitude of a camera |
 //! | [`random`] | one seeded stream of random numbers for each purpose |
 //! | [`render`] | renders a scene as seen by a camera |
 //! | [`scene`] | reads and checks scene files |
-//! | [`sensors`] | inertial sensor and laser rangefinder |
+//! | `sensors` | inertial sensor and laser rangefinder |
 //! | [`wind`] | gusts with Dryden's spectra |
 //! | [`world`] | steps scene, flight and camera together, frame by frame |
 //!
@@ -18,14 +18,14 @@
 //! `Z = 0` is the mean ground, so that a camera 50 m up has `Z = -50`. All results are functions of the inputs and a
 //! seed.
 
-pub mod aircraft;
-pub mod autopilot;
+mod aircraft;
+mod autopilot;
 pub mod camera;
 pub mod flight;
 pub mod pose;
 pub mod random;
 pub mod render;
 pub mod scene;
-pub mod sensors;
+mod sensors;
 pub mod wind;
 pub mod world;

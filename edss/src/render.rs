@@ -2,28 +2,28 @@
 //!
 //! The ray of a pixel is intersected with level ground in closed form, or with the relief by Newton's iteration at
 //! every 8th pixel of a row and linear interpolation between. The brightness of the ground comes from textures filtered
-//! in advance for every distance ([`mip`]), so that one sample a pixel is enough; only edges of objects are sampled
-//! more often. The static part of the ground is composed once and kept ([`patch`]). Illumination is Lambertian on the
+//! in advance for every distance (`mip`), so that one sample a pixel is enough; only edges of objects are sampled
+//! more often. The static part of the ground is composed once and kept (`patch`). Illumination is Lambertian on the
 //! slope of the ground. Mist reduces contrast along the ray by `T = exp(-b r)` (Koschmieder 1924).
 //!
 //! | module | its one job |
 //! |---|---|
-//! | [`view`] | converts pixels to rays and back |
-//! | [`row`] | the rays of a row of pixels |
-//! | [`rays`] | intersections of rays with the ground and objects |
-//! | [`shade`] | light of the sun and the sky, and mist |
-//! | [`mip`] | textures filtered in advance for every distance |
-//! | [`noise`] | gradient noise |
-//! | [`grain`] | fine structure of the ground |
-//! | [`land`] | larger structure of the ground |
-//! | [`relief`] | height of the ground |
-//! | [`patch`] | storage for composed ground, kept between frames |
-//! | [`compose`] | composes a patch of ground |
-//! | [`object`] | objects on the ground: buildings, trees, cars, paint |
-//! | [`crown`] | the balls of a tree's crown |
-//! | [`water`] | waves and glint |
-//! | [`fall`] | rain and snow |
-//! | [`overlay`] | draws objects, their edges and shadows |
+//! | `view` | converts pixels to rays and back |
+//! | `row` | the rays of a row of pixels |
+//! | `rays` | intersections of rays with the ground and objects |
+//! | `shade` | light of the sun and the sky, and mist |
+//! | `mip` | textures filtered in advance for every distance |
+//! | `noise` | gradient noise |
+//! | `grain` | fine structure of the ground |
+//! | `land` | larger structure of the ground |
+//! | `relief` | height of the ground |
+//! | `patch` | storage for composed ground, kept between frames |
+//! | `compose` | composes a patch of ground |
+//! | `object` | objects on the ground: buildings, trees, cars, paint |
+//! | `crown` | the balls of a tree's crown |
+//! | `water` | waves and glint |
+//! | `fall` | rain and snow |
+//! | `overlay` | draws objects, their edges and shadows |
 //!
 //! A frame is a function of scene, seed and shot. Rows are computed independently, and patches do not depend on earlier
 //! frames, so a frame has the same bits for every number of threads.
@@ -63,7 +63,7 @@ use overlay::{BAND_ROWS, ObjectTiles, RowView};
 use patch::{BandPatches, Key, PatchStore, lattices};
 use relief::Relief;
 use row::{Row, Viewpoint};
-use shade::{sample_patches, shade_picture, shade_water, veil};
+use shade::{apply_mist, sample_patches, shade_picture, shade_water};
 use view::Corrections;
 pub use view::Lens;
 use water::Waves;
@@ -242,7 +242,7 @@ impl Renderer {
             if inner {
                 let out = &mut out[(k - 1) * width..k * width];
                 self.light_ground(frame, &mut here, y, &mut patches);
-                veil(&here.ground, &here.row.knots, self.brightness, out);
+                apply_mist(&here.ground, &here.row.knots, self.brightness, out);
                 self.draw_objects(&frame.tiles, &mut here, y, &self.grain.local(anchor), Some(out));
             } else {
                 self.draw_objects(&frame.tiles, &mut here, y, &self.grain.local(anchor), None);
@@ -268,7 +268,7 @@ impl Renderer {
             }
             Surface::Land(_) => return sample(&here.row, &mut here.ground),
             Surface::Water(waves) => {
-                let mirrors = self.mirrors(&here.row);
+                let mirrors = self.sun_reflections(&here.row);
                 shade_water(&here.row, &mut here.ground, &waves.local(anchor, frame.shot.time), &mirrors);
             }
         }
@@ -286,7 +286,7 @@ impl Renderer {
     }
 
     /// Returns the height of the lowest ground, m.
-    fn lowest(&self) -> f64 {
+    fn lowest_ground(&self) -> f64 {
         self.relief.as_ref().map_or(0.0, |relief| relief.limits()[0])
     }
 }

@@ -19,7 +19,7 @@ pub const VARIANCE_SHARES: [f64; 4] = [0.35, 0.05, 0.35, 0.25];
 /// Time constant of the wander.
 pub const WANDER_TIME_S: f64 = 5.0;
 /// Age of a reading of the inertial sensor.
-pub const LATENCY_S: f64 = 0.01;
+const LATENCY_S: f64 = 0.01;
 /// Rms constant error of an angular rate, rad/s: 0.02 degrees a second; drawn for each axis and flight.
 const RATE_BIAS: f64 = 0.02 * std::f64::consts::PI / 180.0;
 /// Rms white noise of an angular rate, rad/s: 0.05 degrees a second.
@@ -132,9 +132,9 @@ impl Laser {
 }
 
 /// Rms drift of the barometer, m, and its time constant, s: weather and the pressure of the rotor.
-const DRIFT: [f64; 2] = [0.3, 60.0];
+const BAROMETER_DRIFT: [f64; 2] = [0.3, 60.0];
 /// Rms white noise of a reading of the barometer, m.
-const PRESSURE_NOISE: f64 = 0.1;
+const BAROMETER_NOISE_M: f64 = 0.1;
 
 /// A barometric altimeter: the true height, a drift (Gauss-Markov, first order) and white noise.
 #[derive(Debug, Clone)]
@@ -148,15 +148,15 @@ impl Barometer {
     /// Creates an altimeter that is read every `interval` seconds.
     pub fn new(seed: u64, interval: f64) -> Self {
         let mut random = stream(seed, Purpose::Barometer);
-        let drift = DRIFT[0] * normal(&mut random);
-        Self { drift, keep: libm::exp(-interval / DRIFT[1]), random }
+        let drift = BAROMETER_DRIFT[0] * normal(&mut random);
+        Self { drift, keep: libm::exp(-interval / BAROMETER_DRIFT[1]), random }
     }
 
     /// Returns the reading for a true height, m.
     pub fn read(&mut self, height: f64) -> f64 {
-        let reading = height + self.drift + PRESSURE_NOISE * normal(&mut self.random);
+        let reading = height + self.drift + BAROMETER_NOISE_M * normal(&mut self.random);
         let grown = (1.0 - self.keep * self.keep).sqrt();
-        self.drift = self.keep * self.drift + DRIFT[0] * grown * normal(&mut self.random);
+        self.drift = self.keep * self.drift + BAROMETER_DRIFT[0] * grown * normal(&mut self.random);
         reading
     }
 }

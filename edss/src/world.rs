@@ -91,6 +91,6 @@ pub fn frame_time(frame: usize) -> f64 {
 }
 
 /// Returns the distance from a pose along the optical axis to the scene, m; `None` if there is no hit.
-pub fn true_range(renderer: &Renderer, time: f64, pose: Pose) -> Option<f64> {
+fn true_range(renderer: &Renderer, time: f64, pose: Pose) -> Option<f64> {
     renderer.range(time, pose.position, pose.attitude.rotation() * Vector3::z())
 }

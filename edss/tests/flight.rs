@@ -1,4 +1,4 @@
-//! Flights with a vision of known errors.
+//! Flights with simulated vision fixes of known errors.
 
 use hoverlock_edss::flight::{Altitude, Fix, Flight, Hold, Moment, Setup};
 use hoverlock_edss::pose::Pose;
@@ -12,8 +12,8 @@ fn level(pose: Pose) -> Option<f64> {
     Some(pose.height() / pose.attitude.rotation()[(2, 2)])
 }
 
-/// Moments at each frame of a flight with a vision of 2 cm white noise that comes two frames late; `sees` says whether
-/// a frame has an estimate.
+/// Returns the true state at each frame of a flight, with fixes of 2 cm white noise that arrive two frames late. `sees`
+/// returns `true` for a frame with a fix.
 fn fly(setup: &Setup, seed: u64, seconds: f64, sees: impl Fn(f64) -> bool) -> Vec<Moment> {
     let mut flight = Flight::new(setup, seed);
     let mut random = stream(seed, Purpose::Camera);
@@ -45,7 +45,7 @@ fn rms(moments: &[Moment]) -> f64 {
     (moments.iter().map(|m| m.camera.ground().norm_squared()).sum::<f64>() / moments.len() as f64).sqrt()
 }
 
-/// Largest roll and pitch, degrees.
+/// Returns the largest roll and pitch, degrees.
 fn tilt(moments: &[Moment]) -> f64 {
     let largest = |m: &Moment| m.camera.attitude.roll.abs().max(m.camera.attitude.pitch.abs());
     moments.iter().map(largest).fold(0.0, f64::max).to_degrees()
@@ -59,7 +59,7 @@ fn distance(moment: &Moment) -> f64 {
     moment.camera.ground().norm()
 }
 
-/// 8 cm of the 10 that the system may have are allowed here, where vision is as good as can be.
+/// With these nearly ideal fixes 8 cm are allowed, of the 10 cm for the whole system.
 #[test]
 fn the_place_is_held_in_gusts_for_twenty_seeds() {
     for height in [50.0, 100.0] {
@@ -86,9 +86,9 @@ fn without_vision_it_drifts() {
         let alone = fly(&setup, seed, 60.0, |_| true);
         let told = format!("seed {seed}: {:.1} m rms", rms(&alone));
         eprintln!("{told}");
-        // 2 mg and 0.12 degrees of bias are 0.03 m/s^2: 50 m in a minute, where nothing else were wrong.
+        // 2 mg and 0.12 degrees of bias are 0.03 m/s^2, which alone would be 50 m in a minute.
         assert!((2.0..100.0).contains(&rms(&alone)), "{told}");
-        // It believes to hold its place, within what it does in gusts.
+        // By its own estimate it holds the position, except for the effect of gusts.
         assert!(largest(&alone, |m| m.believed.norm()) < 0.5, "{told}");
     }
 }
@@ -104,7 +104,8 @@ fn a_wind_is_trimmed_out() {
     }
 }
 
-/// The strongest wind, gusts and noise that a setup may have, all at once: the bounds are no more kept, the loops are.
+/// The strongest wind, gusts and noise that a setup may have, all at once: the accuracy is not kept, but the loops are
+/// stable.
 #[test]
 fn the_corners_of_a_setup_are_flown() {
     for height in [10.0, 300.0] {
@@ -133,7 +134,7 @@ fn height_follows_and_the_place_is_held_meanwhile() {
         let held = fly(&Setup::default(), seed, 60.0, |_| true);
         let error = |m: &Moment| (m.camera.height() - m.height).abs();
         let change = |m: &Moment| (m.camera.height() - 50.0).abs();
-        // The last two seconds before the next change.
+        // Over the last two seconds before the next change.
         let settled: Vec<Moment> = abrupt.iter().filter(|m| m.time % 10.0 > 8.0).copied().collect();
         let told = [&smooth, &abrupt, &held].map(|m| (rms(m), tilt(m), largest(m, error), largest(m, change)));
         let told = format!("seed {seed}: {told:.3?}, settled {:.3}", largest(&settled, error));
@@ -142,15 +143,16 @@ fn height_follows_and_the_place_is_held_meanwhile() {
             assert!(rms(moments) <= 0.08 && tilt(moments) <= 5.0, "{told}");
             assert!((4.5..6.0).contains(&largest(moments, change)), "{told}");
         }
-        // Three standard deviations of the barometer's drift are 0.9 m; the smooth change is followed 0.8 m late.
+        // Three standard deviations of the drift of the barometer are 0.9 m; the lag behind the smooth profile is 0.8
+        // m.
         assert!(largest(&smooth, error) < 1.8 && largest(&settled, error) < 1.0, "{told}");
         assert!(largest(&held, error) < 1.0, "{told}");
-        // Both directions.
+        // In both directions.
         assert!(abrupt.iter().any(|m| m.height > 54.0) && abrupt.iter().any(|m| m.height < 46.0));
     }
 }
 
-/// Ten seconds without an estimate: place held on for one, then attitude hold; taken up again after. Nothing jumps.
+/// Ten seconds without a fix: the position is held for one, then the attitude, then the position again, without a jump.
 #[test]
 fn without_fixes_it_falls_back_to_attitude_hold_and_comes_back() {
     for seed in 0..3 {
@@ -173,14 +175,14 @@ fn without_fixes_it_falls_back_to_attitude_hold_and_comes_back() {
         assert!(coasting.iter().all(|m| m.hold == 1.0) && attitude.iter().all(|m| m.hold == 0.0), "{told}");
         assert!(moments.windows(2).all(|pair| (pair[1].hold - pair[0].hold).abs() < 0.04), "{told}");
         assert!(largest(&coasting, distance) < 0.3 && tilt(&attitude) < 2.0, "{told}");
-        // It is away by metres, and comes back no faster than a pilot would.
+        // It has drifted by metres, and returns no faster than a pilot would.
         assert!(largest(&attitude, distance) > 0.5, "{told}");
         assert!(largest(&leaving, turn) < 12.0 && largest(&returning, turn) < 15.0 && tilt(&moments) <= 5.0, "{told}");
         assert!(largest(&between(42.0, 60.0), distance) < 0.3, "{told}");
     }
 }
 
-/// Less than a second without an estimate is flown on by the inertial sensor.
+/// For less than a second without a fix the inertial sensor holds the position.
 #[test]
 fn a_short_gap_is_not_seen() {
     let moments = fly(&Setup::default(), 0, 30.0, |t| !(20.0..20.8).contains(&t));
@@ -211,7 +213,7 @@ fn two_flights_of_a_seed_are_the_same_bits() {
     let fly = |seed| -> Vec<_> { fly(&Setup::default(), seed, 10.0, |_| true).iter().flat_map(bits).collect() };
     assert_eq!(fly(4), fly(4));
     assert_ne!(fly(4), fly(5));
-    // Not the sensors alone: each seed has its own wind.
+    // Seeds differ not only in the sensors but also in the wind.
     let wind = |seed| Flight::new(&Setup::default(), seed).advance(1.0).wind;
     assert_ne!(wind(4), wind(5));
 }
@@ -231,7 +233,7 @@ fn a_setup_out_of_range_is_refused_by_name() {
     assert!(refused(Setup { laser_noise: -0.1, ..base }).starts_with("laser noise must"));
 }
 
-/// Moments between the points of the grid, as a rolling shutter asks for, do not change the flight, and lie on it.
+/// States between grid points, as a rolling shutter needs, are on the trajectory and do not change it.
 #[test]
 fn what_is_asked_between_does_not_change_what_follows() {
     let mut sparse = Flight::new(&Setup::default(), 6);
@@ -243,7 +245,7 @@ fn what_is_asked_between_does_not_change_what_follows() {
             let moved = moment.camera.position - before.camera.position;
             assert!((moved - moment.velocity * 0.0005).norm() < 1e-5, "{moment:?} after {before:?}");
             let turned = moment.camera.attitude.roll - before.camera.attitude.roll;
-            // Roll tilts the axis to the right: a turn about y.
+            // Roll tilts the optical axis to the right: a rotation about y.
             assert!((turned - moment.rates.y * 0.0005).abs() < 2e-5, "{moment:?} after {before:?}");
         }
         before = Some(moment);
@@ -266,17 +268,17 @@ fn readings_are_the_truth_with_the_stated_errors() {
         ranges += (readings.range.unwrap() - level(truth.camera).unwrap()).powi(2);
         assert_eq!(flight.readings(&mut |_| None).range, None);
     }
-    // 60 flights know a root mean square to 9 %; the latency adds its share.
+    // With 60 flights the standard error of the rms is 9 %; the latency adds to it.
     let (tilts, ranges) = ((tilts / flights as f64).sqrt(), (ranges / flights as f64).sqrt());
     assert!((tilts / setup.tilt_noise - 1.0).abs() < 0.25, "{tilts}");
     assert!((ranges / setup.laser_noise - 1.0).abs() < 0.25, "{ranges}");
 }
 
-/// A new start of hold takes the present place for its own.
+/// Engaging the hold again makes the present position the one to hold.
 #[test]
 fn hold_starts_where_it_is_told_to() {
     let mut flight = Flight::new(&Setup::default(), 2);
-    // Vision's first zero is a metre off: the helicopter goes there.
+    // The fixes have an offset of a metre, so the helicopter moves there.
     let mut zero = Vector2::new(1.0, -0.5);
     let mut last = Vec::new();
     for frame in 0..600 {

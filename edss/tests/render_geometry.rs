@@ -1,4 +1,4 @@
-//! The renderer against what is independent of it: closed-form projections, laws of light, and laser ranges.
+//! The renderer compared with independent results: closed-form projections, laws of light, and laser ranges.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -38,7 +38,7 @@ fn render(renderer: &Renderer, shot: &Shot) -> Plane<f32> {
     frame
 }
 
-/// `K R^T (p - position)` with Brown's distortion, written out here once more.
+/// Projects a point by `K R^T (p - position)` with Brown's distortion, independently of the renderer.
 fn projected(lens: &Lens, pose: &Pose, point: Vector3<f64>) -> Vector2<f64> {
     let seen = pose.attitude.rotation().transpose() * (point - pose.position);
     let (x, y) = (seen.x / seen.z, seen.y / seen.z);
@@ -48,7 +48,7 @@ fn projected(lens: &Lens, pose: &Pose, point: Vector3<f64>) -> Vector2<f64> {
     image.xy()
 }
 
-/// A white square of 1 m and the black ground around it, as a picture file.
+/// Writes a picture of a white square of 1 m on black ground.
 fn square_scene(folder: &Path) -> Renderer {
     let side = 400;
     let picture = image::GrayImage::from_fn(side, side, |x, y| {
@@ -60,7 +60,7 @@ fn square_scene(folder: &Path) -> Renderer {
     Renderer::new(&Scene::parse(text, folder).unwrap(), 1).unwrap()
 }
 
-/// Centre of brightness within `reach` px of a pixel.
+/// Returns the centroid of brightness within `reach` px of a pixel.
 fn centroid(frame: &Plane<f32>, near: Vector2<f64>, reach: f64) -> Vector2<f64> {
     let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
     for y in 0..HEIGHT {
@@ -75,8 +75,8 @@ fn centroid(frame: &Plane<f32>, near: Vector2<f64>, reach: f64) -> Vector2<f64> 
     sum / weight
 }
 
-/// A square of 2 m, 20 to 90 px wide: its centroid is off the projected centre by the perspective within it, which the
-/// mean of the projections of its points takes into account.
+/// A square of 2 m, 20 to 90 px wide. Perspective within it moves its centroid from the projected centre, so the mean
+/// of the projections of its points is the reference.
 #[test]
 fn a_marker_lands_where_the_closed_form_says() {
     let folder = tempfile::tempdir().unwrap();
@@ -92,7 +92,7 @@ fn a_marker_lands_where_the_closed_form_says() {
     for (degrees, k1, k2, pose) in cases {
         let lens = lens(degrees, k1, k2);
         let frame = render(&renderer, &shot(lens, pose));
-        // Brightness per pixel is even, so the centroid is the mean over the image of the square.
+        // Brightness per pixel is uniform, so the centroid is the mean over the image of the square.
         let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
         let steps = 41;
         for i in 0..steps {
@@ -115,7 +115,7 @@ fn a_marker_lands_where_the_closed_form_says() {
     }
 }
 
-/// The helipad's ring and H are symmetric about its centre, which only perspective moves.
+/// Ring and H of the helipad are symmetric, so their centroid is the projected centre except for perspective.
 #[test]
 fn a_helipad_lands_where_the_closed_form_says() {
     let text = "[ground.asphalt]\nside_m = 0\n[[helipad]]\nat_m = [3.0, -2.0]\ndiameter_m = 6.0\nheading_deg = 30\n";
@@ -123,7 +123,7 @@ fn a_helipad_lands_where_the_closed_form_says() {
     let lens = lens(30.0, -0.05, 0.0);
     let pose = pose(1.0, 2.0, 100.0, [0.5, -0.4, 25.0]);
     let (a, b) = (render(&with, &shot(lens, pose)), render(&without, &shot(lens, pose)));
-    // What the paint changed; the ground under it is the same in both.
+    // The difference that the paint makes; the ground under it is equal in both.
     let changed = a.zip_map(&b, |a, b| if (a - b).abs() > 1e-4 { 1.0 } else { 0.0 });
     let expected = projected(&lens, &pose, Vector3::new(3.0, -2.0, 0.0));
     let found = centroid(&changed, expected, 100.0);
@@ -142,7 +142,7 @@ fn contrast_falls_by_koschmieders_law() {
         let range = (ground - view.first.position).norm();
         let transmission = (-0.02 * range).exp();
         let expected = 0.55 + transmission * (f64::from(a[(x, y)]) - 0.55);
-        // The exponential is linear over 8 px, which errs by 1e-6.
+        // The renderer interpolates the exponential linearly over 8 px, with an error of 1e-6.
         assert!((f64::from(b[(x, y)]) - expected).abs() < 2e-5, "{x} {y}: {} {expected}", b[(x, y)]);
     }
 }
@@ -159,7 +159,7 @@ fn a_shadow_is_as_long_as_height_over_tangent() {
         let view = shot(lens(30.0, 0.0, 0.0), pose(2.0, 0.0, 80.0, [0.0; 3]));
         let (a, b) = (render(&with, &view), render(&without, &view));
         let per_metre = view.lens.camera.focal() / 80.0;
-        // From the wall's foot to the last pixel that the sky alone lights, in the middle row.
+        // From the foot of the wall to the last pixel in shadow, in the middle row.
         let (middle, row) = ((WIDTH - 1) as f64 / 2.0, HEIGHT / 2);
         let dark = |x: usize| f64::from(a[(x, row)] / b[(x, row)]);
         let mut length = 0.0;
@@ -179,7 +179,7 @@ fn a_laser_meets_plane_and_box() {
     let origin = Vector3::new(0.0, 0.0, -60.0);
     let towards = |x: f64, y: f64, z: f64| (Vector3::new(x, y, z) - origin).normalize();
     let range = |x: f64, y: f64, z: f64| scene.range(0.0, origin, towards(x, y, z)).unwrap();
-    // Level ground: height over cosine. The roof: 53 m down. A wall: where x is 7.
+    // Level ground: height over cosine. The roof: 53 m down. The wall: at x = 7.
     let ground = towards(-20.0, 5.0, 0.0);
     assert!((range(-20.0, 5.0, 0.0) - 60.0 / ground.z).abs() < 1e-4);
     let roof = towards(10.0, 2.0, -7.0);
@@ -204,7 +204,7 @@ fn hills() -> &'static Renderer {
 }
 
 proptest! {
-    /// Over hills, the point that a pixel sees is on its ray and at the height that a vertical laser measures there.
+    /// Over hills, the point of a pixel is on its ray and at the height that a vertical laser measures there.
     #[test]
     fn pixels_and_lasers_see_the_same_hills(
         x in 0.0..1023.0f64, y in 0.0..767.0f64, roll in -8.0..8.0f64, yaw in -180.0..180.0f64,
@@ -221,7 +221,7 @@ proptest! {
     }
 }
 
-/// Hills of sines as a map: their rms is that of the formula, and the picture moves with them as the closed form says.
+/// A map of sine hills has the rms of the formula, and displaces the picture as in closed form.
 #[test]
 fn a_height_map_displaces_by_parallax() {
     let folder = tempfile::tempdir().unwrap();
@@ -247,7 +247,7 @@ fn a_height_map_displaces_by_parallax() {
     assert!((found - expected).norm() < 0.1, "{found} {expected}");
 }
 
-/// Stripes of 0.4 px, a whole number of them light and dark, are an even grey; stripes of 8 px are stripes.
+/// Stripes of 0.4 px are a uniform grey; stripes of 8 px are resolved.
 #[test]
 fn stripes_beyond_nyquist_render_to_their_mean() {
     let folder = tempfile::tempdir().unwrap();
@@ -259,7 +259,7 @@ fn stripes_beyond_nyquist_render_to_their_mean() {
         let text = format!("[ground.picture]\nfile = \"stripes.png\"\ntexel_m = {texel}\n");
         let renderer = Renderer::new(&Scene::parse(&text, folder.path()).unwrap(), 1).unwrap();
         let frame = render(&renderer, &shot(lens(30.0, 0.0, 0.0), pose(0.0, 0.0, 50.0, [0.0, 0.0, 20.0])));
-        // About the mean, over the middle of the frame.
+        // Contrast about the mean, over the middle of the frame.
         let part = frame.crop(412, 284, 200, 200).unwrap();
         let mean = part.as_slice().iter().sum::<f32>() / 40_000.0;
         let square = part.as_slice().iter().map(|v| (v - mean).powi(2)).sum::<f32>() / 40_000.0;
@@ -280,13 +280,13 @@ fn a_rolling_shutter_sees_each_row_from_its_own_pose() {
     let (first, last) = (pose(-2.0, 0.0, 50.0, [0.0; 3]), pose(2.0, 0.0, 50.0, [1.0, 0.0, 0.0]));
     let view = Shot { lens: lens(50.0, 0.0, 0.0), first, last, time: 0.0 };
     let frame = render(&renderer, &view);
-    // The row on which the square is, and the pose at its time.
+    // The row of the square, and the pose at the time of that row.
     let half = (HEIGHT - 1) as f64 / 2.0;
     let middle = first.interpolate(&last, 0.5);
     let expected = projected(&view.lens, &middle, Vector3::zeros());
     let found = centroid(&frame, expected, 60.0);
     assert!((found - expected).norm() < 0.15, "{found} {expected}");
-    // The square leans: 30 rows later the camera is 0.16 m and 0.04 degrees further on.
+    // The square is sheared: 30 rows later the camera has moved by 0.16 m and 0.04 degrees.
     // The mirrored picture has more squares further out.
     let near = found.x as usize - 50..found.x as usize + 50;
     let mean = |row: usize| {
@@ -316,7 +316,7 @@ fn a_frame_has_the_same_bits_for_every_number_of_threads() {
         let frame = with(1, &first);
         assert!(frame == with(3, &first), "{name}: threads");
         assert!(frame.as_slice().iter().all(|v| v.is_finite() && *v >= 0.0), "{name}");
-        // Ground composed for other views, and for this one a second time, is the same ground.
+        // Patches composed for other views, or already for this one, do not change the frame.
         let (near, far) = (pose(4.0, 2.0, 45.0, [0.0, -3.0, 70.0]), pose(-30.0, 9.0, 90.0, [1.0, 0.0, 0.0]));
         for other in [near, far] {
             assert!(frame != render(&second, &shot(view.lens, other)), "{name}: another view");
@@ -333,7 +333,7 @@ fn another_seed_is_another_ground() {
     assert!(first != second);
 }
 
-/// Frames that are no multiple of blocks and tiles.
+/// Frame sizes that are not multiples of blocks and tiles.
 #[test]
 fn every_size_of_frame_is_rendered() {
     let renderer = renderer("[ground.grass]\n[[tree]]\nat_m = [0, 0]\nradius_m = 3\nheight_m = 7\n");
@@ -346,7 +346,7 @@ fn every_size_of_frame_is_rendered() {
     }
 }
 
-/// Correlation of two frames of the sea 67 ms apart, and of two of a field.
+/// Compares the correlation of two frames of the sea, 67 ms apart, with that of two of a field.
 #[test]
 fn water_does_not_last_and_a_field_does() {
     let correlation = |name: &str, seconds: f64| {
@@ -369,10 +369,10 @@ fn water_does_not_last_and_a_field_does() {
     assert!(soon < 0.9 && late.abs() < 0.5, "{soon} {late}");
 }
 
-/// Rain and snow are seen as bright streaks over dark ground, and elsewhere a frame later.
+/// Rain and snow are bright streaks over dark ground, in other places a frame later.
 #[test]
 fn rain_and_snow_fall() {
-    // The seed of the ground is drawn first, so that all three have the same ground.
+    // The seed of the ground is drawn before that of the weather, so all three have the same ground.
     let scene = |fall: &str| renderer(&format!("[ground.asphalt]\nside_m = 200\n{fall}"));
     let clear = scene("");
     let wet = |fall: &str, time: f64| {

@@ -1,4 +1,4 @@
-//! A picture on level ground against `cv2.warpPerspective`, which knows nothing of cameras: it gets a homography.
+//! A picture on level ground compared with `cv2.warpPerspective`, which is given only a homography.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,14 +10,14 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
 use nalgebra::{Matrix3, Vector3};
 
-/// Python of the project's venv, where it has OpenCV.
+/// Returns the Python of the project's venv, or `None` if it has no OpenCV.
 fn python() -> Option<PathBuf> {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv/bin/python");
     let found = Command::new(&python).args(["-c", "import cv2"]).output().is_ok_and(|run| run.status.success());
     found.then_some(python)
 }
 
-/// Smooth patches of 16 texels, so that interpolation by either side errs by little.
+/// Creates a picture with smooth patches of 16 texels, for which both interpolations have small errors.
 fn picture(path: &Path) {
     let value = |x: u32, y: u32| {
         let (x, y) = (f64::from(x), f64::from(y));
@@ -40,7 +40,7 @@ fn a_picture_is_seen_as_opencv_warps_it() {
     let texel = 0.1;
     let text = format!("[ground.picture]\nfile = \"picture.png\"\ntexel_m = {texel}\n");
     let renderer = Renderer::new(&Scene::parse(&text, folder.path()).unwrap(), 1).unwrap();
-    // Magnified about twice, where the renderer takes the picture as it is.
+    // Magnified about twice, so that the renderer uses the unfiltered picture.
     for (degrees, height, [roll, pitch, yaw]) in
         [(30.0, 60.0, [0.0, 0.0, 0.0]), (25.0, 80.0, [4.0, -3.0, 33.0]), (10.0, 120.0, [-2.0, 5.0, 160.0])]
     {
@@ -51,7 +51,7 @@ fn a_picture_is_seen_as_opencv_warps_it() {
         let mut frame = Plane::filled(1024, 768, 0f32);
         let lens = Lens { camera, k1: 0.0, k2: 0.0 };
         renderer.render(&Shot { lens, first: pose, last: pose, time: 0.0 }, &mut frame);
-        // Texel centre (u, v) lies at ((u + 1/2 - 400) texel, (v + 1/2 - 320) texel).
+        // Texel centre (u, v) is at ((u + 1/2 - 400) texel, (v + 1/2 - 320) texel).
         let to_ground = Matrix3::new(texel, 0.0, -399.5 * texel, 0.0, texel, -319.5 * texel, 0.0, 0.0, 1.0);
         let rotation = attitude.rotation().transpose();
         let columns = [rotation.column(0).into(), rotation.column(1).into(), -(rotation * pose.position)];

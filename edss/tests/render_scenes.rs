@@ -1,4 +1,4 @@
-//! Scene files: what comes with the simulator is sound, and what is wrong is refused by line.
+//! Scene files: the built-in ones are valid, and errors are reported with their line.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ fn scenes_that_come_with_the_simulator_are_sound() {
         let text = Scene::named(name).unwrap();
         match Scene::parse(text, Path::new("")) {
             Ok(scene) => drop(Renderer::new(&scene, 1).unwrap()),
-            // The photograph is fetched by `make demo`; without it the refusal says so.
+            // The photograph is fetched by `make demo`; without it the error says so.
             Err(error) if name == "aerial" => {
                 eprintln!("skipped: scene {name} {error}");
                 assert!(error.to_string().contains("make demo"), "{error}");

@@ -1,4 +1,4 @@
-//! Gusts against the formulas of their spectra.
+//! Gusts compared with the formulas of their spectra.
 
 use hoverlock_edss::wind::{Climate, Wind};
 use nalgebra::{Complex, Vector2, Vector3};
@@ -29,13 +29,13 @@ fn scales_and_intensities_are_those_of_low_altitude() {
     assert_eq!(along, across);
     assert!((along.rms - 3.0).abs() < 1e-12 && (vertical.rms - 1.883).abs() < 1e-3, "{vertical:?}");
     assert!((along.time - 202.3 / 18.83).abs() < 0.01 && (vertical.time - 50.0 / 18.83).abs() < 0.005, "{along:?}");
-    // A faster mean wind carries the gusts past faster.
+    // With a faster mean wind the gusts pass faster.
     let fast = Climate { mean: Vector2::new(0.0, 30.0), ..climate() };
     assert!((fast.components()[2].time - 50.0 / 30.0).abs() < 1e-9);
 }
 
-/// The variance over seeds, at the first sample and later: it is stationary from the start. 4000 seeds know a variance
-/// to 2.2 %; four times that is allowed.
+/// The variance over seeds, at the first sample and later: it is stationary from the start. With 4000 seeds its
+/// standard error is 2.2 %; four times that is allowed.
 #[test]
 fn the_variance_is_the_specified_one_from_the_first_sample_on() {
     let seeds = 4000;
@@ -53,19 +53,19 @@ fn the_variance_is_the_specified_one_from_the_first_sample_on() {
     }
 }
 
-/// Dryden's spectrum, one-sided over angular frequency: along the wind, or across it.
+/// Returns Dryden's spectrum, one-sided over angular frequency, along the wind or across it.
 fn dryden(rms: f64, time: f64, frequency: f64, across: bool) -> f64 {
     let square = (time * frequency).powi(2);
     let common = rms * rms * time / PI;
     if across { common * (1.0 + 3.0 * square) / (1.0 + square).powi(2) } else { common * 2.0 / (1.0 + square) }
 }
 
-/// The mean over an octave of the periodogram, weighted by Hann's window, of many flights.
+/// Computes the mean periodogram of many flights over octaves, with Hann's window.
 #[test]
 fn the_spectrum_is_drydens_over_octaves() {
     let (steps, seeds) = (8192, 24);
     let duration = steps as f64 * STEP;
-    // Lines of the periodogram: the octaves begin at these, and each is sampled at 8 of its lines.
+    // The lines of the periodogram at which the octaves begin; each octave is sampled at 8 of its lines.
     let octaves: Vec<Vec<usize>> =
         (2..9).map(|k| (0..8).map(|i| (1 << k) + i * (1 << k) / 8).collect()).map(dedup).collect();
     let window: Vec<f64> = (0..steps).map(|i| 0.5 - 0.5 * (TAU * i as f64 / steps as f64).cos()).collect();
@@ -96,7 +96,8 @@ fn the_spectrum_is_drydens_over_octaves() {
             let expected = lines.iter().map(of).sum::<f64>() / lines.len() as f64;
             let ratio = sum[axis] / f64::from(seeds as u32) / expected;
             eprintln!("axis {axis}, from {first:.2} rad/s: {ratio:.3} of Dryden's");
-            // A line of one flight is exponential, and neighbours share the window: 24 * 4 free ones, 10 %.
+            // A line of one flight has an exponential distribution, and neighbours are correlated by the window: 24 * 4
+            // independent values give 10 %.
             assert!((0.7..1.35).contains(&ratio), "axis {axis}, from {first:.2} rad/s: {ratio} of Dryden's");
         }
     }
@@ -113,7 +114,7 @@ fn a_seed_is_a_wind() {
     let first: Vec<u64> = bits(5);
     assert_eq!(first, bits(5));
     assert_ne!(first, bits(6));
-    // Without gusts there is the mean wind alone.
+    // Without gusts the wind is the mean wind.
     let calm = Climate { gust_rms: 0.0, mean: Vector2::new(4.0, -1.0), height: 50.0 };
     assert!(gusts(&calm, 5, 100).iter().all(|wind| *wind == Vector3::new(4.0, -1.0, 0.0)));
     let still = Climate { mean: Vector2::zeros(), ..calm };

@@ -1,4 +1,4 @@
-// address_counter: inside the frame's width whatever the widths were, and its delayed copies are exact.
+// address_counter: the address is inside the frame's width for every sequence of widths, and its delayed copies are exact.
 module address_counter_properties (input clock);
   (* anyseq *) reg reset, advance;
   (* anyseq *) reg [10:0] width;
@@ -10,7 +10,7 @@ module address_counter_properties (input clock);
   );
 
   reg begun = 0;
-  // Covers are quicker to reach where all steps before were alike.
+  // Equal initial values make the covers quicker to reach.
   reg always_64 = 1, always_1024 = 1;
   reg [9:0] before;
   reg advanced, was_reset;

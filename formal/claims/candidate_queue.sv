@@ -1,4 +1,4 @@
-// candidate_queue: one candidate, any of all, is followed from its arrival to its departure.
+// candidate_queue: one arbitrary candidate is followed from its arrival to its departure.
 module candidate_queue_properties (input clock);
   (* anyseq *) reg reset, advance, active, choose;
   (* anyseq *) reg [174:0] word;
@@ -29,7 +29,7 @@ module candidate_queue_properties (input clock);
   reg [174:0] kept;
   reg [9:0] ahead, inside;
   reg begun = 0;
-  // By the definition, and not by the module's own signals: a candidate is for one scale or both.
+  // By the definition and not by the module's signals: a candidate is for one scale or both.
   wire arrives = |word[22:21];
   wire room = inside - {9'd0, \dut.next_valid } - {9'd0, \dut.head_valid } < 10'd512;
   wire taken = advance & arrives & room;
@@ -38,7 +38,7 @@ module candidate_queue_properties (input clock);
   wire chosen = taken & choose & (place == NOT_YET);
   assign \dut.watched_address = at;
 
-  // What the outputs must be after a step.
+  // Expected outputs after a step.
   reg stepped = 0, left;
   reg [174:0] left_word;
   reg [1:0] lost;

@@ -1,5 +1,5 @@
-// csr: the register map as software sees it, over all sequences of accesses and events. One register, any of those that
-// can be written, is followed.
+// csr: the register map as software sees it, over all sequences of accesses and events. One arbitrary register
+// of those that can be written is followed.
 module csr_properties (input clock);
   (* anyseq *) reg reset, read, write, busy, begun, done, saturated;
   (* anyseq *) reg [5:0] address;
@@ -40,11 +40,11 @@ module csr_properties (input clock);
   localparam FIRST_COEFFICIENT = 6'd16, LAST_COEFFICIENT = 6'd34;
   wire coefficient = followed >= FIRST_COEFFICIENT && followed <= LAST_COEFFICIENT;
   wire writable = coefficient || followed == CONTROL || (followed >= SIZE && followed <= TARGET);
-  // The bits of the map.
+  // Writable bits by the register map.
   wire [31:0] bits = followed == CONTROL ? 32'h0000000f : followed == SIZE ? 32'h0fff07ff
     : followed == THRESHOLD ? 32'h7fff7fff : 32'h0000ffff;
 
-  // What the register holds, as the outputs show it.
+  // Contents of the register, as the outputs show them.
   wire [5:0] index = followed - FIRST_COEFFICIENT;
   wire [15:0] in_bank = bank[index * 16 +: 16];
   wire [31:0] held = coefficient ? {16'd0, in_bank}
@@ -66,7 +66,7 @@ module csr_properties (input clock);
     .wanted(wanted)
   );
   reg was_reset;
-  // The set when it was committed.
+  // The set at the time of its commit.
   wire [391:0] set = {\dut.control_automatic , \dut.size_height , \dut.size_width , bank};
   reg [391:0] set_committed, was_set;
   reg was_quiet;
@@ -101,7 +101,7 @@ module csr_properties (input clock);
     assume (writable);
     if (running) begin
       holds: assert (!known || held == (value & bits));
-      // What makes the rules of the bus inductive: one read at most is outstanding, answered in this clock.
+      // Invariant of the bus rules: at most one read is outstanding, and it is answered in this clock.
       one_read: assert (outstanding == {7'd0, was_read} && (!asked || (was_read && ahead == 8'd0 && readdata == wanted)));
       reads_change_nothing: assert (!was_quiet || set == was_set);
       whole_set: assert (!committed || was_reset || set == set_committed);

@@ -1,4 +1,4 @@
-// cursor: its position against a raster counted by definition, W x H samples from the marker.
+// cursor: its position is compared with a raster counted by definition, W x H samples from the marker.
 module cursor_properties (input clock);
   (* anyseq *) reg reset, advance, start;
   (* anyseq *) reg [10:0] width;

@@ -1,4 +1,4 @@
-// decision: its definition, and the tie rule: two decisions about two samples, each in the window of the other.
+// decision: equality with its definition, and the tie rule, by two decisions about two samples in each other's windows.
 module decision_properties (input clock);
   (* anyseq *) reg reset, advance, eligible_a, eligible_b;
   // Sample a comes before b; the other samples of their windows.

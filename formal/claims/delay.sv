@@ -1,18 +1,18 @@
-// delay_WxN: y is the sample of N steps before, wherever the memory's address begins and whatever the memory holds.
-// One sample, any of all, is followed from its write to its read.
+// delay_WxN: y is the sample of N steps before, wherever the memory's address starts and whatever the memory holds.
+// One arbitrary sample is followed from its write to its read.
 
-// A delay of LENGTH words in a memory and one step more; `watched` is the memory's word at `slot`.
+// A delay of LENGTH words in a memory and one more step; `watched` is the memory's word at `slot`.
 module followed #(parameter WIDTH = 16, BITS = 4, LENGTH = 9, COVERED = 0) (
   input clock, input reset, input advance, input choose, input [WIDTH-1:0] x, input [WIDTH-1:0] y,
   input [BITS-1:0] position, input [WIDTH-1:0] watched, output reg [BITS-1:0] slot
 );
-  // Steps since a reset. After so many an address has wrapped that a reset of another value put beyond the memory.
+  // Steps since a reset, up to the number after which an address that started beyond the memory has wrapped.
   localparam SETTLED = 1 << BITS;
   reg [5:0] steps = 6'd0;
   // Steps since the sample was taken.
   reg [5:0] age = 6'd0;
   reg [WIDTH-1:0] sample;
-  // A cover is quicker to reach where all steps before were alike.
+  // Equal initial values make the cover quicker to reach.
   reg always_advanced = 1;
   always @(posedge clock) begin
     always_advanced <= always_advanced && advance && !reset && choose;
@@ -125,7 +125,7 @@ module delay_properties (input clock);
     .position(\dut_18x32.position ), .watched(\dut_18x32.watched ), .slot(\dut_18x32.slot )
   );
 
-  // Registers alone.
+  // Delays of registers alone.
   reg [1:0] filled = 2'd0;
   reg [17:0] before, before_2;
   always @(posedge clock)
@@ -144,7 +144,7 @@ module delay_properties (input clock);
   delay_18x2 dut_18x2 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x2));
   (* hierconn *) wire [17:0] \dut_18x2.delayed_1 ;
 
-  // Flags: a reset clears what is in flight.
+  // Delays of flags: a reset clears the flags in flight.
   wire flag_2, flag_8;
   flag_delay_2 dut_flag_2 (.clock(clock), .reset(reset), .advance(advance), .x(x[0]), .y(flag_2));
   flag_delay_8 dut_flag_8 (.clock(clock), .reset(reset), .advance(advance), .x(x[0]), .y(flag_8));

@@ -1,5 +1,5 @@
-// frame_delay_NxK: a marker leaves N lines and K steps after it came, and no other does.
-// Nothing is reset: the first state is any, also that which any reset leaves.
+// frame_delay_NxK: a marker leaves N lines and K steps after it entered, and no other marker leaves.
+// Nothing is reset: the first state is arbitrary, which includes every state after a reset.
 
 module frame_delay_checked #(parameter LINES = 1, STEPS = 4) (
   input clock, input [10:0] width, input seen, input [16:0] since, input begun, input [16:0] remaining,
@@ -28,9 +28,9 @@ module frame_delay_properties (input clock);
     end
   end
   always @(posedge clock) begin
-    // Any width from 64 to 1024 is too much for the solver: the lengths are symbolic then.
+    // A free width from 64 to 1024 makes the lengths symbolic, which is too much for the solver.
     assume (width == 11'd64 || width == 11'd65 || width == 11'd640 || width == 11'd1023 || width == 11'd1024);
-    // A marker a frame; the first length is taken from the width before the first marker.
+    // One marker per frame; the first length comes from the width before the first marker.
     if (advance && x) assume (begun && (!seen || since == lines_64));
     spaced: assert (since <= lines_64 && (!seen || since != 17'd0) && (begun || !seen));
     arrives: cover (seen && since == 17'd2 && !y_1x4);

@@ -1,7 +1,7 @@
 // lerp: y between p and q, within half an LSB of p + g (q - p) / 2^16, for every coefficient.
 //
-// The product of distance and coefficient is any value up to distance (2^16 - 1). It is the module's own: the wrapper's
-// product of the same operands is merged with it before both become that value, so other operands are seen.
+// The product of distance and coefficient is abstracted to any value up to distance (2^16 - 1). The wrapper forms the
+// same product, which Yosys merges with that of the module before the abstraction; so wrong operands are detected.
 module lerp_properties (input clock);
   (* anyseq *) reg advance;
   (* anyseq *) reg [17:0] p, q;
@@ -20,7 +20,7 @@ module lerp_properties (input clock);
     away = a >= b ? a - b : b - a;
   endfunction
 
-  // The operands of each step, and the product where y leaves.
+  // The operands of each step, and the product in the step in which y leaves.
   reg [17:0] p1, q1, p2, q2, p3, q3;
   reg [33:0] product_2, product_3;
   reg [2:0] filled = 0;

@@ -1,5 +1,5 @@
-// line_delay_18x32: what is read at an address is what was written there 32 visits before. With the address counter, which
-// counts modulo the width, that is 32 lines.
+// line_delay_18x32: the value read at an address is the one written there 32 visits before. With the address counter,
+// which counts modulo the width, these are 32 lines.
 module line_delay_18x32_properties (input clock);
   (* anyseq *) reg advance;
   (* anyseq *) reg [9:0] address;
@@ -34,10 +34,10 @@ module line_delay_18x32_properties (input clock);
       end
     end
 
-  // The samples of the last visits only: what the memory held before is not known.
+  // Only the samples of the last visits: the initial contents of the memory are free.
   wire [575:0] known = ~({576{1'b1}} << (visits * 10'd18));
   always @(posedge clock) begin
-    // The width is more than one column.
+    // The width is at least two columns.
     if (advance && begun) assume (address != write_address);
     kept: assert (((\dut.watched ^ written) & known) == 576'd0);
     read: assert (!(begun && at_hand) || ((\dut.column ^ written) & known) == 576'd0);

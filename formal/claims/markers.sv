@@ -1,7 +1,7 @@
 // The marker that loads the coefficients of the column look-ahead stages, through all six, in two copies: `golden` after a
-// reset; and one in which the delays of stages 0 to 4 hold anything and are never reset. A false marker is overtaken by the
-// true one of the first frame in the next stage, so none leaves stage 5; and from its true marker on each stage is as after
-// a reset.
+// reset, and one in which the delays of stages 0 to 4 have arbitrary contents and are never reset. The true marker of the
+// first frame overtakes a false one in the next stage, so none leaves stage 5; and from its true marker on each stage is
+// as after a reset.
 module markers_properties (input clock);
   (* anyseq *) reg reset, advance, load;
   (* anyseq *) reg [15:0] g;
@@ -45,7 +45,7 @@ module markers_properties (input clock);
   (* hierconn *) wire [11:0] \dut_0.load_delay.remaining ;
   (* hierconn *) wire [11:0] \dut_0.load_delay.total ;
   (* hierconn *) wire [15:0] \dut_0.coefficient_g ;
-  // The true marker has entered, in the last step, and has left.
+  // The true marker has entered; entered in the last step; has left.
   reg entered_0 = 0, fresh_0 = 0, left_0 = 0;
   wire golden_loads_1, loads_1;
   golden_column_look_ahead_1 golden_1 (
@@ -60,7 +60,7 @@ module markers_properties (input clock);
   (* hierconn *) wire [11:0] \dut_1.load_delay.remaining ;
   (* hierconn *) wire [11:0] \dut_1.load_delay.total ;
   (* hierconn *) wire [15:0] \dut_1.coefficient_g ;
-  // The true marker has entered, in the last step, and has left.
+  // The true marker has entered; entered in the last step; has left.
   reg entered_1 = 0, fresh_1 = 0, left_1 = 0;
   wire golden_loads_2, loads_2;
   golden_column_look_ahead_2 golden_2 (
@@ -75,7 +75,7 @@ module markers_properties (input clock);
   (* hierconn *) wire [12:0] \dut_2.load_delay.remaining ;
   (* hierconn *) wire [12:0] \dut_2.load_delay.total ;
   (* hierconn *) wire [15:0] \dut_2.coefficient_g ;
-  // The true marker has entered, in the last step, and has left.
+  // The true marker has entered; entered in the last step; has left.
   reg entered_2 = 0, fresh_2 = 0, left_2 = 0;
   wire golden_loads_3, loads_3;
   golden_column_look_ahead_3 golden_3 (
@@ -90,7 +90,7 @@ module markers_properties (input clock);
   (* hierconn *) wire [13:0] \dut_3.load_delay.remaining ;
   (* hierconn *) wire [13:0] \dut_3.load_delay.total ;
   (* hierconn *) wire [15:0] \dut_3.coefficient_g ;
-  // The true marker has entered, in the last step, and has left.
+  // The true marker has entered; entered in the last step; has left.
   reg entered_3 = 0, fresh_3 = 0, left_3 = 0;
   wire golden_loads_4, loads_4;
   golden_column_look_ahead_4 golden_4 (
@@ -105,7 +105,7 @@ module markers_properties (input clock);
   (* hierconn *) wire [14:0] \dut_4.load_delay.remaining ;
   (* hierconn *) wire [14:0] \dut_4.load_delay.total ;
   (* hierconn *) wire [15:0] \dut_4.coefficient_g ;
-  // The true marker has entered, in the last step, and has left.
+  // The true marker has entered; entered in the last step; has left.
   reg entered_4 = 0, fresh_4 = 0, left_4 = 0;
   wire golden_loads_5, loads_5;
   golden_column_look_ahead_5 golden_5 (
@@ -120,7 +120,7 @@ module markers_properties (input clock);
   (* hierconn *) wire [15:0] \dut_5.load_delay.remaining ;
   (* hierconn *) wire [15:0] \dut_5.load_delay.total ;
   (* hierconn *) wire [15:0] \dut_5.coefficient_g ;
-  // The true marker has entered, in the last step, and has left.
+  // The true marker has entered; entered in the last step; has left.
   reg entered_5 = 0, fresh_5 = 0, left_5 = 0;
 
   always @(posedge clock)
@@ -165,10 +165,10 @@ module markers_properties (input clock);
     end
 
   always @(posedge clock) begin
-    // Any width from 64 to 1024 is too much for the solver: the sums of lengths are symbolic then.
+    // A free width from 64 to 1024 makes the sums of lengths symbolic, which is too much for the solver.
     assume (width == 11'd64 || width == 11'd65 || width == 11'd640 || width == 11'd1023 || width == 11'd1024);
     assume (reset == !begun);
-    // The first step after a reset is the first of a frame; the next frames are 64 lines later at least.
+    // The first step after a reset is the first of a frame; later frames follow at least 64 lines apart.
     if (!entered_0)
       assume (!advance || load == (steps == enters_0));
     else

@@ -1,4 +1,4 @@
-// record_fifo: one record, any of all, is followed from its write to its departure.
+// record_fifo: one arbitrary record is followed from its write to its departure.
 module record_fifo_properties (input clock);
   (* anyseq *) reg reset, write, ready, choose;
   (* anyseq *) reg [255:0] record;
@@ -30,11 +30,11 @@ module record_fifo_properties (input clock);
   reg [2:0] place = NOT_YET;
   reg [8:0] at;
   reg [255:0] word;
-  // Records before the one that is followed, and those inside in all.
+  // Number of records before the followed one, and of all records inside.
   reg [9:0] ahead, inside;
   reg begun = 0, was_reset, was_stalled = 0;
   wire leaves = valid & ready;
-  // Records are inside, and none is offered: for two clocks at most.
+  // Records are inside and none is offered; this lasts for at most two clocks.
   wire idle = inside != 10'd0 & ~valid;
   reg idle_1 = 0, idle_2 = 0;
   wire chosen = write & choose & (place == NOT_YET);
@@ -78,7 +78,7 @@ module record_fifo_properties (input clock);
       next: assert (place != NEXT || (\dut.next_valid && \dut.next == word && ahead == {9'd0, valid}));
       offered: assert (place != OFFERED || (valid && data == word && ahead == 10'd0));
       offers: assert (!(idle && idle_1 && idle_2));
-      // What makes it inductive: after one clock a record stands before the output.
+      // Invariant: after one clock a record waits before the output.
       on_its_way: assert (!(idle && idle_1 && !was_reset) || \dut.next_valid );
       packets: assert (start_of_packet == !in_packet);
       told_room: assert (room == (\dut.waiting < 10'd496));

@@ -1,4 +1,4 @@
-// record_writer: each record is packed from what was given for its candidate; what is given and not written is counted.
+// record_writer: each record is packed from the inputs of its candidate; candidates that are not written are counted.
 module record_writer_properties (input clock);
   (* anyseq *) reg reset, advance, found, frame_end, take, room;
   (* anyseq *) reg [174:0] candidate;
@@ -64,7 +64,7 @@ module record_writer_properties (input clock);
   reg [3:0] was_errors;
   reg [19:0] was_count, was_dropped;
   wire [1:0] pending = \dut.hits ;
-  // What the step that ends now writes by definition.
+  // The writes of the step that ends now, by definition.
   wire feature = pending != 2'd0;
   wire end_now = \dut.trailer & ~feature;
   reg now_feature, now_end, ends_waiting;
@@ -112,7 +112,7 @@ module record_writer_properties (input clock);
   always @(posedge clock) begin
     if (!begun) assume (reset);
     if (begun) begin
-      // A position that is a feature of both scale pairs has no other of either within three columns.
+      // Within three columns of a feature of both scale pairs there is no other feature.
       assume (!(found && \dut.waits && \dut.waiting [22:21] == 2'd3));
       waits: assert (place != WAITS || (\dut.waits && \dut.waiting == followed));
       first: assert (place != FIRST || (hits[0] && !(hits[1] && \dut.waits ) && pending == hits && \dut.now == followed && \dut.ring_bits == bits));

@@ -1,4 +1,4 @@
-// ring_comparator: each descriptor bit by its definition, with the point named by a number that may be any.
+// ring_comparator: each descriptor bit equals its definition, for an arbitrary point.
 module ring_comparator_properties (input clock);
   (* anyseq *) reg advance;
   (* anyseq *) reg [14:0] centre;

@@ -1,13 +1,13 @@
-// row_look_ahead_K: p[c] = u[min(c + 2^K, W - 1)], q[c] = u[c], 2^K steps after u[c] came; the markers leave
-// 2^K + 4 steps after they came.
-// Nothing is reset: the first state is any, also that which any reset leaves.
+// row_look_ahead_K: p[c] = u[min(c + 2^K, W - 1)], q[c] = u[c], 2^K steps after u[c] entered; the markers leave
+// 2^K + 4 steps after they entered.
+// Nothing is reset: the first state is arbitrary, which includes every state after a reset.
 
 module row_look_ahead_stage #(parameter DISTANCE = 1) (
   input clock, input advance, input last, input load, input [17:0] x, input [17:0] delayed, input [17:0] p,
   input [17:0] q, input last_out, input load_out, input [6:0] remaining, input [17:0] border,
   input [6:0] last_remaining, input [6:0] load_remaining
 );
-  // Steps since the beginning, and since the row's last sample, 64 at most.
+  // Steps since the start, and since the last sample of the row, both up to 64.
   reg [6:0] steps = 7'd0, since = 7'd64;
   reg seen = 0, told = 0, p_known = 0;
   reg [17:0] kept, p_wanted, q_wanted;
@@ -174,7 +174,7 @@ module row_look_ahead_properties (input clock);
     .last_remaining({1'd0, \dut_5.last_delay.remaining }), .load_remaining({1'd0, \dut_5.load_delay.remaining })
   );
 
-  // The end of a row, from the smoother's row cursor to its first look-ahead stage, where there are six stages.
+  // The end of a row, from the row cursor of the smoother to its first look-ahead stage, in smoothers of six stages.
   wire end_y;
   pulse_delay_24 row_end (.clock(clock), .reset(1'b0), .advance(advance), .x(load), .y(end_y));
   (* hierconn *) wire [4:0] \row_end.remaining ;

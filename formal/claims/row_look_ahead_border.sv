@@ -1,11 +1,11 @@
-// row_look_ahead_border_N beside its text without a fault: the operands are the same, whether the columns beyond the row's
-// end are counted down or up to 0; the count begins at half of its range.
-// A stall changes nothing, so a run with stalls has the states of one without.
+// row_look_ahead_border_N compared with its text without a fault: the operands are equal, whether the columns beyond the
+// end of the row are counted down or up to 0; the count starts at half of its range.
+// A stall changes no state, so a run with stalls has the states of one without.
 module row_look_ahead_border_properties (input clock);
   (* anyseq *) reg reset, advance, last;
   (* anyseq *) reg [17:0] x, delayed;
   reg begun = 0;
-  // No stall since the reset.
+  // No stall has occurred since the reset.
   reg flows = 1;
   always @(posedge clock) begin
     begun <= 1;

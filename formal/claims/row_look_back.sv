@@ -1,12 +1,12 @@
-// row_look_back_K: p[c] = u[max(c - 2^K, 0)], q[c] = u[c]; the markers leave four steps after they came.
-// Nothing is reset: the first state is any, also that which any reset leaves.
+// row_look_back_K: p[c] = u[max(c - 2^K, 0)], q[c] = u[c]; the markers leave four steps after they entered.
+// Nothing is reset: the first state is arbitrary, which includes every state after a reset.
 
 module row_look_back_stage #(parameter DISTANCE = 1) (
   input clock, input advance, input first, input load, input [17:0] x, input [17:0] delayed, input [17:0] p,
   input [17:0] q, input first_out, input load_out, input [6:0] remaining, input [17:0] border,
   input [2:0] first_delayed, input [2:0] load_delayed
 );
-  // Steps since the beginning, and since the row's first sample, 64 at most.
+  // Steps since the start, and since the first sample of the row, both up to 64.
   reg [6:0] steps = 7'd0, since = 7'd64;
   reg seen = 0, told = 0, p_known = 0;
   reg [17:0] kept, p_wanted, q_wanted;

@@ -1,4 +1,4 @@
-// sequencer: beats to steps. One beat, any of all, is followed through the skid buffer; the raster, the drain and the
+// sequencer: beats to steps. One arbitrary beat is followed through the skid buffer; the raster, the drain and the
 // outputs are compared with their definitions.
 module sequencer_properties (input clock);
   (* anyseq *) reg reset, enable, committed, stall, valid, start_of_packet, end_of_packet, frame_done, choose;
@@ -98,7 +98,7 @@ module sequencer_properties (input clock);
         since <= since + 18'd1;
     end
 
-  // The clock before.
+  // Values of the previous clock.
   reg was_waiting, was_begins, was_step, was_pixel, was_stalled, was_new, was_idle_and_drained, was_ever;
   reg [15:0] was_beat, was_data;
   reg [10:0] was_width;
@@ -124,14 +124,14 @@ module sequencer_properties (input clock);
   always @(posedge clock) begin
     if (!begun) assume (reset);
     if (begun) begin
-      // Beats.
+      // Rules for beats.
       count: assert (\dut.skid_count <= 2'd2);
       front: assert (place != FRONT || (\dut.skid_count != 2'd0 && \dut.skid_front == beat));
       back: assert (place != BACK || (\dut.skid_count == 2'd2 && \dut.skid_back == beat));
       once: assert ({2'd0, \dut.stray } + {2'd0, \dut.refuse } + {2'd0, \dut.begins } + {2'd0, \dut.takes } <= 3'd1);
       there: assert (!used || \dut.skid_count != 2'd0);
       dropped: assert (!(\dut.stray || \dut.refuse ) || \dut.state == IDLE);
-      // Frames.
+      // Rules for frames.
       states: assert (\dut.state != 2'd3 && inside == (\dut.state != IDLE));
       raster: assert (!inside || (column == {1'b0, \dut.x } && row == {1'b0, \dut.y } && sized && settled
         && column < width && row < height && !(column == 11'd0 && row == 12'd0)));
@@ -140,9 +140,9 @@ module sequencer_properties (input clock);
       stable: assert (was_reset || (width == was_width && height == was_height) || was_idle_and_drained);
       size: assert (sized || (\dut.settle == 2'd0 && width == 11'd0 && height == 12'd0));
       settling: assert (width == 11'd0 || \dut.settle == 2'd3 || settled);
-      // A start of packet inside a frame makes it padded from the next clock on; nothing else keeps it waiting.
+      // After a start of packet inside a frame the frame is padded from the next clock on; nothing else blocks the beat.
       progress: assert (was_reset || !was_waiting || \dut.state == PAD);
-      // Steps.
+      // Rules for steps.
       steps: assert (was_reset || advance == was_step);
       no_stalled_step: assert (was_reset || !was_stalled || !advance);
       inside_ever: assert (!inside || ever);
@@ -150,7 +150,7 @@ module sequencer_properties (input clock);
       marked: assert (was_reset || !advance || start == was_begins);
       pixel_of_beat: assert (was_reset || !was_new || pixel == was_beat);
       pixel_held: assert (was_reset || was_new || pixel == was_data);
-      // The drain.
+      // Rules for the drain.
       drains_96_lines: assert (!\dut.drained || !ever || since == frames_lines);
       draining: assert (\dut.drained || (ever && \dut.drain != 17'd0 && since + {1'b0, \dut.drain } == frames_lines));
       told: assert (busy == !\dut.drained );

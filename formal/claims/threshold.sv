@@ -1,4 +1,4 @@
-// threshold: its equation, in plain integers, for every count, target and threshold.
+// threshold: equality with its equation in integers, for every count, target and threshold.
 module threshold_properties (input clock);
   (* anyseq *) reg reset, advance, start, hit, follow;
   (* anyseq *) reg [14:0] manual;
@@ -52,7 +52,7 @@ module threshold_properties (input clock);
   always @(posedge clock) begin
     if (!begun) assume (reset);
     else begin
-      // The marker comes when the count has rested.
+      // The marker comes when the count is stable.
       if (advance && start) assume (stable);
       mode: assert (\dut.follows == automatic_before);
       ready: assert (\dut.change == {1'b0, threshold_before[14:3]} + 13'd1

@@ -1,5 +1,5 @@
 // top: the record stream of the whole design, for every video stream, register access and sink. Sequencer, registers,
-// writer and FIFO are themselves; what computes features may give anything in each step.
+// writer and FIFO are the real ones; the modules that compute features may output any value in each step.
 module top_properties (input clock);
   (* anyseq *) reg reset, video_valid, video_startofpacket, video_endofpacket, feature_ready, csr_read, csr_write;
   (* anyseq *) reg [15:0] video_data;
@@ -16,7 +16,7 @@ module top_properties (input clock);
     .csr_readdata(csr_readdata), .csr_write(csr_write), .csr_writedata(csr_writedata), .irq(irq)
   );
 
-  // A reset by software clears the pipeline and with it the record that waits at the output.
+  // A reset by software clears the pipeline, including the record that waits at the output.
   (* hierconn *) wire \dut.registers_clear ;
   (* hierconn *) wire [9:0] \dut.core.fifo.waiting ;
   (* hierconn *) wire [8:0] \dut.core.fifo.read_address ;
@@ -38,7 +38,7 @@ module top_properties (input clock);
     .startofpacket(feature_startofpacket), .endofpacket(feature_endofpacket), .in_packet(in_packet)
   );
 
-  // Records that have entered the FIFO and have not left, and trailers among them.
+  // Number of records in the FIFO, and of trailers among them.
   reg [9:0] inside = 10'd0;
   wire leaves = feature_valid & feature_ready;
   always @(posedge clock) begin
@@ -58,7 +58,7 @@ module top_properties (input clock);
       told: assert (\dut.core.fifo_stall == (\dut.core.fifo.waiting >= 10'd509));
       conserved: assert (inside == \dut.core.fifo.waiting + {9'd0, \dut.core.fifo.next_valid } + {9'd0, feature_valid});
       packets: assert (in_packet == \dut.core.fifo.in_packet );
-      // A packet's end is written with `done`, and with it only: each frame that is done ends one packet.
+      // The end of a packet is written with `done` and never otherwise: each finished frame ends one packet.
       one_end_a_frame: assert (!\dut.core.extractor.writer_write
         || \dut.core.extractor_record [63] == \dut.core.extractor.writer_done );
       ends_are_written: assert (!\dut.core.extractor.writer_done || \dut.core.extractor.writer_write );

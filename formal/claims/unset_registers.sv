@@ -1,5 +1,6 @@
-// Registers whose value after a reset does not count: position and error bits of `sequencer`, position and line of
-// `tail_counter`. Each module beside its text without a fault: from the same state before the same reset, all else is equal.
+// Registers whose value after a reset does not matter: position and error bits of `sequencer`, position and line of
+// `tail_counter`. Each module is compared with its text without a fault: from equal states before the same reset, all other
+// registers and all outputs are equal.
 module unset_registers_properties (input clock);
   (* anyseq *) reg reset, enable, committed, stall, valid, start_of_packet, end_of_packet, frame_done, advance, start;
   (* anyseq *) reg [10:0] new_width, width;

@@ -16,7 +16,7 @@ module window_maximum_5_properties (input clock);
     larger = a > b ? a : b;
   endfunction
 
-  // The last samples: s1 came with the last step.
+  // The last samples; s1 entered in the last step.
   reg [14:0] s1, s2, s3, s4, s5, s6, s7;
   reg [3:0] steps = 0;
   always @(posedge clock)

@@ -1,4 +1,4 @@
-// What fifo.v owes, said by the property modules: the input's rules are assumed, the output's are asserted.
+// The properties of fifo.v by the property modules: the rules of the input are assumed, those of the output asserted.
 module fifo_properties (
   input wire aclk, input wire aresetn, input wire s_tvalid, input wire [7:0] s_tdata, input wire s_tlast, input wire m_tready
 );
@@ -28,7 +28,7 @@ module fifo_properties (
     .inside(inside), .following(following), .ahead(ahead), .followed(followed)
   );
 
-  // The invariants that make the proof an induction: how the FIFO's registers stand to what the rules remember.
+  // The invariants for the induction: relations between the registers of the FIFO and the state of the rules.
   (* hierconn *) wire [2:0] \dut.held ;
   (* hierconn *) wire [2:0] \dut.read_count ;
   (* hierconn *) wire [35:0] \dut.entries ;

@@ -1,15 +1,15 @@
 // Avalon-MM: a slave with wait states and pipelined reads, or with neither, and its registers as software sees them.
-// The master's part is assumed:
-//   `read` and `write` are not high together; what waits for `waitrequest` to fall does not change
-// The slave's part is asserted:
-//   waits      `waitrequest` is high for at most WAITS clocks of an access
+// Rules of the master, assumed:
+//   `read` and `write` are not high together; an access that waits for `waitrequest` to fall does not change
+// Rules of the slave, asserted:
+//   waits      `waitrequest` is high for at most WAITS clocks per access
 //   invented   `readdatavalid` comes only while a read is outstanding
 //   answers    a read is answered within LATENCY clocks of its acceptance
-//   order      the answer to one read, any of those of the register `followed`, is what was last written there
-// `followed` is any address. `bits` is which of its bits keep what is written: connect a function of `followed`, 0
-// where software's writes are not read back. A register that changes by itself has no such bits.
+//   order      the answer to an arbitrary read of the register `followed` is the value last written there
+// `followed` is an arbitrary address. `bits` marks its bits that read back as written: connect a function of `followed`,
+// 0 for registers whose writes are not read back. A register that changes by itself has no such bits.
 // A slave of fixed latency L without wait states: waitrequest = 0, readdatavalid = `read` of L clocks before.
-// `outstanding`, `known`, `value`, `asked`, `ahead` and `wanted`: what the rules remember, for the invariants of a proof.
+// `outstanding`, `known`, `value`, `asked`, `ahead` and `wanted`: the state of the rules, for the invariants of a proof.
 // The proof must assume `reset` in its first clock.
 module avalon_slave #(
   parameter ADDRESS = 4, parameter DATA = 32, parameter WAITS = 0, parameter LATENCY = 1, parameter OUTSTANDING = 1

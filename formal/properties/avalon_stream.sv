@@ -1,9 +1,9 @@
 // Avalon-ST with a ready latency of 0: the rules of a source.
 //   hold     a beat that waits for `ready` stays offered, data and packet flags unchanged
-//   start    `startofpacket` on the first beat after a packet's end, and on no other (PACKETS = 1)
-// ASSUMED = 1: the source is outside of the design; the rules are assumed. ASSUMED = 0: they are asserted.
+//   start    `startofpacket` is high on the first beat after the end of a packet, and on no other (PACKETS = 1)
+// ASSUMED = 1: the source is outside the design; the rules are assumed. ASSUMED = 0: they are asserted.
 // PACKETS = 0: a stream without packets; connect both flags to 0.
-// `in_packet`, `waited` and `waiting`: what the rules remember, for the invariants of a proof.
+// `in_packet`, `waited` and `waiting`: the state of the rules, for the invariants of a proof.
 // The proof must assume `reset` in its first clock.
 module avalon_stream #(parameter DATA = 8, parameter PACKETS = 1, parameter ASSUMED = 0) (
   input  wire clock,

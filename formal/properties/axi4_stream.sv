@@ -1,11 +1,11 @@
 // AXI4-Stream (Arm IHI 0051): the rules of a transmitter.
-//   hold       while `tvalid` waits for `tready` it stays high, and all that belongs to the beat is unchanged
+//   hold       while `tvalid` waits for `tready` it stays high, and all signals of the beat are unchanged
 //   low        `tvalid` is low after a clock edge in reset
 //   reserved   no byte has `tstrb` without `tkeep`
-// `side` is {tid, tdest, tuser}, or what there is of them. Connect to constants what your stream lacks: tkeep and tstrb
-// to ones, tlast and side to 0.
-// ASSUMED = 1: the transmitter is outside of the design; the rules are assumed. ASSUMED = 0: they are asserted.
-// `waited` and `waiting`: what the rules remember, for the invariants of a proof.
+// `side` is {tid, tdest, tuser}, or those of them that exist. Connect signals that the stream does not have to constants:
+// tkeep and tstrb to ones, tlast and side to 0.
+// ASSUMED = 1: the transmitter is outside the design; the rules are assumed. ASSUMED = 0: they are asserted.
+// `waited` and `waiting`: the state of the rules, for the invariants of a proof.
 module axi4_stream #(parameter BYTES = 1, parameter SIDE = 1, parameter ASSUMED = 0) (
   input  wire aclk,
   input  wire aresetn,

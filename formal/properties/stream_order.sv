@@ -1,13 +1,13 @@
-// What a FIFO, a skid buffer or any path of beats owes: each beat taken leaves once, in order, unchanged; nothing else.
-// One beat, any of all, is followed, with the count of those before it.
+// The rules of a FIFO, a skid buffer or any other path of beats: each accepted beat leaves once, in order, unchanged, and
+// no other beat leaves. One arbitrary beat is followed, with the number of beats before it.
 //   invented   no beat leaves while none is inside
-//   order      the beat that leaves at the place of the followed one is that beat
+//   order      the beat that leaves in the position of the followed one is that beat
 //   full       at most ENTRIES beats are inside
-//   offers     while beats are inside one is offered, after LATENCY clocks without one at most, whether or not the sink is
-//              ready: a source that waits for `ready` and one that stops for ever are seen
+//   offers     while beats are inside, one is offered after at most LATENCY clocks without one, whether or not the sink
+//              is ready: detects a source that waits for `ready` and one that stops permanently
 // `take`: a beat enters at this clock edge (valid & ready of the input); `offered`: the output's valid;
 // `leave`: a beat leaves (valid & ready of the output).
-// `inside`, `following`, `ahead` and `followed`: what the rules remember, for the invariants of a proof.
+// `inside`, `following`, `ahead` and `followed`: the state of the rules, for the invariants of a proof.
 // The proof must assume `reset` in its first clock.
 module stream_order #(parameter DATA = 8, parameter ENTRIES = 16, parameter LATENCY = 0) (
   input  wire clock,

@@ -12,17 +12,17 @@
 //! | [`claim`] | a claim: statement, properties and parameters of the proof |
 //! | [`shipped`] | the claims about the emitted Verilog |
 //! | `ring` | generates the claims about the ring points |
-//! | [`library`] | reusable properties of buses and streams |
+//! | `library` | reusable properties of buses and streams |
 //! | [`prove`] | runs proofs, covers and mutants of a claim |
 //! | [`engine`] | runs Yosys and the solver as processes |
-//! | [`replay`] | writes a counter-example as steps and as a test |
+//! | `replay` | writes a counter-example as steps and as a test |
 //! | [`rounding`] | worst-case errors and saturation, from the coefficients of a design |
 
 pub mod claim;
 pub mod engine;
-pub mod library;
+mod library;
 pub mod prove;
-pub mod replay;
+mod replay;
 mod ring;
 pub mod rounding;
 pub mod shipped;

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! `E`, `E'` are the bounds of the pair's smoothers, `N` the DoG's bits, `s` its shift, `S` half the L1 norm of the
-//! difference of the kernels ([`kernel`]). Samples at a border have no larger errors than others.
+//! difference of the kernels (`kernel`). Samples at a border have no larger errors than others.
 //!
 //! Each line is a query to the solver in linear real arithmetic (QF_LRA), with the raw coefficients as rationals: the
 //! errors of the inputs are within their bounds, and that of the output is not. The claim is proved if all queries are
@@ -109,7 +109,7 @@ impl Subject {
 }
 
 /// Units of a bound per LSB: bounds are integers in millionths of an LSB, rounded up.
-const MICRO: u64 = 1_000_000;
+const MICRO_PER_LSB: u64 = 1_000_000;
 
 /// The bounds of the errors of a design.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -129,15 +129,15 @@ impl Bounds {
             .smoothers
             .iter()
             .map(|smoother| {
-                let dead_band = (MICRO << (design.coefficient_bits - 1)).div_ceil(u64::from(smoother.g));
-                (0..=3 * smoother.g_j.len() as u64).map(|stage| dead_band + stage * MICRO / 2).collect()
+                let dead_band = (MICRO_PER_LSB << (design.coefficient_bits - 1)).div_ceil(u64::from(smoother.g));
+                (0..=3 * smoother.g_j.len() as u64).map(|stage| dead_band + stage * MICRO_PER_LSB / 2).collect()
             })
             .collect();
         let last: Vec<u64> = stages.iter().map(|of| of[of.len() - 1]).collect();
         let sums: Vec<u64> = last.windows(2).map(|pair| pair[0] + pair[1]).collect();
         let exact = design.smoothers.windows(2).map(|pair| exact_difference(design, pair));
         let largest = exact.zip(&sums).map(|(exact, sum)| exact + sum).collect();
-        let dog = sums.iter().map(|sum| sum.div_ceil(1 << design.dog_shift) + MICRO / 2).collect();
+        let dog = sums.iter().map(|sum| sum.div_ceil(1 << design.dog_shift) + MICRO_PER_LSB / 2).collect();
         Self { stages, dog, largest }
     }
 }
@@ -145,7 +145,7 @@ impl Bounds {
 /// Returns `FS S`, the largest `|d|` in exact arithmetic, 10^-6 state LSB.
 fn exact_difference(design: &Design, pair: &[Smoother]) -> u64 {
     let share = kernel::largest_difference(&pair[0], &pair[1], design.coefficient_bits);
-    (share * u128::from(design.full_scale) * u128::from(MICRO)).div_ceil(1 << 62) as u64
+    (share * u128::from(design.full_scale) * u128::from(MICRO_PER_LSB)).div_ceil(1 << 62) as u64
 }
 
 /// Returns the smallest `|d|` that saturates, state LSB: `(|d| + 2^(s-1)) >> s = 2^N`.
@@ -168,13 +168,13 @@ struct Query {
 
 /// Constrains `|x| <= micro / 10^6`.
 fn within(x: &str, micro: u64) -> String {
-    format!("(assert (<= (/ (- {micro}.0) {MICRO}.0) {x} (/ {micro}.0 {MICRO}.0)))\n")
+    format!("(assert (<= (/ (- {micro}.0) {MICRO_PER_LSB}.0) {x} (/ {micro}.0 {MICRO_PER_LSB}.0)))\n")
 }
 
 /// Constrains `|x|` to exceed the bound, or with `reached` to come within two millionths of it.
 fn beyond(x: &str, micro: u64, reached: bool) -> String {
     let (relation, micro) = if reached { (">=", micro - 2) } else { (">", micro) };
-    format!("(assert ({relation} (ite (>= {x} 0.0) {x} (- {x})) (/ {micro}.0 {MICRO}.0)))\n")
+    format!("(assert ({relation} (ite (>= {x} 0.0) {x} (- {x})) (/ {micro}.0 {MICRO_PER_LSB}.0)))\n")
 }
 
 /// Declares real variables.
@@ -189,7 +189,7 @@ fn stage(design: &Design, g: u32, (p, q, after): (u64, u64, u64), reached: bool)
     declare_reals(&["p", "q", "r", "y"])
         + &within("p", p)
         + &within("q", q)
-        + &within("r", MICRO / 2)
+        + &within("r", MICRO_PER_LSB / 2)
         + &format!("(assert (= y (+ (* (/ {}.0 {one}.0) p) (* (/ {g}.0 {one}.0) q) r)))\n", one - u64::from(g))
         + &beyond("y", after, reached)
 }
@@ -212,7 +212,7 @@ fn rounding_queries(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Quer
         let text = declare_reals(&["exact", "narrow", "wide", "d", "r", "dog", "e"])
             + &within("narrow", pair[0])
             + &within("wide", pair[1])
-            + &within("r", scale / 2 * MICRO)
+            + &within("r", scale / 2 * MICRO_PER_LSB)
             + "(assert (= d (+ exact (- narrow wide))))\n"
             + &format!("(assert (= (* {scale}.0 dog) (+ (ite (>= d 0.0) d (- d)) r)))\n")
             + &format!("(assert (= e (- dog (/ (ite (>= exact 0.0) exact (- exact)) {scale}.0))))\n")
@@ -254,8 +254,10 @@ pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<
         let last = changed.smoothers.len() - 1;
         match (subject, at) {
             (Subject::Rounding, 0) => changed.smoothers[last].g -= 1,
-            (Subject::Rounding, 1) => bounds.stages[last].iter_mut().skip(4).for_each(|bound| *bound -= MICRO / 2),
-            (Subject::Rounding, _) => bounds.dog.iter_mut().for_each(|bound| *bound -= MICRO / 2),
+            (Subject::Rounding, 1) => {
+                bounds.stages[last].iter_mut().skip(4).for_each(|bound| *bound -= MICRO_PER_LSB / 2)
+            }
+            (Subject::Rounding, _) => bounds.dog.iter_mut().for_each(|bound| *bound -= MICRO_PER_LSB / 2),
             (Subject::Saturation, 0) => changed.dog_bits -= 1,
             (Subject::Saturation, _) => changed.smoothers[last].g /= 2,
         }

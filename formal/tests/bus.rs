@@ -1,4 +1,4 @@
-//! The property modules for every design: each proves a good design and refutes a broken one.
+//! The library of property modules: each proves a correct design and refutes broken ones.
 
 use std::path::Path;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use hoverlock_formal::claim::Claim;
 use hoverlock_formal::engine::find_program;
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run};
 
-/// Yosys and the solver are installed by `make test`.
+/// Returns `true` if Yosys and the solver are installed; `make test` installs them.
 fn installed() -> bool {
     let all = ["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| find_program(program).is_some());
     if !all {
@@ -31,7 +31,8 @@ fn outcome(source: &str, properties: &str, task: Task, depth: u32) -> Outcome {
     run(&claim, task, &Place { sources: folder.path(), out: &out, limit: Duration::from_secs(120) }).unwrap()
 }
 
-/// `good` is proved with its covers; with `from` replaced by `to` the property that ends in `rule` is violated.
+/// Asserts that `good` is proved with its covers, and that with `from` replaced by `to` the property whose name ends in
+/// `rule` is violated.
 fn assert_sees(good: &str, properties: &str, depth: u32, faults: &[(&str, &str, &str)]) {
     if !installed() {
         return;
@@ -40,7 +41,7 @@ fn assert_sees(good: &str, properties: &str, depth: u32, faults: &[(&str, &str, 
     assert_eq!((proof.status, proof.detail.as_str()), (Status::Proved, ""));
     let cover = outcome(good, properties, Task::Cover, depth);
     assert_eq!((cover.status, cover.detail.as_str()), (Status::Reached, ""));
-    // A fault is shown by the rules alone: without the wrapper's invariants, which would see it first.
+    // Without the invariants of the wrapper, which would fail first, so that the rules themselves detect the fault.
     let rules: Vec<&str> = properties.lines().filter(|line| !line.trim_start().starts_with("invariant_")).collect();
     for (from, to, rule) in faults {
         assert_eq!(good.matches(from).count(), 1, "{from}");

@@ -1,4 +1,4 @@
-//! The claims of a few seconds, proved on the committed Verilog with all their faults.
+//! The claims whose proofs take seconds, proved on the committed Verilog with all their mutants.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use hoverlock_formal::shipped;
 
 #[test]
 #[ignore = "a minute and a half of proofs"]
-fn bus_and_record_claims_are_proved_and_their_faults_seen() {
+fn bus_and_record_claims_are_proved_and_their_mutants_fail() {
     if !["yosys", "yosys-smtbmc", "yices-smt2"].iter().all(|program| find_program(program).is_some()) {
         eprintln!("SKIPPED: no yosys or no yices-smt2; `make test` installs them");
         return;

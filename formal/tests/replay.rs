@@ -1,4 +1,4 @@
-//! A violation is replayed: a module is broken, and the test that the failed proof writes is run.
+//! Replay of a counter-example: a module is broken, and the test that the failed proof writes is compiled and run.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -14,7 +14,7 @@ fn run_emitted(test: &Path) -> Output {
     let harness = |name: &str| name.starts_with("libhoverlock_harness-") && name.ends_with(".rlib");
     let found = std::fs::read_dir(&libraries).unwrap().map(|entry| entry.unwrap());
     let mut built: Vec<_> = found.filter(|entry| harness(&entry.file_name().to_string_lossy())).collect();
-    // Other builds may have left others: the newest that fits.
+    // Earlier builds may have left other versions: the newest that compiles is used.
     built.sort_by_key(|entry| std::cmp::Reverse(entry.metadata().unwrap().modified().unwrap()));
     let program = test.with_extension("bin");
     let mut said = String::new();
@@ -33,7 +33,7 @@ fn run_emitted(test: &Path) -> Output {
 }
 
 #[test]
-fn a_refuted_claim_is_told_step_by_step_and_replayed() {
+fn a_refuted_claim_is_listed_by_steps_and_replayed() {
     let all =
         ["yosys", "yosys-smtbmc", "yices-smt2", "verilator"].iter().all(|program| find_program(program).is_some());
     if !all {
@@ -61,11 +61,11 @@ fn a_refuted_claim_is_told_step_by_step_and_replayed() {
     }
 
     let test = outcome.replay.unwrap();
-    let told = run_emitted(&test);
-    let said = [told.stdout, told.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
-    assert!(!told.status.success() && said.contains("response"), "{said}");
-    // With the module mended the same run violates nothing.
+    let run = run_emitted(&test);
+    let said = [run.stdout, run.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+    assert!(!run.status.success() && said.contains("response"), "{said}");
+    // With the module corrected the same run violates nothing.
     std::fs::write(test.with_file_name("difference.v"), good).unwrap();
-    let told = run_emitted(&test);
-    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stdout));
+    let run = run_emitted(&test);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stdout));
 }

@@ -1,4 +1,4 @@
-//! The claims about a design's numbers: a small design by hand, and one that saturates.
+//! The claims about the numbers of a design, on a small design computed by hand and one that saturates.
 
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::analysis::worst_case::{largest_difference, rounding};
@@ -7,7 +7,8 @@ use hoverlock_formal::engine::find_program;
 use hoverlock_formal::prove::{Status, Task};
 use hoverlock_formal::rounding::{Bounds, Design, Smoother, Subject, run};
 
-/// Two smoothers of one stage a direction, coefficients of four bits: small enough for a sheet of paper.
+/// Returns a design of two smoothers with one stage per direction and coefficients of four bits, small enough to
+/// compute by hand.
 fn design(dog_bits: u32) -> Design {
     let narrow = Smoother { g: 16, g_j: vec![16] };
     let wide = Smoother { g: 8, g_j: vec![8] };
@@ -21,9 +22,9 @@ fn bounds_are_those_of_the_equations() {
     assert_eq!(bounds.stages[0], [500_000, 1_000_000, 1_500_000, 2_000_000]);
     assert_eq!(bounds.stages[1], [1_000_000, 1_500_000, 2_000_000, 2_500_000]);
     assert_eq!(bounds.dog, [2_750_000]);
-    // The narrow smoother changes nothing, so d is largest where the wide one keeps least of the sample itself: away
-    // from the lower border 1/2 of its own recursion's 1/2 and 1/2 of the 1/4 in the row below, and along the row
-    // 1/2 * 1/2 twice.
+    // The narrow smoother is the identity, so d is largest where the weight of the sample in the wide one is smallest:
+    // away from the lower border, 1/2 of the 1/2 of its recursion and 1/2 of the 1/4 in the row below, and along the
+    // row 1/2 * 1/2 twice.
     let column = 0.5 * 0.5 + 0.5 * 0.5 * 0.5;
     let row = 0.25 + 0.25;
     let expected = 1020.0 * (1.0 - column * row) + 4.5;
@@ -32,7 +33,7 @@ fn bounds_are_those_of_the_equations() {
 }
 
 #[test]
-fn a_dog_that_is_too_short_is_seen_and_leaves_its_questions() {
+fn a_dog_with_too_few_bits_fails_and_leaves_its_queries() {
     if find_program("yices-smt2").is_none() {
         eprintln!("SKIPPED: no yices-smt2; `make test` installs it");
         return;
@@ -50,7 +51,7 @@ fn a_dog_that_is_too_short_is_seen_and_leaves_its_questions() {
     assert!(questions.contains("QF_LRA") && questions.contains("; DoG 0"), "{questions}");
 }
 
-/// The same numbers from input to output in f64, where the module goes from output to input in integers.
+/// The reference goes from input to output in f64, the module from output to input in integers.
 #[test]
 fn bounds_of_the_default_design_are_those_derived_in_floating_point() {
     let model = BitTrue::new(&KT27).unwrap();
@@ -68,7 +69,7 @@ fn bounds_of_the_default_design_are_those_derived_in_floating_point() {
             + rounding(&values[k])
             + rounding(&values[k + 1]);
         let proved = bounds.largest[k] as f64 / 1e6;
-        // Outward rounding of weights to 2^-31 costs a few LSB at most, and cannot make the bound smaller.
+        // Outward rounding of weights to 2^-31 adds a few LSB at most, and cannot make the bound smaller.
         assert!(proved >= derived - 1e-3 && proved < derived + 4.0, "pair {k}: {proved} {derived}");
     }
 }

@@ -69,7 +69,7 @@ pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Est
         synthesise(work.path(), &sources, &script, step)?;
         fs::rename(work.path().join("netlist.json"), &netlist).map_err(at(&netlist))?;
         // A netlist of this design has 13 MB; those of earlier versions of it would pile up.
-        hoverlock_cache::prune(&folder, hoverlock_cache::KEPT);
+        hoverlock_cache::prune(&folder, hoverlock_cache::MAX_UNUSED_AGE);
     } else {
         hoverlock_cache::touch(&netlist);
     }

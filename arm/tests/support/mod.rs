@@ -1,4 +1,4 @@
-//! A stream as the FPGA and the sensors of a flight would make it, out of a folder of real frames.
+//! A stream as FPGA and sensors would send it in a flight, from a folder of real frames.
 
 #![allow(dead_code)] // each test uses a part of it
 
@@ -15,30 +15,29 @@ use hoverlock_reference::motion::orthophoto::Attitude;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Range of the first frame, m: the pictures do not tell their height.
+/// Range of the first frame, m: an assumption, as the height of the pictures is unknown.
 const RANGE: f64 = 60.0;
 
 /// Field of view, radians.
 const FIELD_OF_VIEW: f64 = 0.87;
 
-/// Time between frames, microseconds. The pictures are seconds apart: up to 280 px, beyond the gate of a fresh
-/// displacement.
+/// Time between frames, microseconds. The pictures are seconds and up to 280 px apart, more than the gate of a
+/// predicted displacement.
 const FRAME_US: u64 = 2_000_000;
 
-/// Frames from one reference to the next. Neighbours share half of their ground and more, frames further apart often
-/// too little.
+/// Frames from one reference to the next. Neighbouring frames overlap by at least half, others often by too little.
 const REFERENCE: usize = 2;
 
-/// The pictures come without the readings of an IMU and a laser. Roll and pitch are not known at all: a drone leans by
-/// some degrees. Range and yaw are followed by `pseudo_gt.csv`.
+/// Standard errors for pictures without sensor readings. Roll and pitch are unknown, and a drone tilts by several
+/// degrees; range and yaw are from `pseudo_gt.csv`.
 const SENSORS: SensorErrors = SensorErrors { tilt: 0.1, heading: 0.05, range: 2.0 };
 
-/// The stream of a folder `NN.png`: registers, then telemetry and records of each frame, out of the bit-true model with
-/// thresholds that have settled, and the command to capture before every second frame. Range and yaw follow scale and
-/// rotation of neighbours in `pseudo_gt.csv`; roll and pitch are 0, as the pictures do not tell them.
+/// Creates a stream from a folder of `NN.png`: registers, then telemetry and records of each frame, and the command to
+/// capture before every second frame. The records are those of the bit-true model with settled thresholds. Range and
+/// yaw follow scale and rotation of neighbouring frames in `pseudo_gt.csv`; roll and pitch, which are unknown, are 0.
 ///
 /// # Errors
-/// Where a file cannot be read.
+/// If a file cannot be read.
 pub fn sequence(folder: &Path) -> io::Result<Source> {
     let text = std::fs::read_to_string(folder.join("pseudo_gt.csv"))?;
     let mut files: Vec<PathBuf> =
@@ -53,7 +52,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
         let frame = Picture::open(path).map_err(io::Error::other)?.crop(KT27.width as usize, KT27.height as usize).luma;
         if number == 0 {
             source.send_registers(frame.width(), frame.height());
-            // A camera that has looked at this ground for a while.
+            // As if the camera had viewed this ground for a while.
             model.frame(&frame, controller.thresholds());
             controller.settle(|thresholds| count_per_scale(&model.planes().features(thresholds)));
         }
@@ -80,7 +79,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
     Ok(source)
 }
 
-/// Rotation (radians) and scale from the frame before to frame `number`, where they are known.
+/// Returns rotation (radians) and scale from the previous frame to frame `number`, if they are known.
 fn motion(csv: &str, number: usize) -> Option<(f64, f64)> {
     let pair = format!("{},{number},1,", number.checked_sub(1)?);
     let row = csv.lines().find(|line| line.starts_with(&pair))?;

@@ -1,5 +1,5 @@
-//! Features of a made-up flat ground, and the stream of a camera that moves over it: known displacements, and quick
-//! enough for thousands.
+//! Features of a synthetic flat ground, and the stream of a camera that moves over it. Displacements are known, and
+//! thousands of frames take little time.
 
 use super::Source;
 use hoverlock_arm::message::{self, Command, Telemetry};
@@ -10,13 +10,13 @@ use hoverlock_reference::motion::orthophoto::Attitude;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Columns and rows of the camera.
+/// Columns and rows of a frame, pixels.
 pub const SIZE: (usize, usize) = (1024, 768);
 
-/// Height over the ground, m.
+/// Height of the camera over the ground, m.
 const HEIGHT: f64 = 100.0;
 
-/// Field of view, radians.
+/// Field of view across the columns, radians.
 pub const FIELD_OF_VIEW: f64 = 0.87;
 
 struct Point {
@@ -28,7 +28,7 @@ struct Point {
     words: [u32; 4],
 }
 
-/// A record whose parabola has its vertex at the place, to 1/400 px.
+/// Returns a record whose parabolas have their vertex at `(x, y)` to 1/400 px, or `None` outside the frame.
 fn record(point: &Point, x: f64, y: f64, rng: &mut impl Rng) -> Option<FeatureRecord> {
     let inside = x >= 18.0 && y >= 18.0 && x < SIZE.0 as f64 - 18.0 && y < SIZE.1 as f64 - 18.0;
     let (column, row) = (x.round(), y.round());
@@ -52,17 +52,17 @@ fn record(point: &Point, x: f64, y: f64, rng: &mut impl Rng) -> Option<FeatureRe
     })
 }
 
-/// Where the camera is at a frame, m along `X_e` and `Y_e` from frame 0.
+/// Returns the displacement of the camera from frame 0, m along `X_e` and `Y_e`.
 pub fn displacement(frame: u32) -> (f64, f64) {
     let t = f64::from(frame);
     (0.5 * t, -0.3 * t)
 }
 
-/// The telemetry of a frame.
+/// Returns the telemetry of a frame.
 pub fn telemetry(frame: u32) -> Telemetry {
     Telemetry {
         frame,
-        // Half a second apart, so that the first proves the reference.
+        // Half a second apart, so that the first frame after the reference confirms it.
         time_us: 500_000 * u64::from(frame),
         attitude: Attitude::default(),
         range: HEIGHT,
@@ -71,27 +71,27 @@ pub fn telemetry(frame: u32) -> Telemetry {
     }
 }
 
-/// The records of a frame over `points` ground points.
+/// Returns the records of a frame over `points` ground points.
 pub fn records(points: usize, frame: u32) -> Vec<FeatureRecord> {
     seen(points, 1.0, displacement(frame), FIELD_OF_VIEW, frame)
 }
 
-/// The records at a place, m, through a field of view, radians, of `points` points that lie on `extent` times the first
-/// frame's ground to the right and to the top; `noise` names the draw of the flipped bits.
+/// Returns the records at a place (m) with a field of view (radians). The `points` points cover `extent` times the
+/// ground of the first frame, to the right and to the top; `noise` is the seed of the flipped bits.
 pub fn seen(points: usize, extent: f64, place: (f64, f64), field_of_view: f64, noise: u32) -> Vec<FeatureRecord> {
     let (metre, zoom) = (focal(field_of_view) / HEIGHT, focal(field_of_view) / focal(FIELD_OF_VIEW));
-    taken(points, extent, noise, |point, _| {
+    imaged(points, extent, noise, |point, _| {
         [(point.x, place.0, CENTRE[0]), (point.y, place.1, CENTRE[1])]
             .map(|(first, moved, centre)| centre + zoom * (first - centre) - metre * moved)
     })
 }
 
-/// The records at a place, m, where a roof of [`ROOF`] stands in the upper right corner of the first frame, and the
-/// left half shows the ground; places are off by up to a fifth of a pixel.
+/// Returns the records at a place (m) of a scene with a roof of height [`ROOF`] in the upper right corner of the first
+/// frame and ground in its left half. Positions have errors of up to 0.2 px.
 pub fn seen_beside_a_roof(points: usize, place: (f64, f64), noise: u32) -> Vec<FeatureRecord> {
-    taken(points, 1.0, noise, |point, noise| {
+    imaged(points, 1.0, noise, |point, noise| {
         let on_roof = point.x > 900.0 && point.y < 150.0;
-        // Between the two nothing is found: a shadow.
+        // The area between has no features, like a shadow.
         let beyond = if on_roof || point.x < CENTRE[0] { 0.0 } else { f64::INFINITY };
         let metre = focal(FIELD_OF_VIEW) / (HEIGHT - if on_roof { ROOF } else { 0.0 });
         [(point.x, place.0), (point.y, place.1)]
@@ -102,15 +102,15 @@ pub fn seen_beside_a_roof(points: usize, place: (f64, f64), noise: u32) -> Vec<F
 /// Height of the roof, m.
 const ROOF: f64 = 24.0;
 
-/// Of the picture, px.
+/// Centre of the frame, px.
 const CENTRE: [f64; 2] = [(SIZE.0 as f64 - 1.0) / 2.0, (SIZE.1 as f64 - 1.0) / 2.0];
 
 fn focal(field_of_view: f64) -> f64 {
     SIZE.0 as f64 / 2.0 / (field_of_view / 2.0).tan()
 }
 
-/// The records of points whose places `image` tells.
-fn taken(
+/// Returns the records of points; `image` returns the pixel of a point.
+fn imaged(
     points: usize,
     extent: f64,
     noise: u32,
@@ -136,7 +136,7 @@ fn taken(
     records
 }
 
-/// Registers, the command to capture, and `frames` frames of telemetry and records.
+/// Creates a stream of registers, the command to capture, and `frames` frames of telemetry and records.
 pub fn stream(points: usize, frames: u32) -> Source {
     let mut source = Source::default();
     source.send_registers(SIZE.0, SIZE.1);

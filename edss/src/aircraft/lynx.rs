@@ -87,9 +87,9 @@ pub const PUBLISHED: [[f64; 10]; 6] = [
 ];
 
 /// Sine of the roll angle in trim: minus the published derivative of the pitch angle by `r`.
-pub const SINE_OF_TRIM_ROLL: f64 = -0.05338427424431;
+const SINE_OF_TRIM_ROLL: f64 = -0.05338427424431;
 /// Cosine of trim roll times tangent of trim pitch: the published derivative of the roll angle by `r`.
-pub const COSINE_TANGENT_OF_TRIM: f64 = 0.05952465534210;
+const COSINE_TANGENT_OF_TRIM: f64 = 0.05952465534210;
 
 /// Length of a foot, m.
 const FOOT: f64 = 0.3048;

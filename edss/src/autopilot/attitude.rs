@@ -19,7 +19,7 @@
 use crate::aircraft::lynx::Derivatives;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
-/// `d`, `w` and `l` of roll, pitch and yaw.
+/// `d` (1/s), `w` (rad/s) and `l` (1/s) of the module documentation, for roll, pitch and yaw.
 const POLES: [[f64; 3]; 3] = [[18.0, 8.0, 2.0], [12.0, 6.0, 1.5], [5.5, 3.0, 1.0]];
 /// Limit of the integral of an attitude error, rad s.
 const MAX_INTEGRAL: f64 = 0.2;

@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 
 /// Time for which earlier states are kept.
-pub const HISTORY_S: f64 = 1.0;
+const HISTORY_S: f64 = 1.0;
 
 /// The noise model of the acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]

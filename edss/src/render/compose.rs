@@ -9,8 +9,8 @@ use std::sync::Arc;
 use nalgebra::{Vector2, Vector3};
 
 use super::object::Object;
-use super::overlay::RAYS;
-use super::patch::{CELLS, Key, SIDE, Texels, pack};
+use super::overlay::SUBPIXEL_RAYS;
+use super::patch::{Key, PATCH_TEXELS, SIDE, Texels, pack};
 use super::relief::Height;
 use super::row::KNOT_SPACING;
 use super::shade::{SKY_LIGHT, ground_row};
@@ -25,7 +25,7 @@ const SMOOTHING_KERNEL: [f32; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
 /// Texels from one sample of the relief to the next.
 const SAMPLE_SPACING: usize = 8;
 /// Samples of the relief along a side, with the rim.
-const SAMPLES: usize = CELLS / SAMPLE_SPACING + 3;
+const SAMPLES: usize = PATCH_TEXELS / SAMPLE_SPACING + 3;
 
 impl Renderer {
     /// Computes the texels of a patch.
@@ -48,7 +48,7 @@ impl Renderer {
                     for (x, albedo) in x.as_flattened().iter().zip(albedo.as_flattened_mut()) {
                         let p = Vector2::new(*x, y) - centre;
                         if p.norm_squared() < (object.radius + 2.0 * texel as f32).powi(2) {
-                            *albedo = object.painted(p, 2.0 * texel as f32, *albedo);
+                            *albedo = object.albedo_with_paint(p, 2.0 * texel as f32, *albedo);
                         }
                     }
                 }
@@ -64,7 +64,7 @@ impl Renderer {
 
     /// Returns the paint that reaches a patch, each with its centre relative to the first texel, m.
     fn paints(&self, first: Vector2<f64>, texel: f64) -> Vec<(&Object, Vector2<f32>)> {
-        let half = 0.5 * CELLS as f64 * texel;
+        let half = 0.5 * PATCH_TEXELS as f64 * texel;
         let middle = first.add_scalar(half);
         let objects = self.objects.iter().zip(&self.centres);
         let near = |(object, centre): &(&Object, &Vector3<f64>)| {
@@ -98,8 +98,8 @@ impl Renderer {
             .as_flattened()
             .iter()
             .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], knot| [low.min(knot.h), high.max(knot.h)]);
-        let middle = first.add_scalar(0.5 * CELLS as f64 * texel).push(-0.5 * f64::from(limits[0] + limits[1]));
-        let reach = (0.5 * CELLS as f64 + RIM as f64) * texel * std::f64::consts::SQRT_2
+        let middle = first.add_scalar(0.5 * PATCH_TEXELS as f64 * texel).push(-0.5 * f64::from(limits[0] + limits[1]));
+        let reach = (0.5 * PATCH_TEXELS as f64 + RIM as f64) * texel * std::f64::consts::SQRT_2
             + 0.5 * f64::from(limits[1] - limits[0]);
         let objects: Vec<(&Object, Vector3<f32>)> = self
             .objects
@@ -123,7 +123,7 @@ impl Renderer {
             // Within a texel the ground is level.
             let h = interpolated(heights, [i + SAMPLE_SPACING - RIM, j + SAMPLE_SPACING - RIM], |height| height.h);
             let point = Vector3::new(x, y, -h);
-            !objects.iter().any(|(object, centre)| object.darkens(&(point - centre), &sun))
+            !objects.iter().any(|(object, centre)| object.shades_or_contains(&(point - centre), &sun))
         };
         let middles: Vec<[f32; RIMMED_SIDE]> =
             (0..RIMMED_SIDE).map(|j| std::array::from_fn(|i| f32::from(u8::from(lit(i, j, [0.0; 2]))))).collect();
@@ -132,8 +132,8 @@ impl Renderer {
             for i in 1..RIMMED_SIDE - 1 {
                 let sum = middles[j - 1][i] + middles[j + 1][i] + middles[j][i - 1] + middles[j][i + 1];
                 if sum != 4.0 * middles[j][i] {
-                    let rays = RAYS.iter().filter(|aside| lit(i, j, **aside)).count();
-                    refined[j][i] = rays as f32 / RAYS.len() as f32;
+                    let rays = SUBPIXEL_RAYS.iter().filter(|aside| lit(i, j, **aside)).count();
+                    refined[j][i] = rays as f32 / SUBPIXEL_RAYS.len() as f32;
                 }
             }
         }

@@ -8,19 +8,19 @@
 use nalgebra::Vector3;
 
 /// Number of balls of a crown.
-pub const BALLS: usize = 12;
+pub const BALLS_PER_CROWN: usize = 12;
 
 /// The balls of a crown: centres relative to that of the tree, and radii, m.
 pub struct Crown {
-    x: [f32; BALLS],
-    y: [f32; BALLS],
-    z: [f32; BALLS],
-    radius: [f32; BALLS],
+    x: [f32; BALLS_PER_CROWN],
+    y: [f32; BALLS_PER_CROWN],
+    z: [f32; BALLS_PER_CROWN],
+    radius: [f32; BALLS_PER_CROWN],
 }
 
 impl Crown {
     /// Creates a crown from centre and radius of each ball, m.
-    pub fn new(balls: [(Vector3<f32>, f32); BALLS]) -> Self {
+    pub fn new(balls: [(Vector3<f32>, f32); BALLS_PER_CROWN]) -> Self {
         Self {
             x: balls.map(|(centre, _)| centre.x),
             y: balls.map(|(centre, _)| centre.y),
@@ -33,9 +33,9 @@ impl Crown {
     /// nearer than `limit`. Distances are in lengths of `direction`.
     pub fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
         let square = direction.norm_squared();
-        let mut middle = [0f32; BALLS];
-        let mut chord = [0f32; BALLS];
-        for k in 0..BALLS {
+        let mut middle = [0f32; BALLS_PER_CROWN];
+        let mut chord = [0f32; BALLS_PER_CROWN];
+        for k in 0..BALLS_PER_CROWN {
             let (x, y, z) = (self.x[k] - from.x, self.y[k] - from.y, self.z[k] - from.z);
             let m = (x * direction.x + y * direction.y + z * direction.z) / square;
             // Avoids the difference of two large numbers.
@@ -47,7 +47,7 @@ impl Crown {
             return None;
         }
         // The root of a negative chord is not a number, and no comparison with it holds.
-        let along: [f32; BALLS] = std::array::from_fn(|k| middle[k] - (chord[k] / square).sqrt());
+        let along: [f32; BALLS_PER_CROWN] = std::array::from_fn(|k| middle[k] - (chord[k] / square).sqrt());
         let mut first = None;
         let mut nearest = limit;
         for (k, &along) in along.iter().enumerate() {

@@ -22,16 +22,16 @@ pub const REPEATED: bool = false;
 /// A texel format that stores `N` channels.
 pub trait Texel<const N: usize>: Copy + Default + Send + Sync {
     /// Stored value of 1.
-    const FULL: f32;
-    /// Returns the channels as stored, `0 ..= FULL`.
+    const FULL_SCALE: f32;
+    /// Returns the channels as stored, `0 ..= FULL_SCALE`.
     fn unpack(self) -> [f32; N];
-    /// Stores channels of `0 ..= FULL`, rounded; values outside are clipped.
+    /// Stores channels of `0 ..= FULL_SCALE`, rounded; values outside are clipped.
     fn pack(channels: [f32; N]) -> Self;
 }
 
 /// One channel of 16 bits: a picture.
 impl Texel<1> for u16 {
-    const FULL: f32 = 65535.0;
+    const FULL_SCALE: f32 = 65535.0;
 
     #[inline(always)]
     fn unpack(self) -> [f32; 1] {
@@ -45,7 +45,7 @@ impl Texel<1> for u16 {
 
 /// Four channels of 8 bits. Written so that it becomes one shift, one mask and one conversion of four lanes.
 impl Texel<4> for u32 {
-    const FULL: f32 = 255.0;
+    const FULL_SCALE: f32 = 255.0;
 
     #[inline(always)]
     fn unpack(self) -> [f32; 4] {
@@ -180,7 +180,7 @@ impl<T: Texel<N>, const N: usize, const MIRROR: bool> Level<T, N, MIRROR> {
             places[3][l] = down(index::<MIRROR>(j + 1, height), stride);
             (ways[0][l], ways[1][l]) = (s, t);
         }
-        let gain = weight / T::FULL;
+        let gain = weight / T::FULL_SCALE;
         for l in 0..L {
             let at = |x: usize, y: usize| self.texels[(places[y][l] + places[x][l]) as usize].unpack();
             let (a, b, c, d) = (at(0, 2), at(1, 2), at(0, 3), at(1, 3));

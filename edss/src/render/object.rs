@@ -7,7 +7,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::crown::{BALLS, Crown};
+use super::crown::{BALLS_PER_CROWN, Crown};
 use crate::scene::{Building, Car, Helipad, Roof, Tree, point};
 
 /// An object on the ground.
@@ -53,11 +53,11 @@ pub struct Solid {
 struct SunFace {
     normal: Vector3<f32>,
     offset: f32,
-    side: Side,
+    side: Crossing,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
+enum Crossing {
     Enters,
     Leaves,
     /// The ray is parallel to the face; the distance is that of `p` inside the face.
@@ -74,7 +74,7 @@ pub struct Face {
     course: f32,
 }
 
-/// A painted mark on the ground.
+/// A albedo_with_paint mark on the ground.
 #[derive(Debug, Clone, Copy)]
 pub struct PaintMark {
     centre: Vector2<f32>,
@@ -129,7 +129,7 @@ impl Object {
     /// Returns the first hit of a ray that is given relative to the centre, or `None` if there is none before the
     /// distance `nearest`.
     pub fn hit(&self, from: &Vector3<f32>, direction: &Vector3<f32>, nearest: f32) -> Option<Hit> {
-        if !is_near(from, direction, self.radius) {
+        if !line_passes_within(from, direction, self.radius) {
             return None;
         }
         match &self.form {
@@ -173,7 +173,7 @@ impl Object {
 
     /// Returns `true` if the object shades a point relative to the centre.
     pub fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
-        is_near(point, to_sun, self.radius)
+        line_passes_within(point, to_sun, self.radius)
             && match &self.form {
                 Form::Solids(solids) => solids.iter().any(|solid| solid.shades(point, to_sun)),
                 Form::Balls(crown) => crown.enter(point, to_sun, f32::INFINITY).is_some(),
@@ -191,8 +191,8 @@ impl Object {
 
     /// Returns `true` if a point relative to the centre is shaded or inside the object. Ground inside a wall counts as
     /// dark, or smoothing would brighten the foot of the wall.
-    pub fn darkens(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
-        is_near(point, to_sun, self.radius)
+    pub fn shades_or_contains(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
+        line_passes_within(point, to_sun, self.radius)
             && match &self.form {
                 Form::Solids(solids) => solids.iter().any(|solid| solid.sun_ray_entry(point, to_sun).is_some()),
                 Form::Balls(_) => self.shades(point, to_sun),
@@ -202,7 +202,7 @@ impl Object {
 
     /// Returns the albedo of ground of albedo `albedo` with the paint on it, at a point relative to the centre, for a
     /// pixel of `width` m.
-    pub fn painted(&self, p: Vector2<f32>, width: f32, albedo: f32) -> f32 {
+    pub fn albedo_with_paint(&self, p: Vector2<f32>, width: f32, albedo: f32) -> f32 {
         let Form::Paint(marks) = &self.form else { return albedo };
         marks.iter().fold(albedo, |below, mark| {
             let cover = mark.cover(p - mark.centre, width);
@@ -263,7 +263,7 @@ impl Object {
         let ball = |k: usize| {
             // The golden angle spreads them, each drawn a little away.
             let (drawn, k) = (4 * k as u32, k as f32);
-            let (turn, out) = (2.4 * k + draw(drawn), (k / BALLS as f32).sqrt() * 0.66 * radius);
+            let (turn, out) = (2.4 * k + draw(drawn), (k / BALLS_PER_CROWN as f32).sqrt() * 0.66 * radius);
             let (sin, cos) = libm::sincosf(turn);
             let size = radius * (0.30 + 0.16 * draw(drawn + 1));
             let lift = 0.45 * crown * (1.0 - (out / radius).powi(2)) * (0.6 + 0.8 * draw(drawn + 2));
@@ -319,7 +319,7 @@ impl Object {
         Self::still(pad.at_m, 0.0, radius, Form::Paint(marks))
     }
 
-    /// Creates a painted bar; `half` is its half length along `along` and its half width, m.
+    /// Creates a albedo_with_paint bar; `half` is its half length along `along` and its half width, m.
     pub fn bar(at: Vector2<f64>, along: Vector2<f32>, half: [f32; 2], albedo: f32) -> Self {
         let mark = PaintMark { centre: Vector2::zeros(), shape: Shape::Bar { along, half }, albedo };
         Self::still([at.x, at.y], 0.0, libm::hypotf(half[0], half[1]), Form::Paint(vec![mark]))
@@ -352,7 +352,7 @@ fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2
 
 /// Returns `true` if the line of a ray passes within `radius` of the origin.
 #[inline(always)]
-fn is_near(from: &Vector3<f32>, direction: &Vector3<f32>, radius: f32) -> bool {
+fn line_passes_within(from: &Vector3<f32>, direction: &Vector3<f32>, radius: f32) -> bool {
     // Squared distance of the line, times the squared length of the direction.
     from.cross(direction).norm_squared() <= radius * radius * direction.norm_squared()
 }
@@ -373,7 +373,7 @@ impl Solid {
     /// Returns the distance at which a ray enters, and the index of the face, if that is before `limit`.
     #[inline]
     fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
-        if !is_near(&(from - self.centre), direction, self.radius) {
+        if !line_passes_within(&(from - self.centre), direction, self.radius) {
             return None;
         }
         let (mut first, mut last, mut through) = (0.0f32, limit, usize::MAX);
@@ -401,9 +401,9 @@ impl Solid {
         let shade = |face: &Face| {
             let rate = face.normal.dot(to_sun);
             if rate.abs() < 1e-6 {
-                return SunFace { normal: face.normal, offset: face.offset, side: Side::Along };
+                return SunFace { normal: face.normal, offset: face.offset, side: Crossing::Along };
             }
-            let side = if rate < 0.0 { Side::Enters } else { Side::Leaves };
+            let side = if rate < 0.0 { Crossing::Enters } else { Crossing::Leaves };
             SunFace { normal: face.normal / rate, offset: face.offset / rate, side }
         };
         self.shade = self.faces.iter().map(shade).collect();
@@ -418,17 +418,17 @@ impl Solid {
     /// Returns the distance at which the ray from a point to the sun enters the solid; 0 from inside.
     #[inline]
     fn sun_ray_entry(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> Option<f32> {
-        if !is_near(&(point - self.centre), to_sun, self.radius) {
+        if !line_passes_within(&(point - self.centre), to_sun, self.radius) {
             return None;
         }
         let (mut first, mut last) = (0.0f32, f32::INFINITY);
         for shade in &self.shade {
             let crossing = shade.offset - shade.normal.dot(point);
             match shade.side {
-                Side::Enters => first = first.max(crossing),
-                Side::Leaves => last = last.min(crossing),
-                Side::Along if crossing < 0.0 => return None,
-                Side::Along => {}
+                Crossing::Enters => first = first.max(crossing),
+                Crossing::Leaves => last = last.min(crossing),
+                Crossing::Along if crossing < 0.0 => return None,
+                Crossing::Along => {}
             }
         }
         (first <= last).then_some(first)

@@ -17,7 +17,7 @@ use super::{Renderer, Surface};
 /// Width of a tile, pixels.
 const TILE_COLUMNS: usize = 32;
 /// Tolerance for outlines bent by lens distortion, pixels.
-const MARGIN: f64 = 4.0;
+const OUTLINE_MARGIN_PX: f64 = 4.0;
 /// Height of a tile, and of a band that one thread renders, pixels.
 pub const BAND_ROWS: usize = 16;
 
@@ -56,7 +56,7 @@ impl RowView {
 }
 
 /// Eight sample points of a pixel, of which no two share a row or a column; pixels from its middle.
-pub const RAYS: [[f32; 2]; 8] = [
+pub const SUBPIXEL_RAYS: [[f32; 2]; 8] = [
     [-0.4375, 0.0625],
     [-0.3125, -0.3125],
     [-0.1875, 0.3125],
@@ -77,7 +77,7 @@ impl ObjectTiles {
         let (across, down) = (size[0].div_ceil(TILE_COLUMNS), size[1].div_ceil(BAND_ROWS));
         let mut seen = vec![Vec::new(); across * down];
         let (mut shading, mut moving) = (seen.clone(), seen.clone());
-        let lowest = renderer.lowest();
+        let lowest = renderer.lowest_ground();
         let composed = matches!(renderer.surface, Surface::Land(_));
         for (k, (object, centre)) in renderer.objects.iter().zip(&centres).enumerate() {
             if composed && !object.is_solid() {
@@ -86,14 +86,14 @@ impl ObjectTiles {
             let (points, radius) = object.bounding_spheres();
             let points: Vec<Vector3<f64>> = points.iter().map(|point| centre + point.cast()).collect();
             // The shadow ends at the lowest ground, along the sunlight.
-            let shadow = |point: &Vector3<f64>| {
+            let shadow_end = |point: &Vector3<f64>| {
                 let fall = (-point.z + f64::from(radius) - lowest).max(0.0);
                 point - renderer.to_sun * (fall / -renderer.to_sun.z)
             };
             let Some(mut outline) = project_spheres(lens, ends, &points, radius.into()) else { continue };
             list_in_tiles(&mut seen, [across, down], &outline, k as u32);
             if object.is_solid() {
-                let shadows: Vec<Vector3<f64>> = points.iter().map(shadow).collect();
+                let shadows: Vec<Vector3<f64>> = points.iter().map(shadow_end).collect();
                 let Some(shaded) = project_spheres(lens, ends, &shadows, radius.into()) else { continue };
                 outline.extend(shaded);
                 list_in_tiles(&mut shading, [across, down], &outline, k as u32);
@@ -148,8 +148,9 @@ fn project_spheres(
 /// Adds an object to the tiles that the convex hull of `outline` touches.
 fn list_in_tiles(tiles: &mut [Vec<u32>], [across, down]: [usize; 2], outline: &[Vector2<f64>], object: u32) {
     let side = Vector2::new(TILE_COLUMNS as f64, BAND_ROWS as f64);
-    let low = outline.iter().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(p)).add_scalar(-MARGIN);
-    let high = outline.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(p)).add_scalar(MARGIN);
+    let low = outline.iter().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(p)).add_scalar(-OUTLINE_MARGIN_PX);
+    let high =
+        outline.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(p)).add_scalar(OUTLINE_MARGIN_PX);
     let range = |axis: usize, count: usize| {
         let tile = |v: f64| (v / side[axis]).floor().clamp(0.0, count as f64) as usize;
         if high[axis] < 0.0 { 0..0 } else { tile(low[axis])..(tile(high[axis]) + 1).min(count) }
@@ -166,7 +167,7 @@ fn list_in_tiles(tiles: &mut [Vec<u32>], [across, down]: [usize; 2], outline: &[
             let apart = (0..hull.len()).any(|k| {
                 let (a, b) = (hull[k], hull[(k + 1) % hull.len()]);
                 let normal = Vector2::new(b.y - a.y, a.x - b.x);
-                let reach = 0.5 * normal.abs().dot(&side) + MARGIN * normal.norm();
+                let reach = 0.5 * normal.abs().dot(&side) + OUTLINE_MARGIN_PX * normal.norm();
                 normal.dot(&(middle - a)) > reach
             });
             if !apart {
@@ -213,7 +214,7 @@ impl Renderer {
                     let (block, lane) = ((tile * TILE_COLUMNS + i) / KNOT_SPACING, i % KNOT_SPACING);
                     let p = Vector2::new(row.x[block][lane], row.y[block][lane]) - centre;
                     if p.norm_squared() < (object.radius + 1.0).powi(2) {
-                        *albedo = object.painted(p, row.along[block][lane] * pixel, *albedo);
+                        *albedo = object.albedo_with_paint(p, row.along[block][lane] * pixel, *albedo);
                     }
                 }
             }
@@ -280,7 +281,7 @@ impl Renderer {
             let (block, lane) = (x / KNOT_SPACING, x % KNOT_SPACING);
             let (middle, along) = (row.direction(x), row.along[block][lane]);
             let depth = along * middle.z;
-            let sum: f32 = RAYS
+            let sum: f32 = SUBPIXEL_RAYS
                 .iter()
                 .map(|[dx, dy]| {
                     let direction = middle + right * *dx + down * *dy;
@@ -288,7 +289,7 @@ impl Renderer {
                     self.trace(&tile.1, &ray, here.ground[x], row, x, grain).1
                 })
                 .sum();
-            out[x] = sum / RAYS.len() as f32;
+            out[x] = sum / SUBPIXEL_RAYS.len() as f32;
         }
     }
 
@@ -336,7 +337,7 @@ impl Renderer {
                 let facing = (hit.normal.dot(&self.to_sun.map(|v| v as f32)) / -self.to_sun.z as f32).max(0.0);
                 let (facing, albedo) = if !hit.leaves {
                     let [fine] = grain.sample(&[point.x], &[point.y], a.footprint);
-                    let courses = courses(&hit, &(point - object.centre), a.footprint);
+                    let courses = course_brightness(&hit, &(point - object.centre), a.footprint);
                     (facing, hit.albedo * (1.0 + 0.07 * fine[HARD] + courses))
                 } else {
                     // Leaves transmit light and have all orientations.
@@ -378,7 +379,7 @@ impl Renderer {
 
 /// Returns the relative brightness of the courses of tiles on a roof, at a point relative to the object. It fades as a
 /// pixel approaches the width of a course.
-fn courses(hit: &Hit, point: &Vector3<f32>, footprint: f32) -> f32 {
+fn course_brightness(hit: &Hit, point: &Vector3<f32>, footprint: f32) -> f32 {
     if hit.course == 0.0 {
         return 0.0;
     }

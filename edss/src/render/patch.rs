@@ -19,11 +19,11 @@ use super::mip::split;
 use super::row::KNOT_SPACING;
 
 /// Texels along a side of a patch.
-pub const CELLS: usize = 64;
+pub const PATCH_TEXELS: usize = 64;
 /// Texels along a side with the first of the next patch, so that interpolation needs only one patch.
-pub const SIDE: usize = CELLS + 1;
+pub const SIDE: usize = PATCH_TEXELS + 1;
 /// First and last level, for pixels of 4 mm and of 64 m.
-const LEVELS: [i32; 2] = [-16, 12];
+const LEVEL_RANGE: [i32; 2] = [-16, 12];
 /// Number of patches above which those not used by the last frame are dropped: 100 MB.
 const MAX_STORED_PATCHES: usize = 12_000;
 /// Value of a texel of light 1.
@@ -46,7 +46,7 @@ impl Key {
 
     /// Returns the centre of the first texel, m.
     pub fn first(&self) -> Vector2<f64> {
-        Vector2::from(self.at.map(|at| (f64::from(at) * CELLS as f64 + 0.5) * self.texel()))
+        Vector2::from(self.at.map(|at| (f64::from(at) * PATCH_TEXELS as f64 + 0.5) * self.texel()))
     }
 }
 
@@ -131,7 +131,7 @@ pub fn lattices(anchor: Vector2<f64>) -> Vec<Lattice> {
             rest: [(at[0] - whole[0]) as f32, (at[1] - whole[1]) as f32],
         }
     };
-    (LEVELS[0]..=LEVELS[1]).map(lattice).collect()
+    (LEVEL_RANGE[0]..=LEVEL_RANGE[1]).map(lattice).collect()
 }
 
 impl<'a> BandPatches<'a> {
@@ -170,8 +170,8 @@ impl<'a> BandPatches<'a> {
         y: &[f32; KNOT_SPACING],
         footprint: f32,
     ) -> [f32; KNOT_SPACING] {
-        let last = LEVELS[1] - LEVELS[0];
-        let lod = (2.0 * footprint - LEVELS[0] as f32).clamp(0.0, last as f32);
+        let last = LEVEL_RANGE[1] - LEVEL_RANGE[0];
+        let lod = (2.0 * footprint - LEVEL_RANGE[0] as f32).clamp(0.0, last as f32);
         let level = (lod as usize).min(last as usize - 1);
         let part = lod - level as f32;
         let mut sum = [0.0; KNOT_SPACING];
@@ -194,7 +194,7 @@ impl<'a> BandPatches<'a> {
         sum: &mut [f32; KNOT_SPACING],
     ) {
         let lattice = &lattices[level];
-        let level = level as i32 + LEVELS[0];
+        let level = level as i32 + LEVEL_RANGE[0];
         let (mut i, mut j, mut s, mut t) =
             ([0i32; KNOT_SPACING], [0i32; KNOT_SPACING], [0f32; KNOT_SPACING], [0f32; KNOT_SPACING]);
         let mut apart = 0;
@@ -207,7 +207,7 @@ impl<'a> BandPatches<'a> {
         for l in 0..KNOT_SPACING {
             apart |= (i[l] ^ i[0]) | (j[l] ^ j[0]);
         }
-        let (shift, mask) = (CELLS.trailing_zeros(), CELLS as i32 - 1);
+        let (shift, mask) = (PATCH_TEXELS.trailing_zeros(), PATCH_TEXELS as i32 - 1);
         let at = |l: usize| Key { level, at: [i[l] >> shift, j[l] >> shift] };
         let mut texels = [[0u16; KNOT_SPACING]; 4];
         let mut read = |patch: &Texels, l: usize| {

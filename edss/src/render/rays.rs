@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::relief::Relief;
-use super::row::{KNOT_SPACING, Knot, MIN_DOWNWARD, Row, Viewpoint, land_points};
+use super::row::{KNOT_SPACING, Knot, MIN_DOWNWARD, Row, Viewpoint, interpolate_points};
 use super::{Lens, Renderer};
 use crate::pose::Pose;
 
@@ -15,7 +15,7 @@ impl Renderer {
     /// if there is none within 10 km.
     pub fn range(&self, time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
         let ray = direction.map(|v| v as f32);
-        let mut nearest = self.terrain(origin, direction);
+        let mut nearest = self.terrain_range(origin, direction);
         for object in self.objects.iter().filter(|object| object.is_solid()) {
             let from = (origin - self.centre(object, time)).map(|v| v as f32);
             let limit = nearest.map_or(MAX_RANGE_M as f32, |range| range as f32);
@@ -34,7 +34,7 @@ impl Renderer {
     }
 
     /// Returns the distance to the terrain, m.
-    fn terrain(&self, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
+    fn terrain_range(&self, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
         let [low, high] = self.relief.as_ref().map_or([0.0; 2], Relief::limits);
         let top = -origin.z;
         // Not downwards, or below the lowest ground.
@@ -76,7 +76,7 @@ impl Renderer {
                 transmission: if self.extinction > 0.0 { libm::expf((-self.extinction * range) as f32) } else { 1.0 },
             };
         }
-        land_points(row);
+        interpolate_points(row);
     }
 }
 

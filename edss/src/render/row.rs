@@ -110,7 +110,7 @@ fn aim(
 
 /// Interpolates the points on the ground between the knots.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn land_points(row: &mut Row) {
+pub(super) fn interpolate_points(row: &mut Row) {
     let [dx, dy, dz] = &row.directions;
     let directions =
         dx.chunks_exact(KNOT_SPACING).zip(dy.chunks_exact(KNOT_SPACING)).zip(dz.chunks_exact(KNOT_SPACING));

@@ -12,7 +12,7 @@ use super::land::{self, Material};
 use super::mip::{LocalTexture, MIRRORED};
 use super::patch::{BandPatches, Lattice};
 use super::row::{KNOT_SPACING, Knot, Row};
-use super::water::{LocalWaves, Mirror};
+use super::water::{LocalWaves, SunReflection};
 
 /// Light scattered by mist, relative to white ground in full sun, as in `hoverlock_pictures::conditions`.
 pub(super) const AIR_LIGHT: f32 = 0.55;
@@ -21,12 +21,12 @@ pub(super) const SKY_LIGHT: f32 = 0.3;
 
 impl Renderer {
     /// Returns the slope of water that reflects the sun into the camera, at each knot.
-    pub(super) fn mirrors(&self, row: &Row) -> Vec<Mirror> {
+    pub(super) fn sun_reflections(&self, row: &Row) -> Vec<SunReflection> {
         let mirror = |k: usize| {
             let to_camera = -row.direction(k * KNOT_SPACING).map(f64::from).normalize();
             let half = to_camera + self.to_sun;
             // A slope s has its normal along (-s, 1) with height upwards.
-            Mirror { slope: [(half.x / half.z) as f32, (half.y / half.z) as f32] }
+            SunReflection { slope: [(half.x / half.z) as f32, (half.y / half.z) as f32] }
         };
         (0..row.knots.len()).map(mirror).collect()
     }
@@ -47,7 +47,7 @@ impl Renderer {
 
 /// Applies the mist to the light of the ground along a row.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn veil(ground: &[f32], knots: &[Knot], brightness: f32, out: &mut [f32]) {
+pub(super) fn apply_mist(ground: &[f32], knots: &[Knot], brightness: f32, out: &mut [f32]) {
     for ((out, ground), pair) in out.chunks_mut(KNOT_SPACING).zip(ground.chunks(KNOT_SPACING)).zip(knots.windows(2)) {
         let (first, slope) =
             (pair[0].transmission, (pair[1].transmission - pair[0].transmission) / KNOT_SPACING as f32);
@@ -119,7 +119,7 @@ pub(super) fn ground_row(
 
 /// Computes the radiance of water along a row.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn shade_water(row: &Row, out: &mut [f32], waves: &LocalWaves<'_>, mirrors: &[Mirror]) {
+pub(super) fn shade_water(row: &Row, out: &mut [f32], waves: &LocalWaves<'_>, mirrors: &[SunReflection]) {
     for (k, out) in out.chunks_mut(KNOT_SPACING).enumerate() {
         let radiance = waves.radiance(&row.x[k], &row.y[k], row.knots[k].footprint, [mirrors[k], mirrors[k + 1]]);
         for (out, radiance) in out.iter_mut().zip(radiance) {

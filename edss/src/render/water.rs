@@ -54,7 +54,7 @@ pub struct LocalWaves<'a> {
 
 /// The reflection of the sun, at one end of a block of pixels.
 #[derive(Debug, Clone, Copy)]
-pub struct Mirror {
+pub struct SunReflection {
     /// Slope that reflects the sun into the camera.
     pub slope: [f32; 2],
 }
@@ -105,7 +105,7 @@ impl LocalWaves<'_> {
         x: &[f32; KNOT_SPACING],
         y: &[f32; KNOT_SPACING],
         footprint: f32,
-        mirrors: [Mirror; 2],
+        mirrors: [SunReflection; 2],
     ) -> [f32; KNOT_SPACING] {
         let mut slopes = [[0f32; 2]; KNOT_SPACING];
         let mut variance = UNDRAWN_SLOPE_VARIANCE;

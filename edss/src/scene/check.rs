@@ -102,24 +102,24 @@ fn key_at(table: &DeTable<'_>, offset: usize) -> String {
     String::new()
 }
 
-type Checked = Result<(), Violation>;
+type CheckResult = Result<(), Violation>;
 
 fn path_of(path: &str) -> Vec<String> {
     path.split('.').map(str::to_owned).collect()
 }
 
-fn within(path: &str, value: f64, least: f64, most: f64) -> Checked {
+fn within(path: &str, value: f64, least: f64, most: f64) -> CheckResult {
     // Not-a-number fails both comparisons.
     let passes = value >= least && value <= most;
     let why = || format!("{value} is out of range: {least} to {most}");
     if passes { Ok(()) } else { Err(Violation { path: path_of(path), why: why() }) }
 }
 
-fn point_within(path: &str, at: [f64; 2]) -> Checked {
+fn point_within(path: &str, at: [f64; 2]) -> CheckResult {
     at.iter().enumerate().try_for_each(|(i, &value)| within(&format!("{path}.{i}"), value, -10_000.0, 10_000.0))
 }
 
-fn check(scene: &mut Scene, folder: &Path) -> Checked {
+fn check(scene: &mut Scene, folder: &Path) -> CheckResult {
     match &mut scene.ground {
         Ground::Picture(picture) => {
             within("ground.picture.texel_m", picture.texel_m, 1e-4, 10.0)?;
@@ -172,7 +172,7 @@ fn check(scene: &mut Scene, folder: &Path) -> Checked {
     check_objects(scene)
 }
 
-fn check_objects(scene: &Scene) -> Checked {
+fn check_objects(scene: &Scene) -> CheckResult {
     let counts = [
         ("building", scene.building.len()),
         ("tree", scene.tree.len()),
@@ -221,7 +221,7 @@ fn check_objects(scene: &Scene) -> Checked {
 }
 
 /// Replaces the name of a picture file by its path, and checks its header.
-fn find(path: &str, file: &mut PathBuf, folder: &Path) -> Checked {
+fn find(path: &str, file: &mut PathBuf, folder: &Path) -> CheckResult {
     let refuse = |why: String| Err(Violation { path: path_of(path), why });
     let fetched = newcomer_dir().map(|pictures| pictures.join(&*file));
     let Some(found) = [Some(folder.join(&*file)), fetched].into_iter().flatten().find(|path| path.is_file()) else {

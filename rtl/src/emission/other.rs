@@ -78,7 +78,7 @@ pub fn files(design: &DesignPoint) -> Result<Vec<File>, OtherError> {
     let mut whole = tempfile::NamedTempFile::new_in(&folder).map_err(at(&folder))?;
     whole.write_all(&emitted).map_err(at(&folder))?;
     whole.persist(&kept).map_err(|error| error.error).map_err(at(&kept))?;
-    hoverlock_cache::prune(&folder, hoverlock_cache::KEPT);
+    hoverlock_cache::prune(&folder, hoverlock_cache::MAX_UNUSED_AGE);
     Ok(files)
 }
 

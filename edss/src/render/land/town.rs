@@ -42,7 +42,7 @@ struct Block {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Use {
+enum LandUse {
     Houses,
     Park,
     Yard,
@@ -156,13 +156,13 @@ impl Town {
             objects.push(Object::tree(&tree, random.random()));
         }
         for _ in 0..keys.moving_cars {
-            let (from, to) = self.lane(1.6, random);
+            let (from, to) = self.random_lane(1.6, random);
             let speed_m_per_s = random.random_range(6.0..13.0);
             let car = Car { from_m: [from.x, from.y], to_m: [to.x, to.y], speed_m_per_s };
             objects.push(Object::car(&car, random.random_range(0.0..(to - from).norm())));
         }
         for _ in 0..keys.parked_cars {
-            let (from, to) = self.lane(0.0, random);
+            let (from, to) = self.random_lane(0.0, random);
             let car = Car { from_m: [from.x, from.y], to_m: [to.x, to.y], speed_m_per_s: 0.0 };
             objects.push(Object::car(&car, random.random_range(0.0..(to - from).norm())));
         }
@@ -170,7 +170,7 @@ impl Town {
     }
 
     /// Draws a line along a random street, `lane` m to the right of its middle, or at the kerb for 0.
-    fn lane(&self, lane: f32, random: &mut ChaCha8Rng) -> (Vector2<f64>, Vector2<f64>) {
+    fn random_lane(&self, lane: f32, random: &mut ChaCha8Rng) -> (Vector2<f64>, Vector2<f64>) {
         let axis = usize::from(random.random::<bool>());
         let within: Vec<&Street> =
             self.streets[axis].iter().filter(|s| s.at.abs() < BUILT_HALF_EXTENT_M as f32).collect();
@@ -193,7 +193,7 @@ impl Town {
         let size = [0, 1].map(|axis| block.high[axis] - block.low[axis]);
         let at = |s: f32, t: f32| self.world([block.low[0] + s, block.low[1] + t]);
         match block.kind() {
-            Use::Houses => {
+            LandUse::Houses => {
                 let lots = block.lots();
                 let width = size[0] / lots as f32;
                 for lot in 0..2 * lots {
@@ -216,12 +216,12 @@ impl Town {
                     gardens.push(at(middle + 0.4 * width, depth(3.0)));
                 }
             }
-            Use::Park => {
+            LandUse::Park => {
                 for k in 0..14 {
                     gardens.push(at(size[0] * unit(k, 1, block.seed), size[1] * unit(k, 2, block.seed)));
                 }
             }
-            Use::Yard => {
+            LandUse::Yard => {
                 let hall = at(0.5 * size[0], 0.30 * size[1]);
                 let building = Building {
                     at_m: [hall.x, hall.y],
@@ -270,11 +270,11 @@ impl Town {
 }
 
 impl Block {
-    fn kind(&self) -> Use {
+    fn kind(&self) -> LandUse {
         match unit(1, 9, self.seed) {
-            v if v < 0.66 => Use::Houses,
-            v if v < 0.80 => Use::Park,
-            _ => Use::Yard,
+            v if v < 0.66 => LandUse::Houses,
+            v if v < 0.80 => LandUse::Park,
+            _ => LandUse::Yard,
         }
     }
 
@@ -289,7 +289,7 @@ impl Block {
         let green =
             |material: Material| Material { albedo: material.albedo * (1.0 + 0.5 * dirt + 0.35 * small), ..material };
         match self.kind() {
-            Use::Houses => {
+            LandUse::Houses => {
                 let width = size[0] / self.lots() as f32;
                 let lot = (a / width).floor();
                 let side = b > 0.5 * size[1];
@@ -322,7 +322,7 @@ impl Block {
                 }
                 green(Material { albedo: LAWN.albedo * (0.75 + 0.5 * draw(25)), ..LAWN })
             }
-            Use::Park => {
+            LandUse::Park => {
                 let wobble = 4.0 * gradient(p.x / 25.0, p.y / 25.0, 0, self.seed + 8);
                 let diagonal = (a / size[0] - b / size[1]).abs() * 0.7 * size[1] + wobble;
                 let round = (libm::hypotf(a - 0.5 * size[0], b - 0.5 * size[1]) - 0.28 * size[1] + wobble).abs();
@@ -331,7 +331,7 @@ impl Block {
                 }
                 green(LAWN)
             }
-            Use::Yard => {
+            LandUse::Yard => {
                 let mut asphalt = ROAD;
                 asphalt.albedo = 0.27 * (1.0 + 0.35 * dirt);
                 let bay = (a / 2.6 - (a / 2.6).floor() - 0.5).abs();
