@@ -7,10 +7,10 @@
 //! standard output in the format of the hardware.
 
 use hoverlock_design::KT27;
-use hoverlock_fixed_point::model::record::TWO_PAIR_WORDS;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::mark::{Part, mark};
+use hoverlock_registers::record::TWO_PAIR_WORDS;
 use std::error::Error;
 use std::io::Write;
 

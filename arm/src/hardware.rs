@@ -5,11 +5,10 @@ use std::borrow::Cow;
 use crate::message::Registers;
 use hoverlock_design::KT27;
 
-/// Byte addresses and masks, as the hardware's sources emit them.
-#[path = "../../rtl/registers/hoverlock_registers.rs"]
-pub mod registers;
-
-pub use registers::{EMISSION_VALUE as EMISSION, IDENTIFICATION_VALUE as IDENTIFICATION, VERSION_VALUE as VERSION};
+pub use hoverlock_registers::kt27 as registers;
+pub use hoverlock_registers::kt27::{
+    EMISSION_VALUE as EMISSION, IDENTIFICATION_VALUE as IDENTIFICATION, VERSION_VALUE as VERSION,
+};
 
 /// The parameters of an FPGA image that the program checks or writes.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -13,12 +13,13 @@
 //! across the columns. It may arrive before or after its frame. The standard errors are the present ones of IMU and
 //! laser; over rough ground the laser's includes the relief.
 
-use hoverlock_fixed_point::model::record::{
-    FLAG_TEN_WORDS, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, TWO_PAIR_WORDS, record_words,
-};
+use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::MAX_PAIRS;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
+use hoverlock_registers::record::{
+    FLAG_TEN_WORDS, FLAG_TRAILER, RECORD_WORDS, RecordField, TWO_PAIR_WORDS, record_words, trailer,
+};
 
 /// Kind of a message with a register block.
 pub const REGISTERS: u32 = 1;
@@ -153,6 +154,9 @@ impl Telemetry {
     }
 }
 
+/// Thresholds of the scale pairs in a trailer.
+const THRESHOLDS: [RecordField; MAX_PAIRS] = [trailer::THRESHOLD_0, trailer::THRESHOLD_1, trailer::THRESHOLD_2];
+
 /// The trailer: the last record of a frame's packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Trailer {
@@ -171,20 +175,28 @@ pub struct Trailer {
 impl Trailer {
     /// Reads the bytes of a record of `words` words; returns `None` if it is not a trailer.
     fn parse(bytes: &[u8], words: usize) -> Option<Self> {
-        let word = |index| word(bytes, index);
-        (word(1) >> 16 == trailer_flags(words)).then(|| Self {
-            frame: word(0),
-            errors: word(1) as u16,
-            count: word(2),
-            dropped: word(3),
-            thresholds: [word(4) as u16, (word(4) >> 16) as u16, word(5) as u16],
+        let record: [u32; TWO_PAIR_WORDS] = std::array::from_fn(|index| word(bytes, index));
+        let half = |field: RecordField| field.get(&record) as u16;
+        (trailer::FLAGS.get(&record) == trailer_flags(words)).then(|| Self {
+            frame: trailer::FRAME.get(&record),
+            errors: half(trailer::ERRORS),
+            count: trailer::FEATURES.get(&record),
+            dropped: trailer::DROPPED.get(&record),
+            thresholds: THRESHOLDS.map(half),
         })
     }
 
     fn pack(&self, words: usize) -> [u32; RECORD_WORDS] {
-        let [fine, coarse, coarsest] = self.thresholds.map(u32::from);
-        let flags = trailer_flags(words) << 16 | u32::from(self.errors);
-        [self.frame, flags, self.count, self.dropped, coarse << 16 | fine, coarsest, 0, 0, 0, 0]
+        let mut record = [0; RECORD_WORDS];
+        trailer::FRAME.put(&mut record, self.frame);
+        trailer::ERRORS.put(&mut record, self.errors.into());
+        trailer::FLAGS.put(&mut record, trailer_flags(words));
+        trailer::FEATURES.put(&mut record, self.count);
+        trailer::DROPPED.put(&mut record, self.dropped);
+        for (field, threshold) in THRESHOLDS.into_iter().zip(self.thresholds) {
+            field.put(&mut record, threshold.into());
+        }
+        record
     }
 }
 

@@ -3,20 +3,15 @@
 use std::sync::{Mutex, PoisonError};
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::record::{RECORD_WORDS, TWO_PAIR_WORDS};
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_registers::record::{RECORD_WORDS, TWO_PAIR_WORDS};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::value_error;
-
-/// The constants of the committed Verilog, as the program on the ARM gets them.
-#[allow(dead_code, reason = "the constants of all registers")]
-#[path = "../../rtl/registers/hoverlock_registers.rs"]
-mod registers;
 
 /// The bit-true model of a design point; reuses its memory from frame to frame.
 #[pyclass(frozen, module = "hoverlock_models._native")]
@@ -109,5 +104,5 @@ impl BitTrue {
 /// Returns the value of the register `emission` of the committed Verilog.
 #[pyfunction]
 pub fn emission_value() -> u32 {
-    registers::EMISSION_VALUE
+    hoverlock_registers::kt27::EMISSION_VALUE
 }

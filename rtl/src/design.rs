@@ -5,7 +5,7 @@
 //! numbers in their place ([`constant`]), because rust-hdl prints the names.
 
 use hoverlock_design::{DesignPoint, MAX_ROWS};
-use hoverlock_fixed_point::model::record::record_words;
+use hoverlock_registers::record::record_words;
 
 include!(concat!(env!("OUT_DIR"), "/design.rs"));
 

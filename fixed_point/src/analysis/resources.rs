@@ -13,9 +13,9 @@
 
 use serde::Serialize;
 
-use crate::model::record::record_words;
 use hoverlock_design::DesignPoint;
 use hoverlock_reference::features::maxlbp::LARGEST_RING;
+use hoverlock_registers::record::record_words;
 
 /// Memories of equal depth and width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]

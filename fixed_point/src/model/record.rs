@@ -1,6 +1,9 @@
 //! The feature record: the output of the hardware for one feature, and its words.
 
-use hoverlock_reference::features::feature::{Descriptor, Feature};
+use hoverlock_reference::features::feature::{Descriptor, Feature, MAX_PAIRS};
+use hoverlock_registers::record::{
+    FLAG_BRIGHT, FLAG_SCALE, FLAG_THIRD, RECORD_WORDS, RecordField, TWO_PAIR_WORDS, feature,
+};
 
 /// The feature record of the hardware: 256 bits in eight 32-bit words, or 320 bits in ten where the design has three
 /// scale pairs. The first eight words have the same layout in both; the words of a pair that the design does not have
@@ -37,71 +40,66 @@ pub struct FeatureRecord {
     pub descriptor: Descriptor,
 }
 
-/// Words of the record of one or two scale pairs.
-pub const TWO_PAIR_WORDS: usize = 8;
-/// Words of the record of three scale pairs: all that there are.
-pub const RECORD_WORDS: usize = 10;
-
-/// Returns the number of words of a record of a design with `pairs` scale pairs.
-pub const fn record_words(pairs: usize) -> usize {
-    if pairs > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
-}
-
-/// Lower flag bit of the scale pair.
-pub const FLAG_SCALE: u16 = 1;
-/// Flag bit of the polarity.
-pub const FLAG_BRIGHT: u16 = 1 << 1;
-/// Upper flag bit of the scale pair, in records of ten words only.
-pub const FLAG_THIRD: u16 = 1 << 2;
-/// Flag bit of a trailer: the records of its frame have ten words.
-pub const FLAG_TEN_WORDS: u16 = 1 << 12;
-/// Flag bit of the record that ends a frame's packet.
-pub const FLAG_TRAILER: u16 = 1 << 15;
+/// Descriptor words of the scale pairs.
+const MAXLBP: [RecordField; MAX_PAIRS] = [feature::MAXLBP_0, feature::MAXLBP_1, feature::MAXLBP_2];
+const SIGN: [RecordField; MAX_PAIRS] = [feature::SIGN_0, feature::SIGN_1, feature::SIGN_2];
 
 impl FeatureRecord {
     /// Returns the record as 32-bit words, least significant word first. A design of one or two scale pairs sends the
     /// first [`TWO_PAIR_WORDS`]; the others are 0.
     pub fn pack(&self) -> [u32; RECORD_WORDS] {
-        let pair = |low: u16, high: u16| u32::from(low) | (u32::from(high) << 16);
         let scale = [0, FLAG_SCALE, FLAG_THIRD][usize::from(self.scale)];
         let flags = scale | if self.bright { FLAG_BRIGHT } else { 0 };
-        let [left, right, up, down] = self.neighbours;
+        let [left, right, upper, lower] = self.neighbours;
         let mut words = [0; RECORD_WORDS];
-        words[..4].copy_from_slice(&[
-            pair(self.x, self.y),
-            pair(self.response, flags),
-            pair(left, right),
-            pair(up, down),
-        ]);
-        words[4..].copy_from_slice(&self.descriptor.words());
+        let halves = [
+            (feature::X, self.x),
+            (feature::Y, self.y),
+            (feature::RESPONSE, self.response),
+            (feature::FLAGS, flags),
+            (feature::LEFT, left),
+            (feature::RIGHT, right),
+            (feature::UPPER, upper),
+            (feature::LOWER, lower),
+        ];
+        for (field, value) in halves {
+            field.put(&mut words, value.into());
+        }
+        let Descriptor { maxlbp, sign } = &self.descriptor;
+        for k in 0..MAX_PAIRS {
+            MAXLBP[k].put(&mut words, maxlbp[k]);
+            SIGN[k].put(&mut words, sign[k]);
+        }
         words
     }
 
     /// Reads a record of eight or ten words. Returns `None` if a flag is set that no feature has, or for another number
     /// of words.
     pub fn unpack(words: &[u32]) -> Option<Self> {
-        let (low, high) = (|word: u32| word as u16, |word: u32| (word >> 16) as u16);
-        let first: &[u32; TWO_PAIR_WORDS] = words.first_chunk()?;
-        let (third, ten_words) = match words[TWO_PAIR_WORDS..] {
-            [] => ([0; 2], false),
-            [maxlbp, sign] => ([maxlbp, sign], true),
+        let has_third = match words.len() {
+            TWO_PAIR_WORDS => false,
+            RECORD_WORDS => true,
             _ => return None,
         };
-        let flags = high(first[1]);
+        let half = |field: RecordField| field.get(words) as u16;
+        let flags = half(feature::FLAGS);
         let scale = match flags & (FLAG_SCALE | FLAG_THIRD) {
             0 => 0,
             FLAG_SCALE => 1,
-            FLAG_THIRD if ten_words => 2,
+            FLAG_THIRD if has_third => 2,
             _ => return None,
         };
+        let of_pairs = |fields: [RecordField; MAX_PAIRS]| {
+            fields.map(|field| if field.word < words.len() { field.get(words) } else { 0 })
+        };
         (flags & !(FLAG_SCALE | FLAG_THIRD | FLAG_BRIGHT) == 0).then(|| Self {
-            x: low(first[0]),
-            y: high(first[0]),
-            response: low(first[1]),
+            x: half(feature::X),
+            y: half(feature::Y),
+            response: half(feature::RESPONSE),
             scale,
             bright: flags & FLAG_BRIGHT != 0,
-            neighbours: [low(first[2]), high(first[2]), low(first[3]), high(first[3])],
-            descriptor: Descriptor { maxlbp: [first[4], first[5], third[0]], sign: [first[6], first[7], third[1]] },
+            neighbours: [half(feature::LEFT), half(feature::RIGHT), half(feature::UPPER), half(feature::LOWER)],
+            descriptor: Descriptor { maxlbp: of_pairs(MAXLBP), sign: of_pairs(SIGN) },
         })
     }
 
@@ -129,6 +127,7 @@ impl From<&FeatureRecord> for Feature {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hoverlock_registers::record::FLAG_TRAILER;
     use proptest::prelude::*;
 
     proptest! {

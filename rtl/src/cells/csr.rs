@@ -1,13 +1,13 @@
-//! The registers of [`crate::registers`] behind an Avalon-MM slave: 32 bits, no wait states, data one cycle after
+//! The registers of [`hoverlock_registers`] behind an Avalon-MM slave: 32 bits, no wait states, data one cycle after
 //! `read`.
 
+use hoverlock_registers::{Access, Field, Register};
 use rust_hdl::prelude::*;
 
 use super::{Fields, Height, Response, Width, low, zeros};
 use crate::design::{
     COEFFICIENT_BITS, DOG_BITS, HEIGHT_BITS, MODE_AT, SCALE_PAIRS, TARGET_AT, THRESHOLD_0_AT, WIDTH_BITS,
 };
-use crate::registers::{Access, Field, Register, THRESHOLD_FIELDS, threshold_register};
 
 /// Bits of a register address, which counts 32-bit registers.
 pub const WORD_ADDRESS_BITS: usize = 6;
@@ -72,7 +72,7 @@ pub struct Csr {
 impl Csr {
     /// The slave of a register map.
     pub fn new(map: Vec<Register>) -> Self {
-        let words = map.iter().map(reset_word).collect();
+        let words = map.iter().map(Register::reset).collect();
         Self {
             clock: Signal::default(),
             reset: Signal::default(),
@@ -107,6 +107,12 @@ impl Csr {
 
     fn word(&self, name: &str) -> u32 {
         self._map.iter().position(|register| register.name == name).map_or(0, |i| self._words[i])
+    }
+
+    /// Returns the threshold of scale pair `k` that software sets: its register and its field.
+    fn manual_threshold(&self, k: usize) -> Option<(&Register, &Field)> {
+        let is_set = |field: &&Field| field.scale_pair == Some(k) && field.access == Access::ReadWrite;
+        self._map.iter().find_map(|register| Some((register, register.fields.iter().find(is_set)?)))
     }
 
     /// Whether a write changes a register of the set.
@@ -151,16 +157,8 @@ fn is_of_set(register: &Register) -> bool {
     register.name != "control" && register.fields.iter().any(|field| field.access == Access::ReadWrite)
 }
 
-fn mask(field: &Field) -> u32 {
-    (((1u64 << field.bits) - 1) << field.low) as u32
-}
-
-fn reset_word(register: &Register) -> u32 {
-    register.fields.iter().fold(0, |word, field| word | field.reset << field.low)
-}
-
 fn masked(register: &Register, access: Access) -> u32 {
-    register.fields.iter().filter(|field| field.access == access).fold(0, |word, field| word | mask(field))
+    register.fields.iter().filter(|field| field.access == access).fold(0, |word, field| word | field.mask())
 }
 
 impl Logic for Csr {
@@ -173,7 +171,7 @@ impl Logic for Csr {
                 self._read = found.map_or(0, |i| self._words[i] | self.shown(&self._map[i].name).unwrap_or_default());
             }
             if self.reset.val() {
-                self._words = self._map.iter().map(reset_word).collect();
+                self._words = self._map.iter().map(Register::reset).collect();
                 self._clear = true;
                 self._captured_size = 0;
             } else {
@@ -219,7 +217,8 @@ impl Logic for Csr {
             bank.set_bits(16 * i, Bits::<16>::from(u64::from(*word)));
         }
         for k in 0..SCALE_PAIRS {
-            let threshold = self.word(threshold_register("threshold", k)) >> (16 * (k % 2));
+            let threshold =
+                self.manual_threshold(k).map_or(0, |(register, field)| self.word(&register.name) >> field.low);
             bank.set_bits(THRESHOLD_0_AT + 16 * k, Bits::<16>::from(low(u64::from(threshold), DOG_BITS)));
         }
         bank.set_bits(TARGET_AT, Bits::<16>::from(u64::from(self.word("target"))));
@@ -292,8 +291,8 @@ impl Logic for Csr {
                             writes += &format!("    if (done & ~clear_now)\n      {name} <= {source};\n");
                         }
                         ("status", _) => declarations += &format!("wire {range}{name} = busy;\n"),
-                        ("threshold_now" | "threshold_now_2", field) => {
-                            let pair = THRESHOLD_FIELDS.iter().position(|known| *known == field).unwrap_or_default();
+                        ("threshold_now" | "threshold_now_2", _) => {
+                            let pair = field.scale_pair.unwrap_or_default();
                             declarations += &format!("wire {range}{name} = threshold_{pair};\n");
                         }
                         ("frames", _) => declarations += &format!("wire {range}{name} = frames;\n"),
@@ -371,10 +370,8 @@ end
             disturbing.join(" | "),
             (0..SCALE_PAIRS)
                 .rev()
-                .map(|k| {
-                    let register = threshold_register("threshold", k);
-                    format!("{}, {register}_{}", zeros(16 - DOG_BITS), THRESHOLD_FIELDS[k])
-                })
+                .filter_map(|k| self.manual_threshold(k))
+                .map(|(register, field)| format!("{}, {}_{}", zeros(16 - DOG_BITS), register.name, field.name))
                 .collect::<Vec<_>>()
                 .join(", "),
             coefficients.join(",\n            ")

@@ -12,7 +12,7 @@
 //! A record of 32 or 40 bytes takes 4 or 5 beats, because Intel's adapters and masters have no beats of 40 bytes.
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::record::record_words;
+use hoverlock_registers::record::record_words;
 
 use super::{File, banner};
 use crate::design::MAX_HEIGHT;
