@@ -2,10 +2,12 @@
 
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_harness::bus::stream::Frame;
 use hoverlock_reference::image::plane::Plane;
 
 use crate::SimulationError;
-use hoverlock_rtl::registers::{COEFFICIENTS_AT, Register, default_coefficients, registers};
+use hoverlock_registers::{COEFFICIENTS_OFFSET, Register};
+use hoverlock_rtl::registers::{default_coefficients, registers};
 
 /// A frame with the register values that it captures.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,14 +40,6 @@ pub enum Fault {
     Reset(usize),
     /// The same by the control register, which leaves the registers alone.
     Clear(usize),
-}
-
-/// One beat of the video stream.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Beat {
-    pub data: u16,
-    pub first: bool,
-    pub last: bool,
 }
 
 impl Job {
@@ -84,15 +78,15 @@ impl Job {
         }
     }
 
-    /// Beat `index` of the frame.
-    pub(super) fn beat(&self, index: usize) -> Beat {
+    /// The frame as the source sends it; `largest` is the largest pixel. Beats beyond its end are arbitrary.
+    pub(super) fn frame(&self, largest: u64) -> Frame {
         let pixels = self.pixels.as_slice();
         let last = pixels.last().copied().unwrap_or_default();
-        let ends = matches!(self.fault, Fault::None | Fault::Short(_) | Fault::Long(_));
-        Beat {
-            data: pixels.get(index).copied().unwrap_or(last ^ index as u16),
-            first: index == 0,
-            last: ends && index + 1 == self.beats(),
+        let symbol = |i: usize| u64::from(pixels.get(i).copied().unwrap_or(last ^ i as u16)) & largest;
+        let frame = Frame::new(&(0..self.beats()).map(symbol).collect::<Vec<_>>());
+        match self.fault {
+            Fault::None | Fault::Short(_) | Fault::Long(_) => frame,
+            Fault::Interrupted(_) | Fault::Reset(_) | Fault::Clear(_) => frame.without_end(),
         }
     }
 
@@ -175,7 +169,7 @@ impl Map {
     pub fn writes(&self, job: &Job) -> Result<Vec<(u32, u32)>, SimulationError> {
         let (w, h) = job.size();
         let coefficients = job.coefficients.iter().enumerate();
-        let mut writes: Vec<_> = coefficients.map(|(i, raw)| (COEFFICIENTS_AT + 4 * i as u32, *raw)).collect();
+        let mut writes: Vec<_> = coefficients.map(|(i, raw)| (COEFFICIENTS_OFFSET + 4 * i as u32, *raw)).collect();
         writes.push(self.word("size", &[w as u32, h as u32])?);
         for (name, thresholds) in ["threshold", "threshold_2"].into_iter().zip(job.thresholds.chunks(2)) {
             writes.push(self.word(name, thresholds)?);

@@ -10,22 +10,24 @@
 //! | `simulator` | from Verilog to a Verilated model |
 //! | `job` | the stimulus: frames, faults, pauses |
 //! | `expect` | the expected values, from `bit_true` |
-//! | `ports` | the ports of the top by their names |
-//! | `bench` | the loop over clock cycles |
+//! | [`Top`] | the ports of the top between a source, a sink and a master of the harness |
+//! | `stalls` | the pauses of source and sink |
+//! | `comparison` | sends the frames and compares in each clock cycle |
 //! | `planes`, `records` | the comparisons |
 //! | `outcome` | the result |
 //! | [`board`] | the top between camera, DMA and CPU, without a comparison: what a whole system sees |
 //! | `waves` | a window of a run as a wave file, and GTKWave's view of it |
 
-mod bench;
 pub mod board;
+mod comparison;
 mod expect;
 mod job;
 mod outcome;
 mod planes;
-mod ports;
 mod records;
 mod simulator;
+mod stalls;
+mod top;
 mod waves;
 
 use std::{sync::mpsc::sync_channel, time::Instant};
@@ -34,13 +36,13 @@ use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_harness::{BuildError, Error, ModelError, RecordingError};
 
-use bench::Bench;
+use comparison::Comparison;
 use expect::{Expectation, Oracle};
 pub use hoverlock_harness::build::Trace;
 pub use job::{Fault, Job, Streams};
 pub use outcome::{FrameOutcome, Mismatch, Outcome};
-pub use ports::{Narrow, Ports};
 pub use simulator::Simulator;
+pub use top::{Top, simulation};
 use waves::Recorder;
 pub use waves::{Window, format_of, record, signals, view};
 
@@ -64,9 +66,9 @@ pub enum SimulationError {
     /// The bench does not fit the register map.
     #[error("the register map has no register {0}")]
     Register(&'static str),
-    /// The wave file cannot be written, or waves are not built in.
+    /// The run failed, or its waves cannot be written.
     #[error(transparent)]
-    Waves(#[from] Error),
+    Run(#[from] Error),
     /// The board waits for an interrupt or for the DMA.
     #[error("frame {frame}: the hardware hangs: nothing came within {cycles} clock cycles")]
     Hangs {
@@ -112,10 +114,10 @@ pub fn run_telling(
     streams: Streams,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Outcome, SimulationError> {
-    let bench = Bench::new(simulator, jobs, streams, None)?;
+    let comparison = Comparison::new(simulator, jobs, streams, None)?;
     beside(simulator.design(), jobs, |oracle| {
         let started = Instant::now();
-        let mut outcome = bench.run(oracle, progress)?;
+        let mut outcome = comparison.run(oracle, progress)?;
         outcome.cycles_per_second = outcome.cycles as f64 / started.elapsed().as_secs_f64();
         Ok(outcome)
     })
@@ -128,8 +130,8 @@ fn record_window(
     streams: Streams,
     recorder: Recorder<'_>,
 ) -> Result<(), SimulationError> {
-    let bench = Bench::new(simulator, jobs, streams, Some(recorder))?;
-    beside(simulator.design(), jobs, |oracle| bench.run(oracle, &mut |_| ()).map(|_| ()))
+    let comparison = Comparison::new(simulator, jobs, streams, Some(recorder))?;
+    beside(simulator.design(), jobs, |oracle| comparison.run(oracle, &mut |_| ()).map(|_| ()))
 }
 
 /// Runs `work` while another thread computes `bit_true`, two frames ahead.

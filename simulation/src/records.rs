@@ -7,8 +7,9 @@
 
 use std::collections::VecDeque;
 
-use hoverlock_fixed_point::model::record::{
-    FLAG_BRIGHT, FLAG_SCALE, FLAG_TEN_WORDS, FLAG_THIRD, FLAG_TRAILER, FeatureRecord, RECORD_WORDS, record_words,
+use hoverlock_fixed_point::model::record::FeatureRecord;
+use hoverlock_registers::record::{
+    FLAG_BRIGHT, FLAG_SCALE, FLAG_TEN_WORDS, FLAG_THIRD, FLAG_TRAILER, RECORD_WORDS, record_words,
 };
 
 use hoverlock_design::DesignPoint;

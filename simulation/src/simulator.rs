@@ -8,7 +8,7 @@ use hoverlock_harness::{
     model::Library,
 };
 
-use crate::{SimulationError, bench::internals};
+use crate::{SimulationError, comparison::internals};
 use hoverlock_rtl::emission::verilog::verilog;
 
 /// The Verilated top, built once and cached by content.

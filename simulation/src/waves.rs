@@ -8,10 +8,10 @@
 use std::{fmt::Write as _, path::Path};
 
 use hoverlock_design::{DesignPoint, smoother_names};
-use hoverlock_fixed_point::model::record::record_words;
-use hoverlock_harness::{Time, build::Trace, model::Model};
+use hoverlock_harness::{Time, build::Trace, wave::Recording};
+use hoverlock_registers::record::record_words;
 
-use crate::{Job, Outcome, SimulationError, Simulator, Streams, bench::RESET_CYCLES, record_window};
+use crate::{Job, Outcome, SimulationError, Simulator, Streams, record_window, top::RESET_CYCLES};
 use hoverlock_rtl::design::{HEIGHT_BITS, ROW_BITS};
 
 /// Nanoseconds of a clock cycle: 100 MHz.
@@ -62,21 +62,18 @@ pub(super) struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    pub fn open(&self, model: &mut Model) -> Result<(), SimulationError> {
-        Ok(model.trace_open(self.path, 0, "")?)
-    }
-
-    /// A cycle, counted from the run's first, resets included, is in the window.
-    pub fn wants(&self, cycle: u64) -> bool {
+    /// The window as the harness records it, without a view: [`view`] is the better one.
+    pub fn recording(&self) -> Recording {
         let from = if self.window.from == 0 { 0 } else { self.window.from + RESET_CYCLES };
-        (from..self.end()).contains(&cycle)
+        let last = self.end().saturating_sub(1);
+        Recording::everything(self.path).without_view().window(time(from, false), time(last, true))
     }
 
     fn end(&self) -> u64 {
         (self.window.from + RESET_CYCLES).saturating_add(self.window.cycles)
     }
 
-    /// The window is complete.
+    /// Whether the window is complete after `cycle` cycles, counted from the first of the reset.
     pub fn is_past(&self, cycle: u64) -> bool {
         cycle >= self.end()
     }

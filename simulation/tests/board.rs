@@ -64,7 +64,7 @@ fn the_memory_holds_the_list_of_the_model() {
 fn late(simulator: &Simulator, latency: u64, frames: &[Plane<u16>], thresholds: &[u32]) {
     let design = simulator.design();
     let mut driver = Driver::start(simulator, latency, |port| set_up(port, thresholds)).unwrap();
-    frames.iter().cloned().for_each(|frame| driver.send(frame));
+    frames.iter().for_each(|frame| driver.send(frame).unwrap());
     let register = |address: u32| driver.registers().iter().find(|(at, _)| *at == address).unwrap().1;
     assert_eq!((register(0x00), register(0x14)), (u32::from_be_bytes(*b"HLCK"), 140 << 16 | 200));
     let flags = if design.pairs() > 2 { 0x9000 } else { 0x8000 };

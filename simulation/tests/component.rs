@@ -1,22 +1,23 @@
 //! The component for Platform Designer from its ports, between models of Intel's DMA masters: bytes of frames in memory
 //! go in, bytes of records in memory come out, as the header and the flight program have them.
 
-use std::{collections::VecDeque, fs, path::Path, path::PathBuf, process::Command};
+use std::{fs, path::Path, path::PathBuf, process::Command};
 
 use hoverlock_design::{DesignPoint, Format, KT27};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_fixed_point::model::record::{FLAG_TEN_WORDS, FLAG_TRAILER};
 use hoverlock_harness::build::{Build, Initial};
-use hoverlock_harness::model::{InstanceOptions, Library, Model, RawSignal};
+use hoverlock_harness::bus::avalon_mm::Master;
+use hoverlock_harness::bus::stream::{Dialect, Frame as StreamFrame, Ports, Rules, Sink, Source};
+use hoverlock_harness::bus::{Pause, Random, Reset, Switch};
+use hoverlock_harness::model::{InstanceOptions, Library};
+use hoverlock_harness::sim::{Dut, Edge, Signal, Sim};
+use hoverlock_harness::{Error, Time};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_registers::kt27 as map;
+use hoverlock_registers::record::{FLAG_TEN_WORDS, FLAG_TRAILER};
 use hoverlock_rtl::emission::{component, verilog::verilog};
-use hoverlock_simulation::Narrow;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-#[allow(dead_code, reason = "the constants of all registers")]
-#[path = "../../rtl/registers/hoverlock_registers.rs"]
-mod map;
 
 /// The register of the third threshold, which the default design lacks.
 const THRESHOLD_2: u32 = 0x34;
@@ -62,235 +63,97 @@ fn library(design: &DesignPoint, name: &str) -> Library {
     Build::new("hoverlock_component").sources(sources).initial(Initial::Random).compile().unwrap()
 }
 
-/// The handles of the ports.
-struct Ports {
-    clock: RawSignal<u8>,
-    reset: RawSignal<u8>,
-    video_ready: RawSignal<u8>,
-    video_valid: RawSignal<u8>,
-    video_data: Narrow,
-    /// Absent where a beat is one byte.
-    video_empty: Option<RawSignal<u8>>,
-    video_first: RawSignal<u8>,
-    video_last: RawSignal<u8>,
-    feature_ready: RawSignal<u8>,
-    feature_valid: RawSignal<u8>,
-    feature_data: RawSignal<u64>,
-    feature_empty: RawSignal<u8>,
-    feature_first: RawSignal<u8>,
-    feature_last: RawSignal<u8>,
-    csr_address: RawSignal<u8>,
-    csr_read: RawSignal<u8>,
-    csr_readdata: RawSignal<u32>,
-    csr_write: RawSignal<u8>,
-    csr_writedata: RawSignal<u32>,
+fn options(seed: u64) -> InstanceOptions {
+    InstanceOptions { seed, plusargs: Vec::new() }
 }
 
-/// A packet in memory, as a descriptor of the read master names it; without an end where the descriptor generates none.
-struct Descriptor {
-    bytes: Vec<u8>,
-    ends: bool,
-}
-
+/// The component between DMA masters: they read bytes of frames and write bytes of records.
 struct Bench {
-    design: DesignPoint,
-    model: Model,
-    ports: Ports,
-    random: ChaCha8Rng,
-    source_pause: f64,
-    sink_pause: f64,
-    /// What the read master still sends; the first packet from `at` on.
-    descriptors: VecDeque<Descriptor>,
-    at: usize,
-    offered: bool,
-    /// The memory that the write master fills, packet by packet.
-    packets: VecDeque<Vec<u8>>,
-    memory: Vec<u8>,
-    /// A beat that the write master has not taken: it must stay.
-    standing: Option<(u64, u8, u8, u8)>,
-}
-
-macro_rules! get {
-    ($signal:expr) => {
-        // SAFETY: the model lives in the same bench and never leaves this thread.
-        unsafe { $signal.get() }
-    };
-}
-macro_rules! set {
-    ($signal:expr, $value:expr) => {
-        // SAFETY: as above, and the value fits the signal.
-        unsafe { $signal.set($value) }
-    };
+    dut: Dut,
+    clock: Signal,
+    reset: Signal,
+    video: Source,
+    features: Sink,
+    feature_reset: Switch,
+    registers: Master,
+    pairs: usize,
 }
 
 impl Bench {
-    fn new(design: &DesignPoint, library: &Library, seed: u64, pauses: [f64; 2]) -> Self {
-        let model = library.instance_with(&InstanceOptions { seed, plusargs: Vec::new() }).unwrap();
-        let ports = Ports {
-            clock: model.raw("clock").unwrap(),
-            reset: model.raw("reset").unwrap(),
-            video_ready: model.raw("video_ready").unwrap(),
-            video_valid: model.raw("video_valid").unwrap(),
-            video_data: Narrow::find(&model, "video_data").unwrap(),
-            video_empty: model.raw("video_empty").ok(),
-            video_first: model.raw("video_startofpacket").unwrap(),
-            video_last: model.raw("video_endofpacket").unwrap(),
-            feature_ready: model.raw("feature_ready").unwrap(),
-            feature_valid: model.raw("feature_valid").unwrap(),
-            feature_data: model.raw("feature_data").unwrap(),
-            feature_empty: model.raw("feature_empty").unwrap(),
-            feature_first: model.raw("feature_startofpacket").unwrap(),
-            feature_last: model.raw("feature_endofpacket").unwrap(),
-            csr_address: model.raw("csr_address").unwrap(),
-            csr_read: model.raw("csr_read").unwrap(),
-            csr_readdata: model.raw("csr_readdata").unwrap(),
-            csr_write: model.raw("csr_write").unwrap(),
-            csr_writedata: model.raw("csr_writedata").unwrap(),
-        };
-        assert_eq!(ports.video_empty.is_some(), pixel_bytes(design) > 1, "empty of the video");
-        let mut bench = Self {
-            design: design.clone(),
-            model,
-            ports,
-            random: ChaCha8Rng::seed_from_u64(seed),
-            source_pause: pauses[0],
-            sink_pause: pauses[1],
-            descriptors: VecDeque::new(),
-            at: 0,
-            offered: false,
-            packets: VecDeque::new(),
-            memory: Vec::new(),
-            standing: None,
-        };
-        set!(bench.ports.reset, 1);
-        (0..4).for_each(|_| bench.cycle(None));
-        set!(bench.ports.reset, 0);
-        (0..2).for_each(|_| bench.cycle(None));
-        bench
+    fn new(dut: &Dut, design: &DesignPoint, seed: u64, [source_pause, sink_pause]: [f64; 2]) -> Result<Self, Error> {
+        const AVALON: Dialect = Dialect::Avalon { ready_latency: 0 };
+        let clock = dut.clock("clock", Time::ns(10))?.signal().clone();
+        let feature_reset = Switch::default();
+        let video = Source::new(dut, &clock, Ports::find(dut, "video_", AVALON)?, None)?;
+        let reset = Some(Reset::while_on(&feature_reset));
+        let features = Sink::new(dut, &clock, Ports::find(dut, "feature_", AVALON)?, reset, Rules::Strict)?;
+        video.set_pause(Pause::random(source_pause, seed));
+        video.randomize_idle(seed);
+        features.set_pause(Pause::random(sink_pause, seed + 1));
+        let empty = dut.signal("video_empty").ok();
+        assert_eq!(empty.is_some(), pixel_bytes(design) > 1, "empty of the video");
+        if let Some(empty) = empty {
+            fill_lanes(dut, &clock, empty, seed)?;
+        }
+        let registers = Master::new(dut, &clock, "csr_", 1)?;
+        let reset = dut.signal("reset")?;
+        Ok(Self { dut: dut.clone(), clock, reset, video, features, feature_reset, registers, pairs: design.pairs() })
     }
 
-    fn pauses(&mut self, probability: f64) -> bool {
-        probability > 0.0 && self.random.random_bool(probability)
+    async fn start(&self) -> Result<(), Error> {
+        self.feature_reset.set(true);
+        self.reset.set(1)?;
+        self.clock.cycles(4).await;
+        self.reset.set(0)?;
+        self.clock.cycles(2).await;
+        self.feature_reset.set(false);
+        Ok(())
     }
 
-    /// One clock, with a write to a register or without.
-    fn cycle(&mut self, write: Option<(u32, u32)>) {
-        set!(self.ports.clock, 0);
-        let (address, word) = write.unwrap_or((0, 0));
-        set!(self.ports.csr_address, (address >> 2) as u8);
-        set!(self.ports.csr_writedata, word);
-        set!(self.ports.csr_write, u8::from(write.is_some()));
-        self.offered = !self.descriptors.is_empty() && (self.offered || !self.pauses(self.source_pause));
-        let taken = self.read_master();
-        let ready = !self.pauses(self.sink_pause);
-        set!(self.ports.feature_ready, u8::from(ready));
-        self.model.eval().unwrap();
-        if self.offered && get!(self.ports.video_ready) == 1 {
-            self.offered = false;
-            self.at += taken;
-            if self.at >= self.descriptors[0].bytes.len() {
-                self.descriptors.pop_front();
-                self.at = 0;
-            }
-        }
-        self.write_master(ready);
-        set!(self.ports.clock, 1);
-        self.model.eval().unwrap();
-    }
-
-    /// Offers a beat: the byte of the lowest address is the first symbol, in the highest bits. Returns its bytes.
-    fn read_master(&mut self) -> usize {
-        let lanes = pixel_bytes(&self.design);
-        set!(self.ports.video_valid, u8::from(self.offered));
-        let Some(descriptor) = self.descriptors.front().filter(|_| self.offered) else {
-            // Without `valid` the other signals say nothing.
-            set!(self.ports.video_data, self.random.random_range(0..1 << (8 * lanes)));
-            set!(self.ports.video_first, self.random.random_range(0..2));
-            set!(self.ports.video_last, self.random.random_range(0..2));
-            if let Some(empty) = self.ports.video_empty {
-                set!(empty, self.random.random_range(0..2));
-            }
-            return 0;
-        };
-        let rest = &descriptor.bytes[self.at..];
-        let symbols = rest.iter().copied().chain(std::iter::repeat(NOTHING)).take(lanes);
-        let ends = rest.len() <= lanes;
-        set!(self.ports.video_data, symbols.fold(0, |beat, symbol| beat << 8 | u32::from(symbol)));
-        set!(self.ports.video_first, u8::from(self.at == 0));
-        set!(self.ports.video_last, u8::from(ends && descriptor.ends));
-        if let Some(empty) = self.ports.video_empty {
-            // It counts only at the end of a packet.
-            let free = if ends { lanes.saturating_sub(rest.len()) as u8 } else { self.random.random_range(0..2) };
-            set!(empty, free);
-        }
-        lanes
-    }
-
-    /// Takes a beat: the symbol in the highest bits goes to the lowest address.
-    fn write_master(&mut self, ready: bool) {
-        if get!(self.ports.reset) == 1 {
-            return;
-        }
-        if get!(self.ports.feature_valid) == 0 {
-            assert!(self.standing.is_none(), "a beat that was offered has gone");
-            return;
-        }
-        let data = get!(self.ports.feature_data);
-        let (first, last) = (get!(self.ports.feature_first), get!(self.ports.feature_last));
-        let empty = get!(self.ports.feature_empty);
-        let beat = (data, empty, first, last);
-        assert!(self.standing.is_none_or(|standing| standing == beat), "a beat changed while it was offered");
-        self.standing = (!ready).then_some(beat);
-        if !ready {
-            return;
-        }
-        assert_eq!(first == 1, self.memory.is_empty(), "start of packet at byte {}", self.memory.len());
-        assert_eq!(empty, 0, "a record fills its beats");
-        self.memory.extend(data.to_be_bytes());
-        if last == 1 {
-            self.packets.push_back(std::mem::take(&mut self.memory));
-        }
-    }
-
-    /// Reads the register at address 0.
-    fn identification(&mut self) -> u32 {
-        set!(self.ports.csr_read, 1);
-        self.cycle(None);
-        set!(self.ports.csr_read, 0);
-        get!(self.ports.csr_readdata)
-    }
-
-    fn write(&mut self, address: u32, word: u32) {
-        self.cycle(Some((address, word)));
+    async fn write(&self, address: u32, value: u32) -> Result<(), Error> {
+        self.registers.write(u64::from(address / 4), value.into()).await
     }
 
     /// Sets size and thresholds for the frames from now on.
-    fn configure(&mut self, width: usize, height: usize, thresholds: [u32; 3]) {
-        self.write(map::SIZE, (height << 16 | width) as u32);
-        let pair = |k: usize| if k < self.design.pairs() { thresholds[k] } else { 0 };
+    async fn configure(&self, width: usize, height: usize, thresholds: [u32; 3]) -> Result<(), Error> {
+        self.write(map::SIZE, (height << 16 | width) as u32).await?;
+        let pair = |k: usize| if k < self.pairs { thresholds[k] } else { 0 };
         let (low, third) = (pair(1) << 16 | pair(0), pair(2));
-        self.write(map::THRESHOLD, low);
+        self.write(map::THRESHOLD, low).await?;
         if third > 0 {
-            self.write(THRESHOLD_2, third);
+            self.write(THRESHOLD_2, third).await?;
         }
-        self.write(map::COMMIT, 1);
-        self.write(map::CONTROL, map::CONTROL_ENABLE);
+        self.write(map::COMMIT, 1).await?;
+        self.write(map::CONTROL, map::CONTROL_ENABLE).await
     }
 
-    fn packet(&mut self) -> Vec<u8> {
-        for _ in 0..1_000_000 {
-            if let Some(packet) = self.packets.pop_front() {
-                return packet;
-            }
-            self.cycle(None);
-        }
-        panic!("no packet");
+    /// The next packet as the write master leaves it in memory.
+    async fn packet(&self) -> Result<Vec<u8>, Error> {
+        let packet = self.dut.with_timeout(Time::ms(10), self.features.recv()).await?;
+        Ok(packet.symbols.iter().map(|symbol| *symbol as u8).collect())
     }
+}
+
+/// Drives what a design must not look at, after the source: the lanes of the last beat that hold no symbol, and `empty`
+/// before the last beat.
+fn fill_lanes(dut: &Dut, clock: &Signal, empty: Signal, seed: u64) -> Result<(), Error> {
+    let (data, last) = (dut.signal("video_data")?, dut.signal("video_endofpacket")?);
+    let valid = dut.signal("video_valid")?;
+    let mut random = Random::new(seed);
+    dut.on_edge(clock, Edge::Rising, move || {
+        let is_partial = empty.get_pending() > 0;
+        match (valid.get_pending() > 0, last.get_pending() > 0) {
+            (true, true) if is_partial => data.set(data.get_pending() & 0xff00 | u64::from(NOTHING)),
+            (true, false) => empty.set(random.below(2)),
+            _ => Ok(()),
+        }
+    });
+    Ok(())
 }
 
 /// A frame in memory: its bytes, the pixels that the hardware makes of them, the errors of its trailer.
 struct Frame {
-    descriptor: Descriptor,
+    sent: StreamFrame,
     pixels: Plane<u16>,
     errors: u32,
 }
@@ -324,7 +187,8 @@ fn frame(design: &DesignPoint, width: usize, height: usize, seed: u64, more: isi
         (false, true) if samples.len() == whole => 0,
         (false, _) => LONG,
     };
-    Frame { descriptor: Descriptor { bytes: memory, ends }, pixels, errors }
+    let sent = StreamFrame::new(&memory);
+    Frame { sent: if ends { sent } else { sent.without_end() }, pixels, errors }
 }
 
 /// What the write master leaves in memory: the records of the model and the trailer, little endian.
@@ -372,8 +236,6 @@ fn bytes_are_exact(name: &str) {
     let thresholds = [strongest / 16, strongest / 32, strongest / 64];
     let (width, height) = (96, 80);
     for (seed, pauses) in [(1, [0.0, 0.0]), (2, [0.3, 0.3]), (3, [0.1, 0.8])] {
-        let mut bench = Bench::new(&design, &library, seed, pauses);
-        bench.configure(width, height, thresholds);
         let mut frames = vec![(0, true), (0, true), (-5 * bytes, true), (7 * bytes, true), (-100, false), (0, true)];
         if bytes > 1 {
             // Half a pixel at the end: of the last pixel, earlier, after the last.
@@ -383,20 +245,27 @@ fn bytes_are_exact(name: &str) {
             .zip(frames)
             .map(|(i, (more, ends))| frame(&design, width, height, 100 * seed + i, more, ends))
             .collect();
-        for (number, frame) in (0..).zip(&frames) {
-            let Descriptor { bytes, ends } = &frame.descriptor;
-            bench.descriptors.push_back(Descriptor { bytes: bytes.clone(), ends: *ends });
-            // The next frame ends one that has no end.
-            if frame.errors == INTERRUPTED {
-                continue;
+        let mut sim = Sim::new(library.instance_with(&options(seed)).unwrap()).unwrap();
+        let bench = Bench::new(&sim.dut(), &design, seed, pauses).unwrap();
+        let played = sim.run(async {
+            bench.start().await?;
+            bench.configure(width, height, thresholds).await?;
+            for (number, frame) in (0..).zip(&frames) {
+                bench.video.send(&frame.sent)?;
+                // The next frame ends one that has no end.
+                if frame.errors == INTERRUPTED {
+                    continue;
+                }
+                let first = number - u32::from(number > 0 && frames[number as usize - 1].errors == INTERRUPTED);
+                for number in first..=number {
+                    let expected = expected(&design, &frames[number as usize], number, thresholds);
+                    assert!(expected.len() > 20 * record_bytes(&design), "{name}: too few features to mean something");
+                    same(&format!("{name}, seed {seed}, frame {number}"), &expected, &bench.packet().await?);
+                }
             }
-            let first = number - u32::from(number > 0 && frames[number as usize - 1].errors == INTERRUPTED);
-            for number in first..=number {
-                let expected = expected(&design, &frames[number as usize], number, thresholds);
-                assert!(expected.len() > 20 * record_bytes(&design), "{name}: too few features to mean something");
-                same(&format!("{name}, seed {seed}, frame {number}"), &expected, &bench.packet());
-            }
-        }
+            Ok::<_, Error>(())
+        });
+        played.unwrap();
         let errors = frames.iter().fold(0, |all, frame| all | frame.errors);
         assert_eq!(errors, SHORT | LONG | INTERRUPTED);
     }
@@ -425,33 +294,33 @@ fn a_reset_in_the_middle_of_a_record_leaves_nothing_behind() {
     let library = library(&KT27, "kt27");
     let thresholds = [500, 500, 0];
     for beats in 1..=8 {
-        let mut bench = Bench::new(&KT27, &library, beats as u64, [0.0, 0.0]);
-        bench.configure(64, 64, thresholds);
-        let first = frame(&KT27, 64, 64, 5, 0, true);
-        bench.descriptors.push_back(first.descriptor);
-        while bench.memory.len() < 8 * beats {
-            bench.cycle(None);
-            assert!(bench.packets.is_empty());
-        }
-        bench.sink_pause = 1.0;
-        bench.write(map::CONTROL, map::CONTROL_ENABLE | map::CONTROL_RESET);
-        // The DMAs are reset with it.
-        bench.descriptors.clear();
-        (bench.at, bench.offered) = (0, false);
-        bench.standing = None;
-        bench.memory.clear();
-        while get!(bench.ports.feature_valid) == 1 {
-            bench.cycle(None);
-            bench.standing = None;
-        }
-        (0..8).for_each(|_| bench.cycle(None));
-        bench.sink_pause = 0.0;
-        let second = frame(&KT27, 64, 64, 6, 0, true);
-        let expected = expected(&KT27, &second, 0, thresholds);
-        bench.descriptors.push_back(second.descriptor);
-        let packet = bench.packet();
-        same(&format!("reset after {beats} beats"), &expected[4..], &packet[4..]);
-        assert_eq!(bench.identification(), map::IDENTIFICATION_VALUE);
+        let mut sim = Sim::new(library.instance_with(&options(beats)).unwrap()).unwrap();
+        let bench = Bench::new(&sim.dut(), &KT27, beats, [0.0, 0.0]).unwrap();
+        let played = sim.run(async {
+            bench.start().await?;
+            bench.configure(64, 64, thresholds).await?;
+            bench.video.send(&frame(&KT27, 64, 64, 5, 0, true).sent)?;
+            bench.clock.cycles_until(1_000_000, || bench.features.beats() >= beats).await?;
+            assert!(bench.features.is_empty());
+            // No beat more is taken, and the DMAs are reset with the pipeline.
+            bench.dut.signal("feature_ready")?.set(0)?;
+            bench.feature_reset.set(true);
+            bench.write(map::CONTROL, map::CONTROL_ENABLE | map::CONTROL_RESET).await?;
+            bench.video.clear();
+            bench.features.clear();
+            let valid = bench.dut.signal("feature_valid")?;
+            bench.clock.cycles_until(1_000, || !valid.is_high()).await?;
+            bench.clock.cycles(8).await;
+            bench.feature_reset.set(false);
+            let second = frame(&KT27, 64, 64, 6, 0, true);
+            let expected = expected(&KT27, &second, 0, thresholds);
+            bench.video.send(&second.sent)?;
+            let packet = bench.packet().await?;
+            same(&format!("reset after {beats} beats"), &expected[4..], &packet[4..]);
+            assert_eq!(bench.registers.read(0).await?, u64::from(map::IDENTIFICATION_VALUE));
+            Ok::<_, Error>(())
+        });
+        played.unwrap();
     }
 }
 

@@ -110,7 +110,7 @@ impl Extractor {
     pub(super) fn packet(&mut self, frame: &Plane<u16>) -> Result<Vec<u8>, ChainError> {
         match self {
             Self::Rtl { driver, design } => {
-                driver.send(camera_samples(design, frame));
+                driver.send(&camera_samples(design, frame))?;
                 Ok(driver.packet()?.ok_or(ChainError::NoPacket)?.bytes)
             }
             Self::Model { features, control, frames } => {

@@ -64,6 +64,11 @@ impl Dma {
         self.responses.pop_front()
     }
 
+    /// Whether there is a response.
+    pub fn has_answer(&self) -> bool {
+        !self.responses.is_empty()
+    }
+
     /// What the buffer holds.
     pub fn read(&self, descriptor: Descriptor, bytes: usize) -> &[u8] {
         &self.memory[descriptor.offset..descriptor.offset + bytes]
@@ -104,7 +109,7 @@ impl Dma {
 
 #[cfg(test)]
 mod tests {
-    use hoverlock_fixed_point::model::record::RECORD_WORDS;
+    use hoverlock_registers::record::RECORD_WORDS;
 
     use super::*;
 

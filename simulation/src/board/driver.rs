@@ -10,59 +10,60 @@
 
 use std::collections::VecDeque;
 
+use hoverlock_harness::{Error, SimError, Time};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_registers::kt27 as map;
+use hoverlock_rtl::registers::registers;
 
 use super::dma::Descriptor;
 use super::fpga::Fpga;
-use crate::{SimulationError, Simulator};
-use hoverlock_rtl::registers::registers;
-
-/// Byte addresses and masks, as software has them.
-#[path = "../../../rtl/registers/hoverlock_registers.rs"]
-#[allow(dead_code)] // the driver uses a part of the map
-mod map;
+use crate::top::HALF_CYCLE;
+use crate::{SimulationError, Simulator, Top};
 
 /// Buffers in the ring.
 const BUFFERS: usize = 2;
 
 /// Bytes of a buffer: 2047 features of 32 bytes and the trailer.
-const BUFFER: usize = 64 << 10;
+const BUFFER_BYTES: usize = 64 << 10;
 
 /// Clock cycles of one register access over the bridge, beside the access itself.
-const BRIDGE: usize = 20;
+const BRIDGE_CYCLES: u64 = 20;
 
-/// Clock cycles without an interrupt, beside those of a frame, after which the hardware is taken to hang.
-const PATIENCE: u64 = 1_000_000;
+/// Clock cycles without an interrupt, beside those of a frame, after which the hardware is considered stuck.
+const TIMEOUT_CYCLES: u64 = 1_000_000;
 
 /// A frame as the CPU finds it in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Packet {
     /// The records, the trailer last, 32 or 40 bytes each.
     pub bytes: Vec<u8>,
-    /// Clock cycle at which the CPU had copied it.
-    pub cycle: u64,
 }
 
 /// The registers as the CPU reaches them, over the bridge.
 pub struct RegisterPort<'f>(&'f mut Fpga);
 
 impl RegisterPort<'_> {
-    /// The register at a byte address.
+    /// Reads the register at a byte address.
     ///
     /// # Errors
-    /// Where the model fails.
+    /// If the model fails.
     pub fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
-        wait(self.0, BRIDGE)?;
-        self.0.read(address)
+        // The data come in the cycle after the request, which is one of the bridge's.
+        Ok(self.0.run(async |top| {
+            top.clock.cycles(BRIDGE_CYCLES - 1).await;
+            top.read(address).await
+        })?)
     }
 
     /// Writes the register at a byte address.
     ///
     /// # Errors
-    /// Where the model fails.
+    /// If the model fails.
     pub fn write(&mut self, address: u32, value: u32) -> Result<(), SimulationError> {
-        wait(self.0, BRIDGE)?;
-        self.0.write(address, value)
+        Ok(self.0.run(async |top| {
+            top.clock.cycles(BRIDGE_CYCLES).await;
+            top.write(address, value).await
+        })?)
     }
 }
 
@@ -77,7 +78,8 @@ pub struct Driver {
     ring: VecDeque<Descriptor>,
     /// Frames given to the camera.
     sent: usize,
-    patience: u64,
+    /// Clock cycles without an interrupt or a response, after which the hardware is considered stuck.
+    timeout: u64,
     /// Packets copied, and frames that the hardware has finished.
     copied: usize,
     finished: usize,
@@ -90,95 +92,108 @@ impl Driver {
     /// interrupt. The CPU's first access comes `latency` clock cycles after an interrupt.
     ///
     /// # Errors
-    /// Where the bench does not fit the model, or `set_up` fails.
+    /// If the bench does not fit the model, or `set_up` fails.
     pub fn start<E: From<SimulationError>>(
         simulator: &Simulator,
         latency: u64,
         set_up: impl FnOnce(&mut RegisterPort<'_>) -> Result<(), E>,
     ) -> Result<Self, E> {
-        let mut fpga = Fpga::new(simulator, BUFFERS * BUFFER)?;
-        let ring: VecDeque<_> = (0..BUFFERS).map(|i| Descriptor { offset: i * BUFFER, bytes: BUFFER }).collect();
-        ring.iter().for_each(|descriptor| fpga.dma.give(*descriptor));
+        let mut fpga = Fpga::new(simulator, BUFFERS * BUFFER_BYTES)?;
+        let descriptor = |i: usize| Descriptor { offset: i * BUFFER_BYTES, bytes: BUFFER_BYTES };
+        let ring: VecDeque<_> = (0..BUFFERS).map(descriptor).collect();
+        ring.iter().for_each(|descriptor| fpga.give(*descriptor));
         let mut port = RegisterPort(&mut fpga);
         set_up(&mut port)?;
         let map = registers(simulator.design()).map_err(SimulationError::from)?;
         let block = map.iter().map(|register| Ok((register.offset, port.read(register.offset)?)));
         let block = block.collect::<Result<Vec<_>, SimulationError>>()?;
         fpga.expose();
-        let patience = latency + PATIENCE;
-        Ok(Self { fpga, latency, block, ring, sent: 0, patience, copied: 0, finished: 0, status: 0 })
+        let timeout = latency + TIMEOUT_CYCLES;
+        Ok(Self { fpga, latency, block, ring, sent: 0, timeout, copied: 0, finished: 0, status: 0 })
     }
 
     /// Gives the camera a frame, which it sends after those it has. All are of the size that was set up.
-    pub fn send(&mut self, frame: Plane<u16>) {
-        self.patience = self.latency + PATIENCE + 4 * frame.as_slice().len() as u64;
+    ///
+    /// # Errors
+    /// If the frame has no pixels, or one that does not fit the port.
+    pub fn send(&mut self, frame: &Plane<u16>) -> Result<(), SimulationError> {
+        self.timeout = self.latency + TIMEOUT_CYCLES + 4 * frame.as_slice().len() as u64;
         self.sent += 1;
-        self.fpga.send(frame);
+        Ok(self.fpga.send(frame)?)
     }
 
-    /// All registers as they were read before the first frame: byte address and value.
+    /// Returns all registers as they were read before the first frame: byte address and value.
     pub fn registers(&self) -> &[(u32, u32)] {
         &self.block
     }
 
-    /// Clock cycles since the reset.
+    /// Returns the clock cycles since the reset.
     pub fn cycles(&self) -> u64 {
-        self.fpga.cycles
+        self.fpga.cycles()
     }
 
-    /// Status bits that were set at any interrupt, see `registers/REGISTERS.md`.
+    /// Returns the status bits that were set at any interrupt, see `registers/REGISTERS.md`.
     pub fn status(&self) -> u32 {
         self.status
     }
 
-    /// The packet of the next frame; nothing where all that were sent have come.
+    /// Returns the packet of the next frame; `None` if all that were sent have come.
     ///
     /// # Errors
-    /// Where the hardware hangs.
+    /// If the hardware is stuck.
     pub fn packet(&mut self) -> Result<Option<Packet>, SimulationError> {
         if self.copied == self.sent {
             return Ok(None);
         }
         while self.finished == self.copied {
-            self.until(|fpga| fpga.interrupt())?;
-            wait(&mut self.fpga, self.latency as usize)?;
-            let status = RegisterPort(&mut self.fpga).read(map::STATUS)?;
-            RegisterPort(&mut self.fpga).write(map::STATUS, status)?;
+            self.interrupt()?;
+            let mut port = RegisterPort(&mut self.fpga);
+            let status = port.read(map::STATUS)?;
+            port.write(map::STATUS, status)?;
             self.status |= status;
-            self.finished = RegisterPort(&mut self.fpga).read(map::FRAMES)? as usize;
+            self.finished = port.read(map::FRAMES)? as usize;
         }
         let mut bytes = Vec::new();
         loop {
-            let mut response = None;
-            self.until(|fpga| {
-                response = fpga.dma.answer();
-                response.is_some()
-            })?;
-            let (Some(response), Some(descriptor)) = (response, self.ring.pop_front()) else { continue };
-            bytes.extend_from_slice(self.fpga.dma.read(descriptor, response.bytes));
-            self.fpga.dma.give(descriptor);
+            let response = match self.fpga.answer() {
+                Ok(response) => response,
+                Err(answered) => {
+                    self.wait(async |_| answered.wait().await)?;
+                    continue;
+                }
+            };
+            let Some(descriptor) = self.ring.pop_front() else { continue };
+            self.fpga.copy(descriptor, response.bytes, &mut bytes);
+            self.fpga.give(descriptor);
             self.ring.push_back(descriptor);
             if response.ended {
                 break;
             }
         }
         self.copied += 1;
-        Ok(Some(Packet { bytes, cycle: self.fpga.cycles }))
+        Ok(Some(Packet { bytes }))
     }
 
-    /// Clocks until something is so.
-    fn until(&mut self, mut so: impl FnMut(&mut Fpga) -> bool) -> Result<(), SimulationError> {
-        let from = self.fpga.cycles;
-        while !so(&mut self.fpga) {
-            self.fpga.clock()?;
-            if self.fpga.cycles - from > self.patience {
-                return Err(SimulationError::Hangs { frame: self.copied, cycles: self.patience });
+    /// Waits for the interrupt, and for the CPU to answer it.
+    fn interrupt(&mut self) -> Result<(), SimulationError> {
+        let latency = self.latency;
+        self.wait(async |top| {
+            if !top.irq.is_high() {
+                top.irq.rising_edge().await;
             }
-        }
-        Ok(())
+            if latency > 0 {
+                top.clock.cycles(latency).await;
+            }
+        })
     }
-}
 
-fn wait(fpga: &mut Fpga, cycles: usize) -> Result<(), SimulationError> {
-    (0..cycles).try_for_each(|_| fpga.clock())
+    /// Waits for something, but no longer than the timeout.
+    fn wait(&mut self, until: impl AsyncFnOnce(&Top)) -> Result<(), SimulationError> {
+        let limit = Time::fs(2 * HALF_CYCLE.as_fs() * (self.timeout + self.latency));
+        let waited = self.fpga.run(async |top| Ok(top.dut.with_timeout(limit, until(top)).await?));
+        waited.map_err(|error| match error {
+            Error::Sim(SimError::Timeout { .. }) => SimulationError::Hangs { frame: self.copied, cycles: self.timeout },
+            other => other.into(),
+        })
+    }
 }

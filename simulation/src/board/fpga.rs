@@ -1,167 +1,152 @@
 //! The Verilated top with a camera at its pixel port and a DMA behind its feature port, one clock for all of them.
 
-use std::collections::VecDeque;
+use std::cell::RefCell;
+use std::rc::Rc;
 
-use hoverlock_fixed_point::model::record::record_words;
-use hoverlock_harness::model::{InstanceOptions, Model};
+use hoverlock_harness::Error;
+use hoverlock_harness::bus::stream::{Frame, Rules};
+use hoverlock_harness::bus::{Pause, Switch};
+use hoverlock_harness::sim::{Dut, Edge, Event, Sim};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_registers::record::record_words;
 
-use super::dma::Dma;
-use crate::{Ports, SimulationError, Simulator, bench::RESET_CYCLES};
+use super::dma::{Descriptor, Dma, Response};
+use crate::top::{HALF_CYCLE, RESET_CYCLES};
+use crate::{SimulationError, Simulator, Top, simulation};
 
 /// Clock cycles from the last pixel of a frame to the first of the next, beside 100 lines: long enough for the frame
 /// to leave the pipeline and for its packet to reach the memory, so that automatic thresholds follow the frame before.
 /// A camera of 15 frames a second leaves more: 58.8 of 66.7 ms at 100 MHz.
-const GAP: usize = 40_000;
+const FRAME_GAP: u64 = 40_000;
 
-/// The camera: frames one after the other, as they are given.
+/// Lines in which the pipeline drains after the last pixel of a frame, and some to spare.
+const DRAIN_LINES: u64 = 100;
+
+/// The pauses of the camera between its frames.
 struct Camera {
-    frames: VecDeque<Plane<u16>>,
-    pixel: usize,
-    gap: usize,
+    /// Cycles until the next frame may begin; no frame begins while the camera is off.
+    gap: Option<u64>,
+    /// The gap after each frame.
+    gap_after_frame: u64,
+    pause: Switch,
 }
 
 impl Camera {
-    /// The beat on offer.
-    fn offer(&self) -> Option<(u16, bool, bool)> {
-        let pixels = self.frames.front().filter(|_| self.gap == 0)?.as_slice();
-        Some((pixels[self.pixel], self.pixel == 0, self.pixel + 1 == pixels.len()))
+    /// A clock edge; `ended` says that it takes the last pixel of a frame.
+    fn clock(&mut self, ended: bool) {
+        let left = self.gap.map(|gap| gap.saturating_sub(1));
+        self.gap = if ended { Some(self.gap_after_frame) } else { left };
+        self.pause.set(self.gap != Some(0));
     }
+}
 
-    /// A clock edge; `accepted` says that the beat on offer was taken.
-    fn clock(&mut self, accepted: bool) {
-        self.gap = self.gap.saturating_sub(1);
-        if !accepted {
-            return;
+/// The DMA with the event of its responses.
+struct DmaPort {
+    dma: Dma,
+    answered: Event,
+    pause: Switch,
+}
+
+impl DmaPort {
+    fn clock(&mut self, record: Option<(crate::records::Words, bool)>) {
+        self.dma.clock(record);
+        if self.dma.has_answer() {
+            self.answered.set();
         }
-        self.pixel += 1;
-        let ended = self.frames.front().is_some_and(|frame| self.pixel == frame.as_slice().len());
-        if ended && let Some(sent) = self.frames.pop_front() {
-            (self.pixel, self.gap) = (0, GAP + 100 * sent.width());
-        }
+        self.pause.set(!self.dma.ready());
     }
 }
 
 /// The FPGA and what it is wired to.
 pub struct Fpga {
-    model: Model,
-    ports: Ports,
-    camera: Camera,
-    /// The DMA of the features.
-    pub dma: Dma,
-    /// Clock cycles since the reset.
-    pub cycles: u64,
+    sim: Sim,
+    pub top: Top,
+    camera: Rc<RefCell<Camera>>,
+    dma: Rc<RefCell<DmaPort>>,
 }
 
 impl Fpga {
-    /// After its reset, with a camera that sends what it is given once it is switched on.
+    /// After its reset, with a camera that sends what it is given once it is switched on, and a DMA with `memory` bytes.
     pub fn new(simulator: &Simulator, memory: usize) -> Result<Self, SimulationError> {
-        let options = InstanceOptions { seed: 1, plusargs: simulator.plusargs().to_vec() };
-        let model = simulator.library().instance_with(&options)?;
-        let ports = Ports::find(&model)?;
-        let camera = Camera { frames: VecDeque::new(), pixel: 0, gap: usize::MAX };
-        let mut fpga = Self {
-            model,
-            ports,
-            camera,
-            dma: Dma::new(4 * record_words(simulator.design().pairs()), memory),
-            cycles: 0,
-        };
-        fpga.set_reset(true);
-        for _ in 0..RESET_CYCLES {
-            fpga.clock()?;
-        }
-        fpga.set_reset(false);
-        fpga.clock()?;
-        fpga.cycles = 0;
+        let sim = simulation(simulator, 1)?;
+        let dut = sim.dut();
+        let camera = Camera { gap: None, gap_after_frame: 0, pause: Switch::default() };
+        let camera = Rc::new(RefCell::new(camera));
+        let dma = Dma::new(4 * record_words(simulator.design().pairs()), memory);
+        let dma = DmaPort { dma, answered: dut.event("response of the DMA"), pause: Switch::default() };
+        let dma = Rc::new(RefCell::new(dma));
+        connect(&dut, &camera, &dma)?;
+        let top = Top::new(&dut, simulator.design(), Rules::Strict)?;
+        top.video.set_pause(Pause::while_on(&camera.borrow().pause));
+        top.features.set_pause(Pause::while_on(&dma.borrow().pause));
+        let mut fpga = Self { sim, top, camera, dma };
+        fpga.run(async |top| {
+            // The sink leaves its reset when the camera is switched on.
+            top.feature_reset.set(true);
+            top.reset.set(1)?;
+            top.clock.cycles(RESET_CYCLES).await;
+            Ok(top.reset.set(0)?)
+        })?;
         Ok(fpga)
     }
 
-    fn set_reset(&mut self, reset: bool) {
-        // SAFETY: the model lives in the same structure and never leaves this thread.
-        unsafe { self.ports.reset.set(u8::from(reset)) };
+    /// Runs what the CPU does.
+    pub fn run<T>(&mut self, cpu: impl AsyncFnOnce(&Top) -> Result<T, Error>) -> Result<T, Error> {
+        let top = &self.top;
+        self.sim.run(async { cpu(top).await })
     }
 
     /// Switches the camera on.
     pub fn expose(&mut self) {
-        self.camera.gap = 0;
+        self.camera.borrow_mut().gap = Some(0);
+        self.top.feature_reset.set(false);
     }
 
     /// Gives the camera a frame to send after those it has.
-    pub fn send(&mut self, frame: Plane<u16>) {
-        self.camera.frames.push_back(frame);
+    pub fn send(&mut self, frame: &Plane<u16>) -> Result<(), Error> {
+        self.camera.borrow_mut().gap_after_frame = FRAME_GAP + DRAIN_LINES * frame.width() as u64;
+        self.top.video.send(&Frame::new(frame.as_slice()))
     }
 
-    /// The interrupt line.
-    pub fn interrupt(&self) -> bool {
-        // SAFETY: the model lives in the same structure and never leaves this thread.
-        unsafe { self.ports.irq.get() == 1 }
+    /// Gives the DMA a descriptor.
+    pub fn give(&mut self, descriptor: Descriptor) {
+        self.dma.borrow_mut().dma.give(descriptor);
     }
 
-    /// One clock cycle of everything.
-    pub fn clock(&mut self) -> Result<(), SimulationError> {
-        let offered = self.camera.offer();
-        let taking = self.dma.ready();
-        let ports = &self.ports;
-        // SAFETY: the model lives in the same structure and never leaves this thread; the values fit the signals.
-        unsafe {
-            ports.valid.set(u8::from(offered.is_some()));
-            if let Some((data, first, last)) = offered {
-                ports.data.set(data.into());
-                ports.first.set(u8::from(first));
-                ports.last.set(u8::from(last));
-            }
-            ports.feature_ready.set(u8::from(taking));
-            ports.clock.set(0);
-        }
-        self.model.eval()?;
-        // SAFETY: as above.
-        let (accepted, record, last) = unsafe {
-            (
-                offered.is_some() && ports.ready.get() == 1,
-                taking && ports.feature_valid.get() == 1,
-                ports.feature_last.get() == 1,
-            )
-        };
-        let record = record.then(|| {
-            let words = self.model.get_words(self.ports.feature_data);
-            (std::array::from_fn(|i| words.get(i).copied().unwrap_or_default()), last)
-        });
-        // SAFETY: as above.
-        unsafe { self.ports.clock.set(1) };
-        self.model.eval()?;
-        self.camera.clock(accepted);
-        self.dma.clock(record);
-        self.cycles += 1;
-        Ok(())
+    /// Takes the oldest response of the DMA. If there is none, the event is set when one comes.
+    pub fn answer(&mut self) -> Result<Response, Event> {
+        let mut port = self.dma.borrow_mut();
+        port.dma.answer().ok_or_else(|| {
+            port.answered.clear();
+            port.answered.clone()
+        })
     }
 
-    /// A register write, by byte address.
-    pub fn write(&mut self, address: u32, value: u32) -> Result<(), SimulationError> {
-        // SAFETY: as above; the address has six bits.
-        unsafe {
-            self.ports.csr_address.set((address >> 2 & 0x3f) as u8);
-            self.ports.csr_writedata.set(value);
-            self.ports.csr_write.set(1);
-        }
-        self.clock()?;
-        // SAFETY: as above.
-        unsafe { self.ports.csr_write.set(0) };
-        Ok(())
+    /// Appends the first `bytes` bytes of a buffer to `to`, and drops the packets that the sink has recorded.
+    pub fn copy(&mut self, descriptor: Descriptor, bytes: usize, to: &mut Vec<u8>) {
+        to.extend_from_slice(self.dma.borrow().dma.read(descriptor, bytes));
+        self.top.features.clear();
     }
 
-    /// A register read, by byte address: the data comes one cycle after `csr_read`.
-    pub fn read(&mut self, address: u32) -> Result<u32, SimulationError> {
-        // SAFETY: as above; the address has six bits.
-        unsafe {
-            self.ports.csr_address.set((address >> 2 & 0x3f) as u8);
-            self.ports.csr_read.set(1);
-        }
-        self.clock()?;
-        // SAFETY: as above.
-        unsafe {
-            self.ports.csr_read.set(0);
-            Ok(self.ports.csr_readdata.get())
-        }
+    /// Clock cycles since the first after the reset.
+    pub fn cycles(&self) -> u64 {
+        let edges = (self.top.dut.now().as_fs() + HALF_CYCLE.as_fs()) / (2 * HALF_CYCLE.as_fs());
+        edges.saturating_sub(RESET_CYCLES + 1)
     }
+}
+
+/// Connects camera and DMA to the streams, ahead of their source and sink.
+fn connect(dut: &Dut, camera: &Rc<RefCell<Camera>>, dma: &Rc<RefCell<DmaPort>>) -> Result<(), Error> {
+    let (camera, dma) = (camera.clone(), dma.clone());
+    let (video_valid, video_ready) = (dut.signal("video_valid")?, dut.signal("video_ready")?);
+    let video_last = dut.signal("video_endofpacket")?;
+    let (valid, ready) = (dut.signal("feature_valid")?, dut.signal("feature_ready")?);
+    let (last, data) = (dut.signal("feature_endofpacket")?, dut.wide("feature_data")?);
+    dut.on_edge(&dut.signal("clock")?, Edge::Rising, move || {
+        camera.borrow_mut().clock(video_valid.is_high() && video_ready.is_high() && video_last.is_high());
+        let is_taken = valid.is_high() && ready.is_high();
+        dma.borrow_mut().clock(is_taken.then(|| (data.get_array(), last.is_high())));
+        Ok::<_, Error>(())
+    });
+    Ok(())
 }

@@ -8,13 +8,13 @@ use std::sync::LazyLock;
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
+use hoverlock_rtl::registers::default_coefficients;
 use hoverlock_simulation::Simulator;
 
 use crate::port_bench::{
-    AUTOMATIC, Access, BEGUN, BUSY, Beat, Bench, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FRAME, FRAMES, Frame,
-    INTERRUPT_ERROR, INTERRUPTED, LONG, Outcome, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET, THRESHOLD_NOW, equal,
-    fail, ground, lattice, noise, scenarios::Scenario, strongest,
+    AUTOMATIC, Access, BEGUN, BUSY, Beat, Bench, COEFFICIENTS_OFFSET, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FRAME,
+    FRAMES, Frame, INTERRUPT_ERROR, INTERRUPTED, LONG, Outcome, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET,
+    THRESHOLD_NOW, equal, fail, ground, lattice, noise, scenarios::Scenario, strongest,
 };
 
 /// All of them, by the name that a fault is to be found by.
@@ -65,8 +65,8 @@ fn a_narrower_frame_behind_a_gap(simulator: &Simulator) -> Outcome {
     for gap in [0, 68, 69, 150, 304, 305, 374] {
         let mut bench = enabled(simulator, 42);
         bench.configure(&wide);
-        bench.beats.extend(wide.beats().into_iter().chain(wide.beats()));
-        bench.gap = Some((wide.pixels.as_slice().len(), gap));
+        bench.send(wide.beats());
+        bench.send_after(gap, wide.beats());
         bench.exactly(&wide, 0, THRESHOLDS, 0)?;
         bench.write(STATUS, BEGUN);
         bench.begin(&narrow, narrow.beats())?;
@@ -85,10 +85,10 @@ fn packets_that_wait_in_the_skid_buffer(simulator: &Simulator) -> Outcome {
         // The pipeline is full of a frame of another size, so what follows has to wait.
         let before = Frame::new(&KT27, noise(65, 64, 8), THRESHOLDS);
         bench.begin(&before, before.beats())?;
-        bench.until("the frame before is in", 10_000, |bench| bench.beats.is_empty())?;
+        bench.until("the frame before is in", 10_000, |bench| bench.is_sent())?;
         bench.configure(good);
         let short = (0..beats).map(|i| (777, i == 0, i + 1 == beats));
-        bench.beats.extend(short.chain(good.beats()));
+        bench.send(short.chain(good.beats()));
         bench.exactly(&before, 0, THRESHOLDS, 0)?;
         bench.exactly(&GREY, 1, THRESHOLDS, 1)?;
         bench.exactly(good, 2, THRESHOLDS, 0)?;
@@ -105,8 +105,8 @@ fn beats_outside_a_frame(simulator: &Simulator) -> Outcome {
     let [good, other] = &*SMALL;
     let stray: [Beat; 3] = [(1, false, false), (2, false, false), (3, false, true)];
     let swallow = |bench: &mut Bench, beats: &[Beat], when: &str, expected: u32| -> Outcome {
-        bench.beats.extend(beats);
-        bench.until("the beats are swallowed", 10_000, |bench| bench.beats.is_empty())?;
+        bench.send(beats.iter().copied());
+        bench.until("the beats are swallowed", 10_000, |bench| bench.is_sent())?;
         bench.run(6);
         flags(bench, when, expected)?;
         bench.write(STATUS, u32::MAX);
@@ -158,19 +158,20 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
             bench.write(STATUS, u32::MAX);
             bench.configure(&new);
             let last = if withdraws {
-                Access::Write(COEFFICIENTS_AT + 72, 1)
+                Access::Write(COEFFICIENTS_OFFSET + 72, 1)
             } else {
                 // What `configure` committed is withdrawn, and the set is whole again.
                 bench.write(TARGET, 7);
                 Access::Write(COMMIT, 1)
             };
-            if after < 0 {
+            // The first beat is offered in the second cycle after it was queued.
+            if after < -1 {
                 bench.cycle(Some(last));
-                bench.run(after.unsigned_abs() - 1);
-                bench.beats.extend(new.beats());
+                bench.run(after.unsigned_abs() - 2);
+                bench.send(new.beats());
             } else {
-                bench.beats.extend(new.beats());
-                bench.run(after as u64);
+                bench.send(new.beats());
+                bench.run((after + 1) as u64);
                 bench.cycle(Some(last));
             }
             let packet = bench.packet()?;
@@ -213,7 +214,7 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
     equal("registers", "commit after the interrupt changed", 1, bench.read(COMMIT))?;
     bench.write(SIZE, 64 << 16 | 64);
     equal("registers", "commit after a write", 0, bench.read(COMMIT))?;
-    bench.beats.extend([(1, true, false), (2, false, false), (3, false, true)]);
+    bench.send([(1, true, false), (2, false, false), (3, false, true)]);
     bench.run(10);
     flags(&mut bench, "after a frame without a set", REFUSED)
 }
@@ -233,10 +234,10 @@ fn a_start_that_stands_keeps_its_set(simulator: &Simulator) -> Outcome {
     bench.begin(&first, beats)?;
     bench.configure(&second);
     bench.run(50);
-    bench.beats.extend(rest);
+    bench.send(rest);
     bench.exactly(before, 0, THRESHOLDS, 0)?;
     bench.exactly(&first, 1, first.thresholds, 0)?;
-    bench.beats.extend(second.beats());
+    bench.send(second.beats());
     bench.exactly(&second, 2, second.thresholds, 0)?;
     bench.idle()
 }
@@ -399,7 +400,7 @@ fn one_dropped_feature(simulator: &Simulator) -> Outcome {
     for extra in [0, 1] {
         let mut bench = enabled(simulator, 13);
         bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
-        bench.sink_pause = 1.0;
+        bench.set_sink_pause(1.0);
         let frame = with_features(WAITING + extra)?;
         bench.begin(&frame, frame.beats())?;
         bench.idle()?;
@@ -408,7 +409,7 @@ fn one_dropped_feature(simulator: &Simulator) -> Outcome {
         let bit = if dropped > 0 { DROPS } else { 0 };
         flags(&mut bench, &format!("after {dropped} dropped"), FRAME | bit)?;
         equal("interrupt", "at a drop", dropped, u32::from(bench.interrupt()))?;
-        bench.sink_pause = 0.0;
+        bench.set_sink_pause(0.0);
         let packet = bench.packet()?;
         equal("record", "dropped", dropped, packet.check(&frame, 0, frame.thresholds, 0)?)?;
     }
@@ -419,19 +420,19 @@ fn one_dropped_feature(simulator: &Simulator) -> Outcome {
 /// the video stops.
 fn the_video_stops_behind_thirteen_trailers(simulator: &Simulator) -> Outcome {
     let mut bench = enabled(simulator, 14);
-    bench.sink_pause = 1.0;
+    bench.set_sink_pause(1.0);
     let frame = with_features(WAITING)?;
     bench.begin(&frame, frame.beats())?;
     let empty = Frame::new(&KT27, Plane::filled(64, 64, 9), THRESHOLDS);
     bench.idle()?;
     bench.configure(&empty);
-    (0..16).for_each(|_| bench.beats.extend(empty.beats()));
+    (0..16).for_each(|_| bench.send(empty.beats()));
     bench.run(120_000);
     equal("feature FIFO", "frames done before the video stops", 13, bench.read(FRAMES))?;
-    if bench.beats.is_empty() {
+    if bench.is_sent() {
         return fail("feature FIFO", "the video was never stopped");
     }
-    bench.sink_pause = 0.0;
+    bench.set_sink_pause(0.0);
     bench.exactly(&frame, 0, frame.thresholds, 0)?;
     for number in 1..=16 {
         bench.exactly(&empty, number, THRESHOLDS, 0)?;
@@ -491,8 +492,8 @@ fn an_event_in_the_cycle_of_its_clearing(simulator: &Simulator) -> Outcome {
         let play = |clear: Option<u64>| -> (Bench, Option<u64>) {
             let mut bench = enabled(simulator, 16);
             bench.configure(frame);
-            bench.sink_pause = if closed { 1.0 } else { 0.0 };
-            bench.beats.extend(&beats);
+            bench.set_sink_pause(if closed { 1.0 } else { 0.0 });
+            bench.send(beats.iter().copied());
             let end = bench.cycle + 120_000;
             let mut seen = None;
             while bench.cycle < end && seen.is_none() {
@@ -538,14 +539,14 @@ fn cycles_from_port_to_port(simulator: &Simulator) -> Outcome {
         let frame = Frame::new(&KT27, noise(w, h, 17), THRESHOLDS);
         bench.configure(&frame);
         bench.run(4);
-        bench.beats.extend(frame.beats());
-        let begin = bench.cycle;
+        bench.send(frame.beats());
+        let begin = first_offer(&bench);
         // The size is taken over, and three cycles later the frame begins: the third beat finds room a cycle after
         // that.
         let rest = w * h - 3;
-        bench.until("the third beat", 100, |bench| bench.beats.len() == rest)?;
+        bench.until("the third beat", 100, |bench| bench.pending() == rest)?;
         equal("sequencer", "cycles to the third beat of a new size", TO_THE_THIRD, bench.cycle - begin)?;
-        bench.until("the last beat", 100_000, |bench| bench.beats.is_empty())?;
+        bench.until("the last beat", 100_000, |bench| bench.is_sent())?;
         let last = bench.cycle;
         bench.until("the trailer", 100_000, |bench| !bench.packets.is_empty())?;
         equal(
@@ -557,15 +558,21 @@ fn cycles_from_port_to_port(simulator: &Simulator) -> Outcome {
         bench.exactly(&frame, 0, THRESHOLDS, 0)?;
         // As exact after a frame of the same size: nothing has to settle.
         bench.idle()?;
-        bench.beats.extend(frame.beats());
-        let begin = bench.cycle;
-        bench.until("all beats", 100_000, |bench| bench.beats.is_empty())?;
+        bench.send(frame.beats());
+        let begin = first_offer(&bench);
+        bench.until("all beats", 100_000, |bench| bench.is_sent())?;
         equal("sequencer", "cycles of a frame", (w * h) as u64, bench.cycle - begin)?;
         bench.exactly(&frame, 1, THRESHOLDS, 0)?;
         let now = THRESHOLDS[1] << 16 | THRESHOLDS[0];
         equal("registers", "thresholds in use", now, bench.read(THRESHOLD_NOW))?;
     }
     Ok(())
+}
+
+/// The cycle in which the first of the beats that were queued last is offered: the source looks at its queue at the next
+/// edge.
+fn first_offer(bench: &Bench) -> u64 {
+    bench.cycle + 1
 }
 
 /// Cycles from the first offer of a frame of a new size to its third beat, the pipeline empty.

@@ -1,8 +1,9 @@
 //! The scenarios of the port bench. The everyday tests run them, and the mutation test runs them against every mutant.
 
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_registers::Access as FieldAccess;
 use hoverlock_rtl::cells::queue::RESERVED;
-use hoverlock_rtl::registers::{Access, registers};
+use hoverlock_rtl::registers::registers;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -48,7 +49,7 @@ pub fn register_map(simulator: &Simulator) -> Outcome {
             let word = register.offset as usize / 4;
             let mask = (((1u64 << field.bits) - 1) as u32) << field.low;
             expected[word] |= field.reset << field.low;
-            if field.access == Access::ReadWrite {
+            if field.access == FieldAccess::ReadWrite {
                 writable[word] |= mask;
             }
         }
@@ -99,8 +100,8 @@ pub fn status_and_interrupt(simulator: &Simulator) -> Outcome {
     status(&mut bench, 0)?;
     bench.configure(frame);
     bench.write(CONTROL, ENABLE);
-    bench.beats.extend(frame.beats());
-    bench.until("the frame is in", 10_000, |bench| bench.beats.is_empty())?;
+    bench.send(frame.beats());
+    bench.until("the frame is in", 10_000, |bench| bench.is_sent())?;
     status(&mut bench, BUSY | BEGUN)?;
     equal("registers", "frames before the first is done", 0, bench.read(FRAMES))?;
     bench.exactly(frame, 0, low, 0)?;
@@ -139,7 +140,7 @@ pub fn status_and_interrupt(simulator: &Simulator) -> Outcome {
     for (beats, bit, frames) in [(stray, REFUSED, 0), (short, SHORT, 1), (long, LONG, 1), (interrupted, INTERRUPTED, 2)]
     {
         equal("interrupt", "before an error", 0, u8::from(bench.interrupt()))?;
-        bench.beats.extend(beats);
+        bench.send(beats);
         for _ in 0..frames {
             bench.packet()?;
         }
@@ -245,8 +246,8 @@ pub fn faulty_frames(simulator: &Simulator) -> Outcome {
     ended[3999].2 = true;
     let padded = Plane::from_fn(64, 64, |x, y| good.pixels.as_slice()[(y * 64 + x).min(3999)]);
     let faulty = Frame::new(design, padded, low);
-    bench.beats.extend(ended.iter().chain(&cut).chain(&cut).copied());
-    bench.beats.extend(good.beats());
+    bench.send(ended.iter().chain(&cut).chain(&cut).copied());
+    bench.send(good.beats());
     for (errors, frame) in [(1, &faulty), (4, &faulty), (4, &faulty), (0, good)] {
         bench.exactly(frame, number, low, errors)?;
         number += 1;
@@ -279,8 +280,8 @@ pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
         let frame = Frame::new(design, ground(design, w, h, number as u64), low);
         bench.write(SIZE, bad_h << 16 | bad_w as u32);
         bench.write(COMMIT, 1);
-        bench.beats.extend([(1, true, false), (2, false, false), (3, false, true)]);
-        bench.until("a refused frame is swallowed", 20_000, |bench| bench.beats.is_empty())?;
+        bench.send([(1, true, false), (2, false, false), (3, false, true)]);
+        bench.until("a refused frame is swallowed", 20_000, |bench| bench.is_sent())?;
         bench.run(4);
         let seen = bench.read(STATUS) & (REFUSED | BEGUN);
         equal("status", &format!("after a frame of {bad_w} x {bad_h}"), REFUSED, seen)?;
@@ -297,7 +298,7 @@ pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
         bench.idle()?;
         bench.write(SIZE, h << 16 | w);
         bench.write(COMMIT, 1);
-        bench.beats.extend((0..w).map(|i| (0, i == 0, false)));
+        bench.send((0..w).map(|i| (0, i == 0, false)));
         bench.run(8000);
         equal("status", &format!("after a line of {w} x {h}"), BEGUN, bench.read(STATUS) & (REFUSED | BEGUN))?;
         bench.clear(ENABLE);
@@ -312,13 +313,13 @@ pub fn gap(simulator: &Simulator, cycles: u64, pauses: f64, seed: u64) -> Outcom
     let design = simulator.design();
     let low = low(design);
     let mut bench = Bench::new(simulator, seed);
-    (bench.source_pause, bench.sink_pause) = (pauses, pauses);
+    bench.set_source_pause(pauses);
+    bench.set_sink_pause(pauses);
     let [first, second, _] = &small(design);
     bench.configure(first);
     bench.write(CONTROL, ENABLE);
-    bench.beats.extend(first.beats());
-    bench.beats.extend(second.beats());
-    bench.gap = Some((second.pixels.as_slice().len(), cycles));
+    bench.send(first.beats());
+    bench.send_after(cycles, second.beats());
     bench.exactly(first, 0, low, 0)?;
     bench.exactly(second, 1, low, 0)?;
     bench.idle()
@@ -340,8 +341,8 @@ pub fn a_disabled_core_drains(simulator: &Simulator) -> Outcome {
     let mut bench = Bench::new(simulator, 6);
     let [frame, other, _] = &small(design);
     bench.configure(frame);
-    bench.beats.extend(frame.beats());
-    bench.until("a frame is swallowed", 10_000, |bench| bench.beats.is_empty())?;
+    bench.send(frame.beats());
+    bench.until("a frame is swallowed", 10_000, |bench| bench.is_sent())?;
     bench.run(4);
     status(&mut bench, 0)?;
     bench.write(CONTROL, ENABLE);
@@ -350,11 +351,11 @@ pub fn a_disabled_core_drains(simulator: &Simulator) -> Outcome {
     // The frame in progress ends as it should; those that follow without a gap are dropped, but must not stop the
     // drain.
     for _ in 0..3 {
-        bench.beats.extend(other.beats());
+        bench.send(other.beats());
     }
     bench.until("the packet of the frame before", 14_000, |bench| !bench.packets.is_empty())?;
     bench.exactly(frame, 0, low, 0)?;
-    bench.until("the others are swallowed", 14_000, |bench| bench.beats.is_empty())?;
+    bench.until("the others are swallowed", 14_000, |bench| bench.is_sent())?;
     bench.idle()?;
     status(&mut bench, FRAME)?;
     bench.write(CONTROL, ENABLE);
@@ -383,16 +384,16 @@ pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -
     bench.write(CONTROL, ENABLE);
     bench.begin(before, before.beats())?;
     // Records of the first frame wait in the FIFO.
-    bench.sink_pause = 1.0;
-    bench.beats.extend(lost.beats());
-    bench.until("the first frame is in", 10_000, |bench| bench.beats.len() <= 4096)?;
+    bench.set_sink_pause(1.0);
+    bench.send(lost.beats());
+    bench.until("the first frame is in", 10_000, |bench| bench.pending() <= 4096)?;
     bench.run(moment);
     if software {
         // The source knows nothing of it and sends the rest of its frame, which is refused.
         bench.clear(ENABLE);
-        let rest = !bench.beats.is_empty();
-        bench.sink_pause = 0.0;
-        bench.until("the rest of the frame is swallowed", 10_000, |bench| bench.beats.is_empty())?;
+        let rest = !bench.is_sent();
+        bench.set_sink_pause(0.0);
+        bench.until("the rest of the frame is swallowed", 10_000, |bench| bench.is_sent())?;
         bench.run(4);
         let refused = if rest { REFUSED } else { 0 };
         equal("reset", "refused after a software reset", refused, bench.read(STATUS) & REFUSED)?;
@@ -400,7 +401,7 @@ pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -
     } else {
         // A write in the very cycle of the reset is lost with everything else.
         bench.reset(1 + (seed % 3) as u32);
-        bench.sink_pause = 0.0;
+        bench.set_sink_pause(0.0);
         equal("reset", "status", 0, bench.read(STATUS))?;
         equal("reset", "size", design.height << 16 | design.width, bench.read(SIZE))?;
         equal("reset", "frames", 0, bench.read(FRAMES))?;
@@ -469,7 +470,7 @@ pub fn a_sink_that_sleeps(simulator: &Simulator) -> Outcome {
     let low = low(design);
     let mut bench = Bench::new(simulator, 8);
     bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
-    bench.sink_pause = 1.0;
+    bench.set_sink_pause(1.0);
     let large = Frame::new(design, ground(design, 224, 170, 4), [1, 1]);
     let fits = design.record_fifo as usize - RESERVED;
     assert!(large.records([1, 1]).len() > fits, "{} features fill no FIFO", large.records([1, 1]).len());
@@ -479,18 +480,18 @@ pub fn a_sink_that_sleeps(simulator: &Simulator) -> Outcome {
     let frames = 20;
     bench.begin(plain, std::iter::empty::<Beat>().chain(plain.beats()))?;
     for _ in 1..frames {
-        bench.beats.extend(plain.beats());
+        bench.send(plain.beats());
     }
     bench.run(200_000);
-    if bench.beats.is_empty() {
+    if bench.is_sent() {
         return fail("feature FIFO", "the video was never stopped");
     }
-    let standing = bench.beats.len();
+    let standing = bench.pending();
     bench.run(5000);
-    equal("feature FIFO", "beats accepted while there is no space for a trailer", standing, bench.beats.len())?;
+    equal("feature FIFO", "beats accepted while there is no space for a trailer", standing, bench.pending())?;
     equal("status", "dropped", DROPS, bench.read(STATUS) & DROPS)?;
     equal("interrupt", "at drops", 1, u8::from(bench.interrupt()))?;
-    bench.sink_pause = 0.3;
+    bench.set_sink_pause(0.3);
     let packet = bench.packet()?;
     let dropped = packet.check(&large, 0, [1, 1], 0)?;
     if dropped == 0 || packet.records.len() < fits {

@@ -9,16 +9,16 @@ use std::collections::VecDeque;
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::registers::{COEFFICIENTS_AT, default_coefficients};
+use hoverlock_rtl::registers::default_coefficients;
 use hoverlock_simulation::Simulator;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Before, Fault, Reset, Sequence, Step};
 use crate::port_bench::{
-    AUTOMATIC, Access, BEGUN, BUSY, Bench, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FEATURES, FRAME, FRAMES, Frame,
-    INTERRUPTED, LONG, Outcome, Packet, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET, THRESHOLD, THRESHOLD_NOW,
-    equal, fail, most, strongest,
+    AUTOMATIC, Access, BEGUN, BUSY, Bench, COEFFICIENTS_OFFSET, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FEATURES,
+    FRAME, FRAMES, Frame, INTERRUPTED, LONG, Outcome, Packet, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET,
+    THRESHOLD, THRESHOLD_NOW, equal, fail, most, strongest,
 };
 
 /// Cycles after which a frame that does not begin is called a hang.
@@ -83,7 +83,7 @@ impl Set {
     }
 
     fn writes(&self) -> Vec<(u32, u32)> {
-        let codes = self.coefficients.iter().enumerate().map(|(i, code)| (COEFFICIENTS_AT + 4 * i as u32, *code));
+        let codes = self.coefficients.iter().enumerate().map(|(i, code)| (COEFFICIENTS_OFFSET + 4 * i as u32, *code));
         let control = ENABLE | if self.automatic { AUTOMATIC } else { 0 };
         let others = [(SIZE, self.size), (THRESHOLD, self.threshold), (TARGET, self.target), (CONTROL, control)];
         codes.chain(others).collect()
@@ -95,7 +95,7 @@ impl Set {
             SIZE => Some(&mut self.size),
             THRESHOLD => Some(&mut self.threshold),
             TARGET => Some(&mut self.target),
-            _ => self.coefficients.get_mut(usize::try_from(address.checked_sub(COEFFICIENTS_AT)? / 4).ok()?),
+            _ => self.coefficients.get_mut(usize::try_from(address.checked_sub(COEFFICIENTS_OFFSET)? / 4).ok()?),
         }
     }
 }
@@ -170,7 +170,7 @@ pub fn play(sequence: &Sequence, simulator: &Simulator) -> Outcome<Tally> {
 impl Player {
     /// One clock cycle, with a register read or the next write that is due.
     fn cycle(&mut self, read: Option<u32>) -> Outcome<u32> {
-        self.bench.sink_pause = if self.bench.cycle < self.closed_until { 1.0 } else { self.sink_pause };
+        self.bench.set_sink_pause(if self.bench.cycle < self.closed_until { 1.0 } else { self.sink_pause });
         let write = match self.writes.front_mut() {
             _ if read.is_some() => None,
             Some((0, address, word)) => Some((*address, *word)),
@@ -206,7 +206,7 @@ impl Player {
 
     /// Beats that were taken since the last reset.
     fn taken(&self) -> usize {
-        self.queued - self.bench.beats.len()
+        self.queued - self.bench.pending()
     }
 
     fn written(&mut self, address: u32, word: u32) {
@@ -254,9 +254,9 @@ impl Player {
     }
 
     fn send(&mut self, beats: impl IntoIterator<Item = crate::port_bench::Beat>) {
-        let before = self.bench.beats.len();
-        self.bench.beats.extend(beats);
-        self.queued += self.bench.beats.len() - before;
+        let before = self.bench.pending();
+        self.bench.send(beats);
+        self.queued += self.bench.pending() - before;
     }
 
     /// Reads the status as a driver does, and clears what it saw, or `begun` alone. Gives the bits.
@@ -285,10 +285,10 @@ impl Player {
             self.write_now(set.writes(), true)?;
         }
         if step.gap > 0 {
-            self.until("the frame before is in", |player| player.bench.beats.is_empty())?;
+            self.until("the frame before is in", |player| player.bench.is_sent())?;
             self.run(step.gap)?;
         }
-        self.bench.source_pause = f64::from(step.pauses[0]) / 100.0;
+        self.bench.set_source_pause(f64::from(step.pauses[0]) / 100.0);
         self.sink_pause = f64::from(step.pauses[1]) / 100.0;
         // A FIFO that is not emptied may be full: by a pause, or by more features than it holds.
         self.may_drop |= step.closed > 0 || step.pauses[1] > 0;
@@ -324,7 +324,7 @@ impl Player {
             let count = self.registers.coefficients.len() as u32;
             let words = (0..self.random.random_range(1..8)).map(|_| {
                 (
-                    COEFFICIENTS_AT + 4 * self.random.random_range(0..count),
+                    COEFFICIENTS_OFFSET + 4 * self.random.random_range(0..count),
                     self.random.random_range(0..=most(&self.bench.design)),
                 )
             });
@@ -350,13 +350,13 @@ impl Player {
                 self.must |= refused;
             }
             Before::Disabled(beats, start) => {
-                self.until("the frame before is in", |player| player.bench.beats.is_empty())?;
+                self.until("the frame before is in", |player| player.bench.is_sent())?;
                 self.run(4)?;
                 self.write_now(vec![(CONTROL, self.control & AUTOMATIC)], false)?;
                 self.send(packet(beats, start));
             }
         }
-        self.until("the packet is swallowed", |player| player.bench.beats.is_empty())?;
+        self.until("the packet is swallowed", |player| player.bench.is_sent())?;
         self.run(4)
     }
 
@@ -380,22 +380,22 @@ impl Player {
             let status = self.cycle(Some(STATUS))?;
             return equal("reset", "status", 0, status);
         }
-        let left = self.bench.beats.len();
+        let left = self.bench.pending();
         self.bench.clear(self.control);
-        self.queued = self.bench.beats.len();
+        self.queued = self.bench.pending();
         // The source knows nothing of it: the rest of its frame is refused, unless it is swallowed in the reset itself.
         if left > 8 {
             self.must |= REFUSED;
         }
         self.may |= REFUSED;
         if matches!(step.fault, Fault::Long(..)) || left > 0 {
-            self.until("the rest is swallowed", |player| player.bench.beats.is_empty())?;
+            self.until("the rest is swallowed", |player| player.bench.is_sent())?;
             self.run(4)?;
         }
         // A rest without an end is ended here.
         if !matches!(step.fault, Fault::None | Fault::Short(_) | Fault::Long(_, true)) && left > 0 {
             self.send([(0, false, true)]);
-            self.until("the rest is swallowed", |player| player.bench.beats.is_empty())?;
+            self.until("the rest is swallowed", |player| player.bench.is_sent())?;
             self.run(4)?;
         }
         Ok(())
@@ -454,7 +454,7 @@ impl Player {
 
     /// Everything comes out; then the status and the counts are what they have to be.
     fn finish(&mut self) -> Outcome {
-        self.until("the last frame is in", |player| player.bench.beats.is_empty())?;
+        self.until("the last frame is in", |player| player.bench.is_sent())?;
         self.until("the last packet", |player| player.frames.is_empty())?;
         for _ in 0..PATIENCE {
             let status = self.status()?;
@@ -480,7 +480,7 @@ impl Player {
             equal("registers", "thresholds in use", thresholds[1] << 16 | thresholds[0], now)?;
         }
         for word in 0..self.registers.coefficients.len() as u32 {
-            let address = COEFFICIENTS_AT + 4 * word;
+            let address = COEFFICIENTS_OFFSET + 4 * word;
             let code = self.cycle(Some(address))?;
             let expected = *self.registers.register(address).unwrap();
             equal("registers", &format!("address 0x{address:02x}"), expected, code)?;

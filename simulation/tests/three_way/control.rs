@@ -180,7 +180,7 @@ pub fn registers_read_back_and_clear() {
 }
 
 /// The map with the hash that the emitted Verilog shows.
-fn emitted_map() -> Vec<hoverlock_rtl::registers::Register> {
+fn emitted_map() -> Vec<hoverlock_registers::Register> {
     let hash = emission().unwrap();
     let mut map = registers(&KT27).unwrap();
     map.iter_mut().filter(|register| register.name == "emission").for_each(|register| register.fields[0].reset = hash);

@@ -8,9 +8,9 @@ use std::cell::Cell;
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::lerp::lerp;
-use hoverlock_fixed_point::model::record::FLAG_TRAILER;
 use hoverlock_reference::features::maxlbp::{Layer as Responses, Ring};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_registers::record::FLAG_TRAILER;
 use hoverlock_rtl::{
     core::Core,
     extractor::{scale_pair::ScalePair, smoothers::Smoothers},

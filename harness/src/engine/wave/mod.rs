@@ -26,6 +26,7 @@ pub struct Recording {
     kind: Kind,
     from: Time,
     until: Time,
+    has_view: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -63,12 +64,18 @@ impl Recording {
     }
 
     fn new(path: impl Into<PathBuf>, kind: Kind) -> Recording {
-        Recording { path: path.into(), kind, from: Time::ZERO, until: Time::fs(u64::MAX) }
+        Recording { path: path.into(), kind, from: Time::ZERO, until: Time::fs(u64::MAX), has_view: true }
     }
 
     /// Records only from `from` to `until`, both included.
     pub fn window(mut self, from: Time, until: Time) -> Recording {
         (self.from, self.until) = (from, until);
+        self
+    }
+
+    /// Writes no view for GTKWave, for benches that write their own.
+    pub fn without_view(mut self) -> Recording {
+        self.has_view = false;
         self
     }
 }
@@ -84,6 +91,7 @@ enum Recorder {
         channels: Vec<Channel>,
         kept: VecDeque<(Time, Vec<u32>)>,
         steps: usize,
+        has_view: bool,
         path: PathBuf,
         top: String,
         precision: Time,
@@ -116,18 +124,23 @@ impl Waves {
                 let scope = if scope.is_empty() { String::new() } else { format!("TOP.{scope}") };
                 model.trace_open(&recording.path, *levels, &scope)?;
                 let channels = vcd::channels(model, &[])?;
-                vcd::write_view(&recording.path, &format!("TOP.{top}"), &channels)?;
+                if recording.has_view {
+                    vcd::write_view(&recording.path, &format!("TOP.{top}"), &channels)?;
+                }
                 Recorder::Everything
             }
             Kind::Signals(names) => {
                 let channels = vcd::channels(model, names)?;
-                vcd::write_view(&recording.path, &top, &channels)?;
+                if recording.has_view {
+                    vcd::write_view(&recording.path, &top, &channels)?;
+                }
                 Recorder::Signals(Writer::create(&recording.path, &top, precision, channels)?)
             }
             Kind::BeforeFailure(names, steps) => Recorder::BeforeFailure {
                 channels: vcd::channels(model, names)?,
                 kept: VecDeque::new(),
                 steps: *steps,
+                has_view: recording.has_view,
                 path: recording.path.clone(),
                 top,
                 precision,
@@ -200,13 +213,17 @@ impl Waves {
     /// Writes the recordings that are kept for a failed run.
     pub fn failed(&mut self, model: &mut Model) -> Result<(), RecordingError> {
         for running in &mut self.running {
-            if let Recorder::BeforeFailure { channels, kept, path, top, precision, .. } = &mut running.recorder {
+            if let Recorder::BeforeFailure { channels, kept, has_view, path, top, precision, .. } =
+                &mut running.recorder
+            {
                 let mut writer = Writer::create(path, top, *precision, channels.clone())?;
                 for (time, words) in kept.drain(..) {
                     writer.sample_words(time, &words)?;
                 }
                 writer.finish()?;
-                vcd::write_view(path, top, channels)?;
+                if *has_view {
+                    vcd::write_view(path, top, channels)?;
+                }
             }
         }
         self.flush(model)
