@@ -1,4 +1,4 @@
-//! The choices of the command line that the libraries have as their own types.
+//! Choices of the command line that are converted to types of the libraries.
 
 use clap::ValueEnum;
 use hoverlock_cosim::hover::CameraView;
@@ -27,9 +27,9 @@ impl From<Features> for FeatureSource {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Estimator {
-    /// The flight program's code in this process
+    /// In this process
     Host,
-    /// Its ARM binary under qemu-arm, a Cortex-A9, fed through a pipe; its lines are compared with the host's
+    /// The ARM binary under qemu-arm, a Cortex-A9; its lines are compared with the host's
     Arm,
 }
 
@@ -46,7 +46,7 @@ impl From<Estimator> for FlightProgram {
 pub enum View {
     /// 50 degrees
     Wide,
-    /// 50 degrees, then 10
+    /// 50 degrees to acquire the reference, and 10 degrees after 2 s
     Narrow,
 }
 
@@ -61,7 +61,7 @@ impl From<View> for CameraView {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Climb {
-    /// It is held
+    /// The height is held
     Hold,
     /// A sine of 5 m in 20 s
     Smooth,

@@ -1,11 +1,11 @@
-//! `hoverlock coeffs`: sigma in, coefficients out, with what they cost.
+//! `hoverlock coeffs`: coefficients for a sigma, and their errors.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use hoverlock_cosim::designs::load;
+use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::coefficients::export;
 use hoverlock_fixed_point::model::coefficients::set::{CoefficientSet, LookAhead, SmootherSpec};
 use hoverlock_reference::smoothing::recursive::{Family, Fit, Recursive};
@@ -17,8 +17,8 @@ use crate::output::{Batch, Folder, lossy_list, print, print_json, say, shown};
 
 /// Regenerate filter coefficients
 ///
-/// Designs recursive smoothers that stand for a Gaussian, rounds them to integers, and says what
-/// either step costs.
+/// Designs recursive smoothers that approximate a Gaussian, rounds them to integers, and reports
+/// the error of either step.
 ///
 /// a[i] is feedback and is added, b[i] is feed-forward. A cascade, all but Deriche, is
 ///   u[n] = b[0] x[n] + sum a[i] u[n-i]     then  y[n] = b[0] u[n] + sum a[i] y[n+i]
@@ -50,13 +50,13 @@ pub struct Args {
         conflicts_with_all = ["sigma", "frac_bits", "look_ahead", "look_ahead_error"]
     )]
     design: Option<OsString>,
-    /// Which approximation of the Gaussian
+    /// Approximation of the Gaussian
     #[arg(long, value_enum, default_value = "first-order")]
     method: Method,
     /// Poles of each side: alvarez-mazorra 1-4 (passes), deriche 2-4, vyv 3-5 [default: 1, 4 and 3]
     #[arg(long, value_name = "N")]
     order: Option<usize>,
-    /// How the free parameter is chosen [default: least-squares for first-order, published for deriche and yvv95, else
+    /// Choice of the free parameter [default: least-squares for first-order, published for deriche and yvv95, else
     /// variance]
     #[arg(long, value_enum)]
     fit: Option<FitChoice>,
@@ -134,12 +134,12 @@ impl Method {
 #[derive(Serialize)]
 struct Report {
     sets: Vec<CoefficientSet>,
-    /// What was written.
+    /// The files that were written.
     #[serde(serialize_with = "lossy_list")]
     files: Vec<PathBuf>,
 }
 
-/// A number of pixels. One that no filter has is told as it was typed: 1e308 has 309 digits.
+/// Parses a number of pixels. The message about an impossible one quotes it as typed, because 1e308 has 309 digits.
 fn sigma(text: &str) -> Result<f64, String> {
     let sigma: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     if sigma.abs() > 1e9 && sigma.is_finite() {
@@ -154,13 +154,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let look_ahead = args.look_ahead.map_or(LookAhead::Error(args.look_ahead_error), LookAhead::Stages);
     let spec =
         |sigma: f64, frac_bits: u32, look_ahead: LookAhead| SmootherSpec { family, fit, sigma, frac_bits, look_ahead };
-    let specs: Vec<SmootherSpec> = match args.design.as_deref().map(load).transpose().context("--design")? {
-        None => args.sigma.iter().map(|sigma| spec(*sigma, args.frac_bits, look_ahead)).collect(),
-        Some(design) => {
-            let smoothers = design.sigmas.iter().zip(&*design.look_ahead);
-            smoothers.map(|(sigma, m)| spec(*sigma, design.coefficient.bits(), LookAhead::Stages(*m))).collect()
-        }
-    };
+    let specs: Vec<SmootherSpec> =
+        match args.design.as_deref().map(DesignPoint::load).transpose().context("--design")? {
+            None => args.sigma.iter().map(|sigma| spec(*sigma, args.frac_bits, look_ahead)).collect(),
+            Some(design) => {
+                let smoothers = design.sigmas.iter().zip(&*design.look_ahead);
+                smoothers.map(|(sigma, m)| spec(*sigma, design.coefficient.bits(), LookAhead::Stages(*m))).collect()
+            }
+        };
     let sets = specs.iter().map(CoefficientSet::design).collect::<Result<Vec<_>, _>>()?;
     let mut report = Report { sets, files: Vec::new() };
     if let Some(folder) = &args.out {
@@ -174,7 +175,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(Verdict::Pass)
 }
 
-/// Writes every form of the sets; all texts are made before the first file is.
+/// Writes every form of the sets. All texts are made before the first file is written.
 fn write(
     folder: &Path,
     sets: &[CoefficientSet],
@@ -205,7 +206,7 @@ fn write(
     let earlier = earlier(folder, &texts)?;
     if let Some(first) = earlier.first() {
         say(&format!(
-            "{}: {} files are of an earlier, larger set, {first} first; remove them",
+            "{}: {} files belong to an earlier, larger set, the first is {first}; remove them",
             folder.display(),
             earlier.len()
         ));
@@ -213,7 +214,7 @@ fn write(
     Ok(paths)
 }
 
-/// Plots of smoothers that an earlier run had and this one has not.
+/// Returns plots of smoothers that an earlier run had and this one has not.
 fn earlier(folder: &Path, texts: &[(String, String)]) -> Result<Vec<String>> {
     let unreadable = || format!("{}: cannot be read", folder.display());
     let ours = |name: &str| name.ends_with(".svg") && (name.starts_with("smoother") || name.starts_with("dog"));
@@ -228,7 +229,7 @@ fn earlier(folder: &Path, texts: &[(String, String)]) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// The command that gives these sets again, whatever defaults may become.
+/// Returns a command that reproduces these sets even if defaults change.
 fn command(sets: &[CoefficientSet], look_ahead: LookAhead) -> String {
     let sigmas: String = sets.iter().map(|set| format!(" {}", set.sigma)).collect();
     let Some(set) = sets.first() else { return String::new() };
@@ -288,7 +289,7 @@ fn table(report: &Report) -> String {
                     way.sigma_eff,
                     100.0 * way.l2,
                     100.0 * way.linf,
-                    // A symmetric filter is moved by rounding of f64 only: no minus before the zero.
+                    // A symmetric filter is shifted by rounding of f64 only; this avoids a minus sign before the zero.
                     if way.shift.abs() < 1e-9 { 0.0 } else { way.shift }
                 );
             }

@@ -14,12 +14,12 @@ use crate::output::{Folder, command, print, print_json, shown, verdict, write_fi
 use crate::picture::Limit;
 use crate::progress::Reporter;
 
-/// Run a folder of frames through extractor and flight program together, and show where the camera was.
+/// Run a folder of frames through extractor and flight program together, and show the track of the camera.
 ///
 /// The first frame is the reference. The frames are the pictures of the folder by name, of one size.
 /// With --features rtl they enter the pixel port of the Verilated top; the records go through a DMA into a ring of
-/// buffers in simulated memory, and a model of the CPU takes them from there at the interrupt. Status 0 only where
-/// some frame has an estimate and, with --estimator arm, where the ARM binary writes the host's lines byte for byte.
+/// buffers in simulated memory, and a model of the CPU takes them from there at the interrupt. Status 0 only if
+/// some frame has an estimate and, with --estimator arm, if the ARM binary writes the host's lines byte for byte.
 ///
 /// Examples:
 ///   hoverlock cosim flight/
@@ -27,7 +27,7 @@ use crate::progress::Reporter;
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, after_long_help = HELP)]
 pub struct Args {
-    /// A folder of frames: 00.png, 01.png, ..; beside them, where known, telemetry.csv and pseudo_gt.csv
+    /// A folder of frames: 00.png, 01.png, ..; beside them, if known, telemetry.csv and pseudo_gt.csv
     #[arg(value_name = "SEQUENCE_DIR")]
     sequence: PathBuf,
     /// Where features come from

@@ -4,7 +4,6 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hoverlock_cosim::designs::{change, load};
 use hoverlock_design::{DesignPoint, KT27, SHIPPED};
 
 use crate::output::quoted;
@@ -21,25 +20,28 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// The design with its changes; `kt27` where none is named.
+    /// Returns the design with its changes; `kt27` if none is named.
     pub fn design(&self) -> Result<DesignPoint> {
-        let design = self.design.as_deref().map_or_else(|| Ok(KT27.clone()), |name| load(name).context("--design"))?;
-        self.config.iter().try_fold(design, |design, text| change(&design, text).context("--config"))
+        let design = self
+            .design
+            .as_deref()
+            .map_or_else(|| Ok(KT27.clone()), |name| DesignPoint::load(name).context("--design"))?;
+        self.config.iter().try_fold(design, |design, text| design.with_change(text).context("--config"))
     }
 
-    /// Whether `--config` changes it.
+    /// Returns `true` if `--config` changes the design.
     pub fn is_changed(&self) -> bool {
         !self.config.is_empty()
     }
 
-    /// The options that choose it again.
+    /// Returns the options that choose the design again.
     pub fn options(&self) -> String {
         let design = self.design.iter().map(|design| format!(" --design {}", quoted(Path::new(design))));
         let config = self.config.iter().map(|change| format!(" --config {}", quoted(Path::new(change))));
         design.chain(config).collect()
     }
 
-    /// What the design is called where files are named after it.
+    /// Returns the name of the design for folders that are named after it.
     pub fn name(&self) -> String {
         let path = Path::new(self.design.as_deref().unwrap_or(OsStr::new(SHIPPED[0].0)));
         path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()

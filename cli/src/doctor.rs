@@ -1,4 +1,4 @@
-//! `hoverlock doctor`: what is installed, what is missing, how to get it.
+//! `hoverlock doctor`: the tools that are installed or missing, and how to get them.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,10 +9,10 @@ use serde::Serialize;
 use crate::Verdict;
 use crate::output::{print, print_json};
 
-/// The list that the bootstrap installs from; one line a tool: `package | command | version | needed for`.
+/// The list from which the bootstrap installs, one tool per line: `package | command | version | needed for`.
 const TOOLS: &str = include_str!("../../setup/tools.txt");
 
-/// Say what is installed, what is missing and how to get it.
+/// List the tools that are installed or missing, and how to get them.
 ///
 /// Example: hoverlock doctor --json
 #[derive(clap::Args)]
@@ -28,15 +28,15 @@ struct Report {
     tools: Vec<Tool>,
 }
 
-/// One thing that Hoverlock needs.
+/// A tool or data set that Hoverlock needs.
 #[derive(Serialize)]
 struct Tool {
     name: String,
-    /// Installed, in the wanted version.
+    /// It is installed in the required version.
     found: bool,
-    /// What it says of its version, or where it lies; nothing where it is missing.
+    /// Its version, or its path; `None` if it is missing.
     version: Option<String>,
-    /// The beginning that its version must have, nothing where any serves.
+    /// Required version prefix, or `None` if any version works.
     wanted: Option<String>,
     needed_for: String,
     get: String,
@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(report.ok.into())
 }
 
-/// Looks one line of the list up on this machine.
+/// Looks up one line of the list on this machine.
 fn inspect(line: &str) -> Result<Tool> {
     let fields: Vec<&str> = line.split('|').map(str::trim).collect();
     let [package, command, wanted, needed_for] = fields[..] else { bail!("setup/tools.txt: four fields, not: {line}") };
@@ -78,8 +78,8 @@ fn inspect(line: &str) -> Result<Tool> {
     })
 }
 
-/// The first line of `command --version`, or nothing where there is no such command; a package that brings no command
-/// is known by one of its files, which then stands for its version.
+/// Returns the first line of `command --version`; `None` if there is no such command. A package without a command is
+/// represented by one of its files, whose path is returned.
 fn version_of(command: &str) -> Result<Option<String>> {
     if command.starts_with('/') {
         return Ok(Path::new(command).exists().then(|| command.to_owned()));
@@ -91,12 +91,12 @@ fn version_of(command: &str) -> Result<Option<String>> {
     }
 }
 
-/// The first word that begins with a digit: `0.23` of `Yosys 0.23 (git sha1 7ce5011c24b)`.
+/// Returns the first word that begins with a digit: `0.23` of `Yosys 0.23 (git sha1 7ce5011c24b)`.
 fn numbers(version: &str) -> &str {
     version.split_whitespace().find(|word| word.starts_with(|c: char| c.is_ascii_digit())).unwrap_or_default()
 }
 
-/// The newcomer's pictures, which the bootstrap fetches.
+/// Looks up the pictures of `make demo`, which the bootstrap fetches.
 fn pictures() -> Tool {
     let folder = hoverlock_pictures::newcomer_dir().filter(|folder| folder.join("aero1.jpg").is_file());
     Tool {
@@ -127,14 +127,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn versions_are_read_from_what_tools_print() {
+    fn versions_are_read_from_the_output_of_tools() {
         assert_eq!(numbers("Verilator 5.006 2023-01-22 rev (Debian 5.006-3)"), "5.006");
         assert_eq!(numbers("Z3 version 4.8.12 - 64 bit"), "4.8.12");
         assert_eq!(numbers("no version here"), "");
     }
 
     #[test]
-    fn a_missing_tool_and_a_wrong_version_are_told() {
+    fn a_missing_tool_and_a_wrong_version_are_reported() {
         let missing = inspect("nothing | no-such-command-anywhere | - | tests").unwrap();
         assert!(!missing.found && missing.version.is_none());
         let wrong = inspect("coreutils | ls | 0.0.1 | tests").unwrap();

@@ -1,7 +1,4 @@
 //! `hoverlock explore`: the cheapest design that passes every check of the report on given pictures.
-//!
-//! A result is appended to a file as soon as it is there, under a hash of all that it depends on. The next search with
-//! the same folder takes it from there.
 
 use std::cell::Cell;
 use std::fs;
@@ -30,7 +27,7 @@ use crate::report::subjects;
 ///
 /// Changes state, coefficients, DoG and look-ahead of a design together; frame, pixel and sigmas stay. Writes
 /// index.html with the Pareto front of error against memory, explore.json, points.csv, and the best design as
-/// best.toml, which --design of the other verbs takes. A stopped search goes on where it was. Status 0 only where a
+/// best.toml, which --design of the other verbs takes. A stopped search is continued. Status 0 only if a
 /// design passes every check on every picture.
 ///
 /// Example: hoverlock explore aerial.png --budget 300
@@ -39,7 +36,7 @@ pub struct Args {
     /// Pictures of the ground, or folders of them; - reads one from standard input. As for the report
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
-    /// What the best design has least of
+    /// The quantity that the best design has least of
     #[arg(long, value_enum, default_value = "m10k")]
     objective: Choice,
     /// Stop after this time, seconds; what was measured stays for the next search
@@ -81,10 +78,10 @@ impl Choice {
     }
 }
 
-/// The results of earlier searches, one JSON object a line.
+/// File name of the results of earlier searches.
 const RESULTS: &str = "results.jsonl";
-/// Time between two lines of progress where there is no terminal.
-const QUIET: Duration = Duration::from_secs(30);
+/// Time between two lines of progress without a terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
 pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
@@ -99,15 +96,15 @@ pub fn run(args: &Args) -> Result<Verdict> {
         bar.set_style(style);
     }
     let started = Instant::now();
-    let said = Cell::new(started);
-    let tell = |progress: &Progress| {
+    let last_line = Cell::new(started);
+    let report = |progress: &Progress| {
         let best = progress.best.as_ref().map(|(name, m10k)| format!("best {name}, {m10k} M10K; ")).unwrap_or_default();
         bar.set_length(progress.designs as u64);
         bar.set_position(progress.settled as u64);
         bar.set_message(format!("{best}{}", progress.step));
-        // Without a terminal a line now and then, for whoever reads a log.
-        if bar.is_hidden() && said.get().elapsed() >= QUIET {
-            said.set(Instant::now());
+        // Without a terminal a line from time to time, for a reader of a log.
+        if bar.is_hidden() && last_line.get().elapsed() >= LINE_INTERVAL {
+            last_line.set(Instant::now());
             say(&format!("{} of {} designs settled; {best}{}", progress.settled, progress.designs, progress.step));
         }
     };
@@ -122,7 +119,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         unbuildable: &unbuildable,
         build: &build(),
     };
-    let found = hoverlock_explore::run::<anyhow::Error>(&task, &known, &mut keep, &tell)?;
+    let found = hoverlock_explore::run::<anyhow::Error>(&task, &known, &mut keep, &report)?;
     bar.finish_and_clear();
     let command = command();
     let json = output::json(&found, &command).context("the search cannot be written as JSON")?;
@@ -139,7 +136,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(found.pass.into())
 }
 
-/// Names the program whose results may be taken over: its sources, and for sources that were changed the file itself.
+/// Returns the version of this program, whose results can be reused: its commit, and with uncommitted changes also the
+/// time of the executable.
 fn build() -> String {
     if !COMMIT.ends_with("-dirty") {
         return COMMIT.to_owned();
@@ -149,7 +147,7 @@ fn build() -> String {
     format!("{COMMIT} {}", changed.as_nanos())
 }
 
-/// All files, or none. A best design of an earlier search goes where there is none now.
+/// Writes all files, or none. The best design of an earlier search is removed if this one has none.
 fn write(out: &Path, found: &Exploration, command: &str, json: &str) -> Result<()> {
     let mut batch = Batch::default();
     batch.add(&out.join(PAGE), output::html(found, command)?.as_bytes())?;
@@ -169,7 +167,7 @@ fn write(out: &Path, found: &Exploration, command: &str, json: &str) -> Result<(
 }
 
 fn summary(found: &Exploration, out: &Path, time: Duration) -> String {
-    let told = match (found.best(), found.base()) {
+    let result = match (found.best(), found.base()) {
         (Some(best), Some(base)) => {
             let worst = best.worst.as_ref().map(|worst| format!("{} ({})", worst.check, worst.place));
             format!(
@@ -195,7 +193,7 @@ fn summary(found: &Exploration, out: &Path, time: Duration) -> String {
         None => String::new(),
     };
     format!(
-        "{told}{open}{} results in {:.0} s, {} designs\n{}\n{next}",
+        "{result}{open}{} results in {:.0} s, {} designs\n{}\n{next}",
         found.measured + found.restored,
         time.as_secs_f64(),
         found.points.len(),

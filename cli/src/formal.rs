@@ -26,8 +26,8 @@ use crate::output::{print, print_json, shown, verdict, write_file};
 /// Prove claims about the emitted Verilog, or about any Verilog with properties.
 ///
 /// Each claim has covers, which show that it is not vacuous, and mutants: faults put into the Verilog that its proof
-/// must see. A claim that fails leaves the waveform of the violation, and a test in
-/// Rust that replays it, in the folder of --out. Status 0 only where every
+/// must detect. A claim that fails leaves the waveform of the violation, and a test in
+/// Rust that replays it, in the folder of --out. Status 0 only if every
 /// proof passes, every cover is reached and, with --mutants, every mutant fails.
 ///
 /// Examples:
@@ -38,7 +38,7 @@ use crate::output::{print, print_json, shown, verdict, write_file};
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Claims; all where none is named
+    /// Claims; all if none is named
     #[arg(value_name = "NAME", conflicts_with = "source")]
     names: Vec<String>,
     /// Put each claim's faults into the Verilog as well: its proof must fail
@@ -59,10 +59,10 @@ pub struct Args {
     /// The folder of the Verilog that claims are about, in place of the emitted one
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "source")]
     rtl: Option<PathBuf>,
-    /// Longest time of one question to a solver, seconds
+    /// Time limit of one solver query, seconds
     #[arg(long, value_name = "T", default_value = "600", value_parser = between(1.0, 86_400.0))]
     limit: f64,
-    /// Where waveforms of violations go
+    /// The folder for waveforms of violations
     #[arg(long, value_name = "DIR", default_value = "out/formal", value_hint = ValueHint::DirPath)]
     out: PathBuf,
     /// Write claims and results into this file, as Markdown
@@ -74,13 +74,13 @@ pub struct Args {
     json: bool,
 }
 
-/// What `--json` tells.
+/// The JSON object of `--json`.
 #[derive(Serialize)]
 struct Report<'a> {
     results: &'a [Outcome],
-    /// Proofs that pass.
+    /// Number of proofs that pass.
     proved: usize,
-    /// Proofs, covers and mutants that do not.
+    /// Number of proofs, covers and mutants that do not pass.
     failed: usize,
 }
 
@@ -134,16 +134,16 @@ pub fn run(args: &Args) -> Result<Verdict> {
         for outcome in &results {
             print(&line(outcome))?;
         }
-        let told = match results.iter().find(|outcome| !outcome.pass) {
+        let summary = match results.iter().find(|outcome| !outcome.pass) {
             Some(first) => format!("{failed} of {} fail, the first: {}", results.len(), first.name),
             None => format!("{proved} proofs, {} covers and mutants as they should be", results.len() - proved),
         };
-        print(&(verdict(failed == 0, &told) + "\n"))?;
+        print(&(verdict(failed == 0, &summary) + "\n"))?;
     }
     Ok((failed == 0).into())
 }
 
-/// What the claims about rounding are about, of a design point.
+/// Returns the numbers of a design that the claims about rounding refer to.
 fn rounding_design(design: &DesignPoint) -> Result<rounding::Design> {
     let smoother = |of: &StageCoefficients<u32>| rounding::Smoother { g: of.g, g_j: of.g_j.clone() };
     Ok(rounding::Design {
@@ -155,7 +155,7 @@ fn rounding_design(design: &DesignPoint) -> Result<rounding::Design> {
     })
 }
 
-/// The proved bounds beside the largest errors ever measured.
+/// Returns a table of the proved bounds beside the largest errors measured.
 fn rounding_table(design: &rounding::Design) -> Result<String> {
     #[derive(serde::Deserialize)]
     struct Measured {
@@ -176,7 +176,7 @@ fn rounding_table(design: &rounding::Design) -> Result<String> {
     Ok(rounding::table(design, &largest, &of))
 }
 
-/// The claims that were named, or the user's own.
+/// Returns the claims that were named, or those of the user's files.
 fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
     if let Some(properties) = &args.properties {
         let text = std::fs::read_to_string(properties)
@@ -205,7 +205,7 @@ fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
         return Ok((vec![own], Vec::new()));
     }
     let mut claims = shipped::claims()?;
-    // A folder of Verilog has no part in the claims about a design's numbers.
+    // The claims about the numbers of a design do not concern a folder of Verilog.
     let mut subjects = if args.rtl.is_none() { Subject::ALL.to_vec() } else { Vec::new() };
     for name in &args.names {
         let mut known = claims.iter().map(|claim| claim.name.as_str()).chain(subjects.iter().map(|of| of.name()));
@@ -221,7 +221,7 @@ fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
     Ok((claims, subjects))
 }
 
-/// All tasks on all cores; their results in order.
+/// Runs all tasks on all cores and returns their results in order.
 fn all(tasks: &[(&Claim, Task)], place: &Place) -> Result<Vec<Outcome>> {
     let bar = ProgressBar::new(tasks.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {elapsed}  {msg}") {
@@ -275,7 +275,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Claims and results as Markdown.
+/// Returns claims and results as Markdown.
 fn table(rows: &[Row], done: &[(&str, Task)], results: &[Outcome]) -> String {
     let head = "claim | proof | time, s | memory, MiB | covers | mutants that fail";
     let mut text = format!(
@@ -317,7 +317,7 @@ fn name_of(status: Status) -> String {
     format!("{status:?}").to_lowercase()
 }
 
-/// A result as a line.
+/// Describes a result in one line, with its steps and traces below.
 fn line(outcome: &Outcome) -> String {
     let Outcome { name, status, pass, seconds, memory_mib, detail, trace, replay, steps } = outcome;
     let status = name_of(*status);

@@ -18,11 +18,11 @@ use crate::design::Chosen;
 use crate::output::{Folder, command, print, print_json, shown, verdict, write_file};
 use crate::progress::{Reporter, bar};
 
-/// Close the loop: a simulated helicopter in gusts holds its place with nothing but the camera's estimate.
+/// Close the loop: a simulated helicopter in gusts holds its position with the camera's estimate alone.
 ///
-/// Each frame is rendered from where the helicopter is, taken by the camera with its noise, and goes through the
+/// Each frame is rendered from the position of the helicopter, taken by the camera with its noise, and goes through the
 /// extractor and the flight program; the estimate steers the helicopter a tenth of a second later. The same helicopter
-/// in the same wind without vision is flown beside it. Status 0 only where the place is held within the scene's bound,
+/// in the same wind without vision is flown beside it. Status 0 only if the position is held within the scene's bound,
 /// vision is never lost for a second, and roll and pitch stay within 5 degrees; over open water, where no frame has an
 /// estimate and the helicopter stays level.
 ///
@@ -42,7 +42,7 @@ pub struct Args {
     /// Where the flight program runs
     #[arg(long, value_enum, default_value = "host")]
     estimator: Estimator,
-    /// How long, seconds
+    /// Duration, seconds
     #[arg(long, value_name = "T", default_value = "10", value_parser = between(1.0, 3600.0))]
     seconds: f64,
     /// Seed of wind, sensors, camera and scene
@@ -54,10 +54,10 @@ pub struct Args {
     /// Gusts, root mean square of each horizontal component, m/s
     #[arg(long, value_name = "V", default_value = "3", value_parser = between(0.0, 5.0))]
     gusts: f64,
-    /// Whether the height is held, changes by 5 m up and down as a sine, or in steps
+    /// The height over time
     #[arg(long, value_enum, default_value = "hold")]
     altitude: Climb,
-    /// The camera's view: wide, or wide to acquire and after two seconds narrow to hold
+    /// The camera's field of view
     #[arg(long, value_enum, default_value = "wide")]
     view: View,
     /// Command the flight program to renew its reference after this time, seconds

@@ -1,8 +1,7 @@
-//! What is half-written when a signal comes: SIGINT (Ctrl-C) and SIGTERM remove it and then end the command as they
-//! always do.
+//! Removes incomplete files and folders when SIGINT (Ctrl-C) or SIGTERM ends the command.
 //!
-//! SIGBUS is the third: Verilator's FST writer maps its files into memory, and the system sends it where the disk is
-//! full.
+//! SIGBUS is handled too: Verilator's FST writer maps its files into memory, and the system sends this signal if the
+//! disk is full.
 
 use std::fs;
 use std::io;
@@ -13,20 +12,20 @@ use signal_hook::consts::{SIGBUS, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
 
-/// Temporary files and folders made, the latest last.
+/// Temporary files and folders, the latest last.
 static PENDING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 static WATCH: Once = Once::new();
 
-/// A file or folder that a signal removes, as long as this lives.
+/// A file or folder that a signal removes while this value exists.
 pub struct Pending(PathBuf);
 
 impl Pending {
-    /// Begins to watch over `path`.
+    /// Registers `path`.
     pub fn new(path: &Path) -> Self {
-        // Without a watch the files are still removed by everything but a signal.
+        // If the handlers cannot be installed, the files are still removed in all cases but a signal.
         WATCH.call_once(|| drop(watch()));
-        // Where the command is, not where it may go.
+        // The current folder may change, so the path is made absolute now.
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         PENDING.lock().unwrap_or_else(PoisonError::into_inner).push(path.clone());
         Self(path)
@@ -59,7 +58,7 @@ fn watch() -> io::Result<()> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     std::thread::Builder::new().name("signals".into()).spawn(move || {
         for signal in signals.forever() {
-            // Held to the end, so that nothing is registered, and so made, after what there was is removed.
+            // The lock is held to the end, so that nothing new is registered and created after the removal.
             let pending = PENDING.lock().unwrap_or_else(PoisonError::into_inner);
             remove(&pending);
             let _ = low_level::emulate_default_handler(signal);
@@ -67,7 +66,7 @@ fn watch() -> io::Result<()> {
         }
     })?;
     let full = || {
-        // No lock is waited for, and nothing but system calls and short-lived strings: the thread that faulted is
+        // This waits for no lock and does nothing but system calls on short-lived strings. The thread that faulted is
         // inside the FST writer, which holds no lock of the allocator while it stores samples.
         if let Ok(pending) = PENDING.try_lock() {
             remove(&pending);

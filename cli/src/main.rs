@@ -1,8 +1,7 @@
 //! `hoverlock <verb>`: the workspace from the command line.
 //!
-//! Results go to stdout, one JSON object with `--json`; progress and diagnostics go to stderr. The exit status is 0
-//! where the verb's checks pass, 1 where one fails, and 2 for bad usage or input, with one line that says what, where
-//! and why.
+//! Results go to stdout, as one JSON object with `--json`; progress and diagnostics go to stderr. The exit status is 0
+//! if the checks of the verb pass, 1 if one fails, and 2 for bad usage or input, with one line that names the cause.
 
 mod choice;
 mod coeffs;
@@ -32,7 +31,7 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use hoverlock_reports::provenance::COMMIT;
 
-/// Version and commit of the sources.
+/// Version, and commit of the sources.
 static VERSION: LazyLock<String> = LazyLock::new(|| format!("{} ({COMMIT})", env!("CARGO_PKG_VERSION")));
 
 /// Co-design of a hover drift sensor: floating point, fixed point and RTL, and what each step costs.
@@ -60,7 +59,7 @@ enum Verb {
     Sweep(sweep::Args),
 }
 
-/// Whether a verb's checks pass.
+/// The result of a verb's checks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Verdict {
     Pass,
@@ -99,7 +98,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What failed and why: each cause once, though some errors name their cause themselves.
+/// Returns the message of an error with its causes. A cause that a message already contains is not repeated.
 fn message(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
         let cause = cause.to_string();
@@ -111,7 +110,7 @@ fn message(error: &anyhow::Error) -> String {
     })
 }
 
-/// Help and version as they are; an error of usage as one line, like every other, with what clap guesses was meant.
+/// Prints help and version, and turns an error of usage into one line with clap's suggestion.
 fn usage(error: clap::Error) -> Result<Verdict> {
     if !error.use_stderr() {
         output::print(&error.render().ansi().to_string())?;
@@ -136,7 +135,7 @@ mod tests {
     use std::io;
 
     #[test]
-    fn a_cause_is_told_once() {
+    fn a_cause_is_not_repeated() {
         let full = || io::Error::other("the disk is full");
         let once = anyhow::Error::new(full()).context("a.png: cannot be written");
         assert_eq!(message(&once), "a.png: cannot be written: the disk is full");

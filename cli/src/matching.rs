@@ -1,4 +1,4 @@
-//! `hoverlock match`: two pictures in, the motion between them out.
+//! `hoverlock match`: the motion between two pictures.
 
 use std::path::{Path, PathBuf};
 
@@ -38,21 +38,22 @@ use crate::output::{check_target, print, print_json, verdict, write_file};
 use crate::picture::{Limit, open};
 use crate::progress::spinning;
 
-/// Features kept of each picture, spread over it. Twice the thousand used in flight: between two seasons of one place
-/// only one match in ten is right; 2000 features bring 55 right matches, 1000 bring 29, and 250 none that differ from
-/// chance.
-const FEATURES: usize = 2000;
+/// Largest number of features of a picture, spread over it. This is twice the thousand used in flight: between two
+/// seasons of one place only one match in ten is correct, so 2000 features give 55 correct matches, 1000 give 29, and 250
+/// give none that differ from chance.
+const MAX_FEATURES: usize = 2000;
 
-/// The least picture with a feature: a ring of 16 px, two more for its windows, and the centre.
-const LEAST_SIDE: usize = 37;
+/// Smallest width and height of a picture with a feature, px: a ring of radius 16, two more for its windows, and the
+/// centre.
+const MIN_SIDE: usize = 37;
 
-/// The least frame of the hardware.
-const LEAST_HARDWARE_SIDE: usize = 64;
+/// Smallest width and height of a frame of the hardware, px.
+const MIN_HARDWARE_SIDE: usize = 64;
 
 /// Find the motion between two pictures of the ground.
 ///
 /// The homography maps a pixel of REF to CUR, (0, 0) the centre of the top-left pixel. It is fitted to the matches that
-/// agree, after each was refined on the pictures themselves. Status 1 where there is no estimate.
+/// agree, after each was refined on the pictures themselves. Status 1 if there is no estimate.
 ///
 /// Examples:
 ///   hoverlock match ref.png cur.png --overlay match.png
@@ -102,7 +103,7 @@ enum Kind {
     Similarity,
     /// A linear map and a translation
     Affine,
-    /// What a plane does between two views
+    /// The motion of a plane between two views
     Homography,
 }
 
@@ -130,14 +131,14 @@ enum ClearLevel {
 struct Report {
     ok: bool,
     model: &'static str,
-    /// Row-major; nothing where there is no estimate.
+    /// Row-major; `None` without an estimate.
     homography: Option<[f64; 9]>,
     matches: usize,
     inliers: usize,
     displacement_px: Option<[f64; 2]>,
-    /// Of the camera, along `X_e` and `Y_e`, m; nothing without telemetry.
+    /// Displacement of the camera along `X_e` and `Y_e`, m; `None` without telemetry.
     displacement_m: Option<[f64; 2]>,
-    /// xx, xy, yx, yy, m^2.
+    /// Covariance of the displacement: xx, xy, yx, yy, m^2.
     covariance_m2: Option<[f64; 4]>,
     quality: u8,
     rms_px: Option<f64>,
@@ -161,7 +162,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     };
     let design = args.chosen.design()?;
     let frame = (source != Source::Float).then_some((design.width as usize, design.height as usize));
-    let open = |path: &Path| open(path, &args.limit, source.least_side(), frame);
+    let open = |path: &Path| open(path, &args.limit, source.min_side(), frame);
     let (reference, current) = (open(&args.reference)?, open(&args.current)?);
     let [from, to] = source.extract(&design, [&reference, &current], args.level.is_some())?;
     let wanted = args.model.model();
@@ -221,10 +222,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(report.ok.into())
 }
 
-/// The pose of CUR relative to REF, or why there is none.
+/// Fits the pose of CUR relative to REF. The inner error is the reason why there is none.
 ///
 /// # Errors
-/// The readings describe no view of the ground.
+/// The telemetry describes no view of the ground.
 fn located(readings: &[Telemetry], pictures: [&Plane<u16>; 2], estimate: &Estimate) -> Result<Result<Pose, PoseError>> {
     let view = |i: usize| {
         let (Telemetry { attitude, range, field_of_view, .. }, picture) = (readings[i], pictures[i]);
@@ -243,7 +244,7 @@ impl Source {
     /// or by its fast path, which gives the same: bit for bit in integers, to 0.015 DN of a response in floating point.
     fn extract(self, design: &DesignPoint, pictures: [&Picture; 2], clear: bool) -> Result<[Vec<Feature>; 2]> {
         if self == Self::Float {
-            let selection = Selection { count: FEATURES, ..Selection::default() };
+            let selection = Selection { count: MAX_FEATURES, ..Selection::default() };
             if clear {
                 // The sigmas are those of the design, for which a filter exists.
                 let smooth = |plane: &Plane<f64>, sigma: f64| -> Plane<f64> {
@@ -273,7 +274,7 @@ impl Source {
         };
         Ok(std::array::from_fn(|i| {
             let features: Vec<Feature> = records[i].iter().map(|record| record.feature(design.dog().lsb())).collect();
-            let mut features = strongest_per_cell(&features, FEATURES);
+            let mut features = strongest_per_cell(&features, MAX_FEATURES);
             for feature in &mut features {
                 feature.x += frames[i].x as u32;
                 feature.y += frames[i].y as u32;
@@ -282,13 +283,13 @@ impl Source {
         }))
     }
 
-    /// The least side of a picture it takes.
-    fn least_side(self) -> usize {
-        if self == Self::Rtl { LEAST_HARDWARE_SIDE } else { LEAST_SIDE }
+    /// Returns the smallest width and height of a picture, px.
+    fn min_side(self) -> usize {
+        if self == Self::Rtl { MIN_HARDWARE_SIDE } else { MIN_SIDE }
     }
 }
 
-/// What the hardware sends for each frame, one after the other through one simulation.
+/// Returns the records that the hardware sends for each frame, in one simulation.
 fn simulated(design: &DesignPoint, frames: &[Frame]) -> Result<Vec<Vec<FeatureRecord>>> {
     let all = &ALL[..design.pairs()];
     let jobs = frames.iter().map(|frame| Job::of(design, frame.luma.clone(), all)).collect::<Result<Vec<_>, _>>()?;
@@ -327,7 +328,7 @@ fn name(model: Model) -> &'static str {
 }
 
 impl Report {
-    /// The displacement of the camera, or why there is none although telemetry is given.
+    /// Describes the displacement of the camera, or the reason why there is none although telemetry is given.
     fn metres(&self) -> String {
         match (self.displacement_m, self.covariance_m2, &self.reason) {
             (Some([x, y]), Some([xx, _, _, yy]), _) => format!(

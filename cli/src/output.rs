@@ -1,4 +1,4 @@
-//! What a verb says, and the files it writes.
+//! The output of a verb: text on stdout and stderr, and files.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -13,8 +13,7 @@ use tempfile::{Builder, TempPath};
 
 use crate::interrupt::Pending;
 
-/// Writes `text` to stdout, its colours only where a terminal shows them. A reader that has gone away (`| head`) is no
-/// error.
+/// Writes `text` to stdout, with colours only on a terminal. A closed pipe (`| head`) is not an error.
 pub fn print(text: &str) -> Result<()> {
     let mut stdout = anstream::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -30,18 +29,18 @@ pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&text)
 }
 
-/// One line on stderr, whatever names are in it.
+/// Writes one line to stderr. Control characters are escaped, so that it stays one line.
 pub fn say(text: &str) {
     eprintln!("hoverlock: {}", visible(text));
 }
 
-/// A verdict, green or red on a terminal.
+/// Returns a verdict in bold, green or red on a terminal.
 pub fn verdict(pass: bool, text: &str) -> String {
     let style = Style::new().bold().fg_color(Some(if pass { AnsiColor::Green } else { AnsiColor::Red }.into()));
     format!("{style}{text}{style:#}")
 }
 
-/// A text with its control characters escaped: a newline in a file's name does not make a second line.
+/// Escapes control characters, so that a newline in a file name does not make a second line.
 pub fn visible(text: &str) -> String {
     text.chars().fold(String::new(), |mut shown, char| {
         if char.is_control() {
@@ -54,17 +53,17 @@ pub fn visible(text: &str) -> String {
     })
 }
 
-/// A path as it is printed in a table or a message.
+/// Returns a path for a table or a message, with control characters escaped.
 pub fn shown(path: &Path) -> String {
     visible(&path.display().to_string())
 }
 
-/// A path as a shell takes it.
+/// Quotes a path for a shell.
 pub fn quoted(path: &Path) -> String {
     quote(&path.to_string_lossy())
 }
 
-/// A word as a shell takes it.
+/// Quotes a word for a shell.
 pub fn quote(word: &str) -> String {
     let plain = |char: char| char.is_ascii_alphanumeric() || "_-./+=:,@%".contains(char);
     if !word.is_empty() && word.chars().all(plain) {
@@ -74,18 +73,18 @@ pub fn quote(word: &str) -> String {
     }
 }
 
-/// The command as typed, without the folder of the program.
+/// Returns the command as typed, without the folder of the program.
 pub fn command() -> String {
     let quoted = std::env::args_os().skip(1).map(|word| quote(&word.to_string_lossy()));
     std::iter::once("hoverlock".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// A path in JSON. What is not UTF-8 is replaced: JSON has no other text.
+/// Serialises a path. Bytes that are not UTF-8 are replaced, because JSON cannot represent them.
 pub fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())
 }
 
-/// The same for a path that may be missing.
+/// Does the same as [`lossy`] for a path that may be missing.
 pub fn lossy_option<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
     match path {
         Some(path) => serializer.serialize_some(&path.to_string_lossy()),
@@ -93,13 +92,13 @@ pub fn lossy_option<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Res
     }
 }
 
-/// The same for a list.
+/// Does the same as [`lossy`] for a list.
 pub fn lossy_list<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
 
-/// Refuses a file to be written whose name does not end as its format asks, that is no regular file, or that is an
-/// input.
+/// Checks a file that is to be written: its extension is that of its format, it is not a folder or a device, and it is
+/// not one of the inputs.
 pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path]) -> Result<()> {
     let name = path.display();
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
@@ -121,8 +120,7 @@ pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path
     Ok(())
 }
 
-/// A file on its way, under a temporary name in the folder where it will be; removed where it is not kept, and by a
-/// signal.
+/// A file that is written under a temporary name in its final folder. It is removed if it is not kept, and by a signal.
 pub struct Aside {
     file: TempPath,
     path: PathBuf,
@@ -130,16 +128,16 @@ pub struct Aside {
 }
 
 impl Aside {
-    /// An empty file.
+    /// Creates an empty file.
     pub fn new(path: &Path) -> Result<Self> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut pending = None;
         let file = Builder::new()
             .prefix(".hoverlock")
             .make_in(folder, |temporary| {
-                // Before it is there, so that no signal finds it unknown.
+                // The file is registered before it exists, so that a signal always finds it.
                 pending = Some(Pending::new(temporary));
-                // As any program creates its files: the user's mask takes away what it must.
+                // The permissions of any new file, reduced by the user's mask.
                 File::options().write(true).create_new(true).mode(0o666).open(temporary)
             })
             .with_context(|| unwritable(path))?
@@ -147,7 +145,7 @@ impl Aside {
         Ok(Self { _pending: pending, file, path: path.to_owned() })
     }
 
-    /// Where it is until it is kept.
+    /// Returns the temporary path.
     pub fn temporary(&self) -> &Path {
         &self.file
     }
@@ -158,7 +156,7 @@ impl Aside {
         Ok(aside)
     }
 
-    /// Gives it its name.
+    /// Gives the file its final name.
     pub fn keep(self) -> Result<()> {
         self.file.persist(&self.path).map_err(|refused| refused.error).with_context(|| unwritable(&self.path))
     }
@@ -168,12 +166,12 @@ fn unwritable(path: &Path) -> String {
     format!("{}: cannot be written; check the folder, its permissions and the space left", path.display())
 }
 
-/// Files that belong together: all of them are written aside before the first gets its name.
+/// Files that belong together. All of them are written under temporary names before the first gets its final name.
 #[derive(Default)]
 pub struct Batch(Vec<Aside>);
 
 impl Batch {
-    /// Writes one of them aside.
+    /// Writes one file under a temporary name.
     pub fn add(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
         if path.is_dir() {
             bail!("{}: is a folder, and a file of this name is to be written", path.display());
@@ -182,25 +180,24 @@ impl Batch {
         Ok(())
     }
 
-    /// Gives all of them their names.
+    /// Gives all files their final names.
     pub fn keep(self) -> Result<()> {
         self.0.into_iter().try_for_each(Aside::keep)
     }
 }
 
-/// Writes a file under a temporary name beside it, then renames: it is there whole or not at all.
+/// Writes a file under a temporary name and renames it, so that it is complete or does not exist.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Aside::write(path, bytes)?.keep()
 }
 
-/// A folder to write into. What had to be made of it is removed again, by a signal too, unless something was kept in
-/// it.
+/// A folder to write into. Folders that had to be created are removed again, also by a signal, if they stay empty.
 pub struct Folder {
     made: Vec<(PathBuf, Pending)>,
 }
 
 impl Folder {
-    /// Makes the folder and those above it.
+    /// Creates the folder and those above it.
     pub fn new(path: &Path) -> Result<Self> {
         let missing: Vec<&Path> =
             path.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists()).collect();
@@ -215,7 +212,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // The deepest first; one that holds a file stays.
+        // The deepest folder first. A folder with a file in it is not removed.
         for (folder, _pending) in self.made.drain(..) {
             let _ = fs::remove_dir(folder);
         }
@@ -227,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_stay_on_one_line_and_survive_a_shell() {
+    fn names_stay_on_one_line_and_are_quoted_for_a_shell() {
         assert_eq!(visible("a\nb\tc\u{1b}[31m ü"), "a\\nb\\tc\\u{1b}[31m ü");
         assert_eq!(quote("sub/run.gtkw"), "sub/run.gtkw");
         assert_eq!(quote("my run.gtkw"), "'my run.gtkw'");

@@ -8,10 +8,10 @@ use hoverlock_pictures::{Limits, MEGAPIXELS, Picture, PictureFile};
 
 use crate::output::say;
 
-/// How large a picture may be.
+/// The limit on the size of a picture.
 #[derive(clap::Args)]
 pub struct Limit {
-    /// Million pixels a picture may have at most
+    /// Largest size of a picture, million pixels
     #[arg(
         long,
         value_name = "N",

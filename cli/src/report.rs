@@ -1,4 +1,4 @@
-//! `hoverlock report`: what quantisation costs on given pictures, and whether every check passes.
+//! `hoverlock report`: the errors of quantisation on given pictures, and the checks of their bounds.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use hoverlock_pictures::folder::expand;
 use hoverlock_reports::baseline::{self, Baseline, Kind};
 use hoverlock_reports::hardware::Made;
 use hoverlock_reports::output;
-use hoverlock_reports::study::{self, BoundRow, LEAST_SIDE, Study, Subject};
+use hoverlock_reports::study::{self, BoundRow, MIN_SIDE, Study, Subject};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
@@ -19,9 +19,9 @@ use crate::output::{Folder, command, print, say, shown, verdict, write_file};
 use crate::picture::{Limit, open};
 use crate::rtl_level;
 
-/// Measure what quantisation costs, stage by stage, and check it.
+/// Measure the errors of quantisation, stage by stage, and check them.
 ///
-/// Writes index.html, report.json, checks.csv and junit.xml. Status 0 only where every check passes on every picture
+/// Writes index.html, report.json, checks.csv and junit.xml. Status 0 only if every check passes on every picture
 /// under every condition. Where Verilator and Yosys are installed, `rtl` is the simulated hardware and what it takes of
 /// a device; else the report says that it was not run.
 ///
@@ -38,7 +38,7 @@ pub struct Args {
     #[command(flatten)]
     chosen: Chosen,
     /// The report.json of an earlier report: writes baseline.html, which says what changed check by check. Status 1
-    /// where a check that passed fails now or is gone
+    /// if a check that passed fails now or is gone
     #[arg(long, value_name = "FILE")]
     baseline: Option<PathBuf>,
     #[command(flatten)]
@@ -50,10 +50,10 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
-    // A design point without coefficients is refused before anything is written.
+    // A design without valid coefficients is refused before anything is written.
     Levels::new(&design)?;
     let subjects = subjects(&expand(&args.images)?, &design, &args.limit)?;
-    // Before the work: the file may be the one that this report will replace.
+    // The baseline is read first, because this report may replace its file.
     let baseline = args.baseline.as_deref().map(earlier).transpose()?;
     let folder = Folder::new(&args.out)?;
     output::prepare(&args.out)?;
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         if let Some(reason) = simulation {
             say(&format!("rtl not run: {reason}"));
         }
-        // One reason for both is told once.
+        // A reason that applies to both is reported once.
         match &hardware.estimate {
             Made::NotRun { reason } if simulation != Some(reason) => say(&format!("rtl not sized: {reason}")),
             _ => {}
@@ -112,26 +112,26 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok((study.pass && compared.is_none_or(|compared| compared.pass)).into())
 }
 
-/// An earlier report.
+/// Reads an earlier report.
 fn earlier(path: &Path) -> Result<Baseline> {
     let name = path.display();
     let text = std::fs::read_to_string(path).with_context(|| format!("--baseline {name}: cannot be read"))?;
     Baseline::parse(&text).with_context(|| format!("--baseline {name}: not the report.json of a report"))
 }
 
-/// Opens all pictures before any work begins, cuts each to the frame of the design, and gives it a name of its own.
+/// Opens all pictures before the measurement begins, crops each to the frame of the design, and gives it a unique name.
 pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Vec<Subject>> {
     let (width, height) = (design.width as usize, design.height as usize);
-    if width < LEAST_SIDE || height < LEAST_SIDE {
+    if width < MIN_SIDE || height < MIN_SIDE {
         bail!(
-            "width and height of the configuration: the report needs at least {LEAST_SIDE} x {LEAST_SIDE}, \
+            "width and height of the configuration: the report needs at least {MIN_SIDE} x {MIN_SIDE}, \
              not {width} x {height}"
         );
     }
     let mut names: BTreeMap<String, usize> = BTreeMap::new();
     let mut subjects = Vec::new();
     for path in paths {
-        let picture = open(path, limit, LEAST_SIDE, Some((width, height)))?;
+        let picture = open(path, limit, MIN_SIDE, Some((width, height)))?;
         let frame = picture.crop(width, height);
         let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let seen = names.entry(stem.clone()).or_default();

@@ -1,4 +1,4 @@
-//! `hoverlock rtl`: the Verilog written, proved fresh, and sized for an Arria V.
+//! `hoverlock rtl`: writes the Verilog, checks that it is up to date, and estimates its resources on an Arria V.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::design::Chosen;
 use crate::output::{Batch, Folder, print, print_json, quoted, say, shown};
 use crate::progress::spinning;
 
-/// Write the Verilog, prove it fresh, or estimate what it takes of an Arria V.
+/// Write the Verilog, check that it is up to date, or estimate its resources on an Arria V.
 ///
 /// Example: hoverlock rtl estimate --json
 #[derive(clap::Args)]
@@ -29,7 +29,7 @@ enum Action {
     ///
     /// Example: hoverlock rtl emit
     Emit(Common),
-    /// Regenerate everything and compare it with what is there
+    /// Regenerate everything and compare it with the files that exist
     ///
     /// Example: hoverlock rtl check
     Check(Common),
@@ -39,7 +39,7 @@ enum Action {
     /// A minute or two the first time; the netlist is kept in the user's cache folder for as long as the Verilog stays
     /// the same. The files are read in the order of their names, whatever folder they come from, because Yosys counts
     /// other ALMs in another order.
-    /// Status 0 only where the smallest device keeps a third of everything free.
+    /// Status 0 only if the smallest device keeps a third of everything free.
     ///
     /// Example: hoverlock rtl estimate --json
     Estimate(Sized),
@@ -58,7 +58,8 @@ struct Common {
 }
 
 impl Common {
-    /// The design and its folder. The default design's is the project's own, which no other may overwrite.
+    /// Returns the design and its folder. The default design has the folder of the project, which no other design may
+    /// overwrite.
     fn design(&self) -> Result<(DesignPoint, PathBuf)> {
         let design = self.chosen.design()?;
         let own = || if design == *KT27 { "rtl".into() } else { Path::new("out/rtl").join(self.chosen.name()) };
@@ -99,7 +100,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     }
 }
 
-/// The files of a design; another than the default takes a while the first time.
+/// Returns the files of a design. For a design other than the default, the emitter is compiled the first time.
 fn emitted(design: &DesignPoint) -> Result<Vec<File>> {
     if *design == *KT27 {
         return Ok(files_of(design)?);
@@ -115,7 +116,7 @@ fn emit(common: &Common) -> Result<Verdict> {
     for file in &files {
         let path = out.join(&file.path);
         folders.push(Folder::new(path.parent().unwrap_or(Path::new(".")))?);
-        // A file that has not changed keeps its time: no tool works again for nothing.
+        // A file that has not changed keeps its time, so that no tool processes it again.
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&file.text) {
             batch.add(&path, file.text.as_bytes())?;
         }
@@ -165,7 +166,7 @@ fn say_strays(strays: &[String]) {
     }
 }
 
-/// Verilog that the sources do not emit: simulator and Yosys would read it all the same.
+/// Returns Verilog files that the sources do not emit. Simulator and Yosys would read them nevertheless.
 fn strays(folder: &Path, files: &[File]) -> Result<Vec<String>> {
     let entries = std::fs::read_dir(folder).with_context(|| format!("{}: cannot be read", folder.display()))?;
     let names = entries.filter_map(|entry| Some(format!("verilog/{}", entry.ok()?.file_name().to_str()?)));
@@ -241,7 +242,7 @@ fn table(estimate: &Estimate) -> String {
             f64::from(of.cell_delay_ps) / 1000.0
         )
     };
-    // What is neither large nor deep goes into one line.
+    // Modules that are neither large nor deep are summed in one line.
     let named = |of: &&ModuleEstimate| {
         of.m10k + of.mul18 > 0 || 100 * of.alm >= estimate.alm || 2 * of.logic_levels > estimate.logic_levels
     };

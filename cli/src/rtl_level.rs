@@ -1,8 +1,7 @@
-//! `rtl` of the report: the pictures of a study through the simulated hardware, and its Yosys estimate.
+//! The level `rtl` of a report: simulation of the pictures by the emitted Verilog, and the Yosys estimate.
 //!
-//! Building the model and running Yosys take a minute or two where the cache is empty, so both begin beside the rest of
-//! the study. Where one of them is missing, broken or has no cache to work in, the report says so and keeps everything
-//! else.
+//! With an empty cache, building the model and running Yosys take a minute or two, so both run in parallel with the rest
+//! of the study. If a tool is missing or fails, the report gives the reason and has no results of this level.
 
 use std::thread::{JoinHandle, spawn};
 
@@ -17,19 +16,19 @@ use hoverlock_synthesis::{Estimate, estimate};
 
 use crate::message;
 
-/// Modules that the page lists.
-const LISTED: usize = 12;
+/// Number of modules that the page lists.
+const LISTED_MODULES: usize = 12;
 
-/// What is on its way.
+/// The model and the estimate in preparation.
 pub struct Preparation(JoinHandle<Tools>);
 
-/// The model and the estimate, or why there are none.
+/// The model and the estimate, or the reasons why they are missing.
 struct Tools {
     simulator: Made<Simulator>,
     estimate: Made<Sizing>,
 }
 
-/// Begins to build the model and to run Yosys. A design `changed` by single keys is for a quick look at the models: its
+/// Begins to build the model and to run Yosys. A design that is `changed` by single keys is not emitted, because its
 /// emitter would take a minute to compile.
 pub fn prepare(design: &DesignPoint, changed: bool) -> Preparation {
     let design = design.clone();
@@ -51,7 +50,7 @@ pub fn prepare(design: &DesignPoint, changed: bool) -> Preparation {
 }
 
 impl Preparation {
-    /// Runs every picture through the hardware and adds what came of it to the study.
+    /// Simulates every picture and adds the results to the study.
     pub fn finish(self, study: Study, subjects: &[Subject], step: &dyn Fn(&str)) -> Result<Study> {
         step("waiting for Verilator and Yosys");
         let tools = self.0.join().map_err(|_| anyhow!("the model's builder has panicked"))?;
@@ -70,7 +69,8 @@ impl Preparation {
     }
 }
 
-/// The conditions of a picture as frames back to back, each with the thresholds that its other levels were compared at.
+/// Simulates the conditions of a picture as frames back to back, each with the thresholds at which its other levels were
+/// compared.
 fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<Simulated> {
     let measured = study.pictures.iter().find(|picture| picture.name == subject.name);
     let conditions = measured.map(|picture| picture.conditions.as_slice()).unwrap_or_default();
@@ -124,7 +124,7 @@ fn sizing(estimate: Estimate) -> Sizing {
         used_percent: device.used_percent,
         fits: device.fits,
     };
-    let modules = estimate.modules.iter().take(LISTED).map(|module| ModuleShare {
+    let modules = estimate.modules.iter().take(LISTED_MODULES).map(|module| ModuleShare {
         name: module.name.clone(),
         instances: module.instances,
         alm: module.alm,

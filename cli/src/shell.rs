@@ -1,5 +1,5 @@
-//! `hoverlock completions` and `hoverlock man`: what a shell and `man` know of the command, made from its own
-//! definition.
+//! `hoverlock completions` and `hoverlock man`: completion scripts and manual pages, generated from the definition of the
+//! command line.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use crate::{Cli, Verdict};
 /// Example: hoverlock completions bash > ~/.local/share/bash-completion/completions/hoverlock
 #[derive(clap::Args)]
 pub struct CompletionsArgs {
-    /// Which shell
+    /// The shell
     #[arg(value_enum)]
     shell: Shell,
 }
@@ -54,7 +54,7 @@ pub fn man(args: &ManArgs) -> Result<Verdict> {
     Ok(Verdict::Pass)
 }
 
-/// The page of a command, and those of its verbs.
+/// Renders the page of a command, and those of its verbs.
 fn render(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<()> {
     let name = command.get_display_name().unwrap_or_else(|| command.get_name()).to_owned();
     let mut page = Vec::new();

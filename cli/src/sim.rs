@@ -1,4 +1,4 @@
-//! `hoverlock sim`: the hardware on pictures, under Verilator, against the bit-true model.
+//! `hoverlock sim`: the emitted Verilog under Verilator, compared with the bit-true model on pictures.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use crate::progress::spinning;
 
 /// Run the RTL on pictures under Verilator and compare every plane and every feature with the bit-true model.
 ///
-/// All pictures go through back to back, each as often as --frames says. Status 0 only where nothing differs and
+/// All pictures go through back to back, each as often as --frames says. Status 0 only if nothing differs and
 /// features of every picture were compared.
 ///
 /// Example: hoverlock sim aerial.png --stall 0.4 --seed 2 --wave aerial.fst
@@ -86,20 +86,20 @@ pub struct Args {
 struct Report {
     pixels: u64,
     cycles: u64,
-    /// Nothing where fewer than three frames of one size came after one another, or where pauses make it meaningless.
+    /// `None` if fewer than three frames of one size follow each other, or if pauses make it meaningless.
     cycles_per_pixel: Option<f64>,
     features: u64,
     dropped: u64,
-    /// `features + dropped` where nothing differs.
+    /// `features + dropped` if nothing differs.
     model_features: u64,
     samples: u64,
-    /// Nothing where no feature was compared and nothing else differs.
+    /// `None` if no feature was compared and nothing else differs.
     mismatches: Option<u64>,
     first_mismatch: Option<First>,
     cycles_per_second: f64,
-    /// From a pixel to its smoothed sample.
+    /// Latency from a pixel to its smoothed sample.
     latency_lines: Option<f64>,
-    /// From a feature's pixel to its record.
+    /// Latency from the pixel of a feature to its record.
     feature_latency_lines: Option<f64>,
     pictures: Vec<PerPicture>,
     #[serde(serialize_with = "lossy_option")]
@@ -107,7 +107,7 @@ struct Report {
     pass: bool,
 }
 
-/// The first mismatch and the picture it is in.
+/// The first mismatch, and the picture that has it.
 #[derive(Serialize)]
 struct First {
     #[serde(serialize_with = "lossy")]
@@ -138,7 +138,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let wave = args.wave.as_deref().map(|path| WaveFile::new(path, &images)).transpose()?;
     let pictures = images.iter().map(|path| frame(&design, path, &args.limit)).collect::<Result<Vec<_>>>()?;
     if let Some(wave) = &wave {
-        wave.room(args.wave_cycles)?;
+        wave.check_space(args.wave_cycles)?;
     }
     let mut model = FastestModel::new(&design)?;
     let mut jobs = Vec::new();
@@ -158,7 +158,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         if let Some(from) = args.wave_from {
             window = Window { from, focus: window.focus.clamp(from, from.saturating_add(args.wave_cycles)), ..window };
         }
-        wave.room(args.wave_cycles)?;
+        wave.check_space(args.wave_cycles)?;
         spinning("writing waves", || record(&simulator, &jobs, streams, window, wave.aside.temporary()))?;
         wave.keep(&design, window)?;
     }
@@ -171,7 +171,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(report.pass.into())
 }
 
-/// Runs with a bar that counts pixels, once the run has taken a second.
+/// Runs the simulation. After one second a bar counts the pixels.
 fn simulate(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Outcome> {
     let pixels = jobs.iter().map(|job| job.pixels.as_slice().len() as u64).sum();
     let rate = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
@@ -192,18 +192,19 @@ fn simulate(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Out
     Ok(outcome)
 }
 
-/// A wave file on its way: written aside, in the folder where it will be.
+/// A wave file that is written under a temporary name in its final folder.
 struct WaveFile {
     path: PathBuf,
-    format: hoverlock_simulation::Trace,
+    format: Trace,
     aside: Aside,
 }
 
-/// What a clock cycle of all signals takes at most, bytes: measured 3.5 kB as FST, 19 kB as VCD.
-const BYTES_OF_A_CYCLE: [u64; 2] = [4_000, 24_000];
+/// Largest size of one clock cycle of all signals, bytes, as FST and as VCD. Measured with `hoverlock sim --wave`: 3.5 kB
+/// and 19 kB.
+const BYTES_PER_CYCLE: [u64; 2] = [4_000, 24_000];
 
 impl WaveFile {
-    /// Asks for the file before anything is simulated.
+    /// Creates the temporary file before anything is simulated.
     fn new(path: &Path, images: &[PathBuf]) -> Result<Self> {
         let inputs: Vec<&Path> = images.iter().map(PathBuf::as_path).collect();
         check_target("--wave", path, &["fst", "vcd"], &inputs)?;
@@ -213,10 +214,10 @@ impl WaveFile {
         Ok(Self { path: path.into(), format, aside: Aside::new(path)? })
     }
 
-    /// Refuses a disk that is too full: the writers do not tell when a write fails.
-    fn room(&self, cycles: u64) -> Result<()> {
-        let of_a_cycle = BYTES_OF_A_CYCLE[usize::from(self.path.extension().is_some_and(|ending| ending == "vcd"))];
-        let needed = cycles.saturating_mul(of_a_cycle) + 1_000_000;
+    /// Checks that the disk has space for the waves, because the writers do not report a failed write.
+    fn check_space(&self, cycles: u64) -> Result<()> {
+        let per_cycle = BYTES_PER_CYCLE[usize::from(self.path.extension().is_some_and(|ending| ending == "vcd"))];
+        let needed = cycles.saturating_mul(per_cycle) + 1_000_000;
         let free = self.free()?;
         if free < needed {
             let [needed, free] = [needed, free].map(|bytes| bytes as f64 / 1e6);
@@ -230,13 +231,13 @@ impl WaveFile {
         Ok(())
     }
 
-    /// Bytes free where the waves will be.
+    /// Returns the free space in the folder of the waves, bytes.
     fn free(&self) -> Result<u64> {
         let about = rustix::fs::statvfs(self.aside.temporary())?;
         Ok(about.f_bavail.saturating_mul(about.f_frsize))
     }
 
-    /// Gives the waves and the view beside them their names.
+    /// Gives the waves and the GTKWave view beside them their final names.
     fn keep(self, design: &DesignPoint, window: Window) -> Result<()> {
         if self.free()? == 0 {
             bail!(
@@ -251,7 +252,7 @@ impl WaveFile {
     }
 }
 
-/// A picture as the camera of the design takes it.
+/// Reads a picture and converts it to samples of the design's camera.
 fn frame(design: &DesignPoint, path: &Path, limit: &Limit) -> Result<Plane<u16>> {
     let (width, height) = (design.width as usize, design.height as usize);
     let picture = open(path, limit, MIN_SIDE as usize, Some((width, height)))?;
@@ -339,7 +340,7 @@ fn summary(report: &Report) -> String {
             writeln!(text, "latency {smoothed:.2} lines to the smoothed sample, {feature:.2} to the feature's record");
     }
     if let Some(wave) = &report.wave {
-        // Both names: the view names the waves without their folder, so that the two can be moved together.
+        // The view names the waves without their folder, so that both can be moved together.
         let _ = writeln!(text, "waves: gtkwave {} {}", quoted(wave), quoted(&wave.with_extension("gtkw")));
     }
     text += &match (&report.first_mismatch, report.mismatches) {

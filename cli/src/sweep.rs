@@ -14,11 +14,11 @@ use crate::choice::{Features, between};
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
 use crate::progress::{Reporter, bar};
 
-/// Fly a campaign: many seeds, scenes, gusts, heights and word lengths, and what each costs in the FPGA.
+/// Fly a campaign over seeds, scenes, gusts, heights and word lengths, with the FPGA resources of each design.
 ///
 /// Writes results.csv, one row a point, and index.html: the distance from the target against word lengths, and which
-/// designs no other beats in both error and memory. A stopped campaign goes on where it was. Status 0 only where every
-/// point at the design point kt27 passes its checks.
+/// designs no other beats in both error and memory. A stopped campaign is continued. Status 0 only if every
+/// point of the design kt27 passes its checks.
 ///
 /// Examples:
 ///   hoverlock sweep --seeds 20 --scene field,town,helipad-in-mist --seconds 60
@@ -45,7 +45,7 @@ pub struct Args {
     /// A further design, as changes of kt27: dog_bits=12 or state=u16.0,coefficient=u0.8
     #[arg(long, value_name = "CHANGES")]
     config: Vec<String>,
-    /// How long each, seconds
+    /// Duration of each hover, seconds
     #[arg(long, value_name = "T", default_value = "10", value_parser = between(1.0, 3600.0))]
     seconds: f64,
     /// Where features come from

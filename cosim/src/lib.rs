@@ -26,7 +26,6 @@
 
 pub mod campaign;
 pub mod chain;
-pub mod designs;
 pub mod hover;
 mod monitor;
 mod pages;

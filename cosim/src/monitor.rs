@@ -15,16 +15,16 @@ pub trait Monitor: Sync {
     /// Receives a remark about the input, such as a picture that is cropped: one sentence without a full stop.
     fn remark(&self, _text: &str) {}
 
-    /// Called at the start of a step that can take minutes, such as building the Verilated model. The returned value is
+    /// Receives the start of a step that can take minutes, such as building the Verilated model. The returned value is
     /// dropped at its end.
     fn long_step(&self, _name: &'static str) -> Option<Box<dyn Any>> {
         None
     }
 
-    /// Called after each frame.
+    /// Receives each frame after it has passed through the flight program.
     ///
     /// # Errors
-    /// An error stops the run, which returns it in the variant `Stopped` of its own error.
+    /// An error stops the run, which returns it in the variant `Stopped` of its error.
     fn frame(&self, _frame: &FrameProgress<'_>) -> Result<(), BoxError> {
         Ok(())
     }

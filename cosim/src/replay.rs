@@ -110,17 +110,17 @@ pub struct Position {
 pub struct Accuracy {
     /// Number of frames that have both.
     pub frames: usize,
-    /// Root mean square, m.
+    /// Root mean square of the errors, m.
     pub rms_m: f64,
-    /// Largest, m.
+    /// Largest error, m.
     pub max_m: f64,
 }
 
 /// A frame of a co-simulation.
 pub struct CosimFrame {
-    /// File name.
+    /// File name of the frame.
     pub name: String,
-    /// The frame.
+    /// The pixels, DN.
     pub picture: Plane<u16>,
     /// The line of the flight program.
     pub line: FlightLine,

@@ -21,6 +21,7 @@ mod file;
 mod format;
 mod hardware;
 mod key;
+mod load;
 mod point;
 mod shipped;
 
@@ -28,6 +29,7 @@ pub use error::DesignError;
 pub use format::{Format, FormatError};
 pub use hardware::{MAX_ROWS, MIN_SIDE, Unbuildable};
 pub use key::{Key, KeyValue};
+pub use load::LoadError;
 pub use point::{
     AutomaticThreshold, DesignPoint, KEYS, MAX_FRACTION_BITS, MAX_RING_RADIUS, MAX_SCALE_PAIRS, smoother_names,
 };

@@ -37,11 +37,11 @@ pub use space::Unbuildable;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Objective {
-    /// Block memories.
+    /// Block memories of 10 kbit.
     M10k,
     /// Adaptive logic modules.
     Alm,
-    /// DSP blocks.
+    /// DSP blocks with multipliers.
     Dsp,
     /// The DoG error, among the designs that fit the device.
     Error,
@@ -84,7 +84,7 @@ pub enum Status {
 pub struct Point {
     /// Differences from the base design in the syntax of `--config`; `base` for the base.
     pub name: String,
-    /// The design.
+    /// All words of the design.
     pub design: DesignPoint,
     /// Resources by the memory model.
     #[serde(flatten)]

@@ -19,7 +19,7 @@ pub enum ResultsError {
     /// A line of the file is not a result.
     #[error("{path}: line {line} is no result of this command; move the file away: {source}")]
     Line {
-        /// The file.
+        /// The file of results.
         path: String,
         /// Number of the line, from 1.
         line: usize,

@@ -28,7 +28,7 @@ const DOG_BITS: std::ops::RangeInclusive<u32> = 4..=16;
 /// A design of the space.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Candidate {
-    /// The design.
+    /// All words of the design.
     pub design: DesignPoint,
     /// Differences from the base design as `KEY=VALUE`; `base` for the base itself.
     pub name: String,

@@ -1,7 +1,7 @@
-//! A report against an earlier one: what changed, check by check.
+//! Compares a report with an earlier one, check by check.
 //!
-//! The earlier report is its `report.json`, of any commit and design. A check is the same where name, picture and
-//! condition are.
+//! The earlier report is a `report.json` of any commit and design. Two checks are the same check if their name, picture
+//! and condition are equal.
 
 use std::collections::HashMap;
 
@@ -16,7 +16,7 @@ const TEMPLATE: &str = include_str!("../templates/baseline.html");
 /// File name of the page.
 pub const PAGE: &str = "baseline.html";
 
-/// What is read of the earlier report.
+/// The part of an earlier report that is compared.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Baseline {
     provenance: Source,
@@ -43,57 +43,57 @@ struct Row {
     condition: Option<String>,
 }
 
-/// How a check changed.
+/// The way in which a check changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// It passed and fails now.
+    /// The check passed and fails now.
     Broken,
-    /// It was there and is not any more.
+    /// The earlier report has the check, this one has not.
     Gone,
-    /// It failed and passes now.
+    /// The check failed and passes now.
     Mended,
-    /// It was not there before.
+    /// This report has the check, the earlier one has not.
     New,
-    /// It uses more of its allowance.
+    /// The check uses more of its allowance than before.
     Closer,
-    /// It uses less.
+    /// The check uses less of its allowance than before.
     Further,
 }
 
 /// A check that changed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Change {
-    /// How.
+    /// The way in which it changed.
     pub kind: Kind,
     /// Name of the bound.
     pub name: String,
-    /// Its unit.
+    /// Unit of `measured` and `limit`.
     pub unit: String,
     /// The picture; `None` for a check of the coefficients.
     pub picture: Option<String>,
-    /// The condition.
+    /// The condition; `None` if none was applied.
     pub condition: Option<String>,
-    /// Measured before, now.
+    /// Measured value before and now.
     pub measured: [Option<f64>; 2],
-    /// Limit before, now.
+    /// Limit before and now.
     pub limit: [Option<f64>; 2],
-    /// Part of the allowance used before, now.
+    /// Fraction of the allowance used before and now.
     pub used: [Option<f64>; 2],
 }
 
-/// What changed from an earlier report to this one.
+/// The differences between an earlier report and this one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// No check that passed fails now, and none is gone.
     pub pass: bool,
-    /// Checks that are as before.
+    /// Number of checks that are as before.
     pub same: usize,
-    /// The others, the worst kind first.
+    /// The checks that changed, the worst kind first.
     pub changes: Vec<Change>,
     /// Commit, command and design of the earlier report.
     before: Source,
-    /// Of this one.
+    /// Commit, command and design of this report.
     now: Source,
 }
 
@@ -157,7 +157,8 @@ fn row(row: &crate::study::BoundRow) -> Row {
     }
 }
 
-/// `None` where nothing changed. Text of JSON may move the last bit of a number.
+/// Returns how a check changed; `None` if it did not. JSON text can change the last bit of a number, so numbers are
+/// compared with a tolerance.
 fn kind(before: Option<&Row>, now: &Row) -> Option<Kind> {
     let Some(before) = before else { return Some(if now.pass { Kind::New } else { Kind::Broken }) };
     match (before.pass, now.pass) {
@@ -199,7 +200,7 @@ struct Word<'a> {
     now: &'a str,
 }
 
-/// The lines of two configurations that differ.
+/// Returns the keys that differ between two configurations.
 fn words<'a>(before: &'a str, now: &'a str) -> Vec<Word<'a>> {
     let of = |text: &'a str| text.lines().filter_map(|line| line.split_once(" = ")).collect::<Vec<_>>();
     let earlier: HashMap<&str, &str> = of(before).into_iter().collect();
@@ -210,7 +211,7 @@ fn words<'a>(before: &'a str, now: &'a str) -> Vec<Word<'a>> {
     differing.collect()
 }
 
-/// The page as HTML.
+/// Renders the page as HTML.
 ///
 /// # Errors
 /// The template fails, which is a defect of this program.

@@ -28,7 +28,7 @@ impl Area {
 /// The style of a line.
 #[derive(Clone, Copy)]
 pub struct Pen {
-    /// Thickness, px.
+    /// Thickness of the line, px.
     pub thickness: f64,
     /// Colour at full opacity.
     pub colour: Rgb,
@@ -38,7 +38,7 @@ pub struct Pen {
 
 /// A picture to draw on.
 pub struct Canvas {
-    /// The picture.
+    /// The pixels of the drawing.
     pub picture: Plane<Rgb>,
     /// The area outside which no line or disc is drawn. Text ignores it.
     pub clip: Area,

@@ -12,7 +12,7 @@ pub struct CheckOutcome {
     pub unit: String,
     /// The measured value.
     pub measured: Option<f64>,
-    /// The limit.
+    /// The limit of the bound.
     pub limit: Option<f64>,
     /// Picture, condition, scale or smoother that was checked.
     pub place: String,

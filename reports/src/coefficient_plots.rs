@@ -28,12 +28,12 @@ pub enum FigureError {
 pub struct Figure {
     /// Stem of the file name: `smoother0_impulse`, `dog0_frequency`, ..
     pub name: String,
-    /// The plot.
+    /// The plot itself.
     pub chart: Chart,
 }
 
 impl Figure {
-    /// The plot as a complete SVG file with white background.
+    /// Returns the plot as a complete SVG file with white background.
     ///
     /// # Errors
     /// The plotting crate fails.
@@ -58,7 +58,7 @@ const FLOOR_DB: f64 = -60.0;
 /// Nyquist frequency, cycles per pixel.
 const NYQUIST: f64 = 0.5;
 
-/// Impulse and frequency response of each smoother, then of the DoG of each pair of neighbours in rising sigma.
+/// Plots impulse and frequency response of each smoother, then of the DoG of each pair of neighbours in rising sigma.
 ///
 /// # Errors
 /// A Gaussian of one of the sigmas cannot be designed.
@@ -117,7 +117,7 @@ impl Curve {
         Self { name, narrow, wide: Some(wide) }
     }
 
-    /// `h[n]` for `n = -reach ..= reach`.
+    /// Returns `h[n]` for `n = -reach ..= reach`.
     fn impulse(&self, reach: usize) -> Vec<(f64, f64)> {
         let narrow = self.narrow.impulse_response();
         let wide = self.wide.as_ref().map(Smoother::impulse_response).unwrap_or_default();
@@ -126,20 +126,20 @@ impl Curve {
         (-reach..=reach).map(|n| (n as f64, at(&narrow, n) - at(&wide, n))).collect()
     }
 
-    /// `H(f)`, `f` in cycles per pixel.
+    /// Returns `H(f)`, `f` in cycles per pixel.
     fn frequency(&self, f: f64) -> f64 {
         let omega = 2.0 * std::f64::consts::PI * f;
         let wide = self.wide.as_ref().map_or(0.0, |wide| wide.frequency_response(omega));
         self.narrow.frequency_response(omega) - wide
     }
 
-    /// `(f, value)` of a function of the frequency response, up to `end`.
+    /// Returns `(f, value)` of a function of the frequency response, up to `end`.
     fn over_frequency(&self, end: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         (0..=400).map(|i| end * f64::from(i) / 400.0).map(|f| (f, value(self.frequency(f)))).collect()
     }
 }
 
-/// The Gaussian first, so that the filter is drawn over it.
+/// Returns the series of both curves, the Gaussian first, so that the filter is drawn over it.
 fn series(curves: &[Curve; 2], mark: Mark, points: impl Fn(&Curve) -> Vec<(f64, f64)>) -> Vec<Series> {
     let colours: [Rgb; 2] = [ORANGE, BLUE];
     let one =
@@ -147,7 +147,7 @@ fn series(curves: &[Curve; 2], mark: Mark, points: impl Fn(&Curve) -> Vec<(f64, 
     curves.iter().zip(colours).map(one).collect()
 }
 
-/// Lowest and highest value of all series, with a margin.
+/// Returns lowest and highest value of all series, with a margin.
 fn extent(series: &[Series]) -> (f64, f64) {
     let values = || series.iter().flat_map(|series| &series.points).map(|point| point.1);
     let (low, high) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
@@ -203,7 +203,7 @@ fn frequency_linear(title: &str, curves: &[Curve; 2], narrow_sigma: f64) -> Char
     }
 }
 
-/// `text` with its first letter in upper case.
+/// Returns `text` with its first letter in upper case.
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

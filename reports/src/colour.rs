@@ -18,7 +18,7 @@ const DIVERGING: [Rgb; 9] = [
     [110, 10, 28],
 ];
 
-/// The colour of `value`. A value outside `[-1, 1]` takes the colour of the end; NaN and infinities are grey.
+/// Returns the colour of `value`. A value outside `[-1, 1]` takes the colour of the end; NaN and infinities are grey.
 pub fn diverging(value: f64) -> Rgb {
     if !value.is_finite() {
         return [128, 128, 128];

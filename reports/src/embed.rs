@@ -8,7 +8,7 @@ use image::{
     codecs::png::{CompressionType, FilterType, PngEncoder},
 };
 
-/// `data:image/png;base64,...` of a colour picture.
+/// Encodes a colour picture as `data:image/png;base64,...`.
 ///
 /// # Errors
 /// The PNG encoder fails.
@@ -17,7 +17,7 @@ pub fn colour_png(picture: &Plane<Rgb>) -> Result<String, ImageError> {
     encode(&bytes, picture.width(), picture.height(), ExtendedColorType::Rgb8)
 }
 
-/// `data:image/png;base64,...` of a grey picture.
+/// Encodes a grey picture as `data:image/png;base64,...`.
 ///
 /// # Errors
 /// The PNG encoder fails.
@@ -33,7 +33,7 @@ fn encode(bytes: &[u8], width: usize, height: usize, colour: ExtendedColorType) 
     Ok(address("image/png", &png))
 }
 
-/// The `data:` URL of `bytes` with this media type.
+/// Returns the `data:` URL of `bytes` with this media type.
 pub fn address(media_type: &str, bytes: &[u8]) -> String {
     format!("data:{media_type};base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes))
 }

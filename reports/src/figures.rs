@@ -1,8 +1,8 @@
 //! Error maps and feature maps.
 //!
-//! Each error map has a colour scale of its own, linear from `-full` to `full`, `full` the 99.9th percentile of the
-//! magnitudes that it shows: white is an error of 0, and what lies beyond the ends has their colour. The scale stands
-//! under the map. Each point of a map shows the error of greatest magnitude in a square of samples.
+//! Each error map has its own colour scale. The scale is linear from `-full` to `full`, and `full` is the 99.9th
+//! percentile of the magnitudes in the map. White is an error of 0, and errors beyond the ends have the colours of the
+//! ends. The scale is printed under the map. Each point of a map shows the error of greatest magnitude in a square of samples.
 
 use std::fmt::Write as _;
 
@@ -17,17 +17,17 @@ use crate::colour::{Rgb, diverging};
 use crate::embed;
 use crate::plot::PlotError;
 
-/// Colours on each side of white. Few colours keep the PNG of a noise picture small.
+/// Number of colours on each side of white. Few colours keep the PNG of a noise picture small.
 const SHADES: f64 = 12.0;
 /// Side of a square, samples.
 const SQUARE: usize = 4;
-/// Part of the points of a map that its scale covers.
-const COVERED: f64 = 0.999;
+/// Fraction of the points of a map that its scale covers.
+const COVERED_FRACTION: f64 = 0.999;
 
 /// Error maps and feature map of one picture.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figures {
-    /// Error maps.
+    /// Error maps of approximation and quantisation.
     pub maps: Vec<HeatMap>,
     /// Features under the condition with the most changes.
     pub features: FeatureMap,
@@ -36,14 +36,14 @@ pub struct Figures {
 /// One error map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
-    /// Scale pair.
+    /// Index of the scale pair.
     pub scale: usize,
     /// True for approximation, false for quantisation.
     pub approximation: bool,
     /// End of the colour scale, LSB.
     pub full: f64,
     /// Error of greatest magnitude, LSB.
-    pub most: f64,
+    pub max: f64,
     /// The map as a `data:` URL.
     pub address: String,
 }
@@ -60,21 +60,21 @@ pub struct FeatureMap {
 }
 
 impl Figures {
-    /// Maps of the DoG: approximation of `streaming` against `ideal`, quantisation of `bit_true` against `streaming`.
+    /// Draws the maps of the DoG: approximation of `streaming` against `ideal`, quantisation of `bit_true` against `streaming`.
     pub(crate) fn heat_maps(&mut self, ideal: &LevelPlanes, streaming: &LevelPlanes, fixed: &LevelPlanes) {
         for scale in 0..fixed.dog.len() {
             for (approximation, reference, test) in [(true, ideal, streaming), (false, streaming, fixed)] {
                 let error = response(test, scale).zip_map(&response(reference, scale), |t, r| (t - r) / dog_lsb());
                 let pooled = pooled(&error);
-                let (full, most) = scale_of(&pooled);
+                let (full, max) = scale_of(&pooled);
                 let address = embed::colour_png(&pooled.map(|&e| colour(e, full))).expect("a PNG in memory");
-                self.maps.push(HeatMap { scale, approximation, full, most, address });
+                self.maps.push(HeatMap { scale, approximation, full, max, address });
             }
         }
     }
 }
 
-/// The sample of greatest magnitude in every square.
+/// Reduces a plane to the sample of greatest magnitude in each square.
 fn pooled(error: &Plane<f64>) -> Plane<f64> {
     Plane::from_fn(error.width().div_ceil(SQUARE), error.height().div_ceil(SQUARE), |x, y| {
         let columns = SQUARE * x..(SQUARE * (x + 1)).min(error.width());
@@ -84,12 +84,12 @@ fn pooled(error: &Plane<f64>) -> Plane<f64> {
     })
 }
 
-/// End of the colour scale of a map, and the error of greatest magnitude; `(1, 0)` for a map without errors.
+/// Returns the end of the colour scale of a map, and the error of greatest magnitude; `(1, 0)` for a map without errors.
 fn scale_of(map: &Plane<f64>) -> (f64, f64) {
     let mut sorted: Vec<f64> = map.as_slice().iter().map(|e| e.abs()).filter(|e| e.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let most = sorted.last().copied().unwrap_or(0.0);
-    let full = sorted.get((sorted.len() as f64 * COVERED) as usize).copied().unwrap_or(most);
+    let full = sorted.get((sorted.len() as f64 * COVERED_FRACTION) as usize).copied().unwrap_or(most);
     let full = [full, most].into_iter().find(|end| *end > 0.0).unwrap_or(1.0);
     (full, most)
 }
@@ -98,7 +98,7 @@ fn colour(error: f64, full: f64) -> Rgb {
     diverging((error / full * SHADES).round() / SHADES)
 }
 
-/// The colour bar of the maps, from one end of a scale to the other.
+/// Draws the colour bar of the maps, from one end of a scale to the other.
 ///
 /// # Errors
 /// Formatting fails, which does not happen for a string.
@@ -176,7 +176,7 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
     FeatureMap { condition, svg, counts }
 }
 
-/// The frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand
+/// Encodes a frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand
 /// out.
 pub fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let mut sorted: Vec<u16> = frame.as_slice().iter().step_by(7).copied().collect();

@@ -18,7 +18,7 @@ pub const MISMATCHES: &str = "RTL mismatches";
 pub enum Made<T> {
     /// The step was run.
     Run {
-        /// Its result.
+        /// The result of the step.
         result: T,
     },
     /// The step was not run.
@@ -30,12 +30,12 @@ pub enum Made<T> {
 }
 
 impl<T> Made<T> {
-    /// A step that was not run.
+    /// Returns a step that was not run.
     pub fn not_run(reason: impl Into<String>) -> Self {
         Self::NotRun { reason: reason.into() }
     }
 
-    /// Its result.
+    /// Returns the result; `None` if the step was not run.
     pub fn result(&self) -> Option<&T> {
         match self {
             Self::Run { result } => Some(result),
@@ -171,12 +171,12 @@ pub struct Totals {
 }
 
 impl Hardware {
-    /// Neither simulation nor estimate was run.
+    /// Returns results of which neither simulation nor estimate was run.
     pub fn not_run(reason: &str) -> Self {
         Self { simulation: Made::not_run(reason), estimate: Made::not_run(reason) }
     }
 
-    /// Totals over all pictures; `None` where the simulation was not run.
+    /// Returns the totals over all pictures; `None` if the simulation was not run.
     pub fn totals(&self) -> Option<Totals> {
         let runs = self.simulation.result()?;
         let sum = |of: fn(&Simulated) -> u64| runs.iter().map(of).sum();
@@ -223,7 +223,7 @@ impl Study {
         self
     }
 
-    /// The results of the level `rtl`.
+    /// Returns the results of the level `rtl`.
     pub fn hardware(&self) -> Option<&Hardware> {
         self.levels.iter().find_map(|level| level.hardware.as_ref())
     }

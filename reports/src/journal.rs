@@ -10,7 +10,7 @@ pub enum JournalError {
     /// The file could not be read.
     #[error("{path}: cannot be read: {source}")]
     Read {
-        /// The journal.
+        /// The file of the journal.
         path: PathBuf,
         /// The error of the operating system.
         source: io::Error,
@@ -18,7 +18,7 @@ pub enum JournalError {
     /// The file could not be written.
     #[error("{path}: cannot be written: {source}; free some space")]
     Write {
-        /// The journal.
+        /// The file of the journal.
         path: PathBuf,
         /// The error of the operating system.
         source: io::Error,

@@ -89,7 +89,7 @@ fn readable(_path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The study as JSON.
+/// Returns the study as JSON.
 ///
 /// # Errors
 /// The study cannot be written as JSON.
@@ -97,7 +97,7 @@ pub fn json(study: &Study) -> Result<String, OutputError> {
     Ok(serde_json::to_string_pretty(study)? + "\n")
 }
 
-/// The checks as CSV, one row each.
+/// Returns the checks as CSV, one row each.
 pub fn csv(study: &Study) -> String {
     let mut text = String::from("picture,condition,check,measured,limit,unit,margin,used,pass,location\n");
     for row in &study.bounds {
@@ -110,12 +110,12 @@ pub fn csv(study: &Study) -> String {
     text
 }
 
-/// A field of CSV (RFC 4180), quoted where it must be.
+/// Returns a field of CSV (RFC 4180), quoted if necessary.
 pub(crate) fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
-/// The checks as JUnit XML: one suite for each picture and condition, one case for each check.
+/// Returns the checks as JUnit XML: one suite for each picture and condition, one case for each check.
 ///
 /// # Errors
 /// XML cannot represent a name.

@@ -25,20 +25,20 @@ const CLEAR_LINES: f64 = 60.0;
 /// The two pictures, their matches and the estimated homography.
 #[derive(Debug, Clone, Copy)]
 pub struct Overlay<'a> {
-    /// REF, DN.
+    /// The picture REF, DN.
     pub reference: &'a Plane<u16>,
-    /// CUR, DN.
+    /// The picture CUR, DN.
     pub current: &'a Plane<u16>,
-    /// Matched positions.
+    /// Positions of the matches, px.
     pub pairs: &'a [Pair],
     /// Indices of the inliers in `pairs`.
     pub inliers: &'a [usize],
-    /// Maps a REF pixel to a CUR pixel; `None` where there is no estimate.
+    /// Maps a REF pixel to a CUR pixel; `None` without an estimate.
     pub homography: Option<Matrix3<f64>>,
 }
 
 impl Overlay<'_> {
-    /// The drawing as a PNG file.
+    /// Returns the drawing as a PNG file.
     ///
     /// # Errors
     /// The PNG encoder fails.
@@ -55,12 +55,12 @@ impl Overlay<'_> {
         Ok(png)
     }
 
-    /// The drawing.
+    /// Draws both pictures and the matches.
     pub fn draw(&self) -> Plane<Rgb> {
         let left = Area::of(self.reference, 0);
         let right = Area::of(self.current, self.reference.width() + GAP);
         let legend = self.legend();
-        // Letters of 8 x 8 pixels, larger on large pictures, so that they are readable where the whole is scaled down.
+        // Letters of 8 x 8 pixels, larger on large pictures, so that they stay readable when the drawing is scaled down.
         let letter = 8 * (right.x1 / 900).max(1);
         let line = letter + letter / 2;
         let foot = left.y1.max(right.y1);
@@ -105,7 +105,7 @@ impl Overlay<'_> {
         canvas.picture
     }
 
-    /// What each colour means.
+    /// Returns the meaning of each colour.
     fn legend(&self) -> Vec<(Rgb, String)> {
         let others = self.pairs.len() - self.inliers.len();
         let mut lines = vec![

@@ -15,17 +15,17 @@ use crate::colour::Rgb;
 
 /// Text and axes.
 pub const INK: Rgb = [38, 50, 64];
-/// Secondary data.
+/// Colour of secondary data.
 pub const GREY: Rgb = [139, 150, 161];
-/// First series.
+/// Colour of the first series.
 pub const BLUE: Rgb = [31, 95, 168];
-/// Second series.
+/// Colour of the second series.
 pub const ORANGE: Rgb = [214, 122, 30];
 /// Third series, and the design point.
 pub const GREEN: Rgb = [35, 128, 86];
 /// Limits and failures.
 pub const RED: Rgb = [184, 38, 32];
-/// Fourth series.
+/// Colour of the fourth series.
 pub const VIOLET: Rgb = [116, 76, 158];
 
 /// A plot could not be drawn.
@@ -47,13 +47,13 @@ pub struct Axis {
     from: f64,
     to: f64,
     log: bool,
-    /// The ticks name the values, as the names of stages do; a value between them has none.
+    /// The ticks are names of values, such as stages; values between them have no name.
     named: bool,
     ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
-    /// A linear axis with ticks at round numbers.
+    /// Creates a linear axis with ticks at round numbers.
     pub fn linear(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = if to > from { (from, to) } else { (from - 0.5, from + 0.5) };
         let step = round_step((to - from) / 5.0);
@@ -65,12 +65,12 @@ impl Axis {
         Self { label: label.into(), from, to, log: false, named: false, ticks }
     }
 
-    /// A linear axis with the given ticks.
+    /// Creates a linear axis with the given ticks.
     pub fn ticked(label: impl Into<String>, from: f64, to: f64, ticks: Vec<(f64, String)>) -> Self {
         Self { label: label.into(), from, to, log: false, named: true, ticks }
     }
 
-    /// A logarithmic axis between two positive numbers, with ticks at the decades, and at 2 and 5 times a decade
+    /// Creates a logarithmic axis between two positive numbers, with ticks at the decades, and at 2 and 5 times a decade
     /// on a short axis.
     pub fn log(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = (from.log10(), to.log10().max(from.log10() + 0.1));
@@ -84,7 +84,7 @@ impl Axis {
         Self { label: label.into(), from, to, log: true, named: false, ticks }
     }
 
-    /// What a page needs to find a value under the pointer.
+    /// Returns the data with which a page finds the value under the pointer.
     fn data(&self) -> AxisData<'_> {
         AxisData {
             label: &self.label,
@@ -95,7 +95,7 @@ impl Axis {
         }
     }
 
-    /// `value` on the axis, clamped to its ends; `log10` of it on a logarithmic axis.
+    /// Returns the position of `value`, clamped to the ends of the axis; its `log10` on a logarithmic axis.
     fn position(&self, value: f64) -> f64 {
         if self.log { value.max(1e-300).log10().clamp(self.from, self.to) } else { value.clamp(self.from, self.to) }
     }
@@ -126,7 +126,7 @@ impl ValueFormatter<f64> for Axis {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, at least `step`.
+/// Returns 1, 2 or 5 times a power of ten, at least `step`.
 fn round_step(step: f64) -> f64 {
     let decade = 10f64.powf(step.log10().floor());
     let lead = step / decade;
@@ -142,13 +142,13 @@ fn round_step(step: f64) -> f64 {
         }
 }
 
-/// `value` without exponent and trailing zeros.
+/// Formats `value` without exponent and trailing zeros.
 fn plain(value: f64) -> String {
     let decimals = (-value.log10().floor()).max(0.0) as usize;
     format!("{value:.decimals$}")
 }
 
-/// `value` to five digits.
+/// Rounds `value` to five digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
@@ -158,7 +158,7 @@ fn minus(text: String) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// How a series is drawn.
+/// The way in which a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mark {
     /// A line through all points.
@@ -187,9 +187,9 @@ pub enum Mark {
 pub struct Series {
     /// Name in the legend; empty for no entry.
     pub name: String,
-    /// Colour.
+    /// Colour of line and marks.
     pub colour: Rgb,
-    /// Marker style.
+    /// Style of line and marks.
     pub mark: Mark,
     /// Points `(x, y)`.
     pub points: Vec<(f64, f64)>,
@@ -204,20 +204,20 @@ pub enum Rule {
     Choice(f64, String),
 }
 
-/// One plot.
+/// A plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     /// Title above the plot; may be empty.
     pub title: String,
     /// Width and height, px.
     pub size: (u32, u32),
-    /// Horizontal axis.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Vertical axis.
+    /// The vertical axis.
     pub y: Axis,
     /// Data series; later ones cover earlier ones.
     pub series: Vec<Series>,
-    /// Dashed lines.
+    /// Dashed lines across the plot.
     pub rules: Vec<Rule>,
 }
 
@@ -257,7 +257,7 @@ fn rgb(colour: Rgb) -> RGBColor {
 }
 
 impl Chart {
-    /// The plot as an `<svg>` element that scales to the available width.
+    /// Returns the plot as an `<svg>` element that scales to the available width.
     ///
     /// # Errors
     /// The plotting crate fails.
@@ -269,12 +269,12 @@ impl Chart {
         Ok(scalable(&svg, &self.described()).replacen("<svg", &tag, 1))
     }
 
-    /// What the page needs to show values. A series without a name goes with the one before it; without any, it is the
-    /// plot's only one.
+    /// Returns the data with which the page shows values. A series without a name is added to the one before it; if there
+    /// is none before it, it is the only series of the plot.
     fn data(&self, area: [i32; 4]) -> PlotData<'_> {
         let mut series: Vec<SeriesData<'_>> = Vec::new();
         for one in &self.series {
-            // The height of a column begins at its own foot and is no value of the axis.
+            // The height of a column counts from its lower end, so it is not a value of the axis.
             let points = one.points.iter().filter(|_| !matches!(one.mark, Mark::Columns { .. }));
             let points = points.filter(|(x, y)| x.is_finite() && y.is_finite()).map(|&(x, y)| (rounded(x), rounded(y)));
             match series.last_mut() {
@@ -286,7 +286,7 @@ impl Chart {
         PlotData { x: self.x.data(), y: self.y.data(), area, series }
     }
 
-    /// The plot in words: title, axes and curves, for whoever cannot see it.
+    /// Describes the plot in words for screen readers: title, axes and curves.
     fn described(&self) -> String {
         let axes: Vec<&str> =
             [&self.y.label, &self.x.label].into_iter().map(String::as_str).filter(|label| !label.is_empty()).collect();
@@ -296,7 +296,7 @@ impl Chart {
         parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
     }
 
-    /// The plot as an SVG file of its own, on white.
+    /// Returns the plot as a separate SVG file on white.
     ///
     /// # Errors
     /// The plotting crate fails.
@@ -312,7 +312,7 @@ impl Chart {
         let mut builder = ChartBuilder::on(&root);
         let legend = self.series.iter().any(|series| !series.name.is_empty());
         builder.margin(6).margin_right(14).x_label_area_size(42).y_label_area_size(self.y_label_width());
-        // The legend has a line of its own between the title and the plot.
+        // The legend has its own line between the title and the plot.
         let title = if self.title.is_empty() { 0 } else { 24 };
         builder.margin_top(6 + title + if legend { 22 } else { 0 });
         if !self.title.is_empty() {
@@ -398,8 +398,8 @@ impl Chart {
         Ok([across.start, down.start, across.end, down.end])
     }
 
-    /// Length of dash and gap of each series that is a line, px, so that lines differ without their colours too: the
-    /// first named line is solid. A line without a name goes with the one before it.
+    /// Returns the length of dash and gap of each series that is a line, px, so that lines differ without colour too. The
+    /// first named line is solid. A line without a name has the dashes of the one before it.
     fn dashes(&self) -> Vec<Option<(i32, i32)>> {
         let mut lines = 0;
         let dash = |line: usize| [None, Some((9, 4)), Some((2, 4)), Some((14, 3))][line.saturating_sub(1) % 4];
@@ -413,13 +413,13 @@ impl Chart {
             .collect()
     }
 
-    /// Width of the tick labels and the name of the vertical axis, px.
+    /// Returns the width of the tick labels and the name of the vertical axis, px.
     fn y_label_width(&self) -> u32 {
         let longest = self.y.ticks.iter().map(|tick| tick.1.chars().count()).max().unwrap_or(0) as u32;
         13 + 7 * longest + if self.y.label.is_empty() { 0 } else { 20 }
     }
 
-    /// The legend: the names in one row at the top right.
+    /// Draws the legend: the names in one row at the top right.
     fn draw_legend(
         &self,
         root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
@@ -459,7 +459,7 @@ impl Chart {
     }
 }
 
-/// Estimated width of a legend entry in a sans-serif font, px.
+/// Estimates the width of a legend entry in a sans-serif font, px.
 fn text_width(text: &str) -> i32 {
     let tenths = text.chars().map(|c| match c {
         'i' | 'j' | 'l' | 'f' | 't' | 'r' | 'I' | ' ' | '.' | ',' | '\'' => 42,

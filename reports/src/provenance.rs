@@ -30,7 +30,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// The provenance of a study of these levels by this command.
+    /// Returns the provenance of a study of these levels by this command.
     pub fn of(levels: &Levels, command: &str) -> Self {
         let bounds = Bounds::acceptance();
         let configuration = levels.design().to_toml();
@@ -54,7 +54,7 @@ impl Provenance {
     }
 }
 
-/// SHA-256 of a text, in hex.
+/// Returns the SHA-256 of a text, in hexadecimal.
 pub fn sha256(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }

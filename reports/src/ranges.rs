@@ -33,7 +33,7 @@ pub struct RangeRow {
 }
 
 impl RangeRow {
-    /// Several nodes of one format under one name; `None` for an empty list.
+    /// Combines several nodes of one format under one name; `None` for an empty list.
     fn of(name: String, nodes: &[&Observed]) -> Option<Self> {
         let widest = nodes.iter().max_by_key(|node| node.used_bits())?;
         let sum = |count: fn(&Observed) -> u64| nodes.iter().map(|node| count(node)).sum();
@@ -66,12 +66,12 @@ impl RangeRow {
         })
     }
 
-    /// One row for each node.
+    /// Returns one row for each node.
     pub fn each(ranges: &Ranges) -> Vec<Self> {
         ranges.nodes().iter().filter_map(|node| Self::of(node.node.to_string(), &[node])).collect()
     }
 
-    /// One row for all stages of a smoother, one for each other node.
+    /// Returns one row for all stages of a smoother, and one for each other node.
     pub fn grouped(ranges: &Ranges, sigmas: &[f64]) -> Vec<Self> {
         let name = |node: Node| match node {
             Node::Stage(smoother, _) => {

@@ -27,7 +27,7 @@ use crate::ranges::RangeRow;
 use crate::sweep::{self, Alternative, Cost, Sweep};
 
 /// Smallest width and height of a picture, px. The interior leaves out 8 and 70 pixels, and one pixel must remain.
-pub const LEAST_SIDE: usize = 79;
+pub const MIN_SIDE: usize = 79;
 
 /// Number of known motions per picture.
 pub const MOTIONS: usize = 5;
@@ -66,7 +66,7 @@ pub struct PictureStudy {
 /// The measurements of one picture under one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConditionStudy {
-    /// The condition.
+    /// The condition that was applied.
     pub condition: Condition,
     /// The seed of its noise and gain.
     pub seed: u64,
@@ -119,14 +119,14 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// All of a design, in the order of the data.
+    /// Returns all stages of a design, in the order of the data.
     pub fn all(design: &DesignPoint) -> Vec<Self> {
         let smoothed = (0..design.smoothers()).map(Self::Smoothed);
         let dogs = (0..design.pairs()).map(Self::Dog);
         smoothed.chain(dogs).chain((0..design.pairs()).map(Self::MaxDog)).collect()
     }
 
-    /// The label in tables, with the sigmas of the design.
+    /// Returns the label in tables, with the sigmas of the design.
     pub fn name(self, design: &DesignPoint) -> String {
         let sigma = |smoother: usize| design.sigmas[smoother];
         match self {
@@ -136,7 +136,7 @@ impl Stage {
         }
     }
 
-    /// The LSB of the stage's format at the design point `kt27`, DN.
+    /// Returns the LSB of the stage's format at the design point `kt27`, DN.
     pub fn lsb(self) -> f64 {
         match self {
             Self::Smoothed(_) => KT27.state.lsb(),
@@ -156,7 +156,7 @@ impl Stage {
 /// One model level and its measurements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LevelStudy {
-    /// Which level.
+    /// The level that was measured.
     pub name: Level,
     /// The one thing that differs from the level above.
     pub changes: &'static str,
@@ -170,14 +170,14 @@ pub struct LevelStudy {
 /// The check of one bound, and on which picture and condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoundRow {
-    /// The check.
+    /// The check of the bound.
     #[serde(flatten)]
     pub check: Check,
     /// Distance to the limit, positive where the check passes.
     pub margin: f64,
     /// The picture; `None` for the bounds of the coefficients.
     pub picture: Option<String>,
-    /// The condition; `None` where none was applied.
+    /// The condition; `None` if none was applied.
     pub condition: Option<&'static str>,
 }
 
@@ -235,7 +235,7 @@ pub struct Study {
     pub design: DesignPoint,
 }
 
-/// The number of progress steps of [`run`] for this many pictures.
+/// Returns the number of progress steps of [`run`] for a number of pictures.
 pub fn steps(pictures: usize, design: &DesignPoint) -> u64 {
     (pictures * (CONDITIONS.len() + 1 + sweep::points(design)) + 1) as u64
 }
@@ -309,12 +309,12 @@ pub fn run(
     .with_hardware(Hardware::not_run("no simulation was requested")))
 }
 
-/// The frame under each condition, in the order of [`CONDITIONS`], DN.
+/// Returns the frame under each condition, in the order of [`CONDITIONS`], DN.
 pub fn frames(subject: &Subject) -> [Plane<u16>; CONDITIONS.len()] {
     CONDITIONS.map(|condition| condition.apply(&subject.frame, Bounds::acceptance().seeds.of(&condition)))
 }
 
-/// What a level changes against the level above it, for tables.
+/// Returns the difference of a level from the level above it, for tables.
 pub(crate) fn changes(level: Level) -> &'static str {
     match level {
         Level::Ideal => "sampled Gaussian, f64",
@@ -426,7 +426,7 @@ fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
 }
 
 impl Study {
-    /// What no check of this study says anything about, each with the reason.
+    /// Returns what no check of this study covers, each with the reason.
     pub fn unchecked(&self) -> Vec<String> {
         let mut unchecked = Vec::new();
         if let Some(Hardware { simulation: Made::NotRun { reason }, .. }) = self.hardware() {
@@ -458,7 +458,7 @@ impl Study {
         unchecked
     }
 
-    /// Flipped bits of one kind over all pictures under a condition, percent of the bits.
+    /// Returns the flipped bits of one kind over all pictures under a condition, percent of the bits.
     pub fn flips_percent(&self, condition: &str, kind: BitKind) -> f64 {
         self.flips.iter().find(|(name, _)| *name == condition).map_or(f64::NAN, |(_, flips)| flips.percent(kind))
     }

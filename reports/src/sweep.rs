@@ -21,11 +21,11 @@ use crate::check_outcome::CheckOutcome;
 use crate::study::Subject;
 
 /// Fraction bits of the coefficients in the sweep, beside those of the design.
-const COEFFICIENT: [i8; 6] = [8, 10, 12, 14, 16, 18];
+const COEFFICIENT_FRACTION_BITS: [i8; 6] = [8, 10, 12, 14, 16, 18];
 /// Bits of the DoG magnitude in the sweep, beside those of the design.
-const DOG: [u32; 7] = [10, 11, 12, 13, 14, 15, 16];
-/// Bits of the pixel among the alternatives, as far as the camera has them.
-const PIXEL: [i8; 4] = [8, 10, 12, 14];
+const DOG_BITS: [u32; 7] = [10, 11, 12, 13, 14, 15, 16];
+/// Bits of the pixel among the alternatives, if the camera has as many.
+const PIXEL_BITS: [i8; 4] = [8, 10, 12, 14];
 
 /// The sweep of one format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -43,7 +43,7 @@ pub struct Sweep {
 pub struct SweepPoint {
     /// Word length, bits.
     pub bits: f64,
-    /// The condition.
+    /// Name of the condition.
     pub condition: &'static str,
     /// Root mean square of the DoG error, LSB of `kt27`, on the worst picture and scale.
     pub dog_rms_lsb: f64,
@@ -80,7 +80,7 @@ pub struct Cost {
     pub resources: Resources,
 }
 
-/// Every word length of the sweeps once, with its error under the worst condition, and the Pareto front of them.
+/// Returns every word length of the sweeps once, with its error under the worst condition, and marks the Pareto front.
 pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
     let mut costs: Vec<Cost> = Vec::new();
     for sweep in sweeps {
@@ -126,7 +126,7 @@ pub struct Alternative {
     pub word: &'static str,
     /// Its value, as in a design file.
     pub value: String,
-    /// It is the design's own.
+    /// It is the value of the design.
     pub chosen: bool,
     /// It passes every check on every picture under every condition. Displacement and `rtl` are not checked.
     pub pass: bool,
@@ -134,7 +134,7 @@ pub struct Alternative {
     pub failure: Option<CheckOutcome>,
     /// The check that is closest to its limit, or furthest beyond it.
     pub worst: Option<CheckOutcome>,
-    /// Part of the allowance that it leaves, percent; negative where it fails.
+    /// Percentage of the allowance that it leaves; negative if it fails.
     pub margin: Option<f64>,
     /// Resources by the memory model.
     #[serde(flatten)]
@@ -148,7 +148,7 @@ struct Variant {
     value: String,
     chosen: bool,
     design: DesignPoint,
-    /// `None` where the word has too few bits for valid coefficients.
+    /// `None` if the word has too few bits for valid coefficients.
     levels: Option<Levels>,
     /// The checks that need no picture.
     checks: Vec<Check>,
@@ -161,13 +161,13 @@ impl Variant {
         Self { word, bits, value, chosen: design == *base, design, levels, checks }
     }
 
-    /// It is measured on pictures. A look-ahead is not where a check that needs no picture fails: its `streaming` would
-    /// have to be computed anew.
+    /// Returns `true` if the value is measured on pictures. A look-ahead is not if a check that needs no picture fails,
+    /// because its `streaming` would have to be computed separately.
     fn is_measured(&self) -> bool {
         self.levels.is_some() && (self.word != LOOK_AHEAD || self.checks.iter().all(|check| check.pass))
     }
 
-    /// It is drawn as a sweep.
+    /// Returns `true` if the value is drawn as a sweep.
     fn is_swept(&self) -> bool {
         self.levels.is_some() && ![LOOK_AHEAD, PIXELS].contains(&self.word)
     }
@@ -176,7 +176,7 @@ impl Variant {
 const LOOK_AHEAD: &str = "look-ahead";
 const PIXELS: &str = "pixel";
 
-/// The values of every word. The design's own is among them, in each word once.
+/// Returns the values of every word. That of the design is among them, once for each word.
 fn variants(design: &DesignPoint) -> Vec<Variant> {
     let integer = design.pixel.integer_bits();
     let mut variants = Vec::new();
@@ -188,13 +188,14 @@ fn variants(design: &DesignPoint) -> Vec<Variant> {
         let state = Format::unsigned(integer, fraction);
         add("state", f64::from(state.bits()), state.to_string(), DesignPoint { state, ..design.clone() });
     }
-    let coefficients: BTreeSet<i8> = COEFFICIENT.into_iter().chain([design.coefficient.fraction_bits()]).collect();
+    let coefficients: BTreeSet<i8> =
+        COEFFICIENT_FRACTION_BITS.into_iter().chain([design.coefficient.fraction_bits()]).collect();
     for fraction in coefficients {
         let coefficient = Format::unsigned(0, fraction);
         let changed = DesignPoint { coefficient, ..design.clone() };
         add("coefficients", f64::from(fraction), coefficient.to_string(), changed);
     }
-    for bits in DOG.into_iter().chain([design.dog_bits]).collect::<BTreeSet<u32>>() {
+    for bits in DOG_BITS.into_iter().chain([design.dog_bits]).collect::<BTreeSet<u32>>() {
         add("DoG", f64::from(bits), bits.to_string(), with_dog_bits(design, bits));
     }
     let look_ahead = |m: Vec<u32>| (format!("{m:?}"), DesignPoint { look_ahead: m, ..design.clone() });
@@ -208,7 +209,7 @@ fn variants(design: &DesignPoint) -> Vec<Variant> {
     }
     let (value, changed) = look_ahead(design.look_ahead.to_vec());
     add(LOOK_AHEAD, 0.0, value, changed);
-    for bits in PIXEL.into_iter().filter(|bits| *bits < integer).chain([integer]) {
+    for bits in PIXEL_BITS.into_iter().filter(|bits| *bits < integer).chain([integer]) {
         let pixel = Format::unsigned(bits, 0);
         // The state keeps its LSB in DN, so that the pixel alone changes.
         let state = Format::unsigned(bits, own + integer - bits);
@@ -225,7 +226,7 @@ pub fn with_dog_bits(base: &DesignPoint, bits: u32) -> DesignPoint {
     DesignPoint { dog_bits: bits, threshold: AutomaticThreshold { initial, ..base.threshold }, ..base.clone() }
 }
 
-/// Number of word lengths that are measured for each picture.
+/// Returns the number of word lengths that are measured for each picture.
 pub(crate) fn points(design: &DesignPoint) -> usize {
     variants(design).iter().filter(|variant| variant.is_measured()).count()
 }
@@ -239,7 +240,7 @@ struct Worst {
     moved_percent: f64,
 }
 
-/// The sweeps, and the alternatives to each word.
+/// Measures the sweeps, and the alternatives to each word.
 pub(crate) fn run(
     design: &DesignPoint,
     subjects: &[Subject],
@@ -285,7 +286,9 @@ pub(crate) fn run(
             .map(|condition| {
                 let mut worst = Worst::default();
                 let of_condition = measured.iter().filter(|(of, ..)| *of == condition);
-                of_condition.filter_map(|(.., all)| all[index].as_ref()).for_each(|comparison| worst.see(comparison));
+                of_condition
+                    .filter_map(|(.., all)| all[index].as_ref())
+                    .for_each(|comparison| worst.include(comparison));
                 worst.point(variant.bits, condition.name, resources(&variant.design))
             })
             .collect();
@@ -320,7 +323,7 @@ pub(crate) fn run(
 }
 
 impl Worst {
-    fn see(&mut self, comparison: &Comparison) {
+    fn include(&mut self, comparison: &Comparison) {
         for scale in &comparison.scales {
             self.dog_rms_lsb = self.dog_rms_lsb.max(scale.interior.rms);
             self.moved_percent = self.moved_percent.max(100.0 - scale.kept.same_pixel_percent);

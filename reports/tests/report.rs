@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reports::hardware::{DeviceShare, Hardware, MISMATCHES, Made, Simulated, Sizing};
-use hoverlock_reports::study::{self, LEAST_SIDE, Study, Subject};
+use hoverlock_reports::study::{self, MIN_SIDE, Study, Subject};
 use hoverlock_reports::{output, page};
 use quick_junit::{Report, TestCaseStatus};
 use serde_json::Value;
@@ -269,8 +269,8 @@ fn the_table_of_checks_has_a_row_for_each() {
 
 #[test]
 fn the_smallest_picture_gives_equal_reports_twice_and_fails_for_too_few_features() {
-    let once = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
-    let again = measured(LEAST_SIDE, LEAST_SIDE, "dog_bits=15");
+    let once = measured(MIN_SIDE, MIN_SIDE, "dog_bits=15");
+    let again = measured(MIN_SIDE, MIN_SIDE, "dog_bits=15");
     assert_eq!(output::json(&once).unwrap(), output::json(&again).unwrap());
     assert_eq!(page::html(&once).unwrap(), page::html(&again).unwrap());
     assert!(once.bounds.iter().any(|row| row.check.name == "features of streaming" && !row.check.pass));

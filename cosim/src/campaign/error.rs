@@ -5,10 +5,10 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
+use hoverlock_design::LoadError;
 use hoverlock_edss::camera::FRAME_SIZE;
 use hoverlock_reports::journal::JournalError;
 
-use crate::designs::DesignFileError;
 use crate::hover::{HoverError, SceneFileError};
 use crate::monitor::BoxError;
 
@@ -26,11 +26,11 @@ pub enum CampaignError {
         FRAME_SIZE.1
     )]
     SmallDesign {
-        /// The design.
+        /// The name of the design.
         name: String,
-        /// Its columns.
+        /// Columns of its frames.
         width: u32,
-        /// Its rows.
+        /// Rows of its frames.
         height: u32,
     },
     /// A scene could not be loaded.
@@ -38,7 +38,7 @@ pub enum CampaignError {
     Scene(#[from] SceneFileError),
     /// A design could not be loaded.
     #[error(transparent)]
-    Design(#[from] DesignFileError),
+    Design(#[from] LoadError),
     /// Scene or design of a point are not those of the campaign.
     #[error(
         "scene {scene} or design {design} has other numbers here than where the campaign began: copy the files from \
@@ -59,7 +59,7 @@ pub enum CampaignError {
     /// The table has a row that is not a point.
     #[error("{path}: not a table of this command; move it away: {source}")]
     Table {
-        /// The table.
+        /// The table of the campaign.
         path: PathBuf,
         /// The error of the CSV parser.
         source: csv::Error,
@@ -84,7 +84,7 @@ pub enum CampaignError {
     /// There is no Python interpreter of this name.
     #[error("--dask: {python}: no such program; name a Python with the module {module} in HOVERLOCK_PYTHON", python = .python.display())]
     PythonMissing {
-        /// The interpreter.
+        /// The interpreter that was named.
         python: OsString,
         /// The module that it must have.
         module: &'static str,
@@ -102,7 +102,7 @@ pub enum CampaignError {
     PythonFailed {
         /// Address of the scheduler.
         scheduler: String,
-        /// Exit status.
+        /// Exit status of Python.
         status: ExitStatus,
         /// The last line that the module wrote to stderr.
         message: String,

@@ -25,7 +25,6 @@ pub use point::{FlownPoint, Point, fly_point, fly_row};
 pub use statistics::DesignStatistics;
 
 use crate::chain::FeatureSource;
-use crate::designs;
 use crate::hover::load_scene;
 use crate::monitor::{BoxError, Monitor};
 use crate::pages;
@@ -117,7 +116,7 @@ impl Campaign {
         }
         let mut designs: Vec<(&String, DesignPoint)> = Vec::new();
         for name in &names {
-            let design = designs::load_or_change(name)?;
+            let design = DesignPoint::load_or_change(name)?;
             if (design.width as usize) < FRAME_SIZE.0 || (design.height as usize) < FRAME_SIZE.1 {
                 let (width, height) = (design.width, design.height);
                 return Err(CampaignError::SmallDesign { name: name.clone(), width, height });

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{CampaignError, table};
 use crate::chain::FeatureSource;
-use crate::designs;
 use crate::hover::{HoverSettings, hover, load_scene};
 use crate::monitor::Monitor;
 
@@ -21,11 +20,11 @@ pub struct Point {
     pub height_m: f64,
     /// Rms of each horizontal component of the gusts, m/s.
     pub gusts_m_s: f64,
-    /// Duration, s.
+    /// Duration of the hover, s.
     pub seconds: f64,
     /// The source of the features.
     pub features: FeatureSource,
-    /// Name, file or changes of the design; see [`designs::load_or_change`].
+    /// Name, file or changes of the design; see [`DesignPoint::load_or_change`].
     pub design: String,
     /// Hash of scene and design, hexadecimal. A file that was changed since gives another point.
     pub inputs: String,
@@ -110,7 +109,7 @@ pub(super) fn hash_of_inputs(scene: &Scene, design: &DesignPoint) -> String {
 /// # Errors
 /// Scene or design cannot be loaded or are not those of the campaign, the hover fails, or the monitor stops it.
 pub fn fly_point(point: &Point, monitor: &dyn Monitor) -> Result<FlownPoint, CampaignError> {
-    let design = designs::load_or_change(&point.design)?;
+    let design = DesignPoint::load_or_change(&point.design)?;
     if hash_of_inputs(&load_scene(&point.scene)?, &design) != point.inputs {
         return Err(CampaignError::OtherInputs { scene: point.scene.clone(), design: point.design.clone() });
     }

@@ -80,7 +80,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::chain::FeatureSource;
 
-    /// A point with an error of `error` metres.
+    /// Returns a point with an error of `error` metres.
     pub(crate) fn flown(design: &str, seed: u64, m10k: u64, error: f64, pass: bool) -> FlownPoint {
         FlownPoint {
             scene: "field".into(),

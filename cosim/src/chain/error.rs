@@ -79,7 +79,7 @@ pub enum ChainError {
     /// The flight program wrote something other than a line of JSON with the expected keys.
     #[error("the flight program wrote no line: {line}: {source}")]
     Line {
-        /// The text.
+        /// The text that was written.
         line: String,
         /// The error of the JSON parser.
         source: serde_json::Error,

@@ -43,7 +43,7 @@ const ANIMATION_COLUMNS: usize = 342;
 /// Standard error of the range while the laser has no reading, m.
 const HELD_RANGE_ERROR_M: f64 = 10.0;
 
-/// Number of frames of a hover.
+/// Returns the number of frames of a hover.
 fn frame_count(seconds: f64) -> usize {
     (seconds * FRAME_RATE).round() as usize + 1
 }

@@ -52,7 +52,7 @@ pub struct HoverSettings {
 }
 
 impl Default for HoverSettings {
-    /// A hover of 10 s at 50 m over the scene `field` in gusts of 3 m/s, with the design `kt27`.
+    /// Returns a hover of 10 s at 50 m over the scene `field` in gusts of 3 m/s, with the design `kt27`.
     fn default() -> Self {
         Self {
             scene: "field".into(),
@@ -73,10 +73,10 @@ impl Default for HoverSettings {
 /// The field of view of the camera during a hover.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CameraView {
-    /// 50 degrees.
+    /// A field of view of 50 degrees.
     #[default]
     Wide,
-    /// 50 degrees to acquire the reference, and 10 degrees after 2 s.
+    /// A field of view of 50 degrees to acquire the reference, and 10 degrees after 2 s.
     Narrow,
 }
 
@@ -96,7 +96,7 @@ impl FromStr for CameraView {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` is none of {choices}")]
 pub struct UnknownChoice {
-    /// The text.
+    /// The text that was given.
     pub text: String,
     /// The names that are allowed.
     pub choices: &'static str,
@@ -114,7 +114,7 @@ pub enum SceneFileError {
     /// The file could not be read.
     #[error("--scene {name}: cannot be read: {source}")]
     Read {
-        /// The file.
+        /// The scene file.
         name: String,
         /// The error of the operating system.
         source: std::io::Error,

@@ -57,7 +57,7 @@ pub struct Summary {
     pub flight_program: FlightProgram,
     /// Seed of wind, sensors, camera and scene.
     pub seed: u64,
-    /// Duration, s.
+    /// Duration of the hover, s.
     pub seconds: f64,
     /// Height over the mean ground, m.
     pub height_m: f64,
@@ -98,7 +98,7 @@ pub struct Summary {
 /// The outcome of a hover. Serialised, it is its [`Summary`].
 #[derive(Debug, Clone, Serialize)]
 pub struct HoverOutcome {
-    /// The statistics.
+    /// The statistics of the whole hover.
     #[serde(flatten)]
     pub summary: Summary,
     /// The checks in words.

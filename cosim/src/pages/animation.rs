@@ -1,4 +1,4 @@
-//! A hover as an animated PNG: what the camera sees, and beside it where the helicopter is, from above.
+//! A hover as an animated PNG: the camera's picture, and beside it the position of the helicopter from above.
 
 use std::time::Duration;
 
@@ -17,33 +17,34 @@ const ESTIMATE: Rgb = [31, 95, 168];
 const INLIER: Rgb = [40, 235, 90];
 const WIND: Rgb = [110, 130, 150];
 
-/// Grey levels of the picture: fewer make a smaller file.
-const GREYS: u32 = 24;
+/// Number of grey levels of the picture. Fewer levels make a smaller file.
+const GREY_LEVELS: u32 = 24;
 
-/// Rows for the words below the map.
-const WORDS: usize = 62;
+/// Height of the text below the map, px.
+const TEXT_HEIGHT: usize = 62;
 
-/// Columns that the words take.
-const LETTERS: usize = 176;
+/// Width of the text, px.
+const TEXT_WIDTH: usize = 176;
 
 /// A frame of the animation.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// What the camera sees, reduced.
+    /// The camera's picture, reduced.
     pub picture: Plane<u16>,
-    /// Matches that agree, px of `picture`.
+    /// Inliers, px of `picture`.
     pub inliers: Vec<Vector2<f64>>,
-    /// Time, s.
+    /// Time since the start, s.
     pub time: f64,
-    /// Where the helicopter is from where it should be along `X_e` and `Y_e`, m.
+    /// True position relative to the target along `X_e` and `Y_e`, m.
     pub place: Vector2<f64>,
-    /// Where the vision says it is.
+    /// Estimated position relative to the target along `X_e` and `Y_e`, m.
     pub estimate: Option<Vector2<f64>>,
     /// Wind along `X_e` and `Y_e`, m/s.
     pub wind: Vector2<f64>,
 }
 
-/// The scenes one after the other, for ever, each for `pause`. The map shows `reach` metres about the target.
+/// Encodes the scenes as an animation that repeats without end and shows each scene for `pause`. The map shows `reach`
+/// metres around the target.
 ///
 /// # Errors
 /// The PNG encoder fails.
@@ -67,7 +68,7 @@ pub fn apng(scenes: &[Scene], pause: Duration, reach: f64) -> Result<Vec<u8>, En
     Ok(file)
 }
 
-/// The 0.5th and the 99.5th percentile.
+/// Returns the 0.5th and the 99.5th percentile.
 fn greys(picture: &Plane<u16>) -> (f64, f64) {
     let mut sorted = picture.as_slice().to_vec();
     sorted.sort_unstable();
@@ -75,18 +76,18 @@ fn greys(picture: &Plane<u16>) -> (f64, f64) {
     (at(0.005), at(0.995).max(at(0.005) + 1.0))
 }
 
-/// The last of the scenes, with the way that led there.
+/// Draws the last of the scenes, with the track that led there.
 fn draw(scenes: &[Scene], (dark, light): (f64, f64), reach: f64) -> Plane<Rgb> {
     let scene = &scenes[scenes.len() - 1];
     let (width, height) = (scene.picture.width(), scene.picture.height());
-    let side = height - WORDS;
-    let whole = Area { x0: 0, y0: 0, x1: width + side.max(LETTERS), y1: height };
+    let side = height - TEXT_HEIGHT;
+    let whole = Area { x0: 0, y0: 0, x1: width + side.max(TEXT_WIDTH), y1: height };
     let mut canvas = Canvas { picture: Plane::filled(whole.x1, whole.y1, PAPER), clip: whole };
     for y in 0..height {
         for x in 0..width {
             let part = ((f64::from(scene.picture[(x, y)]) - dark) / (light - dark)).clamp(0.0, 1.0);
-            let level = (part * f64::from(GREYS - 1)).round() as u32;
-            canvas.picture[(x, y)] = [(level * 235 / (GREYS - 1)) as u8; 3];
+            let level = (part * f64::from(GREY_LEVELS - 1)).round() as u32;
+            canvas.picture[(x, y)] = [(level * 235 / (GREY_LEVELS - 1)) as u8; 3];
         }
     }
     canvas.clip = Area { x1: width, ..whole };
@@ -100,14 +101,14 @@ fn draw(scenes: &[Scene], (dark, light): (f64, f64), reach: f64) -> Plane<Rgb> {
     let scale = (half - 6.0) / reach;
     let at = |place: Vector2<f64>| middle + scale * place;
     let thin = |colour| Pen { thickness: 1.0, colour, opacity: 1.0 };
-    // A line every tenth of a metre, or every metre on a large map.
+    // Grid lines are a tenth of a metre apart, or a metre on a large map.
     let step = if reach <= 0.6 { 0.1 } else { 1.0 };
     for i in -(reach / step) as i32..=(reach / step) as i32 {
         let offset = f64::from(i) * step;
         canvas.line(at(Vector2::new(offset, -reach)), at(Vector2::new(offset, reach)), thin(GRID));
         canvas.line(at(Vector2::new(-reach, offset)), at(Vector2::new(reach, offset)), thin(GRID));
     }
-    let mut way = |of: fn(&Scene) -> Option<Vector2<f64>>, colour| {
+    let mut track = |of: fn(&Scene) -> Option<Vector2<f64>>, colour| {
         let places: Vec<_> = scenes.iter().filter_map(of).collect();
         for pair in places.windows(2) {
             canvas.line(at(pair[0]), at(pair[1]), Pen { thickness: 1.6, colour, opacity: 0.7 });
@@ -116,15 +117,15 @@ fn draw(scenes: &[Scene], (dark, light): (f64, f64), reach: f64) -> Plane<Rgb> {
             canvas.dot(at(last), 4.0, colour, 1.0);
         }
     };
-    way(|scene| Some(scene.place), TRUE);
-    way(|scene| scene.estimate, ESTIMATE);
-    // 1 m/s is 5 px.
+    track(|scene| Some(scene.place), TRUE);
+    track(|scene| scene.estimate, ESTIMATE);
+    // An arrow of 5 px stands for 1 m/s.
     let arrow = 5.0 * scene.wind;
     let foot = Vector2::new(width as f64 + 34.0, 34.0);
     canvas.line(foot - arrow / 2.0, foot + arrow / 2.0, Pen { thickness: 2.0, colour: WIND, opacity: 1.0 });
     canvas.dot(foot + arrow / 2.0, 3.0, WIND, 1.0);
 
-    let words = [
+    let lines = [
         (INK, format!("t {:5.1} s   grid {step} m", scene.time)),
         (TRUE, format!("is       {:4.0} cm off", 100.0 * scene.place.norm())),
         match scene.estimate {
@@ -133,7 +134,7 @@ fn draw(scenes: &[Scene], (dark, light): (f64, f64), reach: f64) -> Plane<Rgb> {
         },
         (WIND, format!("wind     {:4.1} m/s", scene.wind.norm())),
     ];
-    for (row, (colour, text)) in words.iter().enumerate() {
+    for (row, (colour, text)) in lines.iter().enumerate() {
         canvas.text(text, *colour, (width + 10, side + 6 + 14 * row), 1);
     }
     canvas.picture
@@ -165,7 +166,7 @@ mod tests {
             reader.next_frame(&mut last).unwrap();
         }
         // The map is 98 px wide: 43 px are half a metre.
-        let at = |x: usize, y: usize| &last[3 * ((120 + LETTERS) * y + x)..][..3];
+        let at = |x: usize, y: usize| &last[3 * ((120 + TEXT_WIDTH) * y + x)..][..3];
         assert_eq!(at(120 + 49 + (0.4f64 * 43.0 / 0.5) as usize, 49), TRUE);
         assert_eq!(at(20, 30), INLIER);
     }

@@ -1,4 +1,4 @@
-//! A campaign of hovers: the distance from the target against word lengths, and what each design costs in the FPGA.
+//! The page of a campaign: the distance from the target against word lengths, and the FPGA resources of each design.
 
 use minijinja::context;
 use serde::Serialize;
@@ -24,7 +24,7 @@ struct Condition<'a> {
     imu_only_m: f64,
 }
 
-/// The page as HTML, with style and plots inside it.
+/// Renders the page as HTML, with style and plots inside it.
 ///
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
@@ -49,7 +49,7 @@ pub fn html(points: &[FlownPoint], designs: &[DesignStatistics], command: &str) 
     })?)
 }
 
-/// Scenes, heights and gusts of the design point.
+/// Returns one row for each scene, height and gusts at the default design.
 fn conditions<'a>(kt27: &[&'a FlownPoint]) -> Vec<Condition<'a>> {
     let mut conditions: Vec<Condition<'a>> = Vec::new();
     for point in kt27 {
@@ -87,7 +87,7 @@ fn conditions<'a>(kt27: &[&'a FlownPoint]) -> Vec<Condition<'a>> {
     conditions
 }
 
-/// Error of the estimate against memory; the designs that no other beats are joined.
+/// Plots the error of the estimate against memory, and joins the designs on the Pareto front.
 fn front(designs: &[DesignStatistics]) -> Result<String, PlotError> {
     let points = |pareto: bool| -> Vec<(f64, f64)> {
         let of = designs.iter().filter(|design| design.pareto == pareto);
@@ -121,7 +121,7 @@ fn front(designs: &[DesignStatistics]) -> Result<String, PlotError> {
     .svg()
 }
 
-/// Every hover of the design point, scene by scene.
+/// Plots every hover of the default design, scene by scene.
 fn spread(kt27: &[&FlownPoint]) -> Result<String, PlotError> {
     let mut scenes: Vec<&str> = Vec::new();
     for point in kt27 {

@@ -1,27 +1,27 @@
-//! Estimates one after the other: their errors with the band they tell, quality, matches; and an estimate in words.
+//! Plots of successive estimates: errors within their standard errors, quality and matches.
 
 use serde::Serialize;
 
 use hoverlock_reports::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Series};
 
-/// An estimate of the flight program.
+/// An estimate of the flight program, as pages show it.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Estimate {
-    /// Along `X_e` and `Y_e`, m.
+    /// Displacement along `X_e` and `Y_e`, m.
     pub displacement: [f64; 2],
-    /// Standard errors along them, m.
+    /// Standard errors along `X_e` and `Y_e`, m.
     pub sigma: [f64; 2],
-    /// 0 ..= 255.
+    /// Quality, 0 to 255.
     pub quality: u8,
-    /// Matches that agree.
+    /// Number of inliers.
     pub inliers: usize,
-    /// Matches.
+    /// Number of matches.
     pub matches: usize,
 }
 
-/// A frame, as far as these plots show it.
+/// A frame with the values that these plots show.
 pub(crate) struct Sample<'a> {
-    /// Where it stands on the horizontal axis.
+    /// Position on the horizontal axis.
     pub at: f64,
     pub status: &'a str,
     pub estimate: Option<Estimate>,
@@ -30,7 +30,7 @@ pub(crate) struct Sample<'a> {
     pub features: usize,
 }
 
-/// The frames of a run, and how they are drawn.
+/// The frames of a run, and the style of their plots.
 pub(crate) struct Run<'a> {
     pub x: Axis,
     pub mark: Mark,
@@ -40,7 +40,7 @@ pub(crate) struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// One value of each frame that has it.
+    /// Returns one value of each frame that has it.
     fn points(&self, value: impl Fn(&Sample<'_>) -> Option<f64>) -> Vec<(f64, f64)> {
         self.samples.iter().filter_map(|sample| Some((sample.at, value(sample)?))).collect()
     }
@@ -53,7 +53,7 @@ impl Run<'_> {
         Chart { title, size: (540, 270), x: self.x.clone(), y, series, rules: Vec::new() }.svg()
     }
 
-    /// Estimate less truth along an axis, between three standard errors.
+    /// Plots estimate less truth along an axis, within three standard errors.
     pub fn error(&self, axis: usize) -> Result<String, PlotError> {
         let sigma = |sign: f64| self.points(|sample| Some(3.0 * sign * sample.estimate?.sigma[axis]));
         let errors = self.points(|sample| Some(sample.error?[axis]));
@@ -67,7 +67,7 @@ impl Run<'_> {
         self.chart(format!("Error along {name}, m"), Axis::linear("", -1.1 * most, 1.1 * most), series)
     }
 
-    /// Quality of each frame; 0 where there is no estimate.
+    /// Plots the quality of each frame; 0 without an estimate.
     pub fn quality(&self) -> Result<String, PlotError> {
         let estimated = self.points(|sample| Some(f64::from(sample.estimate?.quality)));
         let none = self.points(|sample| (sample.status == "none").then_some(0.0));
@@ -80,7 +80,7 @@ impl Run<'_> {
         self.chart("Quality, 0 to 255".into(), Axis::ticked("", 0.0, 262.0, ticks), series)
     }
 
-    /// Features, matches and inliers, and what else is to be seen beside them.
+    /// Plots features, matches and inliers, and one more series.
     pub fn inliers(&self, further: Option<Series>) -> Result<String, PlotError> {
         let count = |of: fn(&Estimate) -> usize| self.points(move |sample| Some(of(sample.estimate.as_ref()?) as f64));
         let features = self.points(|sample| Some(sample.features as f64));
@@ -95,8 +95,8 @@ impl Run<'_> {
     }
 }
 
-/// A frame in words: how many matches agree, or why there is no estimate.
-pub(crate) fn told(estimate: Option<&Estimate>, reason: Option<&str>, status: &str) -> String {
+/// Describes a frame in words: the number of inliers, or the reason why there is no estimate.
+pub(crate) fn describe(estimate: Option<&Estimate>, reason: Option<&str>, status: &str) -> String {
     match (estimate, reason) {
         (Some(estimate), _) => format!("{} of {} matches agree", estimate.inliers, estimate.matches),
         (None, reason) => reason.unwrap_or(status).to_owned(),

@@ -1,12 +1,11 @@
-//! The page of a co-simulation: where the camera was over the ground, how far from what else is known, and frames with
-//! the matches that agree.
+//! The page of a co-simulation: the track of the camera over the ground, its error, and frames with their inliers.
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
 use minijinja::context;
 use serde::Serialize;
 
-use super::estimates::{Estimate, Run, Sample, told};
+use super::estimates::{Estimate, Run, Sample, describe};
 use super::still::{Still, reduced, still};
 use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
 use hoverlock_reports::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
@@ -14,11 +13,11 @@ use hoverlock_reports::provenance::COMMIT;
 
 const TEMPLATE: &str = include_str!("../../templates/flight.html");
 
-/// Frames that are shown with their matches; of more, every n-th.
-const SHOWN: usize = 24;
+/// Largest number of frames that are shown with their matches. Of more frames every n-th is shown.
+const MAX_STILLS: usize = 24;
 
-/// Columns of a shown frame, at most.
-const COLUMNS: usize = 480;
+/// Largest number of columns of a shown frame.
+const MAX_STILL_COLUMNS: usize = 480;
 
 /// A run of the flight program.
 #[derive(Debug, Clone, Serialize)]
@@ -27,15 +26,15 @@ pub struct Flight<'a> {
     pub name: String,
     /// The command as typed.
     pub command: String,
-    /// Where features come from.
+    /// The source of the features.
     pub features: String,
-    /// Where the flight program ran.
+    /// The place where the flight program ran.
     pub estimator: String,
-    /// Where the telemetry comes from.
+    /// The origin of the telemetry.
     pub telemetry: String,
-    /// Why the run fails; nothing where it passes.
+    /// Why the run fails; `None` if it passes.
     pub failure: Option<String>,
-    /// Simulated clock cycles.
+    /// Number of clock cycles simulated; `None` without simulated hardware.
     pub cycles: Option<u64>,
     /// The frames in order.
     pub frames: Vec<Frame<'a>>,
@@ -44,37 +43,37 @@ pub struct Flight<'a> {
 /// A frame of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Frame<'a> {
-    /// File name.
+    /// File name of the frame.
     pub name: String,
-    /// As the flight program writes it.
+    /// Status in the line of the flight program.
     pub status: String,
     /// Why there is no estimate.
     pub reason: Option<String>,
-    /// Features taken.
+    /// Number of features.
     pub features: usize,
-    /// The estimate.
+    /// The estimate of the displacement.
     pub estimate: Option<Estimate>,
-    /// Displacement by other means along `X_e` and `Y_e`, m.
+    /// Displacement by the homographies of the folder along `X_e` and `Y_e`, m.
     pub truth: Option<[f64; 2]>,
-    /// The truth leads through the frames between.
+    /// The homographies of the frames between were multiplied.
     pub chained: bool,
-    /// The picture.
+    /// The pixels, DN.
     #[serde(skip)]
     pub picture: &'a Plane<u16>,
-    /// Pairs that agree, REF and this frame.
+    /// Inliers: positions in the reference and in this frame, px.
     #[serde(skip)]
     pub inliers: Vec<Pair>,
 }
 
 impl Frame<'_> {
-    /// Estimate less truth, m.
+    /// Returns estimate less truth along `X_e` and `Y_e`, m.
     fn error(&self) -> Option<[f64; 2]> {
         let (estimate, truth) = (self.estimate?, self.truth?);
         Some([0, 1].map(|axis| estimate.displacement[axis] - truth[axis]))
     }
 }
 
-/// The page as HTML, with style, plots and pictures inside it.
+/// Renders the page as HTML, with style, plots and pictures inside it.
 ///
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
@@ -84,8 +83,8 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
     let errors: Vec<f64> = flight.frames.iter().filter_map(Frame::error).map(|[x, y]| x.hypot(y)).collect();
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
     let run = run(flight);
-    let step = flight.frames.len().div_ceil(SHOWN).max(1);
-    let stills = flight.frames.iter().step_by(step).map(shown).collect::<Result<Vec<_>, PlotError>>()?;
+    let step = flight.frames.len().div_ceil(MAX_STILLS).max(1);
+    let stills = flight.frames.iter().step_by(step).map(draw_still).collect::<Result<Vec<_>, PlotError>>()?;
     Ok(environment.get_template("flight.html")?.render(context! {
         style => STYLE,
         script => SCRIPT,
@@ -106,7 +105,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
     })?)
 }
 
-/// Seen from above, the top of the reference picture up.
+/// Plots the track from above, the top of the reference picture up.
 fn track(flight: &Flight<'_>) -> Result<String, PlotError> {
     let above = |[x, y]: [f64; 2]| (x, -y);
     let estimates: Vec<_> = flight
@@ -124,7 +123,7 @@ fn track(flight: &Flight<'_>) -> Result<String, PlotError> {
         ((low + high) / 2.0, high - low)
     };
     let ((x, width), (y, height)) = (middle(|p| p.0), middle(|p| p.1));
-    // One scale for both axes.
+    // Both axes have the same scale.
     let half = 0.6 * width.max(height).max(0.1);
     let mut series = vec![Series { name: "estimate".into(), colour: BLUE, mark: Mark::LineDots, points: estimates }];
     if !truths.is_empty() {
@@ -142,7 +141,7 @@ fn track(flight: &Flight<'_>) -> Result<String, PlotError> {
     .svg()
 }
 
-/// The frames side by side.
+/// Returns the frames for the plots over time.
 fn run<'a>(flight: &'a Flight<'_>) -> Run<'a> {
     let last = flight.frames.len().saturating_sub(1).max(1);
     let step = last.div_ceil(12);
@@ -162,12 +161,12 @@ fn run<'a>(flight: &'a Flight<'_>) -> Run<'a> {
     }
 }
 
-/// A frame as it is shown.
-fn shown(frame: &Frame<'_>) -> Result<Still, PlotError> {
+/// Draws a frame with its inliers.
+fn draw_still(frame: &Frame<'_>) -> Result<Still, PlotError> {
     let inliers = if frame.estimate.is_some() { &frame.inliers[..] } else { &[] };
-    let told = told(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
-    let (step, small) = reduced(frame.picture, COLUMNS);
-    still(&frame.name, &small, step, inliers, format!("{}: {told}", frame.name))
+    let description = describe(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
+    let (step, small) = reduced(frame.picture, MAX_STILL_COLUMNS);
+    still(&frame.name, &small, step, inliers, format!("{}: {description}", frame.name))
 }
 
 #[cfg(test)]
@@ -197,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_is_one_file_and_tells_every_frame() {
+    fn the_page_is_one_file_and_shows_every_frame() {
         let picture = Plane::from_fn(64, 48, |x, y| (x * y) as u16);
         let flight = Flight {
             name: "hill & dale".into(),

@@ -1,12 +1,11 @@
-//! The page of a closed-loop hover: where the helicopter was and where it thought it was, how far from what is told,
-//! what drove it away, and frames with the matches that agree.
+//! The page of a closed-loop hover: true and estimated track, errors, wind and attitude, and frames with their inliers.
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
 use minijinja::context;
 use serde::Serialize;
 
-use super::estimates::{Estimate, Run, Sample, told};
+use super::estimates::{Estimate, Run, Sample, describe};
 use super::still::{Still, still};
 use hoverlock_reports::embed;
 use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
@@ -15,32 +14,32 @@ use hoverlock_reports::provenance::COMMIT;
 
 const TEMPLATE: &str = include_str!("../../templates/hover.html");
 
-/// A hover.
+/// The content of the page of a hover.
 #[derive(Debug, Clone, Serialize)]
 pub struct Hover {
     /// Name of the scene.
     pub scene: String,
-    /// What was flown, name and value.
+    /// The settings: name and value.
     pub setup: Vec<(String, String)>,
-    /// Where features come from.
+    /// The source of the features.
     pub features: String,
-    /// Where the flight program ran.
+    /// The place where the flight program ran.
     pub estimator: String,
-    /// Why the run fails; nothing where it passes.
+    /// Why the hover fails; `None` if it passes.
     pub failure: Option<String>,
-    /// What was checked, in words.
+    /// The checks in words.
     pub checks: Vec<String>,
     /// Distance from the target: rms and largest, m.
     pub hold: [f64; 2],
-    /// The same of a helicopter that has its IMU only.
+    /// Distance of the helicopter with its IMU only: rms and largest, m.
     pub blind: [f64; 2],
-    /// Estimate less truth, rms of both axes, m; nothing without an estimate.
+    /// Rms of estimate less truth over both axes, m; `None` without an estimate.
     pub error: Option<f64>,
-    /// Largest distance that passes, rms, m.
+    /// Largest rms distance that passes, m.
     pub bound: Option<f64>,
     /// The frames in order.
     pub frames: Vec<Frame>,
-    /// Frames with their matches.
+    /// Frames to show with their inliers.
     #[serde(skip)]
     pub stills: Vec<Picture>,
     /// The hover as an animated PNG.
@@ -48,22 +47,22 @@ pub struct Hover {
     pub animation: Vec<u8>,
 }
 
-/// What is known of a frame.
+/// A frame of the page.
 #[derive(Debug, Clone, Serialize)]
 pub struct Frame {
-    /// s.
+    /// Time since the start, s.
     pub time: f64,
     /// True position along `X_e`, `Y_e` from the target, and height over the mean ground, m.
     pub truth: [f64; 3],
-    /// As the flight program writes it.
+    /// Status in the line of the flight program.
     pub status: String,
     /// Why there is no estimate.
     pub reason: Option<String>,
-    /// The estimate.
+    /// The estimate of the displacement.
     pub estimate: Option<Estimate>,
-    /// Number of the frame that it was compared with.
+    /// Number of the reference frame.
     pub reference: Option<usize>,
-    /// Features taken.
+    /// Number of features.
     pub features: usize,
     /// Wind along `X_e`, `Y_e` and down, m/s.
     pub wind: [f64; 3],
@@ -71,12 +70,12 @@ pub struct Frame {
     pub tilt: [f64; 2],
     /// Field of view, degrees.
     pub field_of_view: f64,
-    /// Distance of the helicopter without vision, m.
+    /// Distance of the helicopter without vision from its target, m.
     pub blind: f64,
 }
 
 impl Frame {
-    /// Estimate less truth, m.
+    /// Returns estimate less truth along `X_e` and `Y_e`, m.
     fn error(&self) -> Option<[f64; 2]> {
         let estimate = self.estimate?;
         Some([0, 1].map(|axis| estimate.displacement[axis] - self.truth[axis]))
@@ -87,20 +86,20 @@ impl Frame {
     }
 }
 
-/// A frame that is shown.
+/// A frame to show with its inliers.
 #[derive(Debug, Clone)]
 pub struct Picture {
     /// Number of the frame.
     pub frame: usize,
-    /// Reduced by `step`.
+    /// The pixels, reduced by `step`, DN.
     pub small: Plane<u16>,
-    /// Pixels of the frame on a side of one of `small`.
+    /// Pixels of the frame along one side of a pixel of `small`.
     pub step: usize,
-    /// Matches that agree, px of the frame.
+    /// Inliers, px of the frame.
     pub inliers: Vec<Pair>,
 }
 
-/// The page as HTML, with style, plots and pictures inside it.
+/// Renders the page as HTML, with style, plots and pictures inside it.
 ///
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.
@@ -112,14 +111,15 @@ pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
     references.dedup();
     let mut reasons: Vec<(String, usize)> = Vec::new();
     for reason in hover.frames.iter().filter_map(|frame| frame.reason.as_ref()) {
-        // Reasons carry figures: those of one kind begin alike.
+        // Reasons end with numbers in parentheses; the text before them is the kind of the reason.
         let kind = reason.split(" (").next();
         match reasons.iter_mut().find(|(known, _)| known.split(" (").next() == kind) {
             Some((_, count)) => *count += 1,
             None => reasons.push((reason.clone(), 1)),
         }
     }
-    let stills = hover.stills.iter().map(|picture| shown(hover, picture)).collect::<Result<Vec<_>, PlotError>>()?;
+    let stills =
+        hover.stills.iter().map(|picture| draw_still(hover, picture)).collect::<Result<Vec<_>, PlotError>>()?;
     let run = run(hover);
     Ok(environment.get_template("hover.html")?.render(context! {
         style => STYLE,
@@ -141,19 +141,19 @@ pub fn html(hover: &Hover, command: &str) -> Result<String, PageError> {
     })?)
 }
 
-fn shown(hover: &Hover, picture: &Picture) -> Result<Still, PlotError> {
+fn draw_still(hover: &Hover, picture: &Picture) -> Result<Still, PlotError> {
     let frame = &hover.frames[picture.frame];
-    let told = told(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
+    let description = describe(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
     let name = format!("{:.1} s", frame.time);
     let inliers = if frame.estimate.is_some() { &picture.inliers[..] } else { &[] };
-    still(&name, &picture.small, picture.step, inliers, format!("{name}: {told}"))
+    still(&name, &picture.small, picture.step, inliers, format!("{name}: {description}"))
 }
 
 fn line(name: &str, colour: hoverlock_reports::colour::Rgb, mark: Mark, points: Vec<(f64, f64)>) -> Series {
     Series { name: name.into(), colour, mark, points }
 }
 
-/// One value of each frame that has it, over time.
+/// Returns one value of each frame that has it, over time.
 fn over_time(hover: &Hover, value: impl Fn(&Frame) -> Option<f64>) -> Vec<(f64, f64)> {
     hover.frames.iter().filter_map(|frame| Some((frame.time, value(frame)?))).collect()
 }
@@ -166,7 +166,7 @@ fn chart(hover: &Hover, title: &str, y: Axis, series: Vec<Series>, rules: Vec<Ru
     Chart { title: title.into(), size: (540, 270), x: time(hover), y, series, rules }.svg()
 }
 
-/// Seen from above, the top of the reference picture up.
+/// Plots the track from above, the top of the reference picture up.
 fn track(hover: &Hover) -> Result<String, PlotError> {
     let above = |place: &[f64]| (place[0], -place[1]);
     let truths: Vec<_> = hover.frames.iter().map(|frame| above(&frame.truth)).collect();
@@ -188,7 +188,7 @@ fn track(hover: &Hover) -> Result<String, PlotError> {
     .svg()
 }
 
-/// Distance from the target with and without vision, logarithmic.
+/// Plots the distance from the target with and without vision on a logarithmic axis.
 fn distance(hover: &Hover) -> Result<String, PlotError> {
     let with = over_time(hover, |frame| Some(frame.distance().max(1e-3)));
     let without = over_time(hover, |frame| Some(frame.blind.max(1e-3)));
@@ -229,7 +229,7 @@ fn view(hover: &Hover) -> Result<String, PlotError> {
     chart(hover, "Field of view, degrees", Axis::linear("", 0.0, 55.0), series, Vec::new())
 }
 
-/// The frames over time.
+/// Returns the frames for the plots over time.
 fn run(hover: &Hover) -> Run<'_> {
     fn sample(frame: &Frame) -> Sample<'_> {
         Sample {
@@ -243,7 +243,7 @@ fn run(hover: &Hover) -> Run<'_> {
     Run { x: time(hover), mark: Mark::Line, dot: 3, samples: hover.frames.iter().map(sample).collect() }
 }
 
-/// Where another frame became the reference.
+/// Returns the times at which another frame became the reference.
 fn renewals(hover: &Hover) -> Series {
     let renewed = hover.frames.windows(2).filter(|pair| pair[0].reference.is_some());
     let renewed = renewed.filter(|pair| pair[1].reference.is_some() && pair[0].reference != pair[1].reference);
@@ -256,7 +256,7 @@ mod tests {
     use nalgebra::Vector2;
 
     #[test]
-    fn the_page_is_one_file_and_tells_the_hover() {
+    fn the_page_is_one_file_and_shows_the_hover() {
         let estimate = Estimate { displacement: [0.3, 0.4], sigma: [0.02, 0.03], quality: 200, inliers: 1, matches: 5 };
         let frame = |i: usize| Frame {
             time: i as f64 / 15.0,

@@ -1,4 +1,4 @@
-//! A frame with its matches, for a page: a line from where each was in the reference to where it is.
+//! A frame with its inliers: a line from the position of each in the reference to its position in the frame.
 
 use std::fmt::Write as _;
 
@@ -9,14 +9,15 @@ use serde::Serialize;
 use hoverlock_reports::figures::background;
 use hoverlock_reports::plot::PlotError;
 
-/// A drawing and what stands below it.
+/// A drawing and its caption.
 #[derive(Debug, Serialize)]
 pub(crate) struct Still {
     pub caption: String,
     pub svg: String,
 }
 
-/// A picture of at most so many columns: the mean of squares of pixels; the side of a square.
+/// Reduces a picture to at most `columns` columns by averaging squares of pixels. Returns the side of a square, px, and
+/// the reduced picture.
 pub fn reduced(picture: &Plane<u16>, columns: usize) -> (usize, Plane<u16>) {
     let side = picture.width().div_ceil(columns).max(1);
     let mean = |x: usize, y: usize| {
@@ -26,7 +27,7 @@ pub fn reduced(picture: &Plane<u16>, columns: usize) -> (usize, Plane<u16>) {
     (side, Plane::from_fn(picture.width() / side, picture.height() / side, mean))
 }
 
-/// A picture that was reduced by `step`, with matches in pixels of the whole one.
+/// Draws inliers, in pixels of the whole picture, on a picture that was reduced by `step`.
 pub(crate) fn still(
     name: &str,
     small: &Plane<u16>,

@@ -56,7 +56,7 @@ pub struct Sequence {
     pub names: Vec<String>,
     /// Telemetry of each frame.
     pub telemetry: Vec<Telemetry>,
-    /// The folder has no telemetry of its own.
+    /// The folder has no telemetry.
     pub is_telemetry_assumed: bool,
     /// Position of each frame by the homographies of the folder; that of the first frame is 0.
     pub pseudo_truths: Vec<Option<PseudoTruth>>,
@@ -80,11 +80,11 @@ pub enum SequenceError {
     /// A picture has another size than those before.
     #[error("{path}: is {width}x{height}, and the frames before are {first_width}x{first_height}")]
     Size {
-        /// The picture.
+        /// The picture of another size.
         path: PathBuf,
-        /// Its columns.
+        /// Columns of this picture.
         width: usize,
-        /// Its rows.
+        /// Rows of this picture.
         height: usize,
         /// Columns of the pictures before.
         first_width: usize,

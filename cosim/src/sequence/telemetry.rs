@@ -39,7 +39,7 @@ pub enum TelemetryError {
     /// The file could not be opened.
     #[error("{path}: the telemetry cannot be read: {source}")]
     Open {
-        /// The table.
+        /// The table of telemetry.
         path: PathBuf,
         /// The error of the operating system.
         source: io::Error,
@@ -50,7 +50,7 @@ pub enum TelemetryError {
     /// The header could not be read.
     #[error("{path}: the telemetry is no table: {source}")]
     Header {
-        /// The table.
+        /// The table of telemetry.
         path: PathBuf,
         /// The error of the CSV parser.
         source: csv::Error,
@@ -58,7 +58,7 @@ pub enum TelemetryError {
     /// The header has an unknown column.
     #[error("{path}: no column of telemetry is named `{column}`; the columns are {columns}", columns = COLUMNS.join(", "))]
     UnknownColumn {
-        /// The table.
+        /// The table of telemetry.
         path: PathBuf,
         /// The unknown column.
         column: String,
@@ -66,17 +66,17 @@ pub enum TelemetryError {
     /// A row could not be parsed, or a value is out of range.
     #[error("{path}: row {row} of the telemetry: {reason}")]
     Row {
-        /// The table.
+        /// The table of telemetry.
         path: PathBuf,
         /// Number of the row, from 1.
         row: usize,
-        /// The reason.
+        /// What is wrong with the row.
         reason: String,
     },
     /// The number of rows is not the number of pictures.
     #[error("{path}: {rows} rows of telemetry for {frames} pictures; give one row for each, in order")]
     RowCount {
-        /// The table.
+        /// The table of telemetry.
         path: PathBuf,
         /// Number of rows.
         rows: usize,
@@ -86,7 +86,7 @@ pub enum TelemetryError {
     /// The time of a row is not later than that of the row before.
     #[error("{path}: row {row} of the telemetry: time_s does not grow")]
     Time {
-        /// The table.
+        /// The table of telemetry.
         path: PathBuf,
         /// Number of the row, from 1.
         row: usize,

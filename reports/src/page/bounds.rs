@@ -11,7 +11,7 @@ pub(super) struct BoundGroup<'a> {
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
     pub(super) sign: &'static str,
-    /// One limit, or three where the limit depends on the contrast class.
+    /// One limit, or three if the limit depends on the contrast class.
     pub(super) limits: Vec<f64>,
     pub(super) checked: usize,
     pub(super) passed: usize,
@@ -28,7 +28,7 @@ pub(super) struct MatrixRow<'a> {
     cells: Vec<Option<&'a BoundRow>>,
 }
 
-/// One entry for each bound, in the order of the first check. A failed check is worse than any passed check.
+/// Returns one entry for each bound, in the order of the first check. A failed check is worse than any passed check.
 pub(super) fn groups(rows: &[BoundRow]) -> Vec<BoundGroup<'_>> {
     let mut groups: Vec<BoundGroup<'_>> = Vec::new();
     for row in rows {
@@ -56,7 +56,7 @@ pub(super) fn groups(rows: &[BoundRow]) -> Vec<BoundGroup<'_>> {
     groups
 }
 
-/// The limits of the classes nominal, combined and fog, for a bound whose limit depends on the class.
+/// Returns the limits of the classes nominal, combined and fog for a bound whose limit depends on the class.
 fn limits(name: &str) -> Option<Vec<f64>> {
     let bounds = Bounds::acceptance();
     let columns = [Class::Nominal, Class::Combined, Class::Fog].map(|class| bounds.column(class));
@@ -71,7 +71,7 @@ fn limits(name: &str) -> Option<Vec<f64>> {
     }
 }
 
-/// One row for each picture and condition. `None` stands for a bound that was not checked there.
+/// Returns one row for each picture and condition. `None` stands for a bound that was not checked there.
 pub(super) fn matrix<'a>(study: &'a Study, groups: &[BoundGroup<'_>]) -> Vec<MatrixRow<'a>> {
     let rows = study.pictures.iter().flat_map(|picture| picture.conditions.iter().map(move |of| (picture, of)));
     rows.map(|(picture, of)| {

@@ -3,7 +3,7 @@
 use crate::plot::{Axis, BLUE, Chart, GREEN, Mark, ORANGE, PlotError, Series, VIOLET};
 use crate::study::Chain;
 
-/// One curve for each smoother: the rms error after each stage.
+/// Plots one curve for each smoother: the rms error after each stage.
 pub(super) fn plot(chains: &[Chain]) -> Result<String, PlotError> {
     chart(chains).svg()
 }
@@ -36,7 +36,7 @@ fn chart(chains: &[Chain]) -> Chart {
     }
 }
 
-/// The names of all stages of all chains, each once, in the order of the data.
+/// Returns the names of all stages of all chains, each once, in the order of the data.
 fn stages(chains: &[Chain]) -> Vec<&str> {
     let mut all: Vec<&str> = Vec::new();
     for chain in chains {
@@ -54,7 +54,7 @@ fn stages(chains: &[Chain]) -> Vec<&str> {
     all
 }
 
-/// The tick label of a stage name.
+/// Returns the tick label of a stage name.
 fn short(stage: &str) -> String {
     [("recursion", "rec"), ("column_look_ahead_", "cla "), ("row_look_back_", "rlb "), ("row_look_ahead_", "rla ")]
         .into_iter()
@@ -69,7 +69,7 @@ mod tests {
     use hoverlock_fixed_point::model::stages::Stage;
     use plotters::coord::ranged1d::ValueFormatter as _;
 
-    /// A value of its own for each stage name.
+    /// Returns a different value for each stage name.
     fn rms(stage: Stage) -> f64 {
         match stage {
             Stage::Recursion => 1.0,

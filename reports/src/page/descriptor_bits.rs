@@ -6,7 +6,7 @@ use crate::colour::Rgb;
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Series, VIOLET};
 use crate::study::Study;
 
-/// Flips of each bit, flips against margin, and how many bits have each margin; all pictures and conditions.
+/// Plots the flips of each bit, flips against margin, and the number of bits with each margin; all pictures and conditions.
 pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     let pairs = study.flips.first().map_or(0, |(_, flips)| flips.per_bit.len() / 64);
     let mut all = Flips::of_pairs(pairs);
@@ -82,7 +82,7 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     [per_bit, against_margin, population].iter().map(Chart::svg).collect()
 }
 
-/// The lower edge of a margin bin, LSB.
+/// Returns the lower edge of a margin bin as text, LSB.
 fn format_octave(bin: usize) -> String {
     match bin {
         1 => "½".into(),

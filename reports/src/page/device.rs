@@ -5,7 +5,7 @@ use crate::colour::Rgb;
 use crate::hardware::{DeviceShare, Sizing};
 use crate::plot::{Axis, BLUE, Chart, Mark, PlotError, Series};
 
-/// Utilisation of the first device: used, in front of the limit and of what the device has. Empty without a device.
+/// Plots the utilisation of the first device: used, in front of the limit and of what the device has. Empty without a device.
 pub(super) fn plot(sizing: &Sizing) -> Result<String, PlotError> {
     let Some(DeviceShare { name, has, limits, used_percent, .. }) = sizing.devices.first() else {
         return Ok(String::new());

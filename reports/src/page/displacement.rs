@@ -6,7 +6,7 @@ use super::numbers::clipped;
 use crate::plot::{Axis, BLUE, Chart, GREY, Mark, ORANGE, PlotError, Rule, Series};
 use crate::study::Study;
 
-/// For each picture and motion: the difference between `streaming` and `bit_true`, and the error of each.
+/// Plots, for each picture and motion, the difference between `streaming` and `bit_true`, and the error of each.
 pub(super) fn plot(study: &Study) -> Result<String, PlotError> {
     let limits = Bounds::acceptance().displacement;
     let mut series =

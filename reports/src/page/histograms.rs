@@ -6,7 +6,7 @@ use super::numbers::grouped;
 use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, Series};
 use crate::study::{Kind, Measurement, Stage, Study};
 
-/// For each level the DoG error of both scales over all pictures and conditions, as percent of the samples.
+/// Plots for each level the DoG error of both scales over all pictures and conditions, as percent of the samples.
 pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     let mut plots = Vec::new();
     for level in &study.levels {

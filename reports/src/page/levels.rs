@@ -29,7 +29,7 @@ pub(super) struct ErrorRow<'a> {
     sqnr_db: f64,
 }
 
-/// One row for each model level.
+/// Returns one row for each model level.
 pub(super) fn rows(study: &Study) -> Vec<LevelRow> {
     let mut rows = Vec::new();
     for level in &study.levels {
@@ -61,7 +61,7 @@ pub(super) fn rows(study: &Study) -> Vec<LevelRow> {
     rows
 }
 
-/// The error of every stage at every level that is measured for this kind of error.
+/// Returns the error of every stage at every level that is measured for this kind of error.
 pub(super) fn error_rows(study: &Study, kind: Kind) -> Vec<ErrorRow<'_>> {
     let mut rows = Vec::new();
     for level in &study.levels {

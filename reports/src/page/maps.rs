@@ -26,7 +26,7 @@ impl<'a> FigureView<'a> {
             maps: figures
                 .maps
                 .iter()
-                .map(|map| (map.scale, map.approximation, map.full, map.most, map.address.as_str()))
+                .map(|map| (map.scale, map.approximation, map.full, map.max, map.address.as_str()))
                 .collect(),
             condition: figures.features.condition,
             features: &figures.features.svg,

@@ -51,7 +51,7 @@ pub enum PageError {
 /// The colours of the conditions nominal, combined and fog.
 const CONDITION_COLOURS: [Rgb; 3] = [BLUE, VIOLET, ORANGE];
 
-/// The whole page as HTML, with style, plots and pictures inside it.
+/// Renders the whole page as HTML, with style, plots and pictures inside it.
 ///
 /// # Errors
 /// A plot or the template fails. Either is a defect of this program, not of the input.

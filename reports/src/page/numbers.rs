@@ -13,7 +13,7 @@ pub(super) fn typeset(text: String) -> String {
     }
 }
 
-/// `value` with `digits` significant digits and no exponent.
+/// Formats `value` with `digits` significant digits and no exponent.
 pub(super) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return typeset(format!("{value}"));
@@ -23,7 +23,7 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     typeset(format!("{value:.decimals$}"))
 }
 
-/// Decimal digits in groups of three, separated by thin spaces.
+/// Formats decimal digits in groups of three, separated by thin spaces.
 pub(super) fn grouped(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::new();
@@ -36,7 +36,7 @@ pub(super) fn grouped(value: u64) -> String {
     text
 }
 
-/// At most `length` characters; a longer text ends in an ellipsis.
+/// Cuts a text to at most `length` characters; a longer text ends in an ellipsis.
 pub(super) fn clipped(text: &str, length: usize) -> String {
     if text.chars().count() <= length { text.into() } else { text.chars().take(length - 1).chain(['…']).collect() }
 }

@@ -3,8 +3,8 @@
 use crate::plot::{Axis, BLUE, Chart, Mark, ORANGE, PlotError, RED, Series};
 use crate::study::Study;
 
-/// One band for each node. Bar height is the share of the samples in that power of two; colour is in range, overflow or
-/// underflow.
+/// Plots one band for each node. Bar height is the share of the samples in that power of two; the colour is that of in
+/// range, overflow or underflow.
 pub(super) fn plot(study: &Study) -> Result<String, PlotError> {
     let rows = &study.format_groups;
     let exponents = || rows.iter().flat_map(|row| row.histogram.iter().map(|bin| bin.0));
@@ -45,7 +45,7 @@ pub(super) fn plot(study: &Study) -> Result<String, PlotError> {
     .svg()
 }
 
-/// `2^exponent` with superscript digits.
+/// Formats `2^exponent` with superscript digits.
 fn superscript(exponent: i32) -> String {
     let text = exponent.to_string();
     let digits = text.chars().map(|c| match c {

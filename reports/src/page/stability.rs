@@ -14,7 +14,7 @@ fn warp_name(warp: Warp) -> (&'static str, &'static str) {
     }
 }
 
-/// First row: points of `ideal` and `recursive`. Second row: descriptors at the points of `recursive`.
+/// Plots two rows: points of `ideal` and `recursive`, and descriptors at the points of `recursive`.
 pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     type Line = (&'static str, Rgb, fn(&Sample) -> f64);
     let points: [Line; 2] = [
@@ -52,7 +52,7 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     first.chain(second).collect()
 }
 
-/// The largest difference in repeatability, `ideal` less `recursive`, percentage points.
+/// Returns the largest difference in repeatability, `ideal` less `recursive`, percentage points.
 pub(super) fn largest_gap(curves: &[Curve]) -> f64 {
     let gap = |a: &Stability, b: &Stability| 100.0 * (a.repeatability - b.repeatability);
     let samples = curves.iter().flat_map(|curve| &curve.samples);

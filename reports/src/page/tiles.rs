@@ -16,7 +16,7 @@ pub(super) struct Tile {
     what: &'static str,
 }
 
-/// Quantisation, approximation, bit flips, displacement and RTL mismatches.
+/// Returns quantisation, approximation, bit flips, displacement and RTL mismatches.
 pub(super) fn tiles(study: &Study) -> Vec<Tile> {
     let rms = |level: Level| {
         let of_level = study.levels.iter().filter(|study| study.name == level).flat_map(|study| &study.measurements);

@@ -8,7 +8,7 @@ use crate::plot::{Axis, BLUE, Chart, GREEN, Mark, ORANGE, PlotError, RED, Rule, 
 use crate::study::Study;
 use crate::sweep::{Cost, SweepPoint};
 
-/// One row of plots for each word length: DoG error, bit flips, features moved.
+/// Plots one row for each word length: DoG error, bit flips, features moved.
 pub(super) fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
     type Measure = (&'static str, fn(&SweepPoint) -> f64, f64, f64);
     let measures: [Measure; 3] = [
@@ -53,8 +53,8 @@ pub(super) fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
     Ok(plots)
 }
 
-/// The limits of a measure: DoG error, bit flips, features moved. Where the contrast class decides, the strictest and
-/// the loosest one.
+/// Returns the limits of a measure (0: DoG error, 1: bit flips, 2: features moved). If the limit depends on the contrast
+/// class, these are the strictest and the loosest one.
 fn limits(measure: usize) -> Vec<Rule> {
     let bounds = Bounds::acceptance();
     let columns = [&bounds.nominal, &bounds.combined, &bounds.fog];
@@ -70,7 +70,7 @@ fn limits(measure: usize) -> Vec<Rule> {
     vec![Rule::Limit(least, String::new()), Rule::Limit(most, format!("≤ {least} to {most}, by contrast"))]
 }
 
-/// Error and bit flips against M10K blocks, and error against multipliers. One dot for each word length; the line is
+/// Plots error and bit flips against M10K blocks, and error against multipliers. One dot for each word length; the line is
 /// the Pareto front, the ring the design point.
 pub(super) fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
     type Measure = fn(&Cost) -> f64;

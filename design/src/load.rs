@@ -1,0 +1,100 @@
+//! Loads designs as a user names them: built in, in a file, or as changes of `kt27`.
+
+use std::ffi::OsStr;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::{DesignError, DesignPoint, KT27, SHIPPED};
+
+/// Why a design could not be loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// There is no design and no file of this name.
+    #[error("{path}: no such file, and no design of that name; the names are {names}", path = .0.display(), names = names())]
+    Unknown(PathBuf),
+    /// The path is a folder, a device or a FIFO.
+    #[error("{path}: the {kind} is not a regular file")]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+        /// `design` or `configuration`.
+        kind: &'static str,
+    },
+    /// The file could not be read.
+    #[error("{path}: the {kind} cannot be read: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// `design` or `configuration`.
+        kind: &'static str,
+        /// The error of the operating system.
+        source: io::Error,
+    },
+    /// The file is not a valid design.
+    #[error("{path}: {source}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The error of the parser.
+        source: DesignError,
+    },
+    /// A design is not valid.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+}
+
+fn names() -> String {
+    SHIPPED.map(|(name, _)| name).join(", ")
+}
+
+impl DesignPoint {
+    /// Loads a design by its name, or from a design file.
+    ///
+    /// # Errors
+    /// There is neither, or the file is not a valid design.
+    pub fn load(name: &OsStr) -> Result<Self, LoadError> {
+        if let Some(shipped) = name.to_str().and_then(Self::shipped) {
+            return Ok(shipped);
+        }
+        let path = Path::new(name);
+        if !path.exists() {
+            return Err(LoadError::Unknown(path.into()));
+        }
+        let text = read(path, "design")?;
+        Self::from_file(&text).map_err(|source| LoadError::File { path: path.into(), source })
+    }
+
+    /// Returns this design with a change: `KEY=VALUE`, or a configuration file with some of the keys.
+    ///
+    /// # Errors
+    /// The file cannot be read, or the changed design is not valid.
+    pub fn with_change(&self, change: &OsStr) -> Result<Self, LoadError> {
+        let path = Path::new(change);
+        match change.to_str() {
+            Some(change) if change.contains('=') && !path.exists() => Ok(self.with_override(change)?),
+            _ => {
+                let text = read(path, "configuration")?;
+                self.with_toml(&text).map_err(|source| LoadError::File { path: path.into(), source })
+            }
+        }
+    }
+
+    /// Loads a design by its name, from a design file, or as changes of [`KT27`] separated by commas.
+    ///
+    /// # Errors
+    /// Those of [`DesignPoint::load`] and [`DesignPoint::with_change`].
+    pub fn load_or_change(name: &str) -> Result<Self, LoadError> {
+        if !name.contains('=') {
+            return Self::load(name.as_ref());
+        }
+        name.split(',').try_fold(KT27.clone(), |design, change| design.with_change(change.as_ref()))
+    }
+}
+
+fn read(path: &Path, kind: &'static str) -> Result<String, LoadError> {
+    // A device or a FIFO may never end.
+    if path.exists() && !path.is_file() {
+        return Err(LoadError::NotAFile { path: path.into(), kind });
+    }
+    std::fs::read_to_string(path).map_err(|source| LoadError::Read { path: path.into(), kind, source })
+}
