@@ -2,11 +2,12 @@
 
 mod common;
 
+use common::buses::{pauses, start};
 use common::{build, run, sim};
-use hoverlock_harness::Time;
 use hoverlock_harness::bus::axi_lite::Response;
-use hoverlock_harness::bus::{Pause, Reset, axi4};
-use hoverlock_harness::sim::{Dut, Sim};
+use hoverlock_harness::bus::{Pause, Random, Reset, axi4};
+use hoverlock_harness::sim::{Dut, Sim, both};
+use hoverlock_harness::{Error, Time};
 
 fn begin(sim: &Sim) -> Dut {
     let dut = sim.dut();
@@ -34,7 +35,7 @@ fn broken(watch: impl Fn(&Dut), steps: &[&[(&str, u64)]]) -> String {
     watch(&dut);
     let end = sim.run(async {
         drive(&dut, steps).await;
-        Ok::<(), hoverlock_harness::Error>(())
+        Ok::<(), Error>(())
     });
     end.err().map(|e| e.to_string()).unwrap_or_default()
 }
@@ -165,5 +166,61 @@ fn an_axi4_checker_finds_the_faults_of_a_slave() {
         });
         let told = end.err().map(|e| e.to_string()).unwrap_or_default();
         assert!(told.contains(rule) && told.is_empty() == rule.is_empty(), "fault {fault}: '{told}'");
+    }
+}
+
+#[test]
+fn an_axi4_master_bursts_of_every_length_stall_and_pause() {
+    for (stall, (name, pause)) in [0i64, 1].into_iter().flat_map(|s| pauses(5).into_iter().map(move |p| (s, p))) {
+        let (mut sim, dut, clk, _) = start(build("ram_axi4").parameter("STALL", stall), "rst");
+        let mut random = Random::new(3);
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            let master = axi4::Master::new(&dut, &clk, "s_axi_")?;
+            master.set_pause(pause);
+            for (address, length) in [(0x0u64, 1usize), (0x10, 2), (0x40, 16), (0x100, 256), (0xffc, 1)] {
+                let words: Vec<u64> = (0..length).map(|_| random.bits() & 0xffff_ffff).collect();
+                let answer = master.write_burst(address, &words).await?;
+                assert_eq!(answer, Response::Okay, "{name}");
+                assert_eq!(master.read_burst(address, length).await?, (words, Response::Okay), "{name}");
+            }
+            // A write and a read at the same time.
+            let (written, read) = both(master.write_burst(0x800, &[1, 2, 3]), master.read_burst(0x40, 4)).await;
+            written?;
+            assert_eq!(read?.0.len(), 4);
+            assert_eq!(master.read_burst(0x800, 3).await?.0, [1, 2, 3]);
+            for (address, beats, said) in [
+                (0, 0, "'s_axi' takes bursts of 1 to 256 beats, not 0"),
+                (0, 257, "'s_axi' takes bursts of 1 to 256 beats, not 257"),
+                (2, 1, "'s_axi': a burst begins at a multiple of 4, not at 0x2"),
+                (0xff8, 3, "'s_axi': 3 beats from 0xff8 on cross a multiple of 4 KiB"),
+            ] {
+                assert_eq!(master.read_burst(address, beats).await.unwrap_err().to_string(), said);
+            }
+            Ok(())
+        });
+    }
+}
+
+#[test]
+fn rules_of_an_axi4_slave_are_checked() {
+    for (fault, rule) in [
+        (1i64, "rlast is 1 at beat 3 of 4"),
+        (2, "bvalid before the last beat was taken"),
+        (3, "bid is 15, not 0"),
+        (4, "r: the payload changed while valid waited for ready"),
+        (5, "r: valid fell before ready came"),
+    ] {
+        let (mut sim, dut, clk, _) = start(build("ram_axi4").parameter("FAULT", fault), "rst");
+        let ended = sim.run(async {
+            clk.cycles(5).await;
+            let master = axi4::Master::new(&dut, &clk, "s_axi_")?;
+            master.set_pause(Pause::pattern([false, true, true]));
+            master.write_burst(0, &[1, 2, 3, 4]).await?;
+            master.read_burst(0, 4).await?;
+            Ok::<(), Error>(())
+        });
+        let said = ended.unwrap_err().to_string();
+        assert!(said.starts_with("s_axi at ") && said.ends_with(rule), "fault {fault}: {said}");
     }
 }

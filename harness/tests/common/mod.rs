@@ -1,6 +1,8 @@
 //! What the tests share: designs by name, and a fresh simulation.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub mod buses;
+
 use std::path::PathBuf;
 
 use hoverlock_harness::Error;

@@ -17,12 +17,17 @@
 //! if not set), `VERILATOR` and `CXX` (the tools).
 
 mod diagnostic;
+mod files;
+mod generated;
 mod hierarchy;
+mod manifest;
 mod model_cache;
+mod ports;
 mod runtime;
 mod tool;
 mod trial;
 mod unity;
+mod workshop;
 
 pub(crate) use unity::INTERFACE;
 

@@ -17,10 +17,24 @@ use std::time::{Duration, SystemTime};
 use sha2::{Digest, Sha256};
 
 use super::tool::{self, Verilator, Version};
-use super::unity::{self, Workshop};
-use super::{Build, Record, Trace, absolute, runtime, trial};
+use super::workshop::Workshop;
+use super::{Build, Record, Trace, absolute, runtime, trial, unity};
 use crate::engine::error::BuildError;
 use crate::engine::model::Library;
+
+/// The sources of the generator. They are part of every key, so that a model of another generator is not found.
+const GENERATOR: [&str; 10] = [
+    unity::SHIM,
+    runtime::HOOKS,
+    include_str!("generated.rs"),
+    include_str!("manifest.rs"),
+    include_str!("ports.rs"),
+    include_str!("unity.rs"),
+    include_str!("workshop.rs"),
+    include_str!("hierarchy/mod.rs"),
+    include_str!("hierarchy/json.rs"),
+    include_str!("hierarchy/xml.rs"),
+];
 
 /// Loads the model from the cache, after building it if need be.
 pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
@@ -179,7 +193,8 @@ impl Cache {
         version: &Version,
     ) -> Result<(), BuildError> {
         let mut hash = Hash::new();
-        for part in [unity::SHIM, runtime::HOOKS, include_str!("unity.rs"), include_str!("trial.rs"), trial::DESIGN] {
+        GENERATOR.iter().for_each(|part| hash.add(part.as_bytes()));
+        for part in [include_str!("trial.rs"), trial::DESIGN] {
             hash.add(part.as_bytes());
         }
         hash.add(tool::fingerprint(&verilator.path).as_bytes());
@@ -324,14 +339,7 @@ fn model_key(
     includes: &[PathBuf],
 ) -> Result<String, BuildError> {
     let mut hash = Hash::new();
-    // The generator itself, so that models of an older one are not found.
-    for text in [unity::SHIM, runtime::HOOKS, include_str!("unity.rs")] {
-        hash.add(text.as_bytes());
-    }
-    for text in [include_str!("hierarchy/mod.rs"), include_str!("hierarchy/json.rs"), include_str!("hierarchy/xml.rs")]
-    {
-        hash.add(text.as_bytes());
-    }
+    GENERATOR.iter().for_each(|part| hash.add(part.as_bytes()));
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
     runtime::CXX_FLAGS.iter().for_each(|flag| hash.add(flag.as_bytes()));
     hash.add(tool::fingerprint(&verilator.path).as_bytes());

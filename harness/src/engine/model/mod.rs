@@ -14,6 +14,7 @@ mod message;
 mod raw;
 mod signal;
 mod storage;
+mod values;
 
 pub use self::instance::{InstanceOptions, Model};
 pub use self::library::Library;
