@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use common::{build, run, sim};
-use hoverlock_harness::sim::{Coroutine, EdgeOrder, Outcome, Region, Step, Trigger};
+use hoverlock_harness::sim::{EdgeOrder, Region, Trigger};
 use hoverlock_harness::{Error, ModelError, SimError, Time};
 
 const PERIOD: Time = Time::ns(10);

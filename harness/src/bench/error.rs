@@ -37,7 +37,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// An error of the bench: a wrong value, an unexpected answer.
+    /// Creates an error of the bench itself: a wrong value, an unexpected response.
     pub fn bench(text: impl Into<String>) -> Self {
         Error::Bench(text.into())
     }

@@ -14,22 +14,22 @@ struct FailureInner {
 }
 
 impl Failure {
-    /// A failure with a text and no payload.
+    /// Creates a failure with a text and no payload.
     pub fn new(message: impl Into<String>) -> Failure {
         Failure(Arc::new(FailureInner { message: message.into(), payload: None }))
     }
 
-    /// A failure with a payload.
+    /// Creates a failure with a text and a payload.
     pub fn with_payload(message: impl Into<String>, payload: impl Any + Send + Sync) -> Failure {
         Failure(Arc::new(FailureInner { message: message.into(), payload: Some(Box::new(payload)) }))
     }
 
-    /// The text.
+    /// Returns the text.
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// The payload, if it is a `T`.
+    /// Returns the payload if it is a `T`.
     pub fn payload<T: 'static>(&self) -> Option<&T> {
         self.0.payload.as_ref()?.downcast_ref()
     }

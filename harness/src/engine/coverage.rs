@@ -45,7 +45,7 @@ impl Coverage {
             .ok_or_else(|| failed(io::Error::new(io::ErrorKind::InvalidData, "not a coverage file of Verilator")))
     }
 
-    /// `C '\x01f\x02file\x01l\x02line...' count`, one a line, after a first line that names the format.
+    /// Parses lines of the form `C '\x01f\x02file\x01l\x02line...' count` after a first line that names the format.
     fn parse(bytes: &[u8]) -> Option<Coverage> {
         let text = String::from_utf8_lossy(bytes);
         let mut lines = text.lines();
@@ -81,18 +81,19 @@ impl Coverage {
         }
     }
 
-    /// The number of points that were hit, and of all points; of one kind, or of all kinds if `kind` is empty.
+    /// Returns the number of points that were hit and the number of all points, of one kind, or of all kinds if `kind`
+    /// is empty.
     pub fn ratio(&self, kind: &str) -> (usize, usize) {
         let of_kind = || self.counts.iter().filter(|(p, _)| kind.is_empty() || p.kind == kind);
         (of_kind().filter(|(_, count)| **count > 0).count(), of_kind().count())
     }
 
-    /// The points that were never hit.
+    /// Returns the points that were never hit.
     pub fn missed(&self) -> impl Iterator<Item = &Point> {
         self.counts.iter().filter(|(_, count)| **count == 0).map(|(point, _)| point)
     }
 
-    /// As LCOV's tracefile.
+    /// Returns the counts as an LCOV tracefile.
     pub fn to_lcov(&self) -> String {
         let mut files: BTreeMap<&str, BTreeMap<u32, u64>> = BTreeMap::new();
         for (point, count) in &self.counts {

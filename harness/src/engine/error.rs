@@ -297,8 +297,8 @@ pub enum RecordingError {
     },
 }
 
-/// The (at most five) candidates nearest to a name, by edit distance, ignoring case; none that differs in more than a
-/// third of its letters, unless it contains the name.
+/// Returns at most five candidates nearest to a name, by edit distance, ignoring case. A candidate that differs in more
+/// than a third of its letters is left out, unless it contains the name.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let wanted = name.to_lowercase();
     let limit = wanted.chars().count().div_ceil(3);
@@ -316,7 +316,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     scored.into_iter().take(5).map(|(_, candidate)| candidate.to_owned()).collect()
 }
 
-/// Levenshtein distance, one row at a time.
+/// Computes the Levenshtein distance, one row at a time.
 fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

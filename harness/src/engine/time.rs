@@ -16,32 +16,32 @@ impl Time {
     /// Time 0.
     pub const ZERO: Time = Time(0);
 
-    /// `n` femtoseconds.
+    /// Returns `n` femtoseconds.
     pub const fn fs(n: u64) -> Time {
         Time(n)
     }
 
-    /// `n` picoseconds; saturates at the greatest time (5.1 hours).
+    /// Returns `n` picoseconds; saturates at the greatest time (5.1 hours).
     pub const fn ps(n: u64) -> Time {
         Time(n.saturating_mul(1_000))
     }
 
-    /// `n` nanoseconds; saturates at the greatest time.
+    /// Returns `n` nanoseconds; saturates at the greatest time.
     pub const fn ns(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000))
     }
 
-    /// `n` microseconds; saturates at the greatest time.
+    /// Returns `n` microseconds; saturates at the greatest time.
     pub const fn us(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000_000))
     }
 
-    /// `n` milliseconds; saturates at the greatest time.
+    /// Returns `n` milliseconds; saturates at the greatest time.
     pub const fn ms(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000_000_000))
     }
 
-    /// `n` seconds; saturates at the greatest time.
+    /// Returns `n` seconds; saturates at the greatest time.
     pub const fn s(n: u64) -> Time {
         Time(n.saturating_mul(1_000_000_000_000_000))
     }
@@ -73,22 +73,12 @@ impl Time {
         Ok(Time(whole as u64))
     }
 
-    /// In femtoseconds.
+    /// Returns the time in femtoseconds.
     pub const fn as_fs(self) -> u64 {
         self.0
     }
 
-    /// In nanoseconds, rounded as a double is.
-    pub fn as_ns(self) -> f64 {
-        self.0 as f64 * 1e-6
-    }
-
-    /// In seconds, rounded as a double is.
-    pub fn as_s(self) -> f64 {
-        self.0 as f64 * 1e-15
-    }
-
-    /// The sum, or the greatest time.
+    /// Returns the sum, or the greatest time.
     pub const fn saturating_add(self, other: Time) -> Time {
         Time(self.0.saturating_add(other.0))
     }
@@ -122,7 +112,7 @@ impl Mul<u64> for Time {
 }
 
 impl fmt::Display for Time {
-    /// In nanoseconds without a superfluous fraction: `10 ns`, `2.5 ns`, `0.000001 ns`.
+    /// Writes the time in nanoseconds without trailing zeros: `10 ns`, `2.5 ns`, `0.000001 ns`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (whole, rest) = (self.0 / 1_000_000, self.0 % 1_000_000);
         if rest == 0 {

@@ -81,8 +81,8 @@ pub struct Master {
 }
 
 impl Master {
-    /// The slave whose signals begin with `prefix`. `read_latency`, in cycles, is used where there is no
-    /// `readdatavalid`.
+    /// Creates a master for the slave whose signals begin with `prefix`. `read_latency` is the number of cycles from a
+    /// read to its data; it is used only if there is no `readdatavalid`.
     ///
     /// # Errors
     /// If there is no `address`, or if `read` or `write` is driven by the design.
@@ -241,7 +241,8 @@ struct Command {
 }
 
 impl Memory {
-    /// A memory of zeros at the signals that begin with `prefix`. Addresses count as the master's `address` does.
+    /// Creates a memory of zeros at the signals that begin with `prefix`. Addresses have the unit of the master's
+    /// `address`.
     ///
     /// # Errors
     /// If there is no `address`, or if `waitrequest` or `readdatavalid` is driven by the design.

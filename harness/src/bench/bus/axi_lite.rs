@@ -118,7 +118,7 @@ pub struct Master {
 }
 
 impl Master {
-    /// The slave whose signals begin with `prefix`, such as `s_axi_`.
+    /// Creates a master for the slave whose signals begin with `prefix`, such as `s_axi_`.
     ///
     /// # Errors
     /// If a signal other than `wstrb`, `bresp` and `rresp` is missing, or one that a master drives is driven by the
@@ -194,7 +194,7 @@ impl Master {
         ports.accept(&ports.r, || (ports.r_data.get(), response(&ports.r_response))).await
     }
 
-    /// Simulation time.
+    /// Returns the simulation time.
     pub fn now(&self) -> Time {
         self.dut.now()
     }
@@ -226,7 +226,7 @@ struct MemoryAgent {
 }
 
 impl Memory {
-    /// A memory of zeros at the signals that begin with `prefix`, such as `m_axi_`.
+    /// Creates a memory of zeros at the signals that begin with `prefix`, such as `m_axi_`.
     ///
     /// # Errors
     /// If a signal other than `wstrb`, `bresp` and `rresp` is missing, or one that a slave drives is driven by the

@@ -35,8 +35,8 @@ impl<P: PartialEq + Clone> Offer<P> {
         (offered.filter(|_| ready), broken)
     }
 
-    /// The same for a payload that is too large to be moved in each cycle: the caller knows that it is taken if the
-    /// other side is ready. Returns the rule that is broken.
+    /// Does the same for a payload that is too large to be moved in each cycle, and returns only the rule that is
+    /// broken: the payload is transferred if `ready` is true.
     #[inline(always)]
     pub fn watch(&mut self, offered: Option<&P>, ready: bool) -> Option<String> {
         let broken = match &self.waiting {

@@ -30,7 +30,7 @@ pub use super::error::Violation;
 use crate::bench::sim::{Dut, Signal};
 use crate::engine::error::ModelError;
 
-/// The signal `prefix` + `name`; `None` if there is none.
+/// Returns the signal `prefix` + `name`, or `None` if there is none.
 fn optional(dut: &Dut, prefix: &str, name: &str) -> Result<Option<Signal>, ModelError> {
     match dut.signal(&format!("{prefix}{name}")) {
         Ok(signal) => Ok(Some(signal)),

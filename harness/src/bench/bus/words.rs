@@ -14,12 +14,12 @@ pub struct Contents {
 }
 
 impl Contents {
-    /// Zeros; a word has `step` addresses.
+    /// Creates a memory of zeros with a word at every `step` addresses.
     pub(super) fn new(step: u64) -> Contents {
         Contents { words: Rc::default(), accesses: Rc::default(), step }
     }
 
-    /// The word at an address.
+    /// Returns the word at an address.
     pub fn get(&self, address: u64) -> u64 {
         self.words.borrow().get(&(address / self.step)).copied().unwrap_or(0)
     }
@@ -29,7 +29,7 @@ impl Contents {
         self.words.borrow_mut().insert(address / self.step, word);
     }
 
-    /// Words that the design has read and written so far.
+    /// Returns how many words the design has read and written so far.
     pub fn accesses(&self) -> u64 {
         self.accesses.get()
     }
@@ -48,7 +48,7 @@ impl Contents {
     }
 }
 
-/// The bits of the bytes that a strobe selects.
+/// Returns the bits of the bytes that a strobe selects.
 fn bits_of(strobe: u64) -> u64 {
     (0..8).filter(|b| strobe >> b & 1 == 1).fold(0, |mask, b| mask | 0xff << (8 * b))
 }

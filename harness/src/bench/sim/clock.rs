@@ -14,12 +14,12 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The signal it drives.
+    /// Returns the signal it drives.
     pub fn signal(&self) -> &Signal {
         &self.signal
     }
 
-    /// The sum of its high and low spans.
+    /// Returns the sum of its high and low spans.
     pub fn period(&self) -> Time {
         self.high + self.low
     }

@@ -41,7 +41,7 @@ impl Dut {
         &self.core
     }
 
-    /// A signal of at most 64 bits.
+    /// Returns a signal of at most 64 bits.
     ///
     /// # Errors
     /// If there is no such signal, or it is a memory or wider than 64 bits.
@@ -50,7 +50,7 @@ impl Dut {
         Signal::new(&self.core, id)
     }
 
-    /// A signal of any width.
+    /// Returns a signal of any width.
     ///
     /// # Errors
     /// If there is no such signal, or it is a memory.
@@ -59,7 +59,8 @@ impl Dut {
         Wide::new(&self.core, id)
     }
 
-    /// The force of an internal signal made forceable by [`Build::forceable`](crate::engine::build::Build::forceable).
+    /// Returns the force of an internal signal made forceable by
+    /// [`Build::forceable`](crate::engine::build::Build::forceable).
     ///
     /// # Errors
     /// If there is no such signal, or it was not made forceable.
@@ -68,7 +69,8 @@ impl Dut {
         Forcing::new(&self.core, id)
     }
 
-    /// A memory made public by [`Build::internal`](crate::engine::build::Build::internal), or a port that is an array.
+    /// Returns a memory made public by [`Build::internal`](crate::engine::build::Build::internal), or a port that is an
+    /// array.
     ///
     /// # Errors
     /// If there is no such memory, or it is a plain signal.
@@ -77,7 +79,7 @@ impl Dut {
         Memory::new(&self.core, id)
     }
 
-    /// A `real`: a port, or an internal one made public.
+    /// Returns a `real`: a port, or an internal one made public.
     ///
     /// # Errors
     /// If there is no such signal, or it is no `real`.
@@ -86,7 +88,7 @@ impl Dut {
         Real::new(&self.core, id)
     }
 
-    /// A `string` made public by [`Build::internal`](crate::engine::build::Build::internal).
+    /// Returns a `string` made public by [`Build::internal`](crate::engine::build::Build::internal).
     ///
     /// # Errors
     /// If there is none of that name.
@@ -94,57 +96,57 @@ impl Dut {
         Text::new(&self.core, name)
     }
 
-    /// The names of all public variables of type `string`.
+    /// Returns the names of all public variables of type `string`.
     pub fn texts(&self) -> Vec<String> {
         self.core.model.borrow().texts().iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// All ports and public internals, except those of type `string`.
+    /// Returns all ports and public internals, except those of type `string`.
     pub fn signals(&self) -> Vec<SignalInfo> {
         self.core.model.borrow().signals().to_vec()
     }
 
-    /// Whether a signal is one of this simulation.
+    /// Returns `true` if a signal is one of this simulation.
     pub fn has(&self, signal: SignalId) -> bool {
         self.core.has(signal)
     }
 
-    /// Whether both are handles of one simulation.
+    /// Returns `true` if both are handles of one simulation.
     pub fn is_same(&self, other: &Dut) -> bool {
         Rc::ptr_eq(&self.core, &other.core)
     }
 
-    /// The top module's name.
+    /// Returns the top module's name.
     pub fn top(&self) -> String {
         self.core.model.borrow().library().top().to_owned()
     }
 
-    /// Simulation time.
+    /// Returns the simulation time.
     pub fn now(&self) -> Time {
         self.core.now()
     }
 
-    /// Where in the time step the simulation is.
+    /// Returns where in the time step the simulation is.
     pub fn region(&self) -> Region {
         self.core.region()
     }
 
-    /// A span of simulation time.
+    /// Waits for a span of simulation time.
     pub fn timer(&self, span: Time) -> Wait {
         Wait::new(&self.core, Trigger::Timer(span))
     }
 
-    /// The end of this time step's changes; nothing may be written then.
+    /// Waits until no value changes any more in this time step; nothing may be written then.
     pub fn read_only(&self) -> Wait {
         Wait::new(&self.core, Trigger::ReadOnly)
     }
 
-    /// All values settled, writes still allowed.
+    /// Waits until all values of this time step are settled; writes are still allowed.
     pub fn read_write(&self) -> Wait {
         Wait::new(&self.core, Trigger::ReadWrite)
     }
 
-    /// The beginning of the next time step.
+    /// Waits for the beginning of the next time step.
     pub fn next_time_step(&self) -> Wait {
         Wait::new(&self.core, Trigger::NextTimeStep)
     }
@@ -154,7 +156,7 @@ impl Dut {
         Wait::new(&self.core, Trigger::Yield)
     }
 
-    /// `$finish` in the Verilog. While a task waits for it, it is no error.
+    /// Waits for `$finish` in the Verilog. While a task waits for it, it is no error.
     pub fn verilog_finish(&self) -> Wait {
         Wait::new(&self.core, Trigger::Finish)
     }
@@ -193,17 +195,17 @@ impl Dut {
         self.core.add_agent(Box::new(Callback(call)), signal.id(), edge);
     }
 
-    /// Any trigger as a future.
+    /// Returns any trigger as a future.
     pub fn wait(&self, trigger: Trigger) -> Wait {
         Wait::new(&self.core, trigger)
     }
 
-    /// The first of several triggers, as its index; the other waits are cancelled.
+    /// Waits for the first of several triggers and returns its index; the other waits are cancelled.
     pub fn first(&self, of: impl IntoIterator<Item = Wait>) -> First {
         First(Wait::new(&self.core, Trigger::first(of.into_iter().map(|w| w.trigger()))))
     }
 
-    /// All of several triggers.
+    /// Waits for all of several triggers.
     pub fn combine(&self, of: impl IntoIterator<Item = Wait>) -> Wait {
         Wait::new(&self.core, Trigger::combine(of.into_iter().map(|w| w.trigger())))
     }
@@ -258,7 +260,7 @@ impl Dut {
         self.core.detach(task);
     }
 
-    /// How a task ended; `None` while it runs, `Done` of a task that was detached.
+    /// Returns how a task ended: `None` while it runs, `Done` for a task that was detached.
     pub fn ending(&self, task: TaskId) -> Option<Ending> {
         self.core.ending(task)
     }
@@ -273,27 +275,27 @@ impl Dut {
         self.core.forget(task);
     }
 
-    /// The task that is running.
+    /// Returns the task that is running.
     pub fn current_task(&self) -> Option<TaskId> {
         self.core.current_task()
     }
 
-    /// A task's name.
+    /// Returns the name of a task.
     pub fn task_name(&self, task: TaskId) -> String {
         self.core.task_name(task)
     }
 
-    /// A new event, not set.
+    /// Creates an event that is not set.
     pub fn event(&self, name: &str) -> Event {
         Event::new(&self.core, name)
     }
 
-    /// A new lock, free.
+    /// Creates a free lock.
     pub fn lock(&self, name: &str) -> Lock {
         Lock::new(&self.core, name)
     }
 
-    /// A new queue of at most `limit` items.
+    /// Creates an empty queue of at most `limit` items.
     pub fn queue<T>(&self, name: &str, limit: usize) -> Queue<T> {
         Queue::new(&self.core, name, limit)
     }

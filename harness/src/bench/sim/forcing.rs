@@ -53,7 +53,7 @@ impl Forcing {
         self.enable.set(&combine(&self.enable.get_pending(), bits, |old, bits| old & !bits))
     }
 
-    /// All bits of the signal, as 32-bit words, lowest first.
+    /// Returns a mask of all bits of the signal as 32-bit words, lowest first.
     pub fn all_bits(&self) -> Vec<u32> {
         let width = self.signal.width();
         (0..width.div_ceil(32)).map(|at| u32::MAX >> (32 - (width - 32 * at).min(32))).collect()

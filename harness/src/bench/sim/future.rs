@@ -32,7 +32,7 @@ impl Wait {
         Wait { core: core.clone(), trigger, wait_id: None }
     }
 
-    /// The trigger as a value.
+    /// Returns the trigger as a value.
     pub fn trigger(&self) -> Trigger {
         self.trigger.clone()
     }
@@ -98,7 +98,7 @@ impl Drop for Wait {
 pub struct First(pub(crate) Wait);
 
 impl First {
-    /// The trigger as a value.
+    /// Returns the trigger as a value.
     pub fn trigger(&self) -> Trigger {
         self.0.trigger()
     }

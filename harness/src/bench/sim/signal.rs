@@ -33,7 +33,7 @@ impl Signal {
         Signal::of_bits(core, id, info)
     }
 
-    /// The signal whatever its bits mean.
+    /// Returns a signal without regard to what its bits mean.
     fn of_bits(core: &Rc<Core>, id: SignalId, info: &SignalInfo) -> Result<Signal, ModelError> {
         if let Storage::Wide(_) = info.storage {
             return Err(ModelError::TooWide { signal: info.name.clone(), width: info.width });
@@ -48,27 +48,27 @@ impl Signal {
         })
     }
 
-    /// The value now, unsigned. A buffered write is read back only after it was put.
+    /// Returns the value now, unsigned. A buffered write is read back only after it was put.
     #[inline(always)]
     pub fn get(&self) -> u64 {
         // SAFETY: `core` keeps the model alive; its storage is not wide.
         unsafe { load(self.data, self.storage) }
     }
 
-    /// The value after the writes that are buffered so far; for writes of single bits.
+    /// Returns the value after the writes that are buffered so far, for writes of single bits.
     pub fn get_pending(&self) -> u64 {
         let index = self.id.index() as u32;
         self.core.pending(index).unwrap_or_else(|| self.core.written(index))
     }
 
-    /// The value in two's complement.
+    /// Returns the value in two's complement.
     #[inline]
     pub fn get_signed(&self) -> i64 {
         let unused = self.mask.leading_zeros();
         ((self.get() << unused) as i64) >> unused
     }
 
-    /// Whether the signal is 1; for a wider signal, whether it is not 0.
+    /// Returns `true` if the signal is not 0.
     #[inline(always)]
     pub fn is_high(&self) -> bool {
         self.get() != 0
@@ -104,7 +104,7 @@ impl Signal {
         self.set(value)
     }
 
-    /// The name of the value, if the type is an enumeration that has it.
+    /// Returns the name of the value, if the type is an enumeration that has it.
     pub fn get_named(&self) -> Option<String> {
         self.core.model.borrow().info(self.id).item(self.get()).map(str::to_owned)
     }
@@ -122,31 +122,31 @@ impl Signal {
         }
     }
 
-    /// The change from 0 to 1.
+    /// Waits for the change from 0 to 1.
     #[inline]
     pub fn rising_edge(&self) -> Wait {
         self.edge(Edge::Rising)
     }
 
-    /// The change from 1 to 0.
+    /// Waits for the change from 1 to 0.
     #[inline]
     pub fn falling_edge(&self) -> Wait {
         self.edge(Edge::Falling)
     }
 
-    /// Any change.
+    /// Waits for any change.
     #[inline]
     pub fn value_change(&self) -> Wait {
         self.edge(Edge::Any)
     }
 
-    /// The change that `edge` names.
+    /// Waits for the change that `edge` names.
     #[inline]
     pub fn edge(&self, edge: Edge) -> Wait {
         Wait::new(&self.core, Trigger::Edge(self.id, edge))
     }
 
-    /// The `count`-th rising edge from now.
+    /// Waits for the `count`-th rising edge from now.
     #[inline]
     pub fn cycles(&self, count: u64) -> Wait {
         Wait::new(&self.core, Trigger::Edges(self.id, Edge::Rising, count))
@@ -177,12 +177,12 @@ impl Signal {
         Err(SimError::TooManyCycles { clock, limit, time: self.core.now() })
     }
 
-    /// The id of the signal in its model.
+    /// Returns the id of the signal in its model.
     pub fn id(&self) -> SignalId {
         self.id
     }
 
-    /// Name, direction, width and type.
+    /// Returns the name, direction, width and type.
     pub fn info(&self) -> SignalInfo {
         self.core.model.borrow().info(self.id).clone()
     }
@@ -227,7 +227,7 @@ impl Wide {
         Ok(Wide { core: core.clone(), id, data: info.data, storage: info.storage, width: info.width })
     }
 
-    /// The 32-bit words of the value now, lowest first.
+    /// Returns the 32-bit words of the value now, lowest first.
     pub fn get(&self) -> Vec<u32> {
         // SAFETY: `core` keeps the model alive.
         unsafe { load_words(self.data, self.storage) }
@@ -256,7 +256,7 @@ impl Wide {
         unsafe { load_array(self.data, self.storage) }
     }
 
-    /// The words after the writes that are buffered so far; for writes of single bits.
+    /// Returns the words after the writes that are buffered so far, for writes of single bits.
     pub fn get_pending(&self) -> Vec<u32> {
         let index = self.id.index() as u32;
         let mut words = self.core.pending_words(index).unwrap_or_else(|| self.core.written_words(index));
@@ -264,14 +264,7 @@ impl Wide {
         words
     }
 
-    /// The value as hexadecimal digits.
-    pub fn get_hex(&self) -> String {
-        let text: String = self.get().iter().rev().map(|w| format!("{w:08x}")).collect();
-        let digits = self.width.div_ceil(4) as usize;
-        text[text.len() - digits..].to_owned()
-    }
-
-    /// The `width` bits from bit `low` on, at most 64.
+    /// Returns the `width` bits from bit `low` on, at most 64.
     pub fn get_bits(&self, low: u32, width: u32) -> u64 {
         let words = self.get();
         (0..width.min(64))
@@ -297,22 +290,22 @@ impl Wide {
         self.core.write_words(self.id.index() as u32, words)
     }
 
-    /// Any change.
+    /// Waits for any change.
     pub fn value_change(&self) -> Wait {
         Wait::new(&self.core, Trigger::Edge(self.id, Edge::Any))
     }
 
-    /// Its width in bits.
+    /// Returns the width in bits.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Name, direction, width and type.
+    /// Returns the name, direction, width and type.
     pub fn info(&self) -> SignalInfo {
         self.core.model.borrow().info(self.id).clone()
     }
 
-    /// The id of the signal in its model.
+    /// Returns the id of the signal in its model.
     pub fn id(&self) -> SignalId {
         self.id
     }
@@ -332,7 +325,7 @@ impl Real {
         Signal::of_bits(core, id, info).map(Real)
     }
 
-    /// The value now.
+    /// Returns the value now.
     pub fn get(&self) -> f64 {
         f64::from_bits(self.0.get())
     }
@@ -345,12 +338,12 @@ impl Real {
         self.0.set(value.to_bits())
     }
 
-    /// Any change.
+    /// Waits for any change.
     pub fn value_change(&self) -> Wait {
         self.0.value_change()
     }
 
-    /// Name, direction and type.
+    /// Returns the name, direction and type.
     pub fn info(&self) -> SignalInfo {
         self.0.info()
     }
@@ -376,7 +369,7 @@ impl Text {
         }
     }
 
-    /// The bytes now.
+    /// Returns the bytes now.
     pub fn get(&self) -> Vec<u8> {
         self.core.model.borrow().text(self.index)
     }
@@ -389,7 +382,7 @@ impl Text {
         self.core.write_text(self.index, value)
     }
 
-    /// The name below the top module.
+    /// Returns the name below the top module.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -412,13 +405,13 @@ impl Memory {
         Ok(Memory { core: core.clone(), id, info })
     }
 
-    /// The number of elements.
+    /// Returns the number of elements.
     #[allow(clippy::len_without_is_empty, reason = "a memory of no elements cannot be declared")]
     pub fn len(&self) -> usize {
         self.info.elements()
     }
 
-    /// The index that the other functions take, from one index for each dimension as declared.
+    /// Converts one index for each dimension, as declared, to the index that the other functions take.
     ///
     /// # Errors
     /// If their number is not that of the dimensions, or one is outside of its dimension.
@@ -441,7 +434,7 @@ impl Memory {
         })
     }
 
-    /// The element at an index, as declared in the Verilog.
+    /// Returns the element at an index, as declared in the Verilog.
     ///
     /// # Errors
     /// If the index is outside of the memory, or its elements are wider than 64 bits or `real`.
@@ -465,7 +458,7 @@ impl Memory {
         self.core.write_element(self.id.index() as u32, offset, value)
     }
 
-    /// The `real` at an index, as declared in the Verilog.
+    /// Returns the `real` at an index, as declared in the Verilog.
     ///
     /// # Errors
     /// If the index is outside of the memory, or its elements are no `real`.
@@ -488,7 +481,7 @@ impl Memory {
         self.core.write_element(self.id.index() as u32, offset, value.to_bits())
     }
 
-    /// The element at an index, of any width, as 32-bit words, lowest first.
+    /// Returns the element at an index, of any width, as 32-bit words, lowest first.
     ///
     /// # Errors
     /// If the index is outside of the memory.
@@ -535,8 +528,8 @@ impl Memory {
         if model.is_writable(&self.info) { Ok(()) } else { Err(model.not_writable(&self.info)) }
     }
 
-    /// All elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits; of `real`s, the bits
-    /// of each `f64`.
+    /// Returns all elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits; of `real`s,
+    /// the bits of each `f64`.
     pub fn to_vec(&self) -> Vec<u64> {
         let bytes = self.info.storage.bytes();
         // SAFETY: the offsets run over the memory's own elements.
@@ -557,7 +550,7 @@ fn wrong_shape(info: &SignalInfo, is: &'static str, instead: &'static str) -> Mo
     ModelError::WrongShape { signal: info.name.clone(), is, instead }
 }
 
-/// An error if two values differ; for benches that return errors rather than panic.
+/// Returns an error if two values differ, for benches that return errors rather than panic.
 ///
 /// # Errors
 /// [`Error::Bench`] if they differ.

@@ -23,7 +23,7 @@ pub struct Sim {
 }
 
 impl Sim {
-    /// A simulation of a fresh model, at time 0, settled.
+    /// Creates a simulation of a fresh model, at time 0 and settled.
     ///
     /// # Errors
     /// If an `initial` block of the Verilog fails or ends the simulation.
@@ -31,7 +31,7 @@ impl Sim {
         Ok(Sim { core: Core::new(model)? })
     }
 
-    /// The handle for tasks.
+    /// Returns the handle for tasks.
     pub fn dut(&self) -> Dut {
         Dut { core: self.core.clone() }
     }
@@ -51,7 +51,7 @@ impl Sim {
         *self.core.interrupt.borrow_mut() = Some(Box::new(asked));
     }
 
-    /// A flag that interrupts the run from another thread or a signal handler.
+    /// Returns a flag that interrupts the run from another thread or a signal handler.
     pub fn stop_flag(&self) -> StopFlag {
         StopFlag(self.core.stop_flag.clone())
     }
@@ -137,12 +137,12 @@ impl Sim {
         self.core.cancel_all();
     }
 
-    /// What every living task waits for.
+    /// Returns what every living task waits for.
     pub fn report(&self) -> StuckReport {
         self.core.report()
     }
 
-    /// The log so far (its last ten thousand lines).
+    /// Returns the last 10 000 lines of the log.
     pub fn log(&self) -> Vec<Line> {
         self.core.log.borrow().lines()
     }
@@ -152,12 +152,22 @@ impl Sim {
         self.core.log.borrow_mut().set_listener(Box::new(listener));
     }
 
-    /// Drops lines of the log below a level.
+    /// Drops lines of the log below a level; by default those of [`Level::Debug`].
+    ///
+    /// ```
+    /// # use hoverlock_harness::{Error, build::Build, sim::{Level, Sim}};
+    /// # let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/designs/dff.v");
+    /// # let sim = Sim::new(Build::new("dff").source(source).compile()?.instance()?)?;
+    /// sim.set_log_level(Level::Debug);
+    /// sim.dut().log(Level::Debug, "driver", "16 words sent");
+    /// assert_eq!(sim.log()[0].text, "16 words sent");
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn set_log_level(&self, level: Level) {
         self.core.log.borrow_mut().set_threshold(level);
     }
 
-    /// How often the model was evaluated.
+    /// Returns how often the model was evaluated.
     pub fn evaluations(&self) -> u64 {
         self.core.evaluations()
     }
@@ -196,7 +206,7 @@ impl Drop for Sim {
 pub struct StopFlag(Arc<AtomicBool>);
 
 impl StopFlag {
-    /// The run ends with [`SimError::Interrupted`] within milliseconds.
+    /// Ends the run with [`SimError::Interrupted`] within milliseconds.
     pub fn stop(&self) {
         self.0.store(true, Ordering::Relaxed);
     }

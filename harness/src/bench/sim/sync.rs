@@ -31,12 +31,12 @@ impl Event {
         self.sync.0.flag.set(false);
     }
 
-    /// Whether it is set.
+    /// Returns `true` if it is set.
     pub fn is_set(&self) -> bool {
         self.sync.0.flag.get()
     }
 
-    /// Whether it is one of this simulation.
+    /// Returns `true` if it belongs to this simulation.
     pub fn is_of(&self, dut: &Dut) -> bool {
         Rc::ptr_eq(&self.core, dut.core())
     }
@@ -46,7 +46,7 @@ impl Event {
         Wait::new(&self.core, self.trigger())
     }
 
-    /// The wait as a value.
+    /// Returns the wait as a value.
     pub fn trigger(&self) -> Trigger {
         Trigger::Sync(self.sync.clone())
     }
@@ -78,7 +78,7 @@ impl Lock {
         Wait::new(&self.core, self.trigger())
     }
 
-    /// The wait as a value; when it is over, the task has the lock.
+    /// Returns the wait as a value; when it is over, the task has the lock.
     pub fn trigger(&self) -> Trigger {
         Trigger::Sync(self.sync.clone())
     }
@@ -88,12 +88,12 @@ impl Lock {
         self.core.release(&self.sync);
     }
 
-    /// Whether it is one of this simulation.
+    /// Returns `true` if it belongs to this simulation.
     pub fn is_of(&self, dut: &Dut) -> bool {
         Rc::ptr_eq(&self.core, dut.core())
     }
 
-    /// Whether a task has it.
+    /// Returns `true` if a task holds it.
     pub fn is_locked(&self) -> bool {
         self.sync.0.flag.get()
     }
@@ -184,12 +184,12 @@ impl<T> Queue<T> {
         Some(item)
     }
 
-    /// How many items are in it.
+    /// Returns the number of items.
     pub fn len(&self) -> usize {
         self.inner.items.borrow().len()
     }
 
-    /// Whether it is empty.
+    /// Returns `true` if it is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

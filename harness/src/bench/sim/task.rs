@@ -38,7 +38,7 @@ pub trait Coroutine {
     /// Runs it to its next wait.
     fn resume(&mut self, outcome: Outcome) -> Step;
 
-    /// It was cancelled: it is not resumed again.
+    /// Handles a cancellation: the coroutine is not resumed again.
     fn cancel(&mut self) {}
 }
 
@@ -61,12 +61,12 @@ pub struct TaskHandle<T> {
 }
 
 impl<T> TaskHandle<T> {
-    /// The task's id.
+    /// Returns the task's id.
     pub fn id(&self) -> TaskId {
         self.id
     }
 
-    /// Whether it has ended.
+    /// Returns `true` if it has ended.
     pub fn is_done(&self) -> bool {
         self.core.ending(self.id).is_some()
     }
@@ -76,7 +76,7 @@ impl<T> TaskHandle<T> {
         self.core.cancel(self.id);
     }
 
-    /// The end of the task as a trigger, without its value.
+    /// Returns the end of the task as a trigger, without its value.
     pub fn ended(&self) -> Wait {
         Wait::new(&self.core, Trigger::Join(self.id))
     }

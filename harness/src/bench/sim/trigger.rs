@@ -28,14 +28,14 @@ pub enum Edge {
 }
 
 impl Edge {
-    /// Whether a change from `old` to `new` is one.
+    /// Returns `true` if a change from `old` to `new` is such an edge.
     #[inline(always)]
     pub(crate) fn is(self, old: u64, new: u64) -> bool {
         let (rising, falling) = self.bits();
         !old & new & rising | old & !new & falling != 0
     }
 
-    /// The bits of which any rise is one, and those of which any fall is one.
+    /// Returns the bits whose rise counts and the bits whose fall counts.
     #[inline(always)]
     pub(crate) fn bits(self) -> (u64, u64) {
         match self {
@@ -49,7 +49,7 @@ impl Edge {
     }
 }
 
-/// One bit; no bit for a position that no signal of 64 bits has.
+/// Returns a mask of one bit; 0 for a position above 63.
 #[inline(always)]
 fn bit(at: u8) -> u64 {
     1u64.checked_shl(u32::from(at)).unwrap_or(0)
@@ -86,12 +86,12 @@ pub enum Trigger {
 }
 
 impl Trigger {
-    /// The first of several.
+    /// Returns a trigger that fires with the first of several.
     pub fn first(of: impl IntoIterator<Item = Trigger>) -> Trigger {
         Trigger::First(of.into_iter().collect())
     }
 
-    /// All of several.
+    /// Returns a trigger that fires when all of several have fired.
     pub fn combine(of: impl IntoIterator<Item = Trigger>) -> Trigger {
         Trigger::Combine(of.into_iter().collect())
     }

@@ -49,7 +49,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All messages in Verilator's output: errors first, otherwise in their order.
+/// Parses all messages in Verilator's output: errors first, otherwise in their order.
 pub fn parse(output: &str) -> Vec<Diagnostic> {
     let mut found: Vec<Diagnostic> = Vec::new();
     for line in output.lines() {
@@ -85,7 +85,7 @@ pub fn parse(output: &str) -> Vec<Diagnostic> {
     found
 }
 
-/// `file:12:5: message` in its parts.
+/// Splits `file:12:5: message` into its parts.
 fn split_place(text: &str) -> Option<(&str, u32, u32, &str)> {
     for (at, _) in text.match_indices(':') {
         let mut fields = text[at + 1..].splitn(3, ':');

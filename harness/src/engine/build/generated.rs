@@ -28,9 +28,9 @@ impl Tables {
         Ok(Tables { members: text.lines().filter_map(of_line).collect() })
     }
 
-    /// What is listed, but is no number in the generated classes, as (scope, name). Older versions list whatever was
-    /// asked for: a `genvar` or an interface's reference, which no class has, so that the C++ does not compile; and a
-    /// queue, as if it were one byte.
+    /// Returns the variables, as (scope, name), that the tables list but that are no number in the generated classes.
+    /// Older versions list whatever was asked for: a `genvar` or an interface's reference, which no class has, so that
+    /// the C++ does not compile; and a queue, as if it were one byte.
     pub fn unreachable(&self, generated: &Path) -> Result<HashSet<(String, String)>, BuildError> {
         let symbols = read(&generated.join("Vdut__Syms.h"))?;
         let classes = classes_in(&symbols);
@@ -69,14 +69,14 @@ impl Structures {
         Ok(Structures { classes: classes.collect(), members })
     }
 
-    /// The type of a member, if it is a structure or an array of structures.
+    /// Returns the type of a member, if it is a structure or an array of structures.
     pub fn of_member(&self, expression: &str) -> Option<&str> {
         let (instance, member) = expression.split_once('.')?;
         let found = self.members.get(self.classes.get(instance)?)?.get(member)?;
         self.is_structure(found).then_some(found)
     }
 
-    /// Whether a type is a structure, or an array of structures.
+    /// Returns `true` if a type is a structure, or an array of structures.
     fn is_structure(&self, kind: &str) -> bool {
         let mut element = kind;
         while let Some((inner, _)) = element_of(element) {
@@ -85,8 +85,8 @@ impl Structures {
         element.contains("__struct") && self.members.contains_key(element)
     }
 
-    /// What leads in C++ from a value of a type to a value in it; none if the types do not go that way, or it is a
-    /// structure itself.
+    /// Returns the C++ expression that leads from a value of a type to a value in it; `None` if the type has no such
+    /// member, or the member is a structure itself.
     pub fn expression<'a>(&'a self, mut of: &'a str, steps: &[Step]) -> Option<String> {
         let mut expression = String::new();
         for step in steps {
@@ -109,7 +109,7 @@ impl Structures {
     }
 }
 
-/// The type of the elements of a `VlUnpacked<CData, 3>`, and their number.
+/// Returns the type of the elements of a `VlUnpacked<CData, 3>`, and their number.
 fn element_of(kind: &str) -> Option<(&str, u64)> {
     let (inner, length) = kind.strip_prefix("VlUnpacked<")?.strip_suffix('>')?.rsplit_once(',')?;
     Some((inner, length.trim().parse().ok()?))
@@ -137,13 +137,13 @@ fn add_members(header: &str, into: &mut HashMap<String, HashMap<String, String>>
     }
 }
 
-/// The class of each instance: `Vdut_child   TOP__child;`.
+/// Returns the class of each instance: `Vdut_child   TOP__child;`.
 pub(super) fn classes_in(symbols: &str) -> HashMap<&str, &str> {
     let lines = symbols.lines().filter_map(|line| line.trim().strip_suffix(';')?.split_once(' '));
     lines.map(|(class, instance)| (instance.trim(), class)).collect()
 }
 
-/// Whether a generated class holds objects of the Verilog's classes.
+/// Returns `true` if a generated class holds objects of the Verilog's classes.
 pub(super) fn has_classes(generated: &Path) -> Result<bool, BuildError> {
     for path in files_in(generated)? {
         if path.extension().is_some_and(|e| e == "h") && read(&path)?.contains("VlClass") {
@@ -153,7 +153,7 @@ pub(super) fn has_classes(generated: &Path) -> Result<bool, BuildError> {
     Ok(false)
 }
 
-/// `Vdut__Syms.cpp`, or the several files of newer versions.
+/// Returns the path of `Vdut__Syms.cpp`, or of the several files of newer versions.
 fn symbol_files(generated: &Path) -> Result<Vec<PathBuf>, BuildError> {
     let is_one = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -162,8 +162,8 @@ fn symbol_files(generated: &Path) -> Result<Vec<PathBuf>, BuildError> {
     Ok(files_in(generated)?.into_iter().filter(is_one).collect())
 }
 
-/// The scope's variable and its name in a line like `__Vscope_t__lane.configure(this, name(), "t.lane", ...` or, in
-/// newer versions, `__Vscopep_t__lane = new VerilatedScope{this, "t.lane", ...`.
+/// Returns the scope's variable and its name in a line like `__Vscope_t__lane.configure(this, name(), "t.lane", ...`
+/// or, in newer versions, `__Vscopep_t__lane = new VerilatedScope{this, "t.lane", ...`.
 fn configured(line: &str) -> Option<(&str, &str)> {
     let line = line.trim();
     let (scope, rest) =
@@ -171,8 +171,9 @@ fn configured(line: &str) -> Option<(&str, &str)> {
     Some((scope, rest.split_once('"')?.0))
 }
 
-/// Scope, name and member in a line like `__Vscope_t.varInsert(__Vfinal,"i", &(TOP__t.i), ...` or, in newer versions,
-/// `__Vscopep_t->varInsert("i", &(TOP__t.i), ...`. What the tables cannot hold is there as a comment.
+/// Returns scope, name and member of a line like `__Vscope_t.varInsert(__Vfinal,"i", &(TOP__t.i), ...` or, in newer
+/// versions, `__Vscopep_t->varInsert("i", &(TOP__t.i), ...`. Variables that the tables cannot hold are listed in
+/// comments.
 fn inserted(line: &str) -> Option<(&str, &str, &str)> {
     let line = line.trim();
     let line = line.strip_prefix("//UNSUP ").unwrap_or(line);
@@ -182,7 +183,7 @@ fn inserted(line: &str) -> Option<(&str, &str, &str)> {
     Some((scope, name, rest.split_once(')')?.0))
 }
 
-/// The members of a generated class that are vectors, `real`, strings, structures, or arrays of these.
+/// Returns the members of a generated class that are vectors, `real`, strings, structures, or arrays of these.
 pub(super) fn numbers_of(header: &str) -> HashSet<String> {
     const TYPES: [&str; 8] = ["CData", "SData", "IData", "QData", "VlWide", "VlUnpacked", "double", "std::string"];
     let is_number = |line: &&str| {

@@ -7,7 +7,7 @@ use super::workshop::Workshop;
 use crate::engine::error::BuildError;
 
 impl Workshop<'_> {
-    /// All files that Verilator read, except the sources, its own program and the file written for it.
+    /// Returns all files that Verilator read, except the sources, its own program and the file written for it.
     pub(super) fn read_manifest(&self, generated: &Path, root: &Path) -> Result<Vec<(PathBuf, String)>, BuildError> {
         let text = read(&generated.join("Vdut__verFiles.dat"))?;
         let names = files_read(&text);
@@ -32,9 +32,9 @@ impl Workshop<'_> {
     }
 }
 
-/// The names of the files that were read, in lines like `S  99 10338340 1795274662 ... "a b/t.v"`; newer versions put a
-/// hash in quotes before the name. Quotes in a name are not escaped. (In the list for `make`, names with blanks cannot
-/// be told apart.)
+/// Returns the names of the files that were read, from lines like `S  99 10338340 1795274662 ... "a b/t.v"`; newer
+/// versions put a hash in quotes before the name. Quotes in a name are not escaped. (The list for `make` is no use:
+/// names with blanks are ambiguous there.)
 fn files_read(text: &str) -> Vec<&str> {
     let quoted = |line: &'_ str| -> Option<(usize, usize)> {
         let (mut from, to) = (line.find('"')? + 1, line.rfind('"')?);

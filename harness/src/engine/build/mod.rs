@@ -155,7 +155,7 @@ pub struct Build {
 }
 
 impl Build {
-    /// A build of module `top`.
+    /// Creates a build of module `top`, without sources.
     pub fn new(top: impl Into<String>) -> Build {
         Build {
             top: top.into(),
@@ -209,7 +209,7 @@ impl Build {
         self
     }
 
-    /// Defines a macro.
+    /// Defines a macro with a value.
     pub fn define_as(mut self, name: impl Into<String>, value: impl fmt::Display) -> Build {
         self.defines.insert(name.into(), Some(value.to_string()));
         self
@@ -253,37 +253,37 @@ impl Build {
         self
     }
 
-    /// Whether `assert` in the Verilog is checked (default: yes).
+    /// Sets whether `assert` in the Verilog is checked (default: yes).
     pub fn assertions(mut self, on: bool) -> Build {
         self.assertions = on;
         self
     }
 
-    /// Whether Verilator's warnings fail the build (default: no, see [`Library::warnings`]).
+    /// Sets whether Verilator's warnings fail the build (default: no, see [`Library::warnings`]).
     pub fn warnings_are_errors(mut self, yes: bool) -> Build {
         self.warnings_are_errors = yes;
         self
     }
 
-    /// Time unit and precision of modules without a `timescale` (default: `1ns/1ps`).
+    /// Sets time unit and precision of modules without a `timescale` (default: `1ns/1ps`).
     pub fn timescale(mut self, text: impl Into<String>) -> Build {
         self.timescale = text.into();
         self
     }
 
-    /// The Verilator to use instead of `$VERILATOR` or `verilator`.
+    /// Uses this Verilator instead of `$VERILATOR` or `verilator`.
     pub fn verilator(mut self, path: impl Into<PathBuf>) -> Build {
         self.verilator = Some(path.into());
         self
     }
 
-    /// The folder of built models, instead of the [cache folder](crate::cache).
+    /// Keeps built models in this folder instead of the [cache folder](hoverlock_cache).
     pub fn cache(mut self, folder: impl Into<PathBuf>) -> Build {
         self.cache = Some(folder.into());
         self
     }
 
-    /// How many bytes of built models are kept, instead of `$HOVERLOCK_CACHE_LIMIT` or 2 GiB.
+    /// Limits the built models to this many bytes, instead of `$HOVERLOCK_CACHE_LIMIT` or 2 GiB.
     pub fn cache_limit(mut self, bytes: u64) -> Build {
         self.cache_limit = Some(bytes);
         self
@@ -318,7 +318,7 @@ impl Build {
         Ok(())
     }
 
-    /// Verilator's arguments in every kind of run, in a fixed order; paths are absolute.
+    /// Returns Verilator's arguments in every kind of run, in a fixed order; paths are absolute.
     fn verilator_arguments(&self, sources: &[PathBuf], includes: &[PathBuf]) -> Vec<String> {
         let mut arguments: Vec<String> =
             ["--top-module", &self.top, "--no-timing", "--timescale", &self.timescale].map(str::to_owned).to_vec();
@@ -363,7 +363,7 @@ pub(crate) struct Record {
     pub library_hash: String,
 }
 
-/// Modules declared in the sources, for the error about a top that does not exist.
+/// Returns the modules declared in the sources, for the error about a top that does not exist.
 fn modules_in(sources: &[PathBuf]) -> Vec<String> {
     let mut found = Vec::new();
     for path in sources {

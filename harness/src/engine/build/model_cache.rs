@@ -132,8 +132,8 @@ impl Cache {
         locked.map_err(|source| BuildError::Cache { path, source })
     }
 
-    /// The lock under which a model is loaded. A cache that cannot be written still serves: its locks are opened for
-    /// reading, and where there is none, nobody who may write has built or removed the model.
+    /// Takes the lock under which a model is loaded. A read-only cache works too: its locks are opened for reading, and
+    /// without a lock file nobody with write access has built or removed the model.
     fn lock_to_load(&self, key: &str) -> Result<Option<File>, BuildError> {
         match self.lock(key, Sharing::Shared) {
             Err(BuildError::Cache { path, source }) if is_read_only(&source) => {
@@ -145,7 +145,7 @@ impl Cache {
         }
     }
 
-    /// The built model whose includes are unchanged, if its files are complete.
+    /// Returns the built model whose includes are unchanged, if its files are complete.
     fn find(&self, key: &str, includes: &[PathBuf]) -> Option<Library> {
         let folder = self.root.join("models").join(key);
         let mut variants: Vec<PathBuf> = std::fs::read_dir(folder).ok()?.filter_map(|e| Some(e.ok()?.path())).collect();
@@ -215,7 +215,7 @@ impl Cache {
         Ok(())
     }
 
-    /// The folder of the runtime's objects and headers, compiled if it does not exist.
+    /// Returns the folder of the runtime's objects and headers, compiled if it does not exist.
     fn runtime(
         &self,
         verilator: &Verilator,
@@ -318,7 +318,7 @@ impl Cache {
     }
 }
 
-/// Includes as asked for, then the folders of the sources, each once.
+/// Returns the include folders of the build, then the folders of the sources, each once.
 fn include_folders(build: &Build, sources: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
     let mut folders: Vec<PathBuf> = Vec::new();
     let asked = build.includes.iter().map(|p| absolute(p)).collect::<Result<Vec<_>, _>>()?;
@@ -330,7 +330,7 @@ fn include_folders(build: &Build, sources: &[PathBuf]) -> Result<Vec<PathBuf>, B
     Ok(folders)
 }
 
-/// The hash of everything that a build depends on, except the includes, which are known only afterwards.
+/// Returns the hash of everything that a build depends on, except the includes, which are known only afterwards.
 fn model_key(
     build: &Build,
     verilator: &Verilator,
@@ -366,7 +366,7 @@ fn hashes(folder: &Path) -> Result<String, BuildError> {
     files.iter().map(line).collect()
 }
 
-/// Whether a folder has every file of its list, undamaged.
+/// Returns `true` if a folder has every file of its list, undamaged.
 fn is_whole(folder: &Path) -> bool {
     let Ok(list) = std::fs::read_to_string(folder.join(HASHES)) else { return false };
     let undamaged = |(hash, name): (&str, &str)| hash_file(&folder.join(name)).is_ok_and(|now| now == hash);
@@ -377,7 +377,7 @@ fn is_read_only(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem)
 }
 
-/// Whether an included file is unchanged, and no folder that is searched earlier has a file of that name now.
+/// Returns `true` if an included file is unchanged, and no folder that is searched earlier has a file of that name now.
 fn is_current(path: &Path, hash: &str, includes: &[PathBuf]) -> bool {
     let shadowed = includes.iter().find_map(|folder| {
         let below = path.strip_prefix(folder).ok()?;
@@ -425,12 +425,12 @@ fn size(folder: &Path) -> u64 {
     children(folder).iter().filter_map(|f| Some(std::fs::metadata(f).ok()?.len())).sum()
 }
 
-/// Marks an entry as used now. A cache that cannot be written still serves.
+/// Marks an entry as used now; does nothing in a read-only cache.
 fn touch(folder: &Path) {
     let _ = File::create(folder.join("used")).and_then(|file| file.set_modified(SystemTime::now()));
 }
 
-/// When an entry was used last.
+/// Returns when an entry was used last.
 fn last_use(entry: &Path) -> SystemTime {
     let used = entry.join("used");
     if used.exists() { modified(&used) } else { modified(entry) }

@@ -2,8 +2,8 @@
 
 use super::hierarchy::{self, PortDirection, Variable};
 
-/// The ports of the generated class, as variables and the expressions of their members: in the order of the source,
-/// then those that the description does not have.
+/// Returns the ports of the generated class, as variables and the expressions of their members: in the order of the
+/// source, then those that the description does not have.
 pub(super) fn ports(header: &str, described: &[&Variable]) -> Vec<(Variable, String)> {
     let place = |name: &str| described.iter().position(|v| v.name == name);
     let mut found: Vec<(usize, Variable, String)> = Vec::new();
@@ -36,8 +36,9 @@ pub(super) fn ports(header: &str, described: &[&Variable]) -> Vec<(Variable, Str
     found.into_iter().map(|(_, variable, expression)| (variable, expression)).collect()
 }
 
-/// The member and, where the line tells them, direction and width: `VL_IN8(&name,7,0);`, `VL_OUTW(&name,69,0,3);`,
-/// `VL_IN8((&name)[4],7,0);`, `double &name;`, `VlUnpacked<CData/*3:0*/, 2> &name;`.
+/// Parses the declaration of a port: the member and, if the line has them, direction and width. Known forms:
+/// `VL_IN8(&name,7,0);`, `VL_OUTW(&name,69,0,3);`, `VL_IN8((&name)[4],7,0);`, `double &name;`,
+/// `VlUnpacked<CData/*3:0*/, 2> &name;`.
 fn parse_port(line: &str) -> Option<(&str, Option<(PortDirection, u32)>)> {
     let line = line.trim();
     let Some(rest) = line.strip_prefix("VL_") else {
@@ -60,8 +61,8 @@ fn parse_port(line: &str) -> Option<(&str, Option<(PortDirection, u32)>)> {
     Some((member, Some((direction, u32::try_from(msb - lsb + 1).ok()?))))
 }
 
-/// `video__024data` is `video$data`: Verilator writes characters that C++ does not allow as `__0` and two hexadecimal
-/// digits.
+/// Returns the Verilog name of a C++ member: `video$data` of `video__024data`. Verilator writes characters that C++
+/// does not allow as `__0` and two hexadecimal digits.
 fn demangle(member: &str) -> String {
     let mut name = String::new();
     let mut rest = member;

@@ -80,12 +80,12 @@ pub(super) fn compile_runtime(
     check_compiler(&tool::run(&mut command)?, trace)
 }
 
-/// The runtime's objects in their folder.
+/// Returns the runtime's objects in their folder.
 pub(super) fn runtime_objects(folder: &Path, trace: Trace, coverage: bool) -> Vec<PathBuf> {
     runtime_files(trace, coverage).iter().map(|file| folder.join(format!("{file}.o"))).collect()
 }
 
-/// The runtime's files a kind of model needs.
+/// Returns the runtime's files a kind of model needs.
 fn runtime_files(trace: Trace, coverage: bool) -> Vec<&'static str> {
     let mut files = vec!["verilated", "verilated_threads"];
     match trace {
@@ -134,7 +134,7 @@ pub(super) fn check_compiler(output: &std::process::Output, trace: Trace) -> Res
     Err(BuildError::Compiler { output })
 }
 
-/// Whether this version's FST waves are packed by the lz4 library.
+/// Returns `true` if this version's FST waves are packed by the lz4 library.
 pub(super) fn needs_lz4(root: &Path) -> bool {
     root.join("include/fstcpp").is_dir()
 }

@@ -31,25 +31,25 @@ pub struct Version {
 }
 
 impl Version {
-    /// Whether the harness was made for this version; any other is tried out before its first use.
+    /// Returns `true` if the harness was tested with this version; any other is tried before its first use.
     pub fn is_known(&self) -> bool {
         self.number.is_some_and(|number| (OLDEST..=NEWEST_KNOWN).contains(&number))
     }
 
-    /// Whether it describes a design as JSON, and no longer as XML.
+    /// Returns `true` if this version describes a design as JSON instead of XML.
     pub fn has_json(&self) -> bool {
         self.number.is_none_or(|number| number >= FIRST_WITH_JSON)
     }
 }
 
-/// The number in `5.006`.
+/// Returns major and minor number of a text like `5.006`.
 fn number_in(text: &str) -> Option<(u32, u32)> {
     let (major, minor) = text.split_once('.')?;
     Some((major.parse().ok()?, minor.parse().ok()?))
 }
 
 impl Verilator {
-    /// `$VERILATOR`, or `verilator` on the path.
+    /// Finds `$VERILATOR`, or `verilator` on the path.
     pub fn find(asked: Option<&Path>) -> Result<Verilator, BuildError> {
         let name = match asked {
             Some(path) => path.to_owned(),
@@ -62,7 +62,7 @@ impl Verilator {
         Ok(Verilator { path })
     }
 
-    /// The program's version; an error if it is too old.
+    /// Returns the program's version, or an error if it is too old.
     pub fn version(&self) -> Result<Version, BuildError> {
         let output = run(Command::new(&self.path).arg("--version"))?;
         let text = String::from_utf8_lossy(&output.stdout);
@@ -94,7 +94,8 @@ impl Verilator {
         }
     }
 
-    /// The folder with `include/verilated.h`: as the program says, else the one it lies in.
+    /// Returns the folder with `include/verilated.h`: the one that the program reports, else the one that contains the
+    /// program.
     pub fn root(&self) -> Result<PathBuf, BuildError> {
         let output = run(Command::new(&self.path).args(["--getenv", "VERILATOR_ROOT"]))?;
         let said = String::from_utf8_lossy(&output.stdout).trim().to_owned();
@@ -119,7 +120,7 @@ impl Verilator {
     }
 }
 
-/// `$CXX`, `g++` or `clang++`.
+/// Finds `$CXX`, `g++` or `clang++`, in this order.
 pub fn find_compiler() -> Result<PathBuf, BuildError> {
     if let Some(asked) = std::env::var_os("CXX").filter(|c| !c.is_empty()) {
         return find_program(Path::new(&asked)).ok_or_else(|| BuildError::ToolMissing {
@@ -133,7 +134,7 @@ pub fn find_compiler() -> Result<PathBuf, BuildError> {
     })
 }
 
-/// Distinguishes installations of a program without running it: path, size and time of change.
+/// Returns path, size and modification time of a program, which identify an installation without running it.
 pub fn fingerprint(program: &Path) -> String {
     let real = program.canonicalize().unwrap_or_else(|_| program.to_owned());
     let stamp = std::fs::metadata(&real).ok().map(|m| {

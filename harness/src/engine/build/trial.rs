@@ -30,7 +30,7 @@ fn expect(what: &str, found: u64, expected: u64) -> Result<(), Mismatch> {
     if found == expected { Ok(()) } else { Err(format!("{what} is {found:#x}, not {expected:#x}").into()) }
 }
 
-/// A rising edge of the clock at `ns` nanoseconds.
+/// Makes a clock cycle: low at `ns` nanoseconds, high 5 ns later.
 fn cycle(model: &mut Model, ns: u64) -> Result<(), Mismatch> {
     let clk = model.find("clk")?;
     for (level, at) in [(0, ns), (1, ns + 5)] {

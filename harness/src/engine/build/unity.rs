@@ -114,9 +114,9 @@ impl Overrides {
     }
 }
 
-/// Whether `eval_step`, after the first call, only evaluates the root and ends threads that a model without threads
-/// does not have. (Newer versions also delete objects of classes there; the caller takes that line out for a model that
-/// has none.)
+/// Returns `true` if `eval_step`, after the first call, only evaluates the root and ends threads that a model without
+/// threads does not have. (Newer versions also delete objects of classes there; the caller removes that line for a
+/// model without classes.)
 fn is_plain_eval(text: &str) -> bool {
     const OLDER: [&str; 12] = [
         "Vdut___024root___eval_debug_assertions(&(vlSymsp->TOP));",

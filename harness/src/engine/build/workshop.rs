@@ -151,7 +151,7 @@ impl Workshop<'_> {
         Ok(inner().filter(wanted).cloned().collect())
     }
 
-    /// The variables to make forceable: those that a pattern names, of vectors.
+    /// Returns the variables to make forceable: those that a pattern names, of vectors.
     fn choose_forceable(&self, hierarchy: &Hierarchy) -> Result<Vec<Variable>, BuildError> {
         let refused = |name: &str, reason| BuildError::BadOption { what: "forceable", value: name.to_owned(), reason };
         let mut found: Vec<Variable> = Vec::new();
@@ -243,7 +243,7 @@ impl Workshop<'_> {
         self.check_output(&output)
     }
 
-    /// The warnings of a run that succeeded; the error of one that failed.
+    /// Returns the warnings of a run that succeeded, or the error of one that failed.
     fn check_output(&self, output: &std::process::Output) -> Result<Vec<diagnostic::Diagnostic>, BuildError> {
         let text = String::from_utf8_lossy(&output.stderr);
         let mut diagnostics = diagnostic::parse(&text);
@@ -266,9 +266,9 @@ impl Workshop<'_> {
         Err(BuildError::Verilog { diagnostics })
     }
 
-    /// Verilator names files up to their first blank: completes the name to that of the one source that begins so and
-    /// has the quoted line. Verilator quotes the line after the preprocessor: a line with a macro is not found, and
-    /// the name stays as it is.
+    /// Completes a file name that Verilator cut at its first blank: to the only source that begins so and has the
+    /// quoted line. Verilator quotes the line after the preprocessor, so a line with a macro is not found and the name
+    /// stays as it is.
     fn complete_name(&self, message: &mut diagnostic::Diagnostic) {
         let number = format!("{} | ", message.line);
         let Some(quoted) = message.context.iter().find_map(|line| line.trim_start().strip_prefix(&number)) else {
@@ -287,7 +287,7 @@ impl Workshop<'_> {
     }
 }
 
-/// `$name`, `${name}` and `$(name)` in a path: the names, and how they are written.
+/// Finds `$name`, `${name}` and `$(name)` in a path; returns each name and its whole text.
 fn variables_in(path: &str) -> Vec<(&str, &str)> {
     let variable = |(at, _): (usize, &str)| {
         let rest = &path[at + 1..];

@@ -74,7 +74,7 @@ impl Model {
         Ok(())
     }
 
-    /// The error of the runtime's last write to the wave file.
+    /// Returns the error of the runtime's last write to the wave file.
     #[inline]
     fn recorded(&mut self) -> Result<(), RecordingError> {
         if !self.has_messages() {
@@ -104,8 +104,8 @@ impl Model {
     }
 }
 
-/// Whether a file of FST waves is a row of whole blocks, a header first: one byte of kind, then the block's length in
-/// eight bytes, which count. The runtime does not tell of a write that failed.
+/// Returns `true` if a file of FST waves consists of whole blocks, a header first. A block is one byte of kind, eight
+/// bytes of length (themselves included), and data. The runtime does not report a failed write.
 fn is_whole_fst(path: &Path) -> bool {
     let blocks = || -> std::io::Result<bool> {
         let mut file = File::open(path)?;

@@ -32,7 +32,7 @@ thread_local! {
     static BOUND: Cell<u32> = const { Cell::new(0) };
 }
 
-/// A signal as the design describes it and the C++ stores it; none if the two do not agree.
+/// Returns a signal as the design describes it and the C++ stores it, or `None` if the two do not agree.
 fn describe(variable: &Variable, slot: &RawSlot) -> Option<SignalInfo> {
     const BITS: u32 = 0;
     const REAL: u32 = 1;
@@ -152,7 +152,7 @@ impl Model {
         Ok(model)
     }
 
-    /// The signals of the shim's table whose C++ type fits what the description of the design says of them.
+    /// Adds the signals of the shim's table whose C++ type agrees with the description of the design.
     fn find_signals(&mut self) {
         let mut list: *const RawSlot = std::ptr::null();
         // SAFETY: the shim gives its own table, which lives as long as the instance.
@@ -205,22 +205,22 @@ impl Model {
         self.signals.push(signal);
     }
 
-    /// The library it was made from.
+    /// Returns the library it was made from.
     pub fn library(&self) -> &Library {
         &self.library
     }
 
-    /// All ports, in the order of the Verilog, then the public internals.
+    /// Returns all ports, in the order of the Verilog, then the public internals.
     pub fn signals(&self) -> &[SignalInfo] {
         &self.signals[..self.named]
     }
 
-    /// The same, and those by which others are forced.
+    /// Returns the signals with names, then those by which others are forced.
     pub(crate) fn all_signals(&self) -> &[SignalInfo] {
         &self.signals
     }
 
-    /// The ids of the two signals by which another is forced: its enable and its value.
+    /// Returns the ids of the two signals by which another is forced: its enable and its value.
     ///
     /// # Errors
     /// If it was not made forceable.
@@ -236,7 +236,7 @@ impl Model {
         Ok((id(force.enable), id(force.value)))
     }
 
-    /// Whether a bench may write a signal.
+    /// Returns `true` if a bench may write a signal.
     pub(crate) fn is_writable(&self, info: &SignalInfo) -> bool {
         match info.direction {
             Direction::Output => false,
@@ -245,7 +245,7 @@ impl Model {
         }
     }
 
-    /// The error of a write to a signal that a bench may not write.
+    /// Returns the error of a write to a signal that a bench may not write.
     pub(crate) fn not_writable(&self, info: &SignalInfo) -> ModelError {
         let signal = info.name.clone();
         match info.direction {
@@ -254,7 +254,7 @@ impl Model {
         }
     }
 
-    /// The signal of that name; `a.b` also finds a port that is written `a$b`.
+    /// Returns the signal of that name; `a.b` also finds a port that is written `a$b`.
     ///
     /// # Errors
     /// If there is no port or public internal of that name: the error lists the nearest names.
@@ -325,7 +325,7 @@ impl Model {
         unsafe { (self.functions.hv_eval_bound)(self.raw) };
     }
 
-    /// Whether there are messages of the Verilog that were not taken.
+    /// Returns `true` if there are messages of the Verilog that were not taken.
     #[inline(always)]
     pub(crate) fn has_messages(&self) -> bool {
         // SAFETY: the byte lives in the instance.
@@ -355,24 +355,24 @@ impl Model {
         unsafe { (self.functions.hv_time)(self.raw, self.ticks) };
     }
 
-    /// The value of `$time`.
+    /// Returns the value of `$time`.
     pub fn time(&self) -> Time {
         self.time
     }
 
-    /// The time precision of the Verilog: one tick of `$time` or a fraction of it.
+    /// Returns the time precision of the Verilog: one tick of `$time` or a fraction of it.
     pub fn precision(&self) -> Time {
         Time::fs(self.femtoseconds_per_tick)
     }
 
-    /// The messages of the Verilog since the last call, in order.
+    /// Returns the messages of the Verilog since the last call, in order.
     pub fn take_messages(&mut self) -> Vec<Message> {
         // `eval` reports a model that cannot go on; here only its message counts.
         let _ = self.fetch();
         std::mem::take(&mut self.messages)
     }
 
-    /// The text of the last fatal message, which is removed.
+    /// Returns the text of the last fatal message, which is removed.
     #[cold]
     pub(super) fn take_fatal(&mut self) -> Option<String> {
         let _ = self.fetch();

@@ -92,7 +92,7 @@ impl Library {
         Ok(Library(Arc::new(Inner { functions, record })))
     }
 
-    /// A fresh instance in its initial state.
+    /// Creates a fresh instance in its initial state.
     ///
     /// # Errors
     /// If the model cannot be made, for lack of memory.
@@ -100,7 +100,7 @@ impl Library {
         self.instance_with(&InstanceOptions::default())
     }
 
-    /// A fresh instance with a seed for random initial values and `$random`, and with plusargs.
+    /// Creates a fresh instance with a seed for random initial values and `$random`, and with plusargs.
     ///
     /// # Errors
     /// If a plusarg has a zero byte, or the model cannot be made, for lack of memory.
@@ -108,22 +108,22 @@ impl Library {
         Model::new(self.clone(), options)
     }
 
-    /// The top module's name.
+    /// Returns the top module's name.
     pub fn top(&self) -> &str {
         &self.0.record.top
     }
 
-    /// Verilator's warnings.
+    /// Returns Verilator's warnings.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.0.record.warnings
     }
 
-    /// Parameters and local parameters of all instances, by their names below the top module.
+    /// Returns parameters and local parameters of all instances, by their names below the top module.
     pub fn constants(&self) -> &[(String, Constant)] {
         &self.0.record.constants
     }
 
-    /// The kind of waves that is built in.
+    /// Returns the kind of waves that is built in.
     pub fn trace(&self) -> Trace {
         self.0.record.trace
     }

@@ -59,22 +59,22 @@ pub(crate) struct Force {
 }
 
 impl SignalInfo {
-    /// Whether the bench's writes are only one part of the value.
+    /// Returns `true` if the bench's writes are only one part of the value.
     pub(crate) fn is_overridden(&self) -> bool {
         self.data != self.target
     }
 
-    /// A mask of the signal's bits, of up to 64.
+    /// Returns a mask of the signal's bits, of up to 64.
     pub fn mask(&self) -> u64 {
         if self.width >= 64 { u64::MAX } else { (1 << self.width) - 1 }
     }
 
-    /// The name of a value, if the type is an enumeration that has it.
+    /// Returns the name of a value, if the type is an enumeration that has it.
     pub fn item(&self, value: u64) -> Option<&str> {
         self.items.iter().find(|(_, v)| *v == value).map(|(name, _)| name.as_str())
     }
 
-    /// The value of an enumeration item.
+    /// Returns the value of an enumeration item.
     ///
     /// # Errors
     /// If the type has no item of that name: the error lists the items.
@@ -90,7 +90,7 @@ impl SignalInfo {
         self.range.map_or(1, |(a, b)| a.abs_diff(b) as usize + 1)
     }
 
-    /// The offset in bytes of the element at a declared index.
+    /// Returns the offset in bytes of the element at a declared index.
     pub(crate) fn element_offset(&self, index: i64) -> Result<usize, ModelError> {
         let (left, right) = self.range.unwrap_or((0, 0));
         let (low, high) = (left.min(right), left.max(right));
@@ -109,7 +109,7 @@ impl SignalInfo {
         if fits { Ok(value as u64 & self.mask()) } else { Err(self.out_of_range(value.to_string(), true)) }
     }
 
-    /// A value of this signal as a signed number.
+    /// Converts a value of this signal to a signed number.
     pub fn to_signed(&self, value: u64) -> i64 {
         let unused = 64 - self.width.min(64);
         ((value << unused) as i64) >> unused
@@ -136,7 +136,7 @@ impl SignalInfo {
         ModelError::OutOfRange { signal: self.name.clone(), value, width: self.width, low, high }
     }
 
-    /// The stored value of the element at an offset.
+    /// Returns the stored value of the element at an offset.
     ///
     /// # Safety
     /// The instance must be alive, the offset inside the signal, and its storage not wide.

@@ -53,8 +53,8 @@ pub(crate) unsafe fn load(data: *const u8, storage: Storage) -> u64 {
     }
 }
 
-/// The sizes that fewer signals have, apart: with all of them in one place a read is a jump by a table, which costs
-/// more than a call.
+/// Reads the sizes that fewer signals have. They are in a function of their own because a read of all sizes becomes a
+/// jump table, which costs more than a call.
 #[inline(never)]
 unsafe fn load_large(data: *const u8, storage: Storage) -> u64 {
     // SAFETY: as the caller of `load` promises.
@@ -77,7 +77,7 @@ pub(crate) unsafe fn store(data: *mut u8, storage: Storage, value: u64) {
     }
 }
 
-/// As [`load_large`].
+/// Writes the sizes that fewer signals have; see [`load_large`].
 #[inline(never)]
 unsafe fn store_large(data: *mut u8, storage: Storage, value: u64) {
     // SAFETY: as the caller of `store` promises.
@@ -125,7 +125,7 @@ pub(crate) unsafe fn load_array<const N: usize>(data: *const u8, storage: Storag
     }
 }
 
-/// Whether a value of any width equals `words`; words that are not given are 0.
+/// Returns `true` if a value of any width equals `words`; words that are not given are 0.
 ///
 /// # Safety
 /// As [`load_words`].

@@ -17,12 +17,12 @@ pub(super) struct Slot {
 }
 
 impl Model {
-    /// Names and addresses of the public variables of type `string`.
+    /// Returns names and addresses of the public variables of type `string`.
     pub(crate) fn texts(&self) -> &[(String, *mut u8)] {
         &self.texts
     }
 
-    /// The bytes of a `string`, by its place in [`Model::texts`].
+    /// Returns the bytes of a `string`, by its place in [`Model::texts`].
     pub(crate) fn text(&self, index: usize) -> Vec<u8> {
         let mut length = 0;
         // SAFETY: the address is of a string of this live model, whose bytes are copied at once.
@@ -38,7 +38,7 @@ impl Model {
         unsafe { (self.functions.hv_text_set)(self.texts[index].1, value.as_ptr().cast(), value.len() as u64) };
     }
 
-    /// Name, direction, width and type of a signal.
+    /// Returns the name, direction, width and type of a signal.
     ///
     /// # Panics
     /// If the signal is of another model.
@@ -47,7 +47,7 @@ impl Model {
         &self.signals[signal.index()]
     }
 
-    /// The value of a signal of at most 64 bits; the lowest 32 bits of a wider one.
+    /// Returns the value of a signal of at most 64 bits; the lowest 32 bits of a wider one.
     #[inline]
     pub fn get(&self, signal: SignalId) -> u64 {
         let slot = self.slot(signal);
@@ -87,7 +87,7 @@ impl Model {
         }
     }
 
-    /// The value of a signal of any width as 32-bit words, lowest first.
+    /// Returns the value of a signal of any width as 32-bit words, lowest first.
     pub fn get_words(&self, signal: SignalId) -> Vec<u32> {
         let info = self.info(signal);
         // SAFETY: the signal is of this live model and has so many bytes.
@@ -109,7 +109,7 @@ impl Model {
         Ok(())
     }
 
-    /// The element of a memory.
+    /// Returns the element of a memory.
     ///
     /// # Errors
     /// If the index is outside of the memory.
@@ -120,7 +120,7 @@ impl Model {
         Ok(unsafe { info.load(offset) })
     }
 
-    /// The element of a memory of any width as 32-bit words, lowest first.
+    /// Returns the element of a memory of any width as 32-bit words, lowest first.
     ///
     /// # Errors
     /// If the index is outside of the memory.
@@ -129,22 +129,6 @@ impl Model {
         let offset = info.element_offset(index)?;
         // SAFETY: the offset was checked.
         Ok(unsafe { load_words(info.data.add(offset), info.storage) })
-    }
-
-    /// Sets the element of a memory of any width from 32-bit words, lowest first.
-    ///
-    /// # Errors
-    /// As [`Model::set_element`].
-    pub fn set_element_words(&mut self, memory: SignalId, index: i64, words: &[u32]) -> Result<(), ModelError> {
-        let info = self.info(memory);
-        let offset = info.element_offset(index)?;
-        info.check_words(words)?;
-        if !self.is_writable(info) {
-            return Err(self.refused(info, 0));
-        }
-        // SAFETY: the offset was checked.
-        unsafe { store_words(info.data.add(offset), info.storage, words) };
-        Ok(())
     }
 
     /// Sets the element of a memory.
@@ -163,7 +147,7 @@ impl Model {
         Ok(())
     }
 
-    /// A signal by its address; `T` must be the type Verilator stores it in.
+    /// Returns a signal by its address; `T` must be the type Verilator stores it in.
     ///
     /// # Errors
     /// If there is no such signal, it is a memory, or Verilator stores it in another type than `T`.

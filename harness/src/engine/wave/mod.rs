@@ -37,24 +37,25 @@ enum Kind {
 }
 
 impl Recording {
-    /// Every signal of the design, written by Verilator in the format of the build's [`Trace`](crate::engine::build::Trace).
+    /// Records every signal of the design, written by Verilator in the format of the build's
+    /// [`Trace`](crate::engine::build::Trace).
     pub fn everything(path: impl Into<PathBuf>) -> Recording {
         Recording::new(path, Kind::Everything { scope: String::new(), levels: 0 })
     }
 
-    /// The signals of a scope (`top.u_core`) and `levels` levels below it (0: all), written by Verilator. The first
-    /// recording of a model decides the scope of all its later ones.
+    /// Records the signals of a scope (`top.u_core`) and `levels` levels below it (0: all), written by Verilator. The
+    /// first recording of a model decides the scope of all its later ones.
     pub fn scope(path: impl Into<PathBuf>, scope: &str, levels: u32) -> Recording {
         Recording::new(path, Kind::Everything { scope: scope.to_owned(), levels })
     }
 
-    /// Ports and public internals by name, as VCD; all of them if none is named.
+    /// Records ports and public internals by name, as VCD; all of them if none is named.
     pub fn signals<N: Into<String>>(path: impl Into<PathBuf>, names: impl IntoIterator<Item = N>) -> Recording {
         Recording::new(path, Kind::Signals(names.into_iter().map(Into::into).collect()))
     }
 
-    /// The last `steps` time steps before a failure (two for each clock cycle), as VCD. Nothing is written if no run
-    /// fails.
+    /// Records the last `steps` time steps before a failure (two for each clock cycle), as VCD. Nothing is written if
+    /// no run fails.
     pub fn before_failure<N: Into<String>>(
         path: impl Into<PathBuf>,
         names: impl IntoIterator<Item = N>,

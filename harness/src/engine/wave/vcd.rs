@@ -43,7 +43,7 @@ impl Channel {
     }
 }
 
-/// The channels of the signals named; of all but memories, if none is named.
+/// Returns the channels of the signals named; of all but memories, if none is named.
 pub(super) fn channels(model: &Model, names: &[String]) -> Result<Vec<Channel>, RecordingError> {
     let channel = |info: &crate::engine::model::SignalInfo| Channel {
         name: info.name.clone(),
@@ -177,7 +177,7 @@ impl Writer {
     }
 }
 
-/// The identifier code of signal `number`, in printable characters: `!`, `"`, ... `~`, `!!`.
+/// Returns the identifier code of signal `number`, in printable characters: `!`, `"`, ... `~`, `!!`.
 fn code(number: usize) -> String {
     let mut text = String::new();
     let mut rest = number;

@@ -33,7 +33,7 @@ pub(super) struct Command {
 }
 
 impl Command {
-    /// The address of a beat (AMBA AXI and ACE protocol specification, A3.4.1).
+    /// Returns the byte address of a beat (AMBA AXI and ACE protocol specification, A3.4.1).
     pub fn address_of(&self, beat: u64) -> u64 {
         let aligned = self.address / self.bytes * self.bytes;
         let next = aligned.wrapping_add(beat * self.bytes);
@@ -49,7 +49,7 @@ impl Command {
         }
     }
 
-    /// The rule that it breaks, on a bus of so many bytes.
+    /// Returns the rule that the burst breaks on a bus of `bytes` bytes, or `None`.
     fn broken(&self, bus_bytes: u64) -> Option<String> {
         let beats = self.beats;
         if self.bytes > bus_bytes {
@@ -118,7 +118,7 @@ impl Watch {
         Ok(Watch { ports, write, read, reset, flight: Flight::default() })
     }
 
-    /// Bytes of the data.
+    /// Returns the width of the data in bytes.
     pub fn bytes(&self) -> u64 {
         u64::from(self.ports.r_data.width() / 8).max(1)
     }
@@ -135,7 +135,7 @@ impl Watch {
         Command { address: address.get(), beats: (extra.len.get() + 1).min(LONGEST as u64), bytes, kind, id }
     }
 
-    /// Whether the reset is active; nothing is in flight then.
+    /// Returns `true` if the reset is active, and forgets what is in flight then.
     pub fn in_reset(&mut self) -> bool {
         let active = self.reset.as_ref().is_some_and(Reset::is_active);
         if active {
@@ -247,7 +247,7 @@ struct CheckerAgent {
 }
 
 impl Checker {
-    /// The bus whose signals begin with `prefix`. A broken rule ends the run with a [`Violation`].
+    /// Creates a checker of the bus whose signals begin with `prefix`. A broken rule ends the run with a [`Violation`].
     ///
     /// # Errors
     /// If a signal other than `wstrb`, `bresp`, `rresp`, those of size, burst and id is missing.
@@ -259,7 +259,7 @@ impl Checker {
         Ok(Checker(counts))
     }
 
-    /// Bursts written and read so far, by their addresses.
+    /// Returns how many write and read bursts have been addressed so far.
     pub fn bursts(&self) -> (u64, u64) {
         let counts = self.0.borrow();
         (counts.writes, counts.reads)

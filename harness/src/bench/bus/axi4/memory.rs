@@ -38,7 +38,7 @@ struct MemoryAgent {
 }
 
 impl Memory {
-    /// A memory of zeros at the signals that begin with `prefix`, such as `m_axi_`.
+    /// Creates a memory of zeros at the signals that begin with `prefix`, such as `m_axi_`.
     ///
     /// # Errors
     /// If a signal other than `wstrb`, `bresp`, `rresp`, those of size, burst and id is missing, or one that a slave

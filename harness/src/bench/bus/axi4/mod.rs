@@ -76,7 +76,7 @@ struct Inner {
 }
 
 impl Master {
-    /// The slave whose signals begin with `prefix`, such as `s_axi_`.
+    /// Creates a master for the slave whose signals begin with `prefix`, such as `s_axi_`.
     ///
     /// # Errors
     /// If a signal other than `wstrb`, `bresp`, `rresp`, those of size, burst and id is missing, or one that a master
@@ -137,7 +137,7 @@ impl Master {
 }
 
 impl Inner {
-    /// Bytes of a beat.
+    /// Returns the width of a beat in bytes.
     fn bytes(&self) -> u64 {
         u64::from(self.ports.r_data.width() / 8).max(1)
     }

@@ -40,7 +40,7 @@ impl<'a> HalfCycles<'a> {
         }
     }
 
-    /// Simulation time.
+    /// Returns the simulation time.
     pub fn now(&self) -> Time {
         self.now
     }
@@ -56,7 +56,8 @@ impl<'a> HalfCycles<'a> {
         Ok(model)
     }
 
-    /// The falling edge, and `span` until the rising one. `$time` stays that of the last rising edge.
+    /// Makes the falling edge and advances time by `span`, until the rising one. `$time` stays that of the last rising
+    /// edge.
     ///
     /// # Safety
     /// The model must be the one that [`HalfCycles::begin`] gave, and still be bound to this thread.
@@ -66,7 +67,7 @@ impl<'a> HalfCycles<'a> {
         unsafe { self.half_cycle(model, 0, span) }
     }
 
-    /// The rising edge, and `span` until the falling one.
+    /// Makes the rising edge and advances time by `span`, until the falling one.
     ///
     /// # Safety
     /// As [`HalfCycles::falling`].
@@ -99,7 +100,7 @@ impl<'a> HalfCycles<'a> {
         Ok(model)
     }
 
-    /// Text of the Verilog goes to the log; errors and `$finish` end the run.
+    /// Logs the text that the Verilog printed; its errors and `$finish` end the run.
     #[cold]
     fn handle_messages(&self, model: RefMut<'a, Model>) -> Result<RefMut<'a, Model>, Error> {
         self.core.set_now(self.now);
@@ -131,7 +132,7 @@ impl<'a> HalfCycles<'a> {
         model
     }
 
-    /// Leaves the clock low and everything evaluated, at the time reached.
+    /// Ends the transfer with the clock low and the model evaluated, at the time reached.
     pub fn end(&mut self) -> Result<(), Error> {
         let mut model = self.core.model.borrow_mut();
         // SAFETY: as in `begin`.

@@ -11,7 +11,7 @@ use crate::engine::model::{Direction, Storage, Word};
 
 /// A type that elements of a slice have: the one in which Verilator stores `data`.
 pub trait Element: Word {
-    /// The value in 64 bits.
+    /// Returns the value in 64 bits.
     fn widen(self) -> u64;
 }
 
@@ -92,7 +92,7 @@ impl<T: Element> Lane<T> {
         })
     }
 
-    /// The first element with bits above those of `data`.
+    /// Returns the first element that does not fit `data`.
     pub fn first_too_large(&self, elements: &[T]) -> Option<u64> {
         let tops = elements.iter().skip(self.parts - 1).step_by(self.parts);
         tops.map(|element| element.widen()).find(|element| element & !self.top_mask != 0)
@@ -103,8 +103,8 @@ impl<T: Element> Lane<T> {
         self.ready.as_ref().is_none_or(Signal::is_high)
     }
 
-    /// Whether a beat that is valid moves at the edge: with a ready latency, `ready` allowed it that many cycles
-    /// before.
+    /// Returns `true` if a valid beat is transferred at the edge: with a ready latency always, because `ready` allowed
+    /// it that many cycles before.
     #[inline(always)]
     fn moves(&self) -> bool {
         self.latency > 0 || self.is_ready()
@@ -277,7 +277,7 @@ impl<'a, O: Element> Receiver<'a, O> {
         unsafe { put_if(&self.lane.ready, false) };
     }
 
-    /// Is ready, unless the sink stalls.
+    /// Sets `ready` to 1, or to 0 if the sink stalls.
     ///
     /// # Safety
     /// As [`Receiver::withdraw`].

@@ -61,7 +61,7 @@ pub struct Bulk<I: Element, O: Element> {
 }
 
 impl<I: Element, O: Element> Bulk<I, O> {
-    /// The streams whose signals begin with `input` and `output`, at a clock of the harness.
+    /// Finds the streams whose signals begin with `input` and `output`, at a clock of the harness.
     ///
     /// # Errors
     /// If a signal is missing, if `I` or `O` is not the type Verilator stores that `data` in, if `input` is driven by
@@ -74,7 +74,8 @@ impl<I: Element, O: Element> Bulk<I, O> {
         Ok(Bulk { clock: clock.clone(), input, output })
     }
 
-    /// Elements of the slices for one beat of the input and of the output: 1, unless `data` is wider than 64 bits.
+    /// Returns how many elements of the slices one beat of the input and of the output has: 1, unless `data` is wider
+    /// than 64 bits.
     pub fn parts(&self) -> (usize, usize) {
         (self.input.parts, self.output.parts)
     }
@@ -111,7 +112,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
         Ok(report)
     }
 
-    /// Whether the elements can be sent and the end asked for can come.
+    /// Checks that the elements can be sent and that the stream can end as the options ask.
     fn check(&self, elements: &[I], options: &Options) -> Result<(), Error> {
         let (input, output) = (&self.input, &self.output);
         if !elements.len().is_multiple_of(input.parts) {
@@ -184,7 +185,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
     }
 }
 
-/// Cycles of a clock alone, without the scheduler: the fastest way to let a design run. The clock runs on afterwards.
+/// Runs cycles of one clock without the scheduler: the fastest way to let a design run. The clock runs on afterwards.
 ///
 /// # Errors
 /// If the Verilog ends or fails, if the time on the wall is over, or if the clock's signal cannot be written.

@@ -62,36 +62,30 @@ pub struct Sending {
 }
 
 impl Frame {
-    /// A frame of symbols of any unsigned type.
+    /// Creates a frame of symbols of any unsigned type.
     pub fn new<T: Copy + Into<u64>>(symbols: &[T]) -> Frame {
         Frame { symbols: symbols.iter().map(|s| (*s).into()).collect(), ..Frame::default() }
     }
 
-    /// This frame on a channel.
+    /// Returns this frame on a channel.
     pub fn on_channel(mut self, channel: u64) -> Frame {
         self.channel = channel;
         self
     }
 
-    /// This frame with an `error` or `tuser`.
-    pub fn with_error(mut self, error: u64) -> Frame {
-        self.error = error;
-        self
-    }
-
-    /// This frame without `startofpacket`.
+    /// Returns this frame without `startofpacket`.
     pub fn without_start(mut self) -> Frame {
         self.sending.omit_start = true;
         self
     }
 
-    /// This frame without `endofpacket` or `tlast`.
+    /// Returns this frame without `endofpacket` or `tlast`.
     pub fn without_end(mut self) -> Frame {
         self.sending.omit_end = true;
         self
     }
 
-    /// This frame after `cycles` cycles without a beat, at least.
+    /// Returns this frame with at least `cycles` cycles without a beat before it.
     pub fn after_gap(mut self, cycles: u64) -> Frame {
         self.sending.gap = cycles;
         self

@@ -108,8 +108,9 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// The signals whose names begin with `prefix` (such as `in_`, `s_axis_` or `video$`). All but `valid` and `data`
-    /// may be missing. A symbol is a byte if the width of `data` is a multiple of 8, otherwise the whole of `data`.
+    /// Finds the signals whose names begin with `prefix` (such as `in_`, `s_axis_` or `video$`). All but `valid` and
+    /// `data` may be missing. A symbol is a byte if the width of `data` is a multiple of 8, otherwise the whole of
+    /// `data`; see [`Ports::symbols_of`].
     ///
     /// # Errors
     /// If `valid` or `data` is missing, or `data` is wider than 512 bits.
@@ -139,7 +140,7 @@ impl Ports {
         ports.symbols_of(symbol_bits)
     }
 
-    /// These ports with symbols of `bits` bits.
+    /// Returns these ports with symbols of `bits` bits.
     ///
     /// # Errors
     /// If symbols of that width do not fill `data`, or are wider than 64 bits.
@@ -155,12 +156,12 @@ impl Ports {
         Ok(self)
     }
 
-    /// Whether `data` has at most 64 bits.
+    /// Returns `true` if `data` has at most 64 bits.
     pub(super) fn is_narrow(&self) -> bool {
         self.data.width <= 64
     }
 
-    /// Symbols in a beat.
+    /// Returns how many symbols a beat has.
     pub fn lanes(&self) -> u32 {
         self.lanes
     }
@@ -176,7 +177,7 @@ impl Ports {
         u64::MAX >> (64 - self.lanes)
     }
 
-    /// The bit position of a beat's symbol number `at`.
+    /// Returns the bit position of a beat's symbol number `at`.
     fn lane_shift(&self, at: u32) -> u32 {
         match self.dialect {
             Dialect::Avalon { .. } => (self.lanes - 1 - at) * self.symbol_bits,
@@ -204,7 +205,7 @@ impl Ports {
         symbol & (u64::MAX >> (64 - self.symbol_bits))
     }
 
-    /// The number of beats of a frame; an error if it cannot be sent.
+    /// Returns the number of beats of a frame, or an error if it cannot be sent.
     pub(super) fn beats(&self, frame: &Frame) -> Result<usize, Error> {
         let lanes = self.lanes as usize;
         let count = frame.symbols.len().div_ceil(lanes);
@@ -236,7 +237,7 @@ impl Ports {
         Ok(count)
     }
 
-    /// The beat that begins with symbol number `at` of a frame.
+    /// Returns the beat that begins with symbol number `at` of a frame.
     #[inline(always)]
     pub(super) fn beat<const W: usize>(&self, frame: &Frame, at: usize) -> Beat<W> {
         let end = frame.symbols.len().min(at + self.lanes as usize);
@@ -314,7 +315,7 @@ impl Ports {
     }
 }
 
-/// The value of a signal that a stream may have, or what its absence means.
+/// Reads an optional signal of a stream; `missing` is the value that its absence means.
 #[inline(always)]
 fn get(signal: &Option<Signal>, missing: u64) -> u64 {
     match signal {
@@ -341,7 +342,7 @@ impl ReadyHistory {
         self.0 = self.0 << 1 | u64::from(ready);
     }
 
-    /// Whether `ready` was 1 `latency` cycles before the next cycle.
+    /// Returns `true` if `ready` was 1 `latency` cycles before the next cycle.
     pub fn before(self, latency: u32) -> bool {
         self.0 >> (latency - 1) & 1 == 1
     }

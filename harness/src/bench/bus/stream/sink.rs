@@ -24,7 +24,7 @@ macro_rules! listening {
                 }
             }
 
-            /// The next frame, if there is one.
+            /// Returns the next frame that was received and not fetched, or `None`.
             pub fn try_recv(&self) -> Option<Frame> {
                 let mut collector = self.collector.borrow_mut();
                 let frame = collector.frames.pop_front();
@@ -59,27 +59,27 @@ macro_rules! listening {
                 collector.arrived.clear();
             }
 
-            /// An event that is set while a received frame has not been fetched.
+            /// Returns an event that is set while a received frame has not been fetched.
             pub fn arrived(&self) -> Event {
                 self.collector.borrow().arrived.clone()
             }
 
-            /// Received frames that have not been fetched.
+            /// Returns how many received frames have not been fetched.
             pub fn len(&self) -> usize {
                 self.collector.borrow().frames.len()
             }
 
-            /// Whether all received frames have been fetched.
+            /// Returns `true` if all received frames have been fetched.
             pub fn is_empty(&self) -> bool {
                 self.len() == 0
             }
 
-            /// Beats seen.
+            /// Returns how many beats have been transferred since the start.
             pub fn beats(&self) -> u64 {
                 self.collector.borrow().beats
             }
 
-            /// Broken rules, with [`Rules::Recorded`].
+            /// Returns the broken rules so far; with [`Rules::Strict`] the first one ends the run.
             pub fn violations(&self) -> Vec<Violation> {
                 self.collector.borrow().violations.clone()
             }
@@ -100,7 +100,7 @@ struct SinkAgent<const W: usize> {
 }
 
 impl Sink {
-    /// A sink at a clock, ready from the next edge on.
+    /// Creates a sink at a clock, ready from the next edge on.
     ///
     /// # Errors
     /// If `ready` is driven by the design.
@@ -153,7 +153,7 @@ pub struct Monitor {
 struct MonitorAgent<const W: usize>(Listener<W>);
 
 impl Monitor {
-    /// A monitor at a clock.
+    /// Creates a monitor at a clock.
     ///
     /// # Errors
     /// None today; the type is that of [`Sink::new`].

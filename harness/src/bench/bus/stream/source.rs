@@ -42,7 +42,7 @@ struct SourceAgent<const W: usize> {
 }
 
 impl Source {
-    /// A source at a clock; idle until something is sent.
+    /// Creates a source at a clock; it is idle until something is sent.
     ///
     /// # Errors
     /// If `valid` is driven by the design.
@@ -112,17 +112,17 @@ impl Source {
         idle.wait().await;
     }
 
-    /// An event that is set while nothing is queued.
+    /// Returns an event that is set while nothing is queued.
     pub fn idle(&self) -> Event {
         self.state.borrow().idle.clone()
     }
 
-    /// Beats the design has taken.
+    /// Returns how many beats the design has accepted.
     pub fn sent(&self) -> u64 {
         self.state.borrow().sent
     }
 
-    /// Beats the design has not taken yet.
+    /// Returns how many queued beats the design has not accepted yet.
     pub fn pending(&self) -> usize {
         self.state.borrow().pending
     }

@@ -34,7 +34,7 @@ impl Watcher {
         Watcher { waiter, rising: edge.rising, falling: edge.falling, remaining: edge.count }
     }
 
-    /// Whether it waits for a change in which these bits rose and those fell.
+    /// Returns `true` if it waits for a change in which the bits of `rose` rose and those of `fell` fell.
     #[inline(always)]
     fn hears(&self, rose: u64, fell: u64) -> bool {
         rose & self.rising | fell & self.falling != 0
@@ -75,7 +75,7 @@ impl SignalState {
 }
 
 impl Core {
-    /// The index of a signal, which must be one of this simulation's model.
+    /// Returns the index of a signal, which must be one of this simulation's model.
     #[inline]
     fn index_of(&self, signal: SignalId) -> Result<u32, SimError> {
         if self.has(signal) { Ok(signal.index() as u32) } else { Err(SimError::OtherSimulation) }
@@ -110,7 +110,7 @@ impl Core {
         self.arm_task_again(id)
     }
 
-    /// The same for the edge that it waited for last.
+    /// Begins the wait of a coroutine for the edge that it waited for last.
     #[inline(always)]
     pub(super) fn arm_task_again(&self, id: TaskId) -> Result<(), SimError> {
         let mut tasks = self.tasks.borrow_mut();
@@ -151,7 +151,7 @@ impl Core {
         SimError::BadTime(format!("'{name}' is wider than 64 bits: its bits have no edges of their own"))
     }
 
-    /// From now on, looks for changes of the signal after each evaluation.
+    /// Looks for changes of the signal after each evaluation from now on.
     #[cold]
     pub(super) fn observe(&self, signal: u32) {
         let state = &self.signals[signal as usize];
@@ -267,8 +267,8 @@ impl Core {
         }
     }
 
-    /// The same at the beginning of a step, when nothing is ready. Where a coroutine alone has waited, as for most
-    /// clocks, it is given instead of being queued: the caller runs it next.
+    /// Wakes what waits for a change at the beginning of a step, when nothing is ready. If only one coroutine waits, as
+    /// for most clocks, it is returned and not queued: the caller runs it next.
     #[inline(always)]
     pub(super) fn fire_clock(&self, state: &SignalState, old: u64, new: u64) -> Option<(TaskId, Box<dyn Coroutine>)> {
         {

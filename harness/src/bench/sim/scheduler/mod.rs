@@ -50,7 +50,7 @@ enum Ready {
 
 /// A bus model that works at the edges of a clock without being a task.
 pub(crate) trait Agent {
-    /// Called at the edge; signals still have their values before it.
+    /// Handles the edge; signals still have their values before it.
     fn edge(&mut self, core: &Core) -> Result<(), Error>;
 }
 
@@ -238,7 +238,7 @@ impl Core {
         Ok(())
     }
 
-    /// The same for any width; words that are not given are 0.
+    /// Buffers a write of any width; words that are not given are 0.
     pub fn write_words(&self, signal: u32, words: &[u32]) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
@@ -253,27 +253,27 @@ impl Core {
         Ok(())
     }
 
-    /// The value a buffered write will put, if there is one.
+    /// Returns the value a buffered write will put, if there is one.
     pub fn pending(&self, signal: u32) -> Option<u64> {
         let at = self.signals[signal as usize].pending.get();
         (at != NONE).then(|| self.writes.borrow()[at as usize].value)
     }
 
-    /// What the bench wrote last, which is the value except where the evaluation overrides it.
+    /// Returns the value that the bench wrote last: the signal's value, unless the evaluation overrides it.
     pub fn written(&self, signal: u32) -> u64 {
         let state = &self.signals[signal as usize];
         // SAFETY: the model lives as long as the core; asked only of signals that are not wide.
         unsafe { load(state.target, state.storage) }
     }
 
-    /// The same of any width, as 32-bit words.
+    /// Returns the value of any width that the bench wrote last, as 32-bit words.
     pub fn written_words(&self, signal: u32) -> Vec<u32> {
         let state = &self.signals[signal as usize];
         // SAFETY: the model lives as long as the core.
         unsafe { load_words(state.target, state.storage) }
     }
 
-    /// The words a buffered write will put, if there is one.
+    /// Returns the words a buffered write will put, if there is one.
     pub fn pending_words(&self, signal: u32) -> Option<Vec<u32>> {
         self.large_writes.borrow().iter().rev().find_map(|write| match write {
             LargeWrite::Words(of, words) if *of == signal => Some(words.clone()),
@@ -314,7 +314,7 @@ impl Core {
         Ok(())
     }
 
-    /// No write is taken any more: the simulation has ended.
+    /// Refuses all later writes: the simulation has ended.
     pub fn end(&self) {
         self.ended.set(true);
         self.region.set(Region::ReadOnly);
@@ -341,7 +341,7 @@ impl Core {
         }
     }
 
-    /// Hears what the Verilog said in an evaluation.
+    /// Handles the messages of the Verilog after an evaluation.
     #[cold]
     fn evaluated(&self, mut model: RefMut<'_, Model>, result: Result<(), ModelError>) -> Result<(), Error> {
         let messages = model.take_messages();
@@ -350,8 +350,8 @@ impl Core {
         Ok(result?)
     }
 
-    /// `$display` goes to the log; `$error`, `$stop` and `$fatal` end the run; `$finish` ends it unless a task waits
-    /// for it.
+    /// Handles messages of the Verilog: `$display` goes to the log; `$error`, `$stop` and `$fatal` end the run;
+    /// `$finish` ends it unless a task waits for it.
     #[cold]
     pub fn handle_messages(&self, messages: Vec<Message>) -> Result<(), Error> {
         let mut stop = None;
@@ -400,7 +400,8 @@ impl Core {
         self.has_waves.get()
     }
 
-    /// Something begins that a quiet step does not look for: steps are whole ones until all has been looked over again.
+    /// Ends the quiet steps, because something begins that they do not look for: full time steps follow until
+    /// [`Core::is_quiet`] allows quiet ones again.
     #[inline(always)]
     pub fn disturb(&self) {
         self.quiet_until.set(Time::ZERO);

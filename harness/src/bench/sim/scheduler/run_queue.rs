@@ -64,7 +64,7 @@ impl Core {
         id
     }
 
-    /// The ending of a task, if it has ended; `Done` of a task whose slot was freed.
+    /// Returns how a task ended, or `None` while it runs; `Done` for a task whose slot was freed.
     pub fn ending(&self, id: TaskId) -> Option<Ending> {
         let tasks = self.tasks.borrow();
         match tasks.get(id.index as usize).filter(|t| t.generation == id.generation) {
@@ -233,7 +233,7 @@ impl Core {
         }
     }
 
-    /// The error by which a task or a bus model ends the run, if there is one.
+    /// Returns the error by which a task or a bus model ends the run, if there is one.
     #[inline(always)]
     pub(super) fn check_failed(&self) -> Result<(), Error> {
         if self.failed.get() { self.take_error() } else { Ok(()) }
@@ -245,7 +245,7 @@ impl Core {
         self.error.borrow_mut().take().map_or(Ok(()), Err)
     }
 
-    /// The run ends with this error, unless there is one already.
+    /// Ends the run with this error, unless there is an earlier one.
     #[cold]
     pub(super) fn fail(&self, error: Error) {
         self.failed.set(true);

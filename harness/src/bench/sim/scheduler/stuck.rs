@@ -9,7 +9,7 @@ use crate::bench::sim::trigger::Edge;
 use crate::engine::model::load;
 
 impl Core {
-    /// What every living task waits for.
+    /// Returns what every living task waits for.
     pub fn report(&self) -> StuckReport {
         let tasks = self.tasks.borrow();
         let reports = tasks

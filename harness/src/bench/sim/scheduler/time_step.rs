@@ -46,7 +46,7 @@ impl Core {
         Ok(())
     }
 
-    /// An error if the Verilog called `$finish` and no task waited for it.
+    /// Returns an error if the Verilog called `$finish` and no task waited for it.
     pub fn check_finished(&self) -> Result<(), Error> {
         if self.is_finished.replace(false)
             && let Some((file, line, time)) = self.finish.take()
@@ -140,8 +140,8 @@ impl Core {
         Ok(())
     }
 
-    /// The rest of a time step after so many rounds: puts writes and evaluates until there are none, then the regions
-    /// that follow.
+    /// Runs the rest of a time step after `rounds` rounds: puts writes and evaluates until there are none, then runs
+    /// the regions that follow.
     fn settle(&self, main: &mut MainTask<'_>, mut rounds: u32) -> Result<(), Error> {
         loop {
             while !self.writes.borrow().is_empty() || !self.large_writes.borrow().is_empty() {
@@ -227,9 +227,9 @@ impl Core {
         clock.next < self.quiet_until.get()
     }
 
-    /// Steps in which the only clock changes its level and nothing else is due, as in most: they need neither the
-    /// buffer of writes for it nor a look at what else may be due. They end before the first step that is another, and
-    /// within one as soon as something begins that they do not look for.
+    /// Runs the steps in which the only clock changes its level and nothing else is due, as most steps are. They need
+    /// no buffered write for the clock and no search for what else is due. They end before the first step in which
+    /// something else is due, or within a step after a call of [`Core::disturb`].
     fn quiet_steps(&self, watch: &mut WallClock, main: &mut MainTask<'_>) -> Result<(), Error> {
         self.region.set(Region::Active);
         self.timed.set(false);

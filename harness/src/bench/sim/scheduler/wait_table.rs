@@ -76,7 +76,7 @@ impl WaitTable {
         WaitId { index, generation: 0 }
     }
 
-    /// The slot, unless another wait uses it now.
+    /// Returns the slot, unless another wait uses it now.
     #[inline]
     pub fn get(&self, wait_id: WaitId) -> Option<&WaitSlot> {
         self.slots.get(wait_id.index as usize).filter(|n| n.generation == wait_id.generation)

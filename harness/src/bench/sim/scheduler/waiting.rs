@@ -170,7 +170,7 @@ impl Core {
         }
     }
 
-    /// How a wait ended, if it is over; its slot is free then.
+    /// Returns how a wait ended and frees its slot, or `None` if it is not over.
     #[inline]
     pub fn take_outcome(&self, wait_id: WaitId) -> Option<Outcome> {
         let (_, waiting, outcome) = {
@@ -246,7 +246,7 @@ impl Core {
         }
     }
 
-    /// The same for timers.
+    /// Removes stale timers once they outnumber the others.
     #[cold]
     fn abandon_timer(&self) {
         let stale = self.stale_timers.get() + 1;
@@ -274,7 +274,7 @@ impl Core {
         self.fire_as(wait_id, outcome, failed);
     }
 
-    /// The same; `failed`: the task waited for, or one of a part, failed or was cancelled.
+    /// Ends a wait with an outcome; `failed` says that a task that was waited for failed or was cancelled.
     #[inline]
     fn fire_as(&self, wait_id: WaitId, outcome: Option<Box<Outcome>>, failed: bool) {
         let target = {
@@ -297,7 +297,7 @@ impl Core {
         }
     }
 
-    /// `First` is over with any part, `Combine` with the last one or with one that failed.
+    /// Ends a `First` with any of its parts, and a `Combine` with its last part or with one that failed.
     #[cold]
     fn part_fired(&self, parent: WaitId, index: u32, failed: bool) {
         let over = {

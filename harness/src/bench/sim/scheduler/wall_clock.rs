@@ -28,7 +28,7 @@ impl WallClock {
         self.countdown == 0
     }
 
-    /// The limit in seconds, if it is over. Keeps simulation time for the watchdog's message.
+    /// Returns the limit in seconds if it is over. Stores the simulation time for the watchdog's message.
     pub fn check(&mut self, time: Time) -> Option<f64> {
         if let Some(dog) = &self.dog {
             dog.0.time.store(time.as_fs(), Ordering::Relaxed);

@@ -18,7 +18,7 @@ fn flag(node: &Value, key: &str) -> bool {
     node.get(key).and_then(Value::as_bool).unwrap_or(false)
 }
 
-/// The text of the constant that a list begins with.
+/// Returns the text of the constant that a list begins with.
 fn constant_text(node: &Value, key: &str) -> Option<String> {
     let of = list(node, key).first().filter(|of| text(of, "type") == "CONST")?;
     // A string's quotes are escaped once more than JSON asks for.

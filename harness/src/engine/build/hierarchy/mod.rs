@@ -126,19 +126,19 @@ pub struct Hierarchy {
     pub structures: HashMap<String, Vec<Part>>,
 }
 
-/// `4'hf`, `32'sh10`: the number behind the base.
+/// Returns the number of a constant like `4'hf` or `32'sh10`.
 fn constant(text: &str) -> Option<u64> {
     let digits = text.rsplit_once("'h").or_else(|| text.rsplit_once("'sh"))?.1;
     u64::from_str_radix(digits, 16).ok()
 }
 
-/// The bound of an array, of 32 bits in two's complement, with a sign or without.
+/// Returns the bound of an array, of 32 bits in two's complement, with a sign or without.
 fn bound(text: &str) -> Option<i64> {
     Some(i64::from(constant(text)? as u32 as i32))
 }
 
-/// The value of a parameter: `32'shfffffffd` is -3, `1.5` a `real`, `&quot;text&quot;` a string; none if it is
-/// something else.
+/// Returns the value of a parameter: `32'shfffffffd` is -3, `1.5` a `real`, `&quot;text&quot;` a string; `None` for
+/// anything else.
 fn parameter(text: &str) -> Option<Constant> {
     if let Some(inner) = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
         return Some(Constant::Text(inner.to_owned()));
@@ -175,7 +175,7 @@ struct Declaration {
     nested: bool,
 }
 
-/// All instances below and with one, as (hierarchical name, module), in the order of the source.
+/// Returns all instances below and with one, as (hierarchical name, module), in the order of the source.
 fn expand(modules: &HashMap<String, Module>, path: String, of: &str, depth: u32, into: &mut Vec<(String, String)>) {
     into.push((path.clone(), of.to_owned()));
     // No design is 200 levels deep: the limit guards against a file that refers to itself.
@@ -217,7 +217,7 @@ const MOST_PARTS: usize = 4096;
 const DEPTH: u32 = 64;
 
 impl Types {
-    /// The type behind names and enumerations.
+    /// Returns the type behind names and enumerations.
     fn resolve<'a>(&'a self, mut id: &'a str) -> Option<&'a Type> {
         for _ in 0..DEPTH {
             match self.types.get(id)? {
@@ -228,7 +228,7 @@ impl Types {
         None
     }
 
-    /// The bits of a packed type; none if it is not packed.
+    /// Returns the width of a packed type in bits, or `None` if it is not packed.
     fn width(&self, id: &str, depth: u32) -> Option<u32> {
         if depth > DEPTH {
             return None;
@@ -246,7 +246,7 @@ impl Types {
         }
     }
 
-    /// The unpacked dimensions, outermost first, and the number of the elements' type.
+    /// Returns the unpacked dimensions, outermost first, and the number of the elements' type.
     fn dimensions<'a>(&'a self, mut id: &'a str) -> (Vec<(i64, i64)>, &'a str) {
         let mut found = Vec::new();
         while let Some(Type::Array { of, bounds, packed: false }) = self.resolve(id) {
@@ -275,7 +275,7 @@ impl Types {
         }
     }
 
-    /// The fields of a packed structure or union, those of nested ones after it.
+    /// Returns the fields of a packed structure or union, those of nested ones after it.
     fn fields(&self, id: &str, prefix: &str, base: u32, depth: u32) -> Vec<Field> {
         let (members, stacked) = match self.resolve(id) {
             Some(Type::Struct { members, .. }) => (members, true),
@@ -341,8 +341,8 @@ impl Types {
         }
     }
 
-    /// The items of an enumeration: by its number, else by the name of its type, which is looked for in the module, in
-    /// the design and in packages.
+    /// Returns the items of an enumeration: by its number, else by the name of its type, which is looked for in the
+    /// module, in the design and in packages.
     fn items(&self, module: &str, type_name: &str, id: &str) -> EnumItems {
         let mut at = id;
         for _ in 0..DEPTH {
@@ -382,7 +382,7 @@ struct Design {
 }
 
 impl Design {
-    /// The hierarchy, from the top module down.
+    /// Returns the hierarchy, from the top module down.
     fn expand(self, what: &'static str) -> Result<Hierarchy, BuildError> {
         let Some((top, key)) = self.top else {
             return Err(BuildError::Unexpected { what, reason: "it names no top module".into() });
@@ -425,7 +425,7 @@ impl Design {
     }
 }
 
-/// Whether a name fits a pattern in which `*` matches any text.
+/// Returns `true` if a name matches a pattern in which `*` stands for any text.
 pub fn matches(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,

@@ -140,7 +140,7 @@ impl Reader {
         }
     }
 
-    /// A bound of an array, the value of a parameter, or that of an enumeration's item.
+    /// Adds a constant: a bound of an array, the value of a parameter, or that of an enumeration's item.
     fn add_constant(&mut self, tag: &Tag<'_>) {
         let Some(text) = tag.get("name") else { return };
         if let Some((.., bounds)) = &mut self.array {
