@@ -138,8 +138,8 @@ fn an_axi4_memory_checks_its_master() {
     for (steps, rule) in cases {
         // An offer must stay while it is not taken.
         let waits = rule.contains("ready");
-        let told = broken(|dut| stalled(dut, &[waits, waits, waits, waits, false]), &steps);
-        assert!(told.contains("m_axi at ") && told.ends_with(rule), "{rule}: '{told}'");
+        let message = broken(|dut| stalled(dut, &[waits, waits, waits, waits, false]), &steps);
+        assert!(message.contains("m_axi at ") && message.ends_with(rule), "{rule}: '{message}'");
     }
     let narrow = with(&[("s_axi_awsize", 0), ("s_axi_wvalid", 1), ("s_axi_wstrb", 3)]);
     assert!(broken(memory, &[&narrow, &[], &[]]).contains("wstrb is 0b11 in a beat at 0x0 whose bytes are 0b1"));
@@ -164,8 +164,8 @@ fn an_axi4_checker_finds_the_faults_of_a_slave() {
             master.write_burst(0x40, &[1, 2, 3, 4]).await?;
             master.read_burst(0x40, 4).await.map(|_| ())
         });
-        let told = end.err().map(|e| e.to_string()).unwrap_or_default();
-        assert!(told.contains(rule) && told.is_empty() == rule.is_empty(), "fault {fault}: '{told}'");
+        let message = end.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(message.contains(rule) && message.is_empty() == rule.is_empty(), "fault {fault}: '{message}'");
     }
 }
 

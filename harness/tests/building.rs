@@ -1,4 +1,4 @@
-//! From Verilog to a model: what is found again, what is built anew, and every way it can fail.
+//! From Verilog to a model: what is found again, what is built again, and every way it can fail.
 
 mod common;
 
@@ -153,7 +153,7 @@ fn folders_and_files_may_have_any_name() {
         assert_eq!((value(&build), models()), (3, 2), "the include changed");
         place.write(&include, "`define VALUE 2\n");
         assert_eq!((value(&build), models()), (2, 2), "both are kept");
-        // Of the file's name Verilator tells what stands before the first blank: the source is found by the line.
+        // Verilator cuts the file's name at the first blank: the source is found by the line.
         let library = build.compile().unwrap();
         let warning = &library.warnings()[0];
         assert_eq!((Path::new(&warning.file), warning.line), (source.as_path(), 3));
@@ -349,7 +349,7 @@ fn models_not_used_for_thirty_days_are_removed_unless_they_are_in_use() {
     let place = Place::new();
     let build = place.build("constant", CONSTANT);
     let models = || variants(&place.path("cache/models"));
-    // Builds a model and says that it was used so many days ago.
+    // Builds a model and sets its last use to some days ago.
     let made_and_used = |value_of_v: u64, days: u64| -> PathBuf {
         let before = models();
         assert_eq!(value(&build.clone().parameter("V", value_of_v)), value_of_v);

@@ -2,9 +2,6 @@
 
 mod common;
 
-use std::cell::RefCell;
-use std::rc::Rc;
-
 use common::{build, run, sim};
 use hoverlock_harness::{Error, SimError, Time};
 

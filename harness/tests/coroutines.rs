@@ -28,7 +28,7 @@ impl Coroutine for Script {
     }
 }
 
-/// Waits as told, then notes when it was woken.
+/// A coroutine that takes a list of steps and records when it was woken.
 struct Repeats {
     steps: std::vec::IntoIter<Step>,
     dut: hoverlock_harness::sim::Dut,

@@ -124,9 +124,13 @@ fn a_force_wakes_tasks_and_a_deposit_waits_for_its_end() {
 #[test]
 fn what_cannot_be_forced_is_refused_with_the_way_to_it() {
     let sim = sim(build("overrides").internal("u_adder.sum"));
-    let told = |name: &str| sim.dut().forcing(name).err().map(|e| e.to_string()).unwrap_or_default();
-    assert_eq!(told("u_adder.sum"), "'u_adder.sum' cannot be forced: add .forceable(\"u_adder.sum\") to the build");
-    assert!(told("next").ends_with("a port of the top; force the signal inside that drives it"), "{}", told("next"));
+    let message = |name: &str| sim.dut().forcing(name).err().map(|e| e.to_string()).unwrap_or_default();
+    assert_eq!(message("u_adder.sum"), "'u_adder.sum' cannot be forced: add .forceable(\"u_adder.sum\") to the build");
+    assert!(
+        message("next").ends_with("a port of the top; force the signal inside that drives it"),
+        "{}",
+        message("next")
+    );
     let refused = |name: &str| build("overrides").forceable(name).compile().unwrap_err();
     for name in ["next", "u_adder.cells", "u_adder.gain"] {
         assert!(matches!(refused(name), BuildError::BadOption { what: "forceable", .. }), "{name}");

@@ -75,19 +75,19 @@ fn chosen_signals_are_dumped_without_a_traced_build() {
 #[test]
 fn a_window_begins_and_ends_in_time_and_waves_stop_when_told() {
     let folder = tempfile::tempdir().unwrap();
-    let (window, told) = (folder.path().join("window.vcd"), folder.path().join("told.vcd"));
+    let (window, stopped) = (folder.path().join("window.vcd"), folder.path().join("stopped.vcd"));
     let recording = Recording::signals(&window, Vec::<String>::new()).window(Time::ns(20), Time::ns(40));
     let mut sim = counting(sim(build("counter")), 3, |dut| {
         dut.start_waves(&recording).unwrap();
     });
     let dut = sim.dut();
-    let id = dut.start_waves(&Recording::signals(&told, ["count"])).unwrap();
+    let id = dut.start_waves(&Recording::signals(&stopped, ["count"])).unwrap();
     sim.run_for(PERIOD * 2).unwrap();
     dut.stop_waves(id).unwrap();
     sim.run_for(PERIOD * 20).unwrap();
     drop(sim);
     assert_eq!(dump(&window, "clk").0, [20_000, 25_000, 30_000, 35_000, 40_000]);
-    assert_eq!(dump(&told, "count").0, [20_000, 30_000, 40_000]);
+    assert_eq!(dump(&stopped, "count").0, [20_000, 30_000, 40_000]);
 }
 
 #[test]

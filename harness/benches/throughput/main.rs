@@ -13,15 +13,17 @@ fn main() -> Result<(), Error> {
     let folder = tempfile::tempdir().map_err(|e| Error::bench(e.to_string()))?;
     let wanted: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let is_wanted = |part: &str| wanted.is_empty() || wanted.iter().any(|name| name == part);
+    if is_wanted("small") {
+        println!("A small stream design\n");
+        small::table(folder.path())?;
+        println!();
+    }
     if is_wanted("top") {
         println!("The Hoverlock top\n");
         top::table(folder.path())?;
         println!();
     }
     if is_wanted("small") {
-        println!("A small stream design\n");
-        small::table(folder.path())?;
-        println!();
         small::start_times(folder.path())?;
     }
     Ok(())

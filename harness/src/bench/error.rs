@@ -10,6 +10,7 @@ use crate::engine::time::Time;
 /// Any error of the harness.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the fields are the parts of the message")]
 pub enum Error {
     /// Verilog did not become a loaded model.
     #[error(transparent)]
@@ -28,12 +29,7 @@ pub enum Error {
     Bench(String),
     /// A file of waves, coverage or reports cannot be written or read.
     #[error("{path}: {source}", path = path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    File { path: PathBuf, source: std::io::Error },
 }
 
 impl Error {
@@ -64,114 +60,47 @@ pub struct Violation {
     pub time: Time,
 }
 
-/// Why a simulation ended before its bench did.
+/// A reason why a simulation ended before its bench did.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the fields are the parts of the message")]
 pub enum SimError {
     /// A task failed, and no task waited for it.
     #[error("task '{task}' failed at {time}: {failure}")]
-    TaskFailed {
-        /// The task's name.
-        task: String,
-        /// Simulation time.
-        time: Time,
-        /// What it failed with.
-        failure: Failure,
-    },
+    TaskFailed { task: String, time: Time, failure: Failure },
     /// A task that was waited for was cancelled.
     #[error("task '{task}' was cancelled")]
-    Cancelled {
-        /// The task's name.
-        task: String,
-    },
+    Cancelled { task: String },
     /// No event can come any more, and the bench still waits.
     #[error("no event can come any more at {}, and the bench still waits:\n{report}", report.time)]
-    Deadlock {
-        /// What every task waits for.
-        report: StuckReport,
-    },
+    Deadlock { report: StuckReport },
     /// The limit of simulation time was reached.
     #[error("simulation time limit of {limit} reached; the tasks wait:\n{report}")]
-    TimeLimit {
-        /// The limit.
-        limit: Time,
-        /// What every task waits for.
-        report: StuckReport,
-    },
+    TimeLimit { limit: Time, report: StuckReport },
     /// The wall-clock limit was reached.
     #[error("wall-clock limit of {seconds} s reached at {}; the tasks wait:\n{report}", report.time)]
-    WallClock {
-        /// The limit.
-        seconds: f64,
-        /// What every task waits for.
-        report: StuckReport,
-    },
+    WallClock { seconds: f64, report: StuckReport },
     /// Tasks and model react to each other without end while time stands still.
     #[error("no end of changes at {}: {rounds} rounds in one time step; the tasks wait:\n{report}", report.time)]
-    NoProgress {
-        /// How many rounds were taken.
-        rounds: u32,
-        /// What every task waits for.
-        report: StuckReport,
-    },
+    NoProgress { rounds: u32, report: StuckReport },
     /// `$finish` before the bench was done.
     #[error("the Verilog called $finish at {time}{} before the bench was done", place_text(file, *line))]
-    Finished {
-        /// The Verilog file.
-        file: String,
-        /// The line in it.
-        line: u32,
-        /// Simulation time.
-        time: Time,
-    },
+    Finished { file: String, line: u32, time: Time },
     /// `$stop`, `$error` or `$fatal` in the Verilog.
     #[error("{time}: {message}{}", place_text(file, *line))]
-    Verilog {
-        /// Its message.
-        message: String,
-        /// The Verilog file.
-        file: String,
-        /// The line in it.
-        line: u32,
-        /// Simulation time.
-        time: Time,
-    },
+    Verilog { message: String, file: String, line: u32, time: Time },
     /// The span of `with_timeout` was over.
     #[error("timeout of {limit} at {time}")]
-    Timeout {
-        /// How long was waited.
-        limit: Time,
-        /// Simulation time.
-        time: Time,
-    },
+    Timeout { limit: Time, time: Time },
     /// A condition that a bench waited for did not hold at any edge within the limit.
     #[error("a condition did not hold within {limit} cycles of '{clock}', until {time}")]
-    TooManyCycles {
-        /// The clock's name.
-        clock: String,
-        /// The limit, in rising edges.
-        limit: u64,
-        /// Simulation time at the last edge.
-        time: Time,
-    },
+    TooManyCycles { clock: String, limit: u64, time: Time },
     /// A trigger was awaited in a region where it cannot come.
     #[error("{trigger} awaited in {region} at {time}: {reason}")]
-    WrongRegion {
-        /// The trigger.
-        trigger: &'static str,
-        /// The region.
-        region: &'static str,
-        /// Simulation time.
-        time: Time,
-        /// Why, and what to do.
-        reason: &'static str,
-    },
+    WrongRegion { trigger: &'static str, region: &'static str, time: Time, reason: &'static str },
     /// The run was interrupted (Ctrl-C).
     #[error("interrupted at {time}")]
-    Interrupted {
-        /// Simulation time.
-        time: Time,
-    },
+    Interrupted { time: Time },
     /// A signal of another simulation was awaited.
     #[error("the signal awaited belongs to another simulation: handles and triggers live as long as their `dut`")]
     OtherSimulation,

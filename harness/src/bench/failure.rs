@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// Why a task failed: a text, and a payload of the task's language, such as an exception.
+/// The reason why a task failed: a text, and a payload of the task's language, such as an exception.
 #[derive(Clone)]
 pub struct Failure(Arc<FailureInner>);
 

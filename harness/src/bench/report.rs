@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::engine::time::Time;
 
-/// What one task waits for.
+/// The report of what one task waits for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TaskReport {
     /// The task's name.
@@ -13,14 +13,14 @@ pub struct TaskReport {
     pub waits: Vec<String>,
 }
 
-/// What all living tasks wait for.
+/// The report of what all living tasks wait for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StuckReport {
     /// Simulation time.
     pub time: Time,
     /// The tasks, in the order in which they were started.
     pub tasks: Vec<TaskReport>,
-    /// Whether no clock of the harness runs.
+    /// `true` if no clock of the harness runs.
     pub no_clock: bool,
 }
 

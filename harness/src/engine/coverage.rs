@@ -27,7 +27,7 @@ pub struct Point {
     pub scope: String,
 }
 
-/// Counts by point.
+/// The counts of all points of one or several runs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Coverage {
     /// How often each point was hit.

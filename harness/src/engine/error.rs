@@ -5,296 +5,132 @@ use std::path::PathBuf;
 use super::build::Diagnostic;
 use super::time::Time;
 
-/// Why Verilog did not become a loaded model.
+/// A reason why Verilog did not become a loaded model.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the fields are the parts of the message")]
 pub enum BuildError {
     /// A tool is not installed.
     #[error("{tool} was not found: {hint}")]
-    ToolMissing {
-        /// The program looked for.
-        tool: String,
-        /// How to get it.
-        hint: String,
-    },
-    /// The version of Verilator cannot be used: it is too old, or it failed the trial that every version passes which
-    /// the harness does not know.
+    ToolMissing { tool: String, hint: String },
+    /// The version of Verilator cannot be used: it is too old, or it is unknown to the harness and failed its trial.
     #[error("verilator {found} at {path} cannot be used: {reason}", path = path.display())]
-    VersionUnsupported {
-        /// The version found.
-        found: String,
-        /// Where it was found.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
+    VersionUnsupported { found: String, path: PathBuf, reason: String },
     /// A source or an include folder does not exist or cannot be read.
     #[error("{path}: {source}", path = path.display())]
-    Source {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    Source { path: PathBuf, source: std::io::Error },
     /// No Verilog source was given.
     #[error("no Verilog source was given for top module '{top}'")]
-    NoSources {
-        /// The top module asked for.
-        top: String,
-    },
+    NoSources { top: String },
     /// A name or a value that cannot be put on Verilator's command line.
     #[error("{what} '{value}' is not valid: {reason}")]
-    BadOption {
-        /// Which option.
-        what: &'static str,
-        /// What was given.
-        value: String,
-        /// Why it is not valid.
-        reason: &'static str,
-    },
+    BadOption { what: &'static str, value: String, reason: &'static str },
     /// The sources have no such module.
     #[error("no module '{top}' in the sources{}", nearest_text(nearest))]
-    NoSuchTop {
-        /// The top module asked for.
-        top: String,
-        /// The modules whose names are nearest.
-        nearest: Vec<String>,
-    },
+    NoSuchTop { top: String, nearest: Vec<String> },
     /// An internal signal asked for by name does not exist.
     #[error("no internal signal '{name}' in '{top}'{}", nearest_text(nearest))]
-    NoSuchInternal {
-        /// The hierarchical name asked for.
-        name: String,
-        /// The top module.
-        top: String,
-        /// The names that are nearest.
-        nearest: Vec<String>,
-    },
+    NoSuchInternal { name: String, top: String, nearest: Vec<String> },
     /// Verilator refused the Verilog.
     #[error("verilator found errors in the Verilog:\n{}", diagnostics_text(diagnostics))]
-    Verilog {
-        /// Every message, errors first.
-        diagnostics: Vec<Diagnostic>,
-    },
+    Verilog { diagnostics: Vec<Diagnostic> },
     /// The C++ compiler failed on what Verilator wrote.
     #[error("the C++ compiler failed on the generated model:\n{output}")]
-    Compiler {
-        /// The error lines of its output.
-        output: String,
-    },
+    Compiler { output: String },
     /// A program could not be started.
     #[error("{program} could not be run: {source}")]
-    Spawn {
-        /// The program.
-        program: String,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    Spawn { program: String, source: std::io::Error },
     /// The folder of built models cannot be used.
     #[error("the cache folder {path} cannot be used: {source}; set HOVERLOCK_CACHE to a writable folder",
         path = path.display())]
-    Cache {
-        /// The folder or a file in it.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    Cache { path: PathBuf, source: std::io::Error },
     /// No variable says where the cache folder is.
     #[error(transparent)]
     NoCacheFolder(#[from] hoverlock_cache::NoCacheFolder),
     /// A built model cannot be loaded, even after a fresh build.
     #[error("the built model {path} cannot be loaded: {reason}", path = path.display())]
-    Load {
-        /// The shared library.
-        path: PathBuf,
-        /// The error of the loader.
-        reason: String,
-    },
+    Load { path: PathBuf, reason: String },
     /// An output of Verilator does not have the expected format.
     #[error("verilator's {what} cannot be read: {reason}")]
-    Unexpected {
-        /// Which of its outputs.
-        what: &'static str,
-        /// What is unexpected.
-        reason: String,
-    },
+    Unexpected { what: &'static str, reason: String },
 }
 
 /// A wrong use of a model.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the fields are the parts of the message")]
 pub enum ModelError {
     /// No port or public signal of that name.
     #[error("no signal '{name}' in '{top}'{}", nearest_text(nearest))]
-    NoSuchSignal {
-        /// The name asked for.
-        name: String,
-        /// The top module.
-        top: String,
-        /// The names that are nearest.
-        nearest: Vec<String>,
-    },
+    NoSuchSignal { name: String, top: String, nearest: Vec<String> },
     /// The signal exists, but is of a type that cannot be accessed.
     #[error(
         "'{name}' of '{top}' cannot be accessed: only vectors, arrays of vectors, `real` and internal `string` can, \
          not queues, events, interfaces and classes, and of an unpacked structure inside the design its fields alone, \
          '{name}.field'"
     )]
-    NotReachable {
-        /// The name.
-        name: String,
-        /// The top module.
-        top: String,
-    },
+    NotReachable { name: String, top: String },
     /// A value that does not fit the width.
     #[error("{value} does not fit '{signal}', which is {width} bits wide ({low} to {high})")]
-    OutOfRange {
-        /// The signal.
-        signal: String,
-        /// The value as written.
-        value: String,
-        /// The signal's width.
-        width: u32,
-        /// The least value it takes.
-        low: String,
-        /// The greatest value it takes.
-        high: String,
-    },
+    OutOfRange { signal: String, value: String, width: u32, low: String, high: String },
     /// A signal wider than 64 bits, asked for as a number.
     #[error("'{signal}' is {width} bits wide: use `wide` in place of `signal`")]
-    TooWide {
-        /// The signal.
-        signal: String,
-        /// Its width.
-        width: u32,
-    },
+    TooWide { signal: String, width: u32 },
     /// A memory asked for as a signal, or a signal as a memory.
     #[error("'{signal}' {is}: use `{instead}`")]
-    WrongShape {
-        /// The signal.
-        signal: String,
-        /// What it is.
-        is: &'static str,
-        /// The call that takes it.
-        instead: &'static str,
-    },
+    WrongShape { signal: String, is: &'static str, instead: &'static str },
     /// An address outside a memory.
     #[error("address {index} is outside of '{memory}', which has {first} to {last}")]
-    Address {
-        /// The memory.
-        memory: String,
-        /// The address asked for.
-        index: i64,
-        /// Its lowest address.
-        first: i64,
-        /// Its highest address.
-        last: i64,
-    },
+    Address { memory: String, index: i64, first: i64, last: i64 },
     /// A write to an output.
     #[error("'{signal}' is an output of '{top}' and cannot be written")]
-    NotWritable {
-        /// The signal.
-        signal: String,
-        /// The top module.
-        top: String,
-    },
+    NotWritable { signal: String, top: String },
     /// A write through a handle that outlived its simulation.
     #[error("'{signal}' belongs to a simulation that has ended: each test has a model of its own")]
-    Ended {
-        /// The signal.
-        signal: String,
-    },
+    Ended { signal: String },
     /// A write in the region `ReadOnly`.
     #[error("'{signal}' was written in ReadOnly at {time}: write after NextTimeStep, or in ReadWrite")]
-    WriteInReadOnly {
-        /// The signal.
-        signal: String,
-        /// Simulation time.
-        time: Time,
-    },
+    WriteInReadOnly { signal: String, time: Time },
     /// A name that the enumeration does not have.
     #[error("'{signal}' has no value named '{name}'{}", nearest_text(nearest))]
-    NoSuchEnumItem {
-        /// The signal.
-        signal: String,
-        /// The name asked for.
-        name: String,
-        /// The items it has.
-        nearest: Vec<String>,
-    },
+    NoSuchEnumItem { signal: String, name: String, nearest: Vec<String> },
     /// A signal that was not made forceable.
     #[error("'{signal}' cannot be forced: {}", if *is_port {
         "it is a port of the top; force the signal inside that drives it".to_owned()
     } else {
         format!("add .forceable(\"{signal}\") to the build")
     })]
-    NotForceable {
-        /// The signal.
-        signal: String,
-        /// Whether it is a port of the top.
-        is_port: bool,
-    },
+    NotForceable { signal: String, is_port: bool },
     /// An `inout` of a model whose Verilator does not let a bench drive it.
     #[error(
         "'{signal}' is an inout, which a bench cannot drive on this Verilator: it has no --pins-inout-enables, \
          which newer ones have (5.048 does)"
     )]
-    InoutNotDrivable {
-        /// The signal.
-        signal: String,
-    },
+    InoutNotDrivable { signal: String },
     /// A signal of a kind that the harness does not record.
     #[error("'{signal}' {reason}")]
-    NotRecordable {
-        /// The signal.
-        signal: String,
-        /// Its kind, and what to do.
-        reason: &'static str,
-    },
+    NotRecordable { signal: String, reason: &'static str },
     /// The model was built without the option.
     #[error("{what} needs a model built with {with}")]
-    NotBuiltIn {
-        /// What was asked for.
-        what: &'static str,
-        /// The build option.
-        with: &'static str,
-    },
+    NotBuiltIn { what: &'static str, with: &'static str },
     /// The model failed in an evaluation and cannot be evaluated any more.
     #[error("the model '{top}' stopped: {message}{}", place_text(file, *line))]
-    Dead {
-        /// The top module.
-        top: String,
-        /// Its message.
-        message: String,
-        /// The Verilog file, if known.
-        file: String,
-        /// The line in it.
-        line: u32,
-    },
+    Dead { top: String, message: String, file: String, line: u32 },
     /// No instance can be made.
     #[error("an instance of '{top}' cannot be made: {reason}")]
-    Instance {
-        /// The top module.
-        top: String,
-        /// Why.
-        reason: String,
-    },
+    Instance { top: String, reason: String },
 }
 
-/// Why a file of waves or coverage was not written or read.
+/// A reason why a file of waves or coverage was not written or read.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the fields are the parts of the message")]
 pub enum RecordingError {
     /// The model does not have the signal, or was built without waves or coverage.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The file cannot be written or read.
     #[error("{path}: {source}", path = path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    File { path: PathBuf, source: std::io::Error },
 }
 
 /// Returns at most five candidates nearest to a name, by edit distance, ignoring case. A candidate that differs in more

@@ -1,5 +1,5 @@
-//! The engine: from Verilog to a model in this process, its signals, its evaluation, its waves and coverage. It knows no
-//! clock, no task and no bus.
+//! The engine: from Verilog to a model in this process, its signals, its evaluation, its waves and coverage. It knows
+//! no clock, no task and no bus.
 //!
 //! | module | content |
 //! |---|---|

@@ -1,5 +1,5 @@
 // An Avalon-MM master that copies `count` words from address 0 on to address 256 on, adding 1. With FAULT 1 it moves
-// its address on while it is told to wait.
+// its address on while it is stalled.
 module copier_mm #(parameter FAULT = 0) (
     input  wire        clk,
     input  wire        rst,

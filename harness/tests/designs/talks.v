@@ -1,4 +1,4 @@
-// Says things when told to.
+// Prints messages on request.
 module talks (input wire clk, input wire [7:0] command, output reg [31:0] random, output reg seen, output reg [7:0] unreset);
     always @(posedge clk) begin
         case (command)

@@ -72,7 +72,7 @@ impl Ports {
     }
 }
 
-/// Reads and writes registers of the design: one access at a time, in the order of the calls.
+/// A master that reads and writes registers of the design: one access at a time, in the order of the calls.
 #[derive(Clone)]
 pub struct Master {
     ports: Rc<Ports>,
@@ -202,7 +202,7 @@ struct MemoryState {
     stall: Pause,
     latency: (u64, u64),
     random: Random,
-    /// Addresses from one word of a burst to the next.
+    /// The distance between the addresses of a burst's words.
     step: u64,
 }
 
@@ -221,7 +221,7 @@ struct MemoryAgent {
     contents: Contents,
     state: Rc<RefCell<MemoryState>>,
     cycle: u64,
-    /// Reads in flight: the cycle of the answer, and the word.
+    /// Reads in flight: the cycle of the response, and the word.
     answers: VecDeque<(u64, u64)>,
     /// The command, which must stay while `waitrequest` is 1.
     command: Offer<Command>,
@@ -229,7 +229,7 @@ struct MemoryAgent {
     burst: Option<(u64, u64)>,
 }
 
-/// What a master asks for in a cycle.
+/// The command that a master gives in a cycle.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Command {
     address: u64,

@@ -107,7 +107,7 @@ pub(super) fn response(signal: &Option<Signal>) -> Response {
     Response::of(signal.as_ref().map_or(0, Signal::get))
 }
 
-/// Reads and writes registers of the design: one write and one read at a time.
+/// A master that reads and writes registers of the design: one write and one read at a time.
 #[derive(Clone)]
 pub struct Master {
     ports: Rc<Ports>,
@@ -200,7 +200,7 @@ impl Master {
     }
 }
 
-/// In which cycles the channels `aw`, `w`, `ar`, `b` and `r` stall.
+/// The pauses of the channels `aw`, `w`, `ar`, `b` and `r`.
 type Stalls = Rc<RefCell<[Pause; 5]>>;
 
 /// A memory for a master in the design. Addresses count bytes; words are as wide as the data.

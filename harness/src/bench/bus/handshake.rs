@@ -1,10 +1,10 @@
 //! The rule of every handshake: what is offered stays, unchanged, until it is taken.
 
-/// What is offered on one channel and was not taken yet.
+/// The payload that is offered on one channel and not transferred yet.
 #[derive(Debug, Clone)]
 pub(super) struct Offer<P> {
     waiting: Option<P>,
-    /// The bus's name for what is offered, used in messages.
+    /// The name of the payload in messages.
     payload_name: &'static str,
 }
 

@@ -4,12 +4,12 @@ use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// Words of up to 64 bits by address, 0 where nothing was written, and the number of accesses. Clones share them.
+/// A memory of words of up to 64 bits by address, 0 if never written, with a count of accesses. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Contents {
     words: Rc<RefCell<HashMap<u64, u64>>>,
     accesses: Rc<Cell<u64>>,
-    /// The addresses of a word.
+    /// The number of addresses that a word has.
     step: u64,
 }
 

@@ -93,7 +93,7 @@ impl Drop for Wait {
     }
 }
 
-/// The first of several triggers, as its index.
+/// A wait for the first of several triggers, which returns its index.
 #[must_use = "a trigger does nothing until it is awaited"]
 pub struct First(pub(crate) Wait);
 

@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::engine::time::Time;
 
-/// How important a line is.
+/// The importance of a line of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Details for debugging.
@@ -25,7 +25,7 @@ pub struct Line {
     pub time: Time,
     /// How important it is.
     pub level: Level,
-    /// Where it comes from: `verilog`, `harness`, or a name that the bench chose.
+    /// The origin of the line: `verilog`, `harness`, or a name that the bench chose.
     pub source: String,
     /// The text.
     pub text: String,
@@ -46,7 +46,7 @@ impl fmt::Display for Line {
 /// A function that gets every line of the log.
 pub(crate) type Listener = Box<dyn FnMut(&Line)>;
 
-/// Keeps the last lines and calls the listener with each.
+/// The last lines, and a listener that is called with each new line.
 pub struct Log {
     lines: VecDeque<Line>,
     kept: usize,

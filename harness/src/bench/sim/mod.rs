@@ -49,7 +49,7 @@ pub use super::failure::Failure;
 pub use super::report::{StuckReport, TaskReport};
 use crate::engine::time::Time;
 
-/// Where in a time step the simulation is.
+/// A part of a time step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Region {
     /// Tasks run and write.
@@ -70,7 +70,7 @@ impl Region {
     }
 }
 
-/// When tasks that wait for an edge of a driven input wake.
+/// The moment at which tasks wake that wait for an edge of a driven input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EdgeOrder {
     /// Before the evaluation: registers show their values before the edge.
@@ -80,7 +80,7 @@ pub enum EdgeOrder {
     AfterEval,
 }
 
-/// Limits of a run. A run that exceeds one ends with an error that says what each task waits for.
+/// The limits of a run. A run that exceeds one ends with an error that says what each task waits for.
 #[derive(Debug, Clone)]
 pub struct Limits {
     /// Simulation time.

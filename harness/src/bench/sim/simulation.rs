@@ -201,7 +201,7 @@ impl Drop for Sim {
     }
 }
 
-/// Interrupts a run from another thread.
+/// A flag that interrupts a run from another thread.
 #[derive(Clone)]
 pub struct StopFlag(Arc<AtomicBool>);
 

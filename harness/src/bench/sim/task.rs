@@ -13,14 +13,14 @@ use super::trigger::{Outcome, Trigger};
 use crate::bench::error::SimError;
 use crate::bench::failure::Failure;
 
-/// A task. An id is never reused for another task.
+/// The id of a task; it is never reused for another task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TaskId {
     pub(crate) index: u32,
     pub(crate) generation: u32,
 }
 
-/// What a coroutine does when resumed.
+/// The step that a coroutine takes when it is resumed.
 pub enum Step {
     /// It waits for a trigger.
     Wait(Trigger),
@@ -42,7 +42,7 @@ pub trait Coroutine {
     fn cancel(&mut self) {}
 }
 
-/// How a task ended.
+/// The end of a task.
 #[derive(Debug, Clone)]
 pub enum Ending {
     /// Without an error.
@@ -103,7 +103,7 @@ impl<T> IntoFuture for TaskHandle<T> {
     }
 }
 
-/// Waits for the end of a task.
+/// A wait for the end of a task.
 pub struct Join<T> {
     wait: Wait,
     handle: TaskHandle<T>,

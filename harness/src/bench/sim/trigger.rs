@@ -10,7 +10,7 @@ use crate::bench::failure::Failure;
 use crate::engine::model::SignalId;
 use crate::engine::time::Time;
 
-/// Which change of a signal is meant.
+/// A kind of change of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
     /// From 0 to 1, of a one-bit signal.
@@ -117,7 +117,7 @@ impl Trigger {
     }
 }
 
-/// How a wait ended.
+/// The end of a wait.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -145,7 +145,7 @@ pub(crate) struct SyncState {
     pub flag: Cell<bool>,
     pub exclusive: bool,
     pub waiters: RefCell<VecDeque<WaitId>>,
-    /// How many of the waiters were given up.
+    /// The number of waiters whose wait was cancelled.
     pub stale: Cell<usize>,
 }
 

@@ -50,7 +50,7 @@ impl Tables {
     }
 }
 
-/// The structures of the generated code, of unpacked ones of the Verilog.
+/// The C++ structures that Verilator generates for unpacked structures.
 pub(super) struct Structures {
     /// The class of each instance.
     classes: HashMap<String, String>,

@@ -76,7 +76,7 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
     Ok(library)
 }
 
-/// How long a model is kept that is not used.
+/// The time after which an unused model is removed.
 const KEPT_UNUSED: Duration = Duration::from_secs(30 * 24 * 3600);
 
 struct Cache {
@@ -345,7 +345,7 @@ fn model_key(
     hash.add(tool::fingerprint(&verilator.path).as_bytes());
     hash.add(tool::fingerprint(compiler).as_bytes());
     build.verilator_arguments(sources, includes).iter().for_each(|argument| hash.add(argument.as_bytes()));
-    // The patterns of both lists are told apart by the count between them.
+    // The patterns of both lists are separated by the count between them.
     build.internals.iter().for_each(|pattern| hash.add(pattern.as_bytes()));
     hash.add(&build.internals.len().to_le_bytes());
     build.forceable.iter().for_each(|pattern| hash.add(pattern.as_bytes()));

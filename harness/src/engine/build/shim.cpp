@@ -333,7 +333,7 @@ HV_API void hv_delete(HvInstance* self) {
 #endif
         delete self->model;
     } catch (...) {
-        // Nothing can be told any more: the instance goes.
+        // Messages can no longer be taken: the instance is being deleted.
     }
     // The thread must not keep a pointer to a context that is gone.
     Verilated::threadContextp(nullptr);

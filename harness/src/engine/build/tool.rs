@@ -7,26 +7,26 @@ use std::time::UNIX_EPOCH;
 
 use crate::engine::error::BuildError;
 
-/// The oldest version that can be used: 5.000 changed the scheduler, 5.002 its first faults.
+/// The oldest version that can be used: 5.000 changed the scheduler, 5.002 mended its first faults.
 pub const OLDEST: (u32, u32) = (5, 2);
-/// The newest version of the series that this harness grew up with. Of every other, a trial decides.
+/// The newest version that this harness was tested with. Any other must pass a trial.
 const NEWEST_KNOWN: (u32, u32) = (5, 20);
 /// The first version that describes the design as JSON; the description as XML went some versions later.
 const FIRST_WITH_JSON: (u32, u32) = (5, 24);
 
-/// Verilator and where its headers are.
+/// An installation of Verilator.
 #[derive(Debug, Clone)]
 pub struct Verilator {
     /// The program.
     pub path: PathBuf,
 }
 
-/// What a Verilator says of itself.
+/// The version that a Verilator reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Version {
     /// As it is printed in messages.
     pub text: String,
-    /// Major and minor number; none if it tells neither.
+    /// Major and minor number; `None` if the text has none.
     pub number: Option<(u32, u32)>,
 }
 

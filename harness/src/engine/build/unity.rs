@@ -14,7 +14,7 @@ use super::workshop::Workshop;
 use crate::engine::error::BuildError;
 
 pub(super) const SHIM: &str = include_str!("shim.cpp");
-/// Incremented whenever the shim's functions change.
+/// The version of the shim's functions: incremented whenever one of them changes.
 pub(crate) const INTERFACE: u32 = 3;
 
 impl Workshop<'_> {
@@ -79,7 +79,7 @@ impl Workshop<'_> {
     }
 }
 
-/// Signals whose value is not the design's alone, by their places in the table.
+/// The signals whose value is not the design's alone, by their indices in the table.
 pub(super) struct Overrides {
     /// Those that can be forced.
     forced: Vec<usize>,

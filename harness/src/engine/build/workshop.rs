@@ -14,10 +14,11 @@ use super::unity::Overrides;
 use super::{Build, Initial, Record, Trace, diagnostic, modules_in};
 use crate::engine::error::{BuildError, nearest};
 
-/// Splits each `inout` of the top into an input and two outputs: value and enable. Older versions do not have it.
+/// The option that splits each `inout` of the top into an input and two outputs, value and enable. Older versions do
+/// not have it.
 const SPLIT_INOUTS: &str = "--pins-inout-enables";
 
-/// Paths of one build, all absolute.
+/// A build in progress with its paths, all absolute.
 pub(super) struct Workshop<'a> {
     pub build: &'a Build,
     pub verilator: &'a Verilator,
@@ -179,7 +180,7 @@ impl Workshop<'_> {
     }
 
     /// Runs Verilator; with the `inout`s of the top split into what comes in and what goes out, if this version can.
-    /// The second value tells whether it did.
+    /// The second value is `true` if it did.
     fn verilate_with_inouts(
         &self,
         internals: &[Variable],

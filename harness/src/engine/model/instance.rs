@@ -16,7 +16,7 @@ use crate::engine::build::{Initial, Kind, PortDirection, Variable};
 use crate::engine::error::{ModelError, nearest};
 use crate::engine::time::Time;
 
-/// Options of an instance.
+/// The options of an instance.
 #[derive(Debug, Clone, Default)]
 pub struct InstanceOptions {
     /// Seed of random initial values and of `$random`.

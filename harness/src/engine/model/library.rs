@@ -10,10 +10,10 @@ use crate::engine::model::{InstanceOptions, Model};
 
 pub(crate) type Instance = *mut c_void;
 
-/// As in the shim.
+/// The greatest number of unpacked dimensions, as in the shim.
 pub(crate) const DIMENSIONS: usize = 8;
 
-/// As `HvSignal` in the shim.
+/// A signal of the shim's table, laid out as its `HvSignal`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub(crate) struct RawSlot {

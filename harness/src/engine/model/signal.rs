@@ -24,7 +24,7 @@ pub struct SignalInfo {
     pub name: String,
     /// The direction.
     pub direction: Direction,
-    /// Bits of a value (of one element, if it is a memory).
+    /// The width of a value in bits (of one element, if it is a memory).
     pub width: u32,
     /// Whether the Verilog type is signed.
     pub signed: bool,

@@ -6,7 +6,7 @@ use super::signal::{SignalId, SignalInfo};
 use super::storage::{Storage, load, load_words, store, store_words};
 use crate::engine::error::ModelError;
 
-/// What a read or write needs to know of a signal.
+/// The data of a signal that a read or write needs.
 #[derive(Clone, Copy)]
 pub(super) struct Slot {
     pub data: *mut u8,
@@ -90,7 +90,7 @@ impl Model {
     /// Returns the value of a signal of any width as 32-bit words, lowest first.
     pub fn get_words(&self, signal: SignalId) -> Vec<u32> {
         let info = self.info(signal);
-        // SAFETY: the signal is of this live model and has so many bytes.
+        // SAFETY: the signal is of this live model, and its storage says how many bytes it has.
         unsafe { load_words(info.data, info.storage) }
     }
 

@@ -12,7 +12,7 @@ use crate::bench::error::Error;
 use crate::bench::sim::{Agent, Core, Dut, Edge, Signal};
 use crate::engine::error::ModelError;
 
-/// How the addresses of a burst go on.
+/// The kind of a burst: how its addresses follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Fixed,
@@ -75,7 +75,7 @@ impl Command {
 /// A beat of write data: data, strobe, last.
 pub(super) type WriteBeat = (u64, u64, bool);
 
-/// What was taken in a cycle.
+/// The payloads that were transferred in a cycle.
 #[derive(Default)]
 pub(super) struct Taken {
     pub write: Option<Command>,
@@ -101,12 +101,12 @@ struct Flight {
     r: Offer<(u64, u64, bool, u64)>,
     /// Write bursts whose data is not complete.
     writes: VecDeque<Command>,
-    /// Beats of the burst of data in progress, and of complete ones whose address did not come yet.
+    /// Beats of the burst of data in progress, and of complete bursts whose address has not arrived.
     beats: u64,
     complete: VecDeque<u64>,
     /// Ids of writes that are complete and not answered.
     unanswered: Vec<u64>,
-    /// Reads in flight, and how many beats of each came.
+    /// Reads in flight, each with the number of beats received.
     reads: Vec<(Command, u64)>,
 }
 
@@ -231,7 +231,7 @@ impl Flight {
     }
 }
 
-/// Looks at a bus between a master and a slave, both of the design or of the bench, and checks the rules of both sides.
+/// A checker of the rules of both sides of a bus; master and slave are in the design or in the bench.
 #[derive(Clone)]
 pub struct Checker(Rc<RefCell<Counts>>);
 

@@ -10,7 +10,7 @@ use crate::bench::bus::{Pause, Reset};
 use crate::bench::error::Error;
 use crate::bench::sim::{Agent, Core, Dut, Edge, Signal};
 
-/// In which cycles the channels `aw`, `w`, `ar`, `b` and `r` stall.
+/// The pauses of the channels `aw`, `w`, `ar`, `b` and `r`.
 type Stalls = Rc<RefCell<[Pause; 5]>>;
 
 /// A memory for a master in the design. Addresses count bytes; words are as wide as the data, at most 64 bits.

@@ -20,14 +20,14 @@ use crate::bench::error::Error;
 use crate::bench::sim::{Dut, Lock, Signal, both};
 use crate::engine::error::ModelError;
 
-/// The most beats of a burst.
+/// The greatest number of beats in a burst.
 const LONGEST: usize = 256;
-/// A burst must not cross a multiple of so many bytes.
+/// The page size in bytes: a burst must not cross a multiple of it.
 const PAGE: u64 = 4096;
-/// Increasing addresses, in `awburst` and `arburst`.
+/// The code of increasing addresses in `awburst` and `arburst`.
 const INCREASING: u64 = 1;
 
-/// What AXI4 has beside AXI4-Lite in one direction.
+/// The signals of one direction that AXI4 has and AXI4-Lite does not.
 struct Extra {
     len: Signal,
     size: Option<Signal>,
@@ -61,7 +61,7 @@ impl Extra {
     }
 }
 
-/// Reads and writes a slave of the design in bursts.
+/// A master that reads and writes a slave of the design in bursts, and checks the slave.
 #[derive(Clone)]
 pub struct Master(Rc<Inner>);
 

@@ -17,7 +17,7 @@ pub(super) unsafe fn put_now(signal: &Signal, value: u64) {
     unsafe { store(signal.data(), signal.storage(), value) };
 }
 
-/// Drives one clock by half cycles.
+/// A driver of one clock, by half cycles.
 pub(super) struct HalfCycles<'a> {
     dut: &'a Dut,
     core: &'a Core,

@@ -9,7 +9,7 @@ use crate::bench::sim::{Dut, Signal};
 use crate::engine::error::ModelError;
 use crate::engine::model::{Direction, Storage, Word};
 
-/// A type that elements of a slice have: the one in which Verilator stores `data`.
+/// A type of the elements of a slice: the one in which Verilator stores `data`.
 pub trait Element: Word {
     /// Returns the value in 64 bits.
     fn widen(self) -> u64;
@@ -46,7 +46,7 @@ pub(super) struct Lane<T: Word> {
     ready: Option<Signal>,
     first: Option<Signal>,
     data: *mut T,
-    /// The bits of a beat's last element that are `data`.
+    /// A mask of the bits of a beat's last element that belong to `data`.
     top_mask: u64,
     latency: u32,
 }
@@ -157,7 +157,7 @@ pub(super) struct Sender<'a, I: Element> {
     elements: &'a [I],
     /// Beats to send.
     count: usize,
-    /// Beats the design took.
+    /// Beats that the design has accepted.
     pub sent: usize,
     /// Beats in a packet.
     packet: usize,
@@ -240,9 +240,9 @@ impl<'a, I: Element> Sender<'a, I> {
 pub(super) struct Receiver<'a, O: Element> {
     lane: &'a Lane<O>,
     received: &'a mut Vec<O>,
-    /// Beats the design gave.
+    /// Beats that the design has sent.
     pub beats: usize,
-    /// Packets the design gave.
+    /// Packets that the design has completed.
     pub packets: usize,
     expect: usize,
     expect_packets: usize,

@@ -21,12 +21,12 @@ use super::{Pause, Violation};
 use crate::bench::error::Error;
 use crate::bench::sim::{Clock, Dut, Sim};
 
-/// What a transfer does besides moving data. The default sends one packet without pauses and expects nothing.
+/// The options of a transfer. The default sends one packet without pauses and expects nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// In which cycles the source does not offer a beat.
+    /// The cycles in which the source offers no new beat.
     pub idle: Pause,
-    /// In which cycles the sink is not ready.
+    /// The cycles in which the sink is not ready.
     pub stall: Pause,
     /// Beats in each packet sent, marked by `startofpacket` and `endofpacket` (or `tlast`); 0: all beats are one
     /// packet.
@@ -40,16 +40,16 @@ pub struct Options {
     pub most_cycles: u64,
 }
 
-/// How a transfer went.
+/// The counts of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Report {
     /// Clock cycles it took.
     pub cycles: u64,
-    /// Beats the design took.
+    /// Beats that the design accepted.
     pub sent: usize,
-    /// Beats the design gave.
+    /// Beats that the design sent.
     pub received: usize,
-    /// Packets the design gave.
+    /// Packets that the design completed.
     pub packets: usize,
 }
 

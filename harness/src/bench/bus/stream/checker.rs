@@ -12,7 +12,7 @@ use crate::bench::error::Error;
 use crate::bench::sim::{Dut, Event};
 use crate::engine::time::Time;
 
-/// What a broken rule does.
+/// The effect of a broken rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Rules {
     /// It ends the run.
@@ -30,7 +30,7 @@ pub(super) struct Collector {
     pub violations: Vec<Violation>,
 }
 
-/// Checks every cycle, and assembles beats to frames. `W`: as of a beat.
+/// A checker of every cycle that also assembles beats to frames. `W` is that of [`Beat`].
 pub(super) struct Listener<const W: usize> {
     pub ports: Ports,
     reset: Option<Reset>,

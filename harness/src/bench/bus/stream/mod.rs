@@ -45,11 +45,11 @@ pub struct Frame {
     pub error: u64,
     /// `tdest`.
     pub destination: u64,
-    /// What the source does apart from sending the symbols; a received frame has the default.
+    /// How a source sends the frame; a received frame has the default.
     pub sending: Sending,
 }
 
-/// How a source sends a frame: for packets with missing marks, and for gaps between packets.
+/// The way in which a source sends a frame: with missing marks, or after a gap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sending {
     /// Sends no `startofpacket`: the frame continues the one before, or is stray.

@@ -10,8 +10,8 @@ use crate::engine::model::{Direction, SignalInfo, Storage, load};
 /// The widest `data`, in 64-bit words.
 pub(super) const WORDS: usize = 8;
 
-/// What moves at one edge. `data` has `W` 64-bit words, 1 or [`WORDS`]: most streams are narrow, and a beat is read,
-/// compared and copied in every cycle.
+/// A beat: the payload that is transferred at one edge. `data` has `W` 64-bit words, 1 or [`WORDS`]: most streams are
+/// narrow, and a beat is read, compared and copied in every cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Beat<const W: usize> {
     pub data: [u64; W],
@@ -333,7 +333,7 @@ fn put(signal: &Option<Signal>, value: u64) -> Result<(), ModelError> {
     }
 }
 
-/// In which of the last 64 cycles `ready` was 1.
+/// The values of `ready` in the last 64 cycles.
 #[derive(Clone, Copy, Default)]
 pub(in crate::bench::bus) struct ReadyHistory(u64);
 

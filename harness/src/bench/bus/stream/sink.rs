@@ -87,7 +87,7 @@ macro_rules! listening {
     };
 }
 
-/// Takes a stream from the design.
+/// A sink: drives `ready` and receives a stream from the design.
 #[derive(Clone)]
 pub struct Sink {
     pause: Rc<RefCell<Pause>>,
@@ -144,7 +144,7 @@ impl<const W: usize> Agent for SinkAgent<W> {
     }
 }
 
-/// Listens to a stream without driving it.
+/// A monitor: receives a stream without driving a signal of it.
 #[derive(Clone)]
 pub struct Monitor {
     collector: Rc<RefCell<Collector>>,

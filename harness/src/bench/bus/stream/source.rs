@@ -12,28 +12,28 @@ use crate::bench::sim::{Agent, Core, Dut, Edge, Event, Signal};
 
 struct SourceState {
     frames: VecDeque<Frame>,
-    /// Symbols of the first frame that the design has taken.
+    /// Symbols of the first frame that the design has accepted.
     taken: usize,
-    /// Beats of all frames that the design has not taken yet.
+    /// Beats of all frames that the design has not accepted yet.
     pending: usize,
     pause: Pause,
     /// Cycles of the first frame's gap that have passed.
     gap: u64,
-    /// Random values for the other signals while `valid` is 0, if they are wanted.
+    /// The source of random values for the other signals while `valid` is 0, if asked for.
     noise: Option<Random>,
     presented: bool,
     sent: u64,
     idle: Event,
 }
 
-/// Drives a stream into the design.
+/// A source: drives a stream into the design.
 #[derive(Clone)]
 pub struct Source {
     ports: Ports,
     state: Rc<RefCell<SourceState>>,
 }
 
-/// `W`: as of a beat.
+/// The source's part at the clock; `W` is that of a beat.
 struct SourceAgent<const W: usize> {
     ports: Ports,
     reset: Option<Reset>,

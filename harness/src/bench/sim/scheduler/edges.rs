@@ -10,7 +10,7 @@ use crate::bench::sim::task::{Coroutine, TaskId};
 use crate::bench::sim::trigger::Edge;
 use crate::engine::model::{Direction, SignalId, SignalInfo, Storage, load, load_words, store, store_words};
 
-/// What an edge wakes.
+/// The task or wait that an edge wakes.
 #[derive(Clone, Copy)]
 pub(super) enum Waiter {
     /// A coroutine that waits for this edge and nothing else: the task's index, and the number of its wait. It needs no
@@ -24,7 +24,7 @@ pub(super) struct Watcher {
     /// The bits whose rise, and those whose fall is waited for: to look for an edge takes no branch.
     rising: u64,
     falling: u64,
-    /// How many edges are still to come, this one included.
+    /// The number of edges until it wakes, the next one included.
     remaining: u64,
 }
 
@@ -43,7 +43,7 @@ impl Watcher {
 
 pub(super) struct SignalState {
     pub data: *mut u8,
-    /// What is written, if the evaluation decides what is read.
+    /// The address of writes; another than `data` if the evaluation decides the value.
     pub target: *mut u8,
     pub storage: Storage,
     /// Whether the design may change the signal itself.

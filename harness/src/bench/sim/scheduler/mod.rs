@@ -41,7 +41,7 @@ use crate::engine::model::{Message, Model, has_words, load, load_words};
 use crate::engine::time::Time;
 use crate::engine::wave::Waves;
 
-/// What runs next: a task, or a bus model at an edge.
+/// A task, or a bus model at an edge, that is ready to run.
 #[derive(Clone, Copy)]
 enum Ready {
     Task(TaskId),
@@ -54,7 +54,7 @@ pub(crate) trait Agent {
     fn edge(&mut self, core: &Core) -> Result<(), Error>;
 }
 
-/// Not in the list of buffered writes.
+/// The index of a signal that is not in the list of buffered writes.
 const NONE: u32 = u32::MAX;
 
 /// A buffered write of at most 64 bits.
@@ -69,7 +69,7 @@ enum LargeWrite {
     Words(u32, Vec<u32>),
     /// An element of a memory, at a byte offset.
     Element(u32, usize, u64),
-    /// The same of more than 64 bits.
+    /// An element of more than 64 bits, at a byte offset.
     ElementWords(u32, usize, Vec<u32>),
     /// A `string`, by its place in the list of them.
     Text(usize, Vec<u8>),
@@ -91,7 +91,7 @@ pub(crate) struct ClockState {
     pub running: bool,
 }
 
-/// State of one simulation; shared through `Rc` by everything that waits or writes.
+/// The state of one simulation; shared through `Rc` by everything that waits or writes.
 pub(crate) struct Core {
     pub model: RefCell<Model>,
     model_id: u32,
@@ -110,7 +110,7 @@ pub(crate) struct Core {
     agents: RefCell<Vec<Option<Box<dyn Agent>>>>,
     timers: RefCell<BinaryHeap<Reverse<TimerEntry>>>,
     timer_order: Cell<u64>,
-    /// How many of the timers were given up.
+    /// The number of timers whose wait was cancelled.
     stale_timers: Cell<usize>,
     pub clocks: RefCell<Vec<ClockState>>,
     read_only: RefCell<Vec<WaitId>>,
@@ -129,7 +129,7 @@ pub(crate) struct Core {
     /// The Verilog called `$finish`, and no task waited for it.
     is_finished: Cell<bool>,
     finish: RefCell<Option<(String, u32, Time)>>,
-    /// Why the run ends; `failed` says that there is an error.
+    /// Whether `error` has the reason why the run ends.
     failed: Cell<bool>,
     error: RefCell<Option<Error>>,
     /// The task whose end ends the run.
@@ -143,7 +143,7 @@ pub(crate) struct Core {
     /// In this time step: how many clocks changed their level, and whether a timer woke a task.
     clock_writes: Cell<u32>,
     timed: Cell<bool>,
-    /// Before this time nothing can be due but the only clock; at the beginning of time if that is not known.
+    /// The time before which nothing but the only clock can be due; 0 if that is not known.
     quiet_until: Cell<Time>,
 }
 

@@ -15,7 +15,7 @@ use crate::bench::sim::task::{Coroutine, Ending, Step, TaskId};
 use crate::bench::sim::trigger::{Edge, Outcome, Trigger};
 use crate::engine::model::SignalId;
 
-/// Why a coroutine runs.
+/// The reason why a coroutine runs.
 #[derive(Clone, Copy)]
 enum Woken {
     First,

@@ -17,7 +17,7 @@ pub(crate) enum Body {
     Main,
 }
 
-/// What a coroutine waits for.
+/// The wait of a coroutine.
 #[derive(Clone, Copy, Default)]
 pub(crate) enum TaskWait {
     /// It has not started, or it runs.
@@ -31,12 +31,12 @@ pub(crate) enum TaskWait {
     Other(WaitId),
 }
 
-/// An edge of a signal, and how many of them; of none until a coroutine has waited for one.
+/// An edge of a signal and a number of edges; 0 until a coroutine has waited for one.
 #[derive(Clone, Copy)]
 pub(crate) struct EdgeWait {
     pub signal: u32,
     pub edge: Edge,
-    /// What [`Edge::bits`] gives.
+    /// The rising and falling bits of [`Edge::bits`].
     pub rising: u64,
     pub falling: u64,
     pub count: u64,
@@ -59,7 +59,8 @@ pub(crate) struct Task {
     pub wait: TaskWait,
     /// The edge that a coroutine waits for, or did when it last waited for one.
     pub edge: EdgeWait,
-    /// Waits for an edge so far: tells the present one from cancelled ones. Counts on when another task gets the slot.
+    /// The number of waits for an edge so far: it distinguishes the present wait from cancelled ones. It continues to
+    /// count when another task gets the slot.
     pub waits: u32,
     pub joiners: Vec<WaitId>,
     pub ending: Option<Ending>,

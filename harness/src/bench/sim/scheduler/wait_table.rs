@@ -1,4 +1,4 @@
-//! The table of waits: one slot for each, reused, told apart by a generation number.
+//! The table of waits: one slot for each, reused, distinguished by a generation number.
 
 use std::task::Waker;
 
@@ -13,7 +13,7 @@ pub(crate) struct WaitId {
     pub generation: u32,
 }
 
-/// What the end of a wait wakes.
+/// The receiver of the end of a wait.
 #[derive(Clone)]
 pub(super) enum Target {
     Task(TaskId),

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::engine::time::Time;
 
-/// Checks the wall clock every few milliseconds, without reading it in every time step.
+/// A check of the wall clock every few milliseconds, without reading it in every time step.
 pub(crate) struct WallClock {
     started: Instant,
     limit: Option<Duration>,

@@ -16,12 +16,12 @@ pub use xml::parse as parse_xml;
 /// The named values of an enumeration.
 pub type EnumItems = Vec<(String, u64)>;
 
-/// What a variable holds.
+/// The kind of value that a variable holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Bits: a scalar, a vector, an enumeration, a packed array or structure.
     Bits {
-        /// How many, of one element if it is an array.
+        /// The width in bits; of one element if it is an array.
         width: u32,
     },
     /// A `real`.
@@ -154,7 +154,7 @@ fn parameter(text: &str) -> Option<Constant> {
     Some(Constant::Number(if negative { value - (1 << width) } else { value }))
 }
 
-/// A module, as its description tells.
+/// A module as Verilator describes it.
 #[derive(Default)]
 struct Module {
     original: String,
@@ -192,7 +192,7 @@ enum Type {
     Basic { keyword: String, width: u32, signed: bool },
     /// An array of another.
     Array { of: String, bounds: (i64, i64), packed: bool },
-    /// Members by name, the highest bits first where it is packed. Older descriptions do not tell whether it is.
+    /// Members by name, the highest bits first where it is packed. Older descriptions do not say whether it is packed.
     Struct { members: Vec<(String, String)>, packed: Option<bool> },
     /// Members over each other.
     Union { members: Vec<(String, String)> },
@@ -372,7 +372,7 @@ impl Types {
     }
 }
 
-/// What a description told.
+/// Everything read from a description.
 #[derive(Default)]
 struct Design {
     /// The top module's name, and the key of its module.

@@ -1,0 +1,4 @@
+//! A test bench for a counter and one for a FIFO.
+
+mod counter;
+mod fifo;
