@@ -110,6 +110,11 @@ def values(rows, flights) -> dict[str, float]:
             found |= {f"{key}.{prefix}pose": round(100 * rms(numbers(at, "pose")), 1), f"{key}.{prefix}nees": round(mean(nees), 1),
                       f"{key}.{prefix}outside": sum(v > 9 for v in nees)}
         found |= {f"{key}.flights": len(at), f"{key}.no_pose": len(at) - len(nees)}
+    for method, prefix in (("hoverlock", ""), ("features", "features_")):
+        nees = numbers([row for row in rows if row["method"] == method], "nees")
+        found |= {f"accuracy.covariance.all.{prefix}nees": round(mean(nees), 2),
+                  f"accuracy.covariance.all.{prefix}outside": sum(v > 9 for v in nees)}
+    found["accuracy.covariance.all.flights"] = sum(row["method"] == "hoverlock" for row in rows)
     return found
 
 
