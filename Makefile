@@ -91,7 +91,7 @@ python-reference: setup
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
 	$(PYTHON) harness/python/docs/make_reference.py out/reference/hoverlock.md
-	$(PYTHON) harness/python/docs/make_reference.py out/reference/hoverlock_models.md hoverlock_models
+	$(PYTHON) harness/python/docs/make_reference.py out/reference/hoverlock_models.md hoverlock_models hoverlock_models.cosim
 	@echo "The reference: $(CURDIR)/out/reference"
 
 ## give the command damaged pictures, configurations and arguments for SECONDS=600 from SEED=1

@@ -2,10 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
-use hoverlock_cosim::campaign::{
-    Campaign, CampaignProgress, CampaignSettings, Cluster, DesignStatistics, Place, fly_row,
-};
+use anyhow::Result;
+use hoverlock_cosim::campaign::{Campaign, CampaignProgress, CampaignSettings, Cluster, DesignStatistics, Place};
 use hoverlock_cosim::{BoxError, CampaignOutcome};
 use hoverlock_reports::output::PAGE;
 
@@ -60,23 +58,14 @@ pub struct Args {
     /// One JSON object on stdout: pass points[] pareto[]
     #[arg(long)]
     json: bool,
-    /// Fly one point, given as a row of results.csv without its results; for the workers
-    #[arg(long, value_name = "ROW", hide = true, exclusive = true)]
-    point: Option<String>,
 }
 
 /// File name of the table.
 const TABLE: &str = "results.csv";
 /// Environment variable that names the Python interpreter.
 const PYTHON: &str = "HOVERLOCK_PYTHON";
-/// Environment variable that names the command `hoverlock` of the workers.
-const COMMAND: &str = "HOVERLOCK_COMMAND";
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    if let Some(row) = &args.point {
-        print(&fly_row(row, &Reporter).context("--point")?)?;
-        return Ok(Verdict::Pass);
-    }
     let campaign = Campaign::new(&CampaignSettings {
         scenes: args.scene.clone(),
         seeds: args.seeds,
@@ -118,13 +107,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 /// Returns where the points are flown.
 fn place(args: &Args) -> Place {
-    let variable = |name: &str, default: &str| std::env::var_os(name).unwrap_or_else(|| default.into());
     match &args.dask {
         None => Place::Local,
         Some(scheduler) => Place::Cluster(Cluster {
             scheduler: scheduler.clone(),
-            python: variable(PYTHON, "python3"),
-            worker_command: variable(COMMAND, "hoverlock"),
+            python: std::env::var_os(PYTHON).unwrap_or_else(|| "python3".into()),
         }),
     }
 }

@@ -1,33 +1,25 @@
 """The points of a campaign on a Dask cluster: ``python -m hoverlock_models.sweep --scheduler ADDRESS``.
 
-``hoverlock sweep --dask ADDRESS`` starts this. A line of standard input is a point, a line of standard output its
-result, in the order in which the results come. Both are rows of CSV that this program does not read: the workers give
-each point to the command ``hoverlock sweep --point``, which must be installed where they run. A worker that dies loses
-nothing; Dask gives its points to another.
+``hoverlock sweep --dask ADDRESS`` starts this program. A line of standard input is a point, a line of standard output its
+result, in the order in which the points are finished. Both are rows of CSV. The workers call
+`hoverlock_models.cosim.fly_point`, so this package must be installed where they run. If a worker dies, Dask gives its
+points to another.
 """
 
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 
+from .cosim import fly_point
+
 RETRIES = 5
-"""How often a point is flown again where its worker dies or the command fails."""
-
-
-def fly(command: str, point: str) -> str:
-    """The result of a point, on a worker."""
-    ended = subprocess.run([command, "sweep", f"--point={point}"], capture_output=True, text=True, check=False)
-    if ended.returncode != 0:
-        raise RuntimeError(f"{command} sweep --point={point!r}: {ended.stderr.strip() or 'failed without a word'}")
-    return ended.stdout.rstrip("\n")
+"""Number of times that a point is flown again after its worker died or the point failed."""
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m hoverlock_models.sweep", description=__doc__.splitlines()[0])
     parser.add_argument("--scheduler", required=True, metavar="ADDRESS", help="tcp://host:port")
-    parser.add_argument("--command", default="hoverlock", help="what the workers run")
     arguments = parser.parse_args()
     try:
         from distributed import Client, as_completed
@@ -41,11 +33,11 @@ def main() -> int:
         return 2
     with client:
         points = [line.rstrip("\n") for line in sys.stdin if line.strip()]
-        flights = [client.submit(fly, arguments.command, point, pure=False, retries=RETRIES) for point in points]
+        flights = [client.submit(fly_point, point, pure=False, retries=RETRIES) for point in points]
         try:
             for flight in as_completed(flights):  # type: ignore[no-untyped-call]
-                print(flight.result(), flush=True)
-        except RuntimeError as error:
+                print(flight.result().rstrip("\n"), flush=True)
+        except (RuntimeError, ValueError) as error:
             print(error, file=sys.stderr)
             return 1
     return 0

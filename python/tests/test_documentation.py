@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1]
-MODULES = ["hoverlock_models", "hoverlock_models.bit_true", "hoverlock_models.smoothers"]
+MODULES = ["hoverlock_models", "hoverlock_models.bit_true", "hoverlock_models.cosim", "hoverlock_models.smoothers"]
 
 
 def public():

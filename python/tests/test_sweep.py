@@ -25,7 +25,7 @@ def command() -> str:
 
 
 def sweep(out: Path, *further: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "HOVERLOCK_PYTHON": sys.executable, "HOVERLOCK_COMMAND": command()}
+    environment = {**os.environ, "HOVERLOCK_PYTHON": sys.executable}
     points = ["--scene", "helipad-in-mist", "--seeds", "4", "--seconds", "1"]
     line = [command(), "sweep", *points, "--json", "--out", str(out), *further]
     return subprocess.run(line, env=environment, capture_output=True, text=True, check=False)

@@ -15,10 +15,8 @@ const MODULE: &str = "hoverlock_models.sweep";
 pub struct Cluster {
     /// Address of the scheduler, such as `tcp://cluster:8786`.
     pub scheduler: String,
-    /// Python interpreter that has the module and the packages of its extra `dask`.
+    /// Python interpreter that has the module and the packages of its extra `dask`. The workers need the module too.
     pub python: OsString,
-    /// The command `hoverlock` on the machines of the workers.
-    pub worker_command: OsString,
 }
 
 impl Cluster {
@@ -35,8 +33,7 @@ impl Cluster {
         // A file, because nothing reads a pipe while the results arrive, and a full pipe would block the module.
         let mut stderr = tempfile::tempfile().map_err(failed("no temporary file"))?;
         let child = Command::new(&self.python)
-            .args(["-m", MODULE, "--scheduler", &self.scheduler, "--command"])
-            .arg(&self.worker_command)
+            .args(["-m", MODULE, "--scheduler", &self.scheduler])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(stderr.try_clone().map_err(failed("no temporary file"))?)
