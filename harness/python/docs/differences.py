@@ -1,4 +1,4 @@
-"""What differs from cocotb: the table of "Coming from cocotb", and for each row the bench that shows it.
+"""The differences from cocotb: the table of "Coming from cocotb", with a bench that demonstrates each row.
 
     python docs/differences.py          writes the table into the page
 """
@@ -47,7 +47,7 @@ ROWS: list[Difference] = []
 
 
 def row(what: str, of_cocotb: str, here: str, why: str = "") -> Callable[[Callable[[], Any]], Callable[[], Any]]:
-    """Adds a row; what is decorated shows it, and raises if it is not so."""
+    """Adds a row. The decorated function demonstrates it, and raises if the row is wrong."""
 
     def add(check: Callable[[], Any]) -> Callable[[], Any]:
         ROWS.append(Difference(what, of_cocotb, here, why, check))
@@ -57,15 +57,15 @@ def row(what: str, of_cocotb: str, here: str, why: str = "") -> Callable[[Callab
 
 
 def bench(design: Design = counter) -> Callable[[Any], Callable[[], Any]]:
-    """Makes a check of a bench on a design."""
+    """Returns a decorator that makes a bench on a design the check of a row."""
     return lambda coroutine: lambda: simulate(design, coroutine)
 
 
 @row(
     "states", "0, 1, X, Z",
-    "signals 0 and 1; values made by a bench, such as `LogicArray(\"1X\")`, all. `Design(..., random_initial=True)` starts "
-    "registers without reset with random bits of the test's seed, which finds a missing reset",
-    "Verilator has two",
+    "signals have 0 and 1; values that a bench creates, such as `LogicArray(\"1X\")`, have all four. `Design(..., "
+    "random_initial=True)` starts registers without a reset with random bits, which finds a missing reset",
+    "Verilator has two states",
 )  # fmt: skip
 def states() -> None:
     async def first(dut: Any) -> int:
@@ -78,8 +78,8 @@ def states() -> None:
 
 @row(
     "`X` and `Z` written to a signal", "written",
-    "an error; as 0 under the alias, or as `COCOTB_RESOLVE_X` says (`zeros`, `ones`, `random`, `error`), with one warning for "
-    "each signal; `hoverlock.unknown.set_choice` without it",
+    "an error. Under the alias 0, or what `COCOTB_RESOLVE_X` selects (`zeros`, `ones`, `random`, `error`), with "
+    "one warning for each signal; without the alias `hoverlock.unknown.set_choice` selects it",
     "two states",
 )  # fmt: skip
 @bench()
@@ -94,8 +94,8 @@ async def unknown_written(dut: Any) -> None:
 
 @row(
     "a fresh model", "all tests of a run share one simulation",
-    "each test has its own, at time 0; a write through a handle of a test that has ended is an error",
-    "a test means the same alone and among others; a model costs microseconds",
+    "each test has its own model, at time 0; a write through a handle of a test that has ended is an error",
+    "a test has the same result alone and among others; a model costs microseconds",
 )  # fmt: skip
 def fresh_model() -> None:
     kept: list[Any] = []
@@ -112,8 +112,8 @@ def fresh_model() -> None:
 
 @row(
     "region of a read after an edge", "depends on the simulator's VPI",
-    "registers show their value before the edge, always. `Design(..., edges_after_eval=True)` gives the values after the edge",
-    "the races that make benches flaky have one outcome",
+    "registers always show their value before the edge. `Design(..., edges_after_eval=True)` shows the value after it",
+    "a race in a bench always has the same outcome",
 )  # fmt: skip
 def region_of_reads() -> None:
     async def third(dut: Any) -> int:
@@ -127,7 +127,8 @@ def region_of_reads() -> None:
 
 @row(
     "`Timer` that ends at a clock edge", "a write then races with the edge",
-    "the edge samples the new value, and a warning is logged once", "as in other simulators",
+    "the edge samples the new value; a warning is logged once",
+    "as in other simulators",
 )  # fmt: skip
 @bench()
 async def timer_at_an_edge(dut: Any) -> None:
@@ -138,7 +139,10 @@ async def timer_at_an_edge(dut: Any) -> None:
     assert dut.count.value == 5
 
 
-@row("invalid writes", "some are silent", "to an output, in `ReadOnly`, or of a value that does not fit: an error that says so")
+@row(
+    "invalid writes", "some are silent",
+    "an error: a write to an output, in `ReadOnly`, or of a value that does not fit",
+)  # fmt: skip
 @bench()
 async def invalid_writes(dut: Any) -> None:
     with pytest.raises(hoverlock.NotWritable):
@@ -162,7 +166,8 @@ async def result_of_a_wait(dut: Any) -> None:
 
 
 @row(
-    "a wrong name", "`AttributeError`", "the same, with the nearest names; of a hidden internal, how to reach it",
+    "a wrong name", "`AttributeError`",
+    "the same, with the nearest names; for a hidden internal, with the way to make it accessible",
 )  # fmt: skip
 @bench()
 async def wrong_name(dut: Any) -> None:
@@ -174,10 +179,10 @@ async def wrong_name(dut: Any) -> None:
 
 @row(
     "internals", "all visible, or none",
-    "those named in `Design(..., internals=[\"u_core.state\"])`, registers in generate blocks too; with cocotb's runner, a bench "
-    "that asks for one is run again on a model with all; of a top without ports all. Not reached: signals of interfaces, "
-    "classes, queues, events",
-    "everything public costs a third of the speed on a small model and 3.7 times on a large one",
+    "those named in `Design(..., internals=[\"u_core.state\"])`, also in generate blocks; all of a top without "
+    "ports. With cocotb's runner, a bench that needs one is run again on a model with all. Not accessible: "
+    "signals of interfaces, classes, queues, events",
+    "a model with everything accessible is a third slower if it is small, and 3.7 times slower if it is large",
 )  # fmt: skip
 @bench(generated)
 async def internals(dut: Any) -> None:
@@ -186,8 +191,9 @@ async def internals(dut: Any) -> None:
 
 @row(
     "`dut.x.value[0]`", "cocotb 1: the highest bit; 2: bit 0",
-    "bit 0, `value[7:4]` slices as in Verilog; with `--cocotb-version 1.9` as in cocotb 1. Iterating begins with the highest bit",
-    "cocotb 2's way",
+    "bit 0; `value[7:4]` slices as in Verilog; with `--cocotb-version 1.9` as in cocotb 1. Iteration begins with "
+    "the highest bit",
+    "as in cocotb 2",
 )  # fmt: skip
 @bench()
 async def bits_of_a_value(dut: Any) -> None:
@@ -203,8 +209,8 @@ async def bits_of_a_value(dut: Any) -> None:
 
 @row(
     "bits of a signal, `dut.x[3]`", "handles where the simulator has them",
-    "read, written, and awaited in signals of at most 64 bits; writes of several bits in a step add up",
-    "bits are no objects of their own in Verilator",
+    "can be read, written and, in signals of at most 64 bits, awaited; writes of several bits in one step are combined",
+    "Verilator has no objects for bits",
 )  # fmt: skip
 @bench()
 async def bits_of_a_signal(dut: Any) -> None:
@@ -215,9 +221,9 @@ async def bits_of_a_signal(dut: Any) -> None:
 
 
 @row(
-    "packed structs, unpacked structs", "a vector; a handle of its own",
-    "a packed struct is a vector whose fields have names, `dut.beat.tag`; the fields of an unpacked one inside the design are "
-    "signals, `dut.pair.low`, and it has no value as a whole. One that is a port of the top is not reached",
+    "packed structs, unpacked structs", "a vector; its own handle",
+    "a packed struct is a vector with named fields, `dut.beat.tag`. The fields of an unpacked struct inside the "
+    "design are signals, `dut.pair.low`; it has no value as a whole, and is not accessible as a port of the top",
     "an unpacked struct is a class in the model",
 )  # fmt: skip
 def shapes() -> None:
@@ -232,8 +238,8 @@ def shapes() -> None:
 
 @row(
     "what cocotb 2 calls deprecated", "a `DeprecationWarning` with its advice",
-    "the same under the alias for 2.1, for what `hoverlock.deprecated` lists; none for `Edge`, for tasks given to `First` and "
-    "`Combine`, and for `str(handle)`",
+    "the same under the alias for 2.1, for the names in `hoverlock.deprecated`; no warning for `Edge`, for tasks "
+    "given to `First` and `Combine`, or for `str(handle)`",
 )  # fmt: skip
 def deprecations() -> None:
     deprecated.switch(True)
@@ -248,7 +254,10 @@ def deprecations() -> None:
         deprecated.switch(False)
 
 
-@row("edges of `real` and `string`", "`ValueChange`", "none; their values are read and written", "")
+@row(
+    "edges of `real` and `string`", "`ValueChange`",
+    "none; their values can be read and written",
+)  # fmt: skip
 def edges_of_reals() -> None:
     odd = Design(HERE.parents[1] / "tests" / "designs" / "odd.sv", top="odd", internals=["*"])
     with Session(odd) as session, pytest.raises(TypeError):
@@ -257,9 +266,10 @@ def edges_of_reals() -> None:
 
 @row(
     "`Force`, `Freeze`, `Release`", "on every signal",
-    "on signals inside, or some of their bits, named in `Design(..., forceable=[\"u_core.state\"])` or "
-    "`--hoverlock-forceable`, else an error that says so; with cocotb's runner, a bench that forces another is run again with all. "
-    "On inputs of the top a `Force` is a plain write. Not on outputs of the top, arrays and `real`",
+    "on internal signals, or some of their bits, named in `Design(..., forceable=[\"u_core.state\"])` or "
+    "`--hoverlock-forceable`; otherwise an error that says so. With cocotb's runner, a bench that forces another "
+    "signal is run again with all. On inputs of the top a `Force` is a plain write. Not on outputs of the top, "
+    "arrays and `real`",
     "the model checks at each use of such a signal whether it is forced",
 )  # fmt: skip
 def forcing() -> None:
@@ -280,7 +290,8 @@ def forcing() -> None:
 
 @row(
     "`Release` of a register", "keeps the forced value until its next assignment",
-    "has at once what the design assigned last, also while it was forced", "Verilator keeps both values",
+    "has at once the value that the design assigned last, also during the force",
+    "Verilator keeps both values",
 )  # fmt: skip
 def releasing() -> None:
     simulate(adder.changed(forceable="u_adder.held"), _release_a_register)
@@ -298,8 +309,8 @@ async def _release_a_register(dut: Any) -> None:
 
 @row(
     "`inout`", "Z resolves both drivers; X where they differ",
-    "the design's value in the bits that it drives, else the bench's: write the pull-up as 1, `Z` as 0. Verilators without "
-    "`--pins-inout-enables`, such as 5.006: a write is an error",
+    "the design's value in the bits that it drives, otherwise the bench's: write a pull-up as 1 and `Z` as 0. "
+    "Verilators without `--pins-inout-enables`, such as 5.006: a write is an error",
     "two states",
 )  # fmt: skip
 @bench(adder)
@@ -317,8 +328,9 @@ async def inouts(dut: Any) -> None:
 
 
 @row(
-    "`setimmediatevalue`, `Immediate`, `Deposit`", "at once", "as `value = `: of two writes in a step the last counts",
-    "there is no delta cycle to save",
+    "`setimmediatevalue`, `Immediate`, `Deposit`", "at once",
+    "as `value = `: the last of several writes in a step counts",
+    "there are no delta cycles",
 )  # fmt: skip
 @bench()
 async def immediate(dut: Any) -> None:
@@ -330,7 +342,7 @@ async def immediate(dut: Any) -> None:
 
 @row(
     "`Clock(...).start()`", "a coroutine, or a task",
-    "starts at once and gives the clock, which `start_soon` gives back; `stop()`, `kill()`, `cancel()` all stop it",
+    "starts at once and returns the clock, which `start_soon` accepts; `stop()`, `kill()` and `cancel()` stop it",
     "the engine drives it; no Python runs",
 )  # fmt: skip
 @bench()
@@ -352,8 +364,8 @@ async def low_first(dut: Any) -> None:
 
 @row(
     "`task.cancel()`, `task.kill()`", "`CancelledError` is raised in the task; `kill` drops it",
-    "both end it at once: `asyncio.CancelledError` is raised in it, `finally` blocks run; tasks that wait for it get "
-    "`CancelledError`. A task that goes on after it is closed, without an error",
+    "both end the task at once: `asyncio.CancelledError` is raised in it, its `finally` blocks run, and tasks "
+    "that wait for it get `CancelledError`. A task that continues after the exception is closed without an error",
     "resources are freed",
 )  # fmt: skip
 @bench()
@@ -377,7 +389,10 @@ async def cancelling(dut: Any) -> None:
         await task
 
 
-@row("a task that fails", "fails the test", "the same, at once, with the traceback of the task and of the tasks that waited for it")
+@row(
+    "a task that fails", "fails the test",
+    "the same, at once, with the tracebacks of the task and of the tasks that waited for it",
+)  # fmt: skip
 def failing_tasks() -> None:
     async def fails() -> None:
         await Timer(1, "ns")
@@ -392,9 +407,9 @@ def failing_tasks() -> None:
 
 
 @row(
-    "a trigger that never comes", "hangs",
-    "if no event can come any more: an error that says what each task waits for, and whether a clock runs. Otherwise "
-    "`timeout_time`, and a wall-clock limit of 600 s",
+    "a trigger that never fires", "hangs",
+    "an error as soon as no event can occur any more; it says what each task waits for, and whether a clock runs."
+    " Otherwise `timeout_time`, or the wall-clock limit of 600 s",
 )  # fmt: skip
 def nothing_comes() -> None:
     async def bench(dut: Any) -> None:
@@ -406,7 +421,7 @@ def nothing_comes() -> None:
 
 @row(
     "`$error`, `$fatal`, `$stop`, failed `assert`", "the process ends",
-    "`VerilogError` with file and line; the test fails, others go on",
+    "`VerilogError` with file and line; the test fails, and the next one runs",
 )  # fmt: skip
 def verilog_errors() -> None:
     async def bench(dut: Any) -> None:
@@ -429,7 +444,11 @@ def finish() -> None:
         simulate(talker, bench)
 
 
-@row("delays in the Verilog, `#5`", "simulated", "ignored, with a warning", "models are built without timing: only the bench advances time")
+@row(
+    "delays in the Verilog, `#5`", "simulated",
+    "ignored, with a warning",
+    "models are built without timing: only the bench advances time",
+)  # fmt: skip
 def delays() -> None:
     import tempfile
 
@@ -449,7 +468,8 @@ async def _nothing(dut: Any) -> None:
 
 
 @row(
-    "names", "those of its version", "of versions 1.9 and 2.1 together; any other raises `AttributeError`. Missing: `Param`, `packages`, "
+    "names", "those of its version",
+    "those of versions 1.9 and 2.1; any other raises `AttributeError`. Missing: `Param`, `packages`, "
     "`TaskManager`, `wait`, `current_gpi_trigger`, `regression_manager`, `scheduler`, `hexdump`",
 )  # fmt: skip
 def names() -> None:
@@ -461,7 +481,10 @@ def names() -> None:
     assert not hasattr(cocotb.utils, "hexdump")
 
 
-@row("`bridge`, `resume`", "threads run side by side", "one thread at a time: the simulation stands still while it computes")
+@row(
+    "`bridge`, `resume`", "threads run side by side",
+    "one thread at a time: simulation time does not advance while a thread computes",
+)  # fmt: skip
 @bench()
 async def threads(dut: Any) -> None:
     from hoverlock.cocotb.task import bridge, resume
@@ -474,15 +497,18 @@ async def threads(dut: Any) -> None:
     assert await bridge(lambda: wait() + wait())() == 7 + 14
 
 
-@row("triggers written by a bench (`_prime`)", "yes", "no: a coroutine in their place")
+@row(
+    "triggers written by a bench (`_prime`)", "yes",
+    "no: write a coroutine instead",
+)  # fmt: skip
 def own_triggers() -> None:
     with pytest.raises(TypeError, match="cannot create"):
         type("Own", (hoverlock.Trigger,), {})()
 
 
 @row(
-    "times that are no whole number of steps", "`round_mode` decides; an error without it",
-    "taken as they are: time is counted in femtoseconds",
+    "times between two steps", "`round_mode` decides; an error without it",
+    "exact: time is counted in femtoseconds",
 )  # fmt: skip
 @bench()
 async def fractions(dut: Any) -> None:
@@ -490,7 +516,11 @@ async def fractions(dut: Any) -> None:
     assert hoverlock.get_sim_time("fs") == 1500
 
 
-@row("deprecation warnings", "of old names", "none: old and new names are of equal standing", "a bench runs under either version")
+@row(
+    "deprecation warnings", "for old names",
+    "none without the alias: old and new names are equivalent",
+    "a bench runs under either version",
+)  # fmt: skip
 def warnings_of_old_names() -> None:
     import warnings
 
@@ -504,7 +534,11 @@ async def _old_names(dut: Any) -> None:
     assert dut.step.value.integer == 0 and cocotb.fork is start_soon
 
 
-@row("`cocotb_tools.config`, `cocotb-config`", "folders of makefiles and of libraries for simulators", "none", "there are no such libraries")
+@row(
+    "`cocotb_tools.config`, `cocotb-config`", "folders of makefiles and of libraries for simulators",
+    "none",
+    "there are no such libraries",
+)  # fmt: skip
 def no_config() -> None:
     with pytest.raises(ModuleNotFoundError):
         __import__("hoverlock.cocotb_tools.config")
@@ -528,14 +562,14 @@ def of_asyncio() -> None:
 
 
 def table() -> str:
-    """The table as Markdown."""
+    """Returns the table as Markdown."""
     lines = ["| what | cocotb | here | why |", "|---|---|---|---|"]
     lines += [f"| {r.what} | {r.cocotb} | {r.here} | {r.why} |".replace("|  |", "| |") for r in ROWS]
     return "\n".join(lines) + "\n"
 
 
 def page() -> str:
-    """The page with the table as it is now."""
+    """Returns the page with the present table."""
     before, _, rest = PAGE.read_text().partition(BEGIN)
     _, _, after = rest.partition(END)
     return before + BEGIN + table() + END + after
