@@ -11,7 +11,7 @@ use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
-use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
+use hoverlock_pictures::{Picture, data_dir, demo_dir};
 use hoverlock_registers::record::TWO_PAIR_WORDS;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -164,7 +164,7 @@ struct Sample {
 }
 
 fn picture() -> Result<Sample, Box<dyn Error>> {
-    let folder = newcomer_dir().ok_or("no photographs; run `make demo` once, which fetches them")?;
+    let folder = demo_dir().ok_or("no photographs; run `make demo` once, which fetches them")?;
     // The only one of the photographs that is large enough.
     let path = folder.join("aloeL.jpg");
     let frame = Picture::open(&path)?.crop(KT27.width as usize, KT27.height as usize).luma;

@@ -98,7 +98,7 @@ fn numbers(version: &str) -> &str {
 
 /// Looks up the pictures of `make demo`, which the bootstrap fetches.
 fn pictures() -> Tool {
-    let folder = hoverlock_pictures::newcomer_dir().filter(|folder| folder.join("aero1.jpg").is_file());
+    let folder = hoverlock_pictures::demo_dir().filter(|folder| folder.join("aero1.jpg").is_file());
     Tool {
         name: "opencv-doc pictures".to_owned(),
         found: folder.is_some(),

@@ -12,7 +12,7 @@ use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::design::{camera_samples, rings};
 use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_fixed_point::model::record::FeatureRecord;
-use hoverlock_pictures::{Frame, Picture};
+use hoverlock_pictures::{Crop, Picture};
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::feature::{Feature, MAX_PAIRS};
 use hoverlock_reference::features::maxima::strongest_per_cell;
@@ -259,7 +259,7 @@ impl Source {
         }
         let frames = pictures.map(|picture| {
             let frame = picture.crop(design.width as usize, design.height as usize);
-            Frame { luma: camera_samples(design, &frame.luma), ..frame }
+            Crop { luma: camera_samples(design, &frame.luma), ..frame }
         });
         let records: Vec<Vec<FeatureRecord>> = match self {
             Self::Rtl => simulated(design, &frames)?,
@@ -290,7 +290,7 @@ impl Source {
 }
 
 /// Returns the records that the hardware sends for each frame, in one simulation.
-fn simulated(design: &DesignPoint, frames: &[Frame]) -> Result<Vec<Vec<FeatureRecord>>> {
+fn simulated(design: &DesignPoint, frames: &[Crop]) -> Result<Vec<Vec<FeatureRecord>>> {
     let all = &ALL[..design.pairs()];
     let jobs = frames.iter().map(|frame| Job::of(design, frame.luma.clone(), all)).collect::<Result<Vec<_>, _>>()?;
     let build = || Simulator::of_design(design, None, Trace::None);

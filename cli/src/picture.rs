@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use hoverlock_pictures::folder::remarks;
-use hoverlock_pictures::{Limits, MEGAPIXELS, Picture, PictureFile};
+use hoverlock_pictures::{DEFAULT_MAX_MEGAPIXELS, Limits, Picture, PictureFile};
 
 use crate::output::say;
 
@@ -15,7 +15,7 @@ pub struct Limit {
     #[arg(
         long,
         value_name = "N",
-        default_value_t = MEGAPIXELS,
+        default_value_t = DEFAULT_MAX_MEGAPIXELS,
         value_parser = clap::value_parser!(u32).range(1..=2000)
     )]
     max_megapixels: u32,
@@ -24,7 +24,7 @@ pub struct Limit {
 impl Limit {
     /// Returns the limits on the size of a picture.
     pub fn limits(&self) -> Limits {
-        Limits::of_megapixels(self.max_megapixels)
+        Limits::from_megapixels(self.max_megapixels)
     }
 }
 

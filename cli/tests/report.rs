@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use hoverlock_pictures::{data_dir, newcomer_dir};
+use hoverlock_pictures::{data_dir, demo_dir};
 use image::{GrayImage, ImageBuffer, Luma};
 
 fn report(arguments: &[&str]) -> Output {
@@ -90,7 +90,7 @@ fn a_picture_with_too_few_features_fails_with_status_1_and_names_the_bound() {
 fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
     let textures = data_dir().map(|folder| folder.join("textures"));
     let wanted = ["pasture_low_texture.png", "urban_intersection_a.png", "aero1.jpg"];
-    let folders: Vec<_> = [textures, newcomer_dir()].into_iter().flatten().collect();
+    let folders: Vec<_> = [textures, demo_dir()].into_iter().flatten().collect();
     let found: Vec<String> = folders
         .iter()
         .flat_map(|folder| wanted.map(|name| folder.join(name)))

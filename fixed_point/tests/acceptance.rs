@@ -9,7 +9,7 @@ use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
-use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
+use hoverlock_pictures::{Picture, data_dir, demo_dir};
 use hoverlock_reference::image::plane::Plane;
 
 fn failures(what: &str, checks: Vec<Check>) -> Vec<String> {
@@ -33,7 +33,7 @@ fn pictures(test: &str) -> Vec<PathBuf> {
             .collect()
     };
     let mut found = in_folder(data_dir().map(|folder| folder.join("textures")), "");
-    found.extend(in_folder(newcomer_dir(), "aero"));
+    found.extend(in_folder(demo_dir(), "aero"));
     found.sort();
     if found.is_empty() {
         writeln!(

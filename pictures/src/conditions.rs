@@ -1,17 +1,18 @@
-//! Degradation of a picture by air and camera, in this order, `v` in DN of the 16-bit camera sample, `FS = 65535`:
+//! Seeded degradation of a picture by air and camera, in this order, with `v` in DN of the 16-bit camera sample and
+//! `FS = 65535`:
 //!
 //! ```text
 //! contrast   v <- L + c (v - L)             L = 0.55 FS, the light that haze scatters into the path (Koschmieder 1924)
 //! blur       v <- G_s * v                   sampled Gaussian, border sample held
-//! gain       v <- g v                       g uniform in [1 - d, 1 + d], one draw a frame
+//! gain       v <- g v                       g uniform in [1 - d, 1 + d], drawn once a frame
 //! noise      e = v / FS * Q electrons       shot noise of variance e (Poisson), read noise of 12 e- rms
 //! ```
 //!
-//! `Q` is the full well. The result is rounded and clipped to `0 ..= 65535`. Everything is a function of the picture,
-//! the condition and the seed, with the same bits on every machine: only `+ - * / sqrt` are used, which IEEE 754 fixes.
-//! So the normal deviate is the sum of twelve uniform numbers less 6 (variance 1, excess kurtosis -0.1, reach +-6), and
-//! shot and read noise, both near normal and independent, are one draw of variance `e + 12^2`. At a full well of 4 ke-
-//! the Poisson law is normal to a skew of `1/sqrt(e)`, 0.02 in mid scale.
+//! `Q` is the full well. The result is rounded and clipped to `0 ..= 65535`. It is a function of the picture, the
+//! condition and the seed, with the same bits on every machine: only `+ - * / sqrt` are used, which IEEE 754 defines
+//! exactly. Therefore the normal deviate is the sum of twelve uniform numbers minus 6 (variance 1, excess kurtosis -0.1,
+//! range +-6), and shot and read noise, both nearly normal and independent, are one draw of variance `e + 12^2`. At a
+//! full well of 4 ke- the Poisson distribution is normal up to a skew of `1/sqrt(e)`, 0.02 at mid scale.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -24,9 +25,9 @@ const FULL_SCALE: f64 = 65535.0;
 /// Scattered light (air light), relative to full scale.
 const AIR_LIGHT: f64 = 0.55;
 /// Read noise of the sensor, electrons rms.
-const READ_NOISE: f64 = 12.0;
+const READ_NOISE_ELECTRONS: f64 = 12.0;
 
-/// A condition of air and camera.
+/// The parameters of air and camera.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Condition {
     /// Name in reports.
@@ -54,13 +55,13 @@ pub const FOG: Condition = Condition { name: "fog", contrast: 0.1, blur: 0.0, ga
 pub const CONDITIONS: [Condition; 3] = [NOMINAL, COMBINED, FOG];
 
 impl Condition {
-    /// The gain drawn from `seed`.
+    /// Returns the gain that `seed` gives.
     pub fn gain(&self, seed: u64) -> f64 {
         let uniform = ChaCha8Rng::seed_from_u64(seed).next_u32() as f64 / f64::from(u32::MAX);
         1.0 + self.gain_spread * (2.0 * uniform - 1.0)
     }
 
-    /// `picture` under this condition, DN.
+    /// Returns `picture` (DN) under this condition.
     pub fn apply(&self, picture: &Plane<u16>, seed: u64) -> Plane<u16> {
         let air_light = AIR_LIGHT * FULL_SCALE;
         let hazy = picture.map(|&dn| air_light + self.contrast * (f64::from(dn) - air_light));
@@ -70,12 +71,12 @@ impl Condition {
         let mut noisy = Plane::filled(picture.width(), picture.height(), 0u16);
         let rows = noisy.as_mut_slice().par_chunks_exact_mut(picture.width());
         rows.zip(blurred.as_slice().par_chunks_exact(picture.width())).enumerate().for_each(|(y, (to, from))| {
-            // One stream a row, so that rows may be drawn in any order; stream 0 gave the gain.
+            // One random stream a row, so that rows can be computed in any order. Stream 0 is for the gain.
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             random.set_stream(y as u64 + 1);
             for (to, &value) in to.iter_mut().zip(from) {
                 let signal = (gain * value * electrons).max(0.0);
-                let noise = (signal + READ_NOISE * READ_NOISE).sqrt() * normal(&mut random);
+                let noise = (signal + READ_NOISE_ELECTRONS * READ_NOISE_ELECTRONS).sqrt() * normal(&mut random);
                 // `as` clips to 0 ..= 65535.
                 *to = ((signal + noise) / electrons + 0.5).floor() as u16;
             }
@@ -84,18 +85,19 @@ impl Condition {
     }
 }
 
-/// A deviate of mean 0 and variance 1: twelve 16-bit uniform numbers, each with mean 1/2 and variance 1/12.
+/// Returns a deviate of mean 0 and variance 1 from twelve 16-bit uniform numbers, each with mean 1/2 and variance 1/12.
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     let mut sum = 0u64;
     for _ in 0..3 {
         let word = random.next_u64();
         sum += (word & 0xffff) + (word >> 16 & 0xffff) + (word >> 32 & 0xffff) + (word >> 48);
     }
-    // Each 16-bit number stands for the middle of its cell, hence 6 more in all.
+    // Each 16-bit number represents the middle of its interval, which adds twelve halves.
     (sum as f64 + 6.0) / 65536.0 - 6.0
 }
 
-/// The sampled Gaussian of `sigma`, unit sum, out to 4 sigma, along rows and then columns, border sample held.
+/// Convolves with the sampled Gaussian of `sigma` (px), unit sum, out to 4 sigma, along rows and then columns, with the
+/// border sample repeated.
 fn blur(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
     let half = half_kernel(sigma);
     let along_rows = |plane: &Plane<f64>| {
@@ -109,8 +111,8 @@ fn blur(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
     along_rows(&along_rows(plane).transposed()).transposed()
 }
 
-/// `w_k = q^(k^2) / sum`, `q = exp(-1 / (2 sigma^2))`, for `k = 0 ..= 4 sigma`; the power grows by products and `q` is
-/// the exponential series, because the `exp` of one machine differs from another's in the last bit.
+/// Returns the weights `w_k = q^(k^2) / sum`, `q = exp(-1 / (2 sigma^2))`, for `k = 0 ..= 4 sigma`. `q` is computed by the
+/// exponential series and its powers by products, because the `exp` of different machines differs in the last bit.
 fn half_kernel(sigma: f64) -> Vec<f64> {
     let exponent = 1.0 / (2.0 * sigma * sigma);
     let (mut term, mut series) = (1.0, 1.0);
@@ -145,8 +147,8 @@ mod tests {
 
     #[test]
     fn noise_of_a_flat_picture_has_the_stated_mean_and_variance() {
-        // 256 x 256 samples: the mean errs by sd / 256, the variance by a relative sqrt(2) / 256 = 0.55 %; 4 of each
-        // allowed.
+        // 256 x 256 samples: the standard error of the mean is sd / 256, of the variance sqrt(2) / 256 = 0.55 %; four of each
+        // are allowed.
         for condition in CONDITIONS {
             let dn = 20_000.0;
             let (mean, variance) = moments(&condition.apply(&Plane::filled(256, 256, dn as u16), 5));
@@ -183,7 +185,7 @@ mod tests {
             }
             sum
         };
-        // The cut at 4 sigma takes 0.1 % off the variance 2.25.
+        // Truncation at 4 sigma reduces the variance of 2.25 by 0.1 %.
         assert!((moment(|p| p.0) - 2.25).abs() < 0.01 && (moment(|p| p.1) - 2.25).abs() < 0.01);
     }
 
@@ -199,7 +201,7 @@ mod tests {
         let ramp = Plane::from_fn(40, 30, |x, y| (1000 * x + 700 * y) as u16);
         assert_eq!(COMBINED.apply(&ramp, 1), COMBINED.apply(&ramp, 1));
         assert_ne!(COMBINED.apply(&ramp, 1), COMBINED.apply(&ramp, 2));
-        // Recorded once. Another value changes all acceptance measurements.
+        // Recorded. A different value changes all acceptance measurements.
         assert_eq!(&sha256(&COMBINED.apply(&ramp, 1))[..16], "8b692f04d9da34e7");
     }
 }

@@ -1,4 +1,4 @@
-//! A file's bytes to luma, format by format, by rows or strips where the decoder allows it.
+//! Decoders of all formats to luma, by rows or strips if the decoder allows it.
 
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -13,73 +13,80 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::{Limits, PictureError, Source, jpeg, pnm};
+use crate::file::Source;
+use crate::{Limits, PictureError, jpeg, pnm};
 
-/// To what a picture is converted that is not decoded here.
-const ANY: &str = "PNG, JPEG, TIFF, BMP, PNM or WebP";
-const INTEGERS: &str = "integers of 8 or 16 bits, grey or RGB";
+/// The supported formats, as a remedy in messages.
+const SUPPORTED_FORMATS: &str = "PNG, JPEG, TIFF, BMP, PNM or WebP";
+/// The supported samples, as a remedy in messages.
+const SUPPORTED_SAMPLES: &str = "integers of 8 or 16 bits, grey or RGB";
 
-/// Why a file is refused, before its name is added.
+/// A [`PictureError`] without the path of the file.
 #[derive(Debug)]
-pub(super) enum Refusal {
-    Format,
-    Convert { what: String, to: &'static str },
+pub(super) enum DecodeError {
+    UnknownFormat,
+    UnsupportedFormat { what: String, convert_to: &'static str },
     Damaged(String),
     Read(io::Error),
 }
 
-impl Refusal {
+impl DecodeError {
+    /// Returns an error for a damaged or truncated file.
     pub(super) fn damaged(reason: impl Into<String>) -> Self {
         Self::Damaged(reason.into())
     }
 
-    fn convert(what: impl Into<String>, to: &'static str) -> Self {
-        Self::Convert { what: what.into(), to }
+    /// Returns an error for a known format or kind of samples that is not decoded.
+    fn unsupported(what: impl Into<String>, convert_to: &'static str) -> Self {
+        Self::UnsupportedFormat { what: what.into(), convert_to }
     }
 
-    pub(super) fn at(self, path: &Path) -> PictureError {
+    /// Adds the path of the file.
+    pub(super) fn with_path(self, path: &Path) -> PictureError {
         let path = path.to_path_buf();
         match self {
-            Self::Format => PictureError::Format { path },
-            Self::Convert { what, to } => PictureError::Convert { path, what, to },
-            Self::Damaged(reason) => PictureError::Decode { path, reason },
+            Self::UnknownFormat => PictureError::UnknownFormat { path },
+            Self::UnsupportedFormat { what, convert_to } => PictureError::UnsupportedFormat { path, what, convert_to },
+            Self::Damaged(reason) => PictureError::Damaged { path, reason },
             Self::Read(reason) => PictureError::Read { path, reason },
         }
     }
 }
 
-impl From<io::Error> for Refusal {
+impl From<io::Error> for DecodeError {
     fn from(error: io::Error) -> Self {
-        if error.kind() == io::ErrorKind::UnexpectedEof { cut() } else { Self::Read(error) }
+        if error.kind() == io::ErrorKind::UnexpectedEof { truncated() } else { Self::Read(error) }
     }
 }
 
-fn cut() -> Refusal {
-    Refusal::damaged("it is cut short")
+fn truncated() -> DecodeError {
+    DecodeError::damaged("it is cut short")
 }
 
-/// Luma in raster order, as it is stored.
+/// The luma of a picture in raster order, before it is turned upright.
 pub(super) struct Decoded {
     pub(super) luma: Vec<u16>,
-    /// Bits of the source's samples, 8 or 16.
+    /// Bits of the samples of the file, 8 or 16.
     pub(super) source_bits: u32,
 }
 
-/// Samples of whole pixels.
+/// The samples of whole pixels.
 pub(super) enum Samples<'a> {
-    Eight(&'a [u8]),
-    Sixteen(&'a [u16]),
-    /// 16 bits in the order of this machine's bytes, or of the network's.
-    Native(&'a [u8]),
-    Big(&'a [u8]),
+    U8(&'a [u8]),
+    U16(&'a [u16]),
+    /// 16-bit samples as bytes in the order of this machine.
+    NativeEndian(&'a [u8]),
+    /// 16-bit samples as bytes, most significant first.
+    BigEndian(&'a [u8]),
 }
 
 impl Decoded {
+    /// Allocates memory for `pixels` pixels.
     pub(super) fn with_capacity(pixels: usize, source_bits: u32) -> Self {
         Self { luma: Vec::with_capacity(pixels), source_bits }
     }
 
-    /// Adds the luma of pixels of 1 to 4 channels: grey, grey and alpha, RGB, RGB and alpha.
+    /// Appends the luma of pixels of 1 to 4 channels: grey, grey and alpha, RGB, RGB and alpha.
     pub(super) fn push(&mut self, samples: Samples, channels: usize) {
         let of = |pixel: &[u16]| match *pixel {
             [r, g, b, ..] => ((299 * u32::from(r) + 587 * u32::from(g) + 114 * u32::from(b) + 500) / 1000) as u16,
@@ -90,16 +97,16 @@ impl Decoded {
         let mut pixel = [0u16; 4];
         let pixel = &mut pixel[..channels.min(4)];
         match samples {
-            Samples::Eight(samples) => self.luma.extend(samples.chunks_exact(channels).map(|from| {
+            Samples::U8(samples) => self.luma.extend(samples.chunks_exact(channels).map(|from| {
                 pixel.iter_mut().zip(from).for_each(|(to, from)| *to = u16::from(*from));
                 fill * of(pixel)
             })),
-            Samples::Sixteen(samples) => self.luma.extend(samples.chunks_exact(channels).map(|from| fill * of(from))),
-            Samples::Native(bytes) => self.luma.extend(bytes.chunks_exact(2 * channels).map(|from| {
+            Samples::U16(samples) => self.luma.extend(samples.chunks_exact(channels).map(|from| fill * of(from))),
+            Samples::NativeEndian(bytes) => self.luma.extend(bytes.chunks_exact(2 * channels).map(|from| {
                 pixel.iter_mut().zip(from.as_chunks().0).for_each(|(to, from)| *to = u16::from_ne_bytes(*from));
                 of(pixel)
             })),
-            Samples::Big(bytes) => self.luma.extend(bytes.chunks_exact(2 * channels).map(|from| {
+            Samples::BigEndian(bytes) => self.luma.extend(bytes.chunks_exact(2 * channels).map(|from| {
                 pixel.iter_mut().zip(from.as_chunks().0).for_each(|(to, from)| *to = u16::from_be_bytes(*from));
                 of(pixel)
             })),
@@ -114,33 +121,35 @@ impl<T: BufRead + Seek> Seekable for T {}
 
 type Reader = Box<dyn Seekable>;
 
-/// A picture whose header was read.
-pub(super) struct Pending {
+/// A decoder that has read the header of a picture.
+pub(super) struct ImageReader {
     width: usize,
     height: usize,
     orientation: Orientation,
     decoder: Decoder,
 }
 
+/// The decoder of a format, before it decodes the pixels.
 enum Decoder {
     Png(Box<png::Reader<Reader>>),
+    /// The whole file.
     Jpeg(Vec<u8>),
     Tiff(Box<Tiff<Reader>>, Strips),
     Pnm(Box<PnmDecoder<Reader>>),
-    /// What `image` decodes into one buffer.
-    Whole(Box<dyn ImageDecoder>),
+    /// A format that `image` decodes into one buffer.
+    Buffered(Box<dyn ImageDecoder>),
 }
 
-/// How a TIFF that is read strip by strip keeps its pixels.
+/// The pixel layout of a TIFF that is read strip by strip.
 #[derive(Clone, Copy)]
 struct Strips {
     channels: usize,
     bits: u32,
 }
 
-impl Pending {
-    /// Reads the header of whatever format the first bytes are of.
-    pub(super) fn new(source: Source, limits: &Limits) -> Result<Self, Refusal> {
+impl ImageReader {
+    /// Reads the header; the first bytes determine the format.
+    pub(super) fn new(source: Source, limits: &Limits) -> Result<Self, DecodeError> {
         let mut reader: Reader = match source {
             Source::File(file) => Box::new(file) as Reader,
             Source::Memory(bytes) => Box::new(bytes),
@@ -153,24 +162,25 @@ impl Pending {
             [0xff, 0xd8, ..] => Self::jpeg(reader),
             [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Self::tiff(reader, limits),
             [b'P', b'1'..=b'7', ..] => Self::pnm(reader),
-            [b'B', b'M', ..] => Self::whole(Box::new(BmpDecoder::new(reader).map_err(image_error)?)),
+            [b'B', b'M', ..] => Self::buffered(Box::new(BmpDecoder::new(reader).map_err(image_error)?)),
             [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => {
-                Self::whole(Box::new(WebPDecoder::new(reader).map_err(image_error)?))
+                Self::buffered(Box::new(WebPDecoder::new(reader).map_err(image_error)?))
             }
-            _ => Err(foreign(&first)),
+            _ => Err(unsupported_format(&first)),
         }
     }
 
-    /// Columns and rows as they are stored.
+    /// Returns columns and rows as stored.
     pub(super) fn stored_size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
+    /// Returns the orientation tag.
     pub(super) fn orientation(&self) -> Orientation {
         self.orientation
     }
 
-    fn png(reader: Reader) -> Result<Self, Refusal> {
+    fn png(reader: Reader) -> Result<Self, DecodeError> {
         let mut decoder = png::Decoder::new(reader);
         decoder.set_transformations(png::Transformations::EXPAND);
         decoder.set_ignore_text_chunk(true);
@@ -188,10 +198,10 @@ impl Pending {
         })
     }
 
-    fn jpeg(mut reader: Reader) -> Result<Self, Refusal> {
+    fn jpeg(mut reader: Reader) -> Result<Self, DecodeError> {
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes)?;
-        let header = jpeg::header(&bytes).map_err(Refusal::Damaged)?;
+        let header = jpeg::read_header(&bytes).map_err(DecodeError::Damaged)?;
         let exif = header.exif.and_then(|exif| Orientation::from_exif_chunk(&bytes[exif]));
         Ok(Self {
             width: header.width,
@@ -201,21 +211,34 @@ impl Pending {
         })
     }
 
-    fn tiff(reader: Reader, limits: &Limits) -> Result<Self, Refusal> {
+    fn tiff(reader: Reader, limits: &Limits) -> Result<Self, DecodeError> {
         // A strip may be the whole picture: RGBA of 16 bits has 8 bytes a pixel.
-        let most = usize::try_from(8 * limits.pixels).unwrap_or(usize::MAX);
+        let max_bytes = usize::try_from(8 * limits.max_pixels).unwrap_or(usize::MAX);
         let mut within = tiff::decoder::Limits::default();
-        (within.decoding_buffer_size, within.intermediate_buffer_size) = (most, most);
+        (within.decoding_buffer_size, within.intermediate_buffer_size) = (max_bytes, max_bytes);
         let mut tiff = Tiff::new(reader).map_err(tiff_error)?.with_limits(within);
         let (width, height) = tiff.dimensions().map_err(tiff_error)?;
         let colour = tiff.colortype().map_err(tiff_error)?;
         let formats = tiff.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).map_err(tiff_error)?;
         match formats.iter().flatten().find(|&&format| format != 1) {
             Some(3) => {
-                return Err(Refusal::convert("a TIFF of floating-point samples, which have no full scale", INTEGERS));
+                return Err(DecodeError::unsupported(
+                    "a TIFF of floating-point samples, which have no full scale",
+                    SUPPORTED_SAMPLES,
+                ));
             }
-            Some(2) => return Err(Refusal::convert("a TIFF of signed samples, which have no full scale", INTEGERS)),
-            Some(_) => return Err(Refusal::convert("a TIFF of samples that are no unsigned integers", INTEGERS)),
+            Some(2) => {
+                return Err(DecodeError::unsupported(
+                    "a TIFF of signed samples, which have no full scale",
+                    SUPPORTED_SAMPLES,
+                ));
+            }
+            Some(_) => {
+                return Err(DecodeError::unsupported(
+                    "a TIFF of samples that are no unsigned integers",
+                    SUPPORTED_SAMPLES,
+                ));
+            }
             None => {}
         }
         let orientation = tiff.find_tag_unsigned::<u16>(Tag::Orientation).map_err(tiff_error)?;
@@ -229,24 +252,26 @@ impl Pending {
             RGB(bits @ (8 | 16)) => Some(Strips { channels: 3, bits: bits.into() }),
             RGBA(bits @ (8 | 16)) => Some(Strips { channels: 4, bits: bits.into() }),
             Gray(1) | CMYK(8 | 16) => None,
-            other => return Err(Refusal::convert(format!("a TIFF of {}", tiff_colour(other)), INTEGERS)),
+            other => {
+                return Err(DecodeError::unsupported(format!("a TIFF of {}", tiff_colour(other)), SUPPORTED_SAMPLES));
+            }
         };
         let orientation = orientation.unwrap_or(Orientation::NoTransforms);
         let decoder = match strips {
             Some(strips) if striped && !planar => Decoder::Tiff(Box::new(tiff), strips),
             _ => {
                 let reader = std::mem::replace(tiff.inner(), Box::new(Cursor::new(Vec::new())));
-                return Ok(Self { orientation, ..Self::whole(Box::new(rewound(reader)?))? });
+                return Ok(Self { orientation, ..Self::buffered(Box::new(rewound(reader)?))? });
             }
         };
         Ok(Self { width: width as usize, height: height as usize, orientation, decoder })
     }
 
-    fn pnm(reader: Reader) -> Result<Self, Refusal> {
+    fn pnm(reader: Reader) -> Result<Self, DecodeError> {
         let decoder = PnmDecoder::new(reader).map_err(image_error)?;
         let bitmap = decoder.header().as_bitmap().is_some();
         if bitmap {
-            return Self::whole(Box::new(decoder));
+            return Self::buffered(Box::new(decoder));
         }
         let (width, height) = decoder.dimensions();
         Ok(Self {
@@ -257,15 +282,15 @@ impl Pending {
         })
     }
 
-    fn whole(mut decoder: Box<dyn ImageDecoder>) -> Result<Self, Refusal> {
+    fn buffered(mut decoder: Box<dyn ImageDecoder>) -> Result<Self, DecodeError> {
         let (width, height) = decoder.dimensions();
-        // No file is refused for metadata that cannot be read.
+        // Unreadable metadata are ignored.
         let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
-        Ok(Self { width: width as usize, height: height as usize, orientation, decoder: Decoder::Whole(decoder) })
+        Ok(Self { width: width as usize, height: height as usize, orientation, decoder: Decoder::Buffered(decoder) })
     }
 
     /// Decodes the pixels.
-    pub(super) fn decode(self) -> Result<Decoded, Refusal> {
+    pub(super) fn decode(self) -> Result<Decoded, DecodeError> {
         let pixels = self.width * self.height;
         match self.decoder {
             Decoder::Png(reader) => decode_png(*reader, pixels),
@@ -275,25 +300,26 @@ impl Pending {
                 let (reader, header) = decoder.into_inner();
                 pnm::decode(reader, &header)
             }
-            Decoder::Whole(decoder) => decode_whole(decoder, pixels),
+            Decoder::Buffered(decoder) => decode_buffered(decoder, pixels),
         }
     }
 }
 
-/// What `image` needs to begin anew with a TIFF.
-fn rewound(mut reader: Reader) -> Result<TiffDecoder<Reader>, Refusal> {
+/// Starts the TIFF decoder of `image` at the beginning of the file.
+fn rewound(mut reader: Reader) -> Result<TiffDecoder<Reader>, DecodeError> {
     reader.seek(SeekFrom::Start(0))?;
     TiffDecoder::new(reader).map_err(image_error)
 }
 
-fn decode_png(mut reader: png::Reader<Reader>, pixels: usize) -> Result<Decoded, Refusal> {
+fn decode_png(mut reader: png::Reader<Reader>, pixels: usize) -> Result<Decoded, DecodeError> {
     let (colour, depth) = reader.output_color_type();
     let channels = colour.samples();
     let wide = depth == png::BitDepth::Sixteen;
     let mut decoded = Decoded::with_capacity(pixels, if wide { 16 } else { 8 });
     if reader.info().interlaced {
-        // Seven passes over the picture: it has to be held whole.
-        let size = reader.output_buffer_size().ok_or_else(|| Refusal::damaged("its header has an impossible size"))?;
+        // Interlaced pictures have seven passes, so all pixels are kept in memory.
+        let size =
+            reader.output_buffer_size().ok_or_else(|| DecodeError::damaged("its header has an impossible size"))?;
         let mut bytes = vec![0; size];
         reader.next_frame(&mut bytes).map_err(png_error)?;
         decoded.push(png_samples(&bytes, wide), channels);
@@ -302,46 +328,51 @@ fn decode_png(mut reader: png::Reader<Reader>, pixels: usize) -> Result<Decoded,
             decoded.push(png_samples(row.data(), wide), channels);
         }
     }
-    // What is left of the data holds the checksum of the pixels.
+    // The rest of the data contains the checksum of the pixels.
     reader.finish().map_err(png_error)?;
     Ok(decoded)
 }
 
 fn png_samples(bytes: &[u8], wide: bool) -> Samples<'_> {
-    if wide { Samples::Big(bytes) } else { Samples::Eight(bytes) }
+    if wide { Samples::BigEndian(bytes) } else { Samples::U8(bytes) }
 }
 
-fn decode_jpeg(bytes: &[u8], pixels: usize) -> Result<Decoded, Refusal> {
-    let bytes = &bytes[..jpeg::whole(bytes).map_err(Refusal::Damaged)?];
+fn decode_jpeg(bytes: &[u8], pixels: usize) -> Result<Decoded, DecodeError> {
+    let bytes = &bytes[..jpeg::check_complete(bytes).map_err(DecodeError::Damaged)?];
     let options = DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    let refused = |error: zune_jpeg::errors::DecodeErrors| Refusal::damaged(plain(&error.to_string()));
-    decoder.decode_headers().map_err(refused)?;
+    let damaged = |error: zune_jpeg::errors::DecodeErrors| DecodeError::damaged(one_line(&error.to_string()));
+    decoder.decode_headers().map_err(damaged)?;
     let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
     let to = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
     decoder.set_options(decoder.options().jpeg_set_out_colorspace(to));
-    let size = decoder.output_buffer_size().ok_or_else(cut)?;
+    let size = decoder.output_buffer_size().ok_or_else(truncated)?;
     let mut samples = vec![0; size];
-    decoder.decode_into(&mut samples).map_err(refused)?;
+    decoder.decode_into(&mut samples).map_err(damaged)?;
     drop(decoder);
     let mut decoded = Decoded::with_capacity(pixels, 8);
-    decoded.push(Samples::Eight(&samples), if grey { 1 } else { 3 });
+    decoded.push(Samples::U8(&samples), if grey { 1 } else { 3 });
     Ok(decoded)
 }
 
-fn decode_tiff(mut tiff: Tiff<Reader>, strips: Strips, pixels: usize) -> Result<Decoded, Refusal> {
+fn decode_tiff(mut tiff: Tiff<Reader>, strips: Strips, pixels: usize) -> Result<Decoded, DecodeError> {
     let mut decoded = Decoded::with_capacity(pixels, strips.bits);
     for strip in 0..tiff.strip_count().map_err(tiff_error)? {
         match tiff.read_chunk(strip).map_err(tiff_error)? {
-            DecodingResult::U8(samples) => decoded.push(Samples::Eight(&samples), strips.channels),
-            DecodingResult::U16(samples) => decoded.push(Samples::Sixteen(&samples), strips.channels),
-            _ => return Err(Refusal::convert("a TIFF of samples that are no unsigned integers", INTEGERS)),
+            DecodingResult::U8(samples) => decoded.push(Samples::U8(&samples), strips.channels),
+            DecodingResult::U16(samples) => decoded.push(Samples::U16(&samples), strips.channels),
+            _ => {
+                return Err(DecodeError::unsupported(
+                    "a TIFF of samples that are no unsigned integers",
+                    SUPPORTED_SAMPLES,
+                ));
+            }
         }
     }
     Ok(decoded)
 }
 
-fn decode_whole(decoder: Box<dyn ImageDecoder>, pixels: usize) -> Result<Decoded, Refusal> {
+fn decode_buffered(decoder: Box<dyn ImageDecoder>, pixels: usize) -> Result<Decoded, DecodeError> {
     let (channels, wide) = match decoder.color_type() {
         ColorType::L8 => (1, false),
         ColorType::La8 => (2, false),
@@ -351,36 +382,49 @@ fn decode_whole(decoder: Box<dyn ImageDecoder>, pixels: usize) -> Result<Decoded
         ColorType::La16 => (2, true),
         ColorType::Rgb16 => (3, true),
         ColorType::Rgba16 => (4, true),
-        _ => return Err(Refusal::convert("a picture of floating-point samples, which have no full scale", INTEGERS)),
+        _ => {
+            return Err(DecodeError::unsupported(
+                "a picture of floating-point samples, which have no full scale",
+                SUPPORTED_SAMPLES,
+            ));
+        }
     };
     let mut bytes = vec![0; pixels * channels * if wide { 2 } else { 1 }];
     decoder.read_image_boxed(&mut bytes).map_err(image_error)?;
     let mut decoded = Decoded::with_capacity(pixels, if wide { 16 } else { 8 });
-    decoded.push(if wide { Samples::Native(&bytes) } else { Samples::Eight(&bytes) }, channels);
+    decoded.push(if wide { Samples::NativeEndian(&bytes) } else { Samples::U8(&bytes) }, channels);
     Ok(decoded)
 }
 
-/// A picture of a format that is known and not decoded, or no picture.
-fn foreign(first: &[u8]) -> Refusal {
+/// Returns the error for the first bytes of a file of a known format that is not decoded, or of an unknown one.
+fn unsupported_format(first: &[u8]) -> DecodeError {
     let brand = first.get(4..12).unwrap_or_default();
     match first {
-        [b'G', b'I', b'F', b'8', ..] => Refusal::convert("a GIF, which has at most 256 colours", ANY),
-        [0xff, 0x0a, ..] | [0, 0, 0, 12, b'J', b'X', b'L', b' ', ..] => Refusal::convert("a JPEG XL picture", ANY),
-        [0, 0, 0, 12, b'j', b'P', ..] => Refusal::convert("a JPEG 2000 picture", ANY),
-        _ if brand == b"ftypavif" || brand == b"ftypavis" => Refusal::convert("an AVIF picture", ANY),
-        _ if [&b"ftypheic"[..], b"ftypheix", b"ftypmif1", b"ftypmsf1"].contains(&brand) => {
-            Refusal::convert("a HEIF picture", ANY)
+        [b'G', b'I', b'F', b'8', ..] => {
+            DecodeError::unsupported("a GIF, which has at most 256 colours", SUPPORTED_FORMATS)
         }
-        [b'%', b'P', b'D', b'F', ..] => Refusal::convert("a PDF document", ANY),
-        [0x76, 0x2f, 0x31, 0x01, ..] => Refusal::convert("an OpenEXR picture, which has no full scale", INTEGERS),
-        _ => Refusal::Format,
+        [0xff, 0x0a, ..] | [0, 0, 0, 12, b'J', b'X', b'L', b' ', ..] => {
+            DecodeError::unsupported("a JPEG XL picture", SUPPORTED_FORMATS)
+        }
+        [0, 0, 0, 12, b'j', b'P', ..] => DecodeError::unsupported("a JPEG 2000 picture", SUPPORTED_FORMATS),
+        _ if brand == b"ftypavif" || brand == b"ftypavis" => {
+            DecodeError::unsupported("an AVIF picture", SUPPORTED_FORMATS)
+        }
+        _ if [&b"ftypheic"[..], b"ftypheix", b"ftypmif1", b"ftypmsf1"].contains(&brand) => {
+            DecodeError::unsupported("a HEIF picture", SUPPORTED_FORMATS)
+        }
+        [b'%', b'P', b'D', b'F', ..] => DecodeError::unsupported("a PDF document", SUPPORTED_FORMATS),
+        [0x76, 0x2f, 0x31, 0x01, ..] => {
+            DecodeError::unsupported("an OpenEXR picture, which has no full scale", SUPPORTED_SAMPLES)
+        }
+        _ => DecodeError::UnknownFormat,
     }
 }
 
-fn png_error(error: png::DecodingError) -> Refusal {
+fn png_error(error: png::DecodingError) -> DecodeError {
     match error {
         png::DecodingError::IoError(error) => error.into(),
-        png::DecodingError::LimitsExceeded => Refusal::damaged("its metadata are too large"),
+        png::DecodingError::LimitsExceeded => DecodeError::damaged("its metadata are too large"),
         error => {
             let text = error.to_string();
             let reason = [
@@ -392,23 +436,24 @@ fn png_error(error: png::DecodingError) -> Refusal {
                 ("Corrupt deflate stream", "the compressed pixels are damaged"),
             ];
             let known = reason.into_iter().find(|(sign, _)| text.contains(sign)).map(|(_, reason)| reason.to_owned());
-            Refusal::Damaged(known.unwrap_or_else(|| plain(&text)))
+            DecodeError::Damaged(known.unwrap_or_else(|| one_line(&text)))
         }
     }
 }
 
-fn tiff_error(error: tiff::TiffError) -> Refusal {
+fn tiff_error(error: tiff::TiffError) -> DecodeError {
     match error {
         tiff::TiffError::IoError(error) => error.into(),
-        tiff::TiffError::LimitsExceeded => Refusal::damaged("a strip or a tag is larger than the picture can be"),
-        tiff::TiffError::UnsupportedError(what) => {
-            Refusal::convert(format!("a TIFF that is not decoded here ({})", plain(&what.to_string())), ANY)
-        }
-        error => Refusal::Damaged(plain(&error.to_string())),
+        tiff::TiffError::LimitsExceeded => DecodeError::damaged("a strip or a tag is larger than the picture can be"),
+        tiff::TiffError::UnsupportedError(what) => DecodeError::unsupported(
+            format!("a TIFF that is not supported ({})", one_line(&what.to_string())),
+            SUPPORTED_FORMATS,
+        ),
+        error => DecodeError::Damaged(one_line(&error.to_string())),
     }
 }
 
-/// Samples that have no luma here.
+/// Names samples that are not converted to luma.
 fn tiff_colour(colour: tiff::ColorType) -> String {
     use tiff::ColorType::{CMYK, CMYKA, Gray, GrayA, Lab, Palette, RGB, RGBA, YCbCr};
     match colour {
@@ -420,21 +465,22 @@ fn tiff_colour(colour: tiff::ColorType) -> String {
     }
 }
 
-fn image_error(error: ImageError) -> Refusal {
+fn image_error(error: ImageError) -> DecodeError {
     match error {
         ImageError::IoError(error) => error.into(),
-        ImageError::Unsupported(what) => {
-            Refusal::convert(format!("a picture that is not decoded here ({})", plain(&what.to_string())), ANY)
-        }
-        error => Refusal::Damaged(plain(&error.to_string())),
+        ImageError::Unsupported(what) => DecodeError::unsupported(
+            format!("a picture that is not supported ({})", one_line(&what.to_string())),
+            SUPPORTED_FORMATS,
+        ),
+        error => DecodeError::Damaged(one_line(&error.to_string())),
     }
 }
 
-/// A decoder's message on one line, without the insides of the decoder.
-fn plain(message: &str) -> String {
+/// Shortens the message of a decoder to one line without debug output.
+fn one_line(message: &str) -> String {
     let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
     let shown = match line.find(['{', '[']) {
-        // The name before the brace belongs to it.
+        // The type name before the brace is part of the debug output.
         Some(at) => line[..at].trim_end().trim_end_matches(|c: char| !c.is_whitespace()),
         None => line.as_str(),
     };

@@ -1,118 +1,118 @@
-//! Why a file is not a usable picture.
+//! Errors of reading a picture file.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why a file is not a usable picture. Each message names the file, the reason and what to do.
+/// An error of reading a picture file. Each message states the file, the reason and a remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The file cannot be opened or read.
     #[error("{}: cannot be read: {reason}; check the name and its permissions", .path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         reason: io::Error,
     },
     /// The path is a folder.
     #[error("{}: is a folder, not a picture; name one picture file", .path.display())]
-    Folder {
-        /// The folder.
+    IsFolder {
+        /// Path of the folder.
         path: PathBuf,
     },
     /// The path is a device, a FIFO or a socket.
     #[error("{}: is not a regular file; name a picture file, or - to read one from standard input", .path.display())]
-    Irregular {
-        /// The device, FIFO or socket.
+    NotRegularFile {
+        /// Path of the device, FIFO or socket.
         path: PathBuf,
     },
     /// A picture is expected from standard input, which is a terminal.
     #[error("-: standard input is a terminal; send a picture into it, or name a picture file")]
-    Terminal,
+    StdinIsTerminal,
     /// The file has no bytes.
     #[error("{}: is empty (0 bytes); fetch or save the picture again", .path.display())]
-    Empty {
-        /// The file.
+    EmptyFile {
+        /// Path of the file.
         path: PathBuf,
     },
-    /// The file has more bytes than any picture within the limit.
+    /// The file has more bytes than the limit.
     #[error(
         "{}: has {} bytes, and the limit is {limit}; give a smaller picture, or raise the limit (--max-megapixels)",
         .path.display(),
         .bytes.map_or_else(|| format!("more than {limit}"), |bytes| bytes.to_string())
     )]
-    Heavy {
-        /// The file.
+    FileTooLarge {
+        /// Path of the file.
         path: PathBuf,
-        /// Its bytes, where they are known.
+        /// Bytes of the file; `None` for standard input, which was not read to its end.
         bytes: Option<u64>,
-        /// Bytes allowed.
+        /// Largest number of bytes.
         limit: u64,
     },
     /// The picture has more pixels than the limit.
     #[error(
-        "{}: is {width} x {height}, {:.1} megapixels, and the limit is {limit}; give a smaller picture, or raise the \
+        "{}: is {width} x {height}, {:.1} megapixels, and the limit is {limit_megapixels}; give a smaller picture, or raise the \
          limit (--max-megapixels)",
         .path.display(),
         *.width as f64 * *.height as f64 / 1e6
     )]
-    Large {
-        /// The file.
+    TooManyPixels {
+        /// Path of the file.
         path: PathBuf,
-        /// Its columns.
+        /// Columns of the picture.
         width: usize,
-        /// Its rows.
+        /// Rows of the picture.
         height: usize,
-        /// Megapixels allowed.
-        limit: u64,
+        /// Largest number of megapixels.
+        limit_megapixels: u64,
     },
-    /// The content is of no known picture format, whatever the name says.
+    /// The content is not of a known picture format; the file name is ignored.
     #[error("{}: is not a picture of a known format; give PNG, JPEG, TIFF, BMP, PNM or WebP", .path.display())]
-    Format {
-        /// The file.
+    UnknownFormat {
+        /// Path of the file.
         path: PathBuf,
     },
-    /// The content is a picture that is not decoded here.
-    #[error("{}: is {what}; convert it to {}", .path.display(), .to)]
-    Convert {
-        /// The file.
+    /// The content is of a picture format, or has samples, that this crate does not decode.
+    #[error("{}: is {what}; convert it to {}", .path.display(), .convert_to)]
+    UnsupportedFormat {
+        /// Path of the file.
         path: PathBuf,
-        /// What it is.
+        /// Format or samples of the file, with an article.
         what: String,
-        /// To what it may be converted.
-        to: &'static str,
+        /// Formats or samples that are supported.
+        convert_to: &'static str,
     },
-    /// The content is damaged or cut short.
+    /// The content is damaged or truncated.
     #[error("{}: cannot be decoded: {reason}; fetch or save the picture again", .path.display())]
-    Decode {
-        /// The file.
+    Damaged {
+        /// Path of the file.
         path: PathBuf,
-        /// What the decoder says.
+        /// Message of the decoder.
         reason: String,
     },
-    /// The picture is smaller than the work needs.
+    /// The picture is smaller than required.
     #[error(
-        "{}: is {width} x {height}, and this needs at least {least_width} x {least_height}; give a larger picture",
+        "{}: is {width} x {height}, and this needs at least {min_width} x {min_height}; give a larger picture",
         .path.display()
     )]
-    Small {
-        /// The file.
+    TooSmall {
+        /// Path of the file.
         path: PathBuf,
-        /// Its columns.
+        /// Columns of the picture.
         width: usize,
-        /// Its rows.
+        /// Rows of the picture.
         height: usize,
-        /// Columns needed.
-        least_width: usize,
-        /// Rows needed.
-        least_height: usize,
+        /// Smallest number of columns.
+        min_width: usize,
+        /// Smallest number of rows.
+        min_height: usize,
     },
-    /// All pixels are equal: no feature can exist.
+    /// All pixels are equal, so that no feature exists.
     #[error("{}: every pixel is {value}, so there is nothing to match; give a picture of the ground", .path.display())]
-    Constant {
-        /// The file.
+    NoContrast {
+        /// Path of the file.
         path: PathBuf,
-        /// The one value, DN.
+        /// Value of all pixels, DN.
         value: u16,
     },
 }

@@ -4,13 +4,13 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::{PictureFile, centre};
+use crate::{PictureFile, centred_crop};
 
 /// File name extensions by which the pictures of a folder are recognised.
 const EXTENSIONS: [&str; 14] =
     ["bmp", "dib", "jpeg", "jpg", "pam", "pbm", "pgm", "png", "pnm", "ppm", "tif", "tiff", "webp", "jpe"];
 
-/// Why a list of pictures was refused.
+/// An error of listing pictures.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     /// Standard input was named more than once.
@@ -19,9 +19,9 @@ pub enum FolderError {
     /// A folder could not be read.
     #[error("{path}: the folder cannot be read: {source}")]
     Read {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// The error of the operating system.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A folder has no picture.
@@ -81,7 +81,7 @@ pub fn remarks(file: &PictureFile, frame: Option<(usize, usize)>) -> Vec<String>
         remarks.push(format!("{name}: {orientation}, as its orientation tag asks"));
     }
     if let Some(frame) = frame {
-        let (size, (x, y, width, height)) = (file.size(), centre(file.size(), frame));
+        let (size, (x, y, width, height)) = (file.size(), centred_crop(file.size(), frame));
         if size != (width, height) {
             let (whole_width, whole_height) = size;
             remarks.push(format!(

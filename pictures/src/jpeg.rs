@@ -1,29 +1,33 @@
-//! What a JPEG says of itself, and whether it is whole: its markers, and the blocks that its scans really hold.
+//! Header of a JPEG, and a check that its scans are complete.
 //!
-//! ITU-T T.81: a file is a sequence of segments, each begun by a marker `FF xx`; entropy-coded data follow a start of
-//! scan. The decoder fills what a scan lacks with grey and says nothing, and data may follow the end of the image
-//! (motion photos, previews), so neither the decoder's silence nor the last two bytes tell. Here every Huffman code of
-//! every scan is read, without any transform, and its blocks are counted. Refining passes of a progressive file are
-//! not: which bits they hold depends on the coefficients before them.
+//! ITU-T T.81: a file is a sequence of segments, each started by a marker `FF xx`; entropy-coded data follow a start of
+//! scan. The decoders replace missing blocks by grey and report no error if the file ends with an end marker, and other
+//! data may follow the image (motion photos, previews). So neither the result of the decoder nor the last two bytes show
+//! that a file is complete. The check reads every Huffman code of every scan, without any transform, and counts the
+//! blocks. Refinement passes of a progressive file are skipped, because the number of their bits depends on the
+//! coefficients of earlier passes.
 
 use std::ops::Range;
 
-/// Scans that a file may have; the decoder has the same limit.
-const SCANS: usize = 100;
+/// Largest number of scans of a file; the decoder has the same limit.
+const MAX_SCANS: usize = 100;
 
-const CUT: &str = "the JPEG is cut short";
+const TRUNCATED: &str = "the JPEG is cut short";
 
-/// The frame header, and the metadata before it.
+/// The size in the frame header, and the position of the Exif data.
 #[derive(Debug)]
 pub(super) struct Header {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// The bytes of the Exif segment, from its TIFF header on.
+    /// Range of the Exif data in the file, from its TIFF header on.
     pub(super) exif: Option<Range<usize>>,
 }
 
-/// Reads the segments up to the frame header, or to the first scan, so that the Exif segment is found wherever it is.
-pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
+/// Reads the segments before the first scan, so that the Exif segment is found before or after the frame header.
+///
+/// # Errors
+/// There is no frame header, or a segment is damaged.
+pub(super) fn read_header(bytes: &[u8]) -> Result<Header, String> {
     let mut segments = Segments { bytes, at: 2 };
     let (mut size, mut exif) = (None, None);
     while let Some((marker, body)) = segments.next()? {
@@ -36,15 +40,16 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
             _ => {}
         }
     }
-    let frame = size.ok_or(CUT)?;
+    let frame = size.ok_or(TRUNCATED)?;
     Ok(Header { width: frame.width, height: frame.height, exif })
 }
 
-/// The length of the image up to and with its end marker; what follows is not part of it.
+/// Checks that all scans are complete. Returns the length of the image including its end marker, bytes; later data are
+/// not part of the image.
 ///
 /// # Errors
-/// Where a scan holds fewer blocks than the frame, or codes that its tables do not have, or a component has no scan.
-pub(super) fn whole(bytes: &[u8]) -> Result<usize, String> {
+/// A scan has fewer blocks than the frame or codes that are not in its tables, or a component has no scan.
+pub(super) fn check_complete(bytes: &[u8]) -> Result<usize, String> {
     let mut segments = Segments { bytes, at: 2 };
     let mut frame: Option<Frame> = None;
     let mut tables = Tables::default();
@@ -55,25 +60,28 @@ pub(super) fn whole(bytes: &[u8]) -> Result<usize, String> {
             0xc0..=0xc2 => frame = Some(Frame { progressive: marker == 0xc2, ..Frame::new(segment)? }),
             0xc4 => tables.define(segment)?,
             0xdd => {
-                interval = usize::from(u16::from_be_bytes([*segment.first().ok_or(CUT)?, *segment.get(1).ok_or(CUT)?]))
+                interval = usize::from(u16::from_be_bytes([
+                    *segment.first().ok_or(TRUNCATED)?,
+                    *segment.get(1).ok_or(TRUNCATED)?,
+                ]))
             }
             0xda => {
                 scans += 1;
-                if scans > SCANS {
-                    return Err(format!("the JPEG has more than {SCANS} scans"));
+                if scans > MAX_SCANS {
+                    return Err(format!("the JPEG has more than {MAX_SCANS} scans"));
                 }
                 let frame = frame.as_mut().ok_or("the JPEG has a scan before its frame header")?;
                 let scan = Scan::new(frame, segment)?;
-                scan.count(frame, &tables, interval, &mut segments)?;
+                scan.check(frame, &tables, interval, &mut segments)?;
             }
             0xd9 => {
                 let complete = frame.is_some_and(|frame| frame.components.iter().all(|component| component.scanned));
-                return if complete { Ok(segments.at) } else { Err(CUT.into()) };
+                return if complete { Ok(segments.at) } else { Err(TRUNCATED.into()) };
             }
             _ => {}
         }
     }
-    Err(CUT.into())
+    Err(TRUNCATED.into())
 }
 
 /// The segments of a file, one after the other.
@@ -83,11 +91,11 @@ struct Segments<'a> {
 }
 
 impl Segments<'_> {
-    /// The next marker and the range of its segment, which is empty for the end of the image; nothing where the file
-    /// ends.
+    /// Returns the next marker and the range of its segment, which is empty for the end of the image. `None` at the end of
+    /// the file.
     fn next(&mut self) -> Result<Option<(u8, Range<usize>)>, String> {
         loop {
-            // Whatever stands between segments is skipped, as every decoder does.
+            // Other bytes between segments are skipped, as all decoders do.
             let Some(found) = self.bytes.get(self.at..).and_then(|rest| rest.iter().position(|&byte| byte == 0xff))
             else {
                 return Ok(None);
@@ -110,11 +118,11 @@ impl Segments<'_> {
                 }
                 _ => {}
             }
-            let length = self.bytes.get(self.at + 1..self.at + 3).ok_or(CUT)?;
+            let length = self.bytes.get(self.at + 1..self.at + 3).ok_or(TRUNCATED)?;
             let length = usize::from(u16::from_be_bytes([length[0], length[1]]));
             let body = self.at + 3..self.at + 1 + length;
             if length < 2 || body.end > self.bytes.len() {
-                return Err(CUT.into());
+                return Err(TRUNCATED.into());
             }
             self.at = body.end;
             return Ok(Some((marker, body)));
@@ -122,7 +130,7 @@ impl Segments<'_> {
     }
 }
 
-/// What the frame header says.
+/// The frame header.
 struct Frame {
     progressive: bool,
     width: usize,
@@ -133,16 +141,16 @@ struct Frame {
 /// A colour component of the frame.
 struct Component {
     id: u8,
-    /// Blocks of one MCU, across and down.
+    /// Blocks of one MCU, horizontally and vertically.
     across: usize,
     down: usize,
-    /// Whether a scan held its first pass whole.
+    /// `true` once a scan with its first pass was complete.
     scanned: bool,
 }
 
 impl Frame {
     fn new(segment: &[u8]) -> Result<Self, String> {
-        let [_, h1, h0, w1, w0, count, rest @ ..] = segment else { return Err(CUT.into()) };
+        let [_, h1, h0, w1, w0, count, rest @ ..] = segment else { return Err(TRUNCATED.into()) };
         let components: Vec<Component> = rest
             .chunks_exact(3)
             .take(usize::from(*count))
@@ -159,29 +167,30 @@ impl Frame {
             height: usize::from(u16::from_be_bytes([*h1, *h0])),
             components,
         };
-        let sampled = |component: &Component| (1..=4).contains(&component.across) && (1..=4).contains(&component.down);
+        let is_sampled =
+            |component: &Component| (1..=4).contains(&component.across) && (1..=4).contains(&component.down);
         if frame.width == 0 || frame.height == 0 || *count == 0 || frame.components.len() != usize::from(*count) {
             return Err("its frame header has no size or no components".into());
         }
-        if !frame.components.iter().all(sampled) {
+        if !frame.components.iter().all(is_sampled) {
             return Err("its frame header has a sampling factor that is not in 1 to 4".into());
         }
         Ok(frame)
     }
 
-    /// Largest sampling factors, across and down.
-    fn most(&self) -> (usize, usize) {
-        let most = |of: fn(&Component) -> usize| self.components.iter().map(of).max().unwrap_or(1);
-        (most(|component| component.across), most(|component| component.down))
+    /// Returns the largest sampling factors, horizontally and vertically.
+    fn max_sampling(&self) -> (usize, usize) {
+        let max = |of: fn(&Component) -> usize| self.components.iter().map(of).max().unwrap_or(1);
+        (max(|component| component.across), max(|component| component.down))
     }
 }
 
 /// A Huffman table in canonical form.
 #[derive(Clone)]
 struct Table {
-    /// For each length of a code: the first value, left-justified in 16 bits, above the codes of this length.
+    /// For each length of a code: the smallest value, left-justified in 16 bits, above all codes of this length.
     limit: [u32; 16],
-    /// For each length: what to add to a code for its place in `symbols`.
+    /// For each length: the difference of the index in `symbols` and the code.
     offset: [i32; 16],
     symbols: Vec<u8>,
 }
@@ -201,7 +210,7 @@ impl Table {
     }
 }
 
-/// The tables as they stand before a scan.
+/// The tables that are defined before a scan.
 #[derive(Default)]
 struct Tables {
     dc: [Option<Table>; 4],
@@ -211,9 +220,9 @@ struct Tables {
 impl Tables {
     fn define(&mut self, mut segment: &[u8]) -> Result<(), String> {
         while let [of, rest @ ..] = segment {
-            let (counts, rest) = rest.split_first_chunk::<16>().ok_or(CUT)?;
+            let (counts, rest) = rest.split_first_chunk::<16>().ok_or(TRUNCATED)?;
             let symbols: usize = counts.iter().map(|&count| usize::from(count)).sum();
-            let (symbols, rest) = rest.split_at_checked(symbols).ok_or(CUT)?;
+            let (symbols, rest) = rest.split_at_checked(symbols).ok_or(TRUNCATED)?;
             let class = if of >> 4 == 0 { &mut self.dc } else { &mut self.ac };
             *class.get_mut(usize::from(of & 15)).ok_or("it defines more than four Huffman tables")? =
                 Some(Table::new(counts, symbols));
@@ -223,22 +232,22 @@ impl Tables {
     }
 }
 
-/// What a scan header says.
+/// The scan header.
 struct Scan {
-    /// Index of each component, and its tables, DC and AC.
+    /// Index of each component, of its DC table and of its AC table.
     components: Vec<(usize, usize, usize)>,
     /// First and last coefficient.
     from: u8,
     to: u8,
-    /// Whether bits of an earlier pass are refined.
+    /// `true` if the scan refines bits of an earlier pass.
     refines: bool,
 }
 
 impl Scan {
     fn new(frame: &Frame, segment: &[u8]) -> Result<Self, String> {
-        let (&count, rest) = segment.split_first().ok_or(CUT)?;
-        let (entries, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or(CUT)?;
-        let [from, to, steps, ..] = *rest else { return Err(CUT.into()) };
+        let (&count, rest) = segment.split_first().ok_or(TRUNCATED)?;
+        let (entries, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or(TRUNCATED)?;
+        let [from, to, steps, ..] = *rest else { return Err(TRUNCATED.into()) };
         let component = |entry: &[u8]| {
             let index = frame.components.iter().position(|component| component.id == entry[0]);
             let index = index.ok_or("a scan names a component that the frame has not")?;
@@ -251,8 +260,11 @@ impl Scan {
         Ok(Self { components, from, to, refines: frame.progressive && steps >> 4 != 0 })
     }
 
-    /// Reads the scan's data, and marks its components where every block is there.
-    fn count(
+    /// Reads the entropy-coded data and marks the components of the scan as complete.
+    ///
+    /// # Errors
+    /// A block is missing, or a code is not in its table.
+    fn check(
         &self,
         frame: &mut Frame,
         tables: &Tables,
@@ -262,9 +274,9 @@ impl Scan {
         if self.refines && self.from > 0 {
             return Ok(());
         }
-        let (across, down) = frame.most();
+        let (across, down) = frame.max_sampling();
         let (units, blocks): (usize, Vec<(usize, usize, usize)>) = match self.components[..] {
-            // One component alone: a unit is a block, and only blocks with a pixel of the picture are coded.
+            // With a single component a unit is a block, and only blocks with a pixel of the picture are coded.
             [(index, dc, ac)] => {
                 let component = &frame.components[index];
                 let wide = (frame.width * component.across).div_ceil(8 * across);
@@ -293,22 +305,22 @@ impl Scan {
             if done > 0 {
                 bits.restart()?;
             }
-            let many = interval.min(units - done);
+            let count = interval.min(units - done);
             let mut unit = 0;
-            while unit < many {
+            while unit < count {
                 let mut skipped = 1;
-                for &(count, dc, ac) in &blocks {
-                    for _ in 0..count {
+                for &(blocks_per_unit, dc, ac) in &blocks {
+                    for _ in 0..blocks_per_unit {
                         let run = pass.block(&mut bits, tables.dc.get(dc), tables.ac.get(ac))?;
-                        // Blocks that an end-of-band run leaves empty take no bits.
+                        // Blocks within an end-of-band run have no bits.
                         skipped += run;
                     }
                 }
                 unit += skipped;
             }
-            done += many;
+            done += count;
         }
-        segments.at = bits.at_marker();
+        segments.at = bits.marker_position();
         if self.from == 0 {
             for &(index, ..) in &self.components {
                 frame.components[index].scanned = true;
@@ -318,7 +330,7 @@ impl Scan {
     }
 }
 
-/// Which codes a block has.
+/// The kind of codes that the blocks of a scan have.
 #[derive(Clone, Copy)]
 enum Pass {
     Sequential,
@@ -328,7 +340,7 @@ enum Pass {
 }
 
 impl Pass {
-    /// Reads one block; the number of blocks after it that have no codes.
+    /// Reads one block. Returns the number of blocks after it that have no codes.
     fn block(self, bits: &mut Bits, dc: Option<&Option<Table>>, ac: Option<&Option<Table>>) -> Result<usize, String> {
         let missing = "a scan uses a Huffman table that the file does not define";
         let (dc, ac) = (dc.and_then(Option::as_ref), ac.and_then(Option::as_ref));
@@ -365,18 +377,19 @@ impl Pass {
     }
 }
 
-/// The bits of entropy-coded data, stuffing removed, up to the next marker.
+/// A reader of the bits of entropy-coded data up to the next marker, without stuffing.
 struct Bits<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// The next bits, at the top.
+    /// Next bits, in the most significant positions.
     buffer: u64,
     left: u32,
-    /// Whether a marker stands at `at`, or the file ends there.
+    /// `true` if there is a marker or the end of the file at `at`.
     marker: bool,
 }
 
 impl Bits<'_> {
+    /// Fills the buffer to at least 49 bits, or up to the marker.
     fn fill(&mut self) {
         while self.left <= 48 && !self.marker {
             let byte = match self.bytes.get(self.at..) {
@@ -396,16 +409,17 @@ impl Bits<'_> {
         }
     }
 
+    /// Skips `count` bits, at most 16.
     fn skip(&mut self, count: u32) -> Result<(), String> {
         self.take(count).map(|_| ())
     }
 
-    /// The next `count` bits, at most 16.
+    /// Reads `count` bits, at most 16.
     fn take(&mut self, count: u32) -> Result<u32, String> {
         if self.left < count {
             self.fill();
             if self.left < count {
-                return Err(CUT.into());
+                return Err(TRUNCATED.into());
             }
         }
         let value = (self.buffer >> 48) as u32 >> (16 - count);
@@ -414,13 +428,18 @@ impl Bits<'_> {
         Ok(value)
     }
 
+    /// Reads one Huffman code and returns its symbol.
     fn symbol(&mut self, table: &Table) -> Result<u8, String> {
         if self.left < 16 {
             self.fill();
         }
         let next = (self.buffer >> 48) as u32;
         let Some(length) = table.limit.iter().position(|&limit| next < limit) else {
-            return Err(if self.left < 16 { CUT.into() } else { "its scan holds a code that no table has".into() });
+            return Err(if self.left < 16 {
+                TRUNCATED.into()
+            } else {
+                "its scan holds a code that no table has".into()
+            });
         };
         let code = (next >> (15 - length)) as i32;
         self.take(length as u32 + 1)?;
@@ -428,20 +447,20 @@ impl Bits<'_> {
         symbol.copied().ok_or_else(|| "its Huffman tables are damaged".into())
     }
 
-    /// Goes on after the restart marker that must follow.
+    /// Skips the restart marker, which must follow.
     fn restart(&mut self) -> Result<(), String> {
-        let at = self.at_marker();
+        let at = self.marker_position();
         match self.bytes.get(at..) {
             Some([0xff, 0xd0..=0xd7, ..]) => {
                 *self = Bits { at: at + 2, buffer: 0, left: 0, marker: false, bytes: self.bytes };
                 Ok(())
             }
-            _ => Err(CUT.into()),
+            _ => Err(TRUNCATED.into()),
         }
     }
 
-    /// Where the next marker stands; what is left of the data before it is padding.
-    fn at_marker(&self) -> usize {
+    /// Returns the position of the next marker; the data before it are padding.
+    fn marker_position(&self) -> usize {
         let mut at = self.at;
         while let Some(pair) = self.bytes.get(at..at + 2) {
             match pair {
@@ -468,49 +487,49 @@ mod tests {
         bytes.into_inner()
     }
 
-    /// Where the data of the last scan begin.
-    fn data(bytes: &[u8]) -> usize {
+    /// Returns the position of the data of the last scan.
+    fn scan_data(bytes: &[u8]) -> usize {
         let marker = bytes.windows(2).rposition(|pair| pair == [0xff, 0xda]).unwrap();
         marker + 2 + usize::from(u16::from_be_bytes([bytes[marker + 2], bytes[marker + 3]]))
     }
 
     #[test]
-    fn a_whole_file_ends_at_its_end_marker_whatever_follows() {
+    fn the_length_of_a_complete_file_excludes_later_data() {
         for (width, height) in [(1, 1), (8, 8), (17, 9), (64, 48), (333, 127)] {
             let mut bytes = encoded(width, height);
             let length = bytes.len();
-            assert_eq!(whole(&bytes), Ok(length), "{width} x {height}");
-            // A film, another JPEG, and half of one.
+            assert_eq!(check_complete(&bytes), Ok(length), "{width} x {height}");
+            // The start of a film, another JPEG, and half of one.
             for after in [&b"\0\0\0 ftypmp42"[..], &encoded(20, 20), &encoded(64, 64)[..700]] {
                 bytes.extend(after);
-                assert_eq!(whole(&bytes), Ok(length), "{width} x {height}");
+                assert_eq!(check_complete(&bytes), Ok(length), "{width} x {height}");
             }
-            let header = header(&bytes).unwrap();
+            let header = read_header(&bytes).unwrap();
             assert_eq!((header.width, header.height), (width as usize, height as usize));
         }
     }
 
     #[test]
-    fn a_scan_cut_anywhere_is_not_whole_even_with_an_end_marker() {
+    fn a_scan_truncated_anywhere_is_incomplete_even_with_an_end_marker() {
         let bytes = encoded(64, 48);
-        let (from, to) = (data(&bytes), bytes.len() - 2);
+        let (from, to) = (scan_data(&bytes), bytes.len() - 2);
         for cut in from..to {
-            assert!(whole(&bytes[..cut]).is_err(), "{cut} of {to}");
+            assert!(check_complete(&bytes[..cut]).is_err(), "{cut} of {to}");
             let mut closed = bytes[..cut].to_vec();
-            // The last byte may hold padding and no code.
+            // The last byte may have padding and no code.
             if cut + 1 < to {
-                // A zero takes the place of a stuffed byte that the cut leaves bare.
+                // The zero restores the stuffing if the cut is after 0xff.
                 closed.extend_from_slice(if closed.ends_with(&[0xff]) { &[0, 0xff, 0xd9] } else { &[0xff, 0xd9] });
-                assert_eq!(whole(&closed), Err(CUT.to_owned()), "{cut} of {to}");
+                assert_eq!(check_complete(&closed), Err(TRUNCATED.to_owned()), "{cut} of {to}");
             }
         }
         for cut in 2..from {
-            assert!(whole(&bytes[..cut]).is_err(), "{cut} of {to}");
+            assert!(check_complete(&bytes[..cut]).is_err(), "{cut} of {to}");
         }
     }
 
     #[test]
-    fn no_bytes_bring_it_down() {
+    fn damaged_bytes_cause_no_panic() {
         let bytes = encoded(64, 48);
         let mut random = 1u32;
         let mut next = move || {
@@ -523,7 +542,7 @@ mod tests {
                 let at = next() % damaged.len();
                 damaged[at] = next() as u8;
             }
-            let _ = (header(&damaged), whole(&damaged));
+            let _ = (read_header(&damaged), check_complete(&damaged));
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Pictures as strangers send them: damaged, cut short, too large, of another kind. What is decoded is right, what is
-//! not right is refused with a reason, and nothing hangs.
+//! Untrusted picture files: damaged, truncated, too large, of other formats. Valid ones are decoded correctly, others are
+//! rejected with a reason, and reading never hangs.
 
 use std::fs;
 use std::io::Cursor;
@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hoverlock_pictures::{Limits, Picture, PictureError, PictureFile, data_dir, newcomer_dir};
+use hoverlock_pictures::{Limits, Picture, PictureError, PictureFile, data_dir, demo_dir};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use tempfile::TempDir;
 
@@ -35,7 +35,7 @@ fn encoded(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// The luma that `image` alone gives.
+/// Computes the luma from the pixels that `image` decodes.
 fn expected(picture: &DynamicImage) -> Vec<u16> {
     let of = |r: u32, g: u32, b: u32| (299 * r + 587 * g + 114 * b + 500) / 1000;
     let eight = |v: u32| (257 * v) as u16;
@@ -52,6 +52,7 @@ fn expected(picture: &DynamicImage) -> Vec<u16> {
     }
 }
 
+/// Returns one small picture of each pixel type.
 fn kinds() -> [DynamicImage; 6] {
     let eight = |x, y| [texture(x, y), texture(y, x), texture(x + 9, y), texture(x, y + 9)];
     let sixteen = |x, y| eight(x, y).map(|v| u16::from(v) * 251 + 13);
@@ -75,7 +76,7 @@ fn every_format_and_depth_decodes_to_the_same_luma() {
         for format in [ImageFormat::Png, ImageFormat::Tiff, ImageFormat::Pnm, ImageFormat::Bmp, ImageFormat::WebP] {
             let mut bytes = Cursor::new(Vec::new());
             if picture.write_to(&mut bytes, format).is_err() {
-                // This format has no such samples.
+                // This format does not support the pixel type.
                 continue;
             }
             let bytes = bytes.into_inner();
@@ -89,7 +90,7 @@ fn every_format_and_depth_decodes_to_the_same_luma() {
 
 #[test]
 fn real_photographs_decode_as_image_decodes_them() {
-    let Some(folder) = newcomer_dir() else {
+    let Some(folder) = demo_dir() else {
         writeln!(
             std::io::stderr(),
             "SKIPPED: real_photographs_decode_as_image_decodes_them: run `make demo` for the photographs"
@@ -119,7 +120,7 @@ fn every_kind_of_real_picture_opens() {
     }
 }
 
-/// A PNG of one chunk after another, each with its right checksum.
+/// Returns a PNG with the given pixels and extra chunks, each with a correct checksum.
 fn png(width: u32, height: u32, pixels: &[u8], after_header: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
     let mut header = Vec::new();
     header.extend(width.to_be_bytes());
@@ -156,7 +157,7 @@ fn adler32(bytes: &[u8]) -> u32 {
     (b << 16) | a
 }
 
-/// Rows without a filter in one stored block of zlib.
+/// Returns rows without a filter in one stored zlib block, with an error of `adler_off_by` in the checksum.
 fn stored(width: u32, height: u32, adler_off_by: u32) -> Vec<u8> {
     let rows: Vec<u8> =
         (0..height).flat_map(|y| std::iter::once(0).chain((0..width).map(move |x| texture(x, y)))).collect();
@@ -170,7 +171,7 @@ fn stored(width: u32, height: u32, adler_off_by: u32) -> Vec<u8> {
 }
 
 #[test]
-fn a_png_with_a_wrong_checksum_is_refused_in_plain_words() {
+fn a_png_with_a_wrong_checksum_is_rejected_with_a_plain_message() {
     let folder = Folder::new();
     let good = png(64, 48, &stored(64, 48, 0), &[]);
     Picture::open(folder.put("good.png", &good)).unwrap();
@@ -182,18 +183,18 @@ fn a_png_with_a_wrong_checksum_is_refused_in_plain_words() {
     header[20] ^= 1;
     let mut critical = png(64, 48, &stored(64, 48, 0), &[(b"QQQQ", b"x")]);
     for (bytes, sign) in [(&adler, "Adler"), (&crc, ""), (&header, "CRC"), (&critical, "critical")] {
-        let refused = Picture::open(folder.put("bad.png", bytes)).unwrap_err().to_string();
-        assert!(refused.contains(sign) && refused.contains("cannot be decoded"), "{refused}");
-        assert!(!refused.contains(['{', '}', '[', '_']) && !refused.contains("ChunkType"), "{refused}");
+        let rejected = Picture::open(folder.put("bad.png", bytes)).unwrap_err().to_string();
+        assert!(rejected.contains(sign) && rejected.contains("cannot be decoded"), "{rejected}");
+        assert!(!rejected.contains(['{', '}', '[', '_']) && !rejected.contains("ChunkType"), "{rejected}");
     }
     critical.truncate(good.len() - 20);
     for length in [30, good.len() / 2, good.len() - 1] {
-        let refused = Picture::open(folder.put("cut.png", &good[..length])).unwrap_err();
-        assert!(matches!(refused, PictureError::Decode { .. }), "{length}: {refused}");
+        let rejected = Picture::open(folder.put("cut.png", &good[..length])).unwrap_err();
+        assert!(matches!(rejected, PictureError::Damaged { .. }), "{length}: {rejected}");
     }
 }
 
-/// `II`, one entry: the orientation.
+/// Returns Exif data with the orientation as their only entry.
 fn exif(orientation: u8) -> Vec<u8> {
     [&b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0"[..], &[orientation, 0, 0, 0, 0, 0, 0, 0]].concat()
 }
@@ -237,12 +238,12 @@ fn stored_png() -> Vec<u8> {
 }
 
 #[test]
-fn a_jpeg_is_judged_by_what_its_scan_holds() {
+fn a_jpeg_is_accepted_only_if_its_scans_are_complete() {
     let folder = Folder::new();
     let rgb = DynamicImage::ImageRgb8(ImageBuffer::from_fn(160, 120, |x, y| Rgb([texture(x, y), x as u8, y as u8])));
     let whole = encoded(&rgb, ImageFormat::Jpeg);
     let luma = Picture::open(folder.put("whole.jpg", &whole)).unwrap().luma;
-    // A motion photo: a film after the image, which holds markers as any bytes do.
+    // A motion photo has a film after the image, whose bytes may contain markers.
     let film: Vec<u8> = (0..20_000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
     for after in [&b"\xff\xd8\xff\xda"[..], &film, &whole, &whole[..whole.len() / 2]] {
         let motion = folder.put("motion.jpg", [&whole[..], after].concat());
@@ -251,15 +252,15 @@ fn a_jpeg_is_judged_by_what_its_scan_holds() {
     for part in [2, 3, 4, 10] {
         let half = whole.len() - whole.len() / part;
         let closed = folder.put("half.jpg", [&whole[..half], &[0x12, 0xff, 0xd9]].concat());
-        let refused = Picture::open(closed).unwrap_err().to_string();
-        assert!(refused.contains("cut short"), "{refused}");
-        let refused = Picture::open(folder.put("open.jpg", &whole[..half])).unwrap_err().to_string();
-        assert!(refused.contains("cut short"), "{refused}");
+        let rejected = Picture::open(closed).unwrap_err().to_string();
+        assert!(rejected.contains("cut short"), "{rejected}");
+        let rejected = Picture::open(folder.put("open.jpg", &whole[..half])).unwrap_err().to_string();
+        assert!(rejected.contains("cut short"), "{rejected}");
     }
 }
 
 #[test]
-fn samples_above_the_stated_largest_are_refused() {
+fn samples_above_the_stated_maximum_are_rejected() {
     let folder = Folder::new();
     let pixels = [1, 2, 3, 100, 7, 6];
     for (name, header, samples) in [
@@ -275,14 +276,14 @@ fn samples_above_the_stated_largest_are_refused() {
             // 100 of 100 is full scale, 7 of 100 is 18 of 255.
             assert_eq!((picture.luma[(0, 1)], picture.luma[(1, 1)]), (65535, 18 * 257), "{name}");
         }
-        let refused =
+        let rejected =
             Picture::open(folder.put(
                 name,
                 String::from_utf8_lossy(&bytes).replacen("100\n", "99\n", 1).replacen("VAL 100", "VAL 99", 1),
             ))
             .unwrap_err()
             .to_string();
-        assert!(refused.contains("100") && refused.contains("at most 99"), "{name}: {refused}");
+        assert!(rejected.contains("100") && rejected.contains("at most 99"), "{name}: {rejected}");
         let cut = folder.put(name, &bytes[..bytes.len() - 2]);
         assert!(Picture::open(cut).unwrap_err().to_string().contains("cut short"), "{name}");
     }
@@ -293,7 +294,7 @@ fn samples_above_the_stated_largest_are_refused() {
 }
 
 #[test]
-fn a_header_of_a_huge_picture_is_refused_before_anything_is_decoded() {
+fn a_huge_picture_is_rejected_by_its_header() {
     let folder = Folder::new();
     let bmp = {
         let mut bytes = encoded(&kinds()[2], ImageFormat::Bmp);
@@ -310,34 +311,37 @@ fn a_header_of_a_huge_picture_is_refused_before_anything_is_decoded() {
         ("a.bmp", bmp),
         ("a.pgm", b"P5 30000 30000 255\n12345".to_vec()),
     ] {
-        let refused = Picture::open(folder.put(name, bytes)).unwrap_err();
-        assert!(matches!(refused, PictureError::Large { width: 30_000, height: 30_000, limit: 50, .. }), "{refused}");
-        let text = refused.to_string();
+        let rejected = Picture::open(folder.put(name, bytes)).unwrap_err();
+        assert!(
+            matches!(rejected, PictureError::TooManyPixels { width: 30_000, height: 30_000, limit_megapixels: 50, .. }),
+            "{rejected}"
+        );
+        let text = rejected.to_string();
         assert!(text.contains("900.0 megapixels") && text.contains("--max-megapixels"), "{text}");
         assert!(!text.contains("again"), "{text}");
     }
     let small = folder.put("b.pgm", [&b"P5 1200 1000 255\n"[..], &[7; 1_200_000]].concat());
-    assert!(matches!(PictureFile::open(&small, &Limits::of_megapixels(1)), Err(PictureError::Large { .. })));
-    assert!(PictureFile::open(&small, &Limits::of_megapixels(2)).is_ok());
-    let heavy = Limits { bytes: 1_000_000, ..Limits::default() };
-    assert!(matches!(PictureFile::open(&small, &heavy), Err(PictureError::Heavy { .. })));
+    assert!(matches!(PictureFile::open(&small, &Limits::from_megapixels(1)), Err(PictureError::TooManyPixels { .. })));
+    assert!(PictureFile::open(&small, &Limits::from_megapixels(2)).is_ok());
+    let small_files = Limits { max_bytes: 1_000_000, ..Limits::default() };
+    assert!(matches!(PictureFile::open(&small, &small_files), Err(PictureError::FileTooLarge { .. })));
 }
 
 #[test]
-fn what_is_no_regular_file_is_refused_at_once() {
+fn files_that_are_not_regular_are_rejected_at_once() {
     let folder = Folder::new();
     let fifo = folder.0.path().join("fifo.png");
     assert!(std::process::Command::new("mkfifo").arg(&fifo).status().unwrap().success());
     let started = Instant::now();
     for path in [fifo.as_path(), Path::new("/dev/zero"), Path::new("/dev/urandom"), Path::new("/dev/null")] {
-        let refused = Picture::open(path).unwrap_err();
-        assert!(matches!(refused, PictureError::Irregular { .. }), "{refused}");
+        let rejected = Picture::open(path).unwrap_err();
+        assert!(matches!(rejected, PictureError::NotRegularFile { .. }), "{rejected}");
     }
     assert!(started.elapsed() < Duration::from_secs(2));
 }
 
 #[test]
-fn other_kinds_of_picture_are_named_and_to_be_converted() {
+fn unsupported_formats_are_named_with_a_remedy() {
     let folder = Folder::new();
     let floats = |size| DynamicImage::ImageRgb32F(ImageBuffer::from_pixel(size, size, Rgb([0.5, 0.25, 1.0])));
     for (name, bytes, what) in [
@@ -348,13 +352,13 @@ fn other_kinds_of_picture_are_named_and_to_be_converted() {
         ("a.tiff", encoded(&floats(9), ImageFormat::Tiff), "floating-point"),
         ("grey.tiff", grey_float_tiff(), "floating-point"),
     ] {
-        let refused = Picture::open(folder.put(name, bytes)).unwrap_err().to_string();
-        assert!(refused.contains("convert it to") && refused.contains(what), "{refused}");
-        assert!(!refused.contains("Unknown") && !refused.contains("again"), "{refused}");
+        let rejected = Picture::open(folder.put(name, bytes)).unwrap_err().to_string();
+        assert!(rejected.contains("convert it to") && rejected.contains(what), "{rejected}");
+        assert!(!rejected.contains("Unknown") && !rejected.contains("again"), "{rejected}");
     }
 }
 
-/// One pixel of 32-bit floating point, grey: `Gray(32)`, which no picture type of `image` holds.
+/// Returns a TIFF of 32-bit floating-point grey pixels, which no picture type of `image` represents.
 fn grey_float_tiff() -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).unwrap();

@@ -2,10 +2,11 @@
 
 Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] [--record] TEXTURES FOLDER
 
-The example `accuracy` simulates the frames into FOLDER once; this program writes what each method finds beside them, once, and
-then lets the example score everything, and `accuracy_report.py` make tables and plots of the scores. Each method gets the same frames, stretched to 8 bit between the percentiles 0.5 and 99.5,
-at most a thousand features (the strongest), the same matching (each other's best, at most 0.9 of the second best's distance, both
-ways) and MAGSAC with 2 px; fewer than 8 inliers are no estimate. Exit status 2 on bad usage.
+The example `accuracy` renders the frames into FOLDER once. This program writes the result of each method beside them
+once, lets the example score all results, and prints the tables and plots of `accuracy_report.py`. Each method gets the
+same frames, stretched to 8 bit between the percentiles 0.5 and 99.5, at most a thousand features (the strongest), the
+same matching (mutual best, at most 0.9 of the distance of the second best, in both directions) and MAGSAC with 2 px;
+fewer than 8 inliers are no estimate. Exit status 2 on bad usage.
 """
 
 import argparse
@@ -19,12 +20,12 @@ import accuracy_report
 import cv2
 import numpy as np
 
-FEATURES, RATIO, RADIUS, FEWEST = 1000, 0.9, 2.0, 8
+MAX_FEATURES, MAX_RATIO, INLIER_RADIUS_PX, MIN_INLIERS = 1000, 0.9, 2.0, 8
 DETECTORS = {
-    "orb": lambda: cv2.ORB_create(FEATURES),
+    "orb": lambda: cv2.ORB_create(MAX_FEATURES),
     "akaze": lambda: cv2.xfeatures2d.AKAZE_create(),
     "brisk": lambda: cv2.xfeatures2d.BRISK_create(),
-    "sift": lambda: cv2.SIFT_create(FEATURES),
+    "sift": lambda: cv2.SIFT_create(MAX_FEATURES),
 }
 
 
@@ -38,50 +39,53 @@ def example() -> str:
 
 
 def eight_bit(path: Path):
-    """The frame as the detectors take it."""
+    """Returns the frame stretched to 8 bit, as the detectors need it."""
     frame = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     low, high = np.percentile(frame, [0.5, 99.5])
     return np.clip((frame - low) * (255.0 / max(high - low, 1.0)), 0, 255).astype(np.uint8)
 
 
 def strongest(detector, frame):
+    """Returns at most MAX_FEATURES points with their descriptors, the strongest first."""
     points, descriptors = detector.detectAndCompute(frame, None)
-    if descriptors is None or len(points) <= FEATURES:
+    if descriptors is None or len(points) <= MAX_FEATURES:
         return points, descriptors
-    order = np.argsort([-p.response for p in points], kind="stable")[:FEATURES]
+    order = np.argsort([-p.response for p in points], kind="stable")[:MAX_FEATURES]
     return [points[i] for i in order], descriptors[order]
 
 
-def distinct(norm, a, b):
-    """Index pairs that are each other's best, at most RATIO of the second best both ways."""
+def mutual_matches(norm, a, b):
+    """Returns the index pairs that are mutual best matches and pass the ratio test in both directions."""
     if a is None or b is None or len(a) < 2 or len(b) < 2:
         return []
     matcher = cv2.BFMatcher(norm)
-    best = [{m.queryIdx: m for m, n in matcher.knnMatch(p, q, k=2) if m.distance <= RATIO * n.distance}
+    best = [{m.queryIdx: m for m, n in matcher.knnMatch(p, q, k=2) if m.distance <= MAX_RATIO * n.distance}
             for p, q in ((a, b), (b, a))]
     return [(i, m.trainIdx) for i, m in best[0].items() if best[1].get(m.trainIdx) is not None and best[1][m.trainIdx].trainIdx == i]
 
 
 def by_features(name, reference, current):
+    """Returns seconds of detection and matching, number of features, homography, and matches with an inlier flag."""
     detector = DETECTORS[name]()
     start = time.perf_counter()
     points, descriptors = strongest(detector, reference)
     detect = time.perf_counter() - start
     others, other_descriptors = strongest(detector, current)
     start = time.perf_counter()
-    matches = distinct(cv2.NORM_L2 if name == "sift" else cv2.NORM_HAMMING, descriptors, other_descriptors)
+    matches = mutual_matches(cv2.NORM_L2 if name == "sift" else cv2.NORM_HAMMING, descriptors, other_descriptors)
     rows = np.array([points[i].pt + others[j].pt for i, j in matches], float).reshape(-1, 4)
     homography, inliers = None, np.zeros(len(rows))
     if len(rows) >= 4:
-        homography, mask = cv2.findHomography(rows[:, :2], rows[:, 2:], cv2.USAC_MAGSAC, RADIUS, maxIters=20000, confidence=0.9999)
+        homography, mask = cv2.findHomography(rows[:, :2], rows[:, 2:], cv2.USAC_MAGSAC, INLIER_RADIUS_PX, maxIters=20000, confidence=0.9999)
         if homography is not None:
             inliers = mask.ravel()
-    if inliers.sum() < FEWEST:
+    if inliers.sum() < MIN_INLIERS:
         homography = None
     return detect, time.perf_counter() - start, len(points), homography, np.column_stack([rows, inliers])
 
 
 def by_phase(reference, current):
+    """Returns the same for phase correlation, which has no features."""
     start = time.perf_counter()
     window = cv2.createHanningWindow(reference.shape[::-1], cv2.CV_32F)
     (dx, dy), _ = cv2.phaseCorrelate(reference.astype(np.float32), current.astype(np.float32), window)
@@ -89,6 +93,7 @@ def by_phase(reference, current):
 
 
 def write(path: Path, detect, match, features, homography, rows):
+    """Writes a result file that the example reads."""
     lines = [f"{1e3 * detect:.3f} {1e3 * match:.3f} {features}"]
     lines.append("none" if homography is None else " ".join(f"{v:.12g}" for v in homography.ravel()))
     lines += [" ".join(f"{v:.5f}" for v in row) for row in rows]
@@ -101,7 +106,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("textures", type=Path)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--every", type=int, default=1, help="keep one flight in so many")
+    parser.add_argument("--every", type=int, default=1, help="use only every N-th flight")
     parser.add_argument("--flights", type=int, default=1, help="flights of each texture and condition, for hoverlock")
     parser.add_argument("--peers", default="orb,akaze,brisk,sift,phase")
     parser.add_argument("--record", action="store_true", help="store the numbers over held-back ground in docs/results.json")

@@ -1,4 +1,4 @@
-"""The tables (Markdown) and the plots (SVG) of `accuracy.py`, from the scores of all flights; the plots show held-back ground."""
+"""Tables (Markdown) and plots (SVG) of the scores of `accuracy.py`. The plots show the held-back ground."""
 
 import csv
 import math
@@ -12,33 +12,36 @@ import results  # noqa: E402
 
 METHODS = ["hoverlock", "orb", "akaze", "brisk", "sift", "phase"]
 COLOURS = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98"]
-# A motion whose centre is off by more counts as wrong, px.
-WRONG = 2.0
+# Largest error at the centre of the frame of a correct motion, px.
+MAX_CENTRE_ERROR_PX = 2.0
 
 
 def rms(values):
+    """Returns the root mean square, NaN for an empty list."""
     return math.sqrt(mean(v * v for v in values)) if values else math.nan
 
 
 def scores(folder: Path, tuning: bool) -> list[dict]:
-    """Flights over ground that served for tuning, or over the other half."""
+    """Reads the flights over the ground used for tuning, or over the held-back half."""
     with open(folder / "scores.csv", newline="") as file:
         return [row for row in csv.DictReader(file) if row["tuning"] == str(int(tuning))]
 
 
 def numbers(rows, name):
+    """Returns the numbers of a column, without empty cells."""
     return [float(row[name]) for row in rows if row[name] not in ("", "NaN")]
 
 
 def first(rows):
-    """The flights that all methods made."""
+    """Returns the flights that all methods have."""
     return [row for row in rows if row["flight"] == "0"]
 
 
 def consistency(rows) -> str:
-    """NEES of the displacement by condition: 2 where the covariance is true, and within 4 / sqrt(flights) of it by chance.
+    """Returns a table of the NEES of the displacement by condition.
 
-    Outside are errors beyond three standard errors as told. `features` are features alone, as on the ARM.
+    It is 2 for a correct covariance, within 4 / sqrt(flights) by chance. `outside` counts the errors beyond three
+    estimated standard errors. `features` are features alone, as on the ARM.
     """
     lines = ["| condition | flights | pose, cm | NEES | outside | features: pose, cm | NEES | outside | no pose |",
              "|---|" + "---|" * 8]
@@ -53,7 +56,7 @@ def consistency(rows) -> str:
 
 
 def markdown(rows) -> str:
-    """One line a method; `-` where there is no value."""
+    """Returns a table with one line per method; `-` means no value."""
     lines = ["| method | first matches right | last | localisation, px | centre, px | pose wide, cm | narrow | relief "
              "| no pose | features, ms | matching, ms |", "|---|" + "---|" * 10]
     for method in METHODS:
@@ -75,13 +78,13 @@ def markdown(rows) -> str:
 
 
 def failures(rows) -> str:
-    """Flights without a motion, and those whose centre is off by more than WRONG."""
-    lines = [f"| method | no motion | centre off by more than {WRONG:g} px | flights |", "|---|---|---|---|"]
+    """Returns a table of the flights without a motion or with an error above MAX_CENTRE_ERROR_PX at the centre."""
+    lines = [f"| method | no motion | centre off by more than {MAX_CENTRE_ERROR_PX:g} px | flights |", "|---|---|---|---|"]
     for method in METHODS:
         of = [row for row in rows if row["method"] == method]
         if of:
             centres = numbers(of, "centre")
-            lines.append(f"| {method} | {len(of) - len(centres)} | {sum(c > WRONG for c in centres)} | {len(of)} |")
+            lines.append(f"| {method} | {len(of) - len(centres)} | {sum(c > MAX_CENTRE_ERROR_PX for c in centres)} | {len(of)} |")
     return "\n".join(lines)
 
 
@@ -128,7 +131,7 @@ def frame(width, height, body) -> str:
 
 
 def pose_plot(rows) -> str:
-    """Root mean square error of the displacement, by condition; every method's pairs go through the same pose fit."""
+    """Plots the root mean square error of the displacement by condition; all methods share the same pose fit."""
     by = defaultdict(list)
     for row in rows:
         by[row["condition"], row["method"]] += numbers([row], "pose")
@@ -155,19 +158,19 @@ def pose_plot(rows) -> str:
 
 
 def reliability_plot(rows) -> str:
-    """Part of the flights whose error lies within the ellipse that the covariance gives for a probability."""
-    told = sorted(1 - math.exp(-v / 2) for v in numbers([r for r in rows if r["method"] == "hoverlock"], "nees"))
+    """Plots the fraction of the flights whose error is within the ellipse of a given probability."""
+    probabilities = sorted(1 - math.exp(-v / 2) for v in numbers([r for r in rows if r["method"] == "hoverlock"], "nees"))
     left, top, side = 60, 40, 320
     place = lambda p, q: f"{left + side * p:.1f} {top + side * (1 - q):.1f}"
-    body = [text(220, 20, f"Reliability of the covariance, {len(told)} flights")]
+    body = [text(220, 20, f"Reliability of the covariance, {len(probabilities)} flights")]
     body.append(f'<rect x="{left}" y="{top}" width="{side}" height="{side}" fill="none" stroke="#999"/>')
     for p in (0, 0.2, 0.4, 0.6, 0.8, 1):
         body += [text(left + side * p, top + side + 18, f"{p:g}"), text(left - 6, top + side * (1 - p) + 4, f"{p:g}", "end")]
     body.append(f'<path d="M{place(0, 0)}L{place(1, 1)}" stroke="#999" stroke-dasharray="4 4"/>')
-    steps = [place(p, (i + 1) / len(told)) for i, p in enumerate(told)]
+    steps = [place(p, (i + 1) / len(probabilities)) for i, p in enumerate(probabilities)]
     body.append(f'<path d="M{place(0, 0)}L{"L".join(steps)}" fill="none" stroke="{COLOURS[0]}" stroke-width="2"/>')
     body.append(text(left + side / 2, top + side + 38, "probability of the ellipse"))
-    body.append(text(0, 0, "part of the errors within it", extra=f'transform="translate(16 {top + side / 2}) rotate(-90)"'))
+    body.append(text(0, 0, "fraction of the errors within it", extra=f'transform="translate(16 {top + side / 2}) rotate(-90)"'))
     return frame(420, 410, body)
 
 
@@ -176,7 +179,7 @@ def write(folder: Path, record: str | None = None) -> None:
 
     `record` is the command with which the numbers over held-back ground are stored in `docs/results.json`, `None` if they are not.
     """
-    for half, tuning in (("Ground that served for tuning", True), ("Held-back ground", False)):
+    for half, tuning in (("Ground used for tuning", True), ("Held-back ground", False)):
         rows = scores(folder, tuning)
         if rows:
             print(f"\n## {half}\n\n" + "\n\n".join((markdown(first(rows)), failures(first(rows)), consistency(rows))))

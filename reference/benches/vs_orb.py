@@ -1,12 +1,12 @@
-"""Float features of one 1024x768 frame against OpenCV's ORB, one thread each, by turns on one core.
+"""Float features of one 1024x768 frame against OpenCV's ORB, one thread each, alternately on one core.
 
 Usage: python vs_orb.py [--rounds 7] [--runs 10] [--max-ratio 1.0] [--record] IMAGE..
 
 Both get the same frame: the 1024x768 pixels in the middle of the picture, in 8 bit; a smaller picture is mirrored at its
-borders until it fills the frame. Both are asked for a thousand described features. Reading the picture is not timed. A round is some runs of Hoverlock, then as many of ORB, so that whatever else the machine does
-falls on both.
-Prints the medians and their ratio per picture; exit status 1 where the ratio is above the limit or we return fewer
-than a thousand features, 2 on bad usage.
+borders until it fills the frame. Both are asked for a thousand described features. Reading the picture is not timed. A
+round is `--runs` runs of Hoverlock, then as many of ORB, so that other load of the machine affects both. Prints the medians
+and their ratio per picture. Exit status 1 if the ratio is above the limit or Hoverlock returns fewer than a thousand
+features, 2 on bad usage.
 """
 
 import argparse
@@ -28,7 +28,7 @@ WIDTH, HEIGHT, FEATURES = 1024, 768, 1000
 
 
 def example() -> str:
-    """Builds our side and returns the path of its executable."""
+    """Builds the Rust example and returns the path of its executable."""
     command = ["cargo", "build", "--release", "--example", "float_features", "--message-format=json"]
     root = Path(__file__).resolve().parent.parent
     built = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, check=True, text=True)
@@ -42,7 +42,7 @@ def refuse(reason: str):
 
 
 def frame_of(path: str):
-    """The 8-bit frame both sides see."""
+    """Returns the 8-bit frame that both extractors get."""
     picture = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
     if picture is None:
         refuse(f"{path}: not a picture OpenCV can read")
@@ -67,27 +67,27 @@ def main() -> int:
     frames = [(path, frame_of(path)) for path in arguments.images]
     program = example()
     if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # our side inherits it
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # the Rust example inherits it
     cv2.setNumThreads(1)
     orb = cv2.ORB_create(FEATURES)
 
     passed, ratios, low_texture = True, [], {}
-    print(f"{'picture':<28} {'hoverlock':>10} {'ORB':>10} {'ratio':>6}   features (ours, ORB's)")
+    print(f"{'picture':<28} {'hoverlock':>10} {'ORB':>10} {'ratio':>6}   features (hoverlock, ORB)")
     for path, frame in frames:
-        ours, theirs = [], []
+        hoverlock, orb_seconds = [], []
         with tempfile.TemporaryDirectory() as folder:
             png = str(Path(folder) / "frame.png")
             cv2.imwrite(png, frame)
             for _ in range(arguments.rounds):
                 run = subprocess.run([program, png, str(arguments.runs)], stdout=subprocess.PIPE, check=True)
                 result = json.loads(run.stdout)
-                ours += result["seconds"]
-                keypoints, _ = orb.detectAndCompute(frame, None)  # the first run sizes the buffers, as in ours
+                hoverlock += result["seconds"]
+                keypoints, _ = orb.detectAndCompute(frame, None)  # the first run sizes the buffers, as in hoverlock
                 for _ in range(arguments.runs):
                     start = time.perf_counter()
                     orb.detectAndCompute(frame, None)
-                    theirs.append(time.perf_counter() - start)
-        a, b = statistics.median(ours), statistics.median(theirs)
+                    orb_seconds.append(time.perf_counter() - start)
+        a, b = statistics.median(hoverlock), statistics.median(orb_seconds)
         good = a <= arguments.max_ratio * b and result["features"] >= FEATURES
         passed &= good
         if len(keypoints) < FEATURES:

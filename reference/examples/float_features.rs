@@ -1,5 +1,5 @@
-//! Extracts the float features of one picture again and again on one thread and prints one JSON object: the number of
-//! features and the seconds of each run. `vs_orb.py` in the benches runs it by turns with OpenCV's ORB.
+//! Extracts the float features of one picture repeatedly on one thread and prints one JSON object: the number of features
+//! and the seconds of each run. `benches/vs_orb.py` runs it alternately with OpenCV's ORB.
 //!
 //! Usage: `cargo run --release --example float_features -- IMAGE [RUNS]`
 
@@ -26,6 +26,7 @@ fn main() -> ExitCode {
     }
 }
 
+/// Prints the timings of `runs` extractions.
 fn measure(path: &str, runs: usize) -> Result<(), Box<dyn std::error::Error>> {
     let frame = Picture::open(path)?.crop(1024, 768);
     let mut extractor = FastExtractor::new(Selection::default())?;

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use hoverlock_pictures::{Picture, data_dir, newcomer_dir};
+use hoverlock_pictures::{Picture, data_dir, demo_dir};
 use hoverlock_reference::features::dog::SIGMAS;
 use hoverlock_reference::features::extractor::{Selection, extract};
 use hoverlock_reference::features::fast::FastExtractor;
@@ -29,7 +29,7 @@ fn features_of_real_pictures_agree_with_the_f64_path() {
     if let Some(folder) = data_dir().map(|folder| folder.join("textures")) {
         paths.extend(["forest_canopy.png", "pasture_low_texture.png"].map(|name| folder.join(name)));
     }
-    if let Some(folder) = newcomer_dir() {
+    if let Some(folder) = demo_dir() {
         paths.extend(["aero1.jpg", "aero3.jpg"].map(|name| folder.join(name)));
     }
     paths.retain(|path| path.is_file());

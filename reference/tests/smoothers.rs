@@ -1,5 +1,5 @@
 //! Properties of every smoother: constants pass unchanged, the impulse response is symmetric and sums to
-//! 1, smoothing is linear, and constant extension is what a long padding with the border sample gives.
+//! 1, smoothing is linear, and constant extension equals a long padding with the border sample.
 
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::smoothing::recursive::border::Border;
@@ -31,12 +31,12 @@ fn any_plane() -> impl Strategy<Value = Plane<f64>> {
         .prop_map(|(width, samples)| Plane::from_vec(width, samples.len() / width, samples).unwrap())
 }
 
-/// Largest difference, DN.
+/// Returns the largest difference, DN.
 fn distance(a: &Plane<f64>, b: &Plane<f64>) -> f64 {
     a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The plane with its border sample repeated `margin` times on every side.
+/// Extends the plane with its border sample repeated `margin` times on every side.
 fn padded(plane: &Plane<f64>, margin: usize) -> Plane<f64> {
     let clamp = |i: usize, n: usize| i.saturating_sub(margin).min(n - 1);
     Plane::from_fn(plane.width() + 2 * margin, plane.height() + 2 * margin, |x, y| {
@@ -65,13 +65,13 @@ proptest! {
         });
         let of_sum = smoother.smooth(&plane.zip_map(&mirrored, |a, b| a + k * b), border);
         let sum_of = smoother.smooth(&plane, border).zip_map(&smoother.smooth(&mirrored, border), |a, b| a + k * b);
-        // Values to 4 x 65535, each rounded to 2^-53 of that some hundred times: below 1e-8 by far.
+        // Values up to 4 x 65535, each rounded to 2^-53 of that about a hundred times: far below 1e-8.
         prop_assert!(distance(&of_sum, &sum_of) < 1e-8);
     }
 
     #[test]
     fn constant_extension_is_long_padding(smoother in any_smoother(), plane in any_plane()) {
-        // Behind the reach lies less than 2^-53 of the impulse response: for either rule the far border is not felt.
+        // Less than 2^-53 of the impulse response is beyond the reach: the far border has no effect for either rule.
         let margin = smoother.impulse_response().len();
         let wanted = smoother.smooth(&padded(&plane, margin), Border::Held)
             .crop(margin, margin, plane.width(), plane.height()).unwrap();
@@ -104,14 +104,14 @@ proptest! {
 
     #[test]
     fn rows_and_columns_are_treated_alike(smoother in any_smoother(), border in any_border(), plane in any_plane()) {
-        // Columns first, then rows: the order matters by rounding only, for the filter is separable.
+        // Columns first, then rows: the order changes only the rounding, because the filter is separable.
         let turned = smoother.smooth(&plane.transposed(), border).transposed();
         prop_assert!(distance(&smoother.smooth(&plane, border), &turned) < 1e-9);
     }
 }
 
 #[test]
-fn held_borders_hold_each_pass_s_own_input() {
+fn a_held_border_repeats_the_input_of_each_pass() {
     // By hand for a = first-order pole: s = lerp towards x, started on x[0]; y the same from the right, started on
     // s[N-1].
     let smoother = Smoother::first_order(2.0).unwrap();

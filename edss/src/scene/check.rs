@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hoverlock_pictures::{Limits, PictureFile, newcomer_dir};
+use hoverlock_pictures::{Limits, PictureFile, demo_dir};
 use toml::de::{DeTable, DeValue};
 
 use super::{Ground, Relief, Scene};
@@ -223,7 +223,7 @@ fn check_objects(scene: &Scene) -> CheckResult {
 /// Replaces the name of a picture file by its path, and checks its header.
 fn find(path: &str, file: &mut PathBuf, folder: &Path) -> CheckResult {
     let refuse = |why: String| Err(Violation { path: path_of(path), why });
-    let fetched = newcomer_dir().map(|pictures| pictures.join(&*file));
+    let fetched = demo_dir().map(|pictures| pictures.join(&*file));
     let Some(found) = [Some(folder.join(&*file)), fetched].into_iter().flatten().find(|path| path.is_file()) else {
         return refuse(format!(
             "{} is neither in {} nor among the photographs that `make demo` fetches: name a picture or run it",

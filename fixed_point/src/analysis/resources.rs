@@ -14,7 +14,7 @@
 use serde::Serialize;
 
 use hoverlock_design::DesignPoint;
-use hoverlock_reference::features::maxlbp::LARGEST_RING;
+use hoverlock_reference::features::maxlbp::MAX_RING_RADIUS;
 use hoverlock_registers::record::record_words;
 
 /// Memories of equal depth and width.
@@ -88,7 +88,7 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     add("7x7 windows", pairs, line, 6 * response);
     for radius in design.ring_radii.iter().copied() {
         // From the last row of the widest ring to the first of this one.
-        add("rings", 1, line, u64::from(LARGEST_RING + radius) * response);
+        add("rings", 1, line, u64::from(MAX_RING_RADIUS + radius) * response);
     }
     // Position, and of each scale pair a hit, the response with its sign, and four neighbours.
     let position = ROW_BITS + u64::from(line.trailing_zeros());

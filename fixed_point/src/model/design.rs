@@ -2,11 +2,11 @@
 
 use hoverlock_design::{DesignPoint, MAX_RING_RADIUS, MAX_SCALE_PAIRS};
 use hoverlock_reference::features::feature::MAX_PAIRS;
-use hoverlock_reference::features::maxlbp::{LARGEST_RING, Ring};
+use hoverlock_reference::features::maxlbp::{self, Ring};
 use hoverlock_reference::image::plane::Plane;
 
 // The limits of a design file are those of the algorithm.
-const _: () = assert!(MAX_SCALE_PAIRS as usize == MAX_PAIRS && MAX_RING_RADIUS == LARGEST_RING);
+const _: () = assert!(MAX_SCALE_PAIRS as usize == MAX_PAIRS && MAX_RING_RADIUS == maxlbp::MAX_RING_RADIUS);
 
 /// Returns a picture of 16-bit samples as the camera of `design` samples it, in steps of the camera: the upper bits of
 /// each sample.

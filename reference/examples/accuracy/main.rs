@@ -1,14 +1,14 @@
-//! Accuracy of the whole estimator over simulated flights above real ground, beside methods whose results another
-//! program wrote.
+//! Accuracy of the whole estimator over simulated flights above real ground, beside other methods whose results are read
+//! from files.
 //!
 //! ```text
 //! accuracy simulate TEXTURES FOLDER [EVERY]            frames of every flight, 16-bit PGM, and its name on stdout
-//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     this project's estimates and what is found in FOLDER, scored in
-//!                                                      FOLDER/scores.csv
+//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     scores of this project's estimates and of the results in FOLDER,
+//!                                                      written to FOLDER/scores.csv
 //! ```
 //!
-//! EVERY keeps one flight in so many. FLIGHTS is the number of flights of each texture and condition; frames of those
-//! after the first are made in memory, and peers have none of them.
+//! Only every EVERY-th flight is used. FLIGHTS is the number of flights of each texture and condition; frames after the
+//! first flight are rendered in memory, and the other methods do not have them.
 //!
 //! A method writes `NAME.METHOD.txt` for the flight `NAME`: `detect_ms match_ms features`, then nine numbers of the
 //! homography or `none`, then a line `x y x' y' inlier` for each first match. `benches/accuracy.py` does so with
@@ -40,8 +40,8 @@ type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 const METHODS: [&str; 5] = ["orb", "akaze", "brisk", "sift", "phase"];
 
-/// A match counts as right within this of the truth, px.
-const RIGHT: f64 = 2.0;
+/// Largest error of a correct match, px.
+const MAX_CORRECT_ERROR_PX: f64 = 2.0;
 
 fn main() -> ExitCode {
     match run(&std::env::args().skip(1).collect::<Vec<_>>()) {
@@ -81,7 +81,7 @@ struct Run {
     tuning: bool,
     case: &'static Case,
     name: String,
-    /// Among the flights of this texture and condition; peers have the first.
+    /// Index among the flights of this texture and condition; other methods have index 0 only.
     number: usize,
     seed: u64,
 }
@@ -97,7 +97,7 @@ fn runs(textures: &Path, every: usize, flights: usize) -> Outcome<Vec<Run>> {
     for (t, texture) in files.iter().enumerate() {
         let stem = texture.file_stem().unwrap_or_default().to_string_lossy();
         for (c, case) in CASES.iter().enumerate() {
-            // Neighbours in the alphabet are on different sides of the split, and share their conditions.
+            // Alphabetical neighbours are in different halves and have the same conditions.
             if (c + t / 2) % every != 0 {
                 continue;
             }
@@ -114,18 +114,18 @@ fn runs(textures: &Path, every: usize, flights: usize) -> Outcome<Vec<Run>> {
 
 impl Run {
     fn flight(&self) -> Flight {
-        Flight::draw(&self.case.course, self.seed)
+        Flight::draw(&self.case.ranges, self.seed)
     }
 
-    /// Both frames.
+    /// Renders REF and CUR.
     fn frames(&self) -> Outcome<[Plane<u16>; 2]> {
         let texture = Picture::open(&self.texture)?.luma;
         let flight = self.flight();
         // One texel is one pixel at the nominal height.
-        let texel = 100.0 / flight.places[0].camera.focal();
+        let texel = 100.0 / flight.poses[0].camera.focal();
         let conditions = [self.case.reference, self.case.current];
         Ok(std::array::from_fn(|i| {
-            let frame = render(&flight.places[i], &flight.relief, &texture, texel);
+            let frame = render(&flight.poses[i], &flight.relief, &texture, texel);
             conditions[i].apply(&frame, 2 * self.seed + i as u64)
         }))
     }
@@ -150,19 +150,19 @@ impl Run {
     }
 }
 
-/// What a method makes of two frames.
-struct Found {
+/// The result of a method for two frames.
+struct MethodResult {
     detect_ms: f64,
     match_ms: f64,
     first: Vec<Pair>,
-    /// Pairs the motion rests on.
+    /// Inlier pairs of the motion.
     last: Vec<Pair>,
     homography: Option<Matrix3<f64>>,
     quality: u8,
 }
 
-/// With refinement on the frames, and by features alone as the flight program does it.
-fn ours(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtractor) -> [Found; 2] {
+/// Runs this project with refinement on the frames, and by features alone as the flight program does.
+fn hoverlock(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtractor) -> [MethodResult; 2] {
     let estimator = Estimator::default();
     let start = Instant::now();
     let from = extractor.extract(reference);
@@ -171,13 +171,13 @@ fn ours(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtrac
     let first = estimator.matching.matches(&from, &to);
     let first: Vec<Pair> = matched_pairs(&first, &from, &to).collect();
     let start = Instant::now();
-    let dist = estimator.ransac.max_squared_error;
+    let max_squared_error = estimator.ransac.max_squared_error;
     let alone = estimator.estimate(&from, &to).ok();
     let alone_ms = 1e3 * start.elapsed().as_secs_f64();
-    let refined = alone.clone().map(|found| refine::refined(found, reference, current, dist));
+    let refined = alone.clone().map(|found| refine::refined(found, reference, current, max_squared_error));
     let refined_ms = 1e3 * start.elapsed().as_secs_f64();
     [(refined, refined_ms), (alone, alone_ms)].map(|(estimate, match_ms)| match estimate {
-        Some(estimate) => Found {
+        Some(estimate) => MethodResult {
             detect_ms,
             match_ms,
             first: first.clone(),
@@ -185,11 +185,14 @@ fn ours(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtrac
             homography: Some(estimate.homography),
             quality: estimate.quality,
         },
-        None => Found { detect_ms, match_ms, first: first.clone(), last: Vec::new(), homography: None, quality: 0 },
+        None => {
+            MethodResult { detect_ms, match_ms, first: first.clone(), last: Vec::new(), homography: None, quality: 0 }
+        }
     })
 }
 
-fn read(path: &Path) -> Outcome<Found> {
+/// Reads the result file of another method.
+fn read(path: &Path) -> Outcome<MethodResult> {
     let text = fs::read_to_string(path)?;
     let mut lines = text.lines();
     let numbers = |line: &str| -> Result<Vec<f64>, _> { line.split_whitespace().map(str::parse).collect() };
@@ -207,30 +210,31 @@ fn read(path: &Path) -> Outcome<Found> {
             last.push(pair);
         }
     }
-    Ok(Found { detect_ms: head[0], match_ms: head[1], first, last, homography, quality: 255 })
+    Ok(MethodResult { detect_ms: head[0], match_ms: head[1], first, last, homography, quality: 255 })
 }
 
-/// Scores of one method on one run.
+/// The scores of one method on one run.
 #[derive(Clone, Copy)]
 struct Score {
     precision: f64,
     correct: f64,
     last_precision: f64,
-    /// Median distance of the right last pairs from the truth, px.
+    /// Median error of the correct inlier pairs, px.
     localisation: f64,
     centre: Option<f64>,
-    /// Error, m, and normalised squared error; nothing where the pose is refused.
+    /// Error of the pose, m, and normalised squared error; `None` if there is no pose.
     pose: Option<(f64, f64)>,
     detect_ms: f64,
     match_ms: f64,
     quality: u8,
 }
 
-fn judge(found: &Found, flight: &Flight) -> Score {
+/// Scores a result against the truth.
+fn judge(found: &MethodResult, flight: &Flight) -> Score {
     let error = |pair: &Pair| (flight.transfer(pair.reference) - pair.current).norm();
-    let right = |pairs: &[Pair]| pairs.iter().filter(|pair| error(pair) < RIGHT).count() as f64;
-    let share = |pairs: &[Pair]| if pairs.is_empty() { 0.0 } else { right(pairs) / pairs.len() as f64 };
-    let mut errors: Vec<f64> = found.last.iter().map(error).filter(|e| *e < RIGHT).collect();
+    let correct = |pairs: &[Pair]| pairs.iter().filter(|pair| error(pair) < MAX_CORRECT_ERROR_PX).count() as f64;
+    let fraction = |pairs: &[Pair]| if pairs.is_empty() { 0.0 } else { correct(pairs) / pairs.len() as f64 };
+    let mut errors: Vec<f64> = found.last.iter().map(error).filter(|e| *e < MAX_CORRECT_ERROR_PX).collect();
     let centre = Vector2::new(WIDTH as f64 - 1.0, HEIGHT as f64 - 1.0) / 2.0;
     let moved = found.homography.and_then(|h| transfer(&h, centre));
     let pose = found.homography.and_then(|_| {
@@ -239,9 +243,9 @@ fn judge(found: &Found, flight: &Flight) -> Score {
         Some((error.norm(), error.dot(&(pose.covariance.try_inverse()? * error))))
     });
     Score {
-        precision: share(&found.first),
-        correct: right(&found.first),
-        last_precision: share(&found.last),
+        precision: fraction(&found.first),
+        correct: correct(&found.first),
+        last_precision: fraction(&found.last),
         localisation: median(&mut errors),
         centre: moved.map(|m| (m - flight.transfer(centre)).norm()),
         pose,
@@ -256,7 +260,7 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// All scores, a line for each method and flight: `benches/accuracy_report.py` makes tables and plots of it.
+/// Writes all scores, one line for each method and flight, which `benches/accuracy_report.py` reads.
 fn write_table(runs: &[Run], scores: &[Vec<Option<Score>>], path: &Path) -> Outcome<()> {
     let names = "method,tuning,flight,condition,first,correct,last,localisation,centre,pose,nees,detect,match,quality";
     let mut text = format!("{names}\n");
@@ -300,8 +304,8 @@ fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
                 run.frames()?
             };
             let mut extractor = FastExtractor::new(Selection::default())?;
-            let ours = ours(&reference, &current, &mut extractor);
-            let mut scores: Vec<_> = ours.iter().map(|found| Some(judge(found, &flight))).collect();
+            let hoverlock = hoverlock(&reference, &current, &mut extractor);
+            let mut scores: Vec<_> = hoverlock.iter().map(|found| Some(judge(found, &flight))).collect();
             for method in METHODS {
                 let path = folder.join(format!("{}.{method}.txt", run.name));
                 scores.push(path.exists().then(|| read(&path)).transpose()?.map(|found| judge(&found, &flight)));

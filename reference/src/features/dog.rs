@@ -3,7 +3,7 @@
 //!
 //! `sigma1 < sigma2` in pixels; the default is the chain 2.0 - 3.2 - 5.12, so that the two pairs `k = 0, 1` share three
 //! filters. A chain of one to three pairs has one filter more than pairs. `DOG_k` is in the unit of the planes (DN of
-//! the camera sample, or LSB where the planes are integers); at most 0.243 of full scale with the first-order filters
+//! the camera sample, or LSB for planes of integers); at most 0.243 of full scale with the first-order filters
 //! of the default chain. The sign of `d_k` is a separate bit, which distinguishes bright from dark spots. Source: D.
 //! Lowe, "Distinctive image features from scale-invariant keypoints", 2004, eq. (1).
 
@@ -19,12 +19,12 @@ pub const SIGMAS: [f64; 3] = [2.0, 3.2, 5.12];
 pub struct Dog<T> {
     /// `DOG_k = |d_k|`, never negative.
     pub magnitude: Plane<T>,
-    /// The sign bit: true where `d_k >= 0`.
+    /// The sign bit: `true` if `d_k >= 0`.
     pub positive: Plane<bool>,
 }
 
 impl<T: Copy + PartialOrd + Sub<Output = T>> Dog<T> {
-    /// The difference narrow minus wide. The smaller is subtracted from the larger, so that unsigned samples work.
+    /// Computes narrow minus wide. The smaller sample is subtracted from the larger, so that unsigned samples do not wrap.
     ///
     /// # Panics
     /// The shapes differ.
@@ -37,7 +37,7 @@ impl<T: Copy + PartialOrd + Sub<Output = T>> Dog<T> {
 }
 
 impl Dog<f64> {
-    /// `d_k` itself, for heat maps and error measures.
+    /// Returns the signed difference `d_k`, for heat maps and error measures.
     pub fn signed(&self) -> Plane<f64> {
         self.magnitude.zip_map(&self.positive, |&m, &positive| if positive { m } else { -m })
     }

@@ -1,6 +1,6 @@
-//! `I -> {G_sigma * I} -> {DOG_k, MaxDOG_k} -> features`: features of a frame with any smoother, in f64.
+//! The readable extractor in f64, for any smoother: `I -> {G_sigma * I} -> {DOG_k, MaxDOG_k} -> features`.
 //!
-//! This is the readable reference; [`fast`](crate::features::fast) computes the same features in f32. Features are in
+//! [`fast`](crate::features::fast) computes the same features in f32. Features are in
 //! raster order, the lower `k` first at one pixel. The steps are separate functions, so that every model level,
 //! integers included, uses the same search and the same descriptors.
 
@@ -12,7 +12,7 @@ use crate::features::maxima::{maxima, spread};
 use crate::features::maxlbp::{Layer, Ring, descriptor};
 use crate::image::plane::Plane;
 
-/// The maxima that become features.
+/// The choice of the maxima that become features.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Selection {
     /// `T` of every scale pair in DN of the camera sample: a feature has `DOG_k >= T`.
@@ -22,14 +22,14 @@ pub struct Selection {
 }
 
 impl Default for Selection {
-    /// One LSB of the fixed-point DoG (0.5 DN), the lowest threshold of the hardware, and 1000 features.
+    /// Returns a threshold of one LSB of the fixed-point DoG (0.5 DN), the lowest of the hardware, and 1000 features.
     fn default() -> Self {
         Self { threshold: 0.5, count: 1000 }
     }
 }
 
-/// The features of a frame over a chain of sigmas, px, with the rings of its pairs; `smooth(plane, sigma)` smooths by a
-/// Gaussian of `sigma` px or by an approximation of it.
+/// Extracts the features of a frame with a chain of sigmas (px) and the ring of each scale pair. `smooth(plane, sigma)`
+/// smooths by a Gaussian of `sigma` px or by an approximation of it. Features are in raster order.
 pub fn extract(
     frame: &Plane<u16>,
     sigmas: &[f64],
@@ -44,7 +44,8 @@ pub fn extract(
     kept.into_iter().map(|point| feature(&layers, point, 1.0)).collect()
 }
 
-/// `DOG_k`, sign and `MaxDOG_k` of the scale pairs of a chain of sigmas, one pair less than sigmas.
+/// Computes `DOG_k`, sign and `MaxDOG_k` of each scale pair of a chain of sigmas (px); there is one pair less than there
+/// are sigmas.
 pub fn layers(
     frame: &Plane<u16>,
     sigmas: &[f64],
@@ -56,20 +57,20 @@ pub fn layers(
     layers_between(&smoothed, rings)
 }
 
-/// The same from smoothed planes, the narrowest first.
+/// Computes the layers from smoothed planes, the narrowest first.
 ///
 /// # Panics
-/// The planes differ in shape.
+/// If the planes differ in shape.
 pub fn layers_between<T: Copy + PartialOrd + Sub<Output = T>>(smoothed: &[Plane<T>], rings: &[Ring]) -> Vec<Layer<T>> {
     let pairs = smoothed.windows(2).zip(rings);
     pairs.map(|(pair, ring)| Layer::new(Dog::between(&pair[0], &pair[1]), *ring)).collect()
 }
 
-/// The features of all maxima of at least the threshold of their scale. `dn_per_unit` converts a response to DN: 1 for
-/// float planes, 1/2 for the fixed-point DoG.
+/// Returns the features of all maxima of at least the threshold of their scale, in raster order. `dn_per_unit` converts
+/// a response to DN: 1 for float planes, 1/2 for the fixed-point DoG.
 ///
 /// # Panics
-/// The layers differ in shape.
+/// If the layers differ in shape.
 pub fn features<T: Copy + PartialOrd + Into<f64>>(
     layers: &[Layer<T>],
     thresholds: &[T],
@@ -78,7 +79,7 @@ pub fn features<T: Copy + PartialOrd + Into<f64>>(
     points(layers, thresholds).into_iter().map(|point| feature(layers, point, dn_per_unit)).collect()
 }
 
-/// Position of a feature; the order of the fields is the order of features.
+/// The position of a feature; the order of the fields is the order of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Point {
     y: usize,
@@ -120,7 +121,7 @@ mod tests {
     use super::*;
     use crate::features::dog::SIGMAS;
 
-    /// A smoother with a known result: the mean over a square of about `sigma` px to each side, cut at the border.
+    /// Smooths with a known result: the mean over a square of about `sigma` px to each side, cut at the border.
     fn box_mean(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
         let reach = sigma.round() as usize;
         Plane::from_fn(plane.width(), plane.height(), |x, y| {

@@ -20,7 +20,7 @@
 //! 3. MaxDOG and sign bits are read for the selected features only.
 //!
 //! The speed is limited by memory, so the planes are written once, read once and overwritten in place. Loops over
-//! arrays of fixed size are vectorised by the compiler; AVX2 is used where the processor has it. There is no fused
+//! arrays of fixed size are vectorised by the compiler; AVX2 is used if the processor has it. There is no fused
 //! multiply-add and no reordered sum, so AVX2 and portable code give the same bits.
 
 use multiversion::multiversion;
@@ -67,14 +67,14 @@ pub struct FastExtractor<const F: usize = { SIGMAS.len() }> {
     candidates: Vec<Candidate>,
 }
 
-/// Work memory of the search for maxima.
+/// The work memory of the search for maxima.
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     /// `DOG_k` of one row.
     magnitude: Vec<f32>,
     /// Maxima of 7 along the row, of the last seven rows.
     row_maxima: Vec<[Vec<f32>; WINDOW]>,
-    /// Bit `k` where the sample may be a maximum of scale `k`.
+    /// Bit `k` is set if the sample may be a maximum of scale `k`.
     flags: Vec<u8>,
 }
 
@@ -87,20 +87,20 @@ struct Candidate {
 }
 
 impl FastExtractor {
-    /// An extractor of the default chain for frames of any size.
+    /// Returns an extractor of the default chain, for frames of any size.
     ///
     /// # Errors
-    /// A pole cannot be found for the default sigmas. This is a defect of this program.
+    /// No pole can be found for the default sigmas, which is a defect of this program.
     pub fn new(selection: Selection) -> Result<Self, DesignError> {
         Self::of_chain(SIGMAS, selection)
     }
 }
 
 impl<const F: usize> FastExtractor<F> {
-    /// An extractor of a chain of rising sigmas, px, for frames of any size.
+    /// Returns an extractor of a chain of ascending sigmas (px), for frames of any size.
     ///
     /// # Errors
-    /// A pole cannot be found for one of the sigmas.
+    /// A sigma is out of range.
     pub fn of_chain(sigmas: [f64; F], selection: Selection) -> Result<Self, DesignError> {
         let mut poles = [0.0; F];
         for (pole, sigma) in poles.iter_mut().zip(sigmas) {
@@ -118,13 +118,13 @@ impl<const F: usize> FastExtractor<F> {
         })
     }
 
-    /// The extractor with other rings, by their radius in px, one for each scale pair.
+    /// Replaces the rings. `radii` has the radius (px) of each scale pair.
     pub fn with_rings(mut self, radii: &[u32]) -> Self {
         self.rings.iter_mut().zip(radii).for_each(|(ring, radius)| *ring = Ring::of_radius(*radius));
         self
     }
 
-    /// The features of a frame, in raster order, the lower `k` first at a pixel.
+    /// Extracts the features of a frame, in raster order, the lower `k` first at a pixel.
     pub fn extract(&mut self, frame: &Plane<u16>) -> Vec<Feature> {
         let (width, height) = (frame.width(), frame.height());
         if eligible(width).is_empty() || eligible(height).is_empty() {
@@ -177,8 +177,8 @@ impl Scratch {
     }
 }
 
-/// `s = a s + (x - a x)`: one step of every recursion here. Only a product and a sum wait for the last state, and a
-/// constant passes unchanged to the last bit: `a` is above a half, so `x - a x` is exact (Sterbenz) and the sum gives
+/// Advances a recursion by one sample, `s = a s + (x - a x)`. Only one product and one sum depend on the previous state.
+/// A constant passes unchanged to the last bit: `a` is above a half, so `x - a x` is exact (Sterbenz) and the sum gives
 /// `x` again.
 #[inline(always)]
 fn step(x: &Lanes, a: f32, state: &mut Lanes) {
@@ -187,6 +187,7 @@ fn step(x: &Lanes, a: f32, state: &mut Lanes) {
     }
 }
 
+/// Exchanges rows and columns.
 #[inline(always)]
 fn transposed(tile: &Tile) -> Tile {
     let mut out = Tile::default();
@@ -198,7 +199,7 @@ fn transposed(tile: &Tile) -> Tile {
     out
 }
 
-/// Step 1: both halves along the rows and the causal half down the columns.
+/// Runs step 1: both halves along the rows and the causal half down the columns.
 #[multiversion(targets("x86_64+avx2"))]
 fn smooth_rows_and_down<const F: usize>(
     frame: &[u16],
@@ -255,7 +256,7 @@ fn smooth_rows_and_down<const F: usize>(
     }
 }
 
-/// The anticausal half of the columns begins on the last row.
+/// Initialises the anticausal half of the columns with the last row.
 fn hold<const F: usize>(rows: &[f32], columns: &mut [Smoothed<F>]) {
     for (f, row) in rows.chunks_exact(columns.len() * LANES).enumerate() {
         for (vector, state) in row.as_chunks::<LANES>().0.iter().zip(columns.iter_mut()) {
@@ -264,7 +265,7 @@ fn hold<const F: usize>(rows: &[f32], columns: &mut [Smoothed<F>]) {
     }
 }
 
-/// Step 2, for one row: the anticausal half up the columns, and `d_k` in place of all smoothed rows but the last.
+/// Runs step 2 for one row: the anticausal half up the columns. `d_k` replaces all smoothed rows but the last.
 #[multiversion(targets("x86_64+avx2"))]
 fn smooth_up<const F: usize>(rows: &mut [f32], poles: [f32; F], columns: &mut [Smoothed<F>]) {
     let vectors = columns.len();
@@ -282,13 +283,14 @@ fn smooth_up<const F: usize>(rows: &mut [f32], poles: [f32; F], columns: &mut [S
     }
 }
 
+/// Returns the larger number; unlike `f32::max` it compiles to one instruction.
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// `out[x] = max |dog[x - 3 ..= x + 3]|`; the outermost three are not written, because no eligible window has them as
-/// centre.
+/// Writes `out[x] = max |dog[x - 3 ..= x + 3]|`. The outermost three are not written, because no eligible window has them
+/// as its centre.
 #[multiversion(targets("x86_64+avx2"))]
 fn maxima_along_row(dog: &[f32], magnitude: &mut [f32], out: &mut [f32]) {
     for (m, d) in magnitude.iter_mut().zip(dog) {
@@ -302,9 +304,9 @@ fn maxima_along_row(dog: &[f32], magnitude: &mut [f32], out: &mut [f32]) {
     }
 }
 
-/// Where the centre reaches the threshold, exceeds the maxima of the three earlier rows and is not below those of its
-/// own and the three later ones, sets bit `scale` of the flag, and clears it elsewhere. `rows` is the maxima along the
-/// row, topmost first.
+/// Sets bit `scale` of a flag if the centre reaches the threshold, exceeds the maxima of the three earlier rows and is not
+/// below those of its own and the three later rows; clears it otherwise. `rows` are the maxima along the rows, topmost
+/// first.
 #[multiversion(targets("x86_64+avx2"))]
 fn flag(centres: &[f32], rows: [&[f32]; WINDOW], threshold: f32, scale: usize, flags: &mut [u8]) {
     let count = centres.len();
@@ -349,7 +351,7 @@ fn gather<const F: usize>(
     }
 }
 
-/// Step 3: neighbours and descriptors of the features kept.
+/// Runs step 3: neighbours and descriptors of the selected features.
 #[multiversion(targets("x86_64+avx2"))]
 fn describe<const F: usize>(
     kept: &[Candidate],
@@ -385,8 +387,8 @@ fn describe<const F: usize>(
     features
 }
 
-/// `MaxDOG` at one sample: of every row a vector of eight is read, of which five count. The others may belong to the
-/// next row; there is always one, for below the last `d_k` of the last row stands what was smoothed widest.
+/// Returns `MaxDOG` at one sample. Of every row a vector of eight samples is read, of which five count. The others may
+/// belong to the next row, which always exists: the widest smoothing follows the last `d_k` of the last row.
 #[inline(always)]
 fn max_dog(planes: &[f32], pitch: usize, at: usize) -> f32 {
     let mut highest = Lanes::default();
@@ -405,7 +407,7 @@ mod tests {
 
     use super::*;
     use crate::features::extractor::{features, layers};
-    use crate::features::maxlbp::LARGEST_RING;
+    use crate::features::maxlbp::MAX_RING_RADIUS;
     use crate::smoothing::recursive::border::Border;
     use crate::smoothing::smoother::Smoother;
 
@@ -417,7 +419,7 @@ mod tests {
         (f.y, f.x, f.scale)
     }
 
-    /// A picture of `blobs`: `(x, y, size, dn)` rectangles painted over a ramp, so that edges, flat parts and steep
+    /// Returns a picture of `blobs`: `(x, y, size, dn)` rectangles painted over a ramp, so that edges, flat parts and steep
     /// gradients up to the border all occur.
     fn painted(width: usize, height: usize, blobs: &[(usize, usize, usize, u16)]) -> Plane<u16> {
         let mut frame = Plane::from_fn(width, height, |x, y| ((300 * x + 170 * y) % 65_536) as u16);
@@ -435,7 +437,7 @@ mod tests {
         (37usize..90, 37usize..90, prop::collection::vec(blob, 1..60)).prop_map(|(w, h, blobs)| painted(w, h, &blobs))
     }
 
-    /// What an f32 may do to `d_k`, DN. A step of a recursion rounds two products and a sum of up to 2^16 DN: three
+    /// Largest difference of `d_k` due to f32, DN. A step of a recursion rounds two products and a sum of up to 2^16 DN: three
     /// half-ulps of 2^-8, 0.006. The recursion sums those with weights `a^n`, up to 1 / (1 - a) = 5.7 times, four
     /// halves follow each other and two planes are subtracted: 0.27 in the worst case. Rounding errors partly cancel:
     /// 0.015 is measured.
@@ -455,7 +457,7 @@ mod tests {
 
         #[test]
         fn features_agree_with_the_f64_path(
-            frame in pictures(), pairs in 1usize..=3, radii in prop::array::uniform3(4..=LARGEST_RING),
+            frame in pictures(), pairs in 1usize..=3, radii in prop::array::uniform3(4..=MAX_RING_RADIUS),
         ) {
             let sigmas = &[2.0, 3.2, 5.12, 8.2][..=pairs];
             let layers = layers(&frame, sigmas, &radii.map(Ring::of_radius), clear);

@@ -1,9 +1,9 @@
 //! A feature, the output of the extractor: position, response and binary descriptor.
 
-/// Number of ring points of a descriptor word: `n` in `o_i = R (cos(2 pi i / n), sin(2 pi i / n))`, `i = 0 .. n - 1`.
+/// Number of ring points, one for each bit of a descriptor word: `n` in `o_i = R (cos(2 pi i / n), sin(2 pi i / n))`, `i = 0 .. n - 1`.
 pub const RING_POINTS: usize = 32;
 
-/// Most scale pairs of a chain of smoothers; the default chain has two.
+/// Largest number of scale pairs of a chain of smoothers; the default chain has two.
 pub const MAX_PAIRS: usize = 3;
 
 /// The descriptor of a feature, 64 bits for each scale pair; bit `i` of each word is ring point `i`. The words of pairs
@@ -12,13 +12,13 @@ pub const MAX_PAIRS: usize = 3;
 pub struct Descriptor {
     /// `MaxLBP_k`: bit `i` is `DOG_k(p) >= MaxDOG_k(o_i)`, one word per scale pair.
     pub maxlbp: [u32; MAX_PAIRS],
-    /// Bit `i` is the sign of the signed DoG at `o_i`, 1 where it is not negative, one word per scale pair.
+    /// Bit `i` is 1 if the signed DoG at `o_i` is not negative, one word per scale pair.
     pub sign: [u32; MAX_PAIRS],
 }
 
 impl Descriptor {
-    /// Number of bits that differ, at most 64 for each scale pair; with `strict` only the MaxLBP words count, 32 for
-    /// each.
+    /// Counts the bits that differ, at most 64 for each scale pair. With `strict` only the MaxLBP words count, 32 bits for
+    /// each pair.
     pub fn hamming(&self, other: &Self, strict: bool) -> u32 {
         let differ = |a: &[u32; MAX_PAIRS], b: &[u32; MAX_PAIRS]| -> u32 {
             a.iter().zip(b).map(|(a, b)| (a ^ b).count_ones()).sum()
@@ -26,19 +26,19 @@ impl Descriptor {
         differ(&self.maxlbp, &other.maxlbp) + if strict { 0 } else { differ(&self.sign, &other.sign) }
     }
 
-    /// The descriptor of two scale pairs.
+    /// Returns the descriptor of a chain of two scale pairs.
     pub fn of_two(maxlbp: [u32; 2], sign: [u32; 2]) -> Self {
         Self { maxlbp: [maxlbp[0], maxlbp[1], 0], sign: [sign[0], sign[1], 0] }
     }
 
-    /// The words in the order of the feature record: MaxLBP k0, MaxLBP k1, sign k0, sign k1, MaxLBP k2, sign k2.
+    /// Returns the words in the order of the feature record: MaxLBP k0, MaxLBP k1, sign k0, sign k1, MaxLBP k2, sign k2.
     pub fn words(&self) -> [u32; 2 * MAX_PAIRS] {
         let [maxlbp, sign] = [self.maxlbp, self.sign];
         [maxlbp[0], maxlbp[1], sign[0], sign[1], maxlbp[2], sign[2]]
     }
 }
 
-/// A feature point: a maximum of `DOG_k` and what surrounds it.
+/// A feature point: a maximum of `DOG_k` with its neighbours and descriptor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Feature {
     /// Column of the pixel.
@@ -58,8 +58,8 @@ pub struct Feature {
 }
 
 impl Feature {
-    /// The position to a fraction of a pixel: the vertex of the parabola through three responses, along `x` and along
-    /// `y`: `dx = (l - r) / (2 (l - 2 c + r))`, within half a pixel because the centre is a maximum.
+    /// Returns the position `(x, y)` to a fraction of a pixel: the vertex of the parabola through three responses along
+    /// each axis, `dx = (l - r) / (2 (l - 2 c + r))`. It is within half a pixel, because the centre is a maximum.
     pub fn subpixel(&self) -> (f64, f64) {
         let vertex = |before: f64, after: f64| {
             let curvature = before - 2.0 * self.response + after;

@@ -13,28 +13,28 @@ use std::{cmp::Ordering, ops::Range};
 use crate::features::feature::Feature;
 use crate::image::plane::Plane;
 
-/// Half the width of the window less one half: 7x7.
+/// Distance from the centre of the 7x7 window to its border, in pixels.
 pub const WINDOW_RADIUS: usize = 3;
 
 /// Distance of eligible centres from the border of the frame, in pixels.
-pub const MARGIN: usize = 18;
+const MARGIN: usize = 18;
 
 /// Side of a cell of the grid that spreads the strongest features over the frame, in pixels.
-pub const CELL: u32 = 128;
+const CELL_SIDE: u32 = 128;
 
-/// No feature below this part of the `n`-th strongest response is kept, however empty its cell: weak maxima are found
-/// again less often.
-pub const LEAST_STRENGTH: f64 = 0.7;
+/// Smallest response that is kept, relative to the `n`-th strongest: weak maxima are repeated less often, so that an
+/// empty cell does not justify them.
+const MIN_RELATIVE_RESPONSE: f64 = 0.7;
 
-/// Columns (or rows) in which a centre is eligible, for a frame of `size` columns (or rows).
+/// Returns the columns (or rows) in which a centre is eligible, for a frame of `size` columns (or rows).
 pub fn eligible(size: usize) -> Range<usize> {
     MARGIN..size.saturating_sub(MARGIN).max(MARGIN)
 }
 
-/// True if `(x, y)` is a maximum of its 7x7 window. The window lies in the frame.
+/// Returns `true` if `(x, y)` is a maximum of its 7x7 window.
 ///
 /// # Panics
-/// The window leaves the frame.
+/// If the window leaves the frame.
 pub fn is_maximum<T: Copy + PartialOrd>(dog: &Plane<T>, x: usize, y: usize) -> bool {
     let centre = dog[(x, y)];
     let columns = x - WINDOW_RADIUS..=x + WINDOW_RADIUS;
@@ -48,7 +48,7 @@ pub fn is_maximum<T: Copy + PartialOrd>(dog: &Plane<T>, x: usize, y: usize) -> b
         })
 }
 
-/// The eligible maxima of at least `threshold`, in raster order, as `(x, y)`.
+/// Finds the eligible maxima of at least `threshold`. Returns their `(x, y)` in raster order.
 pub fn maxima<T: Copy + PartialOrd>(dog: &Plane<T>, threshold: T) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let columns = eligible(dog.width());
@@ -73,8 +73,8 @@ pub fn maxima<T: Copy + PartialOrd>(dog: &Plane<T>, threshold: T) -> Vec<(usize,
     found
 }
 
-/// The `n`-th strongest response (1 is the strongest) among the eligible maxima of at least `floor`: the threshold that
-/// gives `n` features, more where responses tie. `None` where there are fewer or `n` is 0.
+/// Returns the `n`-th strongest response (1 is the strongest) among the eligible maxima of at least `floor`. As a
+/// threshold it gives `n` features, more if responses tie. `None` if there are fewer maxima or `n` is 0.
 pub fn nth_strongest<T: Copy + PartialOrd>(dog: &Plane<T>, floor: T, n: usize) -> Option<T> {
     let mut responses: Vec<T> = maxima(dog, floor).into_iter().map(|at| dog[at]).collect();
     if n == 0 || n > responses.len() {
@@ -84,14 +84,14 @@ pub fn nth_strongest<T: Copy + PartialOrd>(dog: &Plane<T>, floor: T, n: usize) -
     Some(*responses.select_nth_unstable_by(n - 1, descending).1)
 }
 
-/// The `n` features to keep, spread over the frame by [`spread`].
+/// Selects `n` features, spread over the frame by [`spread`].
 pub fn strongest_per_cell(features: &[Feature], n: usize) -> Vec<Feature> {
     spread(features, n, |f| (f.x, f.y, f.response))
 }
 
-/// Selects `n` items in rounds, among those with at least [`LEAST_STRENGTH`] of the `n`-th strongest response: each
-/// round takes the strongest remaining item of every 128x128 cell. If the last round has too many items, its strongest
-/// are taken. Ties are decided by the order given, which the result keeps. `position` is column, row and response of an
+/// Selects `n` items in rounds, among those with at least 0.7 of the `n`-th strongest response: each round takes the
+/// strongest remaining item of every 128x128 cell. If the last round has too many items, its strongest are taken. Ties
+/// are decided by the order of the input, which the result keeps. `position` returns column, row and response of an
 /// item.
 pub fn spread<T: Copy>(items: &[T], n: usize, position: impl Fn(&T) -> (u32, u32, f64)) -> Vec<T> {
     if items.len() <= n {
@@ -102,17 +102,17 @@ pub fn spread<T: Copy>(items: &[T], n: usize, position: impl Fn(&T) -> (u32, u32
     }
     let mut ranked: Vec<Ranked> =
         items.iter().enumerate().map(|(index, item)| Ranked { response: position(item).2, index }).collect();
-    let floor = LEAST_STRENGTH * ranked.select_nth_unstable_by(n - 1, Ranked::stronger).1.response;
+    let floor = MIN_RELATIVE_RESPONSE * ranked.select_nth_unstable_by(n - 1, Ranked::stronger).1.response;
     let strong = |item: &&T| position(item).2 >= floor;
     let cell = |item: &T| {
         let (x, y, _) = position(item);
-        ((x / CELL) as usize, (y / CELL) as usize)
+        ((x / CELL_SIDE) as usize, (y / CELL_SIDE) as usize)
     };
     let columns = items.iter().map(|item| cell(item).0).max().unwrap_or(0) + 1;
     let cell = |item: &T| cell(item).1 * columns + cell(item).0;
     let cells = items.iter().map(cell).max().unwrap_or(0) + 1;
 
-    // Items by cell: where each cell ends in `ranked`, counted first, then filled from behind.
+    // Items sorted by cell. The ends of the cells in `ranked` are counted first, then each cell is filled from behind.
     let mut bounds = vec![0; cells + 1];
     items.iter().filter(strong).for_each(|item| bounds[cell(item)] += 1);
     let mut end = 0;
@@ -127,7 +127,7 @@ pub fn spread<T: Copy>(items: &[T], n: usize, position: impl Fn(&T) -> (u32, u32
         ranked[*bound] = Ranked { response: position(item).2, index };
     }
 
-    // As many rounds as can go whole: all of them where no more than `n` items are strong.
+    // The number of complete rounds; all rounds are complete if at most `n` items are strong enough.
     let after = |rounds: usize| bounds.windows(2).map(|b| (b[1] - b[0]).min(rounds)).sum::<usize>();
     let rounds = (1..=ranked.len()).find(|&rounds| after(rounds) > n).map_or(ranked.len(), |rounds| rounds - 1);
     let left = n - after(rounds);
@@ -159,7 +159,7 @@ struct Ranked {
 }
 
 impl Ranked {
-    /// Orders the stronger first, of equals the earlier.
+    /// Compares two items; the stronger one is less, of equal ones the earlier.
     fn stronger(&self, other: &Self) -> Ordering {
         other.response.total_cmp(&self.response).then(self.index.cmp(&other.index))
     }
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
     use crate::features::feature::Descriptor;
 
-    /// The definition, word for word: every neighbour by its offset, `earlier` by comparing raster positions.
+    /// Finds maxima by the definition, word for word: every neighbour by its offset, `earlier` by comparing raster positions.
     fn by_definition(dog: &Plane<u8>, threshold: u8) -> Vec<(usize, usize)> {
         let (w, h) = (dog.width() as i64, dog.height() as i64);
         let mut found = Vec::new();
@@ -197,7 +197,7 @@ mod tests {
         found
     }
 
-    /// A random picture of `levels` grey levels: few levels make plateaus and ties.
+    /// Returns a random picture. A small number of grey levels makes plateaus and ties.
     fn picture() -> impl Strategy<Value = Plane<u8>> {
         (37usize..60, 37usize..60, 1u8..=255).prop_flat_map(|(w, h, top)| {
             prop::collection::vec(0..=top, w * h).prop_map(move |samples| Plane::from_vec(w, h, samples).unwrap())

@@ -4,8 +4,8 @@
 //! The ring is `o_i = (round(R cos(2 pi i / 32)), round(R sin(2 pi i / 32)))`, `x` to the right, `y` down, half away
 //! from zero, `R` = 12 px for `k = 0` and 16 px for the others by default and at most 16 px, so that the same centres
 //! are eligible whatever the radii and the number of pairs. At a maximum nine of ten of these bits are 1, so that
-//! descriptors are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p + o_i`,
-//! 1 where `d_k >= 0`: 128 bits for two pairs. A descriptor always has all scales at the pixel of the feature. The
+//! MaxLBP words alone are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p + o_i`,
+//! 1 if `d_k >= 0`: 128 bits for two pairs. A descriptor always has all scales at the pixel of the feature. The
 //! strict distance ignores the sign words; the descriptor always has them. MaxLBP is the LBP of T. Ojala et al., 2002,
 //! eq. (4), with the intensity replaced by the response and the neighbour by the maximum around it.
 
@@ -19,15 +19,15 @@ pub const MAX_RADIUS: usize = 2;
 /// Default radius of the ring of each scale pair, px.
 pub const RING_RADII: [u32; MAX_PAIRS] = [12, 16, 16];
 
-/// Largest radius, px.
-pub const LARGEST_RING: u32 = 16;
+/// Largest radius of a ring, px.
+pub const MAX_RING_RADIUS: u32 = 16;
 
 /// The ring points `o_i` as `(dx, dy)`, px.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ring(pub [(i32, i32); RING_POINTS]);
 
 impl Ring {
-    /// The ring of a radius, px.
+    /// Returns the ring of a radius, px.
     pub fn of_radius(radius: u32) -> Self {
         Self(std::array::from_fn(|i| {
             let angle = 2.0 * std::f64::consts::PI * i as f64 / RING_POINTS as f64;
@@ -37,7 +37,7 @@ impl Ring {
         }))
     }
 
-    /// The default ring of each scale pair.
+    /// Returns the default ring of each scale pair.
     pub fn defaults() -> [Self; MAX_PAIRS] {
         RING_RADII.map(Self::of_radius)
     }
@@ -47,24 +47,24 @@ impl Ring {
 /// `quantised` or an integer of the bit-true model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layer<T> {
-    /// `DOG_k` and the sign bit.
+    /// `DOG_k` and the sign bit of every sample.
     pub dog: Dog<T>,
-    /// `MaxDOG_k`.
+    /// `MaxDOG_k` of every sample.
     pub max_dog: Plane<T>,
-    /// Where it is compared.
+    /// Ring on which both are sampled.
     pub ring: Ring,
 }
 
 impl<T: Copy + PartialOrd> Layer<T> {
-    /// Adds MaxDOG and a ring to a DoG.
+    /// Computes MaxDOG and combines it with the DoG and a ring.
     pub fn new(dog: Dog<T>, ring: Ring) -> Self {
         let max_dog = max_dog(&dog.magnitude);
         Self { dog, max_dog, ring }
     }
 }
 
-/// `MaxDOG` of every sample; at the border the maximum over the part of the window that lies in the frame, which is
-/// also what repeating the border sample gives.
+/// Computes `MaxDOG` of every sample. At the border the maximum is over the part of the window within the frame, which is
+/// the same as repeating the border sample.
 pub fn max_dog<T: Copy + PartialOrd>(dog: &Plane<T>) -> Plane<T> {
     const WINDOW: usize = 2 * MAX_RADIUS + 1;
     let (w, h) = (dog.width(), dog.height());
@@ -76,7 +76,7 @@ pub fn max_dog<T: Copy + PartialOrd>(dog: &Plane<T>) -> Plane<T> {
             max_along_row(dog.row(y), &mut along_rows[y % WINDOW]);
         }
         if y >= MAX_RADIUS {
-            // Rows of the window that lie in the frame; the others are left out by taking the centre again.
+            // Rows outside the frame are replaced by the centre row, which does not change the maximum.
             let centre = y - MAX_RADIUS;
             let rows: [&[T]; WINDOW] = std::array::from_fn(|i| {
                 let q = centre + i;
@@ -96,7 +96,7 @@ fn larger<T: PartialOrd>(a: T, b: T) -> T {
     if b > a { b } else { a }
 }
 
-/// `out[x] = max source[x - 2 ..= x + 2]`, as far as that lies in the row.
+/// Writes `out[x] = max source[x - 2 ..= x + 2]`, restricted to the row.
 fn max_along_row<T: Copy + PartialOrd>(source: &[T], out: &mut [T]) {
     out.copy_from_slice(source);
     for dx in 1..=MAX_RADIUS.min(source.len() - 1) {
@@ -105,10 +105,10 @@ fn max_along_row<T: Copy + PartialOrd>(source: &[T], out: &mut [T]) {
     }
 }
 
-/// The descriptor at a pixel, from all scale pairs.
+/// Computes the descriptor at a pixel, from all scale pairs.
 ///
 /// # Panics
-/// Where a ring point leaves the frame: the pixel is not an eligible centre; or with more than [`MAX_PAIRS`] layers.
+/// If a ring point is outside the frame (the pixel is not an eligible centre), or with more than [`MAX_PAIRS`] layers.
 pub fn descriptor<T: Copy + PartialOrd>(layers: &[Layer<T>], x: usize, y: usize) -> Descriptor {
     let mut descriptor = Descriptor::default();
     for (k, layer) in layers.iter().enumerate() {
@@ -163,7 +163,7 @@ mod tests {
 
         #[test]
         fn bits_are_those_of_the_definition(
-            narrow in plane(40, 39), middle in plane(40, 39), wide in plane(40, 39), radius in 4..=LARGEST_RING,
+            narrow in plane(40, 39), middle in plane(40, 39), wide in plane(40, 39), radius in 4..=MAX_RING_RADIUS,
         ) {
             let layers = [Dog::between(&narrow, &middle), Dog::between(&middle, &wide), Dog::between(&narrow, &wide)]
                 .map(|dog| Layer::new(dog, Ring::of_radius(radius)));

@@ -2,37 +2,37 @@
 
 use std::ops::{Index, IndexMut};
 
-/// Why a plane cannot be made.
+/// An error of making or cropping a plane.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlaneError {
     /// The number of samples is not `width * height`.
     #[error("a plane of {width} x {height} holds {} samples, not {samples}", width * height)]
     Shape {
-        /// Columns asked for.
+        /// Requested number of columns.
         width: usize,
-        /// Rows asked for.
+        /// Requested number of rows.
         height: usize,
-        /// Samples given.
+        /// Number of samples given.
         samples: usize,
     },
-    /// A plane has at least one row and one column.
+    /// The width or the height is 0.
     #[error("a plane needs at least one row and one column, not {width} x {height}")]
     Empty {
-        /// Columns asked for.
+        /// Requested number of columns.
         width: usize,
-        /// Rows asked for.
+        /// Requested number of rows.
         height: usize,
     },
-    /// A crop reaches outside the plane.
+    /// A crop extends outside the plane.
     #[error("the crop {width} x {height} at ({x}, {y}) leaves the plane")]
     Crop {
-        /// Left column.
+        /// Leftmost column of the crop.
         x: usize,
-        /// Top row.
+        /// Topmost row of the crop.
         y: usize,
-        /// Columns asked for.
+        /// Requested number of columns.
         width: usize,
-        /// Rows asked for.
+        /// Requested number of rows.
         height: usize,
     },
 }
@@ -46,10 +46,10 @@ pub struct Plane<T> {
 }
 
 impl<T> Plane<T> {
-    /// Takes samples in raster order.
+    /// Makes a plane from samples in raster order.
     ///
     /// # Errors
-    /// Where the plane would be empty or the number of samples is not `width * height`.
+    /// The plane would be empty, or the number of samples is not `width * height`.
     pub fn from_vec(width: usize, height: usize, samples: Vec<T>) -> Result<Self, PlaneError> {
         if width == 0 || height == 0 {
             return Err(PlaneError::Empty { width, height });
@@ -60,10 +60,10 @@ impl<T> Plane<T> {
         Ok(Self { width, height, samples })
     }
 
-    /// A plane whose sample at `(x, y)` is `f(x, y)`.
+    /// Returns the plane whose sample at `(x, y)` is `f(x, y)`.
     ///
     /// # Panics
-    /// Where `width` or `height` is 0.
+    /// If `width` or `height` is 0.
     pub fn from_fn(width: usize, height: usize, mut f: impl FnMut(usize, usize) -> T) -> Self {
         assert!(width > 0 && height > 0, "a plane needs at least one row and one column");
         let mut samples = Vec::with_capacity(width * height);
@@ -75,55 +75,55 @@ impl<T> Plane<T> {
         Self { width, height, samples }
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// All samples in raster order.
+    /// Returns all samples in raster order.
     pub fn as_slice(&self) -> &[T] {
         &self.samples
     }
 
-    /// All samples in raster order, to write.
+    /// Returns all samples in raster order, writable.
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         &mut self.samples
     }
 
-    /// Gives the samples up, in raster order.
+    /// Converts the plane into its samples in raster order.
     pub fn into_vec(self) -> Vec<T> {
         self.samples
     }
 
-    /// Row `y`.
+    /// Returns row `y`.
     pub fn row(&self, y: usize) -> &[T] {
         &self.samples[y * self.width..(y + 1) * self.width]
     }
 
-    /// Row `y`, to write.
+    /// Returns row `y`, writable.
     pub fn row_mut(&mut self, y: usize) -> &mut [T] {
         &mut self.samples[y * self.width..(y + 1) * self.width]
     }
 
-    /// The rows from top to bottom.
+    /// Iterates over the rows from top to bottom.
     pub fn rows(&self) -> std::slice::ChunksExact<'_, T> {
         self.samples.chunks_exact(self.width)
     }
 
-    /// `f` of every sample, same shape.
+    /// Applies `f` to every sample.
     pub fn map<U>(&self, f: impl FnMut(&T) -> U) -> Plane<U> {
         Plane { width: self.width, height: self.height, samples: self.samples.iter().map(f).collect() }
     }
 
-    /// `f` of every pair of samples of two planes of one shape.
+    /// Applies `f` to every pair of samples of two planes of the same shape.
     ///
     /// # Panics
-    /// Where the shapes differ.
+    /// If the shapes differ.
     pub fn zip_map<U, V>(&self, other: &Plane<U>, mut f: impl FnMut(&T, &U) -> V) -> Plane<V> {
         assert_eq!((self.width, self.height), (other.width, other.height), "planes of different shape");
         let samples = self.samples.iter().zip(&other.samples).map(|(a, b)| f(a, b)).collect();
@@ -132,19 +132,19 @@ impl<T> Plane<T> {
 }
 
 impl<T: Clone> Plane<T> {
-    /// A plane of one value.
+    /// Returns a plane of one value.
     ///
     /// # Panics
-    /// Where `width` or `height` is 0.
+    /// If `width` or `height` is 0.
     pub fn filled(width: usize, height: usize, value: T) -> Self {
         assert!(width > 0 && height > 0, "a plane needs at least one row and one column");
         Self { width, height, samples: vec![value; width * height] }
     }
 
-    /// The part of `width` x `height` whose top left stands at `(x, y)`.
+    /// Copies the part of `width` x `height` samples whose top left sample is at `(x, y)`.
     ///
     /// # Errors
-    /// Where the part is empty or leaves the plane.
+    /// The part is empty or extends outside the plane.
     pub fn crop(&self, x: usize, y: usize, width: usize, height: usize) -> Result<Self, PlaneError> {
         if width == 0 || height == 0 {
             return Err(PlaneError::Empty { width, height });
@@ -157,7 +157,7 @@ impl<T: Clone> Plane<T> {
         Ok(Self { width, height, samples })
     }
 
-    /// Rows and columns exchanged.
+    /// Exchanges rows and columns.
     pub fn transposed(&self) -> Self {
         Self::from_fn(self.height, self.width, |x, y| self[(y, x)].clone())
     }
@@ -166,7 +166,7 @@ impl<T: Clone> Plane<T> {
 impl<T> Index<(usize, usize)> for Plane<T> {
     type Output = T;
 
-    /// The sample at `(x, y)`: column first.
+    /// Returns the sample in column `x` and row `y`.
     fn index(&self, (x, y): (usize, usize)) -> &T {
         assert!(x < self.width, "column {x} of {}", self.width);
         &self.samples[y * self.width + x]

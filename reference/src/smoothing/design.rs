@@ -1,17 +1,17 @@
 //! The errors and limits that all smoother designs share.
 
-/// Largest `sigma` of any smoother, pixels: a quarter of the 1024 columns of the design point.
+/// Largest `sigma` of any smoother, pixels: a quarter of the 1024 columns of the default design.
 pub const SIGMA_MAX: f64 = 256.0;
 
-/// Why a smoother cannot be designed.
+/// An error of the design of a smoother.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// `sigma` is not a number or outside the range of the method.
     #[error("sigma {sigma} px is not possible for {method}: choose one from {min} to {max} px")]
     Sigma {
-        /// The method.
+        /// Name of the method.
         method: String,
-        /// The value given, pixels.
+        /// The given `sigma`, pixels.
         sigma: f64,
         /// Smallest `sigma` of this method, pixels.
         min: f64,
@@ -21,23 +21,23 @@ pub enum DesignError {
     /// The method does not have this order.
     #[error("{method} has no order {order}: choose one from {min} to {max}")]
     Order {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
-        /// The order given.
+        /// The given order.
         order: usize,
-        /// Lowest order.
+        /// Lowest order of the method.
         min: usize,
-        /// Highest order.
+        /// Highest order of the method.
         max: usize,
     },
     /// The method does not have this fit.
     #[error("{method} has no {fit} fit: choose {allowed}")]
     Fit {
-        /// The method.
+        /// Name of the method.
         method: String,
-        /// The fit given.
+        /// Name of the given fit.
         fit: &'static str,
-        /// The fits of the method.
+        /// Names of the fits of the method.
         allowed: String,
     },
 }

@@ -35,17 +35,17 @@ impl Gaussian {
         Ok(Self { sigma, weights: unit_sum_half(sigma, radius + 1) })
     }
 
-    /// The `sigma` it was designed for, pixels.
+    /// Returns the `sigma` of the design, pixels.
     pub fn sigma(&self) -> f64 {
         self.sigma
     }
 
-    /// `w[0 ..= R]`; the other half mirrors it.
+    /// Returns the weights `w[0 ..= R]`; the other half mirrors them.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// `sum w[n] cos(omega n)`, `omega` in radians per pixel.
+    /// Returns the gain `sum w[n] cos(omega n)` at `omega` radians per pixel.
     pub fn frequency_response(&self, omega: f64) -> f64 {
         let tail: f64 = self.weights.iter().enumerate().skip(1).map(|(n, w)| w * (omega * n as f64).cos()).rev().sum();
         self.weights[0] + 2.0 * tail
@@ -63,7 +63,7 @@ impl Gaussian {
     }
 }
 
-/// `w[0 .. len]` of the unit-sum sampled Gaussian; the sum counts both halves.
+/// Returns the first `len` weights `w[0 ..]` of the unit-sum sampled Gaussian; the sum is over both halves.
 pub fn unit_sum_half(sigma: f64, len: usize) -> Vec<f64> {
     let mut weights: Vec<f64> = (0..len).map(|n| (-0.5 * (n as f64 / sigma).powi(2)).exp()).collect();
     // From the tail inwards: small terms are added first.
@@ -74,8 +74,8 @@ pub fn unit_sum_half(sigma: f64, len: usize) -> Vec<f64> {
     weights
 }
 
-/// `y[n] = x[n] + sum_k w[k] (x[n-k] + x[n+k] - 2 x[n])`: written with differences, so that a constant passes unchanged
-/// to the last bit. `padded` holds `R` samples more than `out` at either end.
+/// Convolves, `y[n] = x[n] + sum_k w[k] (x[n-k] + x[n+k] - 2 x[n])`. Written with differences, so that a constant passes
+/// unchanged to the last bit. `padded` has `R` samples more than `out` at either end.
 #[multiversion(targets("x86_64+avx2"))]
 fn convolve(padded: &[Lanes], weights: &[f64], out: &mut [Lanes]) {
     let radius = weights.len() - 1;

@@ -2,7 +2,7 @@
 //!
 //! Columns come first, as in the hardware. `LANES` neighbouring lines are filtered side by side: a tile holds sample
 //! `n` of all of them next to each other, so that `LANES` independent recursions hide the latency of each other, and
-//! memory is accessed along rows even where the filter runs down the columns. Lanes do not mix: the result does not
+//! memory is accessed along rows also when the filter runs down the columns. Lanes do not mix: the result does not
 //! depend on their number.
 
 use crate::image::plane::Plane;
@@ -14,7 +14,7 @@ pub const LANES: usize = 16;
 /// Sample `n` of `LANES` neighbouring lines.
 pub type Lanes = [f64; LANES];
 
-/// Filters the columns, then the rows of `plane`; `filter` takes a tile, one `Lanes` per sample of the line, in place.
+/// Filters the columns, then the rows of `plane`. `filter` works on a tile in place, one `Lanes` per sample of the line.
 pub fn columns_then_rows(plane: &Plane<f64>, filter: impl Fn(&mut [Lanes]) + Sync) -> Plane<f64> {
     let (width, height) = (plane.width(), plane.height());
     let tiles: Vec<Vec<Lanes>> = (0..width.div_ceil(LANES))
@@ -53,7 +53,7 @@ pub fn columns_then_rows(plane: &Plane<f64>, filter: impl Fn(&mut [Lanes]) + Syn
     out
 }
 
-/// The same filter along a single line.
+/// Filters a single line with the same kind of filter.
 pub fn single_line(line: &[f64], filter: impl Fn(&mut [Lanes])) -> Vec<f64> {
     let mut tile: Vec<Lanes> = line.iter().map(|&sample| [sample; LANES]).collect();
     filter(&mut tile);
@@ -64,7 +64,7 @@ pub fn single_line(line: &[f64], filter: impl Fn(&mut [Lanes])) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// `y[n] = x[n] + 2 x[n - 1]`: not symmetric, so that a mistaken direction shows.
+    /// Computes `y[n] = x[n] + 2 x[n - 1]`, which is not symmetric, so that a wrong direction shows.
     fn doubled_neighbour(tile: &mut [Lanes]) {
         for n in (1..tile.len()).rev() {
             let before = tile[n - 1];

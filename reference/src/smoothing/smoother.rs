@@ -1,4 +1,4 @@
-//! `G_sigma`: the smoother of the extractor, the sampled Gaussian (`ideal`) or a recursive approximation (`recursive`).
+//! The smoother of the extractor, `G_sigma`: the sampled Gaussian (`ideal`) or a recursive approximation (`recursive`).
 //!
 //! A smoother is designed from `sigma` (pixels), has DC gain 1 and a symmetric impulse response, and is applied down
 //! the columns, then along the rows. [`Residuals`] is its error against the Gaussian.
@@ -20,7 +20,7 @@ pub enum Smoother {
 }
 
 impl Smoother {
-    /// The sampled Gaussian: `ideal`.
+    /// Designs the sampled Gaussian of the level `ideal`.
     ///
     /// # Errors
     /// `sigma` is out of range.
@@ -28,7 +28,7 @@ impl Smoother {
         Ok(Self::Gaussian(Gaussian::design(sigma)?))
     }
 
-    /// The two-sided first-order filter with the least-squares pole: `recursive`.
+    /// Designs the two-sided first-order filter with the least-squares pole, of the level `recursive`.
     ///
     /// # Errors
     /// `sigma` is out of range.
@@ -36,7 +36,7 @@ impl Smoother {
         Ok(Self::Recursive(Recursive::design(Family::FirstOrder, Fit::LeastSquares, sigma)?))
     }
 
-    /// The `sigma` it was designed for, pixels.
+    /// Returns the `sigma` of the design, pixels.
     pub fn sigma(&self) -> f64 {
         match self {
             Self::Gaussian(gaussian) => gaussian.sigma(),
@@ -44,7 +44,7 @@ impl Smoother {
         }
     }
 
-    /// Name for texts.
+    /// Returns the name for messages and reports.
     pub fn name(&self) -> String {
         match self {
             Self::Gaussian(_) => "sampled Gaussian".to_owned(),
@@ -52,7 +52,7 @@ impl Smoother {
         }
     }
 
-    /// The plane smoothed down its columns, then along its rows.
+    /// Smooths a plane down its columns, then along its rows.
     pub fn smooth(&self, plane: &Plane<f64>, border: Border) -> Plane<f64> {
         match self {
             Self::Gaussian(gaussian) => separable::columns_then_rows(plane, |tile| gaussian.filter(tile)),
@@ -60,7 +60,7 @@ impl Smoother {
         }
     }
 
-    /// A single line smoothed.
+    /// Smooths a single line.
     pub fn smooth_line(&self, line: &[f64], border: Border) -> Vec<f64> {
         match self {
             Self::Gaussian(gaussian) => separable::single_line(line, |tile| gaussian.filter(tile)),
@@ -68,7 +68,8 @@ impl Smoother {
         }
     }
 
-    /// `h[n]` for `n = 0 ..= reach`; it is symmetric, and what lies beyond the reach is below `2^-53` of the whole.
+    /// Returns the impulse response `h[n]` for `n = 0 ..= reach`. It is symmetric; the sum beyond the reach is below
+    /// `2^-53` of the whole.
     pub fn impulse_response(&self) -> Vec<f64> {
         match self {
             Self::Gaussian(gaussian) => gaussian.weights().to_vec(),
@@ -76,7 +77,7 @@ impl Smoother {
         }
     }
 
-    /// `H(e^{i omega})` at `omega` radians per pixel; it is real, for the impulse response is symmetric.
+    /// Returns `H(e^{i omega})` at `omega` radians per pixel. It is real, because the impulse response is symmetric.
     pub fn frequency_response(&self, omega: f64) -> f64 {
         match self {
             Self::Gaussian(gaussian) => gaussian.frequency_response(omega),
@@ -84,7 +85,7 @@ impl Smoother {
         }
     }
 
-    /// Its error against the Gaussian of its `sigma`.
+    /// Computes the error against the Gaussian of the same `sigma`.
     pub fn residuals(&self) -> Residuals {
         Residuals::from_gaussian(&self.impulse_response(), self.sigma())
     }
@@ -98,23 +99,23 @@ pub struct Response {
 }
 
 impl Response {
-    /// Of samples of which `samples[centre]` is `h[0]`.
+    /// Makes a response from samples of which `samples[centre]` is `h[0]`.
     pub fn new(samples: Vec<f64>, centre: usize) -> Self {
         Self { samples, centre }
     }
 
-    /// Of `h[0 ..]`, which the other half mirrors.
+    /// Makes a symmetric response from its half `h[0 ..]`.
     pub fn symmetric(half: &[f64]) -> Self {
         let samples = half.iter().skip(1).rev().chain(half).copied().collect();
         Self { samples, centre: half.len().saturating_sub(1) }
     }
 
-    /// `h[n]`.
+    /// Returns `h[n]`, 0 outside the samples.
     pub fn at(&self, n: isize) -> f64 {
         self.centre.checked_add_signed(n).and_then(|i| self.samples.get(i)).copied().unwrap_or(0.0)
     }
 
-    /// The farthest `n` on either side.
+    /// Returns the largest `|n|` that has a sample.
     pub fn reach(&self) -> isize {
         self.centre.max(self.samples.len().saturating_sub(self.centre + 1)) as isize
     }
@@ -123,26 +124,27 @@ impl Response {
 /// The error of an impulse response `h` against a reference `w`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residuals {
-    /// `sqrt(sum (h - w)^2 / sum w^2)`.
+    /// Relative root of the summed squared error, `sqrt(sum (h - w)^2 / sum w^2)`.
     pub l2: f64,
-    /// `max |h - w| / max |w|`.
+    /// Relative largest error, `max |h - w| / max |w|`.
     pub linf: f64,
-    /// `sqrt(sum n^2 h[n] / sum h[n])`, pixels: of `h` alone.
+    /// Standard deviation of `h` alone, `sqrt(sum n^2 h[n] / sum h[n])`, pixels.
     pub sigma_eff: f64,
-    /// `sum h[n]`.
+    /// Gain of a constant, `sum h[n]`.
     pub dc_gain: f64,
-    /// `sum n h[n] / sum h[n]`, pixels: the shift of the picture; 0 for a symmetric response.
+    /// Shift of the picture, `sum n h[n] / sum h[n]`, pixels; 0 for a symmetric response.
     pub shift: f64,
 }
 
 impl Residuals {
-    /// Of `h[0 ..]`, symmetric, against the unit-sum sampled Gaussian of `sigma` pixels.
+    /// Computes the error of the symmetric response with the half `h[0 ..]` against the unit-sum sampled Gaussian of
+    /// `sigma` pixels.
     pub fn from_gaussian(half: &[f64], sigma: f64) -> Self {
         let len = half.len().max((20.0 * sigma).ceil() as usize + 1);
         Self::between(&Response::symmetric(half), &Response::symmetric(&unit_sum_half(sigma, len)))
     }
 
-    /// Of `h` against `w`.
+    /// Computes the error of `h` against `w`.
     pub fn between(h: &Response, w: &Response) -> Self {
         let (mut difference, mut norm) = (0.0, 0.0);
         let (mut largest, mut peak) = (0.0f64, 0.0f64);

@@ -196,7 +196,7 @@ struct View<'a> {
 
 impl<'a> View<'a> {
     fn of(picture: &'a Plane<u16>, frame: (usize, usize)) -> Self {
-        let (x, y, width, height) = hoverlock_pictures::centre((picture.width(), picture.height()), frame);
+        let (x, y, width, height) = hoverlock_pictures::centred_crop((picture.width(), picture.height()), frame);
         let offset = Vector2::new(x as f64, y as f64);
         Self { picture, width, height, offset }
     }

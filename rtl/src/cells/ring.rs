@@ -4,14 +4,14 @@
 //! radius, so all scale pairs have the same centre. The lines come from a line delay. In a row with two points the
 //! delay chain of the right point feeds the left one, so at most `2 dx` samples are stored.
 
-use hoverlock_reference::features::maxlbp::{LARGEST_RING, Ring};
+use hoverlock_reference::features::maxlbp::{MAX_RING_RADIUS, Ring};
 use rust_hdl::prelude::*;
 
 use super::{Points, Response, delay::delay_body, low};
 use crate::design::{DOG_BITS, RING_RADII, SIGNED_BITS};
 
 /// Lines and steps from the newest sample to the centre.
-pub const RING_REACH: i32 = LARGEST_RING as i32;
+pub const RING_REACH: i32 = MAX_RING_RADIUS as i32;
 
 /// The rows of the ring of a scale pair as lines before the newest one, ascending. Each row has its points as steps
 /// before the newest sample, ascending, with the number of the point.

@@ -5,15 +5,15 @@
 //! lambda = sigma^2 / (2 P),    a = (1 + 2 lambda - sqrt(1 + 4 lambda)) / (2 lambda),    P = 1 .. 4
 //! ```
 //!
-//! This is where the variance of the impulse response, `2 P a/(1 - a)^2`, is `sigma^2`: one pass at `sigma` 2 has `a`
-//! 0.5. All causal passes run first, then all anticausal ones; on an endless line the order does not matter.
+//! With this pole the variance of the impulse response, `2 P a/(1 - a)^2`, is `sigma^2`: one pass at `sigma` 2 has `a`
+//! 0.5. All causal passes run first, then all anticausal ones; on an unbounded line the order does not matter.
 
 use super::cascade::{Cascade, Section};
 
-/// Most passes.
+/// Largest number of passes.
 pub const PASSES_MAX: usize = 4;
 
-/// `a` of each pass, for the variance `sigma^2`.
+/// Returns the pole `a` of each pass for the variance `sigma^2`, `sigma` in pixels.
 pub fn pole(sigma: f64, passes: usize) -> f64 {
     let lambda = sigma * sigma / (2.0 * passes as f64);
     // The same with numerator and denominator multiplied by the conjugate: the difference would lose digits at small
@@ -21,7 +21,7 @@ pub fn pole(sigma: f64, passes: usize) -> f64 {
     2.0 * lambda / (1.0 + 2.0 * lambda + (1.0 + 4.0 * lambda).sqrt())
 }
 
-/// The passes with the pole `a`.
+/// Returns the filter of `passes` passes with the pole `a`.
 pub(crate) fn filter(a: f64, passes: usize) -> Cascade {
     Cascade::new(vec![Section::real(a); passes])
 }

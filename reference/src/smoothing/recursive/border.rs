@@ -1,12 +1,12 @@
 //! Border rules of recursive filters.
 //!
 //! A two-sided filter runs a causal pass, `u[n]` from `x[0 ..= n]`, then an anticausal one, `v[n]` from `u[n ..]`.
-//! Before `x[0]` the border sample is repeated for ever, `u[-1] = u[-2] = .. = x[0]`; that is simple because the pass
-//! has settled on it. After `x[N-1]` there are two rules:
+//! Before `x[0]` the border sample is repeated without end, `u[-1] = u[-2] = .. = x[0]`; the pass
+//! is in its steady state there. After `x[N-1]` there are two rules:
 //!
 //! - [`Border::Held`]: each pass repeats the last sample of *its own* input, `v[N] = v[N+1] = .. = u[N-1]`. The
 //!   hardware does this, because it no longer has the input.
-//! - [`Border::ConstantExtension`]: the *original* input goes on as `x[N-1]` for ever. Then `u` still moves towards
+//! - [`Border::ConstantExtension`]: the *original* input continues as `x[N-1]` without end. Then `u` still moves towards
 //!   `x[N-1]` after the border, and `v[N]`, `v[N+1]` are the outputs of the anticausal pass over the extended signal
 //!   (Triggs and Sdika 2006, "Boundary conditions for Young-van Vliet recursive filtering").
 //!
@@ -25,11 +25,11 @@ pub enum Border {
     /// Each one-sided pass sees its own input with the border sample repeated.
     #[default]
     Held,
-    /// The original input goes on with its border sample for ever.
+    /// The original input continues with its border sample without end.
     ConstantExtension,
 }
 
-/// For each anticausal section of a cascade, the rows that give its first two outputs behind the border from `w`.
+/// The rows that give the first two outputs behind the border from `w`, for each anticausal section of a cascade.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Extension {
     /// `[l F, l F^2]` of each section, each as long as `w`: two entries for each causal section, the later sample
@@ -64,7 +64,7 @@ impl Extension {
     }
 }
 
-/// `F`: the causal cascade with nothing but zeros coming in, each section fed by the one before it.
+/// Returns `F`, one step of the causal cascade with zero input, each section fed by the one before it.
 fn step_matrix(sections: &[Section]) -> DMatrix<f64> {
     let size = 2 * sections.len();
     let mut step = DMatrix::zeros(size, size);

@@ -14,7 +14,7 @@ use crate::smoothing::separable::{LANES, Lanes};
 use multiversion::multiversion;
 use nalgebra::Complex;
 
-/// `y[n] = b x[n] + a1 y[n-1] + a2 y[n-2]`, `b = 1 - a1 - a2`.
+/// A section of first or second order, `y[n] = b x[n] + a1 y[n-1] + a2 y[n-2]` with `b = 1 - a1 - a2`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section {
     /// `a1`, `a2`; the second is 0 in a section of first order.
@@ -22,36 +22,36 @@ pub struct Section {
 }
 
 impl Section {
-    /// A real pole.
+    /// Returns the section with a real pole.
     pub fn real(pole: f64) -> Self {
         Self { a: [pole, 0.0] }
     }
 
-    /// A pole and its conjugate: `(z - p)(z - p*) = z^2 - 2 Re(p) z + |p|^2`.
+    /// Returns the section with a pole and its conjugate, `(z - p)(z - p*) = z^2 - 2 Re(p) z + |p|^2`.
     pub fn pair(pole: Complex<f64>) -> Self {
         Self { a: [2.0 * pole.re, -pole.norm_sqr()] }
     }
 
-    /// `b = 1 - a1 - a2`.
+    /// Returns the input factor `b = 1 - a1 - a2`.
     pub fn b(&self) -> f64 {
         1.0 - self.a[0] - self.a[1]
     }
 
-    /// The largest modulus of its poles, the roots of `z^2 - a1 z - a2`.
+    /// Returns the largest modulus of its poles, the roots of `z^2 - a1 z - a2`.
     pub fn radius(&self) -> f64 {
         let [a1, a2] = self.a;
         let discriminant = a1 * a1 + 4.0 * a2;
         if discriminant < 0.0 { (-a2).sqrt() } else { 0.5 * (a1.abs() + discriminant.sqrt()) }
     }
 
-    /// What it adds to the variance of the impulse response, once: with `D(s) = 1 - a1 e^-s - a2 e^-2s` the variance is
-    /// `-(ln D)''` at 0, `(a1 + 4 a2)/b + ((a1 + 2 a2)/b)^2`.
+    /// Returns the contribution of one pass to the variance of the impulse response, square pixels. With `D(s) = 1 - a1
+    /// e^-s - a2 e^-2s` it is `-(ln D)''` at 0, `(a1 + 4 a2)/b + ((a1 + 2 a2)/b)^2`.
     fn variance(&self) -> f64 {
         let ([a1, a2], b) = (self.a, self.b());
         (a1 + 4.0 * a2) / b + ((a1 + 2.0 * a2) / b).powi(2)
     }
 
-    /// `|b / (1 - a1 e^{-i omega} - a2 e^{-2 i omega})|^2`.
+    /// Returns the squared gain `|b / (1 - a1 e^{-i omega} - a2 e^{-2 i omega})|^2`.
     fn power(&self, omega: f64) -> f64 {
         let [a1, a2] = self.a;
         let real = 1.0 - a1 * omega.cos() - a2 * (2.0 * omega).cos();
@@ -60,7 +60,7 @@ impl Section {
     }
 }
 
-/// The same sections both ways.
+/// A filter with the same sections in both passes, one after the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cascade {
     sections: Vec<Section>,
@@ -68,33 +68,33 @@ pub struct Cascade {
 }
 
 impl Cascade {
-    /// Of sections whose poles lie inside the unit circle.
+    /// Makes a filter of sections whose poles are inside the unit circle.
     pub fn new(sections: Vec<Section>) -> Self {
         let extension = Extension::of(&sections);
         Self { sections, extension }
     }
 
-    /// The sections of each of the two passes.
+    /// Returns the sections of each of the two passes.
     pub fn sections(&self) -> &[Section] {
         &self.sections
     }
 
-    /// The largest modulus of a pole.
+    /// Returns the largest modulus of a pole.
     pub fn radius(&self) -> f64 {
         self.sections.iter().map(Section::radius).fold(0.0, f64::max)
     }
 
-    /// `sum n^2 h[n]`, square pixels.
+    /// Returns the variance of the impulse response, `sum n^2 h[n]`, square pixels.
     pub fn variance(&self) -> f64 {
         2.0 * self.sections.iter().map(Section::variance).sum::<f64>()
     }
 
-    /// `H(e^{i omega})`.
+    /// Returns `H(e^{i omega})` at `omega` radians per pixel.
     pub fn frequency_response(&self, omega: f64) -> f64 {
         self.sections.iter().map(|section| section.power(omega)).product()
     }
 
-    /// Multiplied out.
+    /// Multiplies the sections out.
     pub fn direct_form(&self) -> DirectForm {
         let a = product(self.sections.iter().map(|section| section.a));
         let b = self.sections.iter().map(Section::b).product();
@@ -107,12 +107,12 @@ impl Cascade {
         let end = tile.len() - 1;
         let mut tails = Vec::with_capacity(2 * self.sections.len());
         for section in &self.sections {
-            // Before the line every section has settled on its first sample.
+            // Before the line every section is in its steady state for the first sample.
             pass(tile, section.a, [first; 2], false);
             tails.push(tile[end]);
             tails.push(if end > 0 { tile[end - 1] } else { first });
         }
-        // Held: each anticausal section starts settled on its own last sample, hence all on the same.
+        // Held: each anticausal section starts in its steady state for the last sample, which is the same for all.
         let held = tile[end];
         for (section, [next, next_but_one]) in self.sections.iter().zip(&self.extension.rows) {
             let state = match border {
@@ -124,7 +124,7 @@ impl Cascade {
     }
 }
 
-/// `x[N-1] + row . w`, `w` the tails less `x[N-1]`.
+/// Returns `x[N-1] + row . w`, with `w` the tails minus `x[N-1]`.
 fn extended(row: &[f64], tails: &[Lanes], last: Lanes) -> Lanes {
     let mut sum = last;
     for (weight, tail) in row.iter().zip(tails) {
@@ -135,7 +135,7 @@ fn extended(row: &[f64], tails: &[Lanes], last: Lanes) -> Lanes {
     sum
 }
 
-/// One section along a tile, in place; `state` has its outputs one and two samples before the tile.
+/// Runs one section along a tile, in place. `state` has its outputs one and two samples before the tile.
 #[multiversion(targets("x86_64+avx2"))]
 fn pass(tile: &mut [Lanes], a: [f64; 2], state: [Lanes; 2], backwards: bool) {
     if backwards {

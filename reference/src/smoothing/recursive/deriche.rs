@@ -5,7 +5,7 @@
 //! h+(t) = sum_j (A_j cos(W_j t) + B_j sin(W_j t)) e^(-L_j t),    t = n / scale >= 0
 //! ```
 //!
-//! fitted to `e^(-t^2/2)` once and for all; `scale` is `sigma` as published. Sampled at whole pixels and brought to DC
+//! fitted to `e^(-t^2/2)` for all `sigma`; `scale` is `sigma` as published. Sampled at whole pixels and brought to DC
 //! gain 1. The two sides are added, each sees the original input.
 
 use super::parallel::{Parallel, ParallelSection};
@@ -13,7 +13,7 @@ use super::parallel::{Parallel, ParallelSection};
 /// Lowest and highest order.
 pub const ORDERS: (usize, usize) = (2, 4);
 
-/// `A`, `B`, `L`, `W` of one damped wave; a wave of frequency 0 is one real pole.
+/// A damped wave with `A`, `B`, `L` and `W`; a wave of frequency 0 is one real pole.
 struct Wave {
     cosine: f64,
     sine: f64,
@@ -29,7 +29,7 @@ const SECOND: &[Wave] = &[wave(0.9629, 1.942, 1.26, 0.8448)];
 const THIRD: &[Wave] = &[wave(-0.8929, 1.021, 1.512, 1.475), wave(1.898, 0.0, 1.556, 0.0)];
 const FOURTH: &[Wave] = &[wave(1.68, 3.735, 1.783, 0.6318), wave(-0.6803, -0.2598, 1.723, 1.997)];
 
-/// The filter of `order` 2 to 4, its curve stretched by `scale` pixels.
+/// Returns the filter of `order` 2 to 4, with the curve scaled to `scale` pixels.
 pub(crate) fn filter(order: usize, scale: f64) -> Parallel {
     let waves = match order {
         2 => SECOND,
@@ -54,7 +54,7 @@ pub(crate) fn filter(order: usize, scale: f64) -> Parallel {
 mod tests {
     use super::*;
 
-    /// The relative l2 error of the curve against `e^(-t^2/2)` on `t >= 0`, by the trapezium rule.
+    /// Returns the relative l2 error of the curve against `e^(-t^2/2)` on `t >= 0`, by the trapezium rule.
     fn error(waves: &[Wave]) -> f64 {
         let step = 1e-3;
         let (mut difference, mut norm) = (0.0, 0.0);

@@ -15,10 +15,10 @@ use nalgebra::Complex;
 /// What rounding of the step-down recursion leaves in doubt: a pole on the circle itself may come out so far inside.
 const MARGIN: f64 = 1e-10;
 
-/// How the two passes of a filter work together.
+/// The arrangement of the two passes of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Structure {
-    /// The anticausal pass filters what the causal pass puts out.
+    /// The anticausal pass filters the output of the causal pass.
     Cascade,
     /// Both filter the input, and are added.
     Parallel,
@@ -38,7 +38,7 @@ pub struct DirectForm {
 }
 
 impl DirectForm {
-    /// `H(e^{i omega})`. Complex in general: the two passes in parallel are mirror images only up to rounding.
+    /// Returns `H(e^{i omega})` at `omega` radians per pixel. Complex in general: the two passes in parallel are mirror images only up to rounding.
     pub fn frequency_response(&self, omega: f64) -> Complex<f64> {
         let z = Complex::from_polar(1.0, -omega);
         // Horner, from the highest power of z^-1 down.
@@ -52,11 +52,11 @@ impl DirectForm {
         }
     }
 
-    /// `h[n]` of both passes together, until what is left is below `1e-18`; of an unstable filter no more than a
-    /// million samples.
+    /// Returns the impulse response of both passes together, until it is below `1e-18`; at most 2^20 samples for an
+    /// unstable filter.
     pub fn impulse_response(&self) -> Response {
         let order = self.a.len();
-        // h+[n], as long as the last samples, which carry on all by themselves, are not negligible.
+        // h+[n], until the last samples, which alone determine the rest, are negligible.
         let mut causal: Vec<f64> = Vec::new();
         while causal.len() < 1 << 20 {
             let n = causal.len();
@@ -71,7 +71,7 @@ impl DirectForm {
         let mut samples = vec![0.0; centre];
         samples.extend(&causal);
         samples.extend(vec![0.0; order]);
-        // The anticausal pass over what the causal one put out, or over the impulse.
+        // The anticausal pass over the output of the causal one, or over the impulse.
         let input = |n: usize| match self.structure {
             Structure::Cascade => self.b[0] * samples[n],
             Structure::Parallel if n < centre => self.b_ahead.get(centre - n - 1).copied().unwrap_or(0.0),
@@ -87,8 +87,8 @@ impl DirectForm {
         }
     }
 
-    /// Whether all poles lie inside the unit circle: the step-down recursion of Schur and Cohn, whose reflection
-    /// coefficients are all below 1 in magnitude then and only then.
+    /// Returns `true` if all poles are inside the unit circle. By the step-down recursion of Schur and Cohn, whose
+    /// reflection coefficients are all below 1 in magnitude if and only if the filter is stable.
     pub fn is_stable(&self) -> bool {
         let mut c: Vec<f64> = self.a.iter().map(|a| -a).collect();
         while let Some(k) = c.pop() {
@@ -102,7 +102,8 @@ impl DirectForm {
     }
 }
 
-/// `a[1 ..]` of `1 - sum a[i] z^-i = prod_j (1 - a1_j z^-1 - a2_j z^-2)`; a section whose `a2` is 0 is of first order.
+/// Multiplies sections out: returns `a[1 ..]` of `1 - sum a[i] z^-i = prod_j (1 - a1_j z^-1 - a2_j z^-2)`. A section with
+/// `a2 = 0` is of first order.
 pub(crate) fn product(sections: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
     let polynomial = sections.fold(vec![1.0], |polynomial, [a1, a2]| {
         let factor: &[f64] = if a2 == 0.0 { &[1.0, -a1] } else { &[1.0, -a1, -a2] };
@@ -111,7 +112,7 @@ pub(crate) fn product(sections: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
     polynomial[1..].iter().map(|c| -c).collect()
 }
 
-/// The product of two polynomials, lowest power first.
+/// Multiplies two polynomials, lowest power first.
 pub(crate) fn multiply(p: &[f64], q: &[f64]) -> Vec<f64> {
     let mut product = vec![0.0; p.len() + q.len() - 1];
     for (i, p) in p.iter().enumerate() {

@@ -7,7 +7,7 @@
 //! - [`Fit::Variance`]: so that `sum n^2 h[n] = sigma^2`,
 //! - [`Fit::LeastSquares`]: so that `sum (h[n] - w[n])^2` is smallest, `w` the unit-sum sampled Gaussian.
 //!
-//! Variance and least squares differ much where the shape is poor: an exponential of the right variance is too narrow
+//! Variance and least squares differ much if the shape is poor: an exponential of the right variance is too narrow
 //! at its shoulders.
 
 pub mod alvarez_mazorra;
@@ -29,7 +29,7 @@ use cascade::Cascade;
 use direct_form::DirectForm;
 use parallel::Parallel;
 
-/// Filter family.
+/// A family of filters with one free parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Family {
     /// Two-sided first order.
@@ -54,7 +54,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// All filters.
+    /// Iterates over all families with all their orders.
     pub fn all() -> impl Iterator<Item = Self> {
         let repeated = (1..=alvarez_mazorra::PASSES_MAX).map(|passes| Self::AlvarezMazorra { passes });
         let deriche = (deriche::ORDERS.0..=deriche::ORDERS.1).map(|order| Self::Deriche { order });
@@ -63,7 +63,7 @@ impl Family {
         std::iter::once(Self::FirstOrder).chain(repeated).chain(deriche).chain([Self::YoungVanVliet]).chain(vyv)
     }
 
-    /// Name in files and on the command line, without the order.
+    /// Returns the name in files and on the command line, without the order.
     pub fn key(self) -> &'static str {
         match self {
             Self::FirstOrder => "first-order",
@@ -74,7 +74,7 @@ impl Family {
         }
     }
 
-    /// Name for texts.
+    /// Returns the name for messages and reports.
     pub fn name(self) -> String {
         match self {
             Self::FirstOrder => "the first-order filter".to_owned(),
@@ -85,7 +85,7 @@ impl Family {
         }
     }
 
-    /// Poles of each side.
+    /// Returns the number of poles of each side.
     pub fn order(self) -> usize {
         match self {
             Self::FirstOrder => 1,
@@ -95,7 +95,7 @@ impl Family {
         }
     }
 
-    /// The fits of the family, the default first.
+    /// Returns the fits of the family, the default first.
     pub fn fits(self) -> &'static [Fit] {
         match self {
             Self::FirstOrder => &[Fit::LeastSquares, Fit::Variance],
@@ -104,7 +104,7 @@ impl Family {
         }
     }
 
-    /// Name of the free parameter.
+    /// Returns the name of the free parameter.
     pub fn parameter_name(self) -> &'static str {
         match self {
             Self::FirstOrder | Self::AlvarezMazorra { .. } => "a",
@@ -113,7 +113,7 @@ impl Family {
         }
     }
 
-    /// Smallest and largest `sigma`, pixels.
+    /// Returns the smallest and the largest `sigma`, pixels.
     pub fn sigma_range(self) -> (f64, f64) {
         match self {
             Self::YoungVanVliet => young_van_vliet::SIGMA_RANGE,
@@ -131,7 +131,7 @@ impl Family {
         if (min..=max).contains(&order) { Ok(()) } else { Err(DesignError::Order { method, order, min, max }) }
     }
 
-    /// The filter with the given free parameter.
+    /// Returns the filter with the given free parameter.
     fn passes(self, parameter: f64) -> Passes {
         match self {
             Self::FirstOrder => Passes::Cascade(alvarez_mazorra::filter(parameter, 1)),
@@ -142,7 +142,7 @@ impl Family {
         }
     }
 
-    /// The free parameter for which the variance of the impulse response is `sigma^2`.
+    /// Returns the free parameter for which the variance of the impulse response is `sigma^2`.
     fn parameter_of_variance(self, sigma: f64) -> f64 {
         match self {
             Self::FirstOrder => alvarez_mazorra::pole(sigma, 1),
@@ -152,10 +152,10 @@ impl Family {
     }
 }
 
-/// How the free parameter of a family is chosen.
+/// A rule for the free parameter of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fit {
-    /// By the authors' formula.
+    /// The formula of the authors.
     Published,
     /// The variance of the impulse response is that of the Gaussian.
     Variance,
@@ -164,7 +164,7 @@ pub enum Fit {
 }
 
 impl Fit {
-    /// Name for texts.
+    /// Returns the name for messages and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Published => "published",
@@ -201,7 +201,7 @@ impl Passes {
             Self::Cascade(cascade) => cascade.radius(),
             Self::Parallel(parallel) => parallel.radius(),
         };
-        // Poles that lie together decay as n^k r^n: 2^-70 leaves room for the factor n^k.
+        // Poles close together decay as n^k r^n: 2^-70 leaves room for the factor n^k.
         let reach = (-70.0 * std::f64::consts::LN_2 / radius.ln()).ceil().max(1.0) as usize;
         let mut line = vec![0.0; 2 * reach + 1];
         line[reach] = 1.0;
@@ -209,7 +209,7 @@ impl Passes {
     }
 }
 
-/// A recursive smoother, designed.
+/// A recursive smoother with its coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recursive {
     family: Family,
@@ -241,27 +241,27 @@ impl Recursive {
         Ok(Self { family, fit, sigma, parameter, passes: family.passes(parameter) })
     }
 
-    /// Filter family.
+    /// Returns the family of the filter.
     pub fn family(&self) -> Family {
         self.family
     }
 
-    /// Fit of the free parameter.
+    /// Returns the fit of the free parameter.
     pub fn fit(&self) -> Fit {
         self.fit
     }
 
-    /// The `sigma` it was designed for, pixels.
+    /// Returns the `sigma` of the design, pixels.
     pub fn sigma(&self) -> f64 {
         self.sigma
     }
 
-    /// The free parameter of the family, as the fit has chosen it; see [`Family::parameter_name`].
+    /// Returns the free parameter that the fit has chosen; see [`Family::parameter_name`].
     pub fn parameter(&self) -> f64 {
         self.parameter
     }
 
-    /// Its coefficients, multiplied out.
+    /// Multiplies the sections out into one difference equation.
     pub fn direct_form(&self) -> DirectForm {
         match &self.passes {
             Passes::Cascade(cascade) => cascade.direct_form(),
@@ -269,12 +269,12 @@ impl Recursive {
         }
     }
 
-    /// `h[0 ..= reach]`; the rest is below `2^-53` of the whole.
+    /// Returns the half `h[0 ..= reach]` of the impulse response; the sum beyond the reach is below `2^-53` of the whole.
     pub fn impulse_response(&self) -> Vec<f64> {
         self.passes.impulse_response()
     }
 
-    /// `H(e^{i omega})`, `omega` in radians per pixel.
+    /// Returns `H(e^{i omega})` at `omega` radians per pixel.
     pub fn frequency_response(&self, omega: f64) -> f64 {
         match &self.passes {
             Passes::Cascade(cascade) => cascade.frequency_response(omega),
@@ -282,7 +282,7 @@ impl Recursive {
         }
     }
 
-    /// Its error against the Gaussian of its `sigma`.
+    /// Computes the error against the Gaussian of the same `sigma`.
     pub fn residuals(&self) -> Residuals {
         Residuals::from_gaussian(&self.impulse_response(), self.sigma)
     }
@@ -293,9 +293,9 @@ impl Recursive {
     }
 }
 
-/// The parameter at which `variance` is `sigma^2`, by bisection to the last bit: it lies between 0 and `2 sigma + 1`,
-/// and the variance is above `sigma^2` on its right and below on its left for any `sigma` of 0.38 and more. (Below that
-/// the poles of van Vliet, Young and Verbeek turn once too often round the circle.)
+/// Returns the parameter at which `variance` is `sigma^2`, by bisection to the last bit. It is between 0 and
+/// `2 sigma + 1`, and the variance increases through it, for any `sigma` of at least 0.38. (Below that the arguments of
+/// the poles of van Vliet, Young and Verbeek exceed a full turn.)
 fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 2.0 * sigma + 1.0);
     loop {
@@ -307,9 +307,9 @@ fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
     }
 }
 
-/// The parameter of the least l2 error. The search is over the `sigma` whose variance fit it is, by golden section:
-/// from four fifths of the wanted one, as at half a pixel, where the sampled Gaussian is narrower than its name, to
-/// twice, for an exponential wants half as much again.
+/// Returns the parameter of the smallest l2 error, by golden-section search over the `sigma` of the variance fit. The
+/// search starts at 0.78 `sigma`, because at half a pixel the sampled Gaussian is narrower than its `sigma`, and ends at
+/// 2 `sigma`, because the best exponential is about 1.5 times as wide.
 fn least_squares(family: Family, sigma: f64) -> f64 {
     let error =
         |s: f64| Residuals::from_gaussian(&family.passes(family.parameter_of_variance(s)).impulse_response(), sigma).l2;
@@ -317,7 +317,7 @@ fn least_squares(family: Family, sigma: f64) -> f64 {
     let (mut low, mut high) = (0.78 * sigma, 2.0 * sigma);
     let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
     let (mut error_left, mut error_right) = (error(left), error(right));
-    // A minimum is flat: beyond the root of the rounding there is nothing to gain.
+    // A minimum is flat: below the square root of the rounding error its position is undefined.
     while high - low > 1e-8 * sigma {
         if error_left < error_right {
             (high, right, error_right) = (right, left, error_left);
@@ -337,7 +337,7 @@ mod tests {
     use super::*;
     use crate::smoothing::smoother::Response;
 
-    /// Every filter with every fit it has.
+    /// Iterates over every filter with each of its fits.
     fn designs() -> impl Iterator<Item = (Family, Fit)> {
         Family::all().flat_map(|family| family.fits().iter().map(move |&fit| (family, fit)))
     }

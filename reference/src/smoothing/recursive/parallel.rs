@@ -5,43 +5,43 @@
 //! H+(z) = sum_j (n0_j + n1_j z^-1) / (1 - a1_j z^-1 - a2_j z^-2)
 //! ```
 //!
-//! The middle sample is taken once, by the causal pass, so the anticausal section is
+//! Only the causal pass includes the middle sample, so the anticausal section is
 //! `(m1 z + m2 z^2) / (1 - a1 z - a2 z^2)` with `m1 = n1 + a1 n0`, `m2 = a2 n0`. DC gain 1 by scaling `n0`, `n1`. Both
-//! passes see the original input: constant extension needs only the settled value `x (m1 + m2)/(1 - a1 - a2)` to start
-//! from, and both rules of [`Border`](super::border::Border) are the same. The line is filtered less its first sample,
-//! which is added at the end: a constant passes to the last bit.
+//! passes see the original input: constant extension only needs the steady state `x (m1 + m2)/(1 - a1 - a2)` to start
+//! from, and both rules of [`Border`](super::border::Border) are the same. The first sample is subtracted from the line
+//! and added at the end, so that a constant passes unchanged to the last bit.
 
 use super::direct_form::{DirectForm, Structure, multiply, product};
 use crate::smoothing::separable::{LANES, Lanes};
 use multiversion::multiversion;
 use nalgebra::Complex;
 
-/// `y[n] = n0 x[n] + n1 x[n-1] + a1 y[n-1] + a2 y[n-2]`.
+/// A section of first or second order with a zero, `y[n] = n0 x[n] + n1 x[n-1] + a1 y[n-1] + a2 y[n-2]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParallelSection {
-    /// `n0`, `n1`.
+    /// Feed-forward coefficients `n0`, `n1`.
     pub n: [f64; 2],
-    /// `a1`, `a2`; the second is 0 in a section of first order.
+    /// Feedback coefficients `a1`, `a2`; the second is 0 in a section of first order.
     pub a: [f64; 2],
 }
 
 impl ParallelSection {
-    /// `m1`, `m2` of the anticausal section, on `x[n+1]` and `x[n+2]`.
+    /// Returns `m1`, `m2` of the anticausal section, the factors of `x[n+1]` and `x[n+2]`.
     fn ahead(&self) -> [f64; 2] {
         [self.n[1] + self.a[0] * self.n[0], self.a[1] * self.n[0]]
     }
 
-    /// `1 - a1 - a2`.
+    /// Returns `1 - a1 - a2`.
     fn b(&self) -> f64 {
         1.0 - self.a[0] - self.a[1]
     }
 
-    /// `sum_n h[n]` of both sides.
+    /// Returns the gain `sum_n h[n]` of both sides.
     fn dc_gain(&self) -> f64 {
         2.0 * (self.n[0] + self.n[1]) / self.b() - self.n[0]
     }
 
-    /// `sum_n n^2 h[n]` of both sides: twice the second derivative of `N/D` at 0, `N(s) = n0 + n1 e^-s`, `D(s) = 1 - a1
+    /// Returns `sum_n n^2 h[n]` of both sides: twice the second derivative of `N/D` at 0, `N(s) = n0 + n1 e^-s`, `D(s) = 1 - a1
     /// e^-s - a2 e^-2s`.
     fn second_moment(&self) -> f64 {
         let ([n0, n1], [a1, a2], d) = (self.n, self.a, self.b());
@@ -56,14 +56,14 @@ impl ParallelSection {
     }
 }
 
-/// The same sections both ways, added.
+/// A filter with the same sections in both passes, which are added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parallel {
     sections: Vec<ParallelSection>,
 }
 
 impl Parallel {
-    /// Of sections whose poles lie inside the unit circle; scaled to DC gain 1.
+    /// Makes a filter of sections whose poles are inside the unit circle, scaled to DC gain 1.
     pub fn new(mut sections: Vec<ParallelSection>) -> Self {
         let gain: f64 = sections.iter().map(ParallelSection::dc_gain).sum();
         for n in sections.iter_mut().flat_map(|section| &mut section.n) {
@@ -72,24 +72,24 @@ impl Parallel {
         Self { sections }
     }
 
-    /// The largest modulus of a pole.
+    /// Returns the largest modulus of a pole.
     pub fn radius(&self) -> f64 {
         self.sections.iter().map(ParallelSection::radius).fold(0.0, f64::max)
     }
 
-    /// `sum n^2 h[n]`, square pixels.
+    /// Returns the variance of the impulse response, `sum n^2 h[n]`, square pixels.
     pub fn variance(&self) -> f64 {
         self.sections.iter().map(ParallelSection::second_moment).sum()
     }
 
-    /// `H(e^{i omega}) = sum_j 2 Re(N_j/D_j) - n0_j`.
+    /// Returns `H(e^{i omega}) = sum_j 2 Re(N_j/D_j) - n0_j`.
     pub fn frequency_response(&self, omega: f64) -> f64 {
         let z = Complex::from_polar(1.0, -omega);
         let of = |s: &ParallelSection| 2.0 * ((s.n[0] + s.n[1] * z) / (1.0 - s.a[0] * z - s.a[1] * z * z)).re - s.n[0];
         self.sections.iter().map(of).sum()
     }
 
-    /// Brought to one denominator.
+    /// Brings the sections to a common denominator.
     pub fn direct_form(&self) -> DirectForm {
         let a = product(self.sections.iter().map(|section| section.a));
         let order = a.len();
@@ -121,8 +121,8 @@ impl Parallel {
     }
 }
 
-/// Adds one section of one side to `out`. `feed` weighs the sample and the two passed before it; `start` is the input
-/// sample that went on for ever before, and the output it settled on.
+/// Adds one section of one side to `out`. `feed` has the factors of the sample and of the two before it. `start` is the
+/// constant input before the line and its steady-state output.
 #[multiversion(targets("x86_64+avx2"))]
 fn pass(input: &[Lanes], out: &mut [Lanes], feed: [f64; 3], a: [f64; 2], start: [Lanes; 2], backwards: bool) {
     if backwards {

@@ -17,7 +17,7 @@ const THIRD: &[(f64, f64)] = &[(1.41650, 1.00829), (1.86543, 0.0)];
 const FOURTH: &[(f64, f64)] = &[(1.13228, 1.28114), (1.78534, 0.46763)];
 const FIFTH: &[(f64, f64)] = &[(0.86430, 1.45389), (1.61433, 0.83134), (1.87504, 0.0)];
 
-/// The filter of `order` 3 to 5 with the given `q`.
+/// Returns the filter of `order` 3 to 5 with the given `q`.
 pub(crate) fn filter(order: usize, q: f64) -> Cascade {
     let inverse_poles = match order {
         3 => THIRD,

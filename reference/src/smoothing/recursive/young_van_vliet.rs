@@ -9,25 +9,25 @@
 //! and the same backwards (their equations 8c, 9). Published, for `sigma` of at least half a pixel (equation 11b):
 //!
 //! ```text
-//! q = 0.98711 sigma - 0.96330                         where sigma >= 2.5
-//! q = 3.97156 - 4.14554 sqrt(1 - 0.26891 sigma)       where 0.5 <= sigma <= 2.5
+//! q = 0.98711 sigma - 0.96330                         for sigma >= 2.5
+//! q = 3.97156 - 4.14554 sqrt(1 - 0.26891 sigma)       for 0.5 <= sigma <= 2.5
 //! ```
 //!
-//! The two do not meet: at 2.5 they give 1.504 and 1.598; the first is taken. At `sigma` 5 the filter's own is 5.556;
-//! hence `q` for the exact variance is offered too. By the rounding of the printed digits `b0 - b1 - b2 - b3` is
-//! `1.57825 + 1e-5 q^2` and not constant: 3 % at `q` 64, which is where we stop.
+//! The two disagree at 2.5, where they give 1.504 and 1.598; the first is used. For `sigma` 5 the standard deviation of
+//! the filter is 5.556, so [`Fit::Variance`](super::Fit::Variance) is offered too. Because of the printed digits
+//! `b0 - b1 - b2 - b3` is `1.57825 + 1e-5 q^2` instead of a constant: 3 % at `q` 64, the limit of the range.
 
 use super::cascade::{Cascade, Section};
 
 /// The narrowest and the widest `sigma`, pixels.
 pub const SIGMA_RANGE: (f64, f64) = (0.5, 64.0);
 
-/// The published `q`.
+/// Returns the published `q` for `sigma` pixels.
 pub fn published_q(sigma: f64) -> f64 {
     if sigma >= 2.5 { 0.98711 * sigma - 0.96330 } else { 3.97156 - 4.14554 * (1.0 - 0.26891 * sigma).sqrt() }
 }
 
-/// `[b1, b2, b3] / b0`.
+/// Returns the feedback coefficients `[b1, b2, b3] / b0`.
 fn feedback(q: f64) -> [f64; 3] {
     let (q2, q3) = (q * q, q * q * q);
     let b0 = 1.57825 + 2.44413 * q + 1.4281 * q2 + 0.422205 * q3;
@@ -37,10 +37,10 @@ fn feedback(q: f64) -> [f64; 3] {
     [b1 / b0, b2 / b0, b3 / b0]
 }
 
-/// The filter with the given `q`, split into its real pole and its pair.
+/// Returns the filter with the given `q`, split into its real pole and its pair.
 pub(crate) fn filter(q: f64) -> Cascade {
     let [a1, a2, a3] = feedback(q);
-    // One real root of z^3 - a1 z^2 - a2 z - a3 lies between 0 and 1: the polynomial is -a3 < 0 at 0 and B > 0 at 1.
+    // One real root of z^3 - a1 z^2 - a2 z - a3 is between 0 and 1: the polynomial is -a3 < 0 at 0 and B > 0 at 1.
     let (mut low, mut high) = (0.0, 1.0);
     let real = loop {
         let z = 0.5 * (low + high);
