@@ -8,7 +8,7 @@ use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_pictures::folder::expand;
 use hoverlock_reports::baseline::{self, Baseline, Kind};
-use hoverlock_reports::hardware::Made;
+use hoverlock_reports::hardware::StepResult;
 use hoverlock_reports::output;
 use hoverlock_reports::study::{self, BoundRow, MIN_SIDE, Study, Subject};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -79,15 +79,15 @@ pub fn run(args: &Args) -> Result<Verdict> {
     drop(folder);
     if let Some(hardware) = study.hardware() {
         let simulation = match &hardware.simulation {
-            Made::NotRun { reason } => Some(reason),
-            Made::Run { .. } => None,
+            StepResult::NotRun { reason } => Some(reason),
+            StepResult::Run { .. } => None,
         };
         if let Some(reason) = simulation {
             say(&format!("rtl not run: {reason}"));
         }
         // A reason that applies to both is reported once.
         match &hardware.estimate {
-            Made::NotRun { reason } if simulation != Some(reason) => say(&format!("rtl not sized: {reason}")),
+            StepResult::NotRun { reason } if simulation != Some(reason) => say(&format!("rtl not sized: {reason}")),
             _ => {}
         }
     }

@@ -9,7 +9,9 @@ use anyhow::{Result, anyhow};
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::acceptance::dog_lsb;
 use hoverlock_fixed_point::model::design::camera_samples;
-use hoverlock_reports::hardware::{DeviceShare, Hardware, Made, ModuleShare, Simulated, Sizing};
+use hoverlock_reports::hardware::{
+    DeviceUtilisation, Hardware, ModuleResources, ResourceEstimate, Simulated, StepResult,
+};
 use hoverlock_reports::study::{self, Study, Subject};
 use hoverlock_simulation::{Job, Outcome, Simulator, Streams, Trace, run};
 use hoverlock_synthesis::{Estimate, estimate};
@@ -24,8 +26,8 @@ pub struct Preparation(JoinHandle<Tools>);
 
 /// The model and the estimate, or the reasons why they are missing.
 struct Tools {
-    simulator: Made<Simulator>,
-    estimate: Made<Sizing>,
+    simulator: StepResult<Simulator>,
+    estimate: StepResult<ResourceEstimate>,
 }
 
 /// Begins to build the model and to run Yosys. A design that is `changed` by single keys is not emitted, because its
@@ -35,15 +37,15 @@ pub fn prepare(design: &DesignPoint, changed: bool) -> Preparation {
     Preparation(spawn(move || {
         if changed {
             let reason = "the Verilog is emitted for a whole design; write this one to a file and give it by --design";
-            return Tools { simulator: Made::not_run(reason), estimate: Made::not_run(reason) };
+            return Tools { simulator: StepResult::not_run(reason), estimate: StepResult::not_run(reason) };
         }
         let simulator = match Simulator::of_design(&design, None, Trace::None) {
-            Ok(simulator) => Made::Run { result: simulator },
-            Err(error) => Made::not_run(message(&error.into())),
+            Ok(simulator) => StepResult::Run { result: simulator },
+            Err(error) => StepResult::not_run(message(&error.into())),
         };
         let estimate = match estimate(&design, None, &mut |_| ()) {
-            Ok(estimate) => Made::Run { result: sizing(estimate) },
-            Err(error) => Made::not_run(message(&error.into())),
+            Ok(estimate) => StepResult::Run { result: resource_estimate(estimate) },
+            Err(error) => StepResult::not_run(message(&error.into())),
         };
         Tools { simulator, estimate }
     }))
@@ -55,14 +57,14 @@ impl Preparation {
         step("waiting for Verilator and Yosys");
         let tools = self.0.join().map_err(|_| anyhow!("the model's builder has panicked"))?;
         let simulation = match &tools.simulator {
-            Made::NotRun { reason } => Made::not_run(reason.clone()),
-            Made::Run { result: simulator } => {
+            StepResult::NotRun { reason } => StepResult::not_run(reason.clone()),
+            StepResult::Run { result: simulator } => {
                 let mut runs = Vec::new();
                 for subject in subjects {
                     step(&format!("{}, rtl", subject.name));
                     runs.push(simulate(simulator, &study, subject)?);
                 }
-                Made::Run { result: runs }
+                StepResult::Run { result: runs }
             }
         };
         Ok(study.with_hardware(Hardware { simulation, estimate: tools.estimate }))
@@ -115,8 +117,8 @@ fn simulated(picture: &str, frames: usize, outcome: Outcome) -> Simulated {
     }
 }
 
-fn sizing(estimate: Estimate) -> Sizing {
-    let device = |device: hoverlock_synthesis::Device| DeviceShare {
+fn resource_estimate(estimate: Estimate) -> ResourceEstimate {
+    let device = |device: hoverlock_synthesis::Device| DeviceUtilisation {
         name: device.name,
         source: device.source.into(),
         has: [device.alm, device.m10k, device.dsp],
@@ -124,7 +126,7 @@ fn sizing(estimate: Estimate) -> Sizing {
         used_percent: device.used_percent,
         fits: device.fits,
     };
-    let modules = estimate.modules.iter().take(LISTED_MODULES).map(|module| ModuleShare {
+    let modules = estimate.modules.iter().take(LISTED_MODULES).map(|module| ModuleResources {
         name: module.name.clone(),
         instances: module.instances,
         alm: module.alm,
@@ -133,7 +135,7 @@ fn sizing(estimate: Estimate) -> Sizing {
         registers: module.registers,
         logic_levels: module.logic_levels,
     });
-    Sizing {
+    ResourceEstimate {
         modules: modules.collect(),
         label: estimate.label.into(),
         alm: estimate.alm,

@@ -67,7 +67,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A program of this name in a folder of its own, which does what the script says.
+/// Creates a program of this name that runs the script.
 fn tool(folder: &Path, name: &str, script: &str) -> PathBuf {
     let path = folder.join(name);
     fs::write(&path, format!("#!/bin/sh\n{script}\n")).unwrap();
@@ -214,8 +214,11 @@ fn a_set_of_files_is_written_whole_or_not_at_all() {
     let output = write(&["5"]);
     assert!(output.status.success());
     let said = stderr(&output);
-    assert!(said.contains("files are of an earlier, larger set, dog0_frequency.svg first; remove them"), "{said}");
-    // Verilog that no module emits is told by emit as by check.
+    assert!(
+        said.contains("files belong to an earlier, larger set, the first is dog0_frequency.svg; remove them"),
+        "{said}"
+    );
+    // Verilog that no module emits is reported by emit and by check.
     let rtl = folder.path().join("my rtl");
     let rtl = rtl.to_str().unwrap();
     assert!(hoverlock(&["rtl", "emit", "--out", rtl]).stderr.is_empty());
@@ -261,7 +264,7 @@ fn a_signal_removes_what_is_half_written() {
     assert_eq!(names(folder.path()), ["a.png"]);
 }
 
-/// A file system of `size`; nothing where it cannot be mounted.
+/// A file system of `size`.
 struct Small(tempfile::TempDir);
 
 impl Small {
@@ -427,7 +430,7 @@ fn errors_of_usage_say_what_was_meant() {
 }
 
 #[test]
-fn no_estimate_is_told_in_numbers_that_people_use() {
+fn the_reason_for_no_estimate_uses_plain_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let noise = |seed: u64| {
         Plane::from_fn(200, 160, |x, y| {
@@ -450,7 +453,7 @@ fn no_estimate_is_told_in_numbers_that_people_use() {
     let output = hoverlock(&["match", &paths[0], &paths[1]]);
     assert_eq!(output.status.code(), Some(1));
     let said = String::from_utf8_lossy(&output.stdout);
-    // So many agree, of so many; and how often chance does that.
+    // The number of inliers and matches, and how often chance gives as many.
     let (_, by_chance) = said.split_once(" matches agree, and as many agree by chance ").expect(&said);
     assert!(["thousands of times in every pair", "about ", "in one of "].iter().any(|how| by_chance.starts_with(how)));
     assert!(by_chance.contains("pair") && !said.contains("10^"), "{said}");

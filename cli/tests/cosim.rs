@@ -109,7 +109,7 @@ fn close(found: [f64; 2], covariance: &[f64], place: &Place) {
 }
 
 #[test]
-fn match_tells_metres_where_telemetry_is_given() {
+fn match_gives_metres_if_telemetry_is_given() {
     let folder = flight();
     let picture = |i: usize| folder.path().join(format!("{i:02}.png")).display().to_string();
     let table = folder.path().join("two.csv");
@@ -143,7 +143,7 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
     assert_eq!((estimates.len(), lines(&text).len()), (4, 4), "{text}");
     assert_eq!((&estimates[0]["status"], &fixed["telemetry"]), (&"reference".into(), &"telemetry.csv".into()));
     for (estimate, place) in estimates.iter().zip(&FLIGHT).skip(1) {
-        // With a thousand matches the search may end by its work, which the status tells.
+        // With a thousand matches the search may end at its limit of work, which the status reports.
         assert!(estimate["status"] == "estimate" || estimate["status"] == "late", "{text}");
         let found = [estimate["x_e_m"].as_f64().unwrap(), estimate["y_e_m"].as_f64().unwrap()];
         close(found, &numbers(&estimate["covariance_m2"]), place);
@@ -168,7 +168,7 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
 }
 
 #[test]
-fn homographies_beside_the_frames_tell_the_error() {
+fn homographies_beside_the_frames_give_the_error() {
     let folder = flight();
     let mut table = "ref,frame,ok,h00,h01,h02,h10,h11,h12,h20,h21,h22,matches\n".to_owned();
     // From frame 0 to 1 and from 1 to 2; none leads from 0 to 2, and that to 3 has failed.
@@ -333,11 +333,11 @@ fn real_sequences_give_the_same_lines_from_hardware_and_model() {
 
 #[test]
 #[ignore = "real pictures: three pairs"]
-fn real_neighbours_are_told_in_metres() {
+fn real_neighbours_are_measured_in_metres() {
     let Some(data) = data_dir() else {
-        return skipped("real_neighbours_are_told_in_metres: no folder of real pictures, set HOVERLOCK_DATA");
+        return skipped("real_neighbours_are_measured_in_metres: no folder of real pictures, set HOVERLOCK_DATA");
     };
-    // What `cosim` assumes, so that both tell the same metres.
+    // What `cosim` assumes, so that both have the same metres.
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("assumed.csv");
     let header = "roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg,heading_se_deg,range_se_m";

@@ -15,7 +15,7 @@ fn formal(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hoverlock")).arg("formal").args(args).output().unwrap()
 }
 
-fn told(output: &Output) -> Value {
+fn results_of(output: &Output) -> Value {
     assert!(output.status.code() != Some(2), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
@@ -75,12 +75,12 @@ fn verilog_of_the_users_is_proved_or_refuted_with_a_waveform() {
     let before = written();
     let good = run(&source, "14");
     assert_eq!(written(), before, "the user's file is read and not written");
-    let results = told(&good);
+    let results = results_of(&good);
     assert_eq!((good.status.code(), &results["proved"], &results["failed"]), (Some(0), &1.into(), &0.into()));
     assert!(!out.exists());
 
     let bad = run(&saved(folder.path(), "bad.v", &COUNTER.replace("4'd9 ?", "4'd10 ?")), "14");
-    let results = told(&bad);
+    let results = results_of(&bad);
     assert_eq!((bad.status.code(), &results["results"][0]["pass"]), (Some(1), &false.into()));
     let detail = results["results"][0]["detail"].as_str().unwrap();
     assert!(detail.starts_with("step ") && detail.ends_with("below_ten"), "{detail}");
@@ -88,7 +88,7 @@ fn verilog_of_the_users_is_proved_or_refuted_with_a_waveform() {
     assert!(fs::read_to_string(trace).unwrap().contains("count"));
 
     // Nine steps do not reach nine: the cover says so.
-    let short = told(&run(&source, "5"));
+    let short = results_of(&run(&source, "5"));
     assert_eq!(short["results"][1]["status"], "failed");
     assert!(short["results"][1]["detail"].as_str().unwrap().contains("nine"), "{short}");
 }
@@ -100,7 +100,7 @@ fn small_claims_are_proved_and_their_faults_seen() {
         return;
     }
     let output = formal(&["--json", "--mutants", "difference", "column_maximum"]);
-    let results = told(&output);
+    let results = results_of(&output);
     assert_eq!((output.status.code(), &results["proved"]), (Some(0), &2.into()), "{results}");
     assert_eq!(results["results"].as_array().unwrap().len(), 8);
 }
@@ -112,7 +112,7 @@ fn every_claim_is_proved_and_its_faults_seen() {
         return;
     }
     let output = formal(&["--json", "--mutants"]);
-    let results = told(&output);
+    let results = results_of(&output);
     assert_eq!((output.status.code(), &results["failed"]), (Some(0), &0.into()), "{results}");
 }
 
@@ -144,7 +144,7 @@ fn worst_case_errors_are_proved_and_their_table_is_that_of_the_results() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("table.md");
     let output = formal(&["--json", "--mutants", "rounding", "saturation", "--table", table.to_str().unwrap()]);
-    let results = told(&output);
+    let results = results_of(&output);
     assert_eq!((output.status.code(), &results["proved"]), (Some(0), &2.into()), "{results}");
     assert_eq!(results["results"].as_array().unwrap().len(), 9);
     let section = |text: String| {
@@ -153,5 +153,5 @@ fn worst_case_errors_are_proved_and_their_table_is_that_of_the_results() {
     };
     let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../formal/RESULTS.md");
     let [now, committed] = [table, committed].map(|file| section(fs::read_to_string(file).unwrap()));
-    assert_eq!(now, committed, "write it anew: hoverlock formal --mutants --table formal/RESULTS.md");
+    assert_eq!(now, committed, "write it again: hoverlock formal --mutants --table formal/RESULTS.md");
 }

@@ -315,7 +315,7 @@ fn run(args: &[String], folder: &Path) -> Result<(), String> {
     }
     let lines: Vec<&str> = said.lines().filter(|line| line.starts_with("hoverlock: ")).collect();
     if status.code() == Some(2) && lines.len() != said.lines().count() {
-        return Err(format!("a refusal that is not in lines of its own:\n{said}"));
+        return Err(format!("a refusal that is not in separate lines:\n{said}"));
     }
     Ok(())
 }

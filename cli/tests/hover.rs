@@ -69,8 +69,8 @@ fn a_hover_holds_its_place_repeats_itself_and_is_replayed() {
 #[test]
 fn the_view_narrows_without_a_jump() {
     let folder = tempfile::tempdir().unwrap();
-    let told = hover(folder.path(), &["--scene", "helipad-in-mist", "--seconds", "4", "--view", "narrow"]);
-    assert!(told["references"].as_u64().unwrap() > 1, "{told}");
+    let summary = hover(folder.path(), &["--scene", "helipad-in-mist", "--seconds", "4", "--view", "narrow"]);
+    assert!(summary["references"].as_u64().unwrap() > 1, "{summary}");
     let table = fs::read_to_string(folder.path().join("hover.csv")).unwrap();
     let view = column(&table, "field_of_view");
     assert!(view[60].unwrap() < 0.8 * view[0].unwrap());
@@ -86,9 +86,9 @@ fn the_view_narrows_without_a_jump() {
 #[test]
 fn over_open_water_it_says_that_it_cannot() {
     let folder = tempfile::tempdir().unwrap();
-    let told = hover(folder.path(), &["--scene", "open-water", "--seconds", "2"]);
-    assert_eq!((&told["pass"], &told["estimates"]), (&true.into(), &0.into()), "{told}");
-    assert!(told["bound_m"].is_null());
+    let summary = hover(folder.path(), &["--scene", "open-water", "--seconds", "2"]);
+    assert_eq!((&summary["pass"], &summary["estimates"]), (&true.into(), &0.into()), "{summary}");
+    assert!(summary["bound_m"].is_null());
 }
 
 #[test]
@@ -117,9 +117,9 @@ fn bad_input_is_one_line_and_status_2() {
     // Nothing to be found on it: no estimate is no pass, however short the hover.
     let mut bare = Plane::filled(300, 300, 7000);
     bare[(0, 0)] = 7001;
-    let told = hover(&out, &["--seconds", "1", "--scene", &ground("bare", &bare)]);
-    assert_eq!((&told["pass"], &told["estimates"]), (&false.into(), &0.into()), "{told}");
-    assert!(told["reason"].as_str().unwrap().starts_with("no frame has an estimate"), "{told}");
+    let summary = hover(&out, &["--seconds", "1", "--scene", &ground("bare", &bare)]);
+    assert_eq!((&summary["pass"], &summary["estimates"]), (&false.into(), &0.into()), "{summary}");
+    assert!(summary["reason"].as_str().unwrap().starts_with("no frame has an estimate"), "{summary}");
     fs::remove_dir_all(&out).unwrap();
     refused(&["--gusts", "6"], "must be 0 to 5");
     refused(&["--seconds", "0"], "must be 1 to 3600");
@@ -143,8 +143,8 @@ fn a_campaign_goes_on_where_it_stopped() {
     let out = folder.path().to_str().unwrap();
     let args = ["sweep", "--json", "--scene", "helipad-in-mist", "--seeds", "2", "--seconds", "1", "--out", out];
     let whole = hoverlock(&args);
-    let told: Value = serde_json::from_slice(&whole.stdout).unwrap();
-    assert_eq!((told["points"].as_array().unwrap().len(), &told["pareto"]), (2, &serde_json::json!(["kt27"])));
+    let summary: Value = serde_json::from_slice(&whole.stdout).unwrap();
+    assert_eq!((summary["points"].as_array().unwrap().len(), &summary["pareto"]), (2, &serde_json::json!(["kt27"])));
     let table = folder.path().join("results.csv");
     let rows = fs::read_to_string(&table).unwrap();
     assert_eq!(rows.lines().count(), 3);
@@ -152,8 +152,8 @@ fn a_campaign_goes_on_where_it_stopped() {
     // The last row ends within a number.
     fs::write(&table, &rows[..rows.len() - 30]).unwrap();
     let again = hoverlock(&args);
-    let told_again: Value = serde_json::from_slice(&again.stdout).unwrap();
-    assert_eq!(told, told_again);
+    let summary_again: Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(summary, summary_again);
     assert!(String::from_utf8_lossy(&again.stderr).contains("1 of 2 points are in"));
 }
 
@@ -169,8 +169,8 @@ fn hardware_and_arm_binary_steer_the_same_flight() {
     let [models, hardware] = ["models", "hardware"].map(|name| folder.path().join(name));
     let scene = ["--scene", "helipad-in-mist", "--seconds", "1"];
     hover(&models, &scene);
-    let told = hover(&hardware, &[&scene[..], &["--features", "rtl", "--estimator", "arm"]].concat());
-    assert!(told["cycles"].as_u64().unwrap() > 16 * 1024 * 768, "{told}");
+    let summary = hover(&hardware, &[&scene[..], &["--features", "rtl", "--estimator", "arm"]].concat());
+    assert!(summary["cycles"].as_u64().unwrap() > 16 * 1024 * 768, "{summary}");
     let table = |folder: &Path| fs::read_to_string(folder.join("hover.csv")).unwrap();
     assert_eq!(table(&models), table(&hardware));
 }

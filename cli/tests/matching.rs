@@ -212,13 +212,13 @@ fn real_neighbours_are_found_within_two_pixels() {
             let miss = report["displacement_px"]
                 .as_array()
                 .map(|d| (d[0].as_f64().unwrap() - (expected_x - x)).hypot(d[1].as_f64().unwrap() - (expected_y - y)));
-            let told = miss.map_or("no estimate".to_owned(), |miss| format!("{miss:.2} px"));
+            let distance = miss.map_or("no estimate".to_owned(), |miss| format!("{miss:.2} px"));
             eprintln!(
-                "{:<15} {features:<5} {told:>8}  {} of {} matches, quality {}",
+                "{:<15} {features:<5} {distance:>8}  {} of {} matches, quality {}",
                 pair.name, report["inliers"], report["matches"], report["quality"]
             );
             if miss.is_none_or(|miss| miss > 2.0) {
-                failed.push(format!("{} {features}: {told}", pair.name));
+                failed.push(format!("{} {features}: {distance}", pair.name));
             }
         }
     }

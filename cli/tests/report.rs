@@ -139,7 +139,7 @@ fn level<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value
 }
 
 #[test]
-fn a_baseline_tells_what_changed() {
+fn a_baseline_shows_what_changed() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let picture = saved(folder.path(), "picture.png", &texture(120, 100));

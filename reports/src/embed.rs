@@ -12,24 +12,12 @@ use image::{
 ///
 /// # Errors
 /// The PNG encoder fails.
-pub fn colour_png(picture: &Plane<Rgb>) -> Result<String, ImageError> {
+pub(crate) fn colour_png(picture: &Plane<Rgb>) -> Result<String, ImageError> {
     let bytes: Vec<u8> = picture.as_slice().iter().flatten().copied().collect();
-    encode(&bytes, picture.width(), picture.height(), ExtendedColorType::Rgb8)
-}
-
-/// Encodes a grey picture as `data:image/png;base64,...`.
-///
-/// # Errors
-/// The PNG encoder fails.
-pub fn grey_png(picture: &Plane<u8>) -> Result<String, ImageError> {
-    encode(picture.as_slice(), picture.width(), picture.height(), ExtendedColorType::L8)
-}
-
-fn encode(bytes: &[u8], width: usize, height: usize, colour: ExtendedColorType) -> Result<String, ImageError> {
     let mut png = Vec::new();
     // These pictures have few colours and much noise. PNG filters would hide the repeated bytes from the compressor.
     let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Best, FilterType::NoFilter);
-    encoder.write_image(bytes, width as u32, height as u32, colour)?;
+    encoder.write_image(&bytes, picture.width() as u32, picture.height() as u32, ExtendedColorType::Rgb8)?;
     Ok(address("image/png", &png))
 }
 

@@ -102,7 +102,7 @@ fn colour(error: f64, full: f64) -> Rgb {
 ///
 /// # Errors
 /// Formatting fails, which does not happen for a string.
-pub fn colour_bar() -> Result<String, PlotError> {
+pub(crate) fn colour_bar() -> Result<String, PlotError> {
     let (width, height, left) = (1040.0, 18.0, 40.0);
     let mut svg = String::from(
         "<svg viewBox=\"0 0 1120 44\" role=\"img\" aria-label=\"colour bar of the error maps: blue below zero, white \

@@ -15,7 +15,7 @@ pub const MISMATCHES: &str = "RTL mismatches";
 /// The result of a step that needs an external tool, or the reason why the step was not run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "status", rename_all = "lowercase")]
-pub enum Made<T> {
+pub enum StepResult<T> {
     /// The step was run.
     Run {
         /// The result of the step.
@@ -29,7 +29,7 @@ pub enum Made<T> {
     },
 }
 
-impl<T> Made<T> {
+impl<T> StepResult<T> {
     /// Returns a step that was not run.
     pub fn not_run(reason: impl Into<String>) -> Self {
         Self::NotRun { reason: reason.into() }
@@ -49,15 +49,15 @@ impl<T> Made<T> {
 pub struct Simulated {
     /// File name of the picture.
     pub picture: String,
-    /// Frames simulated.
+    /// Number of frames simulated.
     pub frames: u64,
     /// Pixels of all frames.
     pub pixels: u64,
-    /// Clock cycles.
+    /// Number of clock cycles simulated.
     pub cycles: u64,
     /// Samples compared, all planes.
     pub samples: u64,
-    /// Features compared.
+    /// Number of features compared.
     pub features: u64,
     /// Features dropped by the output FIFO.
     pub dropped: u64,
@@ -77,8 +77,8 @@ pub struct Simulated {
 
 /// Utilisation of one device. Arrays are in the order ALM, M10K, DSP blocks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct DeviceShare {
-    /// Name.
+pub struct DeviceUtilisation {
+    /// Name of the device.
     pub name: String,
     /// Source of the device data.
     pub source: String,
@@ -94,18 +94,18 @@ pub struct DeviceShare {
 
 /// Resources of all instances of one module.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ModuleShare {
-    /// Name.
+pub struct ModuleResources {
+    /// Name of the module.
     pub name: String,
     /// Number of instances.
     pub instances: u64,
     /// Adaptive logic modules.
     pub alm: u64,
-    /// Block memories.
+    /// M10K block memories.
     pub m10k: u64,
     /// Multipliers 18 x 18.
     pub mul18: u64,
-    /// Registers.
+    /// Number of registers.
     pub registers: u64,
     /// Logic levels of its longest path.
     pub logic_levels: u32,
@@ -113,18 +113,18 @@ pub struct ModuleShare {
 
 /// The resource estimate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Sizing {
+pub struct ResourceEstimate {
     /// Name of the estimating tool.
     pub label: String,
     /// Adaptive logic modules.
     pub alm: u64,
-    /// Block memories.
+    /// M10K block memories.
     pub m10k: u64,
-    /// DSP blocks.
+    /// Number of DSP blocks.
     pub dsp: u64,
     /// Multipliers 18 x 18.
     pub mul18: u64,
-    /// Registers.
+    /// Number of registers.
     pub registers: u64,
     /// Logic levels of the longest path.
     pub logic_levels: u32,
@@ -137,30 +137,30 @@ pub struct Sizing {
     /// The rule of the limits, one sentence.
     pub fits_rule: String,
     /// Devices, the target device first.
-    pub devices: Vec<DeviceShare>,
+    pub devices: Vec<DeviceUtilisation>,
     /// Modules, largest first.
-    pub modules: Vec<ModuleShare>,
+    pub modules: Vec<ModuleResources>,
 }
 
 /// The results of the level `rtl`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Hardware {
     /// Simulation of each picture.
-    pub simulation: Made<Vec<Simulated>>,
-    /// Resource estimate.
-    pub estimate: Made<Sizing>,
+    pub simulation: StepResult<Vec<Simulated>>,
+    /// The resource estimate.
+    pub estimate: StepResult<ResourceEstimate>,
 }
 
 /// Totals over all pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Totals {
-    /// Frames simulated.
+    /// Number of frames simulated.
     pub frames: u64,
-    /// Samples compared.
+    /// Number of samples compared.
     pub samples: u64,
-    /// Features compared.
+    /// Number of features compared.
     pub features: u64,
-    /// Mismatches.
+    /// Number of mismatches.
     pub mismatches: u64,
     /// Clock cycles per pixel, the largest.
     pub cycles_per_pixel: Option<f64>,
@@ -173,7 +173,7 @@ pub struct Totals {
 impl Hardware {
     /// Returns results of which neither simulation nor estimate was run.
     pub fn not_run(reason: &str) -> Self {
-        Self { simulation: Made::not_run(reason), estimate: Made::not_run(reason) }
+        Self { simulation: StepResult::not_run(reason), estimate: StepResult::not_run(reason) }
     }
 
     /// Returns the totals over all pictures; `None` if the simulation was not run.

@@ -1,4 +1,5 @@
-//! The quantisation report: measurements, HTML page, JSON and JUnit files, plots, and the overlay of a match.
+//! The quantisation report: measurements, HTML page, JSON and JUnit files; and the plots, drawings and page style that
+//! other reports share.
 //!
 //! The HTML page is one file without network access: pictures are `data:` URLs, plots are inline SVG.
 

@@ -10,7 +10,7 @@ use hoverlock_fixed_point::analysis::bounds::Check;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use tempfile::NamedTempFile;
 
-use crate::hardware::{MISMATCHES, Made};
+use crate::hardware::{MISMATCHES, StepResult};
 use crate::page::{self, PageError};
 use crate::study::{BoundRow, Study};
 
@@ -135,7 +135,7 @@ pub fn junit(study: &Study) -> Result<String, OutputError> {
             }
         }
     }
-    if let Some(Made::NotRun { reason }) = study.hardware().map(|hardware| &hardware.simulation) {
+    if let Some(StepResult::NotRun { reason }) = study.hardware().map(|hardware| &hardware.simulation) {
         let mut suite = TestSuite::new("hardware");
         for picture in &study.pictures {
             let mut status = TestCaseStatus::skipped();

@@ -470,7 +470,7 @@ fn text_width(text: &str) -> i32 {
 }
 
 /// Removes the fixed size of an `<svg>` element, keeps its `viewBox`, and adds `title` as accessible label.
-pub fn scalable(svg: &str, title: &str) -> String {
+fn scalable(svg: &str, title: &str) -> String {
     let start = svg.find("<svg").unwrap_or(0);
     let end = svg[start..].find('>').map_or(svg.len(), |at| start + at);
     let view_box = svg[start..end].find("viewBox=").map_or("", |at| {

@@ -11,7 +11,7 @@ use hoverlock_fixed_point::analysis::acceptance::{
 };
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check, Sense};
 use hoverlock_fixed_point::analysis::displacement::{self, Displacement, Motions};
-use hoverlock_fixed_point::analysis::errors::{BitKind, ErrorStatistics, Flips};
+use hoverlock_fixed_point::analysis::errors::{ErrorStatistics, Flips};
 use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
 use hoverlock_fixed_point::analysis::range::Ranges;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::figures::{Figures, overlay};
-use crate::hardware::{Hardware, Made};
+use crate::hardware::{Hardware, StepResult};
 use crate::provenance::Provenance;
 use crate::ranges::RangeRow;
 use crate::sweep::{self, Alternative, Cost, Sweep};
@@ -429,7 +429,7 @@ impl Study {
     /// Returns what no check of this study covers, each with the reason.
     pub fn unchecked(&self) -> Vec<String> {
         let mut unchecked = Vec::new();
-        if let Some(Hardware { simulation: Made::NotRun { reason }, .. }) = self.hardware() {
+        if let Some(Hardware { simulation: StepResult::NotRun { reason }, .. }) = self.hardware() {
             unchecked.push(format!("rtl against bit_true: {reason}"));
         }
         for picture in &self.pictures {
@@ -456,10 +456,5 @@ impl Study {
         let missing = self.pictures.iter().filter(|picture| picture.conditions.len() < CONDITIONS.len());
         unchecked.extend(missing.map(|picture| format!("{}: too small for an interior", picture.name)));
         unchecked
-    }
-
-    /// Returns the flipped bits of one kind over all pictures under a condition, percent of the bits.
-    pub fn flips_percent(&self, condition: &str, kind: BitKind) -> f64 {
-        self.flips.iter().find(|(name, _)| *name == condition).map_or(f64::NAN, |(_, flips)| flips.percent(kind))
     }
 }

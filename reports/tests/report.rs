@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_reports::hardware::{DeviceShare, Hardware, MISMATCHES, Made, Simulated, Sizing};
+use hoverlock_reports::hardware::{DeviceUtilisation, Hardware, MISMATCHES, ResourceEstimate, Simulated, StepResult};
 use hoverlock_reports::study::{self, MIN_SIDE, Study, Subject};
 use hoverlock_reports::{output, page};
 use quick_junit::{Report, TestCaseStatus};
@@ -153,7 +153,7 @@ fn simulated(mismatches: u64, complete: bool) -> Study {
         latency_lines: Some(63.4),
         feature_latency_lines: Some(81.5),
     };
-    let sizing = Sizing {
+    let estimate = ResourceEstimate {
         label: "Yosys estimate".into(),
         alm: 9_000,
         m10k: 400,
@@ -165,7 +165,7 @@ fn simulated(mismatches: u64, complete: bool) -> Study {
         alm_rule: "a".into(),
         levels_rule: "b".into(),
         fits_rule: "c".into(),
-        devices: vec![DeviceShare {
+        devices: vec![DeviceUtilisation {
             name: "5AGXA1".into(),
             source: "believed".into(),
             has: [28_302, 800, 240],
@@ -175,7 +175,8 @@ fn simulated(mismatches: u64, complete: bool) -> Study {
         }],
         modules: Vec::new(),
     };
-    let hardware = Hardware { simulation: Made::Run { result: vec![run] }, estimate: Made::Run { result: sizing } };
+    let hardware =
+        Hardware { simulation: StepResult::Run { result: vec![run] }, estimate: StepResult::Run { result: estimate } };
     FULL.clone().with_hardware(hardware)
 }
 

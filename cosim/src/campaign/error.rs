@@ -16,7 +16,7 @@ use crate::monitor::BoxError;
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
     /// Float features were combined with several designs.
-    #[error("--design, --config: float features have no word lengths; leave --features out")]
+    #[error("float features have no word lengths; choose other features, or no design beside kt27")]
     FloatHasNoWords,
     /// The frames of a design are smaller than those of the simulated camera.
     #[error(
@@ -82,7 +82,7 @@ pub enum CampaignError {
         points: usize,
     },
     /// There is no Python interpreter of this name.
-    #[error("--dask: {python}: no such program; name a Python with the module {module} in HOVERLOCK_PYTHON", python = .python.display())]
+    #[error("{python}: no such program; name a Python with the module {module} in HOVERLOCK_PYTHON", python = .python.display())]
     PythonMissing {
         /// The interpreter that was named.
         python: OsString,
@@ -90,7 +90,7 @@ pub enum CampaignError {
         module: &'static str,
     },
     /// The Python module could not be started, written or read.
-    #[error("--dask: {step}: {source}")]
+    #[error("Dask: {step}: {source}")]
     Python {
         /// The step that failed.
         step: &'static str,
@@ -98,7 +98,7 @@ pub enum CampaignError {
         source: io::Error,
     },
     /// The Python module has failed.
-    #[error("--dask {scheduler}: the Python module has failed ({status}): {message}")]
+    #[error("Dask {scheduler}: the Python module has failed ({status}): {message}")]
     PythonFailed {
         /// Address of the scheduler.
         scheduler: String,

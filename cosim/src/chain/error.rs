@@ -23,8 +23,8 @@ pub enum ChainError {
     ChainLength(usize),
     /// A frame is larger than the design allows.
     #[error(
-        "frames of {width} x {height} px: the design takes {max_width} x {max_height} at most; change it with --config \
-         width={width} --config height={height}"
+        "frames of {width} x {height} px: the design takes {max_width} x {max_height} at most; change it with width={width} \
+         and height={height}"
     )]
     FrameSize {
         /// Columns of the frame.
@@ -38,27 +38,27 @@ pub enum ChainError {
     },
     /// The ARM binary was asked to work with hardware other than that of `kt27`.
     #[error(
-        "--features rtl --estimator arm: the ARM binary is built for the Verilog of kt27 and refuses any other; leave \
-         --design and --config, or --estimator out"
+        "the ARM binary is built for the Verilog of kt27 and refuses any other hardware; choose the design kt27, or the \
+         flight program of the host"
     )]
     ArmNeedsKt27,
     /// The environment names an ARM binary that does not exist.
     #[error(
-        "--estimator arm: {NAV_VARIABLE}={path}: no such file; `make arm` builds the ARM binary",
+        "{NAV_VARIABLE}={path}: no such file; `make arm` builds the ARM binary",
         path = .0.display()
     )]
     NamedBinaryMissing(PathBuf),
     /// There is no ARM binary where `make arm` puts it.
     #[error(
-        "--estimator arm: no ARM binary at {path}; build it with `make arm`, or name it in {NAV_VARIABLE}",
+        "no ARM binary at {path}; build it with `make arm`, or name it in {NAV_VARIABLE}",
         path = .0.display()
     )]
     BinaryMissing(PathBuf),
     /// qemu-arm is not installed.
-    #[error("--estimator arm: qemu-arm is not installed; `make arm` installs it")]
+    #[error("qemu-arm is not installed; `make arm` installs it")]
     QemuMissing,
     /// The ARM binary could not be run, written or read.
-    #[error("--estimator arm: {step}: {source}")]
+    #[error("ARM binary: {step}: {source}")]
     Arm {
         /// The step that failed.
         step: &'static str,
@@ -66,7 +66,7 @@ pub enum ChainError {
         source: io::Error,
     },
     /// The ARM binary has ended.
-    #[error("--estimator arm: the flight program has failed ({status}): {message}")]
+    #[error("ARM binary: the flight program has failed ({status}): {message}")]
     ArmEnded {
         /// Exit status of qemu-arm.
         status: ExitStatus,

@@ -6,7 +6,6 @@ mod outcome;
 mod table;
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use hoverlock_arm::arinc429::WordError;
 use hoverlock_design::{DesignPoint, KT27};
@@ -80,39 +79,17 @@ pub enum CameraView {
     Narrow,
 }
 
-impl FromStr for CameraView {
-    type Err = UnknownChoice;
-
-    fn from_str(text: &str) -> Result<Self, UnknownChoice> {
-        match text {
-            "wide" => Ok(Self::Wide),
-            "narrow" => Ok(Self::Narrow),
-            _ => Err(UnknownChoice { text: text.into(), choices: "wide, narrow" }),
-        }
-    }
-}
-
-/// The error of a text that names none of the choices.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{text}` is none of {choices}")]
-pub struct UnknownChoice {
-    /// The text that was given.
-    pub text: String,
-    /// The names that are allowed.
-    pub choices: &'static str,
-}
-
 /// Why a scene could not be loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneFileError {
     /// There is no scene and no file of this name.
-    #[error("--scene {0}: no such scene, and no such file; scenes are {names}", names = Scene::NAMES.join(", "))]
+    #[error("scene {0}: no such scene, and no such file; scenes are {names}", names = Scene::NAMES.join(", "))]
     Unknown(String),
     /// The path is a folder, a device or a FIFO.
-    #[error("--scene {0}: not a regular file")]
+    #[error("scene {0}: not a regular file")]
     NotAFile(String),
     /// The file could not be read.
-    #[error("--scene {name}: cannot be read: {source}")]
+    #[error("scene {name}: cannot be read: {source}")]
     Read {
         /// The scene file.
         name: String,

@@ -7,7 +7,7 @@ use super::outcome::Row;
 /// File name of the table.
 pub const TABLE: &str = "hover.csv";
 
-/// The columns beside those of the truth.
+/// The columns beside those of the truth. The names of the file format are kept.
 #[derive(Serialize)]
 struct Record<'a> {
     status: &'a str,

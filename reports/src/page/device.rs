@@ -2,15 +2,15 @@
 
 use super::numbers::grouped;
 use crate::colour::Rgb;
-use crate::hardware::{DeviceShare, Sizing};
+use crate::hardware::{DeviceUtilisation, ResourceEstimate};
 use crate::plot::{Axis, BLUE, Chart, Mark, PlotError, Series};
 
 /// Plots the utilisation of the first device: used, in front of the limit and of what the device has. Empty without a device.
-pub(super) fn plot(sizing: &Sizing) -> Result<String, PlotError> {
-    let Some(DeviceShare { name, has, limits, used_percent, .. }) = sizing.devices.first() else {
+pub(super) fn plot(estimate: &ResourceEstimate) -> Result<String, PlotError> {
+    let Some(DeviceUtilisation { name, has, limits, used_percent, .. }) = estimate.devices.first() else {
         return Ok(String::new());
     };
-    let used = [sizing.alm, sizing.m10k, sizing.dsp];
+    let used = [estimate.alm, estimate.m10k, estimate.dsp];
     let names = ["ALM", "M10K blocks", "DSP blocks"];
     let ticks = (0..3).map(|i| {
         (i as f64, format!("{}: {} of {}, limit {}", names[i], grouped(used[i]), grouped(has[i]), grouped(limits[i])))

@@ -4,7 +4,7 @@ use hoverlock_fixed_point::analysis::levels::Level;
 use serde::Serialize;
 
 use super::numbers::{grouped, significant};
-use crate::hardware::Made;
+use crate::hardware::StepResult;
 use crate::study::{Kind, Measurement, Stage, Study};
 
 /// One model level: what it changes and the worst error it shows.
@@ -40,13 +40,13 @@ pub(super) fn rows(study: &Study) -> Vec<LevelRow> {
             None if kind.is_none() => String::new(),
             None => format!("DoG {} LSB rms", significant(rms, 3)),
             Some(hardware) => match (&hardware.simulation, hardware.totals()) {
-                (Made::Run { .. }, Some(totals)) => format!(
+                (StepResult::Run { .. }, Some(totals)) => format!(
                     "{} mismatches in {} samples and {} features",
                     grouped(totals.mismatches),
                     grouped(totals.samples),
                     grouped(totals.features)
                 ),
-                (Made::NotRun { reason }, _) => format!("not run: {reason}"),
+                (StepResult::NotRun { reason }, _) => format!("not run: {reason}"),
                 _ => String::new(),
             },
         };
