@@ -1,7 +1,7 @@
 //! The design that the emitter is compiled for, as constants.
 //!
-//! The numbers come from the design file by the build script; what follows from them stands here. Leaf cells use the
-//! names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`] puts the
+//! The build script writes a constant for each number of the design file; this module derives the others. Leaf cells use
+//! the names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`] puts the
 //! numbers in their place ([`constant`]), because rust-hdl prints the names.
 
 use hoverlock_design::{DesignPoint, MAX_ROWS};
@@ -30,41 +30,41 @@ constants! {
     SIGNED_BITS = DOG_BITS + 1;
     /// Bits of the step of a threshold.
     CHANGE_BITS = DOG_BITS - 2;
-    /// Bits of a column.
+    /// Bits of a column number.
     COLUMN_BITS = WIDTH.next_power_of_two().trailing_zeros() as usize;
     /// Words of a line memory.
     LINE_WORDS = 1 << COLUMN_BITS;
-    /// Bits of `W`.
+    /// Bits of a width `W`.
     WIDTH_BITS = COLUMN_BITS + 1;
-    /// Largest `W`.
+    /// Largest width `W`, px.
     MAX_WIDTH = WIDTH;
-    /// Bits of a row.
+    /// Bits of a row number.
     ROW_BITS = MAX_ROWS.ilog2() as usize;
-    /// Bits of `H`.
+    /// Bits of a height `H`.
     HEIGHT_BITS = ROW_BITS + 1;
-    /// Largest `H`.
+    /// Largest height `H`, px.
     MAX_HEIGHT = MAX_ROWS as usize;
     /// Bits of a position, the row above the column.
     POSITION_BITS = ROW_BITS + COLUMN_BITS;
     /// Bits of the number of steps of [`crate::cells::sequencer::DRAIN_LINES`].
     DRAIN_BITS = COLUMN_BITS + 7;
-    /// One bit less.
+    /// Highest bit of the number of steps of a drain.
     DRAIN_TOP = DRAIN_BITS - 1;
     /// Bits of a beat of the video with its two flags.
     BEAT_BITS = PIXEL_BITS + 2;
-    /// Coefficients of the smoothers.
+    /// Number of coefficients of all smoothers.
     COEFFICIENTS = coefficients();
     /// Bits of a bank: the coefficients, a threshold for each scale pair, target and mode, 16 bits each.
     BANK_BITS = 16 * (COEFFICIENTS + SCALE_PAIRS + 2);
-    /// Where the threshold of scale pair 0 stands in a bank.
+    /// Lowest bit of the threshold of scale pair 0 in a bank.
     THRESHOLD_0_AT = 16 * COEFFICIENTS;
-    /// Of scale pair 1, where there is one.
+    /// Lowest bit of the threshold of scale pair 1 in a bank, if the design has that pair.
     THRESHOLD_1_AT = THRESHOLD_0_AT + 16;
-    /// Of scale pair 2.
+    /// Lowest bit of the threshold of scale pair 2 in a bank, if the design has that pair.
     THRESHOLD_2_AT = THRESHOLD_0_AT + 32;
-    /// The target.
+    /// Lowest bit of the target of the automatic threshold in a bank.
     TARGET_AT = THRESHOLD_0_AT + 16 * SCALE_PAIRS;
-    /// The mode.
+    /// Lowest bit of the mode in a bank.
     MODE_AT = TARGET_AT + 16;
     /// Bits of the six rows above the newest one of a 7x7 window.
     WINDOW_BITS = 6 * SIGNED_BITS;
@@ -72,15 +72,15 @@ constants! {
     NEIGHBOURS_BITS = 4 * DOG_BITS;
     /// Bits of the 15 rows that a ring of 9 to 16 px has.
     RING_BITS = 15 * SIGNED_BITS;
-    /// Bits of those of the widest ring that are not the newest.
+    /// Bits of the rows of the widest ring without the newest row.
     OLDER_BITS = 14 * SIGNED_BITS;
     /// Bits of the 32 points of a ring.
     POINTS_BITS = 32 * SIGNED_BITS;
-    /// Where the hits stand in a candidate, above the position, one bit for each scale pair.
+    /// Lowest bit of the hits in a candidate, above the position: one bit for each scale pair.
     HITS_AT = POSITION_BITS;
-    /// Signs and responses of the scale pairs.
+    /// Lowest bit of the signs and responses of the scale pairs in a candidate.
     CENTRES_AT = HITS_AT + SCALE_PAIRS;
-    /// Their neighbours.
+    /// Lowest bit of the neighbours of the responses in a candidate.
     NEIGHBOURS_AT = CENTRES_AT + SCALE_PAIRS * SIGNED_BITS;
     /// Bits of a candidate.
     CANDIDATE_BITS = NEIGHBOURS_AT + SCALE_PAIRS * NEIGHBOURS_BITS;
@@ -94,7 +94,7 @@ pub fn constant(name: &str) -> Option<usize> {
     constants.find(|(known, _)| *known == name).map(|(_, value)| *value)
 }
 
-/// A recursion and its look-ahead for each smoother.
+/// Returns the number of coefficients: one for the recursion and one for each stage of the look-ahead of a smoother.
 const fn coefficients() -> usize {
     let (mut smoother, mut sum) = (0, 0);
     while smoother < LOOK_AHEAD.len() {
@@ -108,13 +108,13 @@ const fn coefficients() -> usize {
 pub const DOG_SHIFT: usize = STATE_BITS - 2 - DOG_BITS;
 
 /// Lines of the longest smoother.
-pub const SMOOTHER_LINES: usize = (1 << LONGEST) - 1;
+pub const SMOOTHER_LINES: usize = (1 << MAX_LOOK_AHEAD) - 1;
 
 /// Steps of the longest smoother in addition to its lines.
-pub const SMOOTHER_STEPS: usize = crate::smoother::steps(LONGEST as u64) as usize;
+pub const SMOOTHER_STEPS: usize = crate::smoother::steps(MAX_LOOK_AHEAD as u64) as usize;
 
 /// Look-ahead of the longest smoother.
-pub const LONGEST: usize = {
+pub const MAX_LOOK_AHEAD: usize = {
     let (mut smoother, mut longest) = (0, 0);
     while smoother < LOOK_AHEAD.len() {
         if LOOK_AHEAD[smoother] > longest {

@@ -4,8 +4,8 @@
 //! power of the first. `<NAME>` is a number of the design, `<NAME+1>` one more.
 
 use crate::design::{
-    CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, LONGEST, LOOK_AHEAD, MAX_WIDTH, PIXEL_BITS,
-    RECORD_BITS, RECORD_FIFO, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS, STATE_FRACTION_BITS,
+    CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, LOOK_AHEAD, MAX_LOOK_AHEAD, MAX_WIDTH,
+    PIXEL_BITS, RECORD_BITS, RECORD_FIFO, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS, STATE_FRACTION_BITS,
 };
 use hoverlock_design::smoother_names;
 
@@ -80,7 +80,7 @@ fn of_design(text: &str) -> String {
 
 /// How the smoothers are aligned.
 fn aligned() -> String {
-    let longest = LONGEST;
+    let longest = MAX_LOOK_AHEAD;
     let delay = |m: usize| ((1usize << longest) - (1 << m), 12 * (longest - m) + (1 << longest) - (1 << m));
     let pixel = PIXEL_BITS;
     let count = ["two", "three", "four"][SCALE_PAIRS - 1];

@@ -112,9 +112,9 @@ fn emit(project: &Path, design: &Path) -> Result<Vec<u8>, OtherError> {
 
 /// What the emission depends on besides the design, sorted.
 fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
-    let mut files = vec![project.join("Cargo.lock"), project.join("rtl/build.rs")];
+    let mut files = vec![project.join("Cargo.lock")];
     let mut folders: Vec<PathBuf> =
-        ["rtl/src", "rtl/quartus", "design/src", "fixed_point/src/model", "reference/src/features"]
+        ["rtl/build", "rtl/src", "rtl/quartus", "design/src", "fixed_point/src/model", "reference/src/features"]
             .map(|folder| project.join(folder))
             .into();
     while let Some(folder) = folders.pop() {
@@ -124,7 +124,7 @@ fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
             if path.is_dir() { folders.push(path) } else { files.push(path) }
         }
     }
-    let endings = ["rs", "lock", "sdc", "qpf", "qsf"];
+    let endings = ["rs", "template", "lock", "sdc", "qpf", "qsf"];
     files.retain(|file| file.extension().is_some_and(|ending| endings.iter().any(|known| ending == *known)));
     files.sort();
     Ok(files)
