@@ -21,6 +21,7 @@ cp -r "$wheels" "$root/wheels"
 # Verilog, register map and Platform Designer component keep their places, as the component names the Verilog by ../verilog.
 mkdir "$root/rtl"
 cp -r rtl/verilog rtl/registers rtl/quartus "$root/rtl/"
+cp registers/src/kt27.rs "$root/rtl/registers/hoverlock_registers.rs"
 cp -r designs LICENSE LICENSE-APACHE LICENSE-MIT CHANGELOG.md "$root/"
 # Documents as in the checkout, so that links between them work.
 git ls-files -z '*.md' 'docs/*' 'reports/report.png' | grep -zv '^docs/tables/' |

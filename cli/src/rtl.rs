@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use hoverlock_design::{DesignPoint, KT27};
-use hoverlock_rtl::emission::{File, MEND, files_of};
+use hoverlock_rtl::emission::{File, MEND, files_of, project_path};
 use hoverlock_synthesis::{Estimate, ModuleEstimate, estimate};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -66,6 +66,11 @@ impl Common {
         let out = self.out.clone().unwrap_or_else(own);
         Ok((design, out))
     }
+
+    /// Returns the path of an emitted file in the folder `out` of [`Common::design`].
+    fn path(&self, design: &DesignPoint, out: &Path, file: &File) -> PathBuf {
+        if self.out.is_none() && *design == *KT27 { project_path(&file.path) } else { out.join(&file.path) }
+    }
 }
 
 #[derive(clap::Args)]
@@ -114,7 +119,7 @@ fn emit(common: &Common) -> Result<Verdict> {
     let mut folders = Vec::new();
     let mut batch = Batch::default();
     for file in &files {
-        let path = out.join(&file.path);
+        let path = common.path(&design, &out, file);
         folders.push(Folder::new(path.parent().unwrap_or(Path::new(".")))?);
         // A file that has not changed keeps its time, so that no tool processes it again.
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&file.text) {
@@ -138,10 +143,10 @@ fn check(common: &Common) -> Result<Verdict> {
     if !out.is_dir() {
         bail!("{}: no such folder; run this in the project, or give --out", out.display());
     }
-    let same = |path: &str, text: &str| std::fs::read_to_string(out.join(path)).is_ok_and(|there| there == text);
     let files = emitted(&design)?;
-    let stale: Vec<String> =
-        files.iter().filter(|file| !same(&file.path, &file.text)).map(|file| file.path.clone()).collect();
+    let is_fresh =
+        |file: &&File| std::fs::read_to_string(common.path(&design, &out, file)).is_ok_and(|text| text == file.text);
+    let stale: Vec<String> = files.iter().filter(|file| !is_fresh(file)).map(|file| file.path.clone()).collect();
     let strays = strays(&out.join("verilog"), &files)?;
     let checked = Checked { fresh: stale.is_empty() && strays.is_empty(), stale, strays };
     if let Some(first) = checked.stale.first() {

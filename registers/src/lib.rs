@@ -11,10 +11,8 @@
 //! | [`headers`] | the register map as C header, Rust constants and Markdown |
 
 pub mod headers;
+pub mod kt27;
 mod layout;
 pub mod record;
-
-#[path = "../../rtl/registers/hoverlock_registers.rs"]
-pub mod kt27;
 
 pub use layout::{Access, COEFFICIENTS_OFFSET, Field, Register, registers};

@@ -2,7 +2,7 @@
 
 use std::{path::Path, process::Command};
 
-use hoverlock_rtl::emission::{MEND, files};
+use hoverlock_rtl::emission::{MEND, files, project_path};
 
 /// Licence and origin, above the header of a module.
 const BANNER_LINES: usize = 2;
@@ -20,7 +20,7 @@ fn committed_files_are_fresh() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let files = files().unwrap();
     for file in &files {
-        let committed = std::fs::read_to_string(root.join(&file.path)).unwrap_or_default();
+        let committed = std::fs::read_to_string(root.join("..").join(project_path(&file.path))).unwrap_or_default();
         assert!(committed == file.text, "{} is stale: run `{MEND}`", file.path);
     }
     for folder in ["verilog", "registers"] {
