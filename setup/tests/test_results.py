@@ -1,6 +1,7 @@
 """`setup/results.py` in a small repository of its own, and the documents of this one."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -151,6 +152,17 @@ def test_the_flights_of_the_table_are_those_of_the_file():
     entries, rows = results.Results().entries, hold.flights()
     recorded = {key: entry["values"] for key, entry in entries.items() if key.startswith("hold.")}
     assert recorded == hold.summaries(rows) | {"hold.imu_only": hold.imu_only(rows)}
+
+
+def test_the_counts_of_written_tables_are_those_of_the_file():
+    """`hoverlock formal --table` and the mutation test write their tables themselves."""
+    entries = results.Results()
+    rows = re.findall(r"^\| `\w+` \| .+ \| (\d+) of (\d+) \|$", (results.ROOT / "formal/RESULTS.md").read_text(), re.MULTILINE)
+    counts = {"claims": len(rows), "mutants": sum(int(of) for _, of in rows), "mutants_seen": sum(int(seen) for seen, _ in rows)}
+    assert counts == entries.entries["formal.claims"]["values"]
+    head = (results.ROOT / "rtl/MUTANTS.md").read_text().split("\n\n")[1]
+    faults, possible, found, harmless = map(int, re.findall(r"(\d+) (?:faults|possible|found|harmless)", head))
+    assert entries.entries["rtl.mutants"]["values"] == {"faults": faults, "possible": possible, "found": found, "harmless": harmless}
 
 
 def test_the_documents_of_this_project_agree_with_the_file():
