@@ -359,10 +359,17 @@ def main() -> None:
     if rust.returncode:
         sys.exit(rust.returncode)
     if chosen.record:
+        verilator = " ".join(subprocess.run(["verilator", "--version"], capture_output=True, text=True).stdout.split()[:2])
         machine = f"medians of {chosen.runs} by turns at a load of {others['load'][1]:.0f} on {os.cpu_count()} cores"
-        results.record(entries(speed, others, started), conditions=machine, command="make bench-harness")
+        versions = {"harness.python.": f"{machine}; {verilator}, cocotb 1.9.2 on it, cocotb 2.1 on Icarus with its native clock",
+                    "harness.python_newer.": f"{machine}; both on Verilator 5.048, cocotb 2.1 with its native clock",
+                    "harness.start.": machine}
+        values = entries(speed, others, started)
+        for prefix, conditions in versions.items():
+            results.record({key: value for key, value in values.items() if key.startswith(prefix)}, conditions=conditions,
+                           command="make bench-harness")
         results.record(without_python, command="cargo bench -p hoverlock-harness",
-                       conditions="medians of five by turns, Verilator 5.006")
+                       conditions=f"medians of five by turns, {verilator}")
 
 
 if __name__ == "__main__":
