@@ -26,8 +26,8 @@ FEATURE = np.dtype([
 ])
 """The 256 bits of a feature record as the hardware sends them.
 
-``x`` and ``y`` in pixels; ``response`` and ``neighbours`` (left, right, upper, lower) in LSB of the DoG. Flags: bit 0 the
-scale, bit 1 the polarity. Descriptor: MaxLBP of both scales, then their signs."""
+``x`` and ``y`` are in pixels; ``response`` and ``neighbours`` (left, right, upper, lower) in LSB of the DoG. Bit 0 of ``flags``
+is the scale, bit 1 the polarity. ``descriptor`` has MaxLBP of both scales, then their signs."""
 
 
 class Planes(TypedDict):
@@ -44,7 +44,7 @@ class Planes(TypedDict):
     positive0, positive1 : ndarray of bool
         Whether ``signed_dog`` is 0 or more.
     max_dog0, max_dog1 : ndarray of uint16
-        MaxDOG, of which the descriptor is made, in LSB of the DoG.
+        MaxDOG, from which the descriptor is computed, in LSB of the DoG.
 
     >>> planes = models.planes(frame)
     >>> planes["dog0"].dtype
@@ -70,7 +70,7 @@ def _model(design_point: str | None) -> BitTrue:
 
 
 def design_point(changes: str | None = None) -> str:
-    """The design point: word lengths, sigmas, look-aheads and thresholds of the model.
+    """Returns the design point: word lengths, sigmas, look-aheads and thresholds of the model.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def design_point(changes: str | None = None) -> str:
     Raises
     ------
     ValueError
-        If the text is not TOML, or names an unknown or impossible value.
+        If the text is not TOML, or has an unknown key or an invalid value.
 
     >>> print(design_point())  # doctest: +SKIP
     """
@@ -93,13 +93,13 @@ def design_point(changes: str | None = None) -> str:
 
 
 def emission() -> int:
-    """The hash of the Verilog of the default design, by which software knows that the hardware is the one it was built with.
+    """Returns the hash of the default design's Verilog, with which software recognises the hardware that it was built for.
 
     Returns
     -------
     int
-        What the register ``emission`` (byte address 0x08) reads: the first 32 bits of the SHA-256 of the emitted Verilog. The C
-        header has the same as ``HOVERLOCK_EMISSION_VALUE``, the Rust constants as ``EMISSION_VALUE``.
+        The value of the register ``emission`` (byte address 0x08): the first 32 bits of the SHA-256 of the emitted Verilog.
+        In the C header it is ``HOVERLOCK_EMISSION_VALUE``, in the Rust constants ``EMISSION_VALUE``.
 
     >>> assert await csr.read(0x08 >> 2) == models.emission()
     """
@@ -109,15 +109,15 @@ def emission() -> int:
 def features(
     frame: ArrayLike, thresholds: tuple[int, int] | None = None, *, design_point: str | None = None
 ) -> NDArray[np.void]:
-    """All features of a frame, in the order in which the hardware sends them.
+    """Returns all features of a frame, in the order in which the hardware sends them.
 
     Parameters
     ----------
     frame : array_like of integers, shape (height, width)
         Pixels in DN, from 0 to 65535.
     thresholds : tuple of two int, optional
-        The least response of a feature at scale 0 and at scale 1, in LSB of the DoG. Default: the thresholds with which
-        the hardware starts.
+        The smallest response of a feature at scale 0 and at scale 1, in LSB of the DoG. Default: the thresholds of the
+        hardware at the first frame.
     design_point : str, optional
         TOML text with the values that differ from the default design point.
 
@@ -128,8 +128,8 @@ def features(
     Raises
     ------
     ValueError
-        If the frame does not have two dimensions of at least one pixel, has other values than integers from 0 to 65535,
-        or if the design point is not possible.
+        If the frame does not have two dimensions of at least one pixel, has values other than integers from 0 to 65535,
+        or if the design point is invalid.
 
     >>> found = models.features(frame, (200, 150))
     >>> found["x"], found["response"], found["flags"] & 1
@@ -141,12 +141,12 @@ def features(
 
 
 def records(words: ArrayLike) -> NDArray[np.void]:
-    """The feature records in what came out of the hardware. The last record of each frame is its trailer.
+    """Returns the feature records in the words that the hardware sent. The last record of each frame is its trailer.
 
     Parameters
     ----------
     words : array_like of uint32, shape (records, 8)
-        Eight 32-bit words for each record, the lowest first.
+        Eight 32-bit words for each record, the lowest word first.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def records(words: ArrayLike) -> NDArray[np.void]:
 
 
 def planes(frame: ArrayLike, *, design_point: str | None = None) -> Planes:
-    """Every plane of the model.
+    """Returns every plane of the model for a frame.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def planes(frame: ArrayLike, *, design_point: str | None = None) -> Planes:
     Returns
     -------
     Planes
-        Arrays of shape (height, width) by name; `Planes` says their dtypes and units.
+        Arrays of shape (height, width) by name; `Planes` has their dtypes and units.
 
     Raises
     ------

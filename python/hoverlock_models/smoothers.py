@@ -65,14 +65,14 @@ def coefficients(sigma: float, look_ahead: int, frac_bits: int = 16) -> Coeffici
 
 
 def look_ahead(a: float, error: float) -> int:
-    """The smallest number of look-ahead stages for an error.
+    """Returns the smallest number of look-ahead stages for an error.
 
     Parameters
     ----------
     a : float
         The pole of the recursion, between 0 and 1.
     error : float
-        The part of the infinite sum that may be left out, between 0 and 1.
+        Largest fraction of the infinite sum that may be left out, between 0 and 1.
 
     Raises
     ------

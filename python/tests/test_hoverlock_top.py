@@ -1,5 +1,5 @@
-"""Hoverlock's own RTL against its bit-true model: the committed Verilog gets a small picture, and its records are those of
-`hoverlock_models`, in one line. This is also the example of a bench that compares with a model."""
+"""Hoverlock's own RTL against its bit-true model: for a small picture, the records of the committed Verilog equal those of
+`hoverlock_models`. This is also the example of a bench that compares a design with a model."""
 
 import re
 from pathlib import Path
@@ -70,7 +70,7 @@ async def frames_follow_one_another(dut, stall):
 
 
 @hoverlock.test(timeout_time=1, timeout_unit="ms")
-async def software_knows_the_hardware_by_its_hash(dut):
+async def software_recognises_the_hardware_by_its_hash(dut):
     csr = await ready(dut, 64, 64)
     assert await csr.read(EMISSION) == models.emission()
     header = (VERILOG.parent / "registers" / "hoverlock_registers.h").read_text()

@@ -199,7 +199,8 @@ impl Simulation {
 }
 
 impl Inner {
-    /// Runs `work` with this simulation as the current one of the thread; an interrupt such as Ctrl-C comes first.
+    /// Runs `work` with this simulation as the current one of the thread. The exception of a signal such as Ctrl-C takes
+    /// precedence over the result.
     fn running<T>(
         &self,
         py: Python<'_>,

@@ -55,8 +55,11 @@ def test_the_reference_can_be_built(tmp_path):
 
 
 def test_every_module_of_the_package_is_in_it():
-    inner = {"_core", "__main__", "pytest_plugin", "clock", "design", "errors", "hierarchy", "options", "outputs", "queue", "session", "tasks",
-             "testing", "bus._path", "bus.memory_mapped", "bus.stream", "transfer", "triggers", "utils", "writes", "cocotb.queue", "cocotb.logging", "cocotb.simtime", "cocotb.task", "cocotb._bridge"}  # fmt: skip
+    inner = {
+        "_core", "__main__", "pytest_plugin", "clock", "design", "errors", "hierarchy", "options", "outputs", "queue",
+        "session", "tasks", "testing", "bus._path", "bus.memory_mapped", "bus.stream", "transfer", "triggers", "utils",
+        "writes", "cocotb.queue", "cocotb.logging", "cocotb.simtime", "cocotb.task", "cocotb._bridge",
+    }  # fmt: skip
     found = {
         ".".join(path.relative_to(make_reference.PACKAGE).with_suffix("").parts).removesuffix(".__init__")
         for path in make_reference.PACKAGE.rglob("*.py")

@@ -97,7 +97,7 @@ enum MasterOf {
 const NO_BURSTS: &str = "this bus has no bursts";
 const WORDS_IN_BURSTS: &str = "AXI4: a word is a burst of one";
 
-/// Reads and writes registers of the design.
+/// A master that reads and writes registers of the design.
 #[pyclass(frozen, module = "hoverlock._core")]
 pub struct RawMaster {
     master: OnThread<MasterOf>,
