@@ -39,8 +39,8 @@ use crate::picture::{Limit, open};
 use crate::progress::spinning;
 
 /// Largest number of features of a picture, spread over it. This is twice the thousand used in flight: between two
-/// seasons of one place only one match in ten is correct, so 2000 features give 55 correct matches, 1000 give 29, and 250
-/// give none that differ from chance.
+/// seasons of one place only one match in ten is correct, so 2000 features give 55 correct matches, 1000 give 29, and
+/// 250 give none that differ from chance.
 const MAX_FEATURES: usize = 2000;
 
 /// Smallest width and height of a picture with a feature, px: a ring of radius 16, two more for its windows, and the

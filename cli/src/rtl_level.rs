@@ -1,7 +1,7 @@
 //! The level `rtl` of a report: simulation of the pictures by the emitted Verilog, and the Yosys estimate.
 //!
-//! With an empty cache, building the model and running Yosys take a minute or two, so both run in parallel with the rest
-//! of the study. If a tool is missing or fails, the report gives the reason and has no results of this level.
+//! With an empty cache, building the model and running Yosys take a minute or two, so both run in parallel with the
+//! rest of the study. If a tool is missing or fails, the report gives the reason and has no results of this level.
 
 use std::thread::{JoinHandle, spawn};
 
@@ -71,8 +71,8 @@ impl Preparation {
     }
 }
 
-/// Simulates the conditions of a picture as frames back to back, each with the thresholds at which its other levels were
-/// compared.
+/// Simulates the conditions of a picture as frames back to back, each with the thresholds at which its other levels
+/// were compared.
 fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<Simulated> {
     let measured = study.pictures.iter().find(|picture| picture.name == subject.name);
     let conditions = measured.map(|picture| picture.conditions.as_slice()).unwrap_or_default();

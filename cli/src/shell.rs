@@ -1,5 +1,5 @@
-//! `hoverlock completions` and `hoverlock man`: completion scripts and manual pages, generated from the definition of the
-//! command line.
+//! `hoverlock completions` and `hoverlock man`: completion scripts and manual pages, generated from the definition of
+//! the command line.
 
 use std::path::PathBuf;
 

@@ -199,8 +199,8 @@ struct WaveFile {
     aside: Aside,
 }
 
-/// Largest size of one clock cycle of all signals, bytes, as FST and as VCD. Measured with `hoverlock sim --wave`: 3.5 kB
-/// and 19 kB.
+/// Largest size of one clock cycle of all signals, bytes, as FST and as VCD. Measured with `hoverlock sim --wave`: 3.5
+/// kB and 19 kB.
 const BYTES_PER_CYCLE: [u64; 2] = [4_000, 24_000];
 
 impl WaveFile {

@@ -4,9 +4,9 @@
 //! - [`hover()`] closes the loop: the estimate steers a simulated helicopter in wind.
 //! - [`Campaign`] flies many hovers on this machine or on a cluster, and [`fly_point`] one of them.
 //!
-//! Each takes a settings struct and returns an outcome struct, which serialises to the JSON object of the command of the
-//! same name and renders its page. Nothing is printed and no file is written but the table of a campaign. The caller
-//! follows and stops a run through a [`Monitor`]; `&()` ignores the progress.
+//! Each takes a settings struct and returns an outcome struct, which serialises to the JSON object of the command of
+//! the same name and renders its page. Nothing is printed and no file is written but the table of a campaign. The
+//! caller follows and stops a run through a [`Monitor`]; `&()` ignores the progress.
 //!
 //! ```no_run
 //! use hoverlock_cosim::{CosimSettings, HoverSettings, cosim, hover};

@@ -10,7 +10,11 @@ use crate::{DesignError, DesignPoint, KT27, SHIPPED};
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// There is no design and no file of this name.
-    #[error("{path}: no such file, and no design of that name; the names are {names}", path = .0.display(), names = names())]
+    #[error(
+        "{path}: no such file, and no design of that name; the names are {names}",
+        path = .0.display(),
+        names = names()
+    )]
     Unknown(PathBuf),
     /// The path is a folder, a device or a FIFO.
     #[error("{path}: the {kind} is not a regular file")]

@@ -17,8 +17,8 @@ pub const MAX_SCALE_PAIRS: u32 = 3;
 /// Largest radius of a ring, px.
 pub const MAX_RING_RADIUS: u32 = 16;
 
-/// Largest number of fraction bits of a filter coefficient. Its product with a 32-bit sample plus the rounding half fits
-/// 64 bits.
+/// Largest number of fraction bits of a filter coefficient. Its product with a 32-bit sample plus the rounding half
+/// fits 64 bits.
 pub const MAX_FRACTION_BITS: u32 = 31;
 
 /// Target and initial value of the automatic threshold.

@@ -10,9 +10,9 @@
 //!
 //! `Q` is the full well. The result is rounded and clipped to `0 ..= 65535`. It is a function of the picture, the
 //! condition and the seed, with the same bits on every machine: only `+ - * / sqrt` are used, which IEEE 754 defines
-//! exactly. Therefore the normal deviate is the sum of twelve uniform numbers minus 6 (variance 1, excess kurtosis -0.1,
-//! range +-6), and shot and read noise, both nearly normal and independent, are one draw of variance `e + 12^2`. At a
-//! full well of 4 ke- the Poisson distribution is normal up to a skew of `1/sqrt(e)`, 0.02 at mid scale.
+//! exactly. Therefore the normal deviate is the sum of twelve uniform numbers minus 6 (variance 1, excess kurtosis
+//! -0.1, range +-6), and shot and read noise, both nearly normal and independent, are one draw of variance `e + 12^2`.
+//! At a full well of 4 ke- the Poisson distribution is normal up to a skew of `1/sqrt(e)`, 0.02 at mid scale.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -111,8 +111,8 @@ fn blur(plane: &Plane<f64>, sigma: f64) -> Plane<f64> {
     along_rows(&along_rows(plane).transposed()).transposed()
 }
 
-/// Returns the weights `w_k = q^(k^2) / sum`, `q = exp(-1 / (2 sigma^2))`, for `k = 0 ..= 4 sigma`. `q` is computed by the
-/// exponential series and its powers by products, because the `exp` of different machines differs in the last bit.
+/// Returns the weights `w_k = q^(k^2) / sum`, `q = exp(-1 / (2 sigma^2))`, for `k = 0 ..= 4 sigma`. `q` is computed by
+/// the exponential series and its powers by products, because the `exp` of different machines differs in the last bit.
 fn half_kernel(sigma: f64) -> Vec<f64> {
     let exponent = 1.0 / (2.0 * sigma * sigma);
     let (mut term, mut series) = (1.0, 1.0);
@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn noise_of_a_flat_picture_has_the_stated_mean_and_variance() {
-        // 256 x 256 samples: the standard error of the mean is sd / 256, of the variance sqrt(2) / 256 = 0.55 %; four of each
-        // are allowed.
+        // 256 x 256 samples: the standard error of the mean is sd / 256, of the variance sqrt(2) / 256 = 0.55 %; four
+        // of each are allowed.
         for condition in CONDITIONS {
             let dn = 20_000.0;
             let (mean, variance) = moments(&condition.apply(&Plane::filled(256, 256, dn as u16), 5));

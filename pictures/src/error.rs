@@ -51,8 +51,8 @@ pub enum PictureError {
     },
     /// The picture has more pixels than the limit.
     #[error(
-        "{}: is {width} x {height}, {:.1} megapixels, and the limit is {limit_megapixels}; give a smaller picture, or raise the \
-         limit (--max-megapixels)",
+        "{}: is {width} x {height}, {:.1} megapixels, and the limit is {limit_megapixels}; give a smaller \
+         picture, or raise the limit (--max-megapixels)",
         .path.display(),
         *.width as f64 * *.height as f64 / 1e6
     )]

@@ -2,9 +2,9 @@
 //!
 //! ITU-T T.81: a file is a sequence of segments, each started by a marker `FF xx`; entropy-coded data follow a start of
 //! scan. The decoders replace missing blocks by grey and report no error if the file ends with an end marker, and other
-//! data may follow the image (motion photos, previews). So neither the result of the decoder nor the last two bytes show
-//! that a file is complete. The check reads every Huffman code of every scan, without any transform, and counts the
-//! blocks. Refinement passes of a progressive file are skipped, because the number of their bits depends on the
+//! data may follow the image (motion photos, previews). So neither the result of the decoder nor the last two bytes
+//! show that a file is complete. The check reads every Huffman code of every scan, without any transform, and counts
+//! the blocks. Refinement passes of a progressive file are skipped, because the number of their bits depends on the
 //! coefficients of earlier passes.
 
 use std::ops::Range;
@@ -91,8 +91,8 @@ struct Segments<'a> {
 }
 
 impl Segments<'_> {
-    /// Returns the next marker and the range of its segment, which is empty for the end of the image. `None` at the end of
-    /// the file.
+    /// Returns the next marker and the range of its segment, which is empty for the end of the image. `None` at the end
+    /// of the file.
     fn next(&mut self) -> Result<Option<(u8, Range<usize>)>, String> {
         loop {
             // Other bytes between segments are skipped, as all decoders do.

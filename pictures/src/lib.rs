@@ -6,8 +6,9 @@
 //! file: the same pixels in another container have the same hash.
 //!
 //! Picture files are untrusted, so they are read in two steps. [`PictureFile::open`] reads the header, and rejects
-//! anything that is not a regular file or exceeds the [`Limits`]. [`PictureFile::decode`] decodes row by row if the format
-//! allows it, and rejects truncated and damaged files, for which the decoders would return grey without an error.
+//! anything that is not a regular file or exceeds the [`Limits`]. [`PictureFile::decode`] decodes row by row if the
+//! format allows it, and rejects truncated and damaged files, for which the decoders would return grey without an
+//! error.
 
 pub mod conditions;
 mod decode;
@@ -49,8 +50,8 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Returns the limits of pictures of `megapixels` million pixels: files of at most 16 bytes a pixel (RGBA of 16 bits has
-    /// 8), but always of up to 64 MB.
+    /// Returns the limits of pictures of `megapixels` million pixels: files of at most 16 bytes a pixel (RGBA of 16
+    /// bits has 8), but always of up to 64 MB.
     pub fn from_megapixels(megapixels: u32) -> Self {
         let max_pixels = u64::from(megapixels) * 1_000_000;
         Self { max_pixels, max_bytes: (16 * max_pixels).max(64_000_000) }
@@ -117,8 +118,8 @@ impl Picture {
     }
 }
 
-/// Returns the SHA-256 of a plane in hexadecimal. The hashed bytes are width and height as 32-bit numbers, then the samples
-/// in raster order as 16-bit numbers, all little-endian.
+/// Returns the SHA-256 of a plane in hexadecimal. The hashed bytes are width and height as 32-bit numbers, then the
+/// samples in raster order as 16-bit numbers, all little-endian.
 pub fn sha256(plane: &Plane<u16>) -> String {
     let mut hash = Sha256::new();
     for side in [plane.width(), plane.height()] {
@@ -131,8 +132,8 @@ pub fn sha256(plane: &Plane<u16>) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Returns the folder of real nadir pictures, or `None` if it does not exist: `HOVERLOCK_DATA`, or `shared/data` beside the
-/// project. Their size and licences keep them out of the project; tests that need them report on stderr and skip.
+/// Returns the folder of real nadir pictures, or `None` if it does not exist: `HOVERLOCK_DATA`, or `shared/data` beside
+/// the project. Their size and licences keep them out of the project; tests that need them report on stderr and skip.
 pub fn data_dir() -> Option<PathBuf> {
     let named = std::env::var_os("HOVERLOCK_DATA").map(PathBuf::from);
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");

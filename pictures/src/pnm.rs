@@ -1,5 +1,5 @@
-//! Decoder of PGM, PPM and PAM, row by row. Unlike the decoder of `image` it rejects samples above the largest value that
-//! the header states.
+//! Decoder of PGM, PPM and PAM, row by row. Unlike the decoder of `image` it rejects samples above the largest value
+//! that the header states.
 
 use std::io::{BufRead, Read};
 

@@ -1,5 +1,5 @@
-//! Untrusted picture files: damaged, truncated, too large, of other formats. Valid ones are decoded correctly, others are
-//! rejected with a reason, and reading never hangs.
+//! Untrusted picture files: damaged, truncated, too large, of other formats. Valid ones are decoded correctly, others
+//! are rejected with a reason, and reading never hangs.
 
 use std::fs;
 use std::io::Cursor;

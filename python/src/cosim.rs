@@ -1,5 +1,5 @@
-//! Hovers and co-simulations as functions. The interpreter's lock is released while they run; Ctrl-C ends them after the
-//! current frame.
+//! Hovers and co-simulations as functions. The interpreter's lock is released while they run; Ctrl-C ends them after
+//! the current frame.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -164,7 +164,8 @@ impl ReplayOutcome {
 /// Passes a folder of frames through extractor and flight program: see `hoverlock_models.cosim.replay`.
 ///
 /// # Errors
-/// `ValueError` for an invalid setting or folder, `RuntimeError` if a tool is missing or extractor or flight program fail.
+/// `ValueError` for an invalid setting or folder, `RuntimeError` if a tool is missing or extractor or flight program
+/// fail.
 #[pyfunction]
 pub fn replay_sequence(
     py: Python<'_>,

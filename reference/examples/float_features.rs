@@ -1,5 +1,5 @@
-//! Extracts the float features of one picture repeatedly on one thread and prints one JSON object: the number of features
-//! and the seconds of each run. `benches/vs_orb.py` runs it alternately with OpenCV's ORB.
+//! Extracts the float features of one picture repeatedly on one thread and prints one JSON object: the number of
+//! features and the seconds of each run. `benches/vs_orb.py` runs it alternately with OpenCV's ORB.
 //!
 //! Usage: `cargo run --release --example float_features -- IMAGE [RUNS]`
 

@@ -1,4 +1,5 @@
-//! Matches that agree and are wrong are rejected: repeating ground, the pattern of the sensor, waves. Simulated, seeded.
+//! Matches that agree and are wrong are rejected: repeating ground, the pattern of the sensor, waves. Simulated,
+//! seeded.
 
 #[path = "../examples/accuracy/scene.rs"]
 #[allow(dead_code, reason = "the benchmark uses all of it")]
@@ -51,8 +52,8 @@ fn features(frame: &Plane<u16>) -> Vec<Feature> {
     FastExtractor::new(Selection::default()).unwrap().extract(frame)
 }
 
-/// Estimates the motion of two frames with all checks, from the features alone as the flight program does, or refined on
-/// the frames. Returns the reason if there is no estimate.
+/// Estimates the motion of two frames with all checks, from the features alone as the flight program does, or refined
+/// on the frames. Returns the reason if there is no estimate.
 fn estimate(flight: &Flight, frames: &[Plane<u16>; 2], gated: bool, refined: bool) -> Result<Estimate, String> {
     let [from, to] = [0, 1].map(|i| features(&frames[i]));
     let [reference, current] = &flight.views;
@@ -100,8 +101,8 @@ fn repeating_ground_is_rejected_with_and_without_a_gate() {
     assert!(centre_error(&found.homography, &flight) < 0.1);
 }
 
-/// Simulates thick mist and a low-noise sensor whose pixel gains differ by 1 %, the same in both frames, while the camera
-/// turns. The pattern agrees with itself better than by chance, so only IMU and laser can reject it.
+/// Simulates thick mist and a low-noise sensor whose pixel gains differ by 1 %, the same in both frames, while the
+/// camera turns. The pattern agrees with itself better than by chance, so only IMU and laser can reject it.
 fn check_sensor_pattern(seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

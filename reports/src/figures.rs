@@ -2,7 +2,8 @@
 //!
 //! Each error map has its own colour scale. The scale is linear from `-full` to `full`, and `full` is the 99.9th
 //! percentile of the magnitudes in the map. White is an error of 0, and errors beyond the ends have the colours of the
-//! ends. The scale is printed under the map. Each point of a map shows the error of greatest magnitude in a square of samples.
+//! ends. The scale is printed under the map. Each point of a map shows the error of greatest magnitude in a square of
+//! samples.
 
 use std::fmt::Write as _;
 
@@ -60,7 +61,8 @@ pub struct FeatureMap {
 }
 
 impl Figures {
-    /// Draws the maps of the DoG: approximation of `streaming` against `ideal`, quantisation of `bit_true` against `streaming`.
+    /// Draws the maps of the DoG: approximation of `streaming` against `ideal`, quantisation of `bit_true` against
+    /// `streaming`.
     pub(crate) fn heat_maps(&mut self, ideal: &LevelPlanes, streaming: &LevelPlanes, fixed: &LevelPlanes) {
         for scale in 0..fixed.dog.len() {
             for (approximation, reference, test) in [(true, ideal, streaming), (false, streaming, fixed)] {
@@ -84,7 +86,8 @@ fn pooled(error: &Plane<f64>) -> Plane<f64> {
     })
 }
 
-/// Returns the end of the colour scale of a map, and the error of greatest magnitude; `(1, 0)` for a map without errors.
+/// Returns the end of the colour scale of a map, and the error of greatest magnitude; `(1, 0)` for a map without
+/// errors.
 fn scale_of(map: &Plane<f64>) -> (f64, f64) {
     let mut sorted: Vec<f64> = map.as_slice().iter().map(|e| e.abs()).filter(|e| e.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -176,8 +179,8 @@ pub(crate) fn overlay(frame: &Plane<u16>, comparison: &Comparison, condition: &'
     FeatureMap { condition, svg, counts }
 }
 
-/// Encodes a frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks stand
-/// out.
+/// Encodes a frame as a JPEG `data:` URL, stretched between its 0.5th and 99.5th percentile and dimmed, so that marks
+/// stand out.
 pub fn background(frame: &Plane<u16>) -> Result<String, ImageError> {
     let mut sorted: Vec<u16> = frame.as_slice().iter().step_by(7).copied().collect();
     sorted.sort_unstable();

@@ -60,7 +60,8 @@ impl Overlay<'_> {
         let left = Area::of(self.reference, 0);
         let right = Area::of(self.current, self.reference.width() + GAP);
         let legend = self.legend();
-        // Letters of 8 x 8 pixels, larger on large pictures, so that they stay readable when the drawing is scaled down.
+        // Letters of 8 x 8 pixels, larger on large pictures, so that they stay readable when the drawing is scaled
+        // down.
         let letter = 8 * (right.x1 / 900).max(1);
         let line = letter + letter / 2;
         let foot = left.y1.max(right.y1);

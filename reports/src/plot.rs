@@ -70,8 +70,8 @@ impl Axis {
         Self { label: label.into(), from, to, log: false, named: true, ticks }
     }
 
-    /// Creates a logarithmic axis between two positive numbers, with ticks at the decades, and at 2 and 5 times a decade
-    /// on a short axis.
+    /// Creates a logarithmic axis between two positive numbers, with ticks at the decades, and at 2 and 5 times a
+    /// decade on a short axis.
     pub fn log(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = (from.log10(), to.log10().max(from.log10() + 0.1));
         let steps: &[f64] = if to - from > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
@@ -269,8 +269,8 @@ impl Chart {
         Ok(scalable(&svg, &self.described()).replacen("<svg", &tag, 1))
     }
 
-    /// Returns the data with which the page shows values. A series without a name is added to the one before it; if there
-    /// is none before it, it is the only series of the plot.
+    /// Returns the data with which the page shows values. A series without a name is added to the one before it; if
+    /// there is none before it, it is the only series of the plot.
     fn data(&self, area: [i32; 4]) -> PlotData<'_> {
         let mut series: Vec<SeriesData<'_>> = Vec::new();
         for one in &self.series {
@@ -398,8 +398,8 @@ impl Chart {
         Ok([across.start, down.start, across.end, down.end])
     }
 
-    /// Returns the length of dash and gap of each series that is a line, px, so that lines differ without colour too. The
-    /// first named line is solid. A line without a name has the dashes of the one before it.
+    /// Returns the length of dash and gap of each series that is a line, px, so that lines differ without colour too.
+    /// The first named line is solid. A line without a name has the dashes of the one before it.
     fn dashes(&self) -> Vec<Option<(i32, i32)>> {
         let mut lines = 0;
         let dash = |line: usize| [None, Some((9, 4)), Some((2, 4)), Some((14, 3))][line.saturating_sub(1) % 4];

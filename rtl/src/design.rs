@@ -1,8 +1,8 @@
 //! The design that the emitter is compiled for, as constants.
 //!
-//! The build script writes a constant for each number of the design file; this module derives the others. Leaf cells use
-//! the names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`] puts the
-//! numbers in their place ([`constant`]), because rust-hdl prints the names.
+//! The build script writes a constant for each number of the design file; this module derives the others. Leaf cells
+//! use the names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`]
+//! puts the numbers in their place ([`constant`]), because rust-hdl prints the names.
 
 use hoverlock_design::{DesignPoint, MAX_ROWS};
 use hoverlock_registers::record::record_words;

@@ -1,8 +1,8 @@
 //! Faults put into the emitted Verilog must be found, and the report must point at their stage.
 //!
-//! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-simulation --test mutants -- --ignored --nocapture` puts
-//! in as many and writes the table that is committed; without the variables it is a sample. A second test does the same
-//! to the design `small`, in the modules whose text is not that of the default design.
+//! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-simulation --test mutants -- --ignored
+//! --nocapture` puts in as many and writes the table that is committed; without the variables it is a sample. A second
+//! test does the same to the design `small`, in the modules whose text is not that of the default design.
 
 mod corner;
 mod harmless;
@@ -426,8 +426,8 @@ fn each_of_thirty_faults_is_found_by_a_proof_or_a_test() {
          Faults of all twelve kinds, each in another module of the emitted Verilog, drawn with a fixed seed. *Proof*: \
          the first of the claims about the module that fails with the fault, refuted by a run or unproved, and its \
          time; claims that compare a module with its own text are left out. *Test*: the first check of \
-         `simulation/tests/mutants.rs` that fails, and the stage that it names. {by_claims} are found by a proof, {by_tests} \
-         by a test.\n\nMade by\n\n```\nFAULTS_REPORT=formal/FAULTS.md \
+         `simulation/tests/mutants.rs` that fails, and the stage that it names. {by_claims} are found by a proof, \
+         {by_tests} by a test.\n\nMade by\n\n```\nFAULTS_REPORT=formal/FAULTS.md \
          cargo test -p hoverlock-simulation --test mutants each_of_thirty -- --ignored --nocapture\n```\n\n\
          | module | line | fault | kind | proof | test |\n|---|---|---|---|---|---|\n{rows}"
     );

@@ -1,8 +1,8 @@
 //! Random sequences of frames from the ports against `bit_true`.
 //!
 //! 200 frames every day, 10 000 in the long test; `HOVERLOCK_SEQUENCE_SEED` begins elsewhere. A failure is shrunk and
-//! printed as a JSON text; saved to a file, `HOVERLOCK_SEQUENCE=file cargo test -p hoverlock-simulation --test sequences`
-//! plays it again.
+//! printed as a JSON text; saved to a file, `HOVERLOCK_SEQUENCE=file cargo test -p hoverlock-simulation --test
+//! sequences` plays it again.
 
 mod port_bench;
 mod sequence;

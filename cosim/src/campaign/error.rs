@@ -20,8 +20,8 @@ pub enum CampaignError {
     FloatHasNoWords,
     /// The frames of a design are smaller than those of the simulated camera.
     #[error(
-        "the design {name} takes {width} x {height} px at most, and the camera's frames have {} x {}: copy its file and \
-         change width and height",
+        "the design {name} takes {width} x {height} px at most, and the camera's frames have {} x {}: copy its \
+         file and change width and height",
         FRAME_SIZE.0,
         FRAME_SIZE.1
     )]
@@ -82,7 +82,10 @@ pub enum CampaignError {
         points: usize,
     },
     /// There is no Python interpreter of this name.
-    #[error("{python}: no such program; name a Python with the module {module} in HOVERLOCK_PYTHON", python = .python.display())]
+    #[error(
+        "{python}: no such program; name a Python with the module {module} in HOVERLOCK_PYTHON",
+        python = .python.display()
+    )]
     PythonMissing {
         /// The interpreter that was named.
         python: OsString,

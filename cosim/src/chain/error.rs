@@ -23,8 +23,8 @@ pub enum ChainError {
     ChainLength(usize),
     /// A frame is larger than the design allows.
     #[error(
-        "frames of {width} x {height} px: the design takes {max_width} x {max_height} at most; change it with width={width} \
-         and height={height}"
+        "frames of {width} x {height} px: the design takes {max_width} x {max_height} at most; change it with \
+         width={width} and height={height}"
     )]
     FrameSize {
         /// Columns of the frame.
@@ -38,8 +38,8 @@ pub enum ChainError {
     },
     /// The ARM binary was asked to work with hardware other than that of `kt27`.
     #[error(
-        "the ARM binary is built for the Verilog of kt27 and refuses any other hardware; choose the design kt27, or the \
-         flight program of the host"
+        "the ARM binary is built for the Verilog of kt27 and refuses any other hardware; choose the design kt27, or \
+         the flight program of the host"
     )]
     ArmNeedsKt27,
     /// The environment names an ARM binary that does not exist.

@@ -88,8 +88,8 @@ pub(super) fn read(
     Ok(truths)
 }
 
-/// Returns the displacement that the pose fit gives for a homography; `None` if too little of the frame stays in view or
-/// the telemetry contradicts it.
+/// Returns the displacement that the pose fit gives for a homography; `None` if too little of the frame stays in view
+/// or the telemetry contradicts it.
 fn displacement(
     homography: &Matrix3<f64>,
     (width, height): (usize, usize),

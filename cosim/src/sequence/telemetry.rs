@@ -56,7 +56,10 @@ pub enum TelemetryError {
         source: csv::Error,
     },
     /// The header has an unknown column.
-    #[error("{path}: no column of telemetry is named `{column}`; the columns are {columns}", columns = COLUMNS.join(", "))]
+    #[error(
+        "{path}: no column of telemetry is named `{column}`; the columns are {columns}",
+        columns = COLUMNS.join(", ")
+    )]
     UnknownColumn {
         /// The table of telemetry.
         path: PathBuf,

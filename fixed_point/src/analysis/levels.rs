@@ -362,7 +362,8 @@ mod tests {
         samples.clone().max().map_or(0.0, |max| f64::from(*max)) - samples.min().map_or(0.0, |min| f64::from(*min))
     }
 
-    /// Bound of the f64 rounding error: about 60 stages on values up to 2^16, each with an error of 2^-53, are 5e-10 DN.
+    /// Bound of the f64 rounding error: about 60 stages on values up to 2^16, each with an error of 2^-53, are 5e-10
+    /// DN.
     const FLOAT: f64 = 1e-8;
 
     #[test]

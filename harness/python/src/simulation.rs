@@ -199,8 +199,8 @@ impl Simulation {
 }
 
 impl Inner {
-    /// Runs `work` with this simulation as the current one of the thread. The exception of a signal such as Ctrl-C takes
-    /// precedence over the result.
+    /// Runs `work` with this simulation as the current one of the thread. The exception of a signal such as Ctrl-C
+    /// takes precedence over the result.
     fn running<T>(
         &self,
         py: Python<'_>,

@@ -1,9 +1,10 @@
-//! Accuracy of the whole estimator over simulated flights above real ground, beside other methods whose results are read
-//! from files.
+//! Accuracy of the whole estimator over simulated flights above real ground, beside other methods whose results are
+//! read from files.
 //!
 //! ```text
 //! accuracy simulate TEXTURES FOLDER [EVERY]            frames of every flight, 16-bit PGM, and its name on stdout
-//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     scores of this project's estimates and of the results in FOLDER,
+//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     scores of this project's estimates and of the results in
+//! FOLDER,
 //!                                                      written to FOLDER/scores.csv
 //! ```
 //!

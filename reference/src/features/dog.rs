@@ -24,7 +24,8 @@ pub struct Dog<T> {
 }
 
 impl<T: Copy + PartialOrd + Sub<Output = T>> Dog<T> {
-    /// Computes narrow minus wide. The smaller sample is subtracted from the larger, so that unsigned samples do not wrap.
+    /// Computes narrow minus wide. The smaller sample is subtracted from the larger, so that unsigned samples do not
+    /// wrap.
     ///
     /// # Panics
     /// The shapes differ.

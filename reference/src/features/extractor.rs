@@ -44,8 +44,8 @@ pub fn extract(
     kept.into_iter().map(|point| feature(&layers, point, 1.0)).collect()
 }
 
-/// Computes `DOG_k`, sign and `MaxDOG_k` of each scale pair of a chain of sigmas (px); there is one pair less than there
-/// are sigmas.
+/// Computes `DOG_k`, sign and `MaxDOG_k` of each scale pair of a chain of sigmas (px); there is one pair less than
+/// there are sigmas.
 pub fn layers(
     frame: &Plane<u16>,
     sigmas: &[f64],

@@ -177,9 +177,9 @@ impl Scratch {
     }
 }
 
-/// Advances a recursion by one sample, `s = a s + (x - a x)`. Only one product and one sum depend on the previous state.
-/// A constant passes unchanged to the last bit: `a` is above a half, so `x - a x` is exact (Sterbenz) and the sum gives
-/// `x` again.
+/// Advances a recursion by one sample, `s = a s + (x - a x)`. Only one product and one sum depend on the previous
+/// state. A constant passes unchanged to the last bit: `a` is above a half, so `x - a x` is exact (Sterbenz) and the
+/// sum gives `x` again.
 #[inline(always)]
 fn step(x: &Lanes, a: f32, state: &mut Lanes) {
     for l in 0..LANES {
@@ -289,8 +289,8 @@ fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Writes `out[x] = max |dog[x - 3 ..= x + 3]|`. The outermost three are not written, because no eligible window has them
-/// as its centre.
+/// Writes `out[x] = max |dog[x - 3 ..= x + 3]|`. The outermost three are not written, because no eligible window has
+/// them as its centre.
 #[multiversion(targets("x86_64+avx2"))]
 fn maxima_along_row(dog: &[f32], magnitude: &mut [f32], out: &mut [f32]) {
     for (m, d) in magnitude.iter_mut().zip(dog) {
@@ -304,9 +304,9 @@ fn maxima_along_row(dog: &[f32], magnitude: &mut [f32], out: &mut [f32]) {
     }
 }
 
-/// Sets bit `scale` of a flag if the centre reaches the threshold, exceeds the maxima of the three earlier rows and is not
-/// below those of its own and the three later rows; clears it otherwise. `rows` are the maxima along the rows, topmost
-/// first.
+/// Sets bit `scale` of a flag if the centre reaches the threshold, exceeds the maxima of the three earlier rows and is
+/// not below those of its own and the three later rows; clears it otherwise. `rows` are the maxima along the rows,
+/// topmost first.
 #[multiversion(targets("x86_64+avx2"))]
 fn flag(centres: &[f32], rows: [&[f32]; WINDOW], threshold: f32, scale: usize, flags: &mut [u8]) {
     let count = centres.len();
@@ -419,8 +419,8 @@ mod tests {
         (f.y, f.x, f.scale)
     }
 
-    /// Returns a picture of `blobs`: `(x, y, size, dn)` rectangles painted over a ramp, so that edges, flat parts and steep
-    /// gradients up to the border all occur.
+    /// Returns a picture of `blobs`: `(x, y, size, dn)` rectangles painted over a ramp, so that edges, flat parts and
+    /// steep gradients up to the border all occur.
     fn painted(width: usize, height: usize, blobs: &[(usize, usize, usize, u16)]) -> Plane<u16> {
         let mut frame = Plane::from_fn(width, height, |x, y| ((300 * x + 170 * y) % 65_536) as u16);
         for &(x, y, size, dn) in blobs {
@@ -437,10 +437,10 @@ mod tests {
         (37usize..90, 37usize..90, prop::collection::vec(blob, 1..60)).prop_map(|(w, h, blobs)| painted(w, h, &blobs))
     }
 
-    /// Largest difference of `d_k` due to f32, DN. A step of a recursion rounds two products and a sum of up to 2^16 DN: three
-    /// half-ulps of 2^-8, 0.006. The recursion sums those with weights `a^n`, up to 1 / (1 - a) = 5.7 times, four
-    /// halves follow each other and two planes are subtracted: 0.27 in the worst case. Rounding errors partly cancel:
-    /// 0.015 is measured.
+    /// Largest difference of `d_k` due to f32, DN. A step of a recursion rounds two products and a sum of up to 2^16
+    /// DN: three half-ulps of 2^-8, 0.006. The recursion sums those with weights `a^n`, up to 1 / (1 - a) = 5.7 times,
+    /// four halves follow each other and two planes are subtracted: 0.27 in the worst case. Rounding errors partly
+    /// cancel: 0.015 is measured.
     const TOLERANCE: f64 = 0.05;
 
     fn extracted<const F: usize>(

@@ -1,6 +1,7 @@
 //! A feature, the output of the extractor: position, response and binary descriptor.
 
-/// Number of ring points, one for each bit of a descriptor word: `n` in `o_i = R (cos(2 pi i / n), sin(2 pi i / n))`, `i = 0 .. n - 1`.
+/// Number of ring points, one for each bit of a descriptor word: `n` in `o_i = R (cos(2 pi i / n), sin(2 pi i / n))`,
+/// `i = 0 .. n - 1`.
 pub const RING_POINTS: usize = 32;
 
 /// Largest number of scale pairs of a chain of smoothers; the default chain has two.
@@ -17,8 +18,8 @@ pub struct Descriptor {
 }
 
 impl Descriptor {
-    /// Counts the bits that differ, at most 64 for each scale pair. With `strict` only the MaxLBP words count, 32 bits for
-    /// each pair.
+    /// Counts the bits that differ, at most 64 for each scale pair. With `strict` only the MaxLBP words count, 32 bits
+    /// for each pair.
     pub fn hamming(&self, other: &Self, strict: bool) -> u32 {
         let differ = |a: &[u32; MAX_PAIRS], b: &[u32; MAX_PAIRS]| -> u32 {
             a.iter().zip(b).map(|(a, b)| (a ^ b).count_ones()).sum()
@@ -31,7 +32,8 @@ impl Descriptor {
         Self { maxlbp: [maxlbp[0], maxlbp[1], 0], sign: [sign[0], sign[1], 0] }
     }
 
-    /// Returns the words in the order of the feature record: MaxLBP k0, MaxLBP k1, sign k0, sign k1, MaxLBP k2, sign k2.
+    /// Returns the words in the order of the feature record: MaxLBP k0, MaxLBP k1, sign k0, sign k1, MaxLBP k2, sign
+    /// k2.
     pub fn words(&self) -> [u32; 2 * MAX_PAIRS] {
         let [maxlbp, sign] = [self.maxlbp, self.sign];
         [maxlbp[0], maxlbp[1], sign[0], sign[1], maxlbp[2], sign[2]]

@@ -172,7 +172,8 @@ mod tests {
     use super::*;
     use crate::features::feature::Descriptor;
 
-    /// Finds maxima by the definition, word for word: every neighbour by its offset, `earlier` by comparing raster positions.
+    /// Finds maxima by the definition, word for word: every neighbour by its offset, `earlier` by comparing raster
+    /// positions.
     fn by_definition(dog: &Plane<u8>, threshold: u8) -> Vec<(usize, usize)> {
         let (w, h) = (dog.width() as i64, dog.height() as i64);
         let mut found = Vec::new();

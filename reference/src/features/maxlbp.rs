@@ -4,8 +4,8 @@
 //! The ring is `o_i = (round(R cos(2 pi i / 32)), round(R sin(2 pi i / 32)))`, `x` to the right, `y` down, half away
 //! from zero, `R` = 12 px for `k = 0` and 16 px for the others by default and at most 16 px, so that the same centres
 //! are eligible whatever the radii and the number of pairs. At a maximum nine of ten of these bits are 1, so that
-//! MaxLBP words alone are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p + o_i`,
-//! 1 if `d_k >= 0`: 128 bits for two pairs. A descriptor always has all scales at the pixel of the feature. The
+//! MaxLBP words alone are not distinctive. Therefore a second word per scale has as bit `i` the sign of the DoG at `p +
+//! o_i`, 1 if `d_k >= 0`: 128 bits for two pairs. A descriptor always has all scales at the pixel of the feature. The
 //! strict distance ignores the sign words; the descriptor always has them. MaxLBP is the LBP of T. Ojala et al., 2002,
 //! eq. (4), with the intensity replaced by the response and the neighbour by the maximum around it.
 
@@ -63,8 +63,8 @@ impl<T: Copy + PartialOrd> Layer<T> {
     }
 }
 
-/// Computes `MaxDOG` of every sample. At the border the maximum is over the part of the window within the frame, which is
-/// the same as repeating the border sample.
+/// Computes `MaxDOG` of every sample. At the border the maximum is over the part of the window within the frame, which
+/// is the same as repeating the border sample.
 pub fn max_dog<T: Copy + PartialOrd>(dog: &Plane<T>) -> Plane<T> {
     const WINDOW: usize = 2 * MAX_RADIUS + 1;
     let (w, h) = (dog.width(), dog.height());

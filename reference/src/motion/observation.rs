@@ -38,8 +38,8 @@ pub struct ViewErrors {
 }
 
 impl From<SensorErrors> for ViewErrors {
-    /// Converts the standard errors of a single reading. Over relief the laser may hit any hill, so 3 m are added to the
-    /// height error (root sum of squares).
+    /// Converts the standard errors of a single reading. Over relief the laser may hit any hill, so 3 m are added to
+    /// the height error (root sum of squares).
     fn from(sensors: SensorErrors) -> Self {
         let SensorErrors { tilt, heading, range } = sensors;
         Self { tilt, heading, plane_height: range, relief_height: range.hypot(RELIEF_SIGMA_M) }

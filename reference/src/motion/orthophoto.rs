@@ -60,8 +60,8 @@ impl Camera {
         if valid { Ok(Self { focal, principal }) } else { Err(ViewError::FocalLength(focal)) }
     }
 
-    /// Returns a camera whose `width` columns span the angle `field_of_view` (radians), with the axis through the centre of
-    /// the frame.
+    /// Returns a camera whose `width` columns span the angle `field_of_view` (radians), with the axis through the
+    /// centre of the frame.
     ///
     /// # Errors
     /// The angle is not between 0 and half a turn.
@@ -212,8 +212,8 @@ mod tests {
     }
 
     impl Raster {
-        /// Returns a raster of `width` x `height` pixels about the point that the laser hits, each as large as a pixel on the
-        /// optical axis.
+        /// Returns a raster of `width` x `height` pixels about the point that the laser hits, each as large as a pixel
+        /// on the optical axis.
         fn of(view: &View, width: usize, height: usize) -> Self {
             let pixel = view.range / view.camera.focal;
             let axis = view.attitude.rotation() * Vector3::z() * view.range;
@@ -228,8 +228,8 @@ mod tests {
         }
     }
 
-    /// Renders the frame as seen straight from above: each pixel of the raster is looked up in the frame, bilinear between
-    /// four pixels; pixels outside the view are `outside`.
+    /// Renders the frame as seen straight from above: each pixel of the raster is looked up in the frame, bilinear
+    /// between four pixels; pixels outside the view are `outside`.
     fn warp(frame: &Plane<u16>, view: &View, raster: &Raster, outside: u16) -> Plane<u16> {
         let to_frame = view.from_ground() * raster.to_ground();
         Plane::from_fn(raster.width, raster.height, |x, y| {

@@ -134,8 +134,8 @@ struct Template {
 }
 
 impl Template {
-    /// Cuts the patch about the whole pixel `p`. Returns `None` if the patch or its neighbours leave the frame, or if its
-    /// gradients have one direction only.
+    /// Cuts the patch about the whole pixel `p`. Returns `None` if the patch or its neighbours leave the frame, or if
+    /// its gradients have one direction only.
     fn of(frame: &Plane<u16>, p: Vector2<f64>) -> Option<Self> {
         let margin = (PATCH_RADIUS + 1) as f64;
         let inside = |v: f64, size: usize| v >= margin && v + margin < size as f64;
@@ -171,8 +171,8 @@ impl Template {
         has_two_directions.then(|| normal.try_inverse()).flatten().map(|inverse| Self { samples, slopes, inverse })
     }
 
-    /// Returns the next step, px of REF, and the NCC for the patch of CUR about `centre`, or `None` if it leaves the frame
-    /// or is uniform.
+    /// Returns the next step, px of REF, and the NCC for the patch of CUR about `centre`, or `None` if it leaves the
+    /// frame or is uniform.
     fn step(&self, current: &Plane<u16>, centre: Vector2<f64>, a: &Matrix2<f64>) -> Option<(Vector2<f64>, f64)> {
         let mut patch = [0.0; AREA];
         let half = PATCH_RADIUS as f64;

@@ -68,8 +68,8 @@ pub struct Residual {
 }
 
 impl Residual {
-    /// Splits the error `e` (px) of the position `p` (px of REF) along and across the parallax `g` (px/m). `image` is `H p`,
-    /// homogeneous.
+    /// Splits the error `e` (px) of the position `p` (px of REF) along and across the parallax `g` (px/m). `image` is
+    /// `H p`, homogeneous.
     pub fn new(position: Vector2<f64>, image: Vector3<f64>, parallax: Vector2<f64>, error: Vector2<f64>) -> Self {
         let g2 = parallax.norm_squared();
         // Without parallax both axes are noise, and any direction serves.
@@ -304,8 +304,8 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// Returns 400 pairs with 0.05 px of noise and heights of `relief` m rms seen with a parallax of up to 2 px/m; every
-    /// third pair has `tail` times the noise.
+    /// Returns 400 pairs with 0.05 px of noise and heights of `relief` m rms seen with a parallax of up to 2 px/m;
+    /// every third pair has `tail` times the noise.
     fn pairs(relief: f64, tail: f64) -> Vec<Residual> {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut pair = |i: usize| {

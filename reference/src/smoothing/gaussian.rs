@@ -74,8 +74,8 @@ pub fn unit_sum_half(sigma: f64, len: usize) -> Vec<f64> {
     weights
 }
 
-/// Convolves, `y[n] = x[n] + sum_k w[k] (x[n-k] + x[n+k] - 2 x[n])`. Written with differences, so that a constant passes
-/// unchanged to the last bit. `padded` has `R` samples more than `out` at either end.
+/// Convolves, `y[n] = x[n] + sum_k w[k] (x[n-k] + x[n+k] - 2 x[n])`. Written with differences, so that a constant
+/// passes unchanged to the last bit. `padded` has `R` samples more than `out` at either end.
 #[multiversion(targets("x86_64+avx2"))]
 fn convolve(padded: &[Lanes], weights: &[f64], out: &mut [Lanes]) {
     let radius = weights.len() - 1;

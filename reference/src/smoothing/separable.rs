@@ -14,7 +14,8 @@ pub const LANES: usize = 16;
 /// Sample `n` of `LANES` neighbouring lines.
 pub type Lanes = [f64; LANES];
 
-/// Filters the columns, then the rows of `plane`. `filter` works on a tile in place, one `Lanes` per sample of the line.
+/// Filters the columns, then the rows of `plane`. `filter` works on a tile in place, one `Lanes` per sample of the
+/// line.
 pub fn columns_then_rows(plane: &Plane<f64>, filter: impl Fn(&mut [Lanes]) + Sync) -> Plane<f64> {
     let (width, height) = (plane.width(), plane.height());
     let tiles: Vec<Vec<Lanes>> = (0..width.div_ceil(LANES))

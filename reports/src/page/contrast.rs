@@ -29,8 +29,8 @@ fn calibration() -> Vec<Calibrated> {
     lines.filter_map(row).collect()
 }
 
-/// Plots features moved and bits flipped against the rms of the `streaming` DoG. Calibration in grey, this report in blue,
-/// the limits in red.
+/// Plots features moved and bits flipped against the rms of the `streaming` DoG. Calibration in grey, this report in
+/// blue, the limits in red.
 pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     let bounds = Bounds::acceptance();
     let calibrated = calibration();

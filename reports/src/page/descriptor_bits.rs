@@ -6,7 +6,8 @@ use crate::colour::Rgb;
 use crate::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Series, VIOLET};
 use crate::study::Study;
 
-/// Plots the flips of each bit, flips against margin, and the number of bits with each margin; all pictures and conditions.
+/// Plots the flips of each bit, flips against margin, and the number of bits with each margin; all pictures and
+/// conditions.
 pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     let pairs = study.flips.first().map_or(0, |(_, flips)| flips.per_bit.len() / 64);
     let mut all = Flips::of_pairs(pairs);

@@ -5,7 +5,8 @@ use crate::colour::Rgb;
 use crate::hardware::{DeviceUtilisation, ResourceEstimate};
 use crate::plot::{Axis, BLUE, Chart, Mark, PlotError, Series};
 
-/// Plots the utilisation of the first device: used, in front of the limit and of what the device has. Empty without a device.
+/// Plots the utilisation of the first device: used, in front of the limit and of what the device has. Empty without a
+/// device.
 pub(super) fn plot(estimate: &ResourceEstimate) -> Result<String, PlotError> {
     let Some(DeviceUtilisation { name, has, limits, used_percent, .. }) = estimate.devices.first() else {
         return Ok(String::new());

@@ -53,8 +53,8 @@ pub(super) fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
     Ok(plots)
 }
 
-/// Returns the limits of a measure (0: DoG error, 1: bit flips, 2: features moved). If the limit depends on the contrast
-/// class, these are the strictest and the loosest one.
+/// Returns the limits of a measure (0: DoG error, 1: bit flips, 2: features moved). If the limit depends on the
+/// contrast class, these are the strictest and the loosest one.
 fn limits(measure: usize) -> Vec<Rule> {
     let bounds = Bounds::acceptance();
     let columns = [&bounds.nominal, &bounds.combined, &bounds.fog];
@@ -70,8 +70,8 @@ fn limits(measure: usize) -> Vec<Rule> {
     vec![Rule::Limit(least, String::new()), Rule::Limit(most, format!("≤ {least} to {most}, by contrast"))]
 }
 
-/// Plots error and bit flips against M10K blocks, and error against multipliers. One dot for each word length; the line is
-/// the Pareto front, the ring the design point.
+/// Plots error and bit flips against M10K blocks, and error against multipliers. One dot for each word length; the line
+/// is the Pareto front, the ring the design point.
 pub(super) fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
     type Measure = fn(&Cost) -> f64;
     let charts: [(&str, &str, Measure, f64, f64, Measure); 3] = [

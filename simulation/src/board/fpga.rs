@@ -66,7 +66,8 @@ pub struct Fpga {
 }
 
 impl Fpga {
-    /// After its reset, with a camera that sends what it is given once it is switched on, and a DMA with `memory` bytes.
+    /// After its reset, with a camera that sends what it is given once it is switched on, and a DMA with `memory`
+    /// bytes.
     pub fn new(simulator: &Simulator, memory: usize) -> Result<Self, SimulationError> {
         let sim = simulation(simulator, 1)?;
         let dut = sim.dut();

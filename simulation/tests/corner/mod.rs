@@ -569,8 +569,8 @@ fn cycles_from_port_to_port(simulator: &Simulator) -> Outcome {
     Ok(())
 }
 
-/// The cycle in which the first of the beats that were queued last is offered: the source looks at its queue at the next
-/// edge.
+/// The cycle in which the first of the beats that were queued last is offered: the source looks at its queue at the
+/// next edge.
 fn first_offer(bench: &Bench) -> u64 {
     bench.cycle + 1
 }

@@ -1,4 +1,5 @@
-//! Models of the motion of the picture: `p' = H p` in homogeneous coordinates, `p` a pixel of REF, `p'` the same ground in CUR.
+//! Models of the motion of the picture: `p' = H p` in homogeneous coordinates, `p` a pixel of REF, `p'` the same ground
+//! in CUR.
 //!
 //! | model | `H` | parameters | minimal pairs |
 //! |---|---|---|---|
@@ -82,8 +83,8 @@ impl Model {
         self.fit_by(pairs, |_| 1.0, HOMOGRAPHY_ROUNDS)
     }
 
-    /// Runs a single round of the weighted fit, for a caller that iterates. `weights` include one over the square of the
-    /// denominator of each pair under the previous motion; weight 0 leaves a pair out.
+    /// Runs a single round of the weighted fit, for a caller that iterates. `weights` include one over the square of
+    /// the denominator of each pair under the previous motion; weight 0 leaves a pair out.
     ///
     /// # Errors
     /// As [`Model::fit`], and if a weight is negative or not finite or the number of weights is not that of the pairs.

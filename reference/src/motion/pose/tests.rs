@@ -43,8 +43,8 @@ pub(super) struct Conditions {
 }
 
 /// Simulates two frames from 100 m with up to 5 degrees of tilt and 2 m of descent. Between the frames the camera tilts
-/// by up to a twentieth of the field of view and drifts by as much again, so that they overlap. The geometry is by rays,
-/// without a homography.
+/// by up to a twentieth of the field of view and drifts by as much again, so that they overlap. The geometry is by
+/// rays, without a homography.
 pub(super) fn flight(seed: u64, conditions: &Conditions) -> Flight {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut within = |most: f64| most * (2.0 * rng.random::<f64>() - 1.0);
@@ -149,8 +149,8 @@ proptest! {
     }
 }
 
-/// Returns the root mean square error (m) with a measured terrain prior, as a flight program has after a few frames, and
-/// with the prior of a single reading.
+/// Returns the root mean square error (m) with a measured terrain prior, as a flight program has after a few frames,
+/// and with the prior of a single reading.
 fn with_terrain(conditions: &Conditions) -> [f64; 2] {
     let flights = 100;
     let rms = |known: bool| {
@@ -184,8 +184,8 @@ fn houses_do_not_tilt_the_ground() {
     assert!(town < 1.3 * flat, "{town:.3} m, {flat:.3} m without houses");
 }
 
-/// A roof 12 m high in a corner of the frame, seen 8 cm beside the reference: its parallax is two standard deviations of
-/// the noise. Treated as ground it tilts the plane. From a metre beside, the fit reports it as off the plane.
+/// A roof 12 m high in a corner of the frame, seen 8 cm beside the reference: its parallax is two standard deviations
+/// of the noise. Treated as ground it tilts the plane. From a metre beside, the fit reports it as off the plane.
 #[test]
 fn a_known_roof_does_not_tilt_the_ground() {
     let camera = Camera::with_field_of_view(1024, 768, 50.0 * DEGREE).unwrap();
@@ -318,8 +318,8 @@ fn hover_over_hills(seed: u64, reach: f64) -> Flight {
     Flight { views, pairs, displacement, descent: heights[0] - heights[1], attitude: attitudes[1] }
 }
 
-/// The height is held to 0.3 m. With 3 m of climb the error is 0.27 m, and the computed standard error is a tenth of it:
-/// hills as long as the frame look like perspective.
+/// The height is held to 0.3 m. With 3 m of climb the error is 0.27 m, and the computed standard error is a tenth of
+/// it: hills as long as the frame look like perspective.
 #[test]
 fn a_hover_over_hills_is_known_to_centimetres() {
     for (reach, max_rms) in [(0.1, 0.04), (0.4, 0.08)] {

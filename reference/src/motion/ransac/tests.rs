@@ -84,8 +84,8 @@ proptest! {
         let found = search.run(&pairs, None).unwrap();
         let true_pairs = (0..pairs.len()).filter(|&i| squared_error(&h, &pairs[i]) < 1e-12);
         prop_assert!(true_pairs.into_iter().all(|i| found.inliers.contains(&i)), "{} inliers", found.inliers.len());
-        // Without residuals in the functional, or with the wrong sign, any hypothesis within the voting radius of all is as
-        // good.
+        // Without residuals in the functional, or with the wrong sign, any hypothesis within the voting radius of all
+        // is as good.
         let exact = matches!(search.functional, Functional::Msac | Functional::Subtracted(_));
         let tolerance = if exact { 1e-3 } else { search.max_squared_error.sqrt() };
         prop_assert!(centre_miss(&found.homography, &h) < tolerance, "{}", centre_miss(&found.homography, &h));

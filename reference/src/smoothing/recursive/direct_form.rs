@@ -38,7 +38,8 @@ pub struct DirectForm {
 }
 
 impl DirectForm {
-    /// Returns `H(e^{i omega})` at `omega` radians per pixel. Complex in general: the two passes in parallel are mirror images only up to rounding.
+    /// Returns `H(e^{i omega})` at `omega` radians per pixel. Complex in general: the two passes in parallel are mirror
+    /// images only up to rounding.
     pub fn frequency_response(&self, omega: f64) -> Complex<f64> {
         let z = Complex::from_polar(1.0, -omega);
         // Horner, from the highest power of z^-1 down.
@@ -102,8 +103,8 @@ impl DirectForm {
     }
 }
 
-/// Multiplies sections out: returns `a[1 ..]` of `1 - sum a[i] z^-i = prod_j (1 - a1_j z^-1 - a2_j z^-2)`. A section with
-/// `a2 = 0` is of first order.
+/// Multiplies sections out: returns `a[1 ..]` of `1 - sum a[i] z^-i = prod_j (1 - a1_j z^-1 - a2_j z^-2)`. A section
+/// with `a2 = 0` is of first order.
 pub(crate) fn product(sections: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
     let polynomial = sections.fold(vec![1.0], |polynomial, [a1, a2]| {
         let factor: &[f64] = if a2 == 0.0 { &[1.0, -a1] } else { &[1.0, -a1, -a2] };

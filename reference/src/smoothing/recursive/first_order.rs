@@ -18,7 +18,8 @@
 use crate::smoothing::design::{DesignError, SIGMA_MAX, check_sigma};
 use crate::smoothing::gaussian::{SIGMA_MIN, unit_sum_half};
 
-/// Returns the pole `a = b1/b0` of the least-squares fit to the Gaussian of `sigma` pixels, to the precision of an `f64`.
+/// Returns the pole `a = b1/b0` of the least-squares fit to the Gaussian of `sigma` pixels, to the precision of an
+/// `f64`.
 ///
 /// # Errors
 /// `sigma` is not within `0.5 ..= 256`.

@@ -269,7 +269,8 @@ impl Recursive {
         }
     }
 
-    /// Returns the half `h[0 ..= reach]` of the impulse response; the sum beyond the reach is below `2^-53` of the whole.
+    /// Returns the half `h[0 ..= reach]` of the impulse response; the sum beyond the reach is below `2^-53` of the
+    /// whole.
     pub fn impulse_response(&self) -> Vec<f64> {
         self.passes.impulse_response()
     }
@@ -308,8 +309,8 @@ fn solve_variance(sigma: f64, variance: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Returns the parameter of the smallest l2 error, by golden-section search over the `sigma` of the variance fit. The
-/// search starts at 0.78 `sigma`, because at half a pixel the sampled Gaussian is narrower than its `sigma`, and ends at
-/// 2 `sigma`, because the best exponential is about 1.5 times as wide.
+/// search starts at 0.78 `sigma`, because at half a pixel the sampled Gaussian is narrower than its `sigma`, and ends
+/// at 2 `sigma`, because the best exponential is about 1.5 times as wide.
 fn least_squares(family: Family, sigma: f64) -> f64 {
     let error =
         |s: f64| Residuals::from_gaussian(&family.passes(family.parameter_of_variance(s)).impulse_response(), sigma).l2;

@@ -41,8 +41,8 @@ impl ParallelSection {
         2.0 * (self.n[0] + self.n[1]) / self.b() - self.n[0]
     }
 
-    /// Returns `sum_n n^2 h[n]` of both sides: twice the second derivative of `N/D` at 0, `N(s) = n0 + n1 e^-s`, `D(s) = 1 - a1
-    /// e^-s - a2 e^-2s`.
+    /// Returns `sum_n n^2 h[n]` of both sides: twice the second derivative of `N/D` at 0, `N(s) = n0 + n1 e^-s`, `D(s)
+    /// = 1 - a1 e^-s - a2 e^-2s`.
     fn second_moment(&self) -> f64 {
         let ([n0, n1], [a1, a2], d) = (self.n, self.a, self.b());
         let (n, slope_n, bend_n) = (n0 + n1, -n1, n1);
