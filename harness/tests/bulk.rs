@@ -124,7 +124,7 @@ fn wide_words_that_do_not_fit_are_refused_in_bulk() {
     sim.run_for(PERIOD).unwrap();
     let mut bulk = Bulk::<u32, u32>::new(&dut, &clock, "in_", "out_", AVALON).unwrap();
     let mut send = |words: &[u32]| {
-        let options = Options { expect: 1, most_cycles: 100, ..Options::default() };
+        let options = Options { expect: 1, max_cycles: 100, ..Options::default() };
         let mut received = Vec::new();
         bulk.transfer(&mut sim, words, &mut received, &options).map(|_| received).map_err(|e| e.to_string())
     };
@@ -143,7 +143,7 @@ fn bulk_that_cannot_end_says_so_and_wrong_types_are_refused() {
     let clock = dut.clock("clk", PERIOD).unwrap();
     sim.run_for(PERIOD).unwrap();
     let mut bulk = Bulk::<u8, u16>::new(&dut, &clock, "in_", "out_", AVALON).unwrap();
-    let options = Options { expect: 11, most_cycles: 500, ..Options::default() };
+    let options = Options { expect: 11, max_cycles: 500, ..Options::default() };
     let error = bulk.transfer(&mut sim, &[1; 10], &mut Vec::new(), &options).unwrap_err().to_string();
     assert!(error.contains("did not end within 500 cycles: 10 of 10 beats taken, 10 of 11 given"), "{error}");
     let error = Bulk::<u16, u16>::new(&dut, &clock, "in_", "out_", AVALON).err().unwrap().to_string();

@@ -5,7 +5,7 @@ use std::future::Future;
 use std::rc::Rc;
 
 use hoverlock_harness::Error;
-use hoverlock_harness::bus::{Contents, Pause, avalon_mm, axi_lite, axi4};
+use hoverlock_harness::bus::{MemoryContents, Pause, avalon_mm, axi_lite, axi4};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -224,7 +224,7 @@ enum MemoryOf {
 }
 
 impl MemoryOf {
-    fn contents(&self) -> &Contents {
+    fn contents(&self) -> &MemoryContents {
         match self {
             MemoryOf::Avalon(memory) => memory,
             MemoryOf::Axi(memory) => memory,

@@ -53,8 +53,8 @@ impl Transfer {
         let stall = pause_of(asked.stall.as_ref(), asked.seed ^ 0x9E37_79B9_7F4A_7C15)?;
         let dialect = dialect_of(&asked.bus, asked.ready_latency)?;
         let clock = dut.clock(&asked.clock, Time::fs(asked.period)).map_err(failed(py))?;
-        let (packet, packets, most_cycles) = (asked.packet, asked.packets, asked.most_cycles);
-        let options = Options { idle, stall, packet, expect: 0, packets, most_cycles };
+        let (packet, packets, max_cycles) = (asked.packet, asked.packets, asked.most_cycles);
+        let options = Options { idle, stall, packet, expect: 0, packets, max_cycles };
         Ok(Transfer { input: asked.input, output: asked.output, dialect, clock, expect: asked.expect, options })
     }
 

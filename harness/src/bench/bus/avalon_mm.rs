@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::handshake::Offer;
-use super::words::{Contents, has_contents};
+use super::memory_contents::{MemoryContents, has_contents};
 use super::{Pause, Random, Reset, Violation, optional};
 use crate::bench::error::Error;
 use crate::bench::sim::{Agent, Core, Dut, Edge, Lock, Signal};
@@ -209,7 +209,7 @@ struct MemoryState {
 /// A memory for a master in the design: words by address, with configurable stalls and latencies.
 #[derive(Clone)]
 pub struct Memory {
-    contents: Contents,
+    contents: MemoryContents,
     state: Rc<RefCell<MemoryState>>,
 }
 
@@ -218,7 +218,7 @@ has_contents!(Memory);
 struct MemoryAgent {
     ports: Ports,
     reset: Option<Reset>,
-    contents: Contents,
+    contents: MemoryContents,
     state: Rc<RefCell<MemoryState>>,
     cycle: u64,
     /// Reads in flight: the cycle of the response, and the word.
@@ -252,7 +252,7 @@ impl Memory {
             signal.set(0)?;
         }
         let state = MemoryState { stall: Pause::Never, latency: (1, 1), random: Random::new(0), step: 1 };
-        let memory = Memory { contents: Contents::new(1), state: Rc::new(RefCell::new(state)) };
+        let memory = Memory { contents: MemoryContents::new(1), state: Rc::new(RefCell::new(state)) };
         let Memory { contents, state } = memory.clone();
         let agent = MemoryAgent {
             ports,
@@ -273,10 +273,10 @@ impl Memory {
         self.state.borrow_mut().stall = stall;
     }
 
-    /// Sets how many cycles an answer takes, from `least` (1 or more) to `most`, at random for each read.
-    pub fn set_latency(&self, least: u64, most: u64, seed: u64) {
+    /// Sets how many cycles an answer takes, from `min` (1 or more) to `max`, at random for each read.
+    pub fn set_latency(&self, min: u64, max: u64, seed: u64) {
         let mut state = self.state.borrow_mut();
-        state.latency = (least.max(1), most.max(least.max(1)));
+        state.latency = (min.max(1), max.max(min.max(1)));
         state.random = Random::new(seed);
     }
 
@@ -338,8 +338,8 @@ impl Agent for MemoryAgent {
                 self.contents.count();
                 let address = command.address.wrapping_add(number * state.step);
                 let word = self.contents.get(address);
-                let (least, most) = state.latency;
-                let latency = least + state.random.below(most - least + 1);
+                let (min, max) = state.latency;
+                let latency = min + state.random.below(max - min + 1);
                 let after = self.answers.back().map_or(0, |(cycle, _)| cycle + 1);
                 self.answers.push_back(((self.cycle + latency - 1).max(after), word));
             }

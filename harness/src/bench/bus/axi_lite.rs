@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::handshake::Offer;
-use super::words::{Contents, has_contents};
+use super::memory_contents::{MemoryContents, has_contents};
 use super::{Pause, Reset, Violation, optional};
 use crate::bench::error::Error;
 use crate::bench::sim::{Agent, Core, Dut, Edge, Lock, Signal, both};
@@ -206,7 +206,7 @@ type Stalls = Rc<RefCell<[Pause; 5]>>;
 /// A memory for a master in the design. Addresses count bytes; words are as wide as the data.
 #[derive(Clone)]
 pub struct Memory {
-    contents: Contents,
+    contents: MemoryContents,
     stalls: Stalls,
 }
 
@@ -215,7 +215,7 @@ has_contents!(Memory);
 struct MemoryAgent {
     ports: Ports,
     reset: Option<Reset>,
-    contents: Contents,
+    contents: MemoryContents,
     stalls: Stalls,
     addresses: VecDeque<u64>,
     data: VecDeque<(u64, u64)>,
@@ -237,7 +237,7 @@ impl Memory {
             signal.set(0)?;
         }
         let bytes = u64::from(ports.r_data.width() / 8).max(1);
-        let memory = Memory { contents: Contents::new(bytes), stalls: Stalls::default() };
+        let memory = Memory { contents: MemoryContents::new(bytes), stalls: Stalls::default() };
         let Memory { contents, stalls } = memory.clone();
         let agent = MemoryAgent {
             ports,

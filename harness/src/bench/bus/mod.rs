@@ -18,14 +18,14 @@ pub mod axi4;
 pub mod axi_lite;
 pub mod bulk;
 mod handshake;
+mod memory_contents;
 mod pause;
 mod reset;
 pub mod stream;
-mod words;
 
+pub use self::memory_contents::MemoryContents;
 pub use self::pause::{Pause, Random, Switch};
 pub use self::reset::Reset;
-pub use self::words::Contents;
 pub use super::error::Violation;
 use crate::bench::sim::{Dut, Signal};
 use crate::engine::error::ModelError;

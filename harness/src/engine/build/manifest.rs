@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::files::read;
-use super::workshop::Workshop;
+use super::job::BuildJob;
 use crate::engine::error::BuildError;
 
-impl Workshop<'_> {
+impl BuildJob<'_> {
     /// Returns all files that Verilator read, except the sources, its own program and the file written for it.
     pub(super) fn read_manifest(&self, generated: &Path, root: &Path) -> Result<Vec<(PathBuf, String)>, BuildError> {
         let text = read(&generated.join("Vdut__verFiles.dat"))?;

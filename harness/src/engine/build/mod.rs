@@ -20,6 +20,7 @@ mod diagnostic;
 mod files;
 mod generated;
 mod hierarchy;
+mod job;
 mod manifest;
 mod model_cache;
 mod ports;
@@ -27,7 +28,6 @@ mod runtime;
 mod tool;
 mod trial;
 mod unity;
-mod workshop;
 
 pub(crate) use unity::INTERFACE;
 
@@ -347,7 +347,7 @@ pub(crate) struct Record {
     /// Ports, then internals, in the order of the shim's table.
     pub signals: Vec<Variable>,
     /// Ports and internals asked for that the shim's table does not have.
-    pub odd: Vec<String>,
+    pub unreachable: Vec<String>,
     /// Whether the bench may drive the `inout`s of the top.
     pub drivable_inouts: bool,
     /// Parameters by name.

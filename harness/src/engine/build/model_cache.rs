@@ -16,8 +16,8 @@ use std::time::{Duration, SystemTime};
 
 use sha2::{Digest, Sha256};
 
+use super::job::BuildJob;
 use super::tool::{self, Verilator, Version};
-use super::workshop::Workshop;
 use super::{Build, Record, Trace, absolute, runtime, trial, unity};
 use crate::engine::error::BuildError;
 use crate::engine::model::Library;
@@ -30,7 +30,7 @@ const GENERATOR: [&str; 10] = [
     include_str!("manifest.rs"),
     include_str!("ports.rs"),
     include_str!("unity.rs"),
-    include_str!("workshop.rs"),
+    include_str!("job.rs"),
     include_str!("hierarchy/mod.rs"),
     include_str!("hierarchy/json.rs"),
     include_str!("hierarchy/xml.rs"),
@@ -59,25 +59,25 @@ pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
     if !version.is_known() && !build.on_trial {
         cache.try_out(build, &verilator, &compiler, &version)?;
     }
-    let aside = cache.aside()?;
-    let workshop = Workshop {
+    let folder = cache.build_folder()?;
+    let job = BuildJob {
         build,
         verilator: &verilator,
         compiler: &compiler,
         sources: &sources,
         includes: &includes,
-        folder: aside.path(),
+        folder: folder.path(),
     };
-    let mut record = workshop
-        .make(&version, |root| cache.runtime(&verilator, &compiler, root, build.trace, build.coverage.any()))?;
-    record.library_hash = hash_file(&aside.path().join("model.so"))?;
-    let library = cache.keep(&key, &aside, &record)?;
+    let mut record =
+        job.make(&version, |root| cache.runtime(&verilator, &compiler, root, build.trace, build.coverage.any()))?;
+    record.library_hash = hash_file(&folder.path().join("model.so"))?;
+    let library = cache.keep(&key, &folder, &record)?;
     cache.prune(&key);
     Ok(library)
 }
 
 /// The time after which an unused model is removed.
-const KEPT_UNUSED: Duration = Duration::from_secs(30 * 24 * 3600);
+const MAX_UNUSED_AGE: Duration = Duration::from_secs(30 * 24 * 3600);
 
 struct Cache {
     root: PathBuf,
@@ -90,12 +90,12 @@ enum Sharing {
 }
 
 /// The folder of a build in progress, removed when dropped.
-struct Aside {
+struct BuildFolder {
     folder: tempfile::TempDir,
     _alive: File,
 }
 
-impl Aside {
+impl BuildFolder {
     fn path(&self) -> &Path {
         self.folder.path()
     }
@@ -172,13 +172,13 @@ impl Cache {
         None
     }
 
-    fn aside(&self) -> Result<Aside, BuildError> {
+    fn build_folder(&self) -> Result<BuildFolder, BuildError> {
         let parent = self.root.join("aside");
-        let make = || -> io::Result<Aside> {
+        let make = || -> io::Result<BuildFolder> {
             let folder = tempfile::Builder::new().prefix("build-").tempdir_in(&parent)?;
             let alive = File::create(folder.path().join("alive"))?;
             alive.lock()?;
-            Ok(Aside { folder, _alive: alive })
+            Ok(BuildFolder { folder, _alive: alive })
         };
         make().map_err(|source| BuildError::Cache { path: parent.clone(), source })
     }
@@ -203,8 +203,8 @@ impl Cache {
         let _lock = self.lock(&key, Sharing::Exclusive)?;
         let passed = self.root.join("runtime").join(&key);
         if !passed.exists() {
-            let aside = self.aside()?;
-            trial::run(build, &verilator.path, aside.path()).map_err(|reason| BuildError::VersionUnsupported {
+            let folder = self.build_folder()?;
+            trial::run(build, &verilator.path, folder.path()).map_err(|reason| BuildError::VersionUnsupported {
                 found: version.text.clone(),
                 path: verilator.path.clone(),
                 reason: format!("on a small design that the harness tries newer versions with, {reason}"),
@@ -235,8 +235,8 @@ impl Cache {
         let folder = self.root.join("runtime").join(&key);
         let _lock = self.lock(&key, Sharing::Exclusive)?;
         if !is_whole(&folder) {
-            let aside = self.aside()?;
-            let into = aside.path().join("objects");
+            let building = self.build_folder()?;
+            let into = building.path().join("objects");
             let kept = |source| BuildError::Cache { path: folder.clone(), source };
             std::fs::create_dir(&into).map_err(kept)?;
             runtime::compile_runtime(compiler, root, trace, coverage, &into)?;
@@ -249,7 +249,7 @@ impl Cache {
     }
 
     /// Moves a finished build into its place and loads it from there.
-    fn keep(&self, key: &str, aside: &Aside, record: &Record) -> Result<Library, BuildError> {
+    fn keep(&self, key: &str, folder: &BuildFolder, record: &Record) -> Result<Library, BuildError> {
         let mut hash = Hash::new();
         for (path, content) in &record.manifest {
             hash.add(path.as_os_str().as_encoded_bytes());
@@ -257,9 +257,9 @@ impl Cache {
         }
         let variant = self.root.join("models").join(key).join(hash.finish());
         let moved = || -> io::Result<()> {
-            let ready = aside.path().join("ready");
+            let ready = folder.path().join("ready");
             std::fs::create_dir(&ready)?;
-            std::fs::rename(aside.path().join("model.so"), ready.join("model.so"))?;
+            std::fs::rename(folder.path().join("model.so"), ready.join("model.so"))?;
             std::fs::write(ready.join("record.json"), serde_json::to_vec(record)?)?;
             touch(&ready);
             if let Some(parent) = variant.parent() {
@@ -272,7 +272,7 @@ impl Cache {
         Library::load(&variant.join("model.so"), record.clone())
     }
 
-    /// Removes what killed builds left, what was not used for [`KEPT_UNUSED`], and, while the models are larger than
+    /// Removes what killed builds left, what was not used for [`MAX_UNUSED_AGE`], and, while the models are larger than
     /// the limit, those used longest ago.
     fn prune(&self, own_key: &str) {
         for path in children(&self.root.join("aside")) {
@@ -286,7 +286,7 @@ impl Cache {
             }
         }
         for folder in children(&self.root.join("runtime")) {
-            if age(last_use(&folder)) > KEPT_UNUSED {
+            if age(last_use(&folder)) > MAX_UNUSED_AGE {
                 self.remove_unless_in_use(&name_of(&folder), &folder);
             }
         }
@@ -299,7 +299,7 @@ impl Cache {
         let mut total: u64 = entries.iter().map(|e| e.1).sum();
         entries.sort();
         for (used, bytes, key, variant) in entries {
-            if total <= self.limit && age(used) <= KEPT_UNUSED {
+            if total <= self.limit && age(used) <= MAX_UNUSED_AGE {
                 break;
             }
             if key != own_key && self.remove_unless_in_use(&key, &variant) {

@@ -8,7 +8,7 @@ use std::time::UNIX_EPOCH;
 use crate::engine::error::BuildError;
 
 /// The oldest version that can be used: 5.000 changed the scheduler, 5.002 mended its first faults.
-pub const OLDEST: (u32, u32) = (5, 2);
+pub const OLDEST_USABLE: (u32, u32) = (5, 2);
 /// The newest version that this harness was tested with. Any other must pass a trial.
 const NEWEST_KNOWN: (u32, u32) = (5, 20);
 /// The first version that describes the design as JSON; the description as XML went some versions later.
@@ -33,7 +33,7 @@ pub struct Version {
 impl Version {
     /// Returns `true` if the harness was tested with this version; any other is tried before its first use.
     pub fn is_known(&self) -> bool {
-        self.number.is_some_and(|number| (OLDEST..=NEWEST_KNOWN).contains(&number))
+        self.number.is_some_and(|number| (OLDEST_USABLE..=NEWEST_KNOWN).contains(&number))
     }
 
     /// Returns `true` if this version describes a design as JSON instead of XML.
@@ -85,10 +85,10 @@ impl Verilator {
             }
         };
         match version.number {
-            Some(number) if number < OLDEST => Err(BuildError::VersionUnsupported {
+            Some(number) if number < OLDEST_USABLE => Err(BuildError::VersionUnsupported {
                 found: version.text,
                 path: self.path.clone(),
-                reason: format!("{}.{:03} or newer is needed", OLDEST.0, OLDEST.1),
+                reason: format!("{}.{:03} or newer is needed", OLDEST_USABLE.0, OLDEST_USABLE.1),
             }),
             _ => Ok(version),
         }

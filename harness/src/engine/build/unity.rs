@@ -8,16 +8,16 @@ use super::Trace;
 use super::files::{read, write};
 use super::generated::{classes_in, has_classes, numbers_of};
 use super::hierarchy::{PortDirection, Variable};
+use super::job::BuildJob;
 use super::runtime::{CXX_FLAGS, PREFIX, check_compiler, include_flags, needs_lz4, runtime_objects, trace_flags};
 use super::tool;
-use super::workshop::Workshop;
 use crate::engine::error::BuildError;
 
 pub(super) const SHIM: &str = include_str!("shim.cpp");
 /// The version of the shim's functions: incremented whenever one of them changes.
 pub(crate) const INTERFACE: u32 = 3;
 
-impl Workshop<'_> {
+impl BuildJob<'_> {
     /// Writes the table of signals and the unity file.
     pub(super) fn write_unity(
         &self,

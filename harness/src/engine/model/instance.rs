@@ -262,8 +262,9 @@ impl Model {
         let index = self.by_name.get(name).or_else(|| self.by_name.get(&name.replace('.', "$")));
         index.map(|index| SignalId { index: *index, model: self.id }).ok_or_else(|| {
             let record = self.library.record();
-            let listed =
-                |name: &str| record.signals.iter().any(|v| v.path == name) || record.odd.iter().any(|v| v == name);
+            let listed = |name: &str| {
+                record.signals.iter().any(|v| v.path == name) || record.unreachable.iter().any(|v| v == name)
+            };
             if listed(name) {
                 return ModelError::NotReachable { name: name.to_owned(), top: self.library.top().to_owned() };
             }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::{Extra, LONGEST, PAGE};
+use super::{Extra, MAX_BURST_BEATS, PAGE_BYTES};
 use crate::bench::bus::axi_lite::Ports;
 use crate::bench::bus::handshake::Offer;
 use crate::bench::bus::{Reset, Violation};
@@ -63,7 +63,8 @@ impl Command {
                 Some(format!("a wrapping burst begins at {:#x}, between two beats", self.address))
             }
             Kind::Increasing
-                if self.address / PAGE != (self.address_of(beats - 1) + self.bytes - 1).max(self.address) / PAGE =>
+                if self.address / PAGE_BYTES
+                    != (self.address_of(beats - 1) + self.bytes - 1).max(self.address) / PAGE_BYTES =>
             {
                 Some(format!("{beats} beats from {:#x} on cross a multiple of 4 KiB", self.address))
             }
@@ -77,7 +78,7 @@ pub(super) type WriteBeat = (u64, u64, bool);
 
 /// The payloads that were transferred in a cycle.
 #[derive(Default)]
-pub(super) struct Taken {
+pub(super) struct Transferred {
     pub write: Option<Command>,
     pub beat: Option<WriteBeat>,
     pub read: Option<Command>,
@@ -132,7 +133,7 @@ impl Watch {
         };
         let bytes = extra.size.as_ref().map_or(self.bytes(), |size| 1 << size.get());
         let id = extra.id.as_ref().map_or(0, Signal::get);
-        Command { address: address.get(), beats: (extra.len.get() + 1).min(LONGEST as u64), bytes, kind, id }
+        Command { address: address.get(), beats: (extra.len.get() + 1).min(MAX_BURST_BEATS as u64), bytes, kind, id }
     }
 
     /// Returns `true` if the reset is active, and forgets what is in flight then.
@@ -148,7 +149,7 @@ impl Watch {
     ///
     /// # Errors
     /// The rule that was broken.
-    pub fn cycle(&mut self) -> Result<Taken, String> {
+    pub fn cycle(&mut self) -> Result<Transferred, String> {
         let bytes = self.bytes();
         let (ports, high) = (&self.ports, |signal: &Signal| signal.is_high());
         let id = |signal: &Option<Signal>| signal.as_ref().map_or(0, Signal::get);
@@ -199,7 +200,7 @@ impl Watch {
         flight.reads.extend(read.map(|command| (command, 0)));
         flight.writes.extend(write);
         flight.take_beat(beat)?;
-        Ok(Taken { write, beat, read })
+        Ok(Transferred { write, beat, read })
     }
 }
 
@@ -210,8 +211,8 @@ impl Flight {
             self.beats += 1;
             if last {
                 self.complete.push_back(std::mem::take(&mut self.beats));
-            } else if self.beats == LONGEST as u64 {
-                return Err(format!("wlast is 0 at beat {LONGEST}"));
+            } else if self.beats == MAX_BURST_BEATS as u64 {
+                return Err(format!("wlast is 0 at beat {MAX_BURST_BEATS}"));
             }
         }
         while let (Some(command), Some(beats)) = (self.writes.front(), self.complete.front()) {

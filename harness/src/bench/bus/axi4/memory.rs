@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::checker::{Command, Watch, WriteBeat};
-use crate::bench::bus::words::{Contents, has_contents};
+use crate::bench::bus::memory_contents::{MemoryContents, has_contents};
 use crate::bench::bus::{Pause, Reset};
 use crate::bench::error::Error;
 use crate::bench::sim::{Agent, Core, Dut, Edge, Signal};
@@ -16,7 +16,7 @@ type Stalls = Rc<RefCell<[Pause; 5]>>;
 /// A memory for a master in the design. Addresses count bytes; words are as wide as the data, at most 64 bits.
 #[derive(Clone)]
 pub struct Memory {
-    contents: Contents,
+    contents: MemoryContents,
     stalls: Stalls,
 }
 
@@ -24,7 +24,7 @@ has_contents!(Memory);
 
 struct MemoryAgent {
     watch: Watch,
-    contents: Contents,
+    contents: MemoryContents,
     stalls: Stalls,
     writes: VecDeque<Command>,
     beats: VecDeque<WriteBeat>,
@@ -47,7 +47,7 @@ impl Memory {
         let watch = Watch::find(dut, clock, prefix, reset)?;
         watch.silence()?;
         let bytes = watch.bytes();
-        let memory = Memory { contents: Contents::new(bytes), stalls: Stalls::default() };
+        let memory = Memory { contents: MemoryContents::new(bytes), stalls: Stalls::default() };
         let Memory { contents, stalls } = memory.clone();
         let agent = MemoryAgent {
             watch,

@@ -21,11 +21,11 @@ use crate::bench::sim::{Dut, Lock, Signal, both};
 use crate::engine::error::ModelError;
 
 /// The greatest number of beats in a burst.
-const LONGEST: usize = 256;
+const MAX_BURST_BEATS: usize = 256;
 /// The page size in bytes: a burst must not cross a multiple of it.
-const PAGE: u64 = 4096;
+const PAGE_BYTES: u64 = 4096;
 /// The code of increasing addresses in `awburst` and `arburst`.
-const INCREASING: u64 = 1;
+const INCREMENTING: u64 = 1;
 
 /// The signals of one direction that AXI4 has and AXI4-Lite does not.
 struct Extra {
@@ -53,7 +53,7 @@ impl Extra {
 
     fn set_address(&self, beats: usize, bytes: u64) -> Result<(), Error> {
         self.len.set(beats as u64 - 1)?;
-        let others = [(&self.size, u64::from(bytes.trailing_zeros())), (&self.burst, INCREASING), (&self.id, 0)];
+        let others = [(&self.size, u64::from(bytes.trailing_zeros())), (&self.burst, INCREMENTING), (&self.id, 0)];
         for (signal, value) in others {
             signal.as_ref().map_or(Ok(()), |signal| signal.set(value))?;
         }
@@ -144,16 +144,16 @@ impl Inner {
 
     fn check(&self, address: u64, beats: usize) -> Result<(), Error> {
         let (name, bytes) = (&self.ports.name, self.bytes());
-        let most = LONGEST.min(self.write.len.mask().min(self.read.len.mask()) as usize + 1);
-        if beats == 0 || beats > most {
-            return Err(Error::Bench(format!("'{name}' takes bursts of 1 to {most} beats, not {beats}")));
+        let max = MAX_BURST_BEATS.min(self.write.len.mask().min(self.read.len.mask()) as usize + 1);
+        if beats == 0 || beats > max {
+            return Err(Error::Bench(format!("'{name}' takes bursts of 1 to {max} beats, not {beats}")));
         }
         if !address.is_multiple_of(bytes) {
             return Err(Error::Bench(format!(
                 "'{name}': a burst begins at a multiple of {bytes}, not at {address:#x}"
             )));
         }
-        if address / PAGE != (address + bytes * beats as u64 - 1) / PAGE {
+        if address / PAGE_BYTES != (address + bytes * beats as u64 - 1) / PAGE_BYTES {
             return Err(Error::Bench(format!(
                 "'{name}': {beats} beats from {address:#x} on cross a multiple of 4 KiB"
             )));

@@ -11,11 +11,11 @@
 //! half cycle.
 
 mod half_cycle;
-mod lane;
+mod sides;
 
 use self::half_cycle::HalfCycles;
-pub use self::lane::Element;
-use self::lane::{Lane, Receiver, Sender};
+pub use self::sides::Element;
+use self::sides::{Receiver, Sender, StreamSignals};
 use super::stream::Dialect;
 use super::{Pause, Violation};
 use crate::bench::error::Error;
@@ -37,7 +37,7 @@ pub struct Options {
     pub packets: usize,
     /// Clock cycles after which a transfer that has not ended is an error; 0: 100 000 plus 16 for each beat sent or
     /// expected.
-    pub most_cycles: u64,
+    pub max_cycles: u64,
 }
 
 /// The counts of a transfer.
@@ -56,8 +56,8 @@ pub struct Report {
 /// A stream through the design, from slice to vector.
 pub struct Bulk<I: Element, O: Element> {
     clock: Clock,
-    input: Lane<I>,
-    output: Lane<O>,
+    input: StreamSignals<I>,
+    output: StreamSignals<O>,
 }
 
 impl<I: Element, O: Element> Bulk<I, O> {
@@ -70,7 +70,8 @@ impl<I: Element, O: Element> Bulk<I, O> {
         if let Dialect::Avalon { ready_latency: 65.. } = dialect {
             return Err(Error::bench("the ready latency of a stream is at most 64 cycles"));
         }
-        let (input, output) = (Lane::find(dut, input, dialect, true)?, Lane::find(dut, output, dialect, false)?);
+        let (input, output) =
+            (StreamSignals::find(dut, input, dialect, true)?, StreamSignals::find(dut, output, dialect, false)?);
         Ok(Bulk { clock: clock.clone(), input, output })
     }
 
@@ -86,7 +87,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
     /// # Errors
     /// If the elements do not fit `data` or make no whole beats, if packets are expected of a stream that does not mark
     /// their end, if another clock runs, if the Verilog ends or fails, or if the transfer does not end within
-    /// [`Options::most_cycles`].
+    /// [`Options::max_cycles`].
     pub fn transfer(
         &mut self,
         sim: &mut Sim,
@@ -134,9 +135,9 @@ impl<I: Element, O: Element> Bulk<I, O> {
 
     fn run(&mut self, dut: &Dut, elements: &[I], received: &mut Vec<O>, options: &Options) -> Result<Report, Error> {
         let count = elements.len() / self.input.parts;
-        let most = match options.most_cycles {
+        let max = match options.max_cycles {
             0 => 100_000 + 16 * (count + options.expect) as u64,
-            most => most,
+            max => max,
         };
         let mut sender = Sender::new(&self.input, elements, options);
         let mut receiver = Receiver::new(&self.output, received, options);
@@ -158,7 +159,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
                 sender.sample();
                 model = half_cycles.rising(model, high)?;
                 cycles += 1;
-                if (sender.is_done() && receiver.is_done()) || cycles >= most {
+                if (sender.is_done() && receiver.is_done()) || cycles >= max {
                     break;
                 }
                 model = half_cycles.check_wall_clock(model)?;
@@ -175,7 +176,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
         Err(Violation {
             bus: format!("{} -> {}", self.input.name, self.output.name),
             rule: format!(
-                "the transfer did not end within {most} cycles: {} of {count} beats taken, {} of {} given, {} of {} \
+                "the transfer did not end within {max} cycles: {} of {count} beats taken, {} of {} given, {} of {} \
                  packets",
                 sender.sent, receiver.beats, options.expect, receiver.packets, options.packets
             ),

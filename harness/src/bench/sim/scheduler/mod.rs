@@ -135,7 +135,7 @@ pub(crate) struct Core {
     /// The task whose end ends the run.
     main: Cell<Option<TaskId>>,
     main_ended: Cell<bool>,
-    most_rounds: Cell<u32>,
+    max_rounds: Cell<u32>,
     warned: RefCell<Vec<u32>>,
     pub waves: RefCell<Waves>,
     has_waves: Cell<bool>,
@@ -187,7 +187,7 @@ impl Core {
             failed: Cell::new(false),
             main: Cell::new(None),
             main_ended: Cell::new(false),
-            most_rounds: Cell::new(Limits::default().rounds),
+            max_rounds: Cell::new(Limits::default().rounds),
             error: RefCell::default(),
             warned: RefCell::default(),
             waves: RefCell::default(),

@@ -20,7 +20,7 @@ impl Core {
     pub fn run(&self, mut main: MainTask<'_>, id: TaskId) -> Result<(), Error> {
         self.main.set(Some(id));
         self.main_ended.set(false);
-        self.most_rounds.set(self.limits.borrow().rounds);
+        self.max_rounds.set(self.limits.borrow().rounds);
         self.stop_flag.store(false, Ordering::Relaxed);
         let mut watch = self.wall_clock();
         let limit = self.limits.borrow().time.unwrap_or(Time::fs(u64::MAX));
@@ -134,7 +134,7 @@ impl Core {
 
     #[inline(always)]
     fn check_rounds(&self, rounds: u32) -> Result<(), Error> {
-        if rounds > self.most_rounds.get() {
+        if rounds > self.max_rounds.get() {
             return Err(SimError::NoProgress { rounds, report: self.report() }.into());
         }
         Ok(())

@@ -19,7 +19,7 @@ use crate::engine::error::{BuildError, nearest};
 const SPLIT_INOUTS: &str = "--pins-inout-enables";
 
 /// A build in progress with its paths, all absolute.
-pub(super) struct Workshop<'a> {
+pub(super) struct BuildJob<'a> {
     pub build: &'a Build,
     pub verilator: &'a Verilator,
     pub compiler: &'a Path,
@@ -28,7 +28,7 @@ pub(super) struct Workshop<'a> {
     pub folder: &'a Path,
 }
 
-impl Workshop<'_> {
+impl BuildJob<'_> {
     /// Runs Verilator and the compiler in the folder, which makes `model.so`. `runtime` gives the folder of the
     /// runtime's objects for a Verilator root.
     pub fn make(
@@ -48,12 +48,13 @@ impl Workshop<'_> {
         let has_inouts = of_top.clone().any(|v| v.port == Some(PortDirection::Inout)) && !split_by_flag;
         let (mut warnings, drivable) = self.verilate_with_inouts(&internals, &forceable, has_inouts)?;
         let mut tables = Tables::read(&generated)?;
-        let odd = tables.unreachable(&generated)?;
-        if !odd.is_empty() {
-            let is_odd = |v: &&Variable| odd.contains(&(v.scope.clone(), v.name.clone()));
-            let odd: HashSet<_> = internals.iter().filter(is_odd).map(|v| (&v.module, &v.name)).collect();
+        let unreachable = tables.unreachable(&generated)?;
+        if !unreachable.is_empty() {
+            let is_unreachable = |v: &&Variable| unreachable.contains(&(v.scope.clone(), v.name.clone()));
+            let unreachable: HashSet<_> =
+                internals.iter().filter(is_unreachable).map(|v| (&v.module, &v.name)).collect();
             let rest: Vec<Variable> =
-                internals.iter().filter(|v| !odd.contains(&(&v.module, &v.name))).cloned().collect();
+                internals.iter().filter(|v| !unreachable.contains(&(&v.module, &v.name))).cloned().collect();
             std::fs::remove_dir_all(&generated)
                 .map_err(|source| BuildError::Cache { path: generated.clone(), source })?;
             let forceable: Vec<Variable> = forceable.iter().filter(|v| rest.contains(v)).cloned().collect();
@@ -62,12 +63,12 @@ impl Workshop<'_> {
         }
         let header = read(&generated.join("Vdut.h"))?;
         let mut signals = ports(&header, &of_top.clone().collect::<Vec<_>>());
-        let mut odd: Vec<String> =
+        let mut unreachable: Vec<String> =
             of_top.filter(|v| !signals.iter().any(|(port, _)| port.name == v.name)).map(|v| v.path.clone()).collect();
         let structures = Structures::read(&generated)?;
         for variable in std::mem::take(&mut internals) {
             let Some(member) = tables.members.get(&(variable.scope.clone(), variable.name.clone())) else {
-                odd.push(variable.path);
+                unreachable.push(variable.path);
                 continue;
             };
             let Some(structure) = structures.of_member(member) else {
@@ -79,7 +80,7 @@ impl Workshop<'_> {
                     signals.push((part.variable.clone(), format!("{member}{below}")));
                 }
             }
-            odd.push(variable.path);
+            unreachable.push(variable.path);
         }
         if drivable {
             // Only the two halves of an `inout` have such names: Verilator refuses a design that has them already.
@@ -97,7 +98,7 @@ impl Workshop<'_> {
         Ok(Record {
             top: self.build.top.clone(),
             signals: signals.into_iter().map(|(variable, _)| variable).collect(),
-            odd,
+            unreachable,
             drivable_inouts: drivable || split_by_flag,
             constants: hierarchy.constants.iter().take(20_000).cloned().collect(),
             names: hierarchy.variables.iter().take(20_000).map(|v| v.path.clone()).collect(),

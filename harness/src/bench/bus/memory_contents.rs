@@ -6,17 +6,17 @@ use std::rc::Rc;
 
 /// A memory of words of up to 64 bits by address, 0 if never written, with a count of accesses. Clones share it.
 #[derive(Debug, Clone)]
-pub struct Contents {
+pub struct MemoryContents {
     words: Rc<RefCell<HashMap<u64, u64>>>,
     accesses: Rc<Cell<u64>>,
     /// The number of addresses that a word has.
     step: u64,
 }
 
-impl Contents {
+impl MemoryContents {
     /// Creates a memory of zeros with a word at every `step` addresses.
-    pub(super) fn new(step: u64) -> Contents {
-        Contents { words: Rc::default(), accesses: Rc::default(), step }
+    pub(super) fn new(step: u64) -> MemoryContents {
+        MemoryContents { words: Rc::default(), accesses: Rc::default(), step }
     }
 
     /// Returns the word at an address.
@@ -57,7 +57,7 @@ fn bits_of(strobe: u64) -> u64 {
 macro_rules! has_contents {
     ($memory:ty) => {
         impl std::ops::Deref for $memory {
-            type Target = $crate::bench::bus::Contents;
+            type Target = $crate::bench::bus::MemoryContents;
 
             fn deref(&self) -> &Self::Target {
                 &self.contents
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_strobe_writes_its_bytes_alone() {
-        let words = Contents::new(8);
+        let words = MemoryContents::new(8);
         assert_eq!(words.get(56), 0);
         words.set(57, 0x1122_3344_5566_7788);
         words.write(56, u64::MAX, 0b1000_0001);

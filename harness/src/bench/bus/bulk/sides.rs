@@ -1,4 +1,4 @@
-//! One stream of a transfer: its signals by address, and the side that sends or receives.
+//! One stream of a transfer: its signals by address, and the sides that send and receive.
 
 use super::Options;
 use super::half_cycle::put_now;
@@ -37,7 +37,7 @@ impl Element for u64 {
 }
 
 /// The signals of a stream.
-pub(super) struct Lane<T: Word> {
+pub(super) struct StreamSignals<T: Word> {
     pub name: String,
     /// Elements in a beat: more than one only if `data` is wider than 64 bits.
     pub parts: usize,
@@ -51,8 +51,8 @@ pub(super) struct Lane<T: Word> {
     latency: u32,
 }
 
-impl<T: Element> Lane<T> {
-    pub fn find(dut: &Dut, prefix: &str, dialect: Dialect, driven: bool) -> Result<Lane<T>, Error> {
+impl<T: Element> StreamSignals<T> {
+    pub fn find(dut: &Dut, prefix: &str, dialect: Dialect, driven: bool) -> Result<StreamSignals<T>, Error> {
         let t = if dialect == Dialect::Axi { "t" } else { "" };
         let (first, last) = if dialect == Dialect::Axi { ("", "tlast") } else { ("startofpacket", "endofpacket") };
         let some = |name: &str| if name.is_empty() { Ok(None) } else { optional(dut, prefix, name) };
@@ -76,7 +76,7 @@ impl<T: Element> Lane<T> {
         if driven && (info.direction == Direction::Output || info.is_overridden()) {
             return Err(ModelError::NotWritable { signal: info.name, top: dut.top() }.into());
         }
-        Ok(Lane {
+        Ok(StreamSignals {
             name: prefix.trim_end_matches(['_', '$', '.']).to_owned(),
             parts,
             last: some(last)?,
@@ -153,7 +153,7 @@ unsafe fn put_if(signal: &Option<Signal>, value: bool) {
 
 /// The side that sends: what a source does in each cycle.
 pub(super) struct Sender<'a, I: Element> {
-    lane: &'a Lane<I>,
+    signals: &'a StreamSignals<I>,
     elements: &'a [I],
     /// Beats to send.
     count: usize,
@@ -169,11 +169,11 @@ pub(super) struct Sender<'a, I: Element> {
 }
 
 impl<'a, I: Element> Sender<'a, I> {
-    pub fn new(lane: &'a Lane<I>, elements: &'a [I], options: &Options) -> Sender<'a, I> {
-        let count = elements.len() / lane.parts;
+    pub fn new(signals: &'a StreamSignals<I>, elements: &'a [I], options: &Options) -> Sender<'a, I> {
+        let count = elements.len() / signals.parts;
         let packet = if options.packet == 0 { count.max(1) } else { options.packet };
         Sender {
-            lane,
+            signals,
             elements,
             count,
             sent: 0,
@@ -196,7 +196,7 @@ impl<'a, I: Element> Sender<'a, I> {
     /// The model must be alive and nobody reading.
     pub unsafe fn withdraw(&mut self) {
         // SAFETY: as the caller promises.
-        unsafe { put_now(&self.lane.valid, 0) };
+        unsafe { put_now(&self.signals.valid, 0) };
     }
 
     /// Offers the next beat, unless one is offered already or the source pauses.
@@ -208,16 +208,16 @@ impl<'a, I: Element> Sender<'a, I> {
         if self.is_offered {
             return;
         }
-        let lane = self.lane;
-        let allowed = lane.latency == 0 || self.history.before(lane.latency);
+        let signals = self.signals;
+        let allowed = signals.latency == 0 || self.history.before(signals.latency);
         self.is_offered = self.sent < self.count && allowed && !self.idle.next_cycle();
         // SAFETY: as the caller promises; `sent` is below the number of beats where one is offered.
         unsafe {
-            put_now(&lane.valid, u64::from(self.is_offered));
+            put_now(&signals.valid, u64::from(self.is_offered));
             if self.is_offered {
-                lane.put(self.elements, self.sent);
-                put_if(&lane.first, self.left_in_packet == self.packet);
-                put_if(&lane.last, self.left_in_packet == 1 || self.sent + 1 == self.count);
+                signals.put(self.elements, self.sent);
+                put_if(&signals.first, self.left_in_packet == self.packet);
+                put_if(&signals.last, self.left_in_packet == 1 || self.sent + 1 == self.count);
             }
         }
     }
@@ -225,10 +225,10 @@ impl<'a, I: Element> Sender<'a, I> {
     /// Looks, just before the rising edge, whether that edge takes the beat.
     #[inline(always)]
     pub fn sample(&mut self) {
-        if self.lane.latency > 0 {
-            self.history.push(self.lane.is_ready());
+        if self.signals.latency > 0 {
+            self.history.push(self.signals.is_ready());
         }
-        if self.is_offered && self.lane.moves() {
+        if self.is_offered && self.signals.moves() {
             self.sent += 1;
             self.is_offered = false;
             self.left_in_packet = if self.left_in_packet == 1 { self.packet } else { self.left_in_packet - 1 };
@@ -238,7 +238,7 @@ impl<'a, I: Element> Sender<'a, I> {
 
 /// The side that receives: what a sink does in each cycle.
 pub(super) struct Receiver<'a, O: Element> {
-    lane: &'a Lane<O>,
+    signals: &'a StreamSignals<O>,
     received: &'a mut Vec<O>,
     /// Beats that the design has sent.
     pub beats: usize,
@@ -250,10 +250,10 @@ pub(super) struct Receiver<'a, O: Element> {
 }
 
 impl<'a, O: Element> Receiver<'a, O> {
-    pub fn new(lane: &'a Lane<O>, received: &'a mut Vec<O>, options: &Options) -> Receiver<'a, O> {
-        received.reserve(options.expect * lane.parts);
+    pub fn new(signals: &'a StreamSignals<O>, received: &'a mut Vec<O>, options: &Options) -> Receiver<'a, O> {
+        received.reserve(options.expect * signals.parts);
         Receiver {
-            lane,
+            signals,
             received,
             beats: 0,
             packets: 0,
@@ -274,7 +274,7 @@ impl<'a, O: Element> Receiver<'a, O> {
     /// The model must be alive and nobody reading.
     pub unsafe fn withdraw(&mut self) {
         // SAFETY: as the caller promises.
-        unsafe { put_if(&self.lane.ready, false) };
+        unsafe { put_if(&self.signals.ready, false) };
     }
 
     /// Sets `ready` to 1, or to 0 if the sink stalls.
@@ -284,7 +284,7 @@ impl<'a, O: Element> Receiver<'a, O> {
     #[inline(always)]
     pub unsafe fn offer(&mut self) {
         // SAFETY: as the caller promises.
-        unsafe { put_if(&self.lane.ready, !self.stall.next_cycle()) };
+        unsafe { put_if(&self.signals.ready, !self.stall.next_cycle()) };
     }
 
     /// Takes the beat, if the rising edge that follows moves one.
@@ -293,11 +293,11 @@ impl<'a, O: Element> Receiver<'a, O> {
     /// The model must be alive.
     #[inline(always)]
     pub unsafe fn sample(&mut self) {
-        if self.lane.valid.is_high() && self.lane.moves() {
+        if self.signals.valid.is_high() && self.signals.moves() {
             // SAFETY: as the caller promises.
-            unsafe { self.lane.take(self.received) };
+            unsafe { self.signals.take(self.received) };
             self.beats += 1;
-            self.packets += usize::from(self.lane.last.as_ref().is_some_and(Signal::is_high));
+            self.packets += usize::from(self.signals.last.as_ref().is_some_and(Signal::is_high));
         }
     }
 }
