@@ -11,7 +11,7 @@ use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_pictures::folder::expand;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{
-    FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Trace, Window, format_of, record, run_telling, view,
+    FrameOutcome, Job, Mismatch, Outcome, Simulator, Streams, Trace, Window, format_of, record, run_with_progress, view,
 };
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
@@ -181,7 +181,7 @@ fn simulate(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Out
     let style = ProgressStyle::with_template("{wide_bar} {percent}% {msg} {rate}")?.with_key("rate", rate);
     let bar = ProgressBar::with_draw_target(Some(pixels), ProgressDrawTarget::hidden()).with_style(style);
     let (started, frames) = (Instant::now(), jobs.len());
-    let outcome = run_telling(simulator, jobs, streams, &mut |progress| {
+    let outcome = run_with_progress(simulator, jobs, streams, &mut |progress| {
         if bar.is_hidden() && started.elapsed() > Duration::from_secs(1) {
             bar.set_draw_target(ProgressDrawTarget::stderr());
         }

@@ -3,7 +3,7 @@
 use rust_hdl::prelude::*;
 
 use crate::{
-    cells::{Fields, Height, Pixel, Response, Width, bank::Bank, queue::RecordFifo, sequencer::Sequencer},
+    cells::{Fields, Height, Pixel, Response, Width, bank::Bank, record_fifo::RecordFifo, sequencer::Sequencer},
     design::{RECORD_BITS, SCALE_PAIRS},
     extractor::Extractor,
 };
@@ -11,7 +11,7 @@ use crate::{
 /// The core: Avalon-ST video in, Avalon-ST feature records out.
 #[derive(LogicBlock, Default)]
 pub struct Core {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high. It clears everything but the control registers.
     pub reset: Signal<In, Bit>,

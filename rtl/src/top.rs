@@ -13,7 +13,7 @@ use crate::{
 /// The top level. Its port names are those of the Platform Designer component.
 #[derive(LogicBlock)]
 pub struct Top {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
@@ -39,13 +39,13 @@ pub struct Top {
     pub feature_endofpacket: Signal<Out, Bit>,
     /// Avalon-MM slave, word address.
     pub csr_address: Signal<In, Bits<6>>,
-    /// Read request.
+    /// Read request of this cycle.
     pub csr_read: Signal<In, Bit>,
     /// Read data, one cycle after the request.
     pub csr_readdata: Signal<Out, Bits<32>>,
-    /// Write request.
+    /// Write request of this cycle.
     pub csr_write: Signal<In, Bit>,
-    /// Write data.
+    /// Data of the write request.
     pub csr_writedata: Signal<In, Bits<32>>,
     /// Interrupt request, level-sensitive, active high.
     pub irq: Signal<Out, Bit>,

@@ -29,7 +29,7 @@ foreach callback {add_sources add_verilog} {
 /// A command with its arguments.
 type Call = Vec<String>;
 
-/// What the Tcl files of a folder call; nothing where there is no Tcl interpreter.
+/// Returns the calls of the Tcl files of a folder; `None` if there is no Tcl interpreter.
 fn calls(folder: &Path, files: &[&str]) -> Option<Vec<Call>> {
     let stubs = tempfile::NamedTempFile::new().unwrap();
     fs::write(&stubs, STUBS).unwrap();
@@ -344,7 +344,7 @@ fn faults_of_the_component_are_found() {
     let folder = emitted(&KT27);
     let quartus = folder.path().join("quartus");
     let (tcl, verilog) = (read(quartus.join("hoverlock_hw.tcl")), read(quartus.join("hoverlock_component.v")));
-    for (good, bad, told) in [
+    for (good, bad, message) in [
         ("feature dataBitsPerSymbol 8", "feature dataBitsPerSymbol 256", "256 bits a symbol"),
         ("video symbolsPerBeat 2", "video symbolsPerBeat 1", "data of 1 symbols"),
         ("set_interface_property video symbolsPerBeat 2\n", "", "data of 1 symbols"),
@@ -374,7 +374,7 @@ fn faults_of_the_component_are_found() {
         fs::write(quartus.join("hoverlock_hw.tcl"), tcl.replace(good, bad)).unwrap();
         let Some(calls) = calls(&quartus, &["hoverlock_hw.tcl"]) else { return };
         let faults = Component::of(&calls).faults(&verilog);
-        assert!(faults.iter().any(|fault| fault.contains(told)), "{bad}: {faults:#?}");
+        assert!(faults.iter().any(|fault| fault.contains(message)), "{bad}: {faults:#?}");
     }
 }
 
@@ -508,7 +508,7 @@ fn the_example_system_connects_in_every_design() {
         assert_eq!(system_faults(&system, &component, largest), [""; 0], "{name}");
         // And each fault is found.
         let script = read(quartus.join("example_system.tcl"));
-        for (good, bad, told) in [
+        for (good, bad, message) in [
             ("features DATA_WIDTH 64", "features DATA_WIDTH 256", "features has not the packets of feature"),
             ("frames PACKET_ENABLE 1", "frames PACKET_ENABLE 0", "frames has not the packets"),
             ("add_connection clk.clk features.clock\n", "", "features.clock is connected or exported 0 times"),
@@ -520,7 +520,7 @@ fn the_example_system_connects_in_every_design() {
             assert_eq!(script.matches(good).count(), 1, "{good}");
             fs::write(quartus.join("faulty.tcl"), script.replace(good, bad)).unwrap();
             let faults = system_faults(&calls(&quartus, &["faulty.tcl"]).unwrap(), &component, largest);
-            assert!(faults.iter().any(|fault| fault.contains(told)), "{bad}: {faults:#?}");
+            assert!(faults.iter().any(|fault| fault.contains(message)), "{bad}: {faults:#?}");
         }
         let faults = system_faults(&system, &component, 1 << 27 | 1);
         assert!(faults.iter().any(|fault| fault.contains("MAX_BYTE")), "{faults:#?}");

@@ -15,7 +15,7 @@ use hoverlock_reference::features::feature::MAX_PAIRS;
 
 use crate::job::Job;
 
-/// `bit_true` of a frame.
+/// The expected planes, records and thresholds of a frame.
 #[derive(Debug)]
 pub(super) struct Expected {
     pub planes: Arc<Planes>,
@@ -23,12 +23,12 @@ pub(super) struct Expected {
     pub thresholds: Vec<u32>,
 }
 
-/// `bit_true` of all frames, in their order.
+/// An iterator over the expected values of all frames, in their order.
 pub(super) struct Expectation<'a> {
     model: BitTrue,
     jobs: &'a [Job],
     next: usize,
-    /// The planes of the frame before, which the next one shares where it is the same picture.
+    /// The planes of the frame before, which the next one shares if it is the same picture.
     planes: Option<Arc<Planes>>,
     /// Thresholds and counts of the frame before, if it was in automatic mode.
     follows: Option<(Vec<u32>, [u32; MAX_PAIRS])>,
@@ -76,7 +76,7 @@ impl Iterator for Expectation<'_> {
     }
 }
 
-/// `bit_true` as it comes from the thread that computes it; frames that are done are forgotten.
+/// The expected values as they come from the thread that computes them. Frames that are done are dropped.
 pub(super) struct Oracle {
     coming: Receiver<Expected>,
     known: VecDeque<Arc<Expected>>,
@@ -88,7 +88,8 @@ impl Oracle {
         Self { coming, known: VecDeque::new(), first: 0 }
     }
 
-    /// `bit_true` of a frame not yet forgotten; nothing where there is no such frame.
+    /// Returns the expected values of a frame, waiting for them if need be. `None` if there is no such frame, or it was
+    /// dropped.
     pub fn frame(&mut self, frame: usize) -> Option<Arc<Expected>> {
         let at = frame.checked_sub(self.first)?;
         while self.known.len() <= at {
@@ -97,7 +98,7 @@ impl Oracle {
         self.known.get(at).cloned()
     }
 
-    /// Frames before this one are done.
+    /// Drops the frames before this one.
     pub fn forget(&mut self, frame: usize) {
         while self.first < frame && self.known.pop_front().is_some() {
             self.first += 1;

@@ -27,26 +27,27 @@ pub struct Job {
 /// A fault of a frame at the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fault {
-    /// Nothing.
+    /// The frame is whole.
     #[default]
     None,
-    /// Only so many pixels, the last with end of packet.
+    /// Only this number of pixels, the last with end of packet.
     Short(usize),
-    /// So many pixels too many, the last of them with end of packet.
+    /// This number of pixels too many, the last of them with end of packet.
     Long(usize),
-    /// Only so many pixels and no end: the next frame begins.
+    /// Only this number of pixels and no end of packet: the next frame begins.
     Interrupted(usize),
-    /// After so many pixels the reset input: registers, pipeline and FIFO. Records still inside are lost.
+    /// The reset input after this number of pixels: it clears registers, pipeline and FIFO. Records still inside are
+    /// lost.
     Reset(usize),
     /// The same by the control register, which leaves the registers alone.
     Clear(usize),
 }
 
 impl Job {
-    /// A frame with the coefficients of a design and manual thresholds.
+    /// Creates a frame with the coefficients of a design and manual thresholds.
     ///
     /// # Errors
-    /// Where the design has none.
+    /// If the design has no coefficients.
     pub fn of(
         design: &DesignPoint,
         pixels: Plane<u16>,
@@ -56,7 +57,7 @@ impl Job {
         Ok(Self { pixels, coefficients, thresholds: thresholds.into(), automatic: None, fault: Fault::None })
     }
 
-    /// A frame of the default design.
+    /// Creates a frame of the default design.
     ///
     /// # Errors
     /// As [`Job::of`].
@@ -64,12 +65,12 @@ impl Job {
         Self::of(&KT27, pixels, thresholds)
     }
 
-    /// Width and height.
+    /// Returns width and height, pixels.
     pub(super) fn size(&self) -> (usize, usize) {
         (self.pixels.width(), self.pixels.height())
     }
 
-    /// How many beats the bench sends.
+    /// Returns the number of beats that the source sends.
     pub(super) fn beats(&self) -> usize {
         match self.fault {
             Fault::None => self.pixels.as_slice().len(),
@@ -78,7 +79,7 @@ impl Job {
         }
     }
 
-    /// The frame as the source sends it; `largest` is the largest pixel. Beats beyond its end are arbitrary.
+    /// Returns the frame as the source sends it; `largest` is the largest pixel. Beats beyond its end are arbitrary.
     pub(super) fn frame(&self, largest: u64) -> Frame {
         let pixels = self.pixels.as_slice();
         let last = pixels.last().copied().unwrap_or_default();
@@ -90,7 +91,7 @@ impl Job {
         }
     }
 
-    /// The frame as the hardware completes it: a short one with its last pixel.
+    /// Returns the frame as the hardware completes it: a short one with its last pixel.
     pub(super) fn completed(&self) -> Plane<u16> {
         let (w, h) = self.size();
         let pixels = self.pixels.as_slice();
@@ -98,12 +99,12 @@ impl Job {
         Plane::from_fn(w, h, |x, y| pixels[(y * w + x).min(sent - 1)])
     }
 
-    /// A reset clears the pipeline during the frame.
+    /// Returns `true` if a reset clears the pipeline during the frame.
     pub(super) fn is_lost(&self) -> bool {
         matches!(self.fault, Fault::Reset(_) | Fault::Clear(_))
     }
 
-    /// The error bits of its trailer.
+    /// Returns the error bits of its trailer.
     pub(super) fn errors(&self) -> u32 {
         match self.fault {
             Fault::None | Fault::Reset(_) | Fault::Clear(_) => 0,
@@ -114,7 +115,7 @@ impl Job {
     }
 }
 
-/// Pauses of the streams.
+/// The pauses of both streams.
 #[derive(Debug, Clone, Copy)]
 pub struct Streams {
     /// Chance that no pixel is offered in a cycle.
@@ -134,7 +135,7 @@ impl Default for Streams {
 }
 
 impl Streams {
-    /// The source always offers and the sink always takes, as the definition of cycles per pixel wants it.
+    /// Returns `true` if the source always offers and the sink always takes: the condition of cycles per pixel.
     pub(super) fn flow(&self) -> bool {
         self.source_pause == 0.0 && self.sink_pause == 0.0 && self.sink_opens == 0
     }
@@ -153,19 +154,19 @@ impl Map {
         self.0.iter().find(|register| register.name == name).ok_or(SimulationError::Register(name))
     }
 
-    /// The byte address of a register.
+    /// Returns the byte address of a register.
     pub fn address(&self, name: &'static str) -> Result<u32, SimulationError> {
         Ok(self.register(name)?.offset)
     }
 
-    /// The address of a register and its value with these field values, in their order.
+    /// Returns the address of a register and its value with these field values, in their order.
     fn word(&self, name: &'static str, values: &[u32]) -> Result<(u32, u32), SimulationError> {
         let register = self.register(name)?;
         let fields = register.fields.iter().zip(values);
         Ok((register.offset, fields.fold(0, |word, (field, value)| word | value << field.low)))
     }
 
-    /// The register writes before a frame.
+    /// Returns the register writes before a frame; the last one commits the set.
     pub fn writes(&self, job: &Job) -> Result<Vec<(u32, u32)>, SimulationError> {
         let (w, h) = job.size();
         let coefficients = job.coefficients.iter().enumerate();
@@ -182,7 +183,7 @@ impl Map {
         Ok(writes)
     }
 
-    /// The write that clears the pipeline.
+    /// Returns the write that clears the pipeline.
     pub fn clear(&self) -> Result<(u32, u32), SimulationError> {
         self.word("control", &[1, 0, 0, 0, 1])
     }

@@ -88,27 +88,27 @@ impl From<RecordingError> for SimulationError {
 /// Progress of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Progress {
-    /// Pixels sent.
+    /// Number of pixels sent.
     pub pixels: u64,
-    /// Frames that came out.
+    /// Number of frames that came out.
     pub frames: usize,
-    /// Clock cycles.
+    /// Clock cycles simulated.
     pub cycles: u64,
 }
 
 /// Runs frames through the hardware, back to back apart from the pauses, and compares everything.
 ///
 /// # Errors
-/// Where the bench does not fit the model.
+/// If the bench does not fit the model.
 pub fn run(simulator: &Simulator, jobs: &[Job], streams: Streams) -> Result<Outcome, SimulationError> {
-    run_telling(simulator, jobs, streams, &mut |_| ())
+    run_with_progress(simulator, jobs, streams, &mut |_| ())
 }
 
 /// [`run`] with progress reports.
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_telling(
+pub fn run_with_progress(
     simulator: &Simulator,
     jobs: &[Job],
     streams: Streams,
@@ -155,3 +155,7 @@ fn beside<T>(
         work(&mut oracle)
     })
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -2,7 +2,7 @@
 
 use hoverlock_fixed_point::model::record::FeatureRecord;
 
-/// The first difference.
+/// A difference between hardware and model, as text.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Mismatch {
     /// Stage: `smoother narrow` and the other smoothers, `DoG 0`, `MaxDOG 0` and the other scale pairs,
@@ -10,9 +10,9 @@ pub struct Mismatch {
     pub stage: String,
     /// Frame, from 0.
     pub frame: usize,
-    /// Column.
+    /// Column, pixels.
     pub x: usize,
-    /// Row.
+    /// Row, pixels.
     pub y: usize,
     /// Clock cycle since reset.
     pub cycle: u64,
@@ -55,14 +55,14 @@ pub struct FrameOutcome {
 /// The result of a run.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct Outcome {
-    /// Pixels sent.
+    /// Number of pixels sent.
     pub pixels: u64,
-    /// Clock cycles.
+    /// Clock cycles from the first after the reset.
     pub cycles: u64,
-    /// Cycles between the starts of consecutive frames of one size, over their pixels, the worst; nothing for fewer
-    /// than three, or where source or sink pause.
+    /// Cycles between the starts of consecutive frames of one size, over their pixels, the worst; `None` for fewer
+    /// than three, or if source or sink pause.
     pub cycles_per_pixel: Option<f64>,
-    /// The sum over the frames; `features + dropped` where nothing differs.
+    /// The sum over the frames; `features + dropped` if nothing differs.
     pub model_features: u64,
     /// Records compared.
     pub features: u64,
@@ -78,12 +78,13 @@ pub struct Outcome {
     pub cycles_per_second: f64,
     /// The status register at the end, see `registers/REGISTERS.md`.
     pub status: u32,
-    /// Lines from a frame's first pixel to its first smoothed sample, with the rest in pixels as a fraction; nothing
-    /// where source or sink pause.
+    /// Lines from a frame's first pixel to its first smoothed sample, with the rest in pixels as a fraction; `None`
+    /// if source or sink pause.
     pub latency_lines: Option<f64>,
-    /// Lines from a feature's own pixel at the input to its record at the output, the last one's; nothing as above.
+    /// Lines from a feature's own pixel at the input to its record at the output, the last one's; `None` if source or
+    /// sink pause.
     pub feature_latency_lines: Option<f64>,
-    /// Each frame.
+    /// The result of each frame.
     pub frames: Vec<FrameOutcome>,
     /// The cycle in which the first record was taken.
     #[serde(skip)]
@@ -91,7 +92,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Features and planes were compared, nothing differs, and every feature either came out or was counted as dropped.
+    /// Returns `true` if features and planes were compared, nothing differs, and every feature either came out or was
+    /// counted as dropped.
     pub fn pass(&self) -> bool {
         self.mismatches == 0
             && self.features > 0

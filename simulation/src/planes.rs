@@ -1,5 +1,5 @@
-//! The sample comparisons: every smoothed sample, DoG and MaxDOG of a frame against `bit_true`, in the step where it is
-//! visible.
+//! The sample comparisons: every smoothed sample, DoG and MaxDOG of a frame against `bit_true`, in the step in which it
+//! is visible.
 //!
 //! One step after `start_out` the smoothers show sample `(0, 0)`, and one more with every step; the response follows
 //! [`RESPONSE_STEPS`] later, MaxDOG two lines and some steps after that. MaxDOG is compared where its window lies in
@@ -20,7 +20,7 @@ const RING_STEPS: usize = 6;
 /// Half a window of MaxDOG.
 const RADIUS: usize = 2;
 
-/// The values of the hardware in a step; those of smoothers and scale pairs that the design does not have are not
+/// The values of the hardware in a step. Those of smoothers and scale pairs that the design does not have are 0 and not
 /// compared.
 pub(super) struct Shown {
     pub smoothed: [u32; MAX_PAIRS + 1],
@@ -28,14 +28,14 @@ pub(super) struct Shown {
     pub ring: [u32; MAX_PAIRS],
 }
 
-/// What a sample of a design means.
+/// The units of the samples of a design.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Units {
     /// LSB of a state, DN.
     state: f64,
     /// LSB of a response, DN.
     dog: f64,
-    /// Where the sign of a response stands.
+    /// Bit of the sign of a response.
     sign: u32,
 }
 
@@ -44,7 +44,7 @@ impl Units {
         Self { state: design.state_dn().lsb(), dog: design.dog().lsb(), sign: design.dog_bits }
     }
 
-    /// A response with its sign.
+    /// Returns a response with its sign.
     fn signed(self, magnitude: u16, positive: bool) -> u32 {
         u32::from(magnitude) | u32::from(positive) << self.sign
     }
@@ -72,7 +72,7 @@ impl Passing {
         RESPONSE_STEPS + RING_STEPS + RADIUS * self.size.0 + RADIUS
     }
 
-    /// All samples were compared.
+    /// Returns `true` if all samples were compared.
     pub fn is_through(&self) -> bool {
         self.ring.1 == self.size.1
     }
@@ -88,16 +88,16 @@ impl Passing {
             for (i, (plane, got)) in planes.smoothed.iter().zip(shown.smoothed).enumerate() {
                 let want = plane.as_slice()[self.step];
                 if want != got {
-                    let told = |state: u32| format!("0x{state:05x}, {} DN", f64::from(state) * units.state);
+                    let text = |state: u32| format!("0x{state:05x}, {} DN", f64::from(state) * units.state);
                     let name = smoother_names(planes.smoothed.len())[i];
                     outcome.differ(&format!("smoother {name}"), position(self.step), cycle, || {
-                        ["sample".into(), told(want), told(got)]
+                        ["sample".into(), text(want), text(got)]
                     });
                 }
             }
             outcome.samples += planes.smoothed.len() as u64;
         }
-        let told = |sample: u32| {
+        let text = |sample: u32| {
             let sign = if sample >> units.sign == 1 { '+' } else { '-' };
             format!("0x{sample:04x}, {sign}{} DN", f64::from(sample & ((1 << units.sign) - 1)) * units.dog)
         };
@@ -107,7 +107,7 @@ impl Passing {
                 let want = units.signed(dog.magnitude.as_slice()[index], dog.positive.as_slice()[index]);
                 if want != got {
                     outcome.differ(&format!("DoG {k}"), position(index), cycle, || {
-                        ["sign and response".into(), told(want), told(got)]
+                        ["sign and response".into(), text(want), text(got)]
                     });
                 }
             }
@@ -122,7 +122,7 @@ impl Passing {
                     let want = units.signed(max_dog.as_slice()[index], dog.positive.as_slice()[index]);
                     if want != got {
                         outcome.differ(&format!("MaxDOG {k}"), position(index), cycle, || {
-                            ["sign and maximum".into(), told(want), told(got)]
+                            ["sign and maximum".into(), text(want), text(got)]
                         });
                     }
                 }

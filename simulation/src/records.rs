@@ -1,7 +1,7 @@
 //! The record comparisons: records that the datapath writes against `bit_true`, and records that leave the FIFO against
 //! those written.
 //!
-//! Features of `bit_true`'s list may be missing where the FIFO had no room; the trailer must count exactly those. The
+//! Features of `bit_true`'s list may be missing if the FIFO had no room; the trailer must count exactly those. The
 //! two checks locate a fault: a record that is wrong when written is an error before the FIFO, one that changes later
 //! an error of the FIFO.
 
@@ -62,27 +62,27 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// No records yet.
+    /// Creates the records of a run before its first.
     pub fn of(design: &DesignPoint) -> Self {
         Self { lsb: design.dog().lsb(), words: record_words(design.pairs()), ..Self::default() }
     }
 
-    /// The frame whose records are written next.
+    /// Returns the frame whose records are written next.
     pub fn writing(&self) -> usize {
         self.frame
     }
 
-    /// Frames taken since the pipeline was last emptied.
+    /// Returns the number of frames taken since the pipeline was last emptied.
     pub fn frames(&self) -> usize {
         self.done - self.origin
     }
 
-    /// The pipeline was emptied: frames from this one on.
+    /// Starts again with a frame, after the pipeline was emptied.
     pub fn restart(&mut self, frame: usize) {
         *self = Self { frame, origin: frame, done: frame, lsb: self.lsb, words: self.words, ..Self::default() };
     }
 
-    /// The datapath writes a record.
+    /// Compares a record that the datapath writes with the model.
     pub fn written(&mut self, words: Words, job: &Job, expected: &Expected, cycle: u64, outcome: &mut Outcome) {
         let lsb = self.lsb;
         self.fifo.push_back(words);
@@ -152,7 +152,7 @@ impl Records {
         }
     }
 
-    /// The sink takes a record.
+    /// Compares a record that the sink takes with the one that was written.
     pub fn taken(&mut self, beat: &Taken, cycle: u64, outcome: &mut Outcome) {
         let at = position(self.done, &beat.words);
         match self.fifo.pop_front() {
@@ -192,13 +192,13 @@ impl Records {
     }
 }
 
-/// Thresholds of 16 bits in 32-bit words, the first lowest.
+/// Returns thresholds of 16 bits in 32-bit words, the first lowest.
 pub(super) fn halves(thresholds: &[u32]) -> [u32; 2] {
     let half = |k: usize| thresholds.get(k).copied().unwrap_or_default();
     [half(1) << 16 | half(0), half(2)]
 }
 
-/// A record as text.
+/// Describes a record in one line.
 fn described(record: &FeatureRecord, lsb: f64) -> String {
     let FeatureRecord { x, y, response, scale, .. } = record;
     let sign = if record.bright { '+' } else { '-' };
@@ -206,7 +206,7 @@ fn described(record: &FeatureRecord, lsb: f64) -> String {
     format!("({x}, {y}), scale pair {scale}, response 0x{response:04x}, {sign}{dn} DN")
 }
 
-/// The faulty stage, and all fields that differ, expected and actual.
+/// Returns the faulty stage, and all fields that differ with their expected and actual values.
 fn differences(want: &Words, got: &Words, lsb: f64) -> [String; 4] {
     let half = |words: &Words, word: usize, high: bool| if high { words[word] >> 16 } else { words[word] & 0xffff };
     let plain = |value: u32| format!("0x{value:04x}, {value}");

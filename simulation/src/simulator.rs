@@ -20,28 +20,28 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// A model of the committed Verilog, which is also what is synthesised. Without the project folder, of the
+    /// Builds a model of the committed Verilog, which is also what is synthesised; without the project folder, of the
     /// emission.
     ///
     /// # Errors
-    /// Where Verilator or the compiler fails.
+    /// If Verilator or the compiler fails.
     pub fn new() -> Result<Self, SimulationError> {
         Self::of_design(&KT27, None, Trace::None)
     }
 
-    /// A model of a design: of the Verilog in a folder, or else of the committed Verilog for the default design and of
-    /// the emission for others. With wave tracing it is a separate model, slower even if nothing is recorded.
+    /// Builds a model of a design: of the Verilog in a folder, or else of the committed Verilog for the default design
+    /// and of the emission for others. With wave tracing it is a separate model, slower even if nothing is recorded.
     ///
     /// # Errors
-    /// Where the design cannot be built, the folder has no Verilog, or Verilator or the compiler fails.
+    /// If the design cannot be built, the folder has no Verilog, or Verilator or the compiler fails.
     pub fn of_design(design: &DesignPoint, folder: Option<&Path>, trace: Trace) -> Result<Self, SimulationError> {
         Self::build(design, &verilog(design, folder)?, trace)
     }
 
-    /// A model of these Verilog files of a design.
+    /// Builds a model of these Verilog files of a design.
     ///
     /// # Errors
-    /// Where Verilator or the compiler fails.
+    /// If Verilator or the compiler fails.
     pub fn of(design: &DesignPoint, sources: &[PathBuf]) -> Result<Self, SimulationError> {
         Self::build(design, sources, Trace::None)
     }
@@ -52,22 +52,22 @@ impl Simulator {
         Ok(Self { library: build.compile()?, design: design.clone(), plusargs: Vec::new() })
     }
 
-    /// The same model with command-line arguments for `$value$plusargs`.
+    /// Returns the same model with command-line arguments for `$value$plusargs`.
     pub fn with_plusargs(self, plusargs: Vec<String>) -> Self {
         Self { plusargs, ..self }
     }
 
-    /// The design whose bits are expected.
+    /// Returns the design whose bits are expected.
     pub fn design(&self) -> &DesignPoint {
         &self.design
     }
 
-    /// The command-line arguments.
+    /// Returns the command-line arguments for `$value$plusargs`.
     pub fn plusargs(&self) -> &[String] {
         &self.plusargs
     }
 
-    /// The Verilated top itself, for another bench.
+    /// Returns the Verilated top itself, for another bench.
     pub fn library(&self) -> &Library {
         &self.library
     }

@@ -77,6 +77,20 @@ impl Top {
         })
     }
 
+    /// Holds the top in reset for `cycles` cycles, and the sink for one more, in which the reset reaches the pipeline.
+    ///
+    /// # Errors
+    /// If `reset` cannot be written.
+    pub async fn reset_for(&self, cycles: u64) -> Result<(), Error> {
+        self.feature_reset.set(true);
+        self.reset.set(1)?;
+        self.clock.cycles(cycles).await;
+        self.reset.set(0)?;
+        self.clock.rising_edge().await;
+        self.feature_reset.set(false);
+        Ok(())
+    }
+
     /// Reads the register at a byte address; the data come one cycle after the request.
     ///
     /// # Errors

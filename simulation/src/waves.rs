@@ -23,16 +23,17 @@ const BEFORE: u64 = 3;
 /// The cycles that are recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Window {
-    /// The first.
+    /// The first cycle.
     pub from: u64,
-    /// How many.
+    /// Number of cycles.
     pub cycles: u64,
     /// The cycle that the view is centred on.
     pub focus: u64,
 }
 
 impl Window {
-    /// So many cycles, three quarters of them before the first mismatch of a run, or else before its first feature.
+    /// Returns a window of `cycles` cycles, three quarters of them before the first mismatch of a run, or else before
+    /// its first feature.
     pub fn around(outcome: &Outcome, cycles: u64) -> Self {
         let mismatch = outcome.first_mismatch.as_ref().map(|mismatch| mismatch.cycle);
         let focus = mismatch.or(outcome.first_feature).unwrap_or_default();
@@ -43,7 +44,7 @@ impl Window {
 /// Runs frames again, as far as the window goes, and writes its waves; the simulator must have been built with tracing.
 ///
 /// # Errors
-/// Where the file cannot be written, or waves are not built in.
+/// If the file cannot be written, or the simulator was built without waves.
 pub fn record(
     simulator: &Simulator,
     jobs: &[Job],
@@ -62,7 +63,7 @@ pub(super) struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// The window as the harness records it, without a view: [`view`] is the better one.
+    /// Returns the recording of the window, without the view of the harness: [`view`] groups the signals.
     pub fn recording(&self) -> Recording {
         let from = if self.window.from == 0 { 0 } else { self.window.from + RESET_CYCLES };
         let last = self.end().saturating_sub(1);
@@ -73,14 +74,14 @@ impl Recorder<'_> {
         (self.window.from + RESET_CYCLES).saturating_add(self.window.cycles)
     }
 
-    /// Whether the window is complete after `cycle` cycles, counted from the first of the reset.
+    /// Returns `true` if the window is complete after `cycle` cycles, counted from the first of the reset.
     pub fn is_past(&self, cycle: u64) -> bool {
         cycle >= self.end()
     }
 }
 
-/// The time of a clock edge: a cycle begins with the falling one, where inputs change, and half a period later comes
-/// the rising one.
+/// Returns the time of a clock edge: a cycle begins with the falling edge, and half a period later comes the rising
+/// one.
 pub(super) fn time(cycle: u64, rising: bool) -> Time {
     Time::ns(cycle * PERIOD + if rising { PERIOD / 2 } else { 0 })
 }

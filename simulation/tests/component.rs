@@ -158,7 +158,8 @@ struct Frame {
     errors: u32,
 }
 
-/// A frame of so many bytes too few or too many. The bits above the pixel are random: they are not looked at.
+/// A frame with `more` bytes too many, or too few if it is negative. The bits above the pixel are random: they are not
+/// looked at.
 fn frame(design: &DesignPoint, width: usize, height: usize, seed: u64, more: isize, ends: bool) -> Frame {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let (bytes, bits) = (pixel_bytes(design), design.pixel.bits());

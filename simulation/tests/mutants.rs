@@ -324,7 +324,7 @@ fn survivor(mutant: &Mutant) -> String {
 }
 
 /// The survivors of the committed table: each is proved harmless again, by the claim that its row names.
-/// `MUTANTS_REASONS=1` writes their reasons anew.
+/// `MUTANTS_REASONS=1` writes their reasons again.
 #[test]
 #[ignore = "long: minutes of proofs"]
 fn survivors_are_harmless_for_the_reason_given() {
@@ -333,17 +333,17 @@ fn survivors_are_harmless_for_the_reason_given() {
     let (head, rows) = table.split_once("| why it is harmless |\n|---|---|---|---|\n").expect("the table of survivors");
     let sources = mutation::read(&committed().unwrap());
     let all = mutation::all(&sources);
-    let mut anew = format!("{head}| why it is harmless |\n|---|---|---|---|\n");
+    let mut rewritten = format!("{head}| why it is harmless |\n|---|---|---|---|\n");
     for row in rows.lines() {
         let mutant = fault_of(&all, row).unwrap_or_else(|| panic!("no such fault in the Verilog: {row}"));
         let reason = reason(&sources, &mutant).unwrap_or_else(|| panic!("not harmless: {row}"));
         eprintln!("{}{reason}", survivor(&mutant));
-        writeln!(anew, "{}{reason} |", survivor(&mutant)).unwrap();
+        writeln!(rewritten, "{}{reason} |", survivor(&mutant)).unwrap();
     }
     if std::env::var_os("MUTANTS_REASONS").is_some() {
-        std::fs::write(&path, anew).unwrap();
+        std::fs::write(&path, rewritten).unwrap();
     } else {
-        assert_eq!(anew, table, "write the reasons anew with MUTANTS_REASONS=1");
+        assert_eq!(rewritten, table, "write the reasons again with MUTANTS_REASONS=1");
     }
 }
 

@@ -34,7 +34,7 @@ struct Edge {
     delay_ps: u32,
 }
 
-/// The delay of a cell from an input to an output, ps; nothing where no signal passes.
+/// The delay of a cell from an input to an output, ps; `None` if no signal passes.
 fn delay_ps(cell: &FlatCell, from: &str, to: &str) -> Option<u32> {
     let pick = |pins: &str, delays: &[u32]| pins.find(from).and_then(|at| delays.get(at)).copied();
     match cell.kind {

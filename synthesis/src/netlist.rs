@@ -131,14 +131,14 @@ impl Kind {
 pub struct Instance {
     /// Its module, an index.
     pub module: usize,
-    /// Names from the top down, joined by dots; nothing for the top.
+    /// Names from the top down, joined by dots; empty for the top.
     pub path: String,
 }
 
 /// A cell of the unfolded netlist.
 #[derive(Debug)]
 pub struct FlatCell {
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
     /// Its instance.
     pub instance: usize,
@@ -167,7 +167,7 @@ impl Flat {
     /// Unfolds a netlist from its top.
     ///
     /// # Errors
-    /// Where a cell is neither of the family nor a module with content.
+    /// If a cell is neither of the family nor a module with content.
     pub fn of(netlist: &Netlist, top: &str) -> Result<Self, EstimateError> {
         let mut unfolding = Unfolding { netlist, flat: Self::default(), joined: Vec::new() };
         unfolding.visit(top, String::new(), &BTreeMap::new())?;

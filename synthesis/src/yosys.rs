@@ -25,7 +25,7 @@ const TOP: &str = "hoverlock_top";
 /// minutes.
 ///
 /// # Errors
-/// Where the folder has no Verilog, Yosys is missing or fails, or what it made is not the design.
+/// If the folder has no Verilog, Yosys is missing or fails, or what it made is not the design.
 pub fn estimate(
     design: &DesignPoint,
     folder: Option<&Path>,

@@ -9,7 +9,7 @@ use hoverlock_fixed_point::analysis::resources::{memories, resources};
 use hoverlock_rtl::emission::File;
 use hoverlock_synthesis::{DSP_LIMIT, Estimate, EstimateError, estimate, of};
 
-/// Sizes a file below module `top`; nothing where there is no Yosys.
+/// Sizes a file below module `top`; `None` if there is no Yosys.
 fn sized(verilog: &str) -> Option<Result<Estimate, EstimateError>> {
     let file = File { path: "verilog/top.v".into(), text: verilog.into() };
     match of(&[file], "top", &mut |_| ()) {

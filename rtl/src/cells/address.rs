@@ -18,7 +18,7 @@ pub const ADDRESS_DELAYS: [usize; 7] = [1, 4, 5, 8, 12, 16, 20];
 /// step.
 #[derive(LogicBlock, Default)]
 pub struct AddressCounter {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high. The address starts at 0.
     pub reset: Signal<In, Bit>,

@@ -12,7 +12,7 @@ use super::Fields;
 /// A bank with a load enable.
 #[derive(LogicBlock, Default)]
 pub struct Bank {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Load enable.
     pub load: Signal<In, Bit>,

@@ -14,7 +14,7 @@ pub const BORDER_STEPS: u32 = 1;
 /// Column border: `p` is the neighbour, or the border sample where the neighbour lies outside the frame.
 #[derive(LogicBlock, Default)]
 pub struct ColumnBorder {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
@@ -63,7 +63,7 @@ always @(posedge clock)
 /// Row look-back border: `q[c] = x[c]`, `p[c] = x[max(c - N, 0)]`.
 #[derive(LogicBlock)]
 pub struct RowLookBackBorder {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
@@ -87,7 +87,7 @@ pub struct RowLookBackBorder {
 /// Row look-ahead border: `p[c] = x[min(c + N, W - 1)]`, `q[c] = x[c]`.
 #[derive(LogicBlock)]
 pub struct RowLookAheadBorder {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
@@ -300,7 +300,7 @@ always @(posedge clock)
 /// The coefficient of a stage, loaded when the marker of a frame passes.
 #[derive(LogicBlock, Default)]
 pub struct CoefficientRegister {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,

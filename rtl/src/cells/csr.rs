@@ -15,19 +15,19 @@ pub const WORD_ADDRESS_BITS: usize = 6;
 /// The Avalon-MM slave.
 #[derive(LogicBlock)]
 pub struct Csr {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
     /// Address of a 32-bit register.
     pub address: Signal<In, Bits<6>>,
-    /// Read request.
+    /// Read request of this cycle.
     pub read: Signal<In, Bit>,
     /// Read data, one cycle after the request.
     pub readdata: Signal<Out, Bits<32>>,
-    /// Write request.
+    /// Write request of this cycle.
     pub write: Signal<In, Bit>,
-    /// Write data.
+    /// Data of the write request.
     pub writedata: Signal<In, Bits<32>>,
     /// Interrupt request, level-sensitive, active high.
     pub irq: Signal<Out, Bit>,

@@ -15,19 +15,19 @@ pub const MARGIN: u64 = 18;
 /// before.
 #[derive(LogicBlock, Default)]
 pub struct Eligible {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`.
+    /// `W`, the columns of the frame.
     pub width: Signal<In, Width>,
-    /// `H`.
+    /// `H`, the rows of the frame.
     pub height: Signal<In, Height>,
     /// The sample belongs to a frame.
     pub active: Signal<In, Bit>,
-    /// Column.
+    /// Column of the sample, from 0.
     pub x: Signal<In, Column>,
-    /// Row.
+    /// Row of the sample, from 0.
     pub y: Signal<In, Row>,
     /// The position is eligible.
     pub eligible: Signal<Out, Bit>,
@@ -80,7 +80,7 @@ end
 /// The comparisons at the centre of the window.
 #[derive(LogicBlock, Default)]
 pub struct Decision {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
@@ -139,7 +139,7 @@ always @(posedge clock)
 /// `1 ..= 2^N - 1`. The first automatic frame uses the manual threshold.
 #[derive(LogicBlock, Default)]
 pub struct Threshold {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,

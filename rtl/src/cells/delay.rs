@@ -25,7 +25,7 @@ const IN_MLAB: &str = "(* ramstyle = \"MLAB\" *)";
 /// A sample `steps` steps later. The output is undefined for that many steps after a reset.
 #[derive(LogicBlock)]
 pub struct Delay<const N: usize> {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high, of the memory's address counter.
     pub reset: Signal<In, Bit>,
@@ -144,7 +144,7 @@ pub(super) fn address_bits(words: usize) -> usize {
 /// A bit `steps` steps later, 0 after reset.
 #[derive(LogicBlock)]
 pub struct FlagDelay {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high. It clears the delayed bits.
     pub reset: Signal<In, Bit>,
@@ -239,7 +239,7 @@ always @(posedge clock)
 /// A pulse `steps` steps later, by counting: pulses must be at least `steps` apart.
 #[derive(LogicBlock)]
 pub struct PulseDelay {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high. It clears the delayed bits.
     pub reset: Signal<In, Bit>,
@@ -320,7 +320,7 @@ always @(posedge clock)
 /// A frame marker `lines W + steps` steps later, by counting: markers must be at least that far apart.
 #[derive(LogicBlock)]
 pub struct FrameDelay {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high. It clears the delayed bits.
     pub reset: Signal<In, Bit>,
@@ -431,15 +431,15 @@ always @(posedge clock)
 /// Column and row of the current sample, counted from the marker one step before the first sample of a frame.
 #[derive(LogicBlock, Default)]
 pub struct Cursor {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`.
+    /// `W`, the columns of the frame.
     pub width: Signal<In, Width>,
-    /// `H`.
+    /// `H`, the rows of the frame.
     pub height: Signal<In, Height>,
     /// One step before the frame's first sample.
     pub start: Signal<In, Bit>,

@@ -12,7 +12,7 @@ pub const DIFFERENCE_STEPS: u32 = 2;
 /// The difference of Gaussians of one scale pair.
 #[derive(LogicBlock, Default)]
 pub struct Difference {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,

@@ -15,7 +15,7 @@ pub const LERP_STEPS: u32 = 3;
 /// The lerp cell: one 18 x 18 multiplier.
 #[derive(LogicBlock, Default)]
 pub struct Lerp {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,

@@ -17,7 +17,7 @@ use crate::design::LINE_WORDS;
 /// The line memory. A sample has `B` bits; `OUT` is `B` times the number of taps.
 #[derive(LogicBlock)]
 pub struct LineDelay<const B: usize, const OUT: usize> {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,

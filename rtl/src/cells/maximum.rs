@@ -15,7 +15,7 @@ pub const COLUMN_STEPS: u32 = 3;
 /// Maxima of one column of the 7x7 window.
 #[derive(LogicBlock, Default)]
 pub struct ColumnMaximum {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
@@ -103,7 +103,7 @@ wire unused = ^{older[SIGNED_BITS-1], older[2*SIGNED_BITS-1], older[3*SIGNED_BIT
 /// `y[n] = max(x[n], .., x[n - N + 1])`.
 #[derive(LogicBlock)]
 pub struct WindowMaximum {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
@@ -214,7 +214,7 @@ impl Logic for WindowMaximum {
 /// `y = max(a, b)`, one step.
 #[derive(LogicBlock, Default)]
 pub struct Maximum {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,

@@ -22,6 +22,8 @@ pub mod lerp;
 pub mod line_delay;
 pub mod maximum;
 pub mod queue;
+pub mod record_fifo;
+pub mod record_writer;
 pub mod ring;
 pub mod sequencer;
 pub mod tail;

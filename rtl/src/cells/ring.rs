@@ -32,7 +32,7 @@ pub fn rows(scale: usize) -> Vec<(usize, Vec<(usize, usize)>)> {
 /// The 32 points of one ring in parallel.
 #[derive(LogicBlock)]
 pub struct RingTaps<const IN: usize> {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high, of the memories' address counters.
     pub reset: Signal<In, Bit>,
@@ -115,7 +115,7 @@ impl<const IN: usize> Logic for RingTaps<IN> {
 /// `maxlbp[i] = centre >= MaxDOG_i`, `sign[i] = sign_i`, one step.
 #[derive(LogicBlock, Default)]
 pub struct RingComparator {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,

@@ -45,7 +45,7 @@ enum State {
 /// The sequencer with a skid buffer of two beats.
 #[derive(LogicBlock, Default)]
 pub struct Sequencer {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,

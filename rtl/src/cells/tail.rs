@@ -14,13 +14,13 @@ use crate::design::{COLUMN_BITS, LINE_WORDS};
 /// steps.
 #[derive(LogicBlock, Default)]
 pub struct TailCounter {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`.
+    /// `W`, the columns of the frame.
     pub width: Signal<In, Width>,
     /// Line 0 begins one step later; frames are at least 64 lines apart.
     pub start: Signal<In, Bit>,
@@ -146,7 +146,7 @@ fn band(active: bool, line: u64) -> u64 {
 /// A memory of one line of states, read at the address of the stage that `select` names.
 #[derive(LogicBlock)]
 pub struct HeldRow {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,

@@ -9,7 +9,7 @@ use crate::design::{
 };
 use hoverlock_design::smoother_names;
 
-/// The comment above a module.
+/// Returns the comment above a module.
 pub fn header(module: &str) -> String {
     let text = HEADERS.iter().filter(|(name, _)| module.starts_with(name)).max_by_key(|(name, _)| name.len());
     let special = SPECIAL.iter().find(|(start, end, _)| module.starts_with(start) && module.contains(end));
@@ -31,7 +31,7 @@ fn filled(text: &str, module: &str) -> String {
     })
 }
 
-/// The numbers of the design in their places.
+/// Puts the numbers of the design in their places.
 fn of_design(text: &str) -> String {
     let (lines, steps) = (SMOOTHER_LINES, SMOOTHER_STEPS);
     let half = if DOG_SHIFT == 0 { 0 } else { 1 << (DOG_SHIFT - 1) };
@@ -78,7 +78,7 @@ fn of_design(text: &str) -> String {
     numbers.iter().fold(text, |text, (name, number)| text.replace(&format!("<{name}>"), &number.to_string()))
 }
 
-/// How the smoothers are aligned.
+/// Describes how the smoothers are aligned.
 fn aligned() -> String {
     let longest = MAX_LOOK_AHEAD;
     let delay = |m: usize| ((1usize << longest) - (1 << m), 12 * (longest - m) + (1 << longest) - (1 << m));
@@ -98,19 +98,19 @@ fn aligned() -> String {
             )
         }
         _ => {
-            let mut told: Vec<String> = shorter
+            let mut delays: Vec<String> = shorter
                 .iter()
                 .map(|m| {
                     let (lines, steps) = delay(*m);
                     format!("x[n - {lines} W - {steps}] for look-ahead {m}")
                 })
                 .collect();
-            told.dedup();
+            delays.dedup();
             format!(
                 "The {count} smoothers on the same pixels, aligned: those of less look-ahead than {longest} get their \
                  pixels later.\n  pixel_line_delay, pixel_delay*   {}\n  delayed_bank*   coefficients of the frame \
                  that leaves the delay, for the columns of that smoother",
-                told.join(", ")
+                delays.join(", ")
             )
         }
     }

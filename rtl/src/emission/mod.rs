@@ -43,13 +43,13 @@ pub struct File {
 }
 
 impl File {
-    /// The name of the file below `verilog/`, where it is a module of `hoverlock_top`.
+    /// Returns the name of the file below `verilog/`, if it is a module of `hoverlock_top`.
     pub fn module(&self) -> Option<&str> {
         self.path.strip_prefix("verilog/").filter(|name| name.ends_with(".v"))
     }
 }
 
-/// Why nothing can be emitted: an error in the sources.
+/// An error of the emission.
 #[derive(Debug, thiserror::Error)]
 pub enum EmitError {
     /// The Verilog printed by rust-hdl breaks the conventions.
@@ -70,9 +70,9 @@ pub enum EmitError {
     /// The Verilog cannot be put where tools read it.
     #[error("cannot write the Verilog to {path}: {source}", path = path.display())]
     Write {
-        /// Where.
+        /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The emitter of another design cannot be built or run.
@@ -92,10 +92,10 @@ pub fn project_path(path: &str) -> PathBuf {
     if path == RUST_CONSTANTS { "registers/src/kt27.rs".into() } else { Path::new("rtl").join(path) }
 }
 
-/// All generated files of the design that this was compiled for.
+/// Returns all generated files of the design that the emitter was compiled for.
 ///
 /// # Errors
-/// Where the sources have an error.
+/// If the sources have an error.
 pub fn files() -> Result<Vec<File>, EmitError> {
     compiled().check_buildable()?;
     let hash = emission()?;
@@ -111,7 +111,7 @@ pub fn files() -> Result<Vec<File>, EmitError> {
     let list: Vec<String> = modules.iter().map(|module| format!("{}.v\n", module.name)).collect();
     files.push(File { path: "verilog/hoverlock.f".into(), text: format!("{}\n{}", banner("//"), list.concat()) });
     let mut map = registers(&compiled())?;
-    // Only here is it known.
+    // The hash covers the Verilog, so it is known only now.
     for register in map.iter_mut().filter(|register| register.name == "emission") {
         register.fields.iter_mut().for_each(|field| field.reset = hash);
     }
@@ -120,22 +120,23 @@ pub fn files() -> Result<Vec<File>, EmitError> {
     Ok(files)
 }
 
-/// All generated files of a design: emitted here where this was compiled for it, else by [`other::files`].
+/// Returns all generated files of a design: emitted here if the emitter was compiled for it, else by
+/// [`other::files`].
 ///
 /// # Errors
-/// Where the design cannot be built, or its emitter cannot.
+/// If the design cannot be built, or its emitter cannot.
 pub fn files_of(design: &DesignPoint) -> Result<Vec<File>, EmitError> {
     design.check_buildable()?;
     if *design == compiled() { files() } else { Ok(other::files(design)?) }
 }
 
-/// The committed Verilog files of the project that this was built in, sorted; `None` where that folder no longer
+/// Returns the committed Verilog files of the project that this was built in, sorted; `None` if that folder no longer
 /// exists.
 pub fn committed() -> Option<Vec<PathBuf>> {
     verilog_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("verilog"))
 }
 
-/// The Verilog files of a folder, sorted by name; `None` where there are none.
+/// Returns the Verilog files of a folder, sorted by name; `None` if there are none.
 pub fn verilog_in(folder: &Path) -> Option<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).ok()?;
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
@@ -144,25 +145,25 @@ pub fn verilog_in(folder: &Path) -> Option<Vec<PathBuf>> {
     (!files.is_empty()).then_some(files)
 }
 
-/// The modules, with `hash` in the `emission` register.
+/// Returns the modules, with `hash` in the `emission` register.
 ///
 /// # Errors
-/// Where the sources have an error.
+/// If the sources have an error.
 pub fn modules(hash: u32) -> Result<Vec<Module>, EmitError> {
     let mut top = Top::new(hash)?;
     top.connect_all();
     Ok(readable(&generate_verilog_unchecked(&top))?)
 }
 
-/// The hash that the hardware's `emission` register shows.
+/// Returns the hash that the hardware's `emission` register shows.
 ///
 /// # Errors
-/// Where the sources have an error.
+/// If the sources have an error.
 pub fn emission() -> Result<u32, EmitError> {
     Ok(hash(&modules(0)?))
 }
 
-/// The hash of a design.
+/// Returns the hash of a design.
 ///
 /// # Errors
 /// As [`files_of`].

@@ -16,10 +16,10 @@ use sha2::{Digest, Sha256};
 
 use super::File;
 
-/// Why the emission of another design is not to be had.
+/// An error that leaves another design without an emission.
 #[derive(Debug, thiserror::Error)]
 pub enum OtherError {
-    /// The sources are not there.
+    /// The sources are missing.
     #[error(
         "{}: no sources; the emitter is compiled for a design, so other designs than the default need the project",
         .0.display()
@@ -37,9 +37,9 @@ pub enum OtherError {
     /// A file cannot be read or written.
     #[error("{path}: {source}", path = path.display())]
     File {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
 }
@@ -49,10 +49,10 @@ fn at(path: &Path) -> impl FnOnce(std::io::Error) -> OtherError {
     move |source| OtherError::File { path, source }
 }
 
-/// All generated files of a design.
+/// Returns all generated files of a design.
 ///
 /// # Errors
-/// Where the sources or cargo are missing, or the emitter fails.
+/// If the sources or cargo are missing, or the emitter fails.
 pub fn files(design: &DesignPoint) -> Result<Vec<File>, OtherError> {
     let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let text = design.to_toml();
@@ -105,18 +105,18 @@ fn emit(project: &Path, design: &Path) -> Result<Vec<u8>, OtherError> {
     if run.status.success() {
         return Ok(run.stdout);
     }
-    let told = String::from_utf8_lossy(&run.stderr);
-    let reason = told.lines().map(str::trim).find(|line| line.starts_with("error") || line.starts_with("the design"));
-    Err(OtherError::Fails(reason.or(told.lines().last()).unwrap_or("no reason given").to_owned()))
+    let messages = String::from_utf8_lossy(&run.stderr);
+    let is_reason = |line: &&str| line.starts_with("error") || line.starts_with("the design");
+    let reason = messages.lines().map(str::trim).find(is_reason);
+    Err(OtherError::Fails(reason.or(messages.lines().last()).unwrap_or("no reason given").to_owned()))
 }
 
-/// What the emission depends on besides the design, sorted.
+/// Returns the files that the emission depends on besides the design, sorted.
 fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
-    let mut files = vec![project.join("Cargo.lock")];
+    let mut files = ["Cargo.lock", "registers/build.rs", "registers/map.toml"].map(|name| project.join(name)).to_vec();
+    let folders = ["rtl/build", "rtl/src", "rtl/quartus", "registers/src", "design/src", "fixed_point/src/model"];
     let mut folders: Vec<PathBuf> =
-        ["rtl/build", "rtl/src", "rtl/quartus", "design/src", "fixed_point/src/model", "reference/src/features"]
-            .map(|folder| project.join(folder))
-            .into();
+        folders.into_iter().chain(["reference/src/features"]).map(|folder| project.join(folder)).collect();
     while let Some(folder) = folders.pop() {
         let entries = fs::read_dir(&folder).map_err(|_| OtherError::NoSources(folder.clone()))?;
         for entry in entries {
@@ -124,7 +124,7 @@ fn sources(project: &Path) -> Result<Vec<PathBuf>, OtherError> {
             if path.is_dir() { folders.push(path) } else { files.push(path) }
         }
     }
-    let endings = ["rs", "template", "lock", "sdc", "qpf", "qsf"];
+    let endings = ["rs", "template", "lock", "toml", "md", "sdc", "qpf", "qsf"];
     files.retain(|file| file.extension().is_some_and(|ending| endings.iter().any(|known| ending == *known)));
     files.sort();
     Ok(files)

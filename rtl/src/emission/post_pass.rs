@@ -21,7 +21,7 @@ pub struct Module {
     pub text: String,
 }
 
-/// Why the post-pass fails: an error in the sources.
+/// An error in the sources that the post-pass finds.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EmissionError {
     /// The module has no line `// module: NAME`.
@@ -58,7 +58,7 @@ pub enum EmissionError {
 /// Rewrites rust-hdl's output as readable modules, children before parents.
 ///
 /// # Errors
-/// Where the sources break the conventions above.
+/// If the sources break the conventions above.
 pub fn readable(printed: &str) -> Result<Vec<Module>, EmissionError> {
     let printed = numbers(&comments(printed));
     let mut raw = BTreeMap::new();

@@ -10,10 +10,10 @@ use sha2::{Digest, Sha256};
 
 use super::{EmitError, File, committed, files_of, verilog_in};
 
-/// The Verilog of a folder, the committed Verilog of the default design, or else the emission.
+/// Returns the Verilog files of a folder, the committed ones of the default design, or else the emission.
 ///
 /// # Errors
-/// Where the design cannot be built or emitted, or the folder has no Verilog.
+/// If the design cannot be built or emitted, or the folder has no Verilog.
 pub fn verilog(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBuf>, EmitError> {
     design.check_buildable()?;
     match folder {
@@ -25,8 +25,8 @@ pub fn verilog(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBu
     }
 }
 
-/// The emission as files in a folder named by content. Unchanged files keep their times, by which the harness finds the
-/// built model.
+/// Writes the emission into a folder named by content, and returns the files. Unchanged files keep their times, by
+/// which the harness finds the built model.
 fn emitted(files: &[File]) -> Result<Vec<PathBuf>, EmitError> {
     let verilog: Vec<_> = files.iter().filter_map(|file| Some((file.module()?, &file.text))).collect();
     let mut digest = Sha256::new();

@@ -23,7 +23,8 @@ use crate::cells::{
     delay::{Cursor, Delay, FlagDelay, FrameDelay},
     join::RingRows,
     line_delay::LineDelay,
-    queue::{CandidateQueue, CandidateWord, RecordWriter},
+    queue::{CandidateQueue, CandidateWord},
+    record_writer::RecordWriter,
     ring::{RingComparator, RingTaps, rows},
 };
 use crate::design::{DOG_BITS, OLDER_BITS, PIXEL_BITS, RECORD_BITS, RING_BITS, SCALE_PAIRS, SIGNED_BITS, TARGET_AT};
@@ -39,15 +40,15 @@ macro_rules! extractor {
 /// The extractor: pixels in, records out.
 #[derive(LogicBlock)]
 pub struct Extractor {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`.
+    /// `W`, the columns of the frame.
     pub width: Signal<In, Width>,
-    /// `H`.
+    /// `H`, the rows of the frame.
     pub height: Signal<In, Height>,
     /// The pixel is the first of a frame.
     pub start: Signal<In, Bit>,

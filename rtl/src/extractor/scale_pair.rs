@@ -15,7 +15,7 @@ use crate::design::{DOG_BITS, SIGNED_BITS, WINDOW_BITS};
 /// Difference, 7x7 window and MaxDOG of one scale pair.
 #[derive(LogicBlock)]
 pub struct ScalePair {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,

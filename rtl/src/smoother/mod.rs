@@ -28,15 +28,15 @@ macro_rules! smoother {
         #[doc = concat!("A smoother of look-ahead `m = ", $m, "`.")]
         #[derive(LogicBlock)]
         pub struct $smoother {
-            /// Clock.
+            /// Clock: registers sample at its rising edge.
             pub clock: Signal<In, Clock>,
             /// Synchronous reset, active high.
             pub reset: Signal<In, Bit>,
             /// Clock enable: one step.
             pub advance: Signal<In, Bit>,
-            /// `W`.
+            /// `W`, the columns of the frame.
             pub width: Signal<In, Width>,
-            /// `H`.
+            /// `H`, the rows of the frame.
             pub height: Signal<In, Height>,
             /// Line memory address: the number of steps modulo `W`.
             pub address: Signal<In, Address>,

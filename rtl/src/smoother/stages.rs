@@ -15,13 +15,13 @@ use crate::cells::{
 /// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`.
 #[derive(LogicBlock)]
 pub struct ColumnLookAhead {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`.
+    /// `W`, the columns of the frame.
     pub width: Signal<In, Width>,
     /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<In, Address>,
@@ -116,7 +116,7 @@ impl Logic for ColumnLookAhead {
 /// `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`: `row_look_back_j`.
 #[derive(LogicBlock)]
 pub struct RowLookBack {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,
@@ -214,7 +214,7 @@ impl Logic for RowLookBack {
 /// `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`: `row_look_ahead_j`.
 #[derive(LogicBlock)]
 pub struct RowLookAhead {
-    /// Clock.
+    /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
     /// Synchronous reset, active high.
     pub reset: Signal<In, Bit>,

@@ -18,7 +18,7 @@ pub struct Descriptor {
     pub bytes: usize,
 }
 
-/// What became of a descriptor.
+/// The result of a descriptor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Response {
     /// Bytes written.
@@ -42,7 +42,7 @@ pub struct Dma {
 }
 
 impl Dma {
-    /// For records of so many bytes, with a memory of which the DMA has written nothing yet.
+    /// Creates a DMA for records of `record` bytes with `bytes` bytes of memory, not written yet.
     pub fn new(record: usize, bytes: usize) -> Self {
         Self {
             record,
@@ -59,27 +59,27 @@ impl Dma {
         self.descriptors.push_back(descriptor);
     }
 
-    /// Takes the oldest response.
+    /// Takes the oldest response; `None` if there is none.
     pub fn answer(&mut self) -> Option<Response> {
         self.responses.pop_front()
     }
 
-    /// Whether there is a response.
+    /// Returns `true` if there is a response.
     pub fn has_answer(&self) -> bool {
         !self.responses.is_empty()
     }
 
-    /// What the buffer holds.
+    /// Returns the first `bytes` bytes of a buffer.
     pub fn read(&self, descriptor: Descriptor, bytes: usize) -> &[u8] {
         &self.memory[descriptor.offset..descriptor.offset + bytes]
     }
 
-    /// `feature_ready`.
+    /// Returns the level of `feature_ready`.
     pub fn ready(&self) -> bool {
         self.pending.is_none() && !self.descriptors.is_empty()
     }
 
-    /// A clock edge, with the record that is accepted at it.
+    /// Processes a clock edge, with the record that is accepted at it.
     pub fn clock(&mut self, accepted: Option<(Words, bool)>) {
         if let Some((beats, last)) = self.pending {
             self.pending = Some((beats - 1, last)).filter(|(beats, _)| *beats > 0);
@@ -96,7 +96,7 @@ impl Dma {
         self.pending = Some((self.record / BEAT - 1, last));
     }
 
-    /// The record is in the memory.
+    /// Completes the write of a record, and the descriptor if the packet or the buffer ends.
     fn complete(&mut self, last: bool) {
         let full = self.descriptors.front().is_some_and(|descriptor| self.written + self.record > descriptor.bytes);
         if last || full {
@@ -113,7 +113,7 @@ mod tests {
 
     use super::*;
 
-    /// Sends records of a packet while the DMA takes them; returns how many it took in so many cycles.
+    /// Sends records of a packet while the DMA takes them; returns how many it took within `cycles` cycles.
     fn send(dma: &mut Dma, records: &[u32], cycles: usize) -> usize {
         let mut taken = 0;
         for _ in 0..cycles {

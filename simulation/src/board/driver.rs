@@ -4,7 +4,7 @@
 //! [`RegisterPort`]. Read every register, for the program to check. Then the camera may send.
 //!
 //! **For each frame.** The interrupt. Read `status` and write the same bits back, so that a frame that ends from now on
-//! raises the interrupt again. Read `frames`: so many packets are due since the start; the interrupt comes when the
+//! raises the interrupt again. Read `frames`, the number of packets due since the start. The interrupt comes when the
 //! trailer enters the FIFO, so the DMA may still be writing, and several frames may share one interrupt. For each
 //! packet that is due, wait for the DMA's response; only then read the buffer, copy it, and give the descriptor back.
 

@@ -147,7 +147,7 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
         first.coefficients.clone(),
     );
     let (mut taken, mut kept) = (0, 0);
-    // Committed: the write comes so many cycles after the first beat is offered. Withdrawn: the same with a write to a
+    // Committed: the write comes `after` cycles after the first beat is offered. Withdrawn: the same with a write to a
     // coefficient.
     for withdraws in [false, true] {
         for after in -3i64..10 {
@@ -367,14 +367,14 @@ fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
 /// Features that wait for a sink which takes nothing: as many as the FIFO gives room, with those at its output.
 const WAITING: usize = 498;
 
-/// A frame with so many features, the thresholds searched for it.
+/// A frame with `wanted` features, the thresholds searched for it.
 fn with_features(wanted: usize) -> Outcome<Frame> {
     (4..12)
         .find_map(|seed| thresholds_for(wanted, Frame::new(&KT27, noise(224, 170, seed), [1, 1])))
         .map_or_else(|| fail("bench", format!("no thresholds give {wanted} features")), Ok)
 }
 
-/// The frame with thresholds that leave it so many features.
+/// The frame with thresholds that leave it `wanted` features.
 fn thresholds_for(wanted: usize, all: Frame) -> Option<Frame> {
     let features = all.planes.features(&[1, 1]);
     let reach = |scale: u8, threshold: u32| {

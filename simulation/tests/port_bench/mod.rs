@@ -236,7 +236,7 @@ impl Bench {
         self.send_after(0, beats);
     }
 
-    /// Queues beats behind a gap of so many cycles at least.
+    /// Queues beats behind a gap of at least `gap` cycles.
     pub fn send_after(&mut self, gap: u64, beats: impl IntoIterator<Item = Beat>) {
         // A packet begins at each start and after each end.
         let mut packets: Vec<Vec<Beat>> = Vec::new();

@@ -2,7 +2,7 @@
 
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_registers::Access as FieldAccess;
-use hoverlock_rtl::cells::queue::RESERVED;
+use hoverlock_rtl::cells::record_fifo::RESERVED;
 use hoverlock_rtl::registers::registers;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

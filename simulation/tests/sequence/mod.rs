@@ -51,8 +51,8 @@ pub struct Step {
     pub thresholds: [u32; 2],
     pub target: u32,
     pub automatic: bool,
-    /// The registers are written while the frame begins, so many beats of the frame before still to come; otherwise
-    /// ahead of it. Only behind a frame of the same size.
+    /// The registers are written while the frame begins, with this number of beats of the frame before still to come;
+    /// otherwise ahead of it. Only behind a frame of the same size.
     pub racing: Option<usize>,
     /// Once the frame has begun, registers are written that nobody commits.
     pub scribbles: bool,
@@ -97,7 +97,7 @@ pub enum Before {
     Refused(u32, u32),
 }
 
-/// A reset once so many beats of the frame were taken, and some cycles later.
+/// A reset `cycles` cycles after `beats` beats of the frame were taken.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reset {
     pub hard: bool,

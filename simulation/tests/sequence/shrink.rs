@@ -20,7 +20,7 @@ const PLAINER: [fn(&mut Step); 14] = [
     |step| step.content = Content::Noise,
 ];
 
-/// The plainest sequence found in so many trials that still `fails`.
+/// Returns the plainest sequence that still `fails`, of those tried.
 pub fn shrunk(sequence: &Sequence, trials: usize, mut fails: impl FnMut(&Sequence) -> bool) -> Sequence {
     let mut best = sequence.clone();
     let mut left = trials;

@@ -5,7 +5,9 @@ use hoverlock_rtl::{
     cells::{
         csr::Csr,
         join::{Neighbours, PixelState, RingRows, SignedResponse},
-        queue::{CandidateQueue, CandidateWord, RecordFifo, RecordWriter},
+        queue::{CandidateQueue, CandidateWord},
+        record_fifo::RecordFifo,
+        record_writer::RecordWriter,
         sequencer::Sequencer,
     },
     emission::emission,
