@@ -7,8 +7,8 @@
 //! - [`Border::Held`]: each pass repeats the last sample of *its own* input, `v[N] = v[N+1] = .. = u[N-1]`. The
 //!   hardware does this, because it no longer has the input.
 //! - [`Border::ConstantExtension`]: the *original* input continues as `x[N-1]` without end. Then `u` still moves
-//!   towards `x[N-1]` after the border, and `v[N]`, `v[N+1]` are the outputs of the anticausal pass over the extended signal
-//!   (Triggs and Sdika 2006, "Boundary conditions for Young-van Vliet recursive filtering").
+//!   towards `x[N-1]` after the border, and `v[N]`, `v[N+1]` are the outputs of the anticausal pass over the extended
+//!   signal (Triggs and Sdika 2006, "Boundary conditions for Young-van Vliet recursive filtering").
 //!
 //! Triggs and Sdika give a closed form for one section of third order. Here it is found for any cascade: let
 //! `w` hold the last two outputs of every causal section less `x[N-1]`. After the border `w` develops without input,
