@@ -222,7 +222,7 @@ mod tests {
         }
 
         /// Returns the matrix from orthophoto pixel to metres on the plane.
-        fn to_ground(&self) -> Matrix3<f64> {
+        fn to_ground(self) -> Matrix3<f64> {
             let (s, o) = (self.pixel, self.origin);
             Matrix3::new(s, 0.0, o.x, 0.0, s, o.y, 0.0, 0.0, 1.0)
         }
