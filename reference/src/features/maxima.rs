@@ -14,7 +14,7 @@ use crate::features::feature::Feature;
 use crate::image::plane::Plane;
 
 /// Distance from the centre of the 7x7 window to its border, in pixels.
-pub const WINDOW_RADIUS: usize = 3;
+pub(crate) const WINDOW_RADIUS: usize = 3;
 
 /// Distance of eligible centres from the border of the frame, in pixels.
 const MARGIN: usize = 18;

@@ -6,7 +6,7 @@
 //! 2. Match again within 48 px of where the motion so far maps each feature, which recovers matches that a wrong
 //!    candidate had displaced, and search the final model. Then the same within 16 px. A round without consensus leaves
 //!    the motion unchanged.
-//! 3. Reject ground that repeats ([`crate::motion::repeating_ground`]).
+//! 3. Reject ground that repeats (module `repeating_ground`).
 //!
 //! Real neighbours of a flight (turned up to 7 degrees, scale to 1.13, 300 px apart): a similarity alone misses the
 //! centre of the picture by up to 4 px where the ground is seen obliquely, the refined homography by at most 1 px.

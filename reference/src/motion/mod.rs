@@ -4,12 +4,12 @@
 //! |---|---|
 //! | [`matching`] | pairs of similar features |
 //! | [`model`] | shift, similarity, affine map and homography, fitted by least squares |
-//! | [`ransac`], [`robust`] | the motion that most pairs agree on, and its last fit |
+//! | [`ransac`], `robust` | the motion that most pairs agree on, and its last fit |
 //! | [`estimator`], [`estimate`] | matching and search in rounds, and their result |
 //! | [`refine`] | positions refined on the raw frames |
-//! | [`refusal`] | reasons to reject an estimate |
+//! | [`refusal`], `repeating_ground`, `sensor_pattern` | reasons to reject an estimate |
 //! | [`orthophoto`], [`observation`] | camera, attitude and ground, and their standard errors |
-//! | [`pose`], [`relief`] | displacement in metres, over plane ground and over hills |
+//! | [`pose`], `relief` | displacement in metres, over plane ground and over hills |
 //! | [`budget`], [`mark`] | counted work, and marks for the instruction counter |
 
 pub mod budget;
@@ -24,7 +24,7 @@ pub mod pose;
 pub mod ransac;
 pub mod refine;
 pub mod refusal;
-pub mod relief;
+mod relief;
 mod repeating_ground;
-pub mod robust;
+mod robust;
 mod sensor_pattern;

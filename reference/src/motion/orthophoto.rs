@@ -101,7 +101,7 @@ pub struct Attitude {
 
 impl Attitude {
     /// Returns `R_roll`, `R_pitch` and `R_yaw`, each from camera to level frame.
-    pub fn factors(&self) -> [Matrix3<f64>; 3] {
+    pub(crate) fn factors(&self) -> [Matrix3<f64>; 3] {
         // The sine of the platform's library may differ in its last bit; that of `libm` is the same on every machine.
         let [(sr, cr), (sp, cp), (sy, cy)] = [self.roll, self.pitch, self.yaw].map(libm::sincos);
         [

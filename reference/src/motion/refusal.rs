@@ -1,8 +1,8 @@
 //! Reasons to reject matches that agree with each other and are wrong.
 //!
 //! RANSAC rejects agreement that chance explains. Two kinds of agreement are neither chance nor the motion of the
-//! ground: ground that repeats ([`crate::motion::repeating_ground`]) and the fixed pattern of the sensor
-//! ([`crate::motion::sensor_pattern`]).
+//! ground: ground that repeats (module `repeating_ground`) and the fixed pattern of the sensor (module
+//! `sensor_pattern`).
 
 /// A reason to reject an estimate.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

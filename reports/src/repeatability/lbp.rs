@@ -10,10 +10,10 @@ use hoverlock_reference::features::feature::Descriptor;
 use hoverlock_reference::features::maxlbp::Ring;
 use hoverlock_reference::image::plane::Plane;
 
-/// Plain LBP of both rings at a pixel.
+/// Computes the plain LBP of both rings at a pixel.
 ///
 /// # Panics
-/// Where a ring point leaves the frame.
+/// If a ring point is outside the frame.
 pub fn descriptor<T: Copy + PartialOrd>(intensity: &Plane<T>, x: usize, y: usize) -> Descriptor {
     let centre = intensity[(x, y)];
     let rings = Ring::defaults();

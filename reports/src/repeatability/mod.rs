@@ -42,8 +42,8 @@ use hoverlock_reference::smoothing::design::DesignError;
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::smoother::Smoother;
 
-/// Largest distance of a repeated point from where the warp takes it, px.
-pub const TOLERANCE: f64 = 1.5;
+/// Largest distance of a repeated point from its warped position, px.
+const MAX_REPEATED_DISTANCE_PX: f64 = 1.5;
 
 /// Largest number of points of each scale pair.
 pub const POINTS_PER_SCALE: usize = 300;
@@ -64,10 +64,10 @@ pub enum Warp {
 }
 
 impl Warp {
-    /// All families.
+    /// All families, in the order of the report.
     pub const ALL: [Self; 3] = [Self::Rotation, Self::Scale, Self::Tilt];
 
-    /// The parameters that are measured.
+    /// Returns the parameters at which the family is measured.
     pub fn values(self) -> &'static [f64] {
         match self {
             Self::Rotation => &[0.0, 1.0, 2.0, 3.5, 5.0, 7.5, 10.0, 15.0, 20.0],
@@ -76,7 +76,7 @@ impl Warp {
         }
     }
 
-    /// REF pixel -> CUR pixel, for frames of `width` x `height`.
+    /// Returns the homography from REF pixel to CUR pixel, for frames of `width` x `height`.
     pub fn homography(self, value: f64, width: usize, height: usize) -> Matrix3<f64> {
         let middle = Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0;
         let (sin, cos) = value.to_radians().sin_cos();
@@ -94,12 +94,12 @@ impl Warp {
     }
 }
 
-/// Stability of points and descriptors over one family of warps.
+/// The stability of points and descriptors over one family of warps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// The family.
+    /// Family of the warps.
     pub warp: Warp,
-    /// In the order of the parameter, without warps that have no points to compare.
+    /// Measurements in the order of the parameter, without warps that have no points to compare.
     pub samples: Vec<Sample>,
 }
 
@@ -110,22 +110,22 @@ pub struct Sample {
     pub value: f64,
     /// `N`: points compared, the same for both smoothers and both frames.
     pub points: usize,
-    /// With the sampled Gaussian, `ideal`.
+    /// Stability with the sampled Gaussian, `ideal`.
     pub ideal: Stability,
-    /// With the two-sided first-order recursion, `recursive`.
+    /// Stability with the two-sided first-order recursion, `recursive`.
     pub recursive: Stability,
 }
 
-/// Shares from 0 to 1.
+/// The fractions of repeated points and of correct matches, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stability {
-    /// Points of REF that are repeated in CUR.
+    /// Fraction of the points of REF that are repeated in CUR.
     pub repeatability: f64,
-    /// Of those, points that LBP on intensities matches correctly.
+    /// Fraction of those that LBP on intensities matches correctly.
     pub lbp: f64,
-    /// Of those, points that MaxLBP without sign bits matches correctly.
+    /// Fraction of those that MaxLBP without sign bits matches correctly.
     pub strict: f64,
-    /// Of those, points that MaxLBP with sign bits matches correctly.
+    /// Fraction of those that MaxLBP with sign bits matches correctly.
     pub signs: f64,
 }
 
@@ -133,7 +133,7 @@ pub struct Stability {
 /// `frame` columns and rows; outside the picture CUR repeats the border sample, and points there are not compared.
 ///
 /// # Errors
-/// A smoother cannot be designed. This is a defect of this program.
+/// A smoother cannot be designed, which is a defect of this program.
 pub fn curves(picture: &Plane<u16>, frame: (usize, usize)) -> Result<Vec<Curve>, DesignError> {
     let smoothers = [Bank::of(Smoother::gaussian)?, Bank::of(Smoother::first_order)?];
     let view = View::of(picture, frame);
@@ -172,7 +172,7 @@ impl Bank {
         Ok(Self([narrow?, middle?, wide?]))
     }
 
-    /// All features of at least one LSB of the fixed point, 0.5 DN.
+    /// Extracts all features of at least one LSB of the fixed-point DoG, 0.5 DN.
     fn points(&self, frame: &Plane<u16>) -> Vec<Point> {
         let plane = frame.map(|&dn| f64::from(dn));
         let smoothed = self.0.each_ref().map(|smoother| smoother.smooth(&plane, Border::Held));
@@ -201,7 +201,7 @@ impl<'a> View<'a> {
         Self { picture, width, height, offset }
     }
 
-    /// The frame whose pixel `H p` shows what the unwarped frame has at `p`.
+    /// Renders the frame whose pixel `H p` shows the ground of the unwarped pixel `p`.
     fn seen_through(&self, homography: &Matrix3<f64>) -> Plane<u16> {
         // The warps here are far from singular.
         let back = homography.try_inverse().unwrap_or_else(Matrix3::identity);
@@ -212,7 +212,7 @@ impl<'a> View<'a> {
     }
 }
 
-/// The picture between its pixels, by the cubic of R. Keys, 1981 (`a = -1/2`): exact at pixels and on parabolas; the
+/// Interpolates the picture by the cubic of R. Keys, 1981 (`a = -1/2`), which is exact at pixels and on parabolas. The
 /// border sample is repeated.
 fn bicubic(picture: &Plane<u16>, x: f64, y: f64) -> u16 {
     let weights = |t: f64| {
@@ -236,7 +236,7 @@ fn bicubic(picture: &Plane<u16>, x: f64, y: f64) -> u16 {
     value.round().clamp(0.0, f64::from(u16::MAX)) as u16
 }
 
-/// `N` and the stability of each smoother; `None` where one of them has no point of either scale.
+/// Returns `N` and the stability of each smoother, or `None` if one of them has no point of either scale.
 fn compare(
     reference: &[Vec<Point>; 2],
     current: &[Vec<Point>; 2],
@@ -250,7 +250,7 @@ fn compare(
             let mut points: Vec<Point> = points
                 .iter()
                 .filter(|p| {
-                    p.feature.scale == scale && transfer(to_other, p.position).is_some_and(|q| lies_in(q, &area))
+                    p.feature.scale == scale && transfer(to_other, p.position).is_some_and(|q| is_within(q, &area))
                 })
                 .copied()
                 .collect();
@@ -275,12 +275,12 @@ fn compare(
     Some((points, stability))
 }
 
-fn lies_in(position: Vector2<f64>, [columns, rows]: &[Range<usize>; 2]) -> bool {
+fn is_within(position: Vector2<f64>, [columns, rows]: &[Range<usize>; 2]) -> bool {
     let within = |v: f64, range: &Range<usize>| v >= range.start as f64 && v < range.end as f64;
     within(position.x, columns) && within(position.y, rows)
 }
 
-/// Repeatability and correct matches of two lists of as many points.
+/// Computes repeatability and correct matches of two lists of equal length.
 fn stability(reference: &[Point], current: &[Point], homography: &Matrix3<f64>) -> Stability {
     let repeated = repeated(reference, current, homography);
     let correct = |strict: bool, described: fn(&Point) -> Feature| {
@@ -297,15 +297,15 @@ fn stability(reference: &[Point], current: &[Point], homography: &Matrix3<f64>) 
     }
 }
 
-/// The pairs `R`, nearest first and no point twice, sorted by index.
+/// Returns the pairs `R`, sorted by index. They are chosen nearest first, and no point is in two pairs.
 fn repeated(reference: &[Point], current: &[Point], homography: &Matrix3<f64>) -> Vec<(usize, usize)> {
     let mut near = Vec::new();
     for (i, p) in reference.iter().enumerate() {
         let Some(expected) = transfer(homography, p.position) else { continue };
         for (j, q) in current.iter().enumerate() {
             let distance = (q.position - expected).norm();
-            let alike = p.feature.scale == q.feature.scale && p.feature.bright == q.feature.bright;
-            if alike && distance <= TOLERANCE {
+            let is_similar = p.feature.scale == q.feature.scale && p.feature.bright == q.feature.bright;
+            if is_similar && distance <= MAX_REPEATED_DISTANCE_PX {
                 near.push((distance, i, j));
             }
         }
@@ -335,7 +335,7 @@ mod tests {
     use super::*;
     use hoverlock_pictures::{Picture, data_dir};
 
-    /// Random values on a grid of 7 px, bicubic in between: detail of about the size the extractor looks for.
+    /// Returns random values on a grid of 7 px with bicubic interpolation: detail of about the size of the features.
     fn texture(width: usize, height: usize) -> Plane<u16> {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let grid = Plane::from_fn(width / 7 + 2, height / 7 + 2, |_, _| random.random_range(10_000..50_000u16));
@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "25 warps of real pictures, some 4 s each"]
+    #[ignore = "25 warps of real pictures, about 4 s each"]
     fn the_recursion_is_almost_as_stable_as_the_gaussian_within_the_envelope() {
         let Some(folder) = data_dir() else {
             writeln!(

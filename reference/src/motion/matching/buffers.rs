@@ -13,7 +13,7 @@ const FILL_WORK: usize = 24;
 /// The features of two frames and reusable memory of their matching: a matching of no more features than before
 /// allocates nothing.
 #[derive(Default)]
-pub struct MatchBuffers {
+pub(crate) struct MatchBuffers {
     /// As in [`Matching`](crate::motion::matching::Matching).
     pub(crate) strict: bool,
     pub(super) groups: Vec<Group>,

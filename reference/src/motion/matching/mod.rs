@@ -20,7 +20,7 @@ use crate::motion::budget::Budget;
 use crate::motion::mark::{Part, mark};
 use crate::motion::model::{Pair, transfer};
 use block::BLOCK;
-pub use buffers::MatchBuffers;
+pub(crate) use buffers::MatchBuffers;
 use buffers::{Best, Group};
 use nalgebra::{Matrix3, Vector2};
 use std::cmp::Ordering;
@@ -94,7 +94,7 @@ impl Matching {
 
     /// Matches the features that `buffers` were filled with, as [`Matching::matches`] does, into `found`, whose content
     /// is replaced. Returns `false` if `budget` is exhausted; then the matches are incomplete and must not be used.
-    pub fn matches_into(&self, budget: &mut Budget, buffers: &mut MatchBuffers, found: &mut Vec<Match>) -> bool {
+    pub(crate) fn matches_into(&self, budget: &mut Budget, buffers: &mut MatchBuffers, found: &mut Vec<Match>) -> bool {
         found.clear();
         if !budget.spend(FEATURE_WORK * (buffers.from.len() + buffers.to.len())) {
             return false;

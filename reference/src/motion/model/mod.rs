@@ -66,7 +66,7 @@ pub enum MotionError {
 
 impl Model {
     /// Returns the number of pairs that determine the model.
-    pub fn minimal_pairs(self) -> usize {
+    pub(crate) fn minimal_pairs(self) -> usize {
         match self {
             Self::Shift => 1,
             Self::Similarity => 2,
@@ -88,7 +88,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::fit`], and if a weight is negative or not finite or the number of weights is not that of the pairs.
-    pub fn fit_round(self, pairs: &[Pair], weights: &[f64]) -> Result<Matrix3<f64>, MotionError> {
+    pub(crate) fn fit_round(self, pairs: &[Pair], weights: &[f64]) -> Result<Matrix3<f64>, MotionError> {
         if weights.len() != pairs.len() || weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
             return Err(MotionError::NotFinite);
         }
@@ -130,7 +130,7 @@ pub fn transfer(h: &Matrix3<f64>, p: Vector2<f64>) -> Option<Vector2<f64>> {
 }
 
 /// Returns the squared transfer error of a pair, px^2; infinite if the position maps behind the camera.
-pub fn squared_error(h: &Matrix3<f64>, pair: &Pair) -> f64 {
+pub(crate) fn squared_error(h: &Matrix3<f64>, pair: &Pair) -> f64 {
     transfer(h, pair.reference).map_or(f64::INFINITY, |q| (pair.current - q).norm_squared())
 }
 

@@ -14,9 +14,9 @@
 //! them. The prior of REF may combine several readings: the fit also returns both views with their standard errors
 //! ([`Pose::reference`], [`Pose::current`]), which can be the prior of a fit with the next frame. The solver is
 //! Gauss-Newton with exact derivatives. `rho` is Huber's, in the metric of the noise of the pairs, which is estimated
-//! from their own residual ([`crate::motion::robust`]).
+//! from their own residual (module `robust`).
 //!
-//! **Relief.** The ground is first modelled as a level plane. If the pairs show relief ([`crate::motion::relief`]), or
+//! **Relief.** The ground is first modelled as a level plane. If the pairs show relief (module `relief`), or
 //! readings and pairs disagree, two more models are tried, in this order:
 //!
 //! 1. A sloped plane fitted to the pairs that are on it. Pairs whose error is not noise are on houses and trees and are

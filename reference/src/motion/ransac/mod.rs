@@ -23,7 +23,7 @@
 //! confidence. This formula holds for samples of all pairs, so every other sample is drawn from all of them: the first
 //! pairs of a list in raster order are neighbours, and samples of neighbours fail together.
 //!
-//! The best hypothesis of the search is then refitted by [`robust`], unless local optimisation is off.
+//! The best hypothesis of the search is then refitted by the module `robust`, unless local optimisation is off.
 //!
 //! **No estimate.** A few pairs always determine a model, and other pairs agree with it by chance. If all `n` matches
 //! are wrong, and each position in CUR is therefore a random feature position, one more pair agrees with the model of a
