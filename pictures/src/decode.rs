@@ -70,7 +70,7 @@ pub(super) struct Decoded {
     pub(super) source_bits: u32,
 }
 
-/// The samples of whole pixels.
+/// The interleaved samples of whole pixels, as a decoder returns them.
 pub(super) enum Samples<'a> {
     U8(&'a [u8]),
     U16(&'a [u16]),

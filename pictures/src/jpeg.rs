@@ -130,7 +130,7 @@ impl Segments<'_> {
     }
 }
 
-/// The frame header.
+/// The fields of a frame header that the check needs: size in pixels and components.
 struct Frame {
     progressive: bool,
     width: usize,
@@ -232,7 +232,7 @@ impl Tables {
     }
 }
 
-/// The scan header.
+/// The fields of a scan header that the check needs.
 struct Scan {
     /// Index of each component, of its DC table and of its AC table.
     components: Vec<(usize, usize, usize)>,
@@ -377,7 +377,7 @@ impl Pass {
     }
 }
 
-/// A reader of the bits of entropy-coded data up to the next marker, without stuffing.
+/// A reader of the bits of entropy-coded data. It removes the stuffing and stops at the next marker.
 struct Bits<'a> {
     bytes: &'a [u8],
     at: usize,

@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut};
 
-/// An error of making or cropping a plane.
+/// An error of making a plane from samples, or of cropping one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlaneError {
     /// The number of samples is not `width * height`.

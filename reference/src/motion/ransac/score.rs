@@ -42,7 +42,7 @@ impl Functional {
     }
 }
 
-/// The voters of a hypothesis.
+/// The number of voters of a hypothesis and their squared errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Score {
     /// Number of pairs with `e^2 < max_squared_error`.

@@ -38,7 +38,7 @@ pub(crate) struct Extension {
 }
 
 impl Extension {
-    /// Solves for the rows of a cascade that is the same both ways.
+    /// Computes the rows of a cascade with the same sections in both passes.
     pub fn of(sections: &[Section]) -> Self {
         let size = 2 * sections.len();
         let step = step_matrix(sections);

@@ -124,7 +124,8 @@ impl Cascade {
     }
 }
 
-/// Returns `x[N-1] + row . w`, with `w` the tails minus `x[N-1]`.
+/// Returns the output of an anticausal section behind the border, `x[N-1] + row . w`, with `w` the tails (the last two
+/// outputs of every causal section) minus `x[N-1]`.
 fn extended(row: &[f64], tails: &[Lanes], last: Lanes) -> Lanes {
     let mut sum = last;
     for (weight, tail) in row.iter().zip(tails) {
