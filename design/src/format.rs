@@ -18,7 +18,7 @@ pub enum FormatError {
     /// Not of the form `u16.2` or `s14.1`.
     #[error("`{0}` is not a format: write u or s, integer bits, a point, fraction bits, like u16.2")]
     Syntax(String),
-    /// No bits, or more than [`MAX_BITS`].
+    /// No bits, or more than 32.
     #[error("`{text}` has {bits} bits; a format has 1 to {MAX_BITS}")]
     Width {
         /// The text given.
@@ -41,7 +41,7 @@ impl Format {
     /// Makes an unsigned format.
     ///
     /// # Panics
-    /// The format has no bits or more than [`MAX_BITS`]. In a constant this is a compile-time error.
+    /// The format has no bits or more than 32. In a constant this is a compile-time error.
     pub const fn unsigned(integer_bits: i8, fraction_bits: i8) -> Self {
         let bits = integer_bits as i32 + fraction_bits as i32;
         assert!(bits >= 1 && bits <= MAX_BITS as i32, "a format has 1 to 32 bits");
@@ -51,7 +51,7 @@ impl Format {
     /// Returns the signed format with the same magnitude bits.
     ///
     /// # Panics
-    /// The format has [`MAX_BITS`] magnitude bits already.
+    /// The format has 32 magnitude bits already.
     pub const fn with_sign(self) -> Self {
         let format = Self { signed: true, ..self };
         assert!(format.bits() <= MAX_BITS, "no bit is left for the sign");

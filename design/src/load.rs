@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{DesignError, DesignPoint, KT27, SHIPPED};
 
-/// Why a design could not be loaded.
+/// The reason why a design could not be loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// There is no design and no file of this name.
@@ -19,7 +19,7 @@ pub enum LoadError {
     /// The path is a folder, a device or a FIFO.
     #[error("{path}: the {kind} is not a regular file")]
     NotAFile {
-        /// The path.
+        /// The path as given.
         path: PathBuf,
         /// `design` or `configuration`.
         kind: &'static str,
@@ -27,7 +27,7 @@ pub enum LoadError {
     /// The file could not be read.
     #[error("{path}: the {kind} cannot be read: {source}")]
     Read {
-        /// The file.
+        /// The file that was to be read.
         path: PathBuf,
         /// `design` or `configuration`.
         kind: &'static str,
@@ -37,7 +37,7 @@ pub enum LoadError {
     /// The file is not a valid design.
     #[error("{path}: {source}")]
     File {
-        /// The file.
+        /// The file that was to be read.
         path: PathBuf,
         /// The error of the parser.
         source: DesignError,
