@@ -259,7 +259,7 @@ fn a_cache_that_cannot_be_used_is_said_so() {
 }
 
 #[test]
-fn a_damaged_cache_is_built_anew() {
+fn a_damaged_cache_is_built_again() {
     let place = Place::new();
     let build = place.build("constant", CONSTANT);
     assert_eq!(value(&build), 1);
@@ -310,7 +310,7 @@ fn a_cache_that_cannot_be_written_gives_what_it_holds() {
 }
 
 #[test]
-fn a_damaged_runtime_is_compiled_anew() {
+fn a_damaged_runtime_is_compiled_again() {
     let place = Place::new();
     // A copy of its own, as other tests use the shared one.
     std::fs::remove_file(place.path("cache/runtime")).unwrap();

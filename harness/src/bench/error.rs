@@ -80,7 +80,7 @@ pub enum SimError {
     /// The wall-clock limit was reached.
     #[error("wall-clock limit of {seconds} s reached at {}; the tasks wait:\n{report}", report.time)]
     WallClock { seconds: f64, report: StuckReport },
-    /// Tasks and model react to each other without end while time stands still.
+    /// Tasks and model react to each other without end in one time step.
     #[error("no end of changes at {}: {rounds} rounds in one time step; the tasks wait:\n{report}", report.time)]
     NoProgress { rounds: u32, report: StuckReport },
     /// `$finish` before the bench was done.

@@ -165,8 +165,8 @@ impl Dut {
     /// edge, and its writes are buffered as those of a task. It runs before the tasks that wait for the same edge. An
     /// error ends the run.
     ///
-    /// This is the way to watch many signals in each cycle, and to write a bus model: it costs about a tenth of a task
-    /// that awaits each edge.
+    /// This is the way to watch many signals in each cycle, and to write a bus model: it needs no task, and is cheaper
+    /// than one that awaits each edge.
     ///
     /// ```
     /// use std::{cell::RefCell, rc::Rc};

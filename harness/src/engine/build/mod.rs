@@ -6,7 +6,7 @@
 //! happens in a folder of its own that is renamed into place. A killed build leaves at most such a folder, which the
 //! next build removes.
 //!
-//! Built models lie in the [cache folder](crate::cache). After each build, models that were not used for 30 days are
+//! Built models lie in the [cache folder](hoverlock_cache). After each build, models that were not used for 30 days are
 //! removed, and those used longest ago while all together are larger than a limit. A model that is being loaded or
 //! built is never removed.
 //!

@@ -36,7 +36,7 @@ const GENERATOR: [&str; 10] = [
     include_str!("hierarchy/xml.rs"),
 ];
 
-/// Loads the model from the cache, after building it if need be.
+/// Loads the model from the cache; builds it first if it is not there.
 pub(super) fn load_or_build(build: &Build) -> Result<Library, BuildError> {
     let cache = Cache::open(build)?;
     let verilator = Verilator::find(build.verilator.as_deref())?;

@@ -126,7 +126,7 @@ impl<T: Element> StreamSignals<T> {
         }
     }
 
-    /// Appends the beat that stands in `data`.
+    /// Appends the beat in `data`.
     ///
     /// # Safety
     /// The model must be alive.

@@ -36,7 +36,7 @@ impl Watcher {
 
     /// Returns `true` if it waits for a change in which the bits of `rose` rose and those of `fell` fell.
     #[inline(always)]
-    fn hears(&self, rose: u64, fell: u64) -> bool {
+    fn matches(&self, rose: u64, fell: u64) -> bool {
         rose & self.rising | fell & self.falling != 0
     }
 }
@@ -261,8 +261,8 @@ impl Core {
     #[inline(always)]
     pub(super) fn fire_edges(&self, state: &SignalState, old: u64, new: u64) {
         let (rose, fell) = (!old & new, old & !new);
-        let is_heard = state.watchers.borrow().iter().any(|watcher| watcher.hears(rose, fell));
-        if is_heard || !state.agents.borrow().is_empty() {
+        let is_awaited = state.watchers.borrow().iter().any(|watcher| watcher.matches(rose, fell));
+        if is_awaited || !state.agents.borrow().is_empty() {
             self.wake(state, old, new);
         }
     }
@@ -277,7 +277,7 @@ impl Core {
             if let [watcher] = &watchers[..]
                 && let Waiter::Task(index, wait) = watcher.waiter
                 && watcher.remaining == 1
-                && watcher.hears(rose, fell)
+                && watcher.matches(rose, fell)
                 && state.agents.borrow().is_empty()
             {
                 watchers.clear();
@@ -311,7 +311,7 @@ impl Core {
         let mut kept = 0;
         for at in 0..watchers.len() {
             let watcher = &mut watchers[at];
-            if watcher.hears(rose, fell) {
+            if watcher.matches(rose, fell) {
                 watcher.remaining -= 1;
                 if watcher.remaining == 0 {
                     match watcher.waiter {

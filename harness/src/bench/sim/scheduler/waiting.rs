@@ -232,8 +232,8 @@ impl Core {
         }
     }
 
-    /// Drops the waits for an event or a lock that were given up, once they are half of the list: a wait costs the
-    /// same however many were given up before.
+    /// Drops the cancelled waits for an event or a lock once they are half of the list, so that the cost of a wait does
+    /// not depend on how many were cancelled before.
     #[cold]
     fn abandon_sync(&self, sync: &Sync) {
         let stale = sync.0.stale.get() + 1;
