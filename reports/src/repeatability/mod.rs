@@ -46,10 +46,10 @@ use hoverlock_reference::smoothing::smoother::Smoother;
 const MAX_REPEATED_DISTANCE_PX: f64 = 1.5;
 
 /// Largest number of points of each scale pair.
-pub const POINTS_PER_SCALE: usize = 300;
+const MAX_POINTS_PER_SCALE: usize = 300;
 
 /// Horizontal field of view for the tilts, degrees: the wide end of the zoom of the camera.
-pub const FIELD_OF_VIEW: f64 = 50.0;
+const FIELD_OF_VIEW_DEG: f64 = 50.0;
 
 /// A family of warps about the middle of the frame, with one parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -86,7 +86,7 @@ impl Warp {
             // Ground (X, Y, 0) turned about X, seen from distance 1 with focal length f:
             // x' = f X / (1 + Y sin), y' = f Y cos / (1 + Y sin), where REF has x = f X, y = f Y.
             Self::Tilt => {
-                let focal = width as f64 / 2.0 / (FIELD_OF_VIEW / 2.0).to_radians().tan();
+                let focal = width as f64 / 2.0 / (FIELD_OF_VIEW_DEG / 2.0).to_radians().tan();
                 Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, 0.0, 0.0, sin / focal, 1.0)
             }
         };
@@ -262,7 +262,7 @@ fn compare(
     let mut sides = [0, 1].map(|level| [common(&reference[level], homography), common(&current[level], &back)]);
     let numbers = [0, 1].map(|scale| {
         let available = sides.iter().flatten().map(|side| side[scale].len()).min().unwrap_or(0);
-        available.min(POINTS_PER_SCALE)
+        available.min(MAX_POINTS_PER_SCALE)
     });
     let points = numbers.iter().sum();
     if points == 0 {
@@ -439,7 +439,7 @@ mod tests {
                     let (ideal, recursive) = (sample.ideal, sample.recursive);
                     let lost = ideal.repeatability - recursive.repeatability;
                     eprintln!("{name} {:?} {}: {ideal:.3?} {recursive:.3?}", curve.warp, sample.value);
-                    assert_eq!(sample.points, 2 * POINTS_PER_SCALE);
+                    assert_eq!(sample.points, 2 * MAX_POINTS_PER_SCALE);
                     // Measured over 16 pictures, on average: 0.92 and more, and at most 0.026 behind the Gaussian.
                     assert!(lost <= 0.05 && recursive.repeatability >= 0.85, "{name} {:?} {sample:?}", curve.warp);
                     assert!(recursive.signs >= recursive.strict && recursive.strict >= recursive.lbp, "{sample:?}");
