@@ -44,7 +44,7 @@ def test_hovers_in_threads_give_the_results_of_one_after_the_other():
         ({"design": "dog_bits=99"}, "dog_bits"),
         ({"features": "none"}, "features is 'none', and must be one of float, fixed, rtl"),
         ({"view": "all"}, "view is 'all'"),
-        ({"seconds": 0.0}, "seconds is 0, and must be 1 to 3600"),
+        ({"seconds": 0.0}, "seconds is 0"),
         ({"seconds": float("nan")}, "seconds is NaN"),
     ],
 )
