@@ -84,12 +84,12 @@ fn without_vision_it_drifts() {
     for seed in 0..3 {
         let setup = Setup { mode: Hold::ImuOnly, ..Setup::default() };
         let alone = fly(&setup, seed, 60.0, |_| true);
-        let told = format!("seed {seed}: {:.1} m rms", rms(&alone));
-        eprintln!("{told}");
+        let measured = format!("seed {seed}: {:.1} m rms", rms(&alone));
+        eprintln!("{measured}");
         // 2 mg and 0.12 degrees of bias are 0.03 m/s^2, which alone would be 50 m in a minute.
-        assert!((2.0..100.0).contains(&rms(&alone)), "{told}");
+        assert!((2.0..100.0).contains(&rms(&alone)), "{measured}");
         // By its own estimate it holds the position, except for the effect of gusts.
-        assert!(largest(&alone, |m| m.believed.norm()) < 0.5, "{told}");
+        assert!(largest(&alone, |m| m.believed.norm()) < 0.5, "{measured}");
     }
 }
 
@@ -97,8 +97,8 @@ fn without_vision_it_drifts() {
 fn a_wind_is_trimmed_out() {
     for mean_wind in [Vector2::new(6.0, 8.0), Vector2::new(-8.0, -6.0)] {
         let moments = fly(&Setup { mean_wind, ..Setup::default() }, 1, 60.0, |_| true);
-        let told = format!("{:.4} m, {:.2} degrees", rms(&moments), tilt(&moments));
-        assert!(rms(&moments) <= 0.08 && tilt(&moments) <= 5.0, "{told}");
+        let measured = format!("{:.4} m, {:.2} degrees", rms(&moments), tilt(&moments));
+        assert!(rms(&moments) <= 0.08 && tilt(&moments) <= 5.0, "{measured}");
         let mean = moments.iter().map(|m| m.wind.xy()).sum::<Vector2<f64>>() / moments.len() as f64;
         assert!((mean - mean_wind).norm() < 4.0, "{mean}");
     }
@@ -120,9 +120,9 @@ fn the_corners_of_a_setup_are_flown() {
         };
         assert_eq!(setup.check(), Ok(()));
         let moments = fly(&setup, 1, 60.0, |_| true);
-        let told = format!("{height} m: {:.3} m, {:.2} degrees", rms(&moments), tilt(&moments));
-        eprintln!("{told}");
-        assert!(rms(&moments) < 0.3 && tilt(&moments) < 12.0, "{told}");
+        let measured = format!("{height} m: {:.3} m, {:.2} degrees", rms(&moments), tilt(&moments));
+        eprintln!("{measured}");
+        assert!(rms(&moments) < 0.3 && tilt(&moments) < 12.0, "{measured}");
     }
 }
 
@@ -136,17 +136,17 @@ fn height_follows_and_the_place_is_held_meanwhile() {
         let change = |m: &Moment| (m.camera.height() - 50.0).abs();
         // Over the last two seconds before the next change.
         let settled: Vec<Moment> = abrupt.iter().filter(|m| m.time % 10.0 > 8.0).copied().collect();
-        let told = [&smooth, &abrupt, &held].map(|m| (rms(m), tilt(m), largest(m, error), largest(m, change)));
-        let told = format!("seed {seed}: {told:.3?}, settled {:.3}", largest(&settled, error));
-        eprintln!("{told}");
+        let measured = [&smooth, &abrupt, &held].map(|m| (rms(m), tilt(m), largest(m, error), largest(m, change)));
+        let measured = format!("seed {seed}: {measured:.3?}, settled {:.3}", largest(&settled, error));
+        eprintln!("{measured}");
         for moments in [&smooth, &abrupt] {
-            assert!(rms(moments) <= 0.08 && tilt(moments) <= 5.0, "{told}");
-            assert!((4.5..6.0).contains(&largest(moments, change)), "{told}");
+            assert!(rms(moments) <= 0.08 && tilt(moments) <= 5.0, "{measured}");
+            assert!((4.5..6.0).contains(&largest(moments, change)), "{measured}");
         }
         // Three standard deviations of the drift of the barometer are 0.9 m; the lag behind the smooth profile is 0.8
         // m.
-        assert!(largest(&smooth, error) < 1.8 && largest(&settled, error) < 1.0, "{told}");
-        assert!(largest(&held, error) < 1.0, "{told}");
+        assert!(largest(&smooth, error) < 1.8 && largest(&settled, error) < 1.0, "{measured}");
+        assert!(largest(&held, error) < 1.0, "{measured}");
         // In both directions.
         assert!(abrupt.iter().any(|m| m.height > 54.0) && abrupt.iter().any(|m| m.height < 46.0));
     }
@@ -163,7 +163,7 @@ fn without_fixes_it_falls_back_to_attitude_hold_and_comes_back() {
         let (coasting, attitude) = (between(20.0, 20.9), between(23.5, 30.0));
         let (leaving, returning) = (between(20.5, 24.0), between(29.5, 38.0));
         let turn = |m: &Moment| m.rates.xy().norm().to_degrees();
-        let told = format!(
+        let measured = format!(
             "{seed}: coasts {:.2} m, then {:.2} degrees, turns {:.1} and {:.1} degrees/s, held again {:.2} m",
             largest(&coasting, distance),
             tilt(&attitude),
@@ -171,14 +171,17 @@ fn without_fixes_it_falls_back_to_attitude_hold_and_comes_back() {
             largest(&returning, turn),
             largest(&between(42.0, 60.0), distance),
         );
-        eprintln!("{told}");
-        assert!(coasting.iter().all(|m| m.hold == 1.0) && attitude.iter().all(|m| m.hold == 0.0), "{told}");
-        assert!(moments.windows(2).all(|pair| (pair[1].hold - pair[0].hold).abs() < 0.04), "{told}");
-        assert!(largest(&coasting, distance) < 0.3 && tilt(&attitude) < 2.0, "{told}");
+        eprintln!("{measured}");
+        assert!(coasting.iter().all(|m| m.hold == 1.0) && attitude.iter().all(|m| m.hold == 0.0), "{measured}");
+        assert!(moments.windows(2).all(|pair| (pair[1].hold - pair[0].hold).abs() < 0.04), "{measured}");
+        assert!(largest(&coasting, distance) < 0.3 && tilt(&attitude) < 2.0, "{measured}");
         // It has drifted by metres, and returns no faster than a pilot would.
-        assert!(largest(&attitude, distance) > 0.5, "{told}");
-        assert!(largest(&leaving, turn) < 12.0 && largest(&returning, turn) < 15.0 && tilt(&moments) <= 5.0, "{told}");
-        assert!(largest(&between(42.0, 60.0), distance) < 0.3, "{told}");
+        assert!(largest(&attitude, distance) > 0.5, "{measured}");
+        assert!(
+            largest(&leaving, turn) < 12.0 && largest(&returning, turn) < 15.0 && tilt(&moments) <= 5.0,
+            "{measured}"
+        );
+        assert!(largest(&between(42.0, 60.0), distance) < 0.3, "{measured}");
     }
 }
 

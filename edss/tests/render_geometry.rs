@@ -195,7 +195,7 @@ fn a_laser_meets_a_car_where_it_is_at_the_time() {
     let scene = renderer("[ground.grass]\n[[car]]\nfrom_m = [-50, 0]\nto_m = [50, 0]\nspeed_m_per_s = 10\n");
     let below = |time: f64| scene.range(time, Vector3::new(0.0, 0.0, -30.0), Vector3::z()).unwrap();
     assert!((below(0.0) - 30.0).abs() < 1e-5 && below(5.0) < 29.2 && (below(6.0) - 30.0).abs() < 1e-5);
-    assert!(below(15.0) < 29.2, "it begins anew after 100 m");
+    assert!(below(15.0) < 29.2, "it starts again after 100 m");
 }
 
 fn hills() -> &'static Renderer {

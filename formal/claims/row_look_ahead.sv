@@ -9,7 +9,7 @@ module row_look_ahead_stage #(parameter DISTANCE = 1) (
 );
   // Steps since the start, and since the last sample of the row, both up to 64.
   reg [6:0] steps = 7'd0, since = 7'd64;
-  reg seen = 0, told = 0, p_known = 0;
+  reg seen = 0, stepped = 0, p_known = 0;
   reg [17:0] kept, p_wanted, q_wanted;
   // The samples of the last steps, the newest lowest.
   reg [18 * DISTANCE - 1:0] samples;
@@ -30,7 +30,7 @@ module row_look_ahead_stage #(parameter DISTANCE = 1) (
         seen_load <= 1;
       end else if (since_load != 7'd64)
         since_load <= since_load + 7'd1;
-      told <= 1;
+      stepped <= 1;
       p_wanted <= last ? x : since <= DISTANCE ? kept : x;
       p_known <= seen || steps == 7'd64;
       q_wanted <= delayed;
@@ -43,8 +43,8 @@ module row_look_ahead_stage #(parameter DISTANCE = 1) (
     counts: assert (seen ? remaining == (since <= DISTANCE ? DISTANCE + 7'd1 - since : 7'd0) : remaining + steps <= 7'd63 || remaining == 7'd0);
     holds: assert (!seen || !(since <= DISTANCE) || border == kept);
     since_counts: assert (since >= 7'd1 && since <= 7'd64 && steps <= 7'd64 && (seen || since == 7'd64));
-    operand_p: assert (!told || !p_known || p == p_wanted);
-    operand_q: assert (!told || q == q_wanted);
+    operand_p: assert (!stepped || !p_known || p == p_wanted);
+    operand_q: assert (!stepped || q == q_wanted);
     last_counts: assert (seen ? last_remaining == (since < DISTANCE + 7'd4 ? DISTANCE + 7'd4 - since : 7'd0)
       : last_remaining + steps <= 7'd63 || last_remaining == 7'd0);
     last_leaves: assert (seen ? last_out == (since == DISTANCE + 7'd4) || since == 7'd1 : !last_out || steps < 7'd64);
@@ -52,7 +52,7 @@ module row_look_ahead_stage #(parameter DISTANCE = 1) (
       : load_remaining + steps <= 7'd63 || load_remaining == 7'd0);
     load_leaves: assert (seen_load ? load_out == (since_load == DISTANCE + 7'd4) || since_load == 7'd1 : !load_out || steps < 7'd64);
     since_load_counts: assert (since_load >= 7'd1 && since_load <= 7'd64 && (seen_load || since_load == 7'd64));
-    beyond: cover (told && seen && since == 7'd1 && p != q);
+    beyond: cover (stepped && seen && since == 7'd1 && p != q);
   end
 endmodule
 

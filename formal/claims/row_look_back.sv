@@ -8,7 +8,7 @@ module row_look_back_stage #(parameter DISTANCE = 1) (
 );
   // Steps since the start, and since the first sample of the row, both up to 64.
   reg [6:0] steps = 7'd0, since = 7'd64;
-  reg seen = 0, told = 0, p_known = 0;
+  reg seen = 0, stepped = 0, p_known = 0;
   reg [17:0] kept, p_wanted, q_wanted;
   // The samples of the last steps, the newest lowest.
   reg [18 * DISTANCE - 1:0] samples;
@@ -26,7 +26,7 @@ module row_look_back_stage #(parameter DISTANCE = 1) (
         since <= since + 7'd1;
       firsts <= {firsts, first};
       loads <= {loads, load};
-      told <= 1;
+      stepped <= 1;
       p_wanted <= first ? x : since < DISTANCE ? kept : delayed;
       p_known <= first || seen || steps == 7'd64;
       q_wanted <= x;
@@ -37,13 +37,13 @@ module row_look_back_stage #(parameter DISTANCE = 1) (
     counts: assert (seen ? remaining == (since < DISTANCE ? DISTANCE - since : 7'd0) : remaining + steps <= 7'd63 || remaining == 7'd0);
     holds: assert (!seen || !(since < DISTANCE) || border == kept);
     since_counts: assert (since >= 7'd1 && since <= 7'd64 && steps <= 7'd64 && (seen || since == 7'd64));
-    operand_p: assert (!told || !p_known || p == p_wanted);
-    operand_q: assert (!told || q == q_wanted);
+    operand_p: assert (!stepped || !p_known || p == p_wanted);
+    operand_q: assert (!stepped || q == q_wanted);
     first_in_flight: assert (((first_delayed ^ firsts[2:0]) & ~(3'd7 << steps)) == 3'd0);
     load_in_flight: assert (((load_delayed ^ loads[2:0]) & ~(3'd7 << steps)) == 3'd0);
     first_leaves: assert (steps < 7'd4 || first_out == firsts[3]);
     load_leaves: assert (steps < 7'd4 || load_out == loads[3]);
-    beyond: cover (told && seen && since == 7'd2 && p != q);
+    beyond: cover (stepped && seen && since == 7'd2 && p != q);
   end
 endmodule
 

@@ -153,7 +153,7 @@ module sequencer_properties (input clock);
       // Rules for the drain.
       drains_96_lines: assert (!\dut.drained || !ever || since == frames_lines);
       draining: assert (\dut.drained || (ever && \dut.drain != 17'd0 && since + {1'b0, \dut.drain } == frames_lines));
-      told: assert (busy == !\dut.drained );
+      drain_reported: assert (busy == !\dut.drained );
       begin_frame: cover (\dut.begins );
       cut_short: cover (\dut.pads && \dut.x == 10'd4);
       used_late: cover (place == GONE && \dut.skid_count == 2'd2);

@@ -55,7 +55,7 @@ module top_properties (input clock);
       // The assumption of claim `record_fifo`, here proved of the writer and the sequencer together.
       no_write_after_stall: assert (was_reset || !was_stalled || !\dut.core.extractor_write );
       never_full: assert (\dut.core.fifo.waiting <= 10'd510 && (was_reset || was_stalled || \dut.core.fifo.waiting <= 10'd509));
-      told: assert (\dut.core.fifo_stall == (\dut.core.fifo.waiting >= 10'd509));
+      stall_reported: assert (\dut.core.fifo_stall == (\dut.core.fifo.waiting >= 10'd509));
       conserved: assert (inside == \dut.core.fifo.waiting + {9'd0, \dut.core.fifo.next_valid } + {9'd0, feature_valid});
       packets: assert (in_packet == \dut.core.fifo.in_packet );
       // The end of a packet is written with `done` and never otherwise: each finished frame ends one packet.
