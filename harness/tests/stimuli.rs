@@ -233,3 +233,27 @@ fn a_watched_edge_comes_before_the_tasks_and_its_error_ends_the_run() {
     });
     assert_eq!(end.unwrap_err().to_string(), "it counts too far");
 }
+
+#[test]
+fn deferred_writes_give_the_same_values_with_fewer_evaluations() {
+    let play = |defer: bool| {
+        let (mut sim, dut, clk) = fifo();
+        sim.defer_writes(defer);
+        let source = Source::new(&dut, &clk, ports(&dut, "in_"), None).unwrap();
+        let sink = Sink::new(&dut, &clk, ports(&dut, "out_"), None, Rules::Strict).unwrap();
+        source.set_pause(Pause::random(0.3, 1));
+        sink.set_pause(Pause::random(0.4, 2));
+        let (valid, data) = (dut.signal("out_valid").unwrap(), dut.signal("out_data").unwrap());
+        let samples = record(&dut, &clk, move || (valid.get(), data.get()));
+        run(&mut sim, async {
+            source.send(&Frame::new(&(0..200u32).collect::<Vec<_>>()))?;
+            assert_eq!(sink.recv().await.symbols, (0..200).collect::<Vec<u64>>());
+            Ok(())
+        });
+        let samples = samples.borrow().clone();
+        (samples, sim.evaluations())
+    };
+    let ((put_at_once, evaluations), (deferred, fewer)) = (play(false), play(true));
+    assert_eq!(put_at_once, deferred);
+    assert!(5 * fewer < 4 * evaluations, "{fewer} evaluations, {evaluations} without");
+}

@@ -49,7 +49,10 @@ pub struct Top {
 /// If the model cannot be loaded.
 pub fn simulation(simulator: &Simulator, seed: u64) -> Result<Sim, Error> {
     let options = InstanceOptions { seed, plusargs: simulator.plusargs().to_vec() };
-    Sim::new(simulator.library().instance_with(&options)?)
+    let sim = Sim::new(simulator.library().instance_with(&options)?)?;
+    // No register of the top samples at the falling edge, and no output depends on an input without a register.
+    sim.defer_writes(true);
+    Ok(sim)
 }
 
 impl Top {

@@ -129,14 +129,59 @@ use Form::{Bit, Curve, Decimal, Dn, Hex};
 
 /// The groups of the view, along the pipeline, and which of them are open at first.
 fn groups(design: &DesignPoint) -> Vec<Group> {
-    let units = Units::of(design);
-    let (pixel, state, dog) = (design.pixel.bits(), design.state.bits(), design.dog_bits);
-    let (column, row) = (design.width.next_power_of_two().trailing_zeros(), ROW_BITS as u32);
-    let smoother = |name: &str, sigma: f64, look_ahead: u32| -> Group {
+    let view = View::of(design);
+    let names = smoother_names(design.smoothers());
+    let smoothers = names.iter().zip(&*design.sigmas).zip(&*design.look_ahead);
+    let smoothers = smoothers.map(|((name, sigma), look_ahead)| view.smoother(name, *sigma, *look_ahead));
+    let mut groups = vec![View::clock_and_reset(), view.video(), view.registers(), view.sequencer()];
+    groups.extend(smoothers);
+    groups.extend([view.smoothed(names), view.responses(), view.maxima(), view.descriptor()]);
+    groups.extend([View::record(), View::features()]);
+    groups
+}
+
+/// What the groups of the view depend on.
+struct View {
+    units: Units,
+    /// Scale pairs.
+    pairs: usize,
+    /// Bits of a pixel, a state, a response, a column and a row.
+    pixel: u32,
+    state: u32,
+    dog: u32,
+    column: u32,
+    row: u32,
+}
+
+impl View {
+    fn of(design: &DesignPoint) -> Self {
+        Self {
+            units: Units::of(design),
+            pairs: design.pairs(),
+            pixel: design.pixel.bits(),
+            state: design.state.bits(),
+            dog: design.dog_bits,
+            column: design.width.next_power_of_two().trailing_zeros(),
+            row: ROW_BITS as u32,
+        }
+    }
+
+    /// Returns `signals` of every scale pair `k`.
+    fn of_pairs(&self, signals: impl Fn(usize) -> Vec<Shown>) -> Vec<Shown> {
+        (0..self.pairs).flat_map(signals).collect()
+    }
+
+    /// A response of a cell.
+    fn response(&self, path: String, label: String) -> Shown {
+        let (form, _, unit) = &self.units.dog;
+        (format!("core.{path}"), self.dog, format!("{label}, {unit}"), *form)
+    }
+
+    fn smoother(&self, name: &str, sigma: f64, look_ahead: u32) -> Group {
         let path = |signal: &str| format!("core.extractor.smoothers.{name}_smoother.{signal}");
         let last = look_ahead - 1;
         let sample = |signal: &str, label: &str| -> Shown {
-            (path(signal), state, format!("{label}, {}", units.state.2), units.state.0)
+            (path(signal), self.state, format!("{label}, {}", self.units.state.2), self.units.state.0)
         };
         let signals = vec![
             (path("start"), 1, "start".into(), Bit),
@@ -144,22 +189,15 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
             sample("recursion_y", "recursion"),
             (path("tail_outside"), 6, "stages that use the held row".into(), Hex),
             sample(&format!("column_look_ahead_{last}_y"), "column_look_ahead done"),
-            (path("row_cursor_x"), column, "row stages x".into(), Decimal),
-            (path("row_cursor_y"), row, "row stages y".into(), Decimal),
+            (path("row_cursor_x"), self.column, "row stages x".into(), Decimal),
+            (path("row_cursor_y"), self.row, "row stages y".into(), Decimal),
             sample(&format!("row_look_back_{last}_y"), "row_look_back done"),
             sample(&format!("row_look_ahead_{last}_y"), "row_look_ahead done"),
         ];
         (format!("smoother {name}, sigma {sigma:?}"), false, signals)
-    };
-    let pairs = design.pairs();
-    // Of every scale pair, `signals` of pair `k`.
-    let of_pairs = |signals: &dyn Fn(usize) -> Vec<Shown>| (0..pairs).flat_map(signals).collect::<Vec<Shown>>();
-    // A response of a cell.
-    let response = |path: String, label: String| -> Shown {
-        (format!("core.{path}"), dog, format!("{label}, {}", units.dog.2), units.dog.0)
-    };
-    let flag = |path: String, label: String| -> Shown { (format!("core.{path}"), 1, label, Bit) };
-    let mut groups: Vec<Group> = vec![
+    }
+
+    fn clock_and_reset() -> Group {
         (
             "clock and reset".into(),
             true,
@@ -168,7 +206,10 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
                 ("reset".into(), 1, "reset".into(), Bit),
                 ("irq".into(), 1, "irq".into(), Bit),
             ],
-        ),
+        )
+    }
+
+    fn video(&self) -> Group {
         (
             "video in".into(),
             true,
@@ -177,10 +218,13 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
                 ("video_ready".into(), 1, "ready".into(), Bit),
                 ("video_startofpacket".into(), 1, "startofpacket".into(), Bit),
                 ("video_endofpacket".into(), 1, "endofpacket".into(), Bit),
-                ("video_data".into(), pixel, "data".into(), Hex),
-                ("video_data".into(), pixel, format!("data, {}", units.state.2), Curve(0)),
+                ("video_data".into(), self.pixel, "data".into(), Hex),
+                ("video_data".into(), self.pixel, format!("data, {}", self.units.state.2), Curve(0)),
             ],
-        ),
+        )
+    }
+
+    fn registers(&self) -> Group {
         (
             "registers".into(),
             false,
@@ -193,10 +237,10 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
                     ("csr_readdata".into(), 32, "readdata".into(), Hex),
                     ("registers.control_enable".into(), 1, "control.enable".into(), Bit),
                     ("registers.control_automatic".into(), 1, "control.automatic".into(), Bit),
-                    ("registers.size_width".into(), column + 1, "size.width".into(), Decimal),
+                    ("registers.size_width".into(), self.column + 1, "size.width".into(), Decimal),
                     ("registers.size_height".into(), HEIGHT_BITS as u32, "size.height".into(), Decimal),
                 ],
-                of_pairs(&|k| vec![response(format!("threshold_{k}"), format!("T {k} in use"))]),
+                self.of_pairs(|k| vec![self.response(format!("threshold_{k}"), format!("T {k} in use"))]),
                 vec![
                     ("core.begun".into(), 1, "frame begun".into(), Bit),
                     ("core.done".into(), 1, "frame done".into(), Bit),
@@ -205,99 +249,115 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
                 ],
             ]
             .concat(),
-        ),
+        )
+    }
+
+    fn sequencer(&self) -> Group {
         (
             "sequencer".into(),
             false,
             vec![
                 ("core.sequencer.state".into(), 2, "state: idle, frame, pad".into(), Decimal),
-                ("core.sequencer.x".into(), column, "x".into(), Decimal),
-                ("core.sequencer.y".into(), row, "y".into(), Decimal),
+                ("core.sequencer.x".into(), self.column, "x".into(), Decimal),
+                ("core.sequencer.y".into(), self.row, "y".into(), Decimal),
                 ("core.sequencer.capture".into(), 1, "registers captured".into(), Bit),
                 ("core.sequencer.advance".into(), 1, "step (advance)".into(), Bit),
                 ("core.sequencer.start".into(), 1, "start of frame".into(), Bit),
-                ("core.sequencer.pixel".into(), pixel, "pixel".into(), Hex),
-                ("core.sequencer.drain".into(), column + 7, "steps left to drain".into(), Decimal),
+                ("core.sequencer.pixel".into(), self.pixel, "pixel".into(), Hex),
+                ("core.sequencer.drain".into(), self.column + 7, "steps left to drain".into(), Decimal),
                 ("core.sequencer.stall".into(), 1, "stall by the FIFO".into(), Bit),
             ],
-        ),
-    ];
-    let names = smoother_names(design.smoothers());
-    let smoothers = names.iter().zip(&*design.sigmas).zip(&*design.look_ahead);
-    groups.extend(smoothers.map(|((name, sigma), look_ahead)| smoother(name, *sigma, *look_ahead)));
-    // The narrowest as a curve too.
-    let aligned = names.iter().enumerate().flat_map(|(i, name)| -> Vec<Shown> {
-        let path = format!("core.extractor.smoothers.{name}");
-        let mut shown = vec![(path.clone(), state, format!("{name}, {}", units.state.2), units.state.0)];
-        shown.extend((i == 0).then(|| (path, state, (*name).to_owned(), units.state.1)));
-        shown
-    });
-    let rest: Vec<Group> = vec![
+        )
+    }
+
+    fn smoothed(&self, names: &[&str]) -> Group {
+        // The narrowest as a curve too.
+        let aligned = names.iter().enumerate().flat_map(|(i, name)| -> Vec<Shown> {
+            let path = format!("core.extractor.smoothers.{name}");
+            let mut shown =
+                vec![(path.clone(), self.state, format!("{name}, {}", self.units.state.2), self.units.state.0)];
+            shown.extend((i == 0).then(|| (path, self.state, (*name).to_owned(), self.units.state.1)));
+            shown
+        });
         (
             "smoothed, aligned".into(),
             true,
             std::iter::once(("core.extractor.smoothers.start_out".into(), 1, "start of frame".into(), Bit))
                 .chain(aligned)
                 .collect(),
-        ),
+        )
+    }
+
+    fn responses(&self) -> Group {
         (
             "DoG".into(),
             true,
             [
                 vec![
-                    ("core.extractor.response_cursor.x".into(), column, "x".into(), Decimal),
-                    ("core.extractor.response_cursor.y".into(), row, "y".into(), Decimal),
+                    ("core.extractor.response_cursor.x".into(), self.column, "x".into(), Decimal),
+                    ("core.extractor.response_cursor.y".into(), self.row, "y".into(), Decimal),
                 ],
-                of_pairs(&|k| {
+                self.of_pairs(|k| {
                     let path = |signal: &str| format!("extractor.scale_pair_{k}.difference_{signal}");
                     let magnitude = path("magnitude");
                     vec![
                         flag(path("positive"), format!("pair {k} bright")),
-                        response(magnitude.clone(), format!("pair {k}")),
-                        (format!("core.{magnitude}"), dog, format!("pair {k}"), units.dog.1),
+                        self.response(magnitude.clone(), format!("pair {k}")),
+                        (format!("core.{magnitude}"), self.dog, format!("pair {k}"), self.units.dog.1),
                     ]
                 }),
             ]
             .concat(),
-        ),
+        )
+    }
+
+    fn maxima(&self) -> Group {
         (
             "maxima".into(),
             true,
             [
                 vec![
-                    ("core.extractor.window_cursor.x".into(), column, "x".into(), Decimal),
-                    ("core.extractor.window_cursor.y".into(), row, "y".into(), Decimal),
+                    ("core.extractor.window_cursor.x".into(), self.column, "x".into(), Decimal),
+                    ("core.extractor.window_cursor.y".into(), self.row, "y".into(), Decimal),
                     ("core.extractor.eligible.eligible".into(), 1, "eligible".into(), Bit),
                 ],
-                of_pairs(&|k| {
+                self.of_pairs(|k| {
                     let path = |signal: &str| format!("extractor.decision_{k}.{signal}");
                     vec![
-                        response(path("p"), format!("pair {k} centre")),
-                        response(path("strict"), format!("pair {k} earlier maximum")),
-                        response(path("loose"), format!("pair {k} later maximum")),
-                        response(path("threshold"), format!("pair {k} T")),
+                        self.response(path("p"), format!("pair {k} centre")),
+                        self.response(path("strict"), format!("pair {k} earlier maximum")),
+                        self.response(path("loose"), format!("pair {k} later maximum")),
+                        self.response(path("threshold"), format!("pair {k} T")),
                         flag(path("hit"), format!("pair {k} feature")),
                     ]
                 }),
             ]
             .concat(),
-        ),
+        )
+    }
+
+    fn descriptor(&self) -> Group {
         (
             "ring and descriptor".into(),
             false,
             [
-                of_pairs(&|k| vec![response(format!("extractor.scale_pair_{k}.max_dog_y"), format!("MaxDOG {k}"))]),
+                self.of_pairs(|k| {
+                    vec![self.response(format!("extractor.scale_pair_{k}.max_dog_y"), format!("MaxDOG {k}"))]
+                }),
                 vec![
-                    ("core.extractor.ring_cursor.x".into(), column, "x".into(), Decimal),
-                    ("core.extractor.ring_cursor.y".into(), row, "y".into(), Decimal),
+                    ("core.extractor.ring_cursor.x".into(), self.column, "x".into(), Decimal),
+                    ("core.extractor.ring_cursor.y".into(), self.row, "y".into(), Decimal),
                     ("core.extractor.queue.waiting".into(), 10, "candidates waiting".into(), Decimal),
                     ("core.extractor.queue.found".into(), 1, "ring complete".into(), Bit),
                 ],
-                of_pairs(&|k| vec![(format!("core.extractor.ring_{k}.maxlbp"), 32, format!("MaxLBP {k}"), Hex)]),
-                of_pairs(&|k| vec![(format!("core.extractor.ring_{k}.sign"), 32, format!("sign {k}"), Hex)]),
+                self.of_pairs(|k| vec![(format!("core.extractor.ring_{k}.maxlbp"), 32, format!("MaxLBP {k}"), Hex)]),
+                self.of_pairs(|k| vec![(format!("core.extractor.ring_{k}.sign"), 32, format!("sign {k}"), Hex)]),
             ]
             .concat(),
-        ),
+        )
+    }
+
+    fn record() -> Group {
         (
             "record".into(),
             false,
@@ -308,7 +368,10 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
                 ("core.extractor.count".into(), 20, "features of the frame".into(), Decimal),
                 ("core.extractor.dropped".into(), 20, "dropped of the frame".into(), Decimal),
             ],
-        ),
+        )
+    }
+
+    fn features() -> Group {
         (
             "feature out".into(),
             true,
@@ -318,10 +381,13 @@ fn groups(design: &DesignPoint) -> Vec<Group> {
                 ("feature_startofpacket".into(), 1, "startofpacket".into(), Bit),
                 ("feature_endofpacket".into(), 1, "endofpacket".into(), Bit),
             ],
-        ),
-    ];
-    groups.extend(rest);
-    groups
+        )
+    }
+}
+
+/// A bit of a cell.
+fn flag(path: String, label: String) -> Shown {
+    (format!("core.{path}"), 1, label, Bit)
 }
 
 /// The fields of a record.

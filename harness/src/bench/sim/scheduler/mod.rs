@@ -124,6 +124,8 @@ pub(crate) struct Core {
     pub log: RefCell<Log>,
     pub limits: RefCell<Limits>,
     pub edge_order: Cell<EdgeOrder>,
+    /// Whether writes at a rising edge of the only clock are put together with its falling edge.
+    pub defers_writes: Cell<bool>,
     pub interrupt: RefCell<Option<Box<dyn FnMut() -> bool>>>,
     pub stop_flag: Arc<AtomicBool>,
     /// The Verilog called `$finish`, and no task waited for it.
@@ -180,6 +182,7 @@ impl Core {
             log: RefCell::default(),
             limits: RefCell::default(),
             edge_order: Cell::new(EdgeOrder::default()),
+            defers_writes: Cell::new(false),
             interrupt: RefCell::default(),
             stop_flag: Arc::default(),
             is_finished: Cell::new(false),

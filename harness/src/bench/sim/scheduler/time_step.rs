@@ -244,6 +244,10 @@ impl Core {
             if old == new {
                 continue;
             }
+            // Writes that the step before deferred.
+            if !self.writes.borrow().is_empty() {
+                self.apply_writes();
+            }
             // SAFETY: as above; no reference to it exists.
             unsafe { *state.data = u8::from(level) };
             state.last.set(new);
@@ -254,7 +258,7 @@ impl Core {
                 if self.quiet_until.get() == Time::ZERO {
                     return self.settle(main, rounds);
                 }
-                if self.writes.borrow().is_empty() {
+                if self.writes.borrow().is_empty() || (level && self.defers_writes.get()) {
                     break;
                 }
                 rounds += 1;
