@@ -16,7 +16,6 @@ use std::path::Path;
 
 use hoverlock_design::DesignPoint;
 use hoverlock_edss::camera::FRAME_SIZE;
-use hoverlock_reports::page::PageError;
 use serde::Serialize;
 
 pub use cluster::Cluster;
@@ -27,7 +26,6 @@ pub use statistics::DesignStatistics;
 use crate::chain::FeatureSource;
 use crate::hover::load_scene;
 use crate::monitor::{BoxError, Monitor};
-use crate::pages;
 
 /// Name of the default design, which is part of every campaign. Its points decide whether a campaign passes.
 pub const DEFAULT_DESIGN: &str = "kt27";
@@ -191,13 +189,5 @@ impl CampaignOutcome {
     /// Returns the points of the default design that fail.
     pub fn failures(&self) -> impl Iterator<Item = &FlownPoint> {
         self.points.iter().filter(|point| point.design == DEFAULT_DESIGN && !point.pass)
-    }
-
-    /// Renders the campaign as one HTML page. `command` is shown as its origin.
-    ///
-    /// # Errors
-    /// A plot or the template fails. Either is a defect of this program, not of the input.
-    pub fn page(&self, command: &str) -> Result<String, PageError> {
-        pages::campaign::html(&self.points, &self.designs, command)
     }
 }

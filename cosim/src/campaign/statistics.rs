@@ -78,6 +78,7 @@ pub(super) fn by_design(points: &[FlownPoint]) -> Vec<DesignStatistics> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::campaign::CampaignOutcome;
     use crate::chain::FeatureSource;
 
     /// Returns a point with an error of `error` metres.
@@ -123,7 +124,8 @@ pub(crate) mod tests {
         let [design] = &designs[..] else { panic!() };
         assert_eq!((design.points, design.passed, design.worst_m), (2, 1, 0.08));
         assert!((design.error_rms_m.unwrap() - (0.00125f64).sqrt()).abs() < 1e-12);
-        let page = crate::pages::campaign::html(&points, &designs, "hoverlock sweep").unwrap();
+        let outcome = CampaignOutcome { pass: true, points: points.into(), pareto: Vec::new(), designs };
+        let page = outcome.page("hoverlock sweep").unwrap();
         assert!(page.contains("too far &lt;away&gt;") && page.contains("1 of 2"));
     }
 }

@@ -1,6 +1,6 @@
 //! The checks that a hover must pass.
 
-use super::outcome::Summary;
+use super::summary::Summary;
 
 /// Largest rms distance from the target over flat ground, m.
 pub(super) const FLAT_BOUND_M: f64 = 0.1;

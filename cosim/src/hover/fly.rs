@@ -13,7 +13,8 @@ use hoverlock_edss::world::{Exposure, World, frame_time};
 use hoverlock_reference::motion::observation::SensorErrors;
 use nalgebra::Matrix2;
 
-use super::outcome::{HoverOutcome, Row};
+use super::outcome::HoverOutcome;
+use super::summary::Row;
 use super::{CameraView, HoverError, HoverSettings};
 use crate::chain::{Chain, FlightLine, FrameOutput};
 use crate::monitor::{FrameProgress, Monitor};
@@ -23,7 +24,7 @@ use crate::pages::still::reduced;
 
 /// Time from the exposure of a frame until the autopilot has its estimate, s: one frame for exposure and read-out, then
 /// the flight program.
-pub(super) const ESTIMATE_LATENCY_S: f64 = 0.1;
+const ESTIMATE_LATENCY_S: f64 = 0.1;
 
 /// Time at which the narrow view is commanded, s.
 const NARROW_AFTER_S: f64 = 2.0;
@@ -67,7 +68,7 @@ pub(super) fn fly(
     let mut blind = Flight::new(&Setup { mode: Hold::ImuOnly, ..setup }, settings.seed);
     let mut running: Option<Chain> = None;
     let mut due: VecDeque<(f64, Option<Fix>)> = VecDeque::new();
-    let mut outcome = HoverOutcome::new(settings, scene, &setup);
+    let mut outcome = HoverOutcome::new(settings, scene, &setup, ESTIMATE_LATENCY_S);
     let frames = frame_count(settings.seconds);
     let mut range = settings.height_m;
     for number in 0..frames {

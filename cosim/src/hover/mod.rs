@@ -3,6 +3,7 @@
 mod checks;
 mod fly;
 mod outcome;
+mod summary;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -14,7 +15,8 @@ use hoverlock_edss::render::{RenderError, Renderer};
 use hoverlock_edss::scene::{Scene, SceneError};
 use hoverlock_reference::motion::orthophoto::ViewError;
 
-pub use outcome::{HoverOutcome, Row, Summary};
+pub use outcome::HoverOutcome;
+pub use summary::{Row, Summary};
 pub use table::TABLE;
 
 use crate::chain::{ChainError, FeatureSource, FlightProgram, check_choice};

@@ -2,98 +2,19 @@
 
 use std::time::Duration;
 
-use hoverlock_arm::message::Telemetry;
 use hoverlock_edss::camera::FRAME_RATE;
-use hoverlock_edss::flight::{Row as Truth, Setup};
+use hoverlock_edss::flight::Setup;
 use hoverlock_edss::scene::Scene;
-use hoverlock_edss::world::Exposure;
 use hoverlock_reports::page::PageError;
 use hoverlock_reports::plot::PlotError;
 use nalgebra::Vector2;
 use serde::Serialize;
 
 use super::checks::{self, FLAT_BOUND_M, RELIEF_BOUND_M};
-use super::fly::ESTIMATE_LATENCY_S;
+use super::summary::{Row, Summary};
 use super::{HoverSettings, table};
-use crate::chain::{FeatureSource, FlightLine, FlightProgram};
 use crate::pages::animation::{self, apng};
 use crate::pages::hover::{Frame, Hover, Picture, html};
-
-/// A frame of a hover.
-#[derive(Debug, Clone)]
-pub struct Row {
-    /// True state at the exposure.
-    pub truth: Truth,
-    /// The line of the flight program.
-    pub line: FlightLine,
-    /// The readings of the sensors.
-    pub telemetry: Telemetry,
-    /// Position of the helicopter without vision along `X_e` and `Y_e`, m.
-    pub blind: Vector2<f64>,
-}
-
-impl Row {
-    pub(super) fn new(exposure: &Exposure, telemetry: &Telemetry, line: &FlightLine, blind: Vector2<f64>) -> Self {
-        Self { truth: exposure.moment.row(), line: line.clone(), telemetry: *telemetry, blind }
-    }
-
-    /// Returns the true position along `X_e` and `Y_e`, m.
-    pub fn position(&self) -> Vector2<f64> {
-        Vector2::new(self.truth.x, self.truth.y)
-    }
-}
-
-/// The statistics of a hover. Serialised, they are the JSON object of `hoverlock hover`.
-#[derive(Debug, Clone, Serialize)]
-pub struct Summary {
-    /// Every check passes.
-    pub pass: bool,
-    /// Name or file of the scene.
-    pub scene: String,
-    /// The source of the features.
-    pub features: FeatureSource,
-    /// The place where the flight program ran.
-    #[serde(rename = "estimator")]
-    pub flight_program: FlightProgram,
-    /// Seed of wind, sensors, camera and scene.
-    pub seed: u64,
-    /// Duration of the hover, s.
-    pub seconds: f64,
-    /// Height over the mean ground, m.
-    pub height_m: f64,
-    /// Rms of each horizontal component of the gusts, m/s.
-    pub gusts_m_s: f64,
-    /// Rms distance from the target, m.
-    pub rms_m: f64,
-    /// Largest distance from the target, m.
-    pub max_m: f64,
-    /// Largest `rms_m` that passes; `None` over water, where no position can be held.
-    pub bound_m: Option<f64>,
-    /// `rms_m` of the helicopter with its IMU only.
-    pub imu_only_rms_m: f64,
-    /// `max_m` of the helicopter with its IMU only.
-    pub imu_only_max_m: f64,
-    /// Rms of estimate less truth, m; `None` without an estimate.
-    pub error_rms_m: Option<f64>,
-    /// Number of frames.
-    pub frames: usize,
-    /// Number of frames with an estimate.
-    pub estimates: usize,
-    /// Number of frames without an estimate after the first that has one.
-    pub lost: usize,
-    /// Longest time without an estimate, s.
-    pub longest_loss_s: f64,
-    /// Number of frames that were the reference.
-    pub references: usize,
-    /// Largest roll or pitch, degrees.
-    pub tilt_max_deg: f64,
-    /// Number of clock cycles simulated; `None` without simulated hardware.
-    pub cycles: Option<u64>,
-    /// Duration of the run, s.
-    pub wall_s: f64,
-    /// The checks that fail, in words.
-    pub reason: Option<String>,
-}
 
 /// The outcome of a hover. Serialised, it is its [`Summary`].
 #[derive(Debug, Clone, Serialize)]
@@ -117,8 +38,8 @@ pub struct HoverOutcome {
 }
 
 impl HoverOutcome {
-    /// Creates the outcome of a hover that begins.
-    pub(super) fn new(settings: &HoverSettings, scene: &Scene, setup: &Setup) -> Self {
+    /// Creates the outcome of a hover that begins. Each estimate is known `latency` seconds after its exposure.
+    pub(super) fn new(settings: &HoverSettings, scene: &Scene, setup: &Setup, latency: f64) -> Self {
         let bound = if scene.is_flat() { FLAT_BOUND_M } else { RELIEF_BOUND_M };
         Self {
             rows: Vec::new(),
@@ -149,7 +70,7 @@ impl HoverOutcome {
                 wall_s: 0.0,
                 reason: None,
             },
-            setup: described(settings, setup),
+            setup: described(settings, setup, latency),
             checks: Vec::new(),
         }
     }
@@ -254,9 +175,9 @@ impl HoverOutcome {
 }
 
 /// Returns the settings as the page shows them: name and value.
-fn described(settings: &HoverSettings, setup: &Setup) -> Vec<(String, String)> {
+fn described(settings: &HoverSettings, setup: &Setup, latency: f64) -> Vec<(String, String)> {
     let degrees = |angle: f64| format!("{:.1} degrees rms", angle.to_degrees());
-    let latency_ms = 1e3 * ESTIMATE_LATENCY_S;
+    let latency_ms = 1e3 * latency;
     let rows = [
         ("scene", settings.scene.clone()),
         ("height", format!("{} m over the mean ground", settings.height_m)),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::outcome::Row;
+use super::summary::Row;
 
 /// File name of the table.
 pub const TABLE: &str = "hover.csv";

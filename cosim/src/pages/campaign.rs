@@ -7,7 +7,7 @@ use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
 use hoverlock_reports::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, Series, VIOLET};
 use hoverlock_reports::provenance::COMMIT;
 
-use crate::campaign::{DEFAULT_DESIGN, DesignStatistics, FlownPoint};
+use crate::campaign::{CampaignOutcome, DEFAULT_DESIGN, DesignStatistics, FlownPoint};
 
 const TEMPLATE: &str = include_str!("../../templates/campaign.html");
 
@@ -24,11 +24,18 @@ struct Condition<'a> {
     imu_only_m: f64,
 }
 
+impl CampaignOutcome {
+    /// Renders the campaign as one HTML page. `command` is shown as its origin.
+    ///
+    /// # Errors
+    /// A plot or the template fails. Either is a defect of this program, not of the input.
+    pub fn page(&self, command: &str) -> Result<String, PageError> {
+        html(&self.points, &self.designs, command)
+    }
+}
+
 /// Renders the page as HTML, with style and plots inside it.
-///
-/// # Errors
-/// A plot or the template fails. Either is a defect of this program, not of the input.
-pub fn html(points: &[FlownPoint], designs: &[DesignStatistics], command: &str) -> Result<String, PageError> {
+fn html(points: &[FlownPoint], designs: &[DesignStatistics], command: &str) -> Result<String, PageError> {
     let mut environment = environment();
     environment.add_template("campaign.html", TEMPLATE)?;
     let kt27: Vec<&FlownPoint> = points.iter().filter(|point| point.design == DEFAULT_DESIGN).collect();

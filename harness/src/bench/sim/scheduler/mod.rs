@@ -1,4 +1,5 @@
-//! The scheduler: the state of one simulation, and the services that tasks use without waiting (time, reads, buffered writes).
+//! The scheduler: the state of one simulation, and the services that tasks use without waiting (time, reads, buffered
+//! writes).
 //!
 //! | module | what it does |
 //! |---|---|

@@ -1,0 +1,85 @@
+//! The frames of a hover and their statistics.
+
+use hoverlock_arm::message::Telemetry;
+use hoverlock_edss::flight::Row as Truth;
+use hoverlock_edss::world::Exposure;
+use nalgebra::Vector2;
+use serde::Serialize;
+
+use crate::chain::{FeatureSource, FlightLine, FlightProgram};
+
+/// A frame of a hover.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// True state at the exposure.
+    pub truth: Truth,
+    /// The line of the flight program.
+    pub line: FlightLine,
+    /// The readings of the sensors.
+    pub telemetry: Telemetry,
+    /// Position of the helicopter without vision along `X_e` and `Y_e`, m.
+    pub blind: Vector2<f64>,
+}
+
+impl Row {
+    pub(super) fn new(exposure: &Exposure, telemetry: &Telemetry, line: &FlightLine, blind: Vector2<f64>) -> Self {
+        Self { truth: exposure.moment.row(), line: line.clone(), telemetry: *telemetry, blind }
+    }
+
+    /// Returns the true position along `X_e` and `Y_e`, m.
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.truth.x, self.truth.y)
+    }
+}
+
+/// The statistics of a hover. Serialised, they are the JSON object of `hoverlock hover`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// Every check passes.
+    pub pass: bool,
+    /// Name or file of the scene.
+    pub scene: String,
+    /// The source of the features.
+    pub features: FeatureSource,
+    /// The place where the flight program ran.
+    #[serde(rename = "estimator")]
+    pub flight_program: FlightProgram,
+    /// Seed of wind, sensors, camera and scene.
+    pub seed: u64,
+    /// Duration of the hover, s.
+    pub seconds: f64,
+    /// Height over the mean ground, m.
+    pub height_m: f64,
+    /// Rms of each horizontal component of the gusts, m/s.
+    pub gusts_m_s: f64,
+    /// Rms distance from the target, m.
+    pub rms_m: f64,
+    /// Largest distance from the target, m.
+    pub max_m: f64,
+    /// Largest `rms_m` that passes; `None` over water, where no position can be held.
+    pub bound_m: Option<f64>,
+    /// `rms_m` of the helicopter with its IMU only.
+    pub imu_only_rms_m: f64,
+    /// `max_m` of the helicopter with its IMU only.
+    pub imu_only_max_m: f64,
+    /// Rms of estimate less truth, m; `None` without an estimate.
+    pub error_rms_m: Option<f64>,
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of frames with an estimate.
+    pub estimates: usize,
+    /// Number of frames without an estimate after the first that has one.
+    pub lost: usize,
+    /// Longest time without an estimate, s.
+    pub longest_loss_s: f64,
+    /// Number of frames that were the reference.
+    pub references: usize,
+    /// Largest roll or pitch, degrees.
+    pub tilt_max_deg: f64,
+    /// Number of clock cycles simulated; `None` without simulated hardware.
+    pub cycles: Option<u64>,
+    /// Duration of the run, s.
+    pub wall_s: f64,
+    /// The checks that fail, in words.
+    pub reason: Option<String>,
+}
