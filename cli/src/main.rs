@@ -2,6 +2,7 @@
 //!
 //! Results go to stdout, as one JSON object with `--json`; progress and diagnostics go to stderr. The exit status is 0
 //! if the checks of the verb pass, 1 if one fails, and 2 for bad usage or input, with one line that names the cause.
+#![allow(rustdoc::broken_intra_doc_links, reason = "documentation of arguments is help text, with a[i] for an index")]
 
 mod choice;
 mod coeffs;

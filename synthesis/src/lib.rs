@@ -17,7 +17,7 @@
 //!
 //! What is estimated must be what is simulated: every cell must be known (no black box), and every memory of the
 //! Verilog must be found again as block memory or MLAB with all of its bits ([`memory`]). How deep the logic is says
-//! [`depth`].
+//! `depth`.
 
 mod depth;
 pub mod memory;
