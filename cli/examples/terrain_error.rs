@@ -126,7 +126,8 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// The points of random poses over the hills of a case; scaled, if told so, until `|dh|` has the wanted mean.
+/// Measures points of random poses over the hills of a case. If the case has a `mean`, the hills are scaled until the
+/// mean of `|dh|` is `mean`, m.
 fn measure(case: &Case) -> Result<Measured> {
     let first = errors(case, case.rms)?;
     match case.mean {

@@ -21,7 +21,7 @@ static WATCH: Once = Once::new();
 pub struct Pending(PathBuf);
 
 impl Pending {
-    /// Registers `path`.
+    /// Registers `path` for removal by a signal; dropping the value ends that.
     pub fn new(path: &Path) -> Self {
         // If the handlers cannot be installed, the files are still removed in all cases but a signal.
         WATCH.call_once(|| drop(watch()));

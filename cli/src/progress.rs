@@ -28,14 +28,15 @@ pub fn spinning<T>(name: &'static str, work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// A thread that announces a long step: a spinner on a terminal, else one line.
+/// A guard that announces a step on stderr once it has taken a second: by a spinner on a terminal, otherwise by
+/// one line. Drop it at the end of the step.
 pub struct Spinner {
     done: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Spinner {
-    /// Starts to wait.
+    /// Starts the time of the step `name`.
     pub fn start(name: &'static str) -> Self {
         let (done, ended) = channel::<()>();
         let wait = move || {

@@ -21,7 +21,7 @@ use crate::message;
 /// Number of modules that the page lists.
 const LISTED_MODULES: usize = 12;
 
-/// The model and the estimate in preparation.
+/// A background thread that builds the Verilated model and runs the Yosys estimate; see [`prepare`].
 pub struct Preparation(JoinHandle<Tools>);
 
 /// The model and the estimate, or the reasons why they are missing.

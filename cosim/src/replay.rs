@@ -81,7 +81,7 @@ pub struct CosimOutcome {
     pub estimates: Vec<Box<RawValue>>,
     /// The position of each frame by the homographies of the folder.
     pub pseudo_truth: Vec<Option<Position>>,
-    /// Errors of the estimates against these positions.
+    /// Errors of the estimates against `pseudo_truth`; `None` if no frame has both.
     pub against_truth: Option<Accuracy>,
     /// Number of clock cycles simulated; `None` without simulated hardware.
     pub cycles: Option<u64>,

@@ -13,7 +13,7 @@ pub(crate) struct Constraint {
     /// The key to change if the condition is broken.
     pub key: &'static str,
     holds: fn(&DesignPoint) -> bool,
-    /// What the hardware requires, and why.
+    /// Requirement and its reason, as they end the message of [`Unbuildable`].
     pub reason: &'static str,
 }
 
@@ -71,7 +71,7 @@ pub(crate) static CONSTRAINTS: [Constraint; 10] = [
     },
 ];
 
-/// A design that has models, but cannot be built as hardware.
+/// The error that a design breaks a constraint of the hardware: its models work, but no Verilog can be emitted for it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{key} = {value} cannot be built: {reason}")]
 pub struct Unbuildable {

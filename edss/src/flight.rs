@@ -242,7 +242,7 @@ pub struct Readings {
     pub time: f64,
 }
 
-/// A simulated flight.
+/// A simulated flight under autopilot: helicopter, wind and sensors. The caller passes in the vision fixes.
 #[derive(Debug, Clone)]
 pub struct Flight {
     setup: Setup,

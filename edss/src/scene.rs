@@ -253,7 +253,7 @@ impl Scene {
     /// The names of the built-in scenes.
     pub const NAMES: [&str; 5] = ["field", "town", "helipad-in-mist", "open-water", "aerial"];
 
-    /// Returns the text of a built-in scene, or `None` for another name.
+    /// Returns the TOML text of the built-in scene `name`; `None` if the name is not in [`Scene::NAMES`].
     pub fn named(name: &str) -> Option<&'static str> {
         match name {
             "field" => Some(include_str!("../scenes/field.toml")),

@@ -84,7 +84,7 @@ pub enum Status {
 pub struct Point {
     /// Differences from the base design in the syntax of `--config`; `base` for the base.
     pub name: String,
-    /// All words of the design.
+    /// The design itself: the base or a variant of it.
     pub design: DesignPoint,
     /// Resources by the memory model.
     #[serde(flatten)]
@@ -130,7 +130,8 @@ pub struct Exploration {
     pub measured: usize,
     /// Number of parts whose results an earlier search had.
     pub restored: usize,
-    /// Index of the best design in `points`. The JSON file has the design itself under this name.
+    /// Index of the best design in `points`; `None` if no design passes. The JSON file has the design itself under this
+    /// name.
     #[serde(skip)]
     pub best: Option<usize>,
     /// Name of each picture, and SHA-256 of the part that was measured.
@@ -156,7 +157,7 @@ impl Exploration {
 pub struct Progress {
     /// Number of designs that are measured or skipped.
     pub settled: usize,
-    /// Number of all designs.
+    /// Number of designs of the search, settled or not.
     pub designs: usize,
     /// The measurement that begins.
     pub step: String,

@@ -30,9 +30,9 @@ mod kernel;
 /// The raw coefficients of a smoother.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Smoother {
-    /// Coefficient of the recursion.
+    /// Coefficient of the recursion, LSB `2^-coefficient_bits`.
     pub g: u32,
-    /// Coefficients of the stages over `2^j` samples.
+    /// Coefficient of each look-ahead stage `j`, which spans `2^j` samples, LSB `2^-coefficient_bits`.
     pub g_j: Vec<u32>,
 }
 

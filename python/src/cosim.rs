@@ -189,7 +189,8 @@ pub fn replay_sequence(
     Ok(ReplayOutcome { outcome, remarks: supervisor.remarks.into_inner().unwrap_or_else(PoisonError::into_inner) })
 }
 
-/// Flies one point of a campaign: see `hoverlock_models.cosim.fly_point`.
+/// Flies one point of a campaign. Takes its row of CSV and returns the row of its result, both without a header: see
+/// `hoverlock_models.cosim.fly_point`.
 ///
 /// # Errors
 /// `ValueError` if the row, its scene or its design is invalid, otherwise `RuntimeError`.

@@ -28,7 +28,7 @@ pub struct Field {
     pub bits: u32,
     /// What software may do.
     pub access: Access,
-    /// Value after reset.
+    /// Value after reset, with the lowest bit of the field at bit 0.
     pub reset: u32,
     /// Scale pair that the field belongs to, from 0; `None` if it belongs to no single one.
     pub scale_pair: Option<usize>,

@@ -43,7 +43,7 @@ pub struct HeatMap {
     pub approximation: bool,
     /// End of the colour scale, LSB.
     pub full: f64,
-    /// Error of greatest magnitude, LSB.
+    /// Largest magnitude of a finite error, LSB.
     pub max: f64,
     /// The map as a `data:` URL.
     pub address: String,
@@ -86,8 +86,8 @@ fn pooled(error: &Plane<f64>) -> Plane<f64> {
     })
 }
 
-/// Returns the end of the colour scale of a map, and the error of greatest magnitude; `(1, 0)` for a map without
-/// errors.
+/// Returns the end of the colour scale of a map, and the largest magnitude of a finite error, both in LSB; `(1, 0)` for
+/// a map without errors.
 fn scale_of(map: &Plane<f64>) -> (f64, f64) {
     let mut sorted: Vec<f64> = map.as_slice().iter().map(|e| e.abs()).filter(|e| e.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);

@@ -99,13 +99,13 @@ pub struct ModuleResources {
     pub name: String,
     /// Number of instances.
     pub instances: u64,
-    /// Adaptive logic modules.
+    /// Number of adaptive logic modules of all instances.
     pub alm: u64,
-    /// M10K block memories.
+    /// Number of M10K block memories of all instances.
     pub m10k: u64,
-    /// Multipliers 18 x 18.
+    /// Number of 18 x 18 multipliers of all instances.
     pub mul18: u64,
-    /// Number of registers.
+    /// Number of registers of all instances.
     pub registers: u64,
     /// Logic levels of its longest path.
     pub logic_levels: u32,

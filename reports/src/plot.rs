@@ -40,7 +40,7 @@ impl PlotError {
     }
 }
 
-/// One axis of a plot.
+/// An axis of a plot: label, range and ticks, on a linear or logarithmic scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     label: String,
@@ -182,7 +182,7 @@ pub enum Mark {
     },
 }
 
-/// One data series.
+/// A data series of a plot: a line or marks with an entry in the legend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name in the legend; empty for no entry.

@@ -57,7 +57,7 @@ impl Simulator {
         Self { plusargs, ..self }
     }
 
-    /// Returns the design whose bits are expected.
+    /// Returns the design that the Verilog implements; its bit-true model gives the expected values.
     pub fn design(&self) -> &DesignPoint {
         &self.design
     }

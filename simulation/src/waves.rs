@@ -423,7 +423,7 @@ fn record_port(design: &DesignPoint) -> (&'static str, u32) {
     ("feature_data", 32 * record_words(design.pairs()) as u32)
 }
 
-/// Every signal the view shows, by its path in the wave file, with its bits.
+/// Returns every signal of the view: its path in the wave file, and its width in bits.
 pub fn signals(design: &DesignPoint) -> Vec<(String, u32)> {
     let shown = groups(design).into_iter().flat_map(|(_, _, signals)| signals).map(|(path, bits, ..)| (path, bits));
     let (record, bits) = record_port(design);

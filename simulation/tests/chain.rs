@@ -141,7 +141,7 @@ fn a_sink_that_is_not_ready_costs_features_but_no_pixels_and_each_is_counted() {
 
 #[test]
 fn candidates_beyond_the_queue_are_counted() {
-    // 15 lines of 1024 pixels hold some 900 such maxima, 512 can wait for their rings.
+    // 15 lines of 1024 pixels hold about 900 such maxima, 512 can wait for their rings.
     let mut jobs = jobs(&[(1024, 64); 2]);
     jobs[0] = Job::new(lattice(1024, 64), [1, 1]).unwrap();
     let outcome = exact(&jobs, Streams::default());

@@ -42,7 +42,7 @@ fn two_hundred_frames_are_exact() {
 }
 
 #[test]
-#[ignore = "long: 10 000 frames, some 400 million cycles"]
+#[ignore = "long: 10 000 frames, about 400 million cycles"]
 fn ten_thousand_frames_are_exact() {
     exact(10_000);
 }

@@ -16,13 +16,13 @@ use crate::{
 /// The longest path through a module's logic.
 #[derive(Debug, Clone, Default)]
 pub struct Depth {
-    /// Levels.
+    /// Number of levels.
     pub levels: u32,
-    /// Picoseconds, of the slowest path, from clock to set-up.
+    /// Delay of the slowest path from clock edge to set-up, ps.
     pub delay_ps: u32,
-    /// Where the path of most levels begins.
+    /// Start of the path with the most levels: instance and signal.
     pub from: String,
-    /// Where it ends.
+    /// End of that path.
     pub to: String,
 }
 
@@ -34,7 +34,7 @@ struct Edge {
     delay_ps: u32,
 }
 
-/// The delay of a cell from an input to an output, ps; `None` if no signal passes.
+/// Returns the delay of a cell from an input to an output, ps; `None` if there is no combinational path between them.
 fn delay_ps(cell: &FlatCell, from: &str, to: &str) -> Option<u32> {
     let pick = |pins: &str, delays: &[u32]| pins.find(from).and_then(|at| delays.get(at)).copied();
     match cell.kind {
@@ -54,7 +54,7 @@ fn delay_ps(cell: &FlatCell, from: &str, to: &str) -> Option<u32> {
     }
 }
 
-/// From the clock to a cell's output, ps.
+/// Returns the delay from the clock edge to the output of a cell, ps.
 fn clock_to_output_ps(kind: Kind) -> u32 {
     match kind {
         Kind::Register => 470,
@@ -63,7 +63,7 @@ fn clock_to_output_ps(kind: Kind) -> u32 {
     }
 }
 
-/// Set-up time of the slowest input of a cell where paths end, ps.
+/// Returns the set-up time of the slowest input of a cell at which paths end, ps.
 fn set_up_ps(kind: Kind) -> u32 {
     match kind {
         Kind::Mlab => 62,
@@ -72,10 +72,10 @@ fn set_up_ps(kind: Kind) -> u32 {
     }
 }
 
-/// The depth of each module, in the order of [`Flat::modules`].
+/// Computes the depth of each module, in the order of [`Flat::modules`].
 ///
 /// # Errors
-/// Where the logic has a combinational loop.
+/// If the logic has a combinational loop.
 pub fn depths(flat: &Flat) -> Result<Vec<Depth>, EstimateError> {
     let mut edges = Vec::new();
     let (mut driver, mut sink) = (vec![None; flat.nets], vec![None; flat.nets]);

@@ -1,5 +1,5 @@
-//! What the top takes of an Arria V, from Debian's Yosys 0.23 (`synth_intel_alm -family arriav -noflatten`): a *Yosys
-//! estimate*.
+//! The resources of the top in an Arria V, from Debian's Yosys 0.23 (`synth_intel_alm -family arriav -noflatten`): a
+//! *Yosys estimate*.
 //!
 //! Yosys counts ALUTs, registers, memories and multipliers of each module. From them, for each instance of it, its
 //! children apart:
@@ -16,8 +16,8 @@
 //! whole.
 //!
 //! What is estimated must be what is simulated: every cell must be known (no black box), and every memory of the
-//! Verilog must be found again as block memory or MLAB with all of its bits ([`memory`]). How deep the logic is says
-//! `depth`.
+//! Verilog must be found again as block memory or MLAB with all of its bits ([`memory`]). `depth` computes the depth
+//! of the logic.
 
 mod depth;
 pub mod memory;
@@ -34,130 +34,131 @@ use hoverlock_rtl::emission::EmitError;
 
 pub use self::yosys::{estimate, of};
 
-/// The clock it is meant for, MHz.
+/// Frequency of the clock that the design must reach, MHz.
 pub const TARGET_MHZ: u32 = 100;
 
-/// At most this many DSP blocks, whatever the device.
+/// Largest number of DSP blocks that a design may use on any device.
 pub const DSP_LIMIT: u64 = 60;
 
-/// How the ALMs are derived.
+/// Derivation of the ALMs, for reports.
 pub const ALM_RULE: &str = "for each instance max(ALUT6 + half of the smaller ALUTs, inverters and carry bits; \
                             registers / 4) \
                             + 10 for each MLAB of 20 bits x 32 words; no two instances share an ALM";
 
-/// What a level is.
+/// Definition of a logic level, for reports.
 pub const LEVELS_RULE: &str = "longest path between registers, block memories, multipliers and pins that passes the \
                                module's logic; \
                                a LUT, an inverter, an MLAB's read or a whole carry chain is one level";
 
-/// What fits.
+/// Condition under which a design fits a device, for reports.
 pub const FITS_RULE: &str =
     "a third of the device's ALMs, M10K and DSP blocks stays free, and at most 60 DSP blocks are used";
 
-/// What an Arria V offers, and whether the top fits it.
+/// An Arria V device: its resources, and whether the top fits it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Device {
-    /// Name.
+    /// Name of the device.
     pub name: String,
-    /// Where its figures come from.
+    /// Source of the numbers of its resources.
     pub source: &'static str,
-    /// Adaptive logic modules.
+    /// Number of adaptive logic modules of the device.
     pub alm: u64,
-    /// Block memories of 10 Kbit.
+    /// Number of 10-Kbit block memories of the device.
     pub m10k: u64,
-    /// DSP blocks.
+    /// Number of DSP blocks of the device.
     pub dsp: u64,
-    /// Share of each that the top takes, percent: ALM, M10K, DSP blocks.
+    /// ALM, M10K and DSP blocks that the top uses, percent of the device.
     pub used_percent: [f64; 3],
-    /// The most of each that leaves a third free, and no more DSP blocks than [`DSP_LIMIT`].
+    /// Largest numbers of ALM, M10K and DSP blocks that fit: two thirds of the device, and at most [`DSP_LIMIT`] DSP
+    /// blocks.
     pub limits: [u64; 3],
-    /// The top keeps these limits.
+    /// The top is within these limits.
     pub fits: bool,
 }
 
-/// What the instances of one module take, without what stands in modules of their own below.
+/// The resources of one module, summed over its instances. Modules that it instantiates are not included.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModuleEstimate {
     /// Name of the module, and of its file.
     pub name: String,
     /// Number of instances in the top.
     pub instances: u64,
-    /// Adaptive logic modules.
+    /// Number of adaptive logic modules of all instances, by [`ALM_RULE`].
     pub alm: u64,
-    /// Block memories of 10 Kbit.
+    /// Number of 10-Kbit block memories of all instances.
     pub m10k: u64,
-    /// Small memories of 32 words x 20 bits, in the ALMs.
+    /// Number of MLABs of all instances: memories of 32 words x 20 bits in ALMs, ten each, which `alm` includes.
     pub mlab: u64,
-    /// Multipliers 18 x 18.
+    /// Number of 18 x 18 multipliers of all instances.
     pub mul18: u64,
-    /// DSP blocks.
+    /// Number of DSP blocks of all instances, each for two 18 x 18, three 9 x 9 or one 27 x 27 multiplier.
     pub dsp: u64,
-    /// Registers.
+    /// Number of flip-flops of all instances.
     pub registers: u64,
-    /// Levels of the longest path through its logic.
+    /// Levels of the longest path through its logic, by [`LEVELS_RULE`].
     pub logic_levels: u32,
-    /// Delay of the slowest path through its logic, cells only, no wires: ps after Yosys's figures for Arria V.
+    /// Delay of the slowest path through its logic, ps: Yosys's cell delays for Arria V, without wires.
     pub cell_delay_ps: u32,
-    /// Where the path of most levels begins.
+    /// Start of the path with the most levels: instance and signal.
     pub path_from: String,
-    /// Where it ends.
+    /// End of that path.
     pub path_to: String,
 }
 
 /// A Yosys estimate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
-    /// What this is.
+    /// `Yosys estimate`, for reports.
     pub label: &'static str,
-    /// Which Yosys.
+    /// Version of Yosys.
     pub yosys: String,
-    /// Adaptive logic modules.
+    /// Number of adaptive logic modules, by [`ALM_RULE`].
     pub alm: u64,
-    /// Block memories of 10 Kbit.
+    /// Number of 10-Kbit block memories.
     pub m10k: u64,
-    /// DSP blocks.
+    /// Number of DSP blocks.
     pub dsp: u64,
-    /// Multipliers 18 x 18.
+    /// Number of 18 x 18 multipliers.
     pub mul18: u64,
-    /// Small memories of 32 words x 20 bits, in the ALMs.
+    /// Number of MLABs: memories of 32 words x 20 bits in ALMs, ten each, which `alm` includes.
     pub mlab: u64,
-    /// Registers.
+    /// Number of flip-flops.
     pub registers: u64,
-    /// Levels of the longest path.
+    /// Levels of the longest path of any module, by [`LEVELS_RULE`].
     pub logic_levels: u32,
-    /// Delay of the slowest path, cells only, no wires, ps.
+    /// Delay of the slowest path of any module, ps: cells only, without wires.
     pub cell_delay_ps: u32,
-    /// Multipliers with an operand or a product that is no register's.
+    /// Number of multipliers with an operand or a product that is not registered.
     pub unregistered_multipliers: u64,
-    /// The clock it is meant for, MHz.
+    /// Value of [`TARGET_MHZ`], for the JSON file.
     pub target_mhz: u32,
-    /// The device it is for, the smallest of the family.
+    /// Name of the smallest device of the family, to which `fits` refers.
     pub device: String,
-    /// It fits that one.
+    /// The top fits `device`.
     pub fits: bool,
-    /// What fits means.
+    /// Value of [`FITS_RULE`], for the JSON file.
     pub fits_rule: &'static str,
-    /// How the ALMs are derived.
+    /// Value of [`ALM_RULE`], for the JSON file.
     pub alm_rule: &'static str,
-    /// What a level is.
+    /// Value of [`LEVELS_RULE`], for the JSON file.
     pub levels_rule: &'static str,
-    /// The smallest device and the next larger ones.
+    /// The devices of the family, the smallest first.
     pub devices: Vec<Device>,
-    /// Each module, first the one with the greatest share of the ALMs or of the M10K.
+    /// All modules; first the one with the greatest share of the ALMs or of the M10K.
     pub modules: Vec<ModuleEstimate>,
-    /// Each memory of the Verilog, and what holds it.
+    /// All memories of the Verilog, with the blocks that hold them.
     pub memories: Vec<Memory>,
-    /// Cells as Yosys counts them.
+    /// Number of cells of each kind in the whole netlist.
     pub cells: BTreeMap<String, u64>,
 }
 
-/// Why there is no estimate.
+/// The reason why there is no estimate.
 #[derive(Debug, thiserror::Error)]
 pub enum EstimateError {
-    /// There is no Verilog.
+    /// The Verilog cannot be found or emitted.
     #[error(transparent)]
     Emit(#[from] EmitError),
-    /// Yosys is not there.
+    /// Yosys cannot be started.
     #[error(
         "yosys cannot be started ({0}): install Debian's package yosys (0.23), or run `make demo` once, which does"
     )]
@@ -165,26 +166,26 @@ pub enum EstimateError {
     /// There is no folder for the netlist.
     #[error(transparent)]
     Cache(#[from] hoverlock_cache::NoCacheFolder),
-    /// A file beside Yosys cannot be written or read.
+    /// A source, or a file in the cache folder, cannot be read or written.
     #[error(
         "{path}: {source}; the estimate works in the user's cache folder, see HOVERLOCK_CACHE",
         path = path.display()
     )]
     File {
-        /// Which.
+        /// Path of the file.
         path: std::path::PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Yosys does not like something.
+    /// Yosys reports an error, is not a working version, or its netlist cannot be parsed.
     #[error("yosys fails: {0}")]
     Failed(String),
-    /// What Yosys wrote is not the netlist of the design, so its counts mean nothing.
+    /// The netlist is not that of the design: it has an unknown cell, a missing memory or a combinational loop.
     #[error("the estimate is not of the design: {0}")]
     Implausible(String),
 }
 
-/// Name, source of the figures, ALM, M10K blocks, DSP blocks.
+/// Devices: name, source of the numbers, ALMs, M10K blocks and DSP blocks.
 const DEVICES: [(&str, &str, u64, u64, u64); 5] = [
     ("5AGXA1", "believed", 28_302, 800, 240),
     ("5AGXA3", "believed: as 5AGTC3, Intel 683440", 58_900, 1051, 396),
@@ -193,21 +194,21 @@ const DEVICES: [(&str, &str, u64, u64, u64); 5] = [
     ("5AGXB7", "believed: as 5AGTD7, Intel 683440", 190_240, 2414, 1156),
 ];
 
-/// Name of the smallest device, and its ALM, M10K and DSP blocks that a design may use.
+/// Returns the name of the smallest device, and the ALMs, M10K and DSP blocks of it that a design may use.
 pub fn smallest_device() -> (&'static str, [u64; 3]) {
     let (name, _, alm, m10k, dsp) = DEVICES[0];
     (name, limits(alm, m10k, dsp))
 }
 
-/// The most of each that leaves a third free, and no more DSP blocks than [`DSP_LIMIT`].
+/// Returns two thirds of each number, and at most [`DSP_LIMIT`] DSP blocks.
 fn limits(alm: u64, m10k: u64, dsp: u64) -> [u64; 3] {
     [2 * alm / 3, 2 * m10k / 3, (2 * dsp / 3).min(DSP_LIMIT)]
 }
 
-/// From a netlist and the memories of its Verilog to resources.
+/// Computes the estimate from a netlist and the memories of its Verilog. `yosys` is the version of Yosys.
 ///
 /// # Errors
-/// Where a memory is not found again, or the logic is no logic of this family.
+/// If the logic has a combinational loop.
 fn derive(yosys: String, flat: &Flat, memories: Vec<Memory>) -> Result<Estimate, EstimateError> {
     let depths = depth::depths(flat)?;
     let mut modules = Vec::new();

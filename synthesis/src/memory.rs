@@ -1,5 +1,5 @@
-//! Every memory of the Verilog, and what holds it: `ceil(width / w)` block memories of the form `2^a x w`, or 32-word
-//! MLABs of 20 bits.
+//! The memories of the Verilog, and the blocks that hold them: `ceil(width / w)` block memories of the form `2^a x w`,
+//! or 32-word MLABs of 20 bits.
 //!
 //! A memory that became registers would be thousands of them, and the estimate one of another design. So each
 //! declaration `reg [width] name [words];`, with an attribute or without, must be found again in the netlist under its
@@ -13,24 +13,24 @@ use crate::{
     netlist::{Flat, Kind},
 };
 
-/// A memory of a module, in one of its instances.
+/// A memory that a module declares. The numbers of blocks are those of one instance of the module.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Memory {
-    /// Its module.
+    /// Name of the module.
     pub module: String,
-    /// Its name there.
+    /// Name of the memory in the module.
     pub name: String,
-    /// Words.
+    /// Depth, words.
     pub words: u64,
-    /// Bits of a word.
+    /// Width of a word, bits.
     pub width: u64,
-    /// Block memories that hold it.
+    /// Number of 10-Kbit block memories that hold it; 0 if it is in MLABs.
     pub m10k: u64,
-    /// MLABs that hold it.
+    /// Number of MLABs that hold it; 0 if it is in block memories.
     pub mlab: u64,
 }
 
-/// The memories that a Verilog file declares: module, name, words, width.
+/// Returns the memories that a Verilog file declares: module, name, depth (words) and width (bits).
 fn declared(verilog: &str) -> Vec<(String, String, u64, u64)> {
     let mut module = "";
     let mut found = Vec::new();
@@ -58,7 +58,7 @@ fn declared(verilog: &str) -> Vec<(String, String, u64, u64)> {
 /// Finds every memory of the Verilog in the netlist.
 ///
 /// # Errors
-/// Where one is not there whole, or the netlist has memory cells that no declaration accounts for.
+/// If a memory is missing or incomplete in the netlist, or the netlist has memory cells without a declaration.
 pub fn memories<'a>(verilog: impl Iterator<Item = &'a str>, flat: &Flat) -> Result<Vec<Memory>, EstimateError> {
     let mut found = Vec::new();
     let mut accounted = 0;

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use crate::EstimateError;
 
-/// The file that `write_json` makes.
+/// The JSON file that Yosys's `write_json` writes.
 #[derive(Debug, Deserialize)]
 pub struct Netlist {
     /// Modules by name, library cells among them.
@@ -40,18 +40,18 @@ enum Bit {
     Constant(serde::de::IgnoredAny),
 }
 
-/// What a cell of the family is.
+/// The kind of a cell of the family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Look-up tables by their inputs.
+    /// A look-up table with two inputs.
     Alut2,
-    /// Three inputs.
+    /// A look-up table with three inputs.
     Alut3,
-    /// Four inputs.
+    /// A look-up table with four inputs.
     Alut4,
-    /// Five inputs.
+    /// A look-up table with five inputs.
     Alut5,
-    /// Six inputs.
+    /// A look-up table with six inputs.
     Alut6,
     /// One bit of a carry chain.
     Arithmetic,
@@ -94,7 +94,7 @@ impl Kind {
         })
     }
 
-    /// As Yosys calls it.
+    /// Returns Yosys's name of the kind, without `MISTRAL_`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Alut2 => "ALUT2",
@@ -114,7 +114,7 @@ impl Kind {
         }
     }
 
-    /// Its outputs; everything else is an input.
+    /// Returns `true` if a port of such a cell is an output; all others are inputs.
     fn is_output(self, port: &str) -> bool {
         match self {
             Self::Arithmetic => matches!(port, "SO" | "CO"),
@@ -126,40 +126,40 @@ impl Kind {
     }
 }
 
-/// One instance of a module.
+/// An instance of a module.
 #[derive(Debug)]
 pub struct Instance {
-    /// Its module, an index.
+    /// Index of its module in [`Flat::modules`].
     pub module: usize,
-    /// Names from the top down, joined by dots; empty for the top.
+    /// Names of the instances from the top down, joined by dots; empty for the top.
     pub path: String,
 }
 
 /// A cell of the unfolded netlist.
 #[derive(Debug)]
 pub struct FlatCell {
-    /// Its kind.
+    /// Kind of the cell.
     pub kind: Kind,
-    /// Its instance.
+    /// Index of the instance that contains it, in [`Flat::instances`].
     pub instance: usize,
-    /// Its name there.
+    /// Name of the cell in its module.
     pub name: String,
-    /// Port and net of each input bit that is no constant.
+    /// Port name and net number of each input bit that is not constant.
     pub inputs: Vec<(String, usize)>,
-    /// Port and net of each output bit.
+    /// Port name and net number of each output bit.
     pub outputs: Vec<(String, usize)>,
 }
 
 /// The netlist without hierarchy.
 #[derive(Debug, Default)]
 pub struct Flat {
-    /// Names of the modules that stand in it.
+    /// Names of the modules that it instantiates, the top first.
     pub modules: Vec<String>,
     /// Instances of modules, the top first.
     pub instances: Vec<Instance>,
-    /// Cells.
+    /// Cells of all instances.
     pub cells: Vec<FlatCell>,
-    /// Nets are numbered from 0 to below this.
+    /// Number of nets; the nets of the cells are `0 .. nets`.
     pub nets: usize,
 }
 
@@ -167,7 +167,7 @@ impl Flat {
     /// Unfolds a netlist from its top.
     ///
     /// # Errors
-    /// If a cell is neither of the family nor a module with content.
+    /// If a cell is neither of the family nor an instance of a module with content.
     pub fn of(netlist: &Netlist, top: &str) -> Result<Self, EstimateError> {
         let mut unfolding = Unfolding { netlist, flat: Self::default(), joined: Vec::new() };
         unfolding.visit(top, String::new(), &BTreeMap::new())?;
@@ -181,7 +181,8 @@ impl Flat {
         Ok(flat)
     }
 
-    /// Multipliers with an operand that is no register's output, or a product that goes elsewhere than to registers.
+    /// Returns the number of multipliers with an operand that is not the output of a register, or with a product that
+    /// also goes elsewhere than to registers.
     pub fn unregistered_multipliers(&self) -> u64 {
         let (mut from_register, mut to_other) = (vec![false; self.nets], vec![false; self.nets]);
         for cell in &self.cells {
@@ -199,7 +200,7 @@ impl Flat {
         self.cells.iter().filter(bare).count() as u64
     }
 
-    /// The path of a cell: instance and output signal.
+    /// Returns the path of a cell, given its index: instance and output signal, joined by a dot.
     pub fn path(&self, cell: usize) -> String {
         let cell = &self.cells[cell];
         let signal = cell.name.split("_MISTRAL").next().unwrap_or_default();
@@ -283,7 +284,7 @@ impl Unfolding<'_> {
     }
 }
 
-/// The global number of a module's net.
+/// Returns the number of a module's net in the netlist without hierarchy.
 fn net(nets: &mut BTreeMap<usize, usize>, joined: &mut Vec<usize>, bit: usize) -> usize {
     *nets.entry(bit).or_insert_with(|| {
         joined.push(joined.len());

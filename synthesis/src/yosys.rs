@@ -1,4 +1,4 @@
-//! Yosys is run once for a given Verilog: its netlist waits in the user's cache folder under the hash of all that it
+//! Runs Yosys, once for a given Verilog: its netlist is kept in the cache folder under the hash of everything that it
 //! depends on.
 
 use std::{
@@ -20,12 +20,12 @@ use hoverlock_rtl::emission::{File, verilog::verilog};
 
 const TOP: &str = "hoverlock_top";
 
-/// Estimates the Verilog that is simulated: that of a folder, or else the committed files for the default design and
-/// the emission for others. `step` is called with the current pass of Yosys, if it has to run, which takes some
-/// minutes.
+/// Estimates the resources of a design from the Verilog in `folder`, or, without a folder, from the committed files of
+/// the default design or the emission of another. A netlist of the same Verilog is read from the cache; otherwise
+/// Yosys runs for minutes. `step` is called with the name of each step, such as a pass of Yosys.
 ///
 /// # Errors
-/// If the folder has no Verilog, Yosys is missing or fails, or what it made is not the design.
+/// If the folder has no Verilog, Yosys is missing or fails, or its netlist is not that of the design.
 pub fn estimate(
     design: &DesignPoint,
     folder: Option<&Path>,
@@ -41,8 +41,8 @@ pub fn estimate(
     of(&sources, TOP, step)
 }
 
-/// Sizes Verilog files below their top, whatever their order: Yosys's result depends on the order in which it reads
-/// them, so they are read by name.
+/// Estimates the resources of the module `top` and all modules below it. The order of `sources` has no effect: Yosys's
+/// result depends on the order in which it reads files, so it reads them in the order of their names.
 ///
 /// # Errors
 /// As [`estimate`].

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hoverlock_reference::image::plane::Plane;
 
-/// Saves 16-bit samples as a picture; its path.
+/// Saves 16-bit samples as the file `name` in `folder`, in the format of its extension, and returns its path.
 pub fn save(folder: &Path, name: &str, picture: &Plane<u16>) -> String {
     let path = folder.join(name);
     let (width, height) = (picture.width() as u32, picture.height() as u32);

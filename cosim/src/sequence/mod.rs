@@ -99,11 +99,13 @@ pub enum SequenceError {
     PseudoTruth(#[from] PseudoTruthError),
 }
 
-/// Reads a folder of frames: `00.png`, `01.png`, .., and beside them, if known, [`TELEMETRY`] and [`HOMOGRAPHIES`].
+/// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`] and [`HOMOGRAPHIES`].
+/// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
 /// The monitor receives a remark for each picture that is turned or cropped.
 ///
 /// # Errors
-/// The folder has fewer than two pictures, pictures of different sizes, or a file that cannot be read.
+/// The folder has fewer than two pictures, pictures of different sizes, a picture with fewer than 64 rows or columns or
+/// without contrast, or a file that cannot be read.
 pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Sequence, SequenceError> {
     if !folder.is_dir() {
         return Err(SequenceError::NotAFolder(folder.into()));

@@ -48,7 +48,8 @@ impl SequenceWriter {
         Ok((format!("{number:05}.png"), png.into_inner()))
     }
 
-    /// Returns the table of telemetry, the content of [`super::TELEMETRY`].
+    /// Returns the telemetry of all frames added so far as CSV with a header, the content of the file
+    /// [`super::TELEMETRY`].
     pub fn table(&self) -> &str {
         &self.table
     }

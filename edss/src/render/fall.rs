@@ -34,7 +34,7 @@ impl Drops {
         Self::new(fall, Vector3::new(1.5, 0.8, 7.0), 0.003, brightness, seed)
     }
 
-    /// Creates snow: flakes of 8 mm that fall at 1.2 m/s.
+    /// Creates snow: flakes of 8 mm that fall at 1.2 m/s. `brightness` is that of the scene, 1 by default.
     pub fn snow(fall: &Fall, brightness: f32, seed: u32) -> Self {
         Self::new(fall, Vector3::new(1.0, 0.6, 1.2), 0.008, brightness, seed)
     }

@@ -97,7 +97,7 @@ impl<T: Texel<N>, const N: usize, const MIRROR: bool> Mip<T, N, MIRROR> {
         Self { levels, side: [width as f32, height as f32] }
     }
 
-    /// Returns the number of texels along rows and columns.
+    /// Returns width and height of level 0, texels.
     pub fn side(&self) -> Vector2<f64> {
         Vector2::new(self.side[0].into(), self.side[1].into())
     }

@@ -27,7 +27,7 @@ pub struct ObjectTiles {
     across: usize,
     /// Objects that may be visible in a tile.
     seen: Vec<Vec<u32>>,
-    /// Objects that may tiles a shadow on something visible in a tile.
+    /// Objects that may cast a shadow on something visible in a tile.
     shading: Vec<Vec<u32>>,
     /// The moving ones of `shading`: shadows of the others are part of the composed ground.
     moving: Vec<Vec<u32>>,

@@ -206,7 +206,7 @@ pub struct SigmaEff {
 }
 
 impl SigmaEff {
-    /// Returns the relative change of sigma by rounding and truncation.
+    /// Returns the relative change of sigma by rounding and truncation: 0.01 if the filter is 1 % wider.
     pub fn relative(&self) -> f64 {
         self.quantised / self.unquantised - 1.0
     }

@@ -114,7 +114,7 @@ pub fn alm(design: &DesignPoint) -> u64 {
     (lerps * lerp + 74.0 * bits(design.scale_pairs * design.dog_bits) + 817.0).round() as u64
 }
 
-/// Computes the resources of a design.
+/// Estimates block memories, ALMs, multipliers and DSP blocks of a design from its word lengths, without Yosys.
 pub fn resources(design: &DesignPoint) -> Resources {
     let lerps: u64 = design.look_ahead.iter().map(|m| 1 + 3 * u64::from(*m)).sum();
     let m10k = memories(design).iter().map(|memory| memory.count * blocks(memory.words, memory.width)).sum();

@@ -36,7 +36,8 @@ impl ThresholdController {
         &self.thresholds
     }
 
-    /// Updates the thresholds with the number of features of each scale in the frame just finished.
+    /// Moves each threshold by at most one step. Call it once per frame: `counts[k]` is the number of features of scale
+    /// pair `k` in the frame just finished, before drops.
     pub fn finish_frame(&mut self, counts: &[u32]) {
         for (threshold, count) in self.thresholds.iter_mut().zip(counts) {
             let (count, target) = (u64::from(*count), u64::from(self.target));

@@ -125,7 +125,7 @@ class Handle:
     def __le__(self, value: int | str | Value | SupportsIndex) -> None: ...
 
 class Bits:
-    """Some bits of a signal.
+    """A bit or a range of bits of a signal, readable and writable like a signal.
 
     >>> dut.leds[2].value = 1
     >>> dut.bus[7:4].value
@@ -195,7 +195,7 @@ class HierarchyBase:
     def __init__(self, *arguments: Any) -> None: ...
 
 class Trigger:
-    """Something a coroutine can await. A trigger can be awaited again, also by several tasks at the same time."""
+    """An event that a coroutine can await. A trigger can be awaited again, also by several tasks at the same time."""
 
     def __await__(self) -> Generator[Any, Any, Any]: ...
 

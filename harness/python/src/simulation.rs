@@ -258,7 +258,8 @@ impl RunningClock {
     }
 }
 
-/// Starts a clock in the running simulation; times are in femtoseconds.
+/// Starts a clock in the running simulation: it is 1 for `high` and 0 for `low`, and its first rising edge comes after
+/// `phase`, all in fs.
 ///
 /// # Errors
 /// `SimulationError` if no simulation runs or the signal belongs to another one.

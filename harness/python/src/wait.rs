@@ -94,7 +94,7 @@ pub enum ResultSource {
     AllOf(Vec<Py<Trigger>>),
 }
 
-/// Something a coroutine can await. A trigger can be awaited again, also by several tasks at the same time.
+/// An event that a coroutine can await. A trigger can be awaited again, also by several tasks at the same time.
 ///
 /// >>> edge = RisingEdge(dut.clk)
 /// >>> await edge

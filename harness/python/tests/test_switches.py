@@ -120,7 +120,7 @@ def test_coverage_of_all_tests_is_added_up(folder, way, parallel):
     assert tests == (3 if way[0] == "pytest" else 2) and 0 < met[0] <= met[1] and 0 < met[2] < met[3]
     lcov = (folder / "hoverlock-output" / "coverage.info").read_text()
     assert f"SF:{DESIGNS / 'counter.v'}" in lcov
-    # Of a run of 100 cycles with step 1 and one with step 2 the clocked line is met some 200 times: both are in.
+    # Of a run of 100 cycles with step 1 and one with step 2 the clocked line is hit about 200 times: both are in.
     assert max(int(n) for n in re.findall(r"^DA:\d+,(\d+)$", lcov, re.MULTILINE)) >= 200
     # A second run counts afresh.
     again = run(folder, *way, "test_bench.py", "-k", "good", "--hoverlock-coverage")

@@ -379,7 +379,7 @@ async def ended_tasks_are_forgotten(dut):
     await many(1000)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     await many(50_000)
-    # Remembered, each would take some 200 bytes: 10 MB.
+    # If ended tasks were kept, each would take about 200 bytes: 10 MB.
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 3000
 
 

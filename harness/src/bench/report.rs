@@ -9,7 +9,7 @@ use crate::engine::time::Time;
 pub struct TaskReport {
     /// The task's name.
     pub task: String,
-    /// Its waits; more than one if it waits for the first of several futures.
+    /// Descriptions of the events that it waits for; several if it waits for the first of several futures.
     pub waits: Vec<String>,
 }
 

@@ -16,24 +16,24 @@ const MAX_LEVEL_CHI2: f64 = 13.8;
 /// The standard errors of one reading of IMU and laser rangefinder.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorErrors {
-    /// Roll and pitch of the IMU, radians.
+    /// Standard error of roll and of pitch of the IMU, radians.
     pub tilt: f64,
-    /// Yaw of the IMU, radians.
+    /// Standard error of the yaw of the IMU, radians.
     pub heading: f64,
-    /// Range of the laser, m.
+    /// Standard error of the range of the laser, m.
     pub range: f64,
 }
 
 /// The standard errors of attitude and height of a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewErrors {
-    /// Roll and pitch, radians.
+    /// Standard error of roll and of pitch, radians.
     pub tilt: f64,
-    /// Yaw, radians.
+    /// Standard error of the yaw, radians.
     pub heading: f64,
-    /// Height over the ground if the ground is a level plane, m.
+    /// Standard error of the height if the ground is a level plane, m.
     pub plane_height: f64,
-    /// Height over the mean of the ground if the ground has relief, m.
+    /// Standard error of the height over the mean of the ground if the ground has relief, m.
     pub relief_height: f64,
 }
 

@@ -180,8 +180,9 @@ pub fn overlap(pairs: &[Pair], positions: &mut Vec<Vector2<f64>>, budget: &mut B
     Some(1.0 + 2.0 * shared / pairs.len().max(1) as f64)
 }
 
-/// Computes `sum J^T W J` and `sum J^T W e` over all pairs, with the heights of the cells eliminated. `derivatives` are
-/// those of `H` by the unknowns.
+/// Computes the normal matrix `sum J^T W J` and the right-hand side `sum J^T W e` of a least-squares step over all
+/// pairs, with the heights of the cells eliminated. `derivatives[k]` is the derivative of the homography `H` with
+/// respect to unknown `k`; `cells` is reusable memory.
 pub fn normal_equations<const N: usize>(
     pairs: &[Residual],
     derivatives: &[Matrix3<f64>; N],

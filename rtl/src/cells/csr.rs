@@ -12,7 +12,7 @@ use crate::design::{
 /// Bits of a register address, which counts 32-bit registers.
 pub const WORD_ADDRESS_BITS: usize = 6;
 
-/// The Avalon-MM slave.
+/// The register bank: status, control, and the values that a frame captures, accessed through an Avalon-MM slave.
 #[derive(LogicBlock)]
 pub struct Csr {
     /// Clock: registers sample at its rising edge.

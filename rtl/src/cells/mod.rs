@@ -51,7 +51,7 @@ pub type Response = Bits<DOG_BITS>;
 /// `DOG_k` or a maximum of it below its sign.
 pub type SignedResponse = Bits<SIGNED_BITS>;
 
-/// The magnitudes of four neighbours.
+/// The magnitudes of the responses left, right, above and below a pixel, from the lowest bits up.
 pub type FourNeighbours = Bits<NEIGHBOURS_BITS>;
 
 /// The signed responses of the 32 points of a ring.

@@ -27,9 +27,9 @@ pub struct RecordWriter {
     pub found: Signal<In, Bit>,
     /// The candidate.
     pub candidate: Signal<In, Candidate>,
-    /// MaxLBP of scale pair `k`.
+    /// MaxLBP of scale pair `k`, one bit per ring point, one step after `candidate`.
     pub maxlbp: [Signal<In, Bits<32>>; SCALE_PAIRS],
-    /// Signs of scale pair `k`.
+    /// Signs of scale pair `k`, one bit per ring point, one step after `candidate`.
     pub sign: [Signal<In, Bits<32>>; SCALE_PAIRS],
     /// Features that the candidate queue dropped.
     pub lost: Signal<In, Bits<2>>,

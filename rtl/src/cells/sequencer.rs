@@ -55,7 +55,8 @@ pub struct Sequencer {
     pub new_width: Signal<In, Width>,
     /// `H` of frames that begin now.
     pub new_height: Signal<In, Height>,
-    /// Whether a committed set decides that size. No frame begins in the cycle in which this changes: the sequencer's
+    /// 1 while the next frame captures the committed set, of which `new_width` and `new_height` are the size; 0 while
+    /// it keeps the set of the previous frame. No frame begins in the cycle in which this changes: the sequencer's
     /// comparison of the size is one cycle old, and a frame captures size and bank from one set.
     pub committed: Signal<In, Bit>,
     /// The datapath must stall.

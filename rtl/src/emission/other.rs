@@ -1,8 +1,8 @@
-//! The emission of another design than the one that this was compiled for.
+//! The emission of a design other than the one that this binary was compiled for.
 //!
 //! rust-hdl has widths in its types, so the emitter is compiled for a design: cargo builds the binary
 //! `hoverlock-emitter` from the sources of the project with `HOVERLOCK_DESIGN`, and runs it. That takes half a minute,
-//! so what it emits is kept in the cache folder under the hash of the design and of the sources.
+//! so its result is kept in the cache folder under the hash of the design and of the sources.
 
 use std::{
     fs,
@@ -49,7 +49,8 @@ fn at(path: &Path) -> impl FnOnce(std::io::Error) -> OtherError {
     move |source| OtherError::File { path, source }
 }
 
-/// Returns all generated files of a design.
+/// Emits all generated files of any design: compiles the emitter for it with cargo, which takes half a minute, or reads
+/// an earlier result from the cache.
 ///
 /// # Errors
 /// If the sources or cargo are missing, or the emitter fails.

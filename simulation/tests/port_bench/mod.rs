@@ -94,7 +94,8 @@ impl Frame {
         self.planes.saturated.iter().any(|count| *count > 0)
     }
 
-    /// The records of its features, packed: the eight words of two scale pairs.
+    /// Returns the records of its features at `thresholds` (LSB of the DoG), packed as the eight words of two scale
+    /// pairs.
     pub fn records(&self, thresholds: [u32; 2]) -> Vec<[u32; 8]> {
         let pack = |feature: &FeatureRecord| std::array::from_fn(|i| feature.pack()[i]);
         self.planes.features(&thresholds).iter().map(pack).collect()
@@ -501,7 +502,7 @@ pub fn strongest(design: &DesignPoint) -> u32 {
     (1 << design.dog_bits) - 1
 }
 
-/// [`noise`] as the design's camera takes it.
+/// Returns [`noise`] as the camera of `design` samples it, in steps of the camera.
 pub fn ground(design: &DesignPoint, width: usize, height: usize, seed: u64) -> Plane<u16> {
     camera_samples(design, &noise(width, height, seed))
 }

@@ -255,7 +255,8 @@ pub fn faulty_frames(simulator: &Simulator) -> Outcome {
     Ok(())
 }
 
-/// Invalid sizes are refused with a sticky bit and the next valid frame is exact; sizes change in all directions.
+/// Checks that invalid sizes are refused with a sticky bit, that the next valid frame is exact, and that sizes can grow
+/// and shrink in both directions.
 pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let low = low(design);

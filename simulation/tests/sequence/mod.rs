@@ -97,7 +97,8 @@ pub enum Before {
     Refused(u32, u32),
 }
 
-/// A reset `cycles` cycles after `beats` beats of the frame were taken.
+/// A reset, `cycles` cycles after the top has taken `beats` beats of the frame: by the port `reset` if `hard`,
+/// otherwise by the clear bit of the register `control`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reset {
     pub hard: bool,

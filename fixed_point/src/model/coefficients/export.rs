@@ -43,8 +43,8 @@ fn value(set: &CoefficientSet, word: &Word) -> f64 {
     word.raw as f64 * (-f64::from(set.quantised.frac_bits)).exp2()
 }
 
-/// Writes a Verilog header of `localparam`s. It is included once, inside a module, or in SystemVerilog before the
-/// first.
+/// Returns the text of a Verilog header of `localparam`s. Include it once: inside a module, or in SystemVerilog before
+/// the first module.
 pub fn verilog(sets: &[CoefficientSet], command: &str) -> String {
     let mut text = format!(
         "// Written by: {command}\n`ifndef HOVERLOCK_COEFFICIENTS_VH\n`define HOVERLOCK_COEFFICIENTS_VH\n\

@@ -22,7 +22,7 @@ pub struct SmootherSpec {
     pub sigma: f64,
     /// `F`: fraction bits of the coefficients.
     pub frac_bits: u32,
-    /// Look-ahead of the lerp form, which only the first-order filter has.
+    /// Look-ahead of the lerp form; ignored unless `family` is first-order.
     pub look_ahead: LookAhead,
 }
 
@@ -85,11 +85,11 @@ pub struct Quantised {
     pub frac_bits: u32,
     /// Least number of bits for every coefficient of the direct form in two's complement.
     pub width: u32,
-    /// Codes of `a`.
+    /// `a[1 ..= order]`, rounded, in units of `2^-frac_bits`.
     pub a: Vec<i64>,
-    /// Codes of `b`.
+    /// `b[0 ..]`, rounded, in units of `2^-frac_bits`.
     pub b: Vec<i64>,
-    /// Codes of `b_ahead`.
+    /// `b_ahead[1 ..= order]`, rounded, in units of `2^-frac_bits`.
     pub b_ahead: Vec<i64>,
     /// `sqrt(sum n^2 h)`, px.
     pub sigma_eff: f64,

@@ -7,7 +7,7 @@ use super::forcing::Change;
 use super::signal::Handle;
 use super::value::Value;
 
-/// Some bits of a signal.
+/// A bit or a range of bits of a signal, readable and writable like a signal.
 ///
 /// >>> dut.leds[2].value = 1
 /// >>> dut.bus[7:4].value

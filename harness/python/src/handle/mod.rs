@@ -26,7 +26,8 @@ pub use self::scalar::{RealHandle, TextHandle};
 pub use self::signal::Handle;
 pub use self::value::{Value, count_bits_from_left};
 
-/// Ports and internals of a simulation, by name, in the order of the Verilog.
+/// Returns the pairs of name and handle of all ports and internals of a simulation, in the order of the Verilog;
+/// strings come last.
 pub fn all<'py>(py: Python<'py>, dut: &Dut) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
     let top: Arc<str> = dut.top().into();

@@ -1,4 +1,4 @@
-// Counts up by `step` while enabled; tells when it wraps.
+// Counts up by `step` while enabled; `wrapped` is 1 after a step that overflows.
 module counter #(parameter WIDTH = 8) (
     input  wire             clk,
     input  wire             rst,

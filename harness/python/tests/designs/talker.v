@@ -1,4 +1,4 @@
-// Says things, complains and ends, each when told to.
+// Calls $display, $error and $finish, each while its input is 1.
 module talker (
     input wire clk,
     input wire say,

@@ -1,4 +1,4 @@
-// Designs that do what the bench tells them, wire by wire: a bench can break every rule of a bus with them.
+// Designs that connect inputs to outputs, wire by wire, so that a bench can break every rule of a bus.
 module wires_st (
     input  wire        clk,
     input  wire        valid,

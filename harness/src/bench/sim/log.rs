@@ -23,7 +23,7 @@ pub enum Level {
 pub struct Line {
     /// Simulation time.
     pub time: Time,
-    /// How important it is.
+    /// Importance of the line.
     pub level: Level,
     /// The origin of the line: `verilog`, `harness`, or a name that the bench chose.
     pub source: String,

@@ -56,7 +56,8 @@ impl Sim {
         self.core.defers_writes.set(on);
     }
 
-    /// Sets a function that is called every few milliseconds while a run lasts: `true` interrupts the run.
+    /// Sets a function that is called every few milliseconds during a run. If it returns `true`, the run ends with
+    /// [`SimError::Interrupted`](crate::SimError::Interrupted).
     pub fn set_interrupt(&self, asked: impl FnMut() -> bool + 'static) {
         *self.core.interrupt.borrow_mut() = Some(Box::new(asked));
     }

@@ -85,8 +85,8 @@ impl Structures {
         element.contains("__struct") && self.members.contains_key(element)
     }
 
-    /// Returns the C++ expression that leads from a value of a type to a value in it; `None` if the type has no such
-    /// member, or the member is a structure itself.
+    /// Returns the C++ suffix that selects a part of a value of type `of`, such as `[1].__PVT__low` for an element and
+    /// a member; `None` if the type has no such part, or the part is a structure itself.
     pub fn expression<'a>(&'a self, mut of: &'a str, steps: &[Step]) -> Option<String> {
         let mut expression = String::new();
         for step in steps {

@@ -123,7 +123,7 @@ impl Library {
         &self.0.record.constants
     }
 
-    /// Returns the kind of waves that is built in.
+    /// Returns the format of the wave files that the model was built to write.
     pub fn trace(&self) -> Trace {
         self.0.record.trace
     }

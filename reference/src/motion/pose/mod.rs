@@ -73,9 +73,9 @@ pub struct Pose {
     pub displacement: Vector2<f64>,
     /// Displacement from REF to CUR downwards, m.
     pub descent: f64,
-    /// REF after the fit.
+    /// Fitted attitude and height of the camera in REF.
     pub reference: FittedView,
-    /// CUR after the fit.
+    /// Fitted attitude and height of the camera in CUR.
     pub current: FittedView,
     /// Covariance of the displacement, m^2.
     pub covariance: Matrix2<f64>,

@@ -10,7 +10,7 @@
 
 use super::parallel::{Parallel, ParallelSection};
 
-/// Lowest and highest order.
+/// Lowest and highest order of the filter: the number of poles of each side.
 pub const ORDERS: (usize, usize) = (2, 4);
 
 /// A damped wave with `A`, `B`, `L` and `W`; a wave of frequency 0 is one real pole.

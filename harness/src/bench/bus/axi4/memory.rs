@@ -64,7 +64,8 @@ impl Memory {
         Ok(memory)
     }
 
-    /// Sets in which cycles each channel stalls.
+    /// Sets the cycles in which each channel stalls. Every channel has its own position in a pattern, or its own random
+    /// numbers.
     pub fn set_stall(&self, stall: Pause) {
         *self.stalls.borrow_mut() = std::array::from_fn(|channel| stall.of_channel(channel as u64));
     }

@@ -83,7 +83,7 @@ pub struct Variable {
     pub nested: bool,
 }
 
-/// One step from a variable towards a value in it.
+/// A step of the path from a variable to a value in it: `.low` or `[1]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
     /// To a member of a structure.
