@@ -66,7 +66,8 @@ pub fn rust_constants(map: &[Register], banner: &str) -> String {
         }
         for field in &register.fields {
             text += &format!(
-                "/// {} ({}).\npub const {name}_{}: u32 = 0x{:08x};\n",
+                "/// Mask of `{}`: {} ({}).\npub const {name}_{}: u32 = 0x{:08x};\n",
+                field.name,
                 field.description,
                 rights(field.access),
                 field.name.to_uppercase(),
