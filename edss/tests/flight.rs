@@ -226,11 +226,11 @@ fn a_setup_out_of_range_is_refused_by_name() {
     assert_eq!(Setup::default().check(), Ok(()));
     let refused = |setup: Setup| setup.check().unwrap_err().to_string();
     let base = Setup::default();
-    assert_eq!(refused(Setup { height: 2.0, ..base }), "height must lie between 10 and 300 m, not 2");
-    assert_eq!(refused(Setup { height: f64::NAN, ..base }), "height must lie between 10 and 300 m, not NaN");
-    assert!(refused(Setup { gust_rms: -1.0, ..base }).starts_with("rms of gusts must lie between 0 and 5 m/s"));
+    assert_eq!(refused(Setup { height: 2.0, ..base }), "height must be between 10 and 300 m, not 2");
+    assert_eq!(refused(Setup { height: f64::NAN, ..base }), "height must be between 10 and 300 m, not NaN");
+    assert!(refused(Setup { gust_rms: -1.0, ..base }).starts_with("rms of gusts must be between 0 and 5 m/s"));
     let strong = Vector2::new(15.0, 15.0);
-    assert!(refused(Setup { mean_wind: strong, ..base }).starts_with("mean wind must lie between 0 and 10 m/s"));
+    assert!(refused(Setup { mean_wind: strong, ..base }).starts_with("mean wind must be between 0 and 10 m/s"));
     assert!(refused(Setup { tilt_noise: 1.0, ..base }).starts_with("tilt noise must"));
     assert!(refused(Setup { heading_noise: f64::INFINITY, ..base }).starts_with("heading noise must"));
     assert!(refused(Setup { laser_noise: -0.1, ..base }).starts_with("laser noise must"));
