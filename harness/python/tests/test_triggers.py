@@ -238,7 +238,7 @@ async def a_lock_goes_round_in_order(dut):
 
     await Combine(*[start_soon(use(n)) for n in "abcd"])
     assert order == list("abcd") and not lock.locked()
-    with pytest.raises(hoverlock.TriggerError, match="no task has it"):
+    with pytest.raises(hoverlock.TriggerError, match="no task holds it"):
         lock.release()
     await lock.acquire()
     assert lock.locked()
