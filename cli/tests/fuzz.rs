@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb};
 
 /// What a run may take.
-const PATIENCE: Duration = Duration::from_secs(5);
+const MAX_RUN_TIME: Duration = Duration::from_secs(5);
 /// Address space, kB.
 const MEMORY: u32 = 1_000_000;
 
@@ -301,9 +301,9 @@ fn run(args: &[String], folder: &Path) -> Result<(), String> {
     let status = loop {
         match child.try_wait().map_err(|error| error.to_string())? {
             Some(status) => break status,
-            None if started.elapsed() > PATIENCE => {
+            None if started.elapsed() > MAX_RUN_TIME => {
                 let _ = (child.kill(), child.wait());
-                return Err(format!("it took more than {PATIENCE:?}"));
+                return Err(format!("it took more than {MAX_RUN_TIME:?}"));
             }
             None => std::thread::sleep(Duration::from_millis(2)),
         }

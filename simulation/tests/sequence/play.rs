@@ -22,7 +22,7 @@ use crate::port_bench::{
 };
 
 /// Cycles after which a frame that does not begin is called a hang.
-const PATIENCE: u64 = 3_000_000;
+const MAX_WAIT_CYCLES: u64 = 3_000_000;
 
 /// What was run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -228,13 +228,13 @@ impl Player {
     }
 
     fn until(&mut self, what: &str, mut holds: impl FnMut(&Self) -> bool) -> Outcome {
-        for _ in 0..PATIENCE {
+        for _ in 0..MAX_WAIT_CYCLES {
             if holds(self) {
                 return Ok(());
             }
             self.cycle(None)?;
         }
-        fail("hang", format!("{what} not after {PATIENCE} cycles"))
+        fail("hang", format!("{what} not after {MAX_WAIT_CYCLES} cycles"))
     }
 
     /// Writes in some order, some cycles apart, and the commit behind them.
@@ -310,7 +310,7 @@ impl Player {
             self.until("the frame is taken", |player| player.taken() > start)?;
             self.closed_until = self.bench.cycle + step.closed;
         }
-        let limit = self.bench.cycle + PATIENCE;
+        let limit = self.bench.cycle + MAX_WAIT_CYCLES;
         while self.status()? & BEGUN == 0 {
             if self.bench.cycle > limit {
                 return fail("hang", "the frame does not begin");
@@ -456,7 +456,7 @@ impl Player {
     fn finish(&mut self) -> Outcome {
         self.until("the last frame is in", |player| player.bench.is_sent())?;
         self.until("the last packet", |player| player.frames.is_empty())?;
-        for _ in 0..PATIENCE {
+        for _ in 0..MAX_WAIT_CYCLES {
             let status = self.status()?;
             if status & BUSY == 0 {
                 self.run(6)?;
