@@ -1,14 +1,12 @@
 //! Opening a picture file in two steps: the header, with its size and orientation, and then the pixels.
 
-use std::fs::{self, File};
-use std::io::{self, BufReader, Cursor, IsTerminal as _, Read};
 use std::path::{Path, PathBuf};
 
 use hoverlock_reference::image::plane::Plane;
 use image::metadata::Orientation;
 
 use crate::decode::ImageReader;
-use crate::{Limits, Picture, PictureError, check_size};
+use crate::{Limits, Picture, PictureError, check_size, source};
 
 /// A picture file whose header was read: its size is known and within the limits, its pixels are not decoded yet.
 pub struct PictureFile {
@@ -23,8 +21,7 @@ impl PictureFile {
     /// The file cannot be read, is not a regular file, is not a picture of a known format, or exceeds `limits`.
     pub fn open(path: impl AsRef<Path>, limits: &Limits) -> Result<Self, PictureError> {
         let path = path.as_ref().to_path_buf();
-        let source = source(&path, limits)?;
-        let reader = ImageReader::new(source, limits).map_err(|error| error.with_path(&path))?;
+        let reader = ImageReader::new(source::open(&path, limits)?, limits).map_err(|error| error.with_path(&path))?;
         let (width, height) = reader.stored_size();
         let pixels = width as u64 * height as u64;
         if pixels > limits.max_pixels {
@@ -81,45 +78,6 @@ impl PictureFile {
         let luma = Plane::from_vec(width, height, decoded.luma)
             .map_err(|_| damaged("it holds more or fewer pixels than its header says"))?;
         Ok(Picture { luma: upright(luma, orientation), source_bits: decoded.source_bits, path })
-    }
-}
-
-/// The seekable bytes of a file.
-pub(crate) enum Source {
-    File(BufReader<File>),
-    Memory(Cursor<Vec<u8>>),
-}
-
-/// Opens a regular file, or reads standard input to its end.
-fn source(path: &Path, limits: &Limits) -> Result<Source, PictureError> {
-    let read = |reason| PictureError::Read { path: path.to_path_buf(), reason };
-    let too_large = |bytes| PictureError::FileTooLarge { path: path.to_path_buf(), bytes, limit: limits.max_bytes };
-    let empty = || PictureError::EmptyFile { path: path.to_path_buf() };
-    if path == Path::new("-") {
-        let stdin = io::stdin();
-        if stdin.is_terminal() {
-            return Err(PictureError::StdinIsTerminal);
-        }
-        let mut bytes = Vec::new();
-        stdin.lock().take(limits.max_bytes + 1).read_to_end(&mut bytes).map_err(read)?;
-        return match bytes.len() as u64 {
-            0 => Err(empty()),
-            length if length > limits.max_bytes => Err(too_large(None)),
-            _ => Ok(Source::Memory(Cursor::new(bytes))),
-        };
-    }
-    // Checked before the file is opened: opening a FIFO waits for its writer.
-    let metadata = fs::metadata(path).map_err(read)?;
-    if metadata.is_dir() {
-        return Err(PictureError::IsFolder { path: path.to_path_buf() });
-    }
-    if !metadata.is_file() {
-        return Err(PictureError::NotRegularFile { path: path.to_path_buf() });
-    }
-    match metadata.len() {
-        0 => Err(empty()),
-        length if length > limits.max_bytes => Err(too_large(Some(length))),
-        _ => Ok(Source::File(BufReader::new(File::open(path).map_err(read)?))),
     }
 }
 

@@ -16,7 +16,9 @@ mod error;
 mod file;
 pub mod folder;
 mod jpeg;
+mod luma;
 mod pnm;
+mod source;
 
 use std::path::{Path, PathBuf};
 

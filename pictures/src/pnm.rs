@@ -5,7 +5,7 @@ use std::io::{BufRead, Read};
 
 use image::codecs::pnm::{PnmHeader, SampleEncoding};
 
-use crate::decode::{DecodeError, Decoded, Samples};
+use crate::luma::{DecodeError, Decoded, Samples};
 
 /// Decodes the samples that follow a header.
 pub(super) fn decode(mut reader: impl BufRead, header: &PnmHeader) -> Result<Decoded, DecodeError> {

@@ -45,13 +45,8 @@ fn hover_error(error: HoverError) -> PyErr {
     match error {
         HoverError::Stopped(cause) => stopped(cause),
         HoverError::Chain(_) | HoverError::CameraWord(_) => runtime_error(error),
-        _ => invalid(error),
+        _ => value_error(error),
     }
-}
-
-/// Returns the `ValueError` for an invalid setting. Some messages of the library begin with an option of the command.
-fn invalid(error: impl std::fmt::Display) -> PyErr {
-    value_error(error.to_string().trim_start_matches("--"))
 }
 
 /// Returns the choice that `text` names.
@@ -121,7 +116,7 @@ pub fn fly_hover(
     let altitudes = [("hold", Altitude::Hold), ("smooth", Altitude::Smooth), ("abrupt", Altitude::Abrupt)];
     let settings = HoverSettings {
         scene,
-        design: DesignPoint::load_or_change(design).map_err(invalid)?,
+        design: DesignPoint::load_or_change(design).map_err(value_error)?,
         features: feature_source(features)?,
         flight_program: place_of_flight_program(flight_program)?,
         seconds,
@@ -175,7 +170,7 @@ pub fn replay_sequence(
     flight_program: &str,
 ) -> PyResult<ReplayOutcome> {
     let settings = CosimSettings {
-        design: DesignPoint::load_or_change(design).map_err(invalid)?,
+        design: DesignPoint::load_or_change(design).map_err(value_error)?,
         features: feature_source(features)?,
         flight_program: place_of_flight_program(flight_program)?,
         ..CosimSettings::new(sequence)
@@ -183,7 +178,7 @@ pub fn replay_sequence(
     let supervisor = Supervisor::default();
     let outcome = py.detach(|| hoverlock_cosim::cosim(&settings, &supervisor)).map_err(|error| match error {
         CosimError::Stopped(cause) => stopped(cause),
-        CosimError::Sequence(_) => invalid(error),
+        CosimError::Sequence(_) => value_error(error),
         _ => runtime_error(error),
     })?;
     Ok(ReplayOutcome { outcome, remarks: supervisor.remarks.into_inner().unwrap_or_else(PoisonError::into_inner) })
@@ -202,7 +197,7 @@ pub fn fly_point(py: Python<'_>, row: &str) -> PyResult<String> {
         | CampaignError::EmptyRow
         | CampaignError::Scene(_)
         | CampaignError::Design(_)
-        | CampaignError::OtherInputs { .. } => invalid(error),
+        | CampaignError::OtherInputs { .. } => value_error(error),
         _ => runtime_error(error),
     })
 }

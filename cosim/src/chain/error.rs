@@ -23,8 +23,8 @@ pub enum ChainError {
     ChainLength(usize),
     /// A frame is larger than the design allows.
     #[error(
-        "frames of {width} x {height} px: the design takes {max_width} x {max_height} at most; change it with \
-         width={width} and height={height}"
+        "frames of {width} x {height} px: the design takes {max_width} x {max_height} at most; choose one \
+         with `width = {width}` and `height = {height}`"
     )]
     FrameSize {
         /// Columns of the frame.

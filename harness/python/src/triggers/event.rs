@@ -30,7 +30,7 @@ impl RawEvent {
         let this = slf.get();
         let mut slot = this.event.get()?.borrow_mut();
         if let Some(event) = slot.as_ref()
-            && running::is_current(|dut| event.is_of(dut))
+            && running::is_current(|dut| dut.has_event(event))
         {
             return Ok(event.clone());
         }
@@ -142,7 +142,7 @@ impl RawLock {
     fn locked(&self) -> PyResult<bool> {
         let slot = self.lock.get()?.borrow();
         Ok(match (slot.as_ref(), running::current()) {
-            (Some(lock), Ok(dut)) => lock.is_of(&dut) && lock.is_locked(),
+            (Some(lock), Ok(dut)) => dut.has_lock(lock) && lock.is_locked(),
             _ => false,
         })
     }
@@ -150,7 +150,7 @@ impl RawLock {
     fn acquire(&self) -> PyResult<Trigger> {
         let dut = running::current()?;
         let mut slot = self.lock.get()?.borrow_mut();
-        if let Some(lock) = slot.as_ref().filter(|lock| lock.is_of(&dut)) {
+        if let Some(lock) = slot.as_ref().filter(|lock| dut.has_lock(lock)) {
             return Ok(Trigger::new(lock.trigger()));
         }
         let lock = dut.lock(&self.name);

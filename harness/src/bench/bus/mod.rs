@@ -32,9 +32,6 @@ use crate::engine::error::ModelError;
 
 /// Returns the signal `prefix` + `name`, or `None` if there is none.
 fn optional(dut: &Dut, prefix: &str, name: &str) -> Result<Option<Signal>, ModelError> {
-    match dut.signal(&format!("{prefix}{name}")) {
-        Ok(signal) => Ok(Some(signal)),
-        Err(ModelError::NoSuchSignal { .. }) => Ok(None),
-        Err(other) => Err(other),
-    }
+    let name = format!("{prefix}{name}");
+    if dut.has_signal(&name) { dut.signal(&name).map(Some) } else { Ok(None) }
 }

@@ -41,6 +41,11 @@ impl Dut {
         &self.core
     }
 
+    /// Returns `true` if there is a port or public internal of this name.
+    pub fn has_signal(&self, name: &str) -> bool {
+        self.core.model.borrow().find_if_any(name).is_some()
+    }
+
     /// Returns a signal of at most 64 bits.
     ///
     /// # Errors
@@ -290,9 +295,19 @@ impl Dut {
         Event::new(&self.core, name)
     }
 
+    /// Returns `true` if an event was created by this simulation.
+    pub fn has_event(&self, event: &Event) -> bool {
+        Rc::ptr_eq(&self.core, event.core())
+    }
+
     /// Creates a free lock.
     pub fn lock(&self, name: &str) -> Lock {
         Lock::new(&self.core, name)
+    }
+
+    /// Returns `true` if a lock was created by this simulation.
+    pub fn has_lock(&self, lock: &Lock) -> bool {
+        Rc::ptr_eq(&self.core, lock.core())
     }
 
     /// Creates an empty queue of at most `limit` items.

@@ -24,12 +24,7 @@ impl Signal {
     pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Signal, ModelError> {
         let model = core.model.borrow();
         let info = model.info(id);
-        if info.range.is_some() {
-            return Err(wrong_shape(info, "is a memory", "memory"));
-        }
-        if info.real {
-            return Err(wrong_shape(info, "is a `real`", "real"));
-        }
+        check_bits(info)?;
         Signal::of_bits(core, id, info)
     }
 
@@ -218,12 +213,7 @@ impl Wide {
     pub(crate) fn new(core: &Rc<Core>, id: SignalId) -> Result<Wide, ModelError> {
         let model = core.model.borrow();
         let info = model.info(id);
-        if info.range.is_some() {
-            return Err(wrong_shape(info, "is a memory", "memory"));
-        }
-        if info.real {
-            return Err(wrong_shape(info, "is a `real`", "real"));
-        }
+        check_bits(info)?;
         Ok(Wide { core: core.clone(), id, data: info.data, storage: info.storage, width: info.width })
     }
 
@@ -544,6 +534,17 @@ impl Memory {
         let low = self.info.range.map_or(0, |(a, b)| a.min(b));
         values.into_iter().zip(low..).try_for_each(|(value, index)| self.set(index, value))
     }
+}
+
+/// Returns an error for a memory or a `real`.
+fn check_bits(info: &SignalInfo) -> Result<(), ModelError> {
+    if info.range.is_some() {
+        return Err(wrong_shape(info, "is a memory", "memory"));
+    }
+    if info.real {
+        return Err(wrong_shape(info, "is a `real`", "real"));
+    }
+    Ok(())
 }
 
 fn wrong_shape(info: &SignalInfo, is: &'static str, instead: &'static str) -> ModelError {

@@ -4,7 +4,6 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::dut::Dut;
 use super::future::Wait;
 use super::scheduler::Core;
 use super::trigger::{Sync, Trigger};
@@ -36,9 +35,8 @@ impl Event {
         self.sync.0.flag.get()
     }
 
-    /// Returns `true` if it belongs to this simulation.
-    pub fn is_of(&self, dut: &Dut) -> bool {
-        Rc::ptr_eq(&self.core, dut.core())
+    pub(super) fn core(&self) -> &Rc<Core> {
+        &self.core
     }
 
     /// Waits until it is set; does not wait if it is set already.
@@ -88,9 +86,8 @@ impl Lock {
         self.core.release(&self.sync);
     }
 
-    /// Returns `true` if it belongs to this simulation.
-    pub fn is_of(&self, dut: &Dut) -> bool {
-        Rc::ptr_eq(&self.core, dut.core())
+    pub(super) fn core(&self) -> &Rc<Core> {
+        &self.core
     }
 
     /// Returns `true` if a task holds it.

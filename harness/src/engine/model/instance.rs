@@ -254,13 +254,18 @@ impl Model {
         }
     }
 
+    /// Returns the signal of that name, or `None`: for optional ports, whose absence needs no list of nearest names.
+    pub fn find_if_any(&self, name: &str) -> Option<SignalId> {
+        let index = self.by_name.get(name).or_else(|| self.by_name.get(&name.replace('.', "$")));
+        index.map(|index| SignalId { index: *index, model: self.id })
+    }
+
     /// Returns the signal of that name; `a.b` also finds a port that is written `a$b`.
     ///
     /// # Errors
     /// If there is no port or public internal of that name: the error lists the nearest names.
     pub fn find(&self, name: &str) -> Result<SignalId, ModelError> {
-        let index = self.by_name.get(name).or_else(|| self.by_name.get(&name.replace('.', "$")));
-        index.map(|index| SignalId { index: *index, model: self.id }).ok_or_else(|| {
+        self.find_if_any(name).ok_or_else(|| {
             let record = self.library.record();
             let listed = |name: &str| {
                 record.signals.iter().any(|v| v.path == name) || record.unreachable.iter().any(|v| v == name)

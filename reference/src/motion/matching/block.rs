@@ -1,18 +1,6 @@
 //! Hamming distances of one descriptor to sixteen others at once.
 
-use crate::motion::matching::buffers::Candidate;
-
-/// The words of a descriptor that are compared; the others are 0.
-#[derive(Clone, Copy)]
-pub(super) struct Words {
-    /// Words of the first two scale pairs.
-    pub(super) bytes: [u8; BYTES],
-    /// Words of the third scale pair, 0 if the chain has two.
-    pub(super) third: [u8; BYTES / 2],
-}
-
-/// Bytes of the descriptor of two scale pairs.
-pub(super) const BYTES: usize = 16;
+use crate::motion::matching::candidate::{BYTES, Candidate, Words};
 
 /// Candidates in a block: the bytes of a NEON or SSE register.
 pub(super) const BLOCK: usize = 16;

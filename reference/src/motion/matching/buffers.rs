@@ -3,7 +3,8 @@
 use crate::features::feature::Feature;
 use crate::motion::budget::Budget;
 use crate::motion::mark::{Part, mark};
-use crate::motion::matching::block::{BLOCK, Block, Words};
+use crate::motion::matching::block::{BLOCK, Block};
+use crate::motion::matching::candidate::Candidate;
 use nalgebra::Vector2;
 use std::ops::Range;
 
@@ -122,35 +123,6 @@ pub(super) struct Group {
     pub(super) blocks: Range<usize>,
     /// `true` if the features of CUR are sorted by row.
     pub(super) in_row_order: bool,
-}
-
-/// The properties of a feature that the inner loop needs.
-pub(super) struct Candidate {
-    pub(super) index: usize,
-    pub(super) words: Words,
-    pub(super) response: f64,
-    pub(super) row: u32,
-    pub(super) position: Vector2<f64>,
-}
-
-impl Candidate {
-    fn of(index: usize, feature: &Feature, strict: bool) -> Self {
-        let mut descriptor = feature.descriptor;
-        if strict {
-            descriptor.sign = Default::default();
-        }
-        let mut all = descriptor.words().into_iter().flat_map(u32::to_le_bytes);
-        let mut next = || all.next().unwrap_or_default();
-        let (bytes, third) = (std::array::from_fn(|_| next()), std::array::from_fn(|_| next()));
-        let (x, y) = feature.subpixel();
-        Self {
-            index,
-            words: Words { bytes, third },
-            response: feature.response,
-            row: feature.y,
-            position: Vector2::new(x, y),
-        }
-    }
 }
 
 /// The best partner so far, and the distance of the second best.

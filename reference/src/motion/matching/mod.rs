@@ -14,6 +14,7 @@
 
 mod block;
 mod buffers;
+mod candidate;
 
 use crate::features::feature::Feature;
 use crate::motion::budget::Budget;
