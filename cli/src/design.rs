@@ -5,8 +5,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use hoverlock_design::{DesignPoint, KT27, SHIPPED};
+use hoverlock_fixed_point::model::design::short_look_aheads;
 
-use crate::output::quoted;
+use crate::output::{quoted, say};
 
 /// The arguments that choose a design.
 #[derive(clap::Args)]
@@ -20,13 +21,17 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// Returns the design with its changes; `kt27` if none is named.
+    /// Returns the design with its changes; `kt27` if none is named. Says on stderr if a sigma is too large for its
+    /// look-ahead.
     pub fn design(&self) -> Result<DesignPoint> {
         let design = self
             .design
             .as_deref()
             .map_or_else(|| Ok(KT27.clone()), |name| DesignPoint::load(name).context("--design"))?;
-        self.config.iter().try_fold(design, |design, text| design.with_change(text).context("--config"))
+        let design =
+            self.config.iter().try_fold(design, |design, text| design.with_change(text).context("--config"))?;
+        short_look_aheads(&design).iter().for_each(|remark| say(remark));
+        Ok(design)
     }
 
     /// Returns `true` if `--config` changes the design.

@@ -70,6 +70,22 @@ fn a_design_of_known_size_is_sized_right() {
     sums_agree(&estimate);
 }
 
+#[test]
+fn memories_deeper_than_a_block_are_counted_in_the_form_that_yosys_takes() {
+    let memory = |width: u32| {
+        format!(
+            "module top (input wire clock, input wire [11:0] at, input wire [{top}:0] x, output reg [{top}:0] y);\n\
+             reg [{top}:0] memory [0:4095];\nalways @(posedge clock) begin memory[at] <= x; y <= memory[at]; end\n\
+             endmodule\n",
+            top = width - 1
+        )
+    };
+    for (width, blocks) in [(10, 4), (18, 9), (35, 14)] {
+        let Some(estimate) = sized(&memory(width)) else { return };
+        assert_eq!(estimate.unwrap().m10k, blocks, "4096 x {width}");
+    }
+}
+
 /// The modules add up to the top, and every limit follows its rule.
 fn sums_agree(estimate: &Estimate) {
     let modules = &estimate.modules;

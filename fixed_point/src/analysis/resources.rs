@@ -3,7 +3,7 @@
 //!
 //! This is a memory model that equals the Yosys estimate at the design point. RTL exists only for the design point, so
 //! the resources of other word lengths are derived from the sizes of its memories. A memory of `1024` words is
-//! `ceil(width / 10)` blocks, of `512` words `ceil(width / 20)`. A memory of up to 32 words is in logic (MLAB), unless
+//! `ceil(width / 10)` blocks, of `512` words `ceil(width / 20)`; [`blocks`] has the rule. A memory of up to 32 words is in logic (MLAB), unless
 //! it fills a twentieth of a block; then Yosys uses a block. One lerp is one multiplier, `|q - p|` times a coefficient,
 //! unsigned: 18x18 where both have at most 18 bits, two of which share a DSP block, else 27x27, which takes a block and
 //! counts as two (tried in Yosys: 19 and 20 by 16; 18 by 28, which takes two of 18x18).
@@ -56,10 +56,13 @@ pub const MLAB_WORDS: u64 = 32;
 /// Bits of a row: the hardware takes 2048.
 const ROW_BITS: u64 = 11;
 
-/// Returns the number of M10K blocks of a simple dual-port memory.
+/// Returns the number of M10K blocks of a simple dual-port memory: `ceil(words / 2^a) ceil(width / w)` of the form
+/// `2^a x w` whose bits are used best, and of forms that are equal the widest. That is the choice of Yosys, tried for
+/// widths of 1 to 44 bits and 350.
 pub fn blocks(words: u64, width: u64) -> u64 {
-    let form = FORMS.iter().find(|(deep, _)| words <= *deep);
-    form.map_or_else(|| words.div_ceil(8192) * width, |(_, bits)| width.div_ceil(*bits))
+    let count = |(deep, wide): (u64, u64)| words.div_ceil(deep) * width.div_ceil(wide);
+    // Used bits are the same for all forms, so the best use is the smallest number of bits.
+    FORMS.into_iter().min_by_key(|&(deep, wide)| count((deep, wide)) * deep * wide).map_or(0, count)
 }
 
 /// Returns the memories of a design that use M10K blocks.
@@ -136,9 +139,23 @@ mod tests {
 
     #[test]
     fn block_memories_have_five_forms() {
-        for (words, width, count) in
-            [(1024, 576, 58), (1024, 18, 2), (512, 256, 13), (512, 175, 9), (256, 256, 13), (2048, 10, 2), (9000, 3, 6)]
-        {
+        for (words, width, count) in [
+            (1024, 576, 58),
+            (1024, 18, 2),
+            (512, 256, 13),
+            (512, 175, 9),
+            (256, 256, 13),
+            (2048, 10, 2),
+            (9000, 3, 6),
+            // Read from netlists of Yosys 0.23: 2048 x 5 where it leaves nothing unused, else 4096 x 2.
+            (4096, 10, 4),
+            (4096, 11, 6),
+            (4096, 18, 9),
+            (4096, 36, 18),
+            (4096, 350, 140),
+            (8192, 5, 4),
+            (8192, 18, 18),
+        ] {
             assert_eq!(blocks(words, width), count, "{words} x {width}");
         }
     }

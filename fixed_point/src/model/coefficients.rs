@@ -167,7 +167,7 @@ pub(crate) fn check_fraction_bits(frac_bits: u32) -> Result<(), CoefficientError
 }
 
 /// Returns the part of the sum that `look_ahead` stages omit: `a^(2^m)`.
-fn look_ahead_error(a: f64, look_ahead: u32) -> f64 {
+pub(super) fn look_ahead_error(a: f64, look_ahead: u32) -> f64 {
     a.powf(f64::from(look_ahead).exp2())
 }
 
