@@ -150,3 +150,4 @@ setup:
 
 build: setup
 	cargo build --release --locked --package hoverlock-cli
+	cargo build --profile emitter --locked --package hoverlock-rtl --features emitter --bin hoverlock-emitter --target-dir $(CACHE)/emission/target

@@ -1,13 +1,16 @@
 //! The design of a run: `--design`, changed by `--config`.
 
 use std::ffi::{OsStr, OsString};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use hoverlock_design::{DesignPoint, KT27, SHIPPED};
 use hoverlock_fixed_point::model::design::short_look_aheads;
+use hoverlock_rtl::emission::verilog::verilog;
+use hoverlock_rtl::emission::{File, files_of};
 
 use crate::output::{quoted, say};
+use crate::progress::spinning;
 
 /// The arguments that choose a design.
 #[derive(clap::Args)]
@@ -18,6 +21,29 @@ pub struct Chosen {
     /// Change the design: a TOML file with some keys, or one key like dog_bits=12 or state=u16.4
     #[arg(long, value_name = "FILE|KEY=VALUE")]
     config: Vec<OsString>,
+}
+
+/// Returns the emitted files of a design. For a design other than the default the emitter is compiled the first time.
+///
+/// # Errors
+/// If the design cannot be built, or its emitter cannot.
+pub fn emitted(design: &DesignPoint) -> Result<Vec<File>> {
+    if *design == *KT27 {
+        return Ok(files_of(design)?);
+    }
+    Ok(spinning("compiling the emitter for the design (once; later runs find what it emits)", || files_of(design))?)
+}
+
+/// Returns the Verilog files of a design, or those of `folder`. For a design other than the default the emitter is
+/// compiled the first time.
+///
+/// # Errors
+/// If the design cannot be built or emitted, or the folder has no Verilog.
+pub fn verilog_of(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBuf>> {
+    if folder.is_none() {
+        emitted(design)?;
+    }
+    Ok(verilog(design, folder)?)
 }
 
 impl Chosen {

@@ -1,4 +1,5 @@
-//! Removes incomplete files and folders when SIGINT (Ctrl-C) or SIGTERM ends the command.
+//! Removes incomplete files and folders, and ends the programs that were started, when SIGINT (Ctrl-C) or SIGTERM ends
+//! the command.
 //!
 //! SIGBUS is handled too: Verilator's FST writer maps its files into memory, and the system sends this signal if the
 //! disk is full.
@@ -8,6 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, Once, PoisonError};
 
+use rustix::process::{Pid, Signal as ProcessSignal, kill_process};
 use signal_hook::consts::{SIGBUS, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
@@ -23,8 +25,7 @@ pub struct Pending(PathBuf);
 impl Pending {
     /// Registers `path` for removal by a signal; dropping the value ends that.
     pub fn new(path: &Path) -> Self {
-        // If the handlers cannot be installed, the files are still removed in all cases but a signal.
-        WATCH.call_once(|| drop(watch()));
+        begin();
         // The current folder may change, so the path is made absolute now.
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         PENDING.lock().unwrap_or_else(PoisonError::into_inner).push(path.clone());
@@ -39,6 +40,36 @@ impl Drop for Pending {
             pending.remove(at);
         }
     }
+}
+
+/// Installs the handlers, once. If that fails, files are still removed in all cases but a signal.
+pub fn begin() {
+    WATCH.call_once(|| drop(watch()));
+}
+
+/// Ends the programs that this process started, and those that they started: compilers, Verilator, solvers. A shell
+/// sends SIGINT to all of them, but `kill` and job control reach the command alone.
+fn end_descendants() {
+    let parents: Vec<(i32, i32)> =
+        fs::read_dir("/proc").into_iter().flatten().flatten().filter_map(|entry| parent(&entry.path())).collect();
+    let mut found = vec![std::process::id() as i32];
+    let mut next = 0;
+    while let Some(&id) = found.get(next) {
+        found.extend(parents.iter().filter(|(_, parent)| *parent == id).map(|(child, _)| *child));
+        next += 1;
+    }
+    for id in found.into_iter().skip(1).filter_map(Pid::from_raw) {
+        let _ = kill_process(id, ProcessSignal::TERM);
+    }
+}
+
+/// Returns the ids of a process and of its parent, from its folder in `/proc`.
+fn parent(folder: &Path) -> Option<(i32, i32)> {
+    let id = folder.file_name()?.to_str()?.parse().ok()?;
+    let stat = fs::read_to_string(folder.join("stat")).ok()?;
+    // The name of the program is in parentheses and may contain anything; state and parent follow it.
+    let parent = stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()?;
+    Some((id, parent))
 }
 
 fn remove(paths: &[PathBuf]) {
@@ -61,6 +92,7 @@ fn watch() -> io::Result<()> {
             // The lock is held to the end, so that nothing new is registered and created after the removal.
             let pending = PENDING.lock().unwrap_or_else(PoisonError::into_inner);
             remove(&pending);
+            end_descendants();
             let _ = low_level::emulate_default_handler(signal);
             drop(pending);
         }

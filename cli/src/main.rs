@@ -74,6 +74,7 @@ impl From<bool> for Verdict {
 }
 
 fn main() -> ExitCode {
+    interrupt::begin();
     let outcome = Cli::try_parse().map_or_else(usage, |cli| match cli.verb {
         Verb::Coeffs(args) => coeffs::run(&args),
         Verb::Completions(args) => shell::completions(&args),

@@ -4,15 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use hoverlock_design::{DesignPoint, KT27};
-use hoverlock_rtl::emission::{File, MEND, files_of, project_path};
+use hoverlock_rtl::emission::{File, MEND, project_path};
 use hoverlock_synthesis::{Estimate, ModuleEstimate, estimate};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::design::Chosen;
+use crate::design::{Chosen, emitted, verilog_of};
 use crate::output::{Batch, Folder, print, print_json, quoted, say, shown};
-use crate::progress::spinning;
 
 /// Write the Verilog, check that it is up to date, or estimate its resources on an Arria V.
 ///
@@ -105,14 +104,6 @@ pub fn run(args: &Args) -> Result<Verdict> {
     }
 }
 
-/// Returns the files of a design. For a design other than the default, the emitter is compiled the first time.
-fn emitted(design: &DesignPoint) -> Result<Vec<File>> {
-    if *design == *KT27 {
-        return Ok(files_of(design)?);
-    }
-    Ok(spinning("compiling the emitter for the design (once; later runs find what it emits)", || files_of(design))?)
-}
-
 fn emit(common: &Common) -> Result<Verdict> {
     let (design, out) = common.design()?;
     let files = emitted(&design)?;
@@ -184,6 +175,7 @@ fn strays(folder: &Path, files: &[File]) -> Result<Vec<String>> {
 fn sized(args: &Sized) -> Result<Verdict> {
     let design = args.chosen.design()?;
     design.check_buildable()?;
+    verilog_of(&design, args.rtl.as_deref())?;
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} Yosys, a minute or two: {elapsed}  {msg}") {
         bar.set_style(style);

@@ -17,7 +17,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, P
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::design::Chosen;
+use crate::design::{Chosen, verilog_of};
 use crate::output::{Aside, Batch, check_target, lossy, lossy_option, print, print_json, quoted, shown, verdict};
 use crate::picture::{Limit, open};
 use crate::progress::spinning;
@@ -77,9 +77,20 @@ pub struct Args {
     #[command(flatten)]
     limit: Limit,
     /// One JSON object on stdout: pixels cycles cycles_per_pixel features dropped model_features mismatches
-    /// first_mismatch cycles_per_second latency_lines pictures[] pass
+    /// first_mismatch cycles_per_second latency_lines verilog pictures[] pass
     #[arg(long)]
     json: bool,
+}
+
+/// The hardware that was simulated.
+#[derive(Serialize)]
+struct Verilog {
+    /// Name of the design whose model gave the expected values.
+    design: String,
+    #[serde(serialize_with = "lossy")]
+    folder: PathBuf,
+    /// The hash of the emission, as the simulated register `emission` shows it.
+    emission: String,
 }
 
 #[derive(Serialize)]
@@ -104,6 +115,7 @@ struct Report {
     pictures: Vec<PerPicture>,
     #[serde(serialize_with = "lossy_option")]
     wave: Option<PathBuf>,
+    verilog: Verilog,
     pass: bool,
 }
 
@@ -146,6 +158,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let job = Job::of(&design, plane.clone(), model.settled(plane))?;
         jobs.extend(std::iter::repeat_n(job, args.frames as usize));
     }
+    let sources = verilog_of(&design, args.rtl.as_deref())?;
     let simulator = spinning("building the Verilated model (once; later runs find it)", || match &wave {
         Some(wave) => Simulator::of_design(&design, args.rtl.as_deref(), wave.format),
         None => Simulator::of_design(&design, args.rtl.as_deref(), Trace::None),
@@ -162,7 +175,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
         spinning("writing waves", || record(&simulator, &jobs, streams, window, wave.aside.temporary()))?;
         wave.keep(&design, window)?;
     }
-    let report = report(args, &images, outcome);
+    let verilog = Verilog {
+        design: args.chosen.name(),
+        folder: sources.first().and_then(|file| file.parent()).unwrap_or(Path::new(".")).to_owned(),
+        emission: format!("{:08x}", outcome.emission),
+    };
+    let report = report(args, &images, outcome, verilog);
     if args.json {
         print_json(&report)?;
     } else {
@@ -259,7 +277,7 @@ fn frame(design: &DesignPoint, path: &Path, limit: &Limit) -> Result<Plane<u16>>
     Ok(camera_samples(design, &picture.crop(width, height).luma))
 }
 
-fn report(args: &Args, images: &[PathBuf], outcome: Outcome) -> Report {
+fn report(args: &Args, images: &[PathBuf], outcome: Outcome, verilog: Verilog) -> Report {
     let frames = args.frames as usize;
     let pictures: Vec<_> = images
         .iter()
@@ -295,6 +313,7 @@ fn report(args: &Args, images: &[PathBuf], outcome: Outcome) -> Report {
             .map(|mismatch| First { image: images[mismatch.frame / frames].clone(), mismatch }),
         pictures,
         wave: args.wave.clone(),
+        verilog,
     }
 }
 
@@ -339,6 +358,8 @@ fn summary(report: &Report) -> String {
         let _ =
             writeln!(text, "latency {smoothed:.2} lines to the smoothed sample, {feature:.2} to the feature's record");
     }
+    let Verilog { design, folder, emission } = &report.verilog;
+    let _ = writeln!(text, "simulated: {}, emission {emission}; model: design {design}", shown(folder));
     if let Some(wave) = &report.wave {
         // The view names the waves without their folder, so that both can be moved together.
         let _ = writeln!(text, "waves: gtkwave {} {}", quoted(wave), quoted(&wave.with_extension("gtkw")));

@@ -462,6 +462,7 @@ impl<'a> Run<'a> {
         }
         let status = self.map.address("status")?;
         self.outcome.status = self.top.read(status).await?;
+        self.outcome.emission = self.top.read(self.map.address("emission")?).await?;
         if let (Some(job), Some(frame)) = (self.jobs.last(), self.outcome.frames.last())
             && !job.is_lost()
             && self.records.done == self.jobs.len()

@@ -78,6 +78,8 @@ pub struct Outcome {
     pub cycles_per_second: f64,
     /// The status register at the end, see `registers/REGISTERS.md`.
     pub status: u32,
+    /// The register `emission` at the end: the hash of the Verilog that ran.
+    pub emission: u32,
     /// Lines from a frame's first pixel to its first smoothed sample, with the rest in pixels as a fraction; `None`
     /// if source or sink pause.
     pub latency_lines: Option<f64>,

@@ -1,8 +1,9 @@
 //! The emission of a design other than the one that this binary was compiled for.
 //!
 //! rust-hdl has widths in its types, so the emitter is compiled for a design: cargo builds the binary
-//! `hoverlock-emitter` from the sources of the project with `HOVERLOCK_DESIGN`, and runs it. That takes half a minute,
-//! so its result is kept in the cache folder under the hash of the design and of the sources.
+//! `hoverlock-emitter` from the sources of the project with `HOVERLOCK_DESIGN`, and runs it. That takes seconds, and a
+//! minute the first time, when its libraries are compiled; the result is kept in the cache folder under the hash of the
+//! design and of the sources.
 
 use std::{
     fs,
@@ -49,8 +50,8 @@ fn at(path: &Path) -> impl FnOnce(std::io::Error) -> OtherError {
     move |source| OtherError::File { path, source }
 }
 
-/// Emits all generated files of any design: compiles the emitter for it with cargo, which takes half a minute, or reads
-/// an earlier result from the cache.
+/// Emits all generated files of any design: compiles the emitter for it with cargo, which takes seconds, or reads an
+/// earlier result from the cache.
 ///
 /// # Errors
 /// If the sources or cargo are missing, or the emitter fails.
@@ -74,7 +75,7 @@ pub fn files(design: &DesignPoint) -> Result<Vec<File>, OtherError> {
     fs::create_dir_all(&folder).map_err(at(&folder))?;
     let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(at(&folder))?;
     file.write_all(text.as_bytes()).map_err(at(&folder))?;
-    let emitted = emit(&project, file.path())?;
+    let emitted = emit(&project, file.path(), &folder.join("target"))?;
     let files = serde_json::from_slice(&emitted).map_err(|error| OtherError::Fails(error.to_string()))?;
     let mut whole = tempfile::NamedTempFile::new_in(&folder).map_err(at(&folder))?;
     whole.write_all(&emitted).map_err(at(&folder))?;
@@ -83,22 +84,20 @@ pub fn files(design: &DesignPoint) -> Result<Vec<File>, OtherError> {
     Ok(files)
 }
 
-/// Builds the emitter for a design file and runs it.
-fn emit(project: &Path, design: &Path) -> Result<Vec<u8>, OtherError> {
+/// Builds the emitter for a design file and runs it. Its target folder is in the cache folder, so that the lock and the
+/// files of the project's own builds stay out of it; all projects of a user share its libraries.
+fn emit(project: &Path, design: &Path, target: &Path) -> Result<Vec<u8>, OtherError> {
     let mut cargo = Command::new("cargo");
     cargo.current_dir(project).args(["run", "--quiet", "--locked", "--package", "hoverlock-rtl"]);
-    cargo.args(["--features", "emitter", "--bin", "hoverlock-emitter"]);
-    // The libraries of this binary's own profile are there already; the emitter itself is run once, so it is compiled
-    // without optimisation.
-    let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
-    if profile == "release" {
-        cargo.arg("--release");
-    }
-    cargo.args(["--config", &format!("profile.{profile}.package.hoverlock-rtl.opt-level=0")]);
+    cargo.args(["--features", "emitter", "--bin", "hoverlock-emitter", "--profile", "emitter"]);
+    cargo.arg("--target-dir").arg(target);
     // Variables that cargo sets for what it runs would make it build everything again.
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy().into_owned();
-        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") || name == "OUT_DIR" {
+        if name.starts_with("CARGO_PKG_")
+            || name.starts_with("CARGO_MANIFEST_")
+            || ["OUT_DIR", "CARGO_TARGET_DIR"].contains(&name.as_str())
+        {
             cargo.env_remove(name);
         }
     }
