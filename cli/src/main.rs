@@ -8,6 +8,7 @@ mod choice;
 mod coeffs;
 mod cosim;
 mod design;
+mod design_file;
 mod doctor;
 mod explore;
 mod formal;
@@ -48,6 +49,7 @@ enum Verb {
     Coeffs(coeffs::Args),
     Completions(shell::CompletionsArgs),
     Cosim(cosim::Args),
+    Design(design_file::Args),
     Doctor(doctor::Args),
     Explore(explore::Args),
     Formal(formal::Args),
@@ -79,6 +81,7 @@ fn main() -> ExitCode {
         Verb::Coeffs(args) => coeffs::run(&args),
         Verb::Completions(args) => shell::completions(&args),
         Verb::Cosim(args) => cosim::run(&args),
+        Verb::Design(args) => design_file::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::Explore(args) => explore::run(&args),
         Verb::Formal(args) => formal::run(&args),

@@ -56,3 +56,39 @@ fn the_coefficients_of_a_design_are_those_of_its_registers() {
     assert_eq!(stages, [1.2, 1.8, 2.7]);
     assert!(!hoverlock(&["coeffs", "--design", "small", "--sigma", "2"]).status.success());
 }
+
+#[test]
+fn a_design_file_is_written_changed_and_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("camera.toml");
+    let file = file.to_str().unwrap();
+    let text = |output: Output| {
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    text(hoverlock(&["design", "new", file, "--design", "small", "--config", "dog_bits=14"]));
+    assert_refused(&hoverlock(&["design", "new", file]), "the file exists");
+    assert_eq!(text(hoverlock(&["design", "diff", "small", file])), "dog_bits: 9 -> 14\n");
+
+    let commented = fs::read_to_string(file).unwrap().replace("width = 640", "width = 640 # of the lens");
+    fs::write(file, &commented).unwrap();
+    // The state has the integer bits of the pixel, so it follows.
+    text(hoverlock(&["design", "set", file, "width=512", "pixel=u10.0"]));
+    let changed = fs::read_to_string(file).unwrap();
+    assert!(changed.contains("width = 512 # of the lens\n"), "{changed}");
+    let before: Vec<&str> = commented.lines().filter(|line| line.starts_with('#')).collect();
+    let after: Vec<&str> = changed.lines().filter(|line| line.starts_with('#')).collect();
+    assert_eq!(before, after);
+    let report: serde_json::Value =
+        serde_json::from_str(&text(hoverlock(&["design", "diff", "small", file, "--json"]))).unwrap();
+    let keys: Vec<_> = report["differences"].as_array().unwrap().iter().map(|found| &found["key"]).collect();
+    assert_eq!(keys, ["width", "pixel", "state", "dog_bits"]);
+
+    assert_refused(&hoverlock(&["design", "set", file, "nosuch=1"]), "nosuch");
+    assert_refused(&hoverlock(&["design", "set", "kt27", "width=512"]), "built in");
+    assert_eq!(fs::read_to_string(file).unwrap(), changed);
+    let show: serde_json::Value =
+        serde_json::from_str(&text(hoverlock(&["design", "show", "--design", file, "--json"]))).unwrap();
+    assert_eq!(show["design"]["width"], 512);
+    assert_eq!(show["keys"][0]["limits"][0], "a whole number from 1 to 4096");
+}

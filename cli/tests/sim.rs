@@ -36,6 +36,12 @@ fn alone_it_measures_cycles_per_pixel_and_counts_by_picture() {
     assert_eq!(answer["cycles_per_pixel"], 1.0);
     assert_eq!((&answer["mismatches"], &answer["first_mismatch"]), (&0.into(), &Value::Null));
     assert_eq!((&answer["dropped"], &answer["pass"]), (&0.into(), &true.into()));
+    // The hash comes from the simulated register, the folder from the command.
+    let (design, emission) = (&answer["verilog"]["design"], answer["verilog"]["emission"].as_str().unwrap());
+    assert_eq!(
+        (design, u32::from_str_radix(emission, 16)),
+        (&"kt27".into(), Ok(hoverlock_rtl::emission::emission().unwrap()))
+    );
     let pictures = answer["pictures"].as_array().unwrap();
     let features = pictures.iter().map(|picture| picture["features"].as_u64().unwrap());
     assert!(features.clone().all(|count| count > 0 && count % 3 == 0), "{answer}");

@@ -64,7 +64,8 @@ pub(crate) use field;
 /// The value of a key in a design.
 ///
 /// It is displayed as in an override: formats without quotes, lists in brackets.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(untagged)]
 #[allow(missing_docs, reason = "each variant is named like its type")]
 pub enum KeyValue {
     Whole(u32),

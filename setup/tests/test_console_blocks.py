@@ -65,7 +65,7 @@ def printed(folder):
         assert done.returncode in (0, 1), done.stdout
         # Notes of work that a later run does not repeat are no part of the document.
         return "".join(text for text in done.stdout.splitlines(keepends=True)
-                       if not text.startswith(("hoverlock: building", "hoverlock: making")))
+                       if not text.startswith(("hoverlock: building", "hoverlock: compiling", "hoverlock: making")))
 
     return run
 
