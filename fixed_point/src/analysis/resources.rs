@@ -3,10 +3,10 @@
 //!
 //! This is a memory model that equals the Yosys estimate at the design point. RTL exists only for the design point, so
 //! the resources of other word lengths are derived from the sizes of its memories. A memory of `1024` words is
-//! `ceil(width / 10)` blocks, of `512` words `ceil(width / 20)`; [`blocks`] has the rule. A memory of up to 32 words is in logic (MLAB), unless
-//! it fills a twentieth of a block; then Yosys uses a block. One lerp is one multiplier, `|q - p|` times a coefficient,
-//! unsigned: 18x18 where both have at most 18 bits, two of which share a DSP block, else 27x27, which takes a block and
-//! counts as two (tried in Yosys: 19 and 20 by 16; 18 by 28, which takes two of 18x18).
+//! `ceil(width / 10)` blocks, of `512` words `ceil(width / 20)`; [`blocks`] has the rule. A memory of up to 32 words is
+//! in logic (MLAB), unless it fills a twentieth of a block; then Yosys uses a block. One lerp is one multiplier,
+//! `|q - p|` times a coefficient, unsigned: 18x18 where both have at most 18 bits, two of which share a DSP block, else
+//! 27x27, which takes a block and counts as two (tried in Yosys: 19 and 20 by 16; 18 by 28, which takes two of 18x18).
 //!
 //! The model is in this crate because it depends on the word lengths only, and the report must not depend on the RTL
 //! crate. A test of the RTL crate compares it with Yosys, memory by memory.
