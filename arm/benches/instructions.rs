@@ -107,11 +107,13 @@ impl Tools {
 /// returns the features of a frame.
 fn flight(frames: u32, apart: u64, records: impl Fn(u32) -> Vec<FeatureRecord>) -> Source {
     let mut source = Source::default();
-    source.send_registers(scene::SIZE.0, scene::SIZE.1);
-    source.send(message::COMMAND, &Order::Capture.encode());
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send(message::COMMAND, &Order::Capture.encode()).unwrap();
     for frame in 0..=frames {
         let telemetry = telemetry(frame);
-        source.send_frame(&Telemetry { time_us: apart * telemetry.time_us, ..telemetry }, &records(frame), &[2000; 2]);
+        source
+            .send_frame(&Telemetry { time_us: apart * telemetry.time_us, ..telemetry }, &records(frame), &[2000; 2])
+            .unwrap();
     }
     source
 }

@@ -50,16 +50,22 @@ pub struct RawMessage<'a> {
     pub payload: &'a [u8],
 }
 
+/// The payload is longer than [`MAX_PAYLOAD_BYTES`] or not a multiple of 4 bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a message with a payload of {bytes} bytes; it must be a multiple of 4, at most {MAX_PAYLOAD_BYTES}")]
+pub struct PayloadError {
+    /// Size of the payload.
+    pub bytes: usize,
+}
+
 /// Appends a message with header and checks to `out`.
 ///
-/// # Panics
-/// If the payload is longer than [`MAX_PAYLOAD_BYTES`] or not a multiple of 4 bytes.
-pub fn encode(kind: u32, sequence: u32, payload: &[u8], out: &mut Vec<u8>) {
-    assert!(
-        payload.len() <= MAX_PAYLOAD_BYTES && payload.len().is_multiple_of(4),
-        "payload of {} bytes",
-        payload.len()
-    );
+/// # Errors
+/// If the payload has no length of a message. Nothing is appended then.
+pub fn encode(kind: u32, sequence: u32, payload: &[u8], out: &mut Vec<u8>) -> Result<(), PayloadError> {
+    if payload.len() > MAX_PAYLOAD_BYTES || !payload.len().is_multiple_of(4) {
+        return Err(PayloadError { bytes: payload.len() });
+    }
     let start = out.len();
     out.extend(MAGIC);
     for word in [kind, payload.len() as u32, sequence] {
@@ -68,6 +74,7 @@ pub fn encode(kind: u32, sequence: u32, payload: &[u8], out: &mut Vec<u8>) {
     out.extend(crc32fast::hash(&out[start..]).to_le_bytes());
     out.extend(payload);
     out.extend(crc32fast::hash(&out[start..]).to_le_bytes());
+    Ok(())
 }
 
 /// A decoder that finds the messages in a stream of bytes. It allocates once, for two messages.
@@ -208,7 +215,7 @@ mod tests {
     #[test]
     fn the_check_is_the_usual_crc_32() {
         let mut out = Vec::new();
-        encode(1, 2, &[], &mut out);
+        encode(1, 2, &[], &mut out).unwrap();
         assert_eq!(crc32fast::hash(b"123456789"), 0xcbf4_3926);
         assert_eq!(out[..16], [b'H', b'L', b'N', b'V', 1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0]);
         assert_eq!(out.len(), HEADER_BYTES + CHECK_BYTES);
@@ -218,14 +225,18 @@ mod tests {
     fn the_longest_message_passes_and_a_longer_length_is_rejected() {
         let payload = vec![0x48; MAX_PAYLOAD_BYTES];
         let mut bytes = Vec::new();
-        encode(3, 7, &payload, &mut bytes);
+        encode(3, 7, &payload, &mut bytes).unwrap();
         assert_eq!(decoded(&bytes, 1000), (vec![(7, payload)], 0));
+        for wrong in [MAX_PAYLOAD_BYTES + 4, 6] {
+            assert_eq!(encode(3, 7, &vec![0; wrong], &mut bytes), Err(PayloadError { bytes: wrong }));
+            assert_eq!(bytes.len(), MAX_MESSAGE_BYTES);
+        }
         // A header that is valid except for its length.
         let mut long = MAGIC.to_vec();
         [3, MAX_PAYLOAD_BYTES as u32 + 4, 0].iter().for_each(|word: &u32| long.extend(word.to_le_bytes()));
         long.extend(crc32fast::hash(&long).to_le_bytes());
         let mut bytes = long.clone();
-        encode(3, 8, &[1, 2, 3, 4], &mut bytes);
+        encode(3, 8, &[1, 2, 3, 4], &mut bytes).unwrap();
         assert_eq!(decoded(&bytes, usize::MAX), (vec![(8, vec![1, 2, 3, 4])], long.len() as u64));
     }
 
@@ -262,18 +273,18 @@ mod tests {
                 let mut message = Vec::new();
                 match piece {
                     Piece::Good(payload) => {
-                        encode(1, sequence as u32, &payload, &mut message);
+                        encode(1, sequence as u32, &payload, &mut message).unwrap();
                         good.push((sequence as u32, payload));
                         bytes.extend(message);
                         continue;
                     }
                     Piece::Flipped(payload, at) => {
-                        encode(1, sequence as u32, &payload, &mut message);
+                        encode(1, sequence as u32, &payload, &mut message).unwrap();
                         let at = at.index(8 * message.len());
                         message[at / 8] ^= 1 << (at % 8);
                     }
                     Piece::CutAt(payload, at) => {
-                        encode(1, sequence as u32, &payload, &mut message);
+                        encode(1, sequence as u32, &payload, &mut message).unwrap();
                         // If only one byte were missing, one in 256 of the following bytes would complete the message.
                         message.truncate(at.index(message.len() - CHECK_BYTES));
                     }

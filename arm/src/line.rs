@@ -83,7 +83,7 @@ pub struct Line {
     pub estimate: Option<Estimate>,
     /// Features used.
     pub features: usize,
-    /// Features not used: dropped by the hardware, or above the program's limit.
+    /// Features not used: dropped or withheld by the hardware, or above the program's limit.
     pub dropped: usize,
     /// Work units spent, see [`hoverlock_reference::motion::budget`].
     pub work: u64,
@@ -146,7 +146,7 @@ impl Line {
             reason: None,
             estimate: None,
             features: 0,
-            dropped: trailer.map_or(0, |trailer| trailer.dropped as usize),
+            dropped: trailer.map_or(0, |trailer| trailer.dropped as usize + trailer.withheld as usize),
             work: 0,
         }
     }

@@ -13,6 +13,7 @@
 //! across the columns. It may arrive before or after its frame. The standard errors are the present ones of IMU and
 //! laser; over rough ground the laser's includes the relief.
 
+use crate::framing::MAX_PAYLOAD_BYTES;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::MAX_PAIRS;
 use hoverlock_reference::motion::observation::SensorErrors;
@@ -166,8 +167,10 @@ pub struct Trailer {
     pub errors: u16,
     /// Features in the packet.
     pub count: u32,
-    /// Features that the hardware had to drop.
+    /// Features that the hardware had to drop for lack of room.
     pub dropped: u32,
+    /// Features that the hardware withheld because of the register `record_limit`.
+    pub withheld: u32,
     /// Threshold of each scale pair, LSB of the response; 0 for pairs that the design does not have.
     pub thresholds: [u16; MAX_PAIRS],
 }
@@ -182,6 +185,7 @@ impl Trailer {
             errors: half(trailer::ERRORS),
             count: trailer::FEATURES.get(&record),
             dropped: trailer::DROPPED.get(&record),
+            withheld: trailer::WITHHELD.get(&record),
             thresholds: THRESHOLDS.map(half),
         })
     }
@@ -193,6 +197,7 @@ impl Trailer {
         trailer::FLAGS.put(&mut record, trailer_flags(words));
         trailer::FEATURES.put(&mut record, self.count);
         trailer::DROPPED.put(&mut record, self.dropped);
+        trailer::WITHHELD.put(&mut record, self.withheld);
         for (field, threshold) in THRESHOLDS.into_iter().zip(self.thresholds) {
             field.put(&mut record, threshold.into());
         }
@@ -251,13 +256,37 @@ impl<'a> Frame<'a> {
     }
 }
 
+/// Returns the largest number of features that a message holds beside the trailer. A packet of three scale pairs has
+/// longer records.
+pub const fn max_features(pairs: usize) -> usize {
+    MAX_PAYLOAD_BYTES / (4 * record_words(pairs)) - 1
+}
+
+/// Features that the hardware found and did not send.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Unsent {
+    /// Dropped for lack of room.
+    pub dropped: u32,
+    /// Withheld because of the register `record_limit`.
+    pub withheld: u32,
+}
+
 /// Encodes the payload of a frame: its features, then the trailer. `thresholds` has one element for each scale pair;
-/// records of three pairs have ten words, others eight.
-pub fn encode_frame(frame: u32, features: &[FeatureRecord], errors: u16, dropped: u32, thresholds: &[u32]) -> Vec<u8> {
+/// records of three pairs have ten words, others eight. Features beyond [`max_features`] are left out, and counted as
+/// withheld.
+pub fn encode_frame(
+    frame: u32,
+    features: &[FeatureRecord],
+    errors: u16,
+    unsent: Unsent,
+    thresholds: &[u32],
+) -> Vec<u8> {
     let words = record_words(thresholds.len());
-    let count = features.len() as u32;
+    let (features, beyond) = features.split_at(features.len().min(max_features(thresholds.len())));
+    let (count, beyond) = (features.len() as u32, beyond.len() as u32);
     let thresholds = std::array::from_fn(|k| thresholds.get(k).map_or(0, |threshold| *threshold as u16));
-    let trailer = Trailer { frame, errors, count, dropped, thresholds };
+    let Unsent { dropped, withheld } = unsent;
+    let trailer = Trailer { frame, errors, count, dropped, withheld: withheld + beyond, thresholds };
     let records = features.iter().map(FeatureRecord::pack).chain([trailer.pack(words)]);
     records.flat_map(|record| record.into_iter().take(words)).flat_map(u32::to_le_bytes).collect()
 }
@@ -354,9 +383,12 @@ mod tests {
         assert_eq!([block.get(0x10), block.get(0x14), block.get(0x18)], [Some(5), Some(6), None]);
         let mut words = [3, 1 << 16 | 9, 0, 0, 1, 2, 3, 4];
         let feature = FeatureRecord::unpack(&words).unwrap();
-        let payload = encode_frame(4, &[feature], 2, 6, &[100, 200]);
+        let payload = encode_frame(4, &[feature], 2, Unsent { dropped: 6, withheld: 7 }, &[100, 200]);
         let frame = Frame::parse(&payload).unwrap();
-        assert_eq!(frame.trailer, Trailer { frame: 4, errors: 2, count: 1, dropped: 6, thresholds: [100, 200, 0] });
+        assert_eq!(
+            frame.trailer,
+            Trailer { frame: 4, errors: 2, count: 1, dropped: 6, withheld: 7, thresholds: [100, 200, 0] }
+        );
         assert!(frame.features().eq([Ok(feature)]));
         // Bit 20 is a flag that no feature has.
         words[1] |= 1 << 20;
@@ -379,12 +411,28 @@ mod tests {
             let length = if ten { 10 } else { 8 };
             let feature = FeatureRecord::unpack(&words[..length]).unwrap();
             let thresholds = &[5, 6, 7][..if ten { 3 } else { 2 }];
-            let payload = encode_frame(9, &vec![feature; features], 0, dropped, thresholds);
+            let payload = encode_frame(9, &vec![feature; features], 0, Unsent { dropped, withheld: 0 }, thresholds);
             prop_assert_eq!(payload.len(), 4 * length * (features + 1));
             let frame = Frame::parse(&payload).unwrap();
             prop_assert_eq!(frame.trailer.thresholds, [5, 6, if ten { 7 } else { 0 }]);
             prop_assert_eq!((frame.trailer.count as usize, frame.trailer.dropped), (features, dropped));
             prop_assert!(frame.features().eq(vec![Ok(feature); features]));
+        }
+    }
+
+    /// A frame of any number of features has a message, whose trailer counts those that are not in it.
+    #[test]
+    fn features_beyond_a_message_are_counted() {
+        let feature = FeatureRecord::unpack(&[0; 8]).unwrap();
+        for thresholds in [&[1, 1][..], &[1, 1, 1]] {
+            let most = max_features(thresholds.len());
+            for found in [most - 1, most, most + 1, 20_000] {
+                let unsent = Unsent { dropped: 3, withheld: 5 };
+                let payload = encode_frame(0, &vec![feature; found], 0, unsent, thresholds);
+                let trailer = Frame::parse(&payload).unwrap().trailer;
+                assert!(payload.len() <= MAX_PAYLOAD_BYTES && trailer.count as usize == found.min(most));
+                assert_eq!((trailer.dropped, trailer.withheld as usize), (3, 5 + found.saturating_sub(most)));
+            }
         }
     }
 
@@ -407,10 +455,10 @@ mod tests {
 
     #[test]
     fn a_frame_without_its_trailer_is_refused() {
-        let payload = encode_frame(4, &[], 0, 0, &[1, 1]);
+        let payload = encode_frame(4, &[], 0, Unsent::default(), &[1, 1]);
         assert_eq!(Frame::parse(&payload).map(|f| f.trailer.count), Ok(0));
         let feature = FeatureRecord::unpack(&[0; 8]).unwrap();
-        let payload = encode_frame(4, &[feature, feature], 0, 0, &[1, 1]);
+        let payload = encode_frame(4, &[feature, feature], 0, Unsent::default(), &[1, 1]);
         assert_eq!(Frame::parse(&payload[MIN_RECORD_BYTES..]).map(|_| ()), Err(MessageError::Trailer));
         assert_eq!(Frame::parse(&payload[..2 * MIN_RECORD_BYTES]).map(|_| ()), Err(MessageError::Trailer));
         assert!(Frame::parse(&payload[4..]).is_err() && Frame::parse(&[]).is_err());

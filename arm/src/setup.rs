@@ -3,7 +3,7 @@
 //! | step | access |
 //! |---|---|
 //! | 1 | read `identification`, `version`, `emission`; stop if they differ |
-//! | 2 | `control`: not enabled, `automatic` as wanted; `size`, the coefficients, `threshold`, `target` |
+//! | 2 | `control`: not enabled, `automatic` as wanted; `size`, coefficients, `threshold`, `target`, `record_limit` |
 //! | 3 | 1 to `commit`: the next frame captures the whole set |
 //! | 4 | read the set and `commit` back |
 //! | 5 | `control`: `enable` and `interrupt_frame` too, and read back |
@@ -14,6 +14,7 @@ use crate::bus::Bus;
 use crate::hardware::{Fpga, HardwareError, Size, identify, registers as map};
 use hoverlock_design::KT27;
 use hoverlock_reference::features::feature::MAX_PAIRS;
+use hoverlock_registers::record::default_limit;
 
 /// Byte address of the threshold of scale pair 2, in register maps of three scale pairs.
 const THRESHOLD_2: u32 = 0x34;
@@ -79,7 +80,8 @@ pub fn set_up<B: Bus>(
     .chain(fpga.coefficients.iter().copied())
     .chain([(map::THRESHOLD, field(map::THRESHOLD_FINE, fine) | if fpga.pairs > 1 { coarse << 16 } else { 0 })])
     .chain((fpga.pairs > 2).then_some((THRESHOLD_2, coarsest)))
-    .chain([(map::TARGET, field(map::TARGET_COUNT, fpga.target))]);
+    .chain([(map::TARGET, field(map::TARGET_COUNT, fpga.target))])
+    .chain([(map::RECORD_LIMIT, field(map::RECORD_LIMIT_COUNT, default_limit(fpga.pairs as usize)))]);
     let commit = (map::COMMIT, map::COMMIT_PENDING);
     for (address, value) in set.clone().chain([commit]) {
         bus.write(address, value).map_err(SetupError::Bus)?;
@@ -160,7 +162,7 @@ mod tests {
             set_up(&mut bus, &Fpga::default(), SIZE, thresholds).unwrap();
             let mut expected = vec![(0x0c, automatic), (0x14, 480 << 16 | 640)];
             expected.extend(coefficients());
-            expected.extend([(0x18, 900 << 16 | 700), (0x1c, 512), (0x30, 1), (0x0c, automatic | 0b101)]);
+            expected.extend([(0x18, 900 << 16 | 700), (0x1c, 512), (0x3c, 2046), (0x30, 1), (0x0c, automatic | 0b101)]);
             assert_eq!(bus.writes, expected);
         }
         assert_eq!(Thresholds::default(), Thresholds::Automatic([2048; 3]));
@@ -180,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_register_that_does_not_keep_its_value_is_named_and_nothing_is_enabled() {
-        let all = [map::CONTROL, map::SIZE, map::THRESHOLD, map::TARGET, map::COMMIT];
+        let all = [map::CONTROL, map::SIZE, map::THRESHOLD, map::TARGET, map::RECORD_LIMIT, map::COMMIT];
         for address in all.into_iter().chain(map::COEFFICIENTS.map(|(address, _)| address)) {
             let mut bus = Recorded { stuck: Some(address), ..Recorded::new() };
             let outcome = set_up(&mut bus, &Fpga::default(), SIZE, Thresholds::default());

@@ -1,8 +1,8 @@
 //! The sending end of the stream: the messages that a process beside the FPGA sends to this program.
 
-use crate::framing::encode;
+use crate::framing::{PayloadError, encode};
 use crate::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
-use crate::message::{self, Telemetry, encode_frame, encode_registers};
+use crate::message::{self, Telemetry, Unsent, encode_frame, encode_registers};
 use hoverlock_fixed_point::model::record::FeatureRecord;
 
 /// A source of messages, which it numbers from 0.
@@ -15,27 +15,42 @@ pub struct Source {
 
 impl Source {
     /// Appends a message of a kind of [`message`] with this payload.
-    pub fn send(&mut self, kind: u32, payload: &[u8]) {
+    ///
+    /// # Errors
+    /// If no message has a payload of this length.
+    pub fn send(&mut self, kind: u32, payload: &[u8]) -> Result<(), PayloadError> {
         let mut message = Vec::new();
-        encode(kind, self.sequence, payload, &mut message);
+        encode(kind, self.sequence, payload, &mut message)?;
         self.sequence += 1;
         self.messages.push(message);
+        Ok(())
     }
 
     /// Appends the register block of the emitted hardware, set to frames of `width` x `height` pixels.
-    pub fn send_registers(&mut self, width: usize, height: usize) {
+    ///
+    /// # Errors
+    /// As [`Source::send`].
+    pub fn send_registers(&mut self, width: usize, height: usize) -> Result<(), PayloadError> {
         let block = [
             (registers::IDENTIFICATION, IDENTIFICATION),
             (registers::VERSION, VERSION),
             (registers::EMISSION, EMISSION),
             (registers::SIZE, (height as u32) << 16 | width as u32),
         ];
-        self.send(message::REGISTERS, &encode_registers(&block));
+        self.send(message::REGISTERS, &encode_registers(&block))
     }
 
     /// Appends the telemetry and then the records of a frame; `thresholds` has one element for each scale pair.
-    pub fn send_frame(&mut self, telemetry: &Telemetry, features: &[FeatureRecord], thresholds: &[u32]) {
-        self.send(message::TELEMETRY, &telemetry.encode());
-        self.send(message::FRAME, &encode_frame(telemetry.frame, features, 0, 0, thresholds));
+    ///
+    /// # Errors
+    /// As [`Source::send`].
+    pub fn send_frame(
+        &mut self,
+        telemetry: &Telemetry,
+        features: &[FeatureRecord],
+        thresholds: &[u32],
+    ) -> Result<(), PayloadError> {
+        self.send(message::TELEMETRY, &telemetry.encode())?;
+        self.send(message::FRAME, &encode_frame(telemetry.frame, features, 0, Unsent::default(), thresholds))
     }
 }

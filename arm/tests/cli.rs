@@ -104,7 +104,7 @@ fn bad_usage_is_one_clear_line_and_status_2() {
 fn another_fpga_ends_the_program_with_status_2() {
     let mut source = stream(50, 1);
     let mut other = support::Source::default();
-    other.send(message::REGISTERS, &message::encode_registers(&[(0, 1)]));
+    other.send(message::REGISTERS, &message::encode_registers(&[(0, 1)])).unwrap();
     source.messages[0] = other.messages.remove(0);
     let output = nav(&[&file("other.hln", &source.messages.concat())]);
     assert_eq!(output.status.code(), Some(2));
@@ -115,7 +115,7 @@ fn another_fpga_ends_the_program_with_status_2() {
 fn commands_reach_the_camera_and_stop_ends_the_stream() {
     let mut source = stream(300, 2);
     for command in [message::Command::Narrow, message::Command::Wide, message::Command::Stop, message::Command::Wide] {
-        source.send(message::COMMAND, &command.encode());
+        source.send(message::COMMAND, &command.encode()).unwrap();
     }
     let (input, camera) = (file("zoom.hln", &source.messages.concat()), file("camera.words", &[]));
     let output = nav(&[Path::new("--camera"), &camera, &input]);

@@ -155,11 +155,11 @@ fn telemetry_may_come_after_its_frame_or_be_lost() {
 fn a_restarted_source_keeps_the_reference() {
     let mut source = stream(300, 3);
     let mut again = Source::default();
-    again.send_registers(scene::SIZE.0, scene::SIZE.1);
+    again.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
     // The frame counter restarts; the ground has not moved.
     for frame in 0..2 {
         let telemetry = Telemetry { frame, ..telemetry(frame + 3) };
-        again.send_frame(&telemetry, &records(300, frame + 3), &[2000, 2000]);
+        again.send_frame(&telemetry, &records(300, frame + 3), &[2000, 2000]).unwrap();
     }
     source.messages.extend(again.messages);
     let lines = lines(&source);
@@ -172,11 +172,11 @@ fn a_restarted_source_keeps_the_reference() {
 #[test]
 fn a_clock_that_jumps_costs_no_frame() {
     let mut source = Source::default();
-    source.send_registers(scene::SIZE.0, scene::SIZE.1);
-    source.send(message::COMMAND, &Command::Capture.encode());
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     for (frame, time_us) in [0, 500_000, 5, u64::MAX, 133_334, 0].into_iter().enumerate() {
         let frame = frame as u32;
-        source.send_frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), &[2000, 2000]);
+        source.send_frame(&Telemetry { time_us, ..telemetry(frame) }, &records(600, frame), &[2000, 2000]).unwrap();
     }
     assert_tracked(&lines(&source));
 }
@@ -187,19 +187,21 @@ fn a_clock_that_jumps_costs_no_frame() {
 fn a_tree_below_the_reference_is_discarded_as_ground() {
     const ON_THE_TREE: u32 = 60;
     let mut source = Source::default();
-    source.send_registers(SIZE.0, SIZE.1);
-    source.send(message::COMMAND, &Command::Capture.encode());
+    source.send_registers(SIZE.0, SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     let place = |frame: u32| (2.0 * (0.3 * f64::from(frame)).sin(), 2.0 * (0.2 * f64::from(frame)).sin());
     for frame in 0..ON_THE_TREE + 40 {
         let (x, y) = place(frame);
         let on_the_tree = frame < ON_THE_TREE;
         let range = if on_the_tree { 88.0 + 0.6 * x - 0.5 * y } else { 100.0 };
         let time_us = 500_000 + u64::from(frame) * 66_667;
-        source.send_frame(
-            &Telemetry { range, time_us, ..telemetry(frame) },
-            &seen(600, 1.0, place(frame), FIELD_OF_VIEW, frame),
-            &[2000; 2],
-        );
+        source
+            .send_frame(
+                &Telemetry { range, time_us, ..telemetry(frame) },
+                &seen(600, 1.0, place(frame), FIELD_OF_VIEW, frame),
+                &[2000; 2],
+            )
+            .unwrap();
     }
     let lines = lines(&source);
     for line in &lines[(ON_THE_TREE + 15) as usize..] {
@@ -221,10 +223,12 @@ fn a_roof_that_was_rejected_from_a_distance_stays_masked() {
     };
     let flight = |frames: std::ops::Range<u32>| {
         let mut source = Source::default();
-        source.send_registers(SIZE.0, SIZE.1);
-        source.send(message::COMMAND, &Command::Capture.encode());
+        source.send_registers(SIZE.0, SIZE.1).unwrap();
+        source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
         for frame in [0].into_iter().chain(frames) {
-            source.send_frame(&telemetry(frame), &scene::seen_beside_a_roof(1000, place(frame), frame), &[2000; 2]);
+            source
+                .send_frame(&telemetry(frame), &scene::seen_beside_a_roof(1000, place(frame), frame), &[2000; 2])
+                .unwrap();
         }
         let lines = lines(&source);
         let near = lines.iter().filter(|line| line.frame.is_some_and(|frame| frame >= AWAY));
@@ -245,11 +249,11 @@ fn the_reference_is_renewed_without_a_jump() {
         (4.0 * t, -t)
     };
     let mut source = Source::default();
-    source.send_registers(scene::SIZE.0, scene::SIZE.1);
-    source.send(message::COMMAND, &Command::Capture.encode());
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     for frame in 0..120 {
         let records = scene::seen(4000, 4.0, place(frame), scene::FIELD_OF_VIEW, frame);
-        source.send_frame(&telemetry(frame), &records, &[2000, 2000]);
+        source.send_frame(&telemetry(frame), &records, &[2000, 2000]).unwrap();
     }
     let lines = lines(&source);
     let mut references = Vec::new();
@@ -271,13 +275,13 @@ fn the_reference_is_renewed_without_a_jump() {
 #[test]
 fn a_reference_renewed_on_command_keeps_the_origin() {
     let mut source = stream(600, 5);
-    source.send(message::COMMAND, &Command::Renew.encode());
+    source.send(message::COMMAND, &Command::Renew.encode()).unwrap();
     for frame in 5..8 {
-        source.send_frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
+        source.send_frame(&telemetry(frame), &records(600, frame), &[2000, 2000]).unwrap();
     }
-    source.send(message::COMMAND, &Command::Capture.encode());
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     for frame in 8..10 {
-        source.send_frame(&telemetry(frame), &records(600, frame), &[2000, 2000]);
+        source.send_frame(&telemetry(frame), &records(600, frame), &[2000, 2000]).unwrap();
     }
     let lines = lines(&source);
     assert_tracked(&lines[..8]);
@@ -294,13 +298,13 @@ fn a_reference_renewed_on_command_keeps_the_origin() {
 #[test]
 fn the_estimate_continues_through_a_zoom() {
     let mut source = Source::default();
-    source.send_registers(scene::SIZE.0, scene::SIZE.1);
-    source.send(message::COMMAND, &Command::Capture.encode());
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     for frame in 0..35 {
         let field_of_view = scene::FIELD_OF_VIEW * 0.98f64.powi(frame as i32);
         let place = (0.02 * f64::from(frame), 0.0);
         let records = scene::seen(3000, 1.0, place, field_of_view, frame);
-        source.send_frame(&Telemetry { field_of_view, ..telemetry(frame) }, &records, &[2000, 2000]);
+        source.send_frame(&Telemetry { field_of_view, ..telemetry(frame) }, &records, &[2000, 2000]).unwrap();
     }
     for line in &lines(&source)[1..] {
         let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
@@ -314,11 +318,11 @@ fn the_estimate_continues_through_a_zoom() {
 #[test]
 fn a_reference_is_confirmed_before_it_is_used() {
     let mut source = Source::default();
-    source.send_registers(scene::SIZE.0, scene::SIZE.1);
-    source.send(message::COMMAND, &Command::Capture.encode());
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     for frame in 0..12 {
         let telemetry = Telemetry { time_us: 66_667 * u64::from(frame), ..telemetry(frame) };
-        source.send_frame(&telemetry, &records(600, frame), &[2000, 2000]);
+        source.send_frame(&telemetry, &records(600, frame), &[2000, 2000]).unwrap();
     }
     let lines = lines(&source);
     assert!(lines[1..8].iter().all(|line| line.reason == Some(Reason::Unconfirmed)), "{:?}", lines[1]);
@@ -329,25 +333,29 @@ fn a_reference_is_confirmed_before_it_is_used() {
 fn every_frame_without_an_estimate_has_its_reason() {
     let reasons = |source: &Source| -> Vec<Option<Reason>> { lines(source).into_iter().map(|l| l.reason).collect() };
     let mut source = Source::default();
-    source.send_frame(&telemetry(0), &records(300, 0), &[2000, 2000]);
+    source.send_frame(&telemetry(0), &records(300, 0), &[2000, 2000]).unwrap();
     assert_eq!(reasons(&source), [Some(Reason::Registers)]);
-    source.send_registers(scene::SIZE.0, scene::SIZE.1);
-    source.send_frame(&telemetry(1), &records(300, 1), &[2000, 2000]);
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send_frame(&telemetry(1), &records(300, 1), &[2000, 2000]).unwrap();
     assert_eq!(reasons(&source)[1], Some(Reason::Reference));
-    source.send(message::COMMAND, &Command::Capture.encode());
-    source.send_frame(&telemetry(2), &records(300, 2), &[2000, 2000]);
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
+    source.send_frame(&telemetry(2), &records(300, 2), &[2000, 2000]).unwrap();
     let zoomed = Telemetry { field_of_view: 0.1, ..telemetry(3) };
-    source.send_frame(&zoomed, &records(300, 3), &[2000, 2000]);
-    source.send_frame(&telemetry(4), &[], &[2000, 2000]);
-    source.send(message::FRAME, &message::encode_frame(5, &records(300, 5), 2, 0, &[2000, 2000]));
+    source.send_frame(&zoomed, &records(300, 3), &[2000, 2000]).unwrap();
+    source.send_frame(&telemetry(4), &[], &[2000, 2000]).unwrap();
+    source
+        .send(message::FRAME, &message::encode_frame(5, &records(300, 5), 2, message::Unsent::default(), &[2000, 2000]))
+        .unwrap();
     let mut outside = records(300, 6);
     outside[7].x = 1024;
-    source.send(message::FRAME, &message::encode_frame(6, &outside, 0, 0, &[2000, 2000]));
-    source.send(message::FRAME, &[0; 32]);
+    source
+        .send(message::FRAME, &message::encode_frame(6, &outside, 0, message::Unsent::default(), &[2000, 2000]))
+        .unwrap();
+    source.send(message::FRAME, &[0; 32]).unwrap();
     // The sensors report a yaw of 20 degrees for a camera that has not turned.
     let turned =
         Telemetry { attitude: Attitude { yaw: 0.35, ..Attitude::default() }, time_us: 9_000_000, ..telemetry(7) };
-    source.send_frame(&turned, &records(300, 7), &[2000, 2000]);
+    source.send_frame(&turned, &records(300, 7), &[2000, 2000]).unwrap();
     let reasons = reasons(&source);
     let texts: Vec<String> = reasons[3..].iter().map(|reason| reason.as_ref().unwrap().to_string()).collect();
     assert_eq!(reasons[2], None);
@@ -370,7 +378,7 @@ fn another_fpga_is_refused() {
     let mut payload = message::encode_registers(&[(0, 0x484c_434c)]);
     payload.extend([0; 8]);
     let mut other = Source::default();
-    other.send(message::REGISTERS, &payload);
+    other.send(message::REGISTERS, &payload).unwrap();
     source.messages.splice(0..1, other.messages);
     let bytes = source.messages.concat();
     let mut decoder = Decoder::default();
@@ -414,9 +422,10 @@ fn flight() -> &'static [Vec<u8>] {
     static FLIGHT: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
     FLIGHT.get_or_init(|| {
         let mut again = Source::default();
-        again.send_registers(scene::SIZE.0, scene::SIZE.1);
+        again.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
         for frame in 0..3 {
-            again.send_frame(&Telemetry { frame, ..telemetry(frame + 4) }, &records(60, frame + 4), &[2000, 2000]);
+            let telemetry = Telemetry { frame, ..telemetry(frame + 4) };
+            again.send_frame(&telemetry, &records(60, frame + 4), &[2000, 2000]).unwrap();
         }
         [stream(60, 4).messages, again.messages].concat()
     })

@@ -12,7 +12,7 @@ module csr_properties (input clock);
   wire irq, clear, enable, committed;
   wire [10:0] width;
   wire [11:0] height;
-  wire [367:0] bank;
+  wire [383:0] bank;
   csr dut (
     .clock(clock), .reset(reset), .address(address), .read(read), .readdata(readdata), .write(write),
     .writedata(writedata), .irq(irq), .clear(clear), .enable(enable), .width(width), .height(height), .bank(bank),
@@ -36,10 +36,11 @@ module csr_properties (input clock);
   (* hierconn *) wire \dut.status_short_frame ;
   (* hierconn *) wire \dut.status_frame ;
 
-  localparam CONTROL = 6'd3, STATUS = 6'd4, SIZE = 6'd5, THRESHOLD = 6'd6, TARGET = 6'd7, COMMIT = 6'd12;
+  localparam CONTROL = 6'd3, STATUS = 6'd4, SIZE = 6'd5, THRESHOLD = 6'd6, TARGET = 6'd7, COMMIT = 6'd12, RECORD_LIMIT = 6'd15;
   localparam FIRST_COEFFICIENT = 6'd16, LAST_COEFFICIENT = 6'd34;
   wire coefficient = followed >= FIRST_COEFFICIENT && followed <= LAST_COEFFICIENT;
-  wire writable = coefficient || followed == CONTROL || (followed >= SIZE && followed <= TARGET);
+  wire writable = coefficient || followed == CONTROL || (followed >= SIZE && followed <= TARGET)
+    || followed == RECORD_LIMIT;
   // Writable bits by the register map.
   wire [31:0] bits = followed == CONTROL ? 32'h0000000f : followed == SIZE ? 32'h0fff07ff
     : followed == THRESHOLD ? 32'h7fff7fff : 32'h0000ffff;
@@ -51,6 +52,7 @@ module csr_properties (input clock);
     : followed == CONTROL ? {28'd0, \dut.control_interrupt_error , \dut.control_interrupt_frame , \dut.control_automatic , enable}
     : followed == SIZE ? {4'd0, \dut.size_height , 5'd0, \dut.size_width }
     : followed == THRESHOLD ? {bank[335:304]}
+    : followed == RECORD_LIMIT ? {16'd0, bank[383:368]}
     : {16'd0, bank[351:336]};
 
   // The bus: read data one clock after `read`, no wait states.
@@ -67,8 +69,8 @@ module csr_properties (input clock);
   );
   reg was_reset;
   // The set at the time of its commit.
-  wire [391:0] set = {\dut.control_automatic , \dut.size_height , \dut.size_width , bank};
-  reg [391:0] set_committed, was_set;
+  wire [407:0] set = {\dut.control_automatic , \dut.size_height , \dut.size_width , bank};
+  reg [407:0] set_committed, was_set;
   reg was_quiet;
   wire [7:0] status = {
     \dut.status_begun , \dut.status_saturated , \dut.status_dropped , \dut.status_refused , \dut.status_interrupted ,

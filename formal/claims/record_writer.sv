@@ -3,7 +3,7 @@ module record_writer_properties (input clock);
   (* anyseq *) reg reset, advance, found, frame_end, take, room;
   (* anyseq *) reg [174:0] candidate;
   (* anyseq *) reg [31:0] maxlbp_0, maxlbp_1, sign_0, sign_1;
-  (* anyseq *) reg [1:0] lost;
+  (* anyseq *) reg [1:0] lost, over_limit;
   (* anyseq *) reg [3:0] errors;
   (* anyseq *) reg [14:0] threshold_0, threshold_1;
   wire write, done;
@@ -12,7 +12,7 @@ module record_writer_properties (input clock);
   wire [31:0] frames;
   record_writer dut (
     .clock(clock), .reset(reset), .advance(advance), .found(found), .candidate(candidate), .maxlbp_0(maxlbp_0),
-    .maxlbp_1(maxlbp_1), .sign_0(sign_0), .sign_1(sign_1), .lost(lost), .frame_end(frame_end), .errors(errors),
+    .maxlbp_1(maxlbp_1), .sign_0(sign_0), .sign_1(sign_1), .lost(lost), .over_limit(over_limit), .frame_end(frame_end), .errors(errors),
     .take(take), .threshold_0(threshold_0), .threshold_1(threshold_1), .room(room), .write(write), .record(record),
     .done(done), .count(count), .dropped(dropped), .frames(frames)
   );
@@ -23,6 +23,7 @@ module record_writer_properties (input clock);
   (* hierconn *) wire [174:0] \dut.now ;
   (* hierconn *) wire [127:0] \dut.ring_bits ;
   (* hierconn *) wire \dut.trailer ;
+  (* hierconn *) wire [19:0] \dut.withheld ;
   (* hierconn *) wire [29:0] \dut.thresholds ;
 
   // A candidate: x 10 bits, y 11, hits 2, then of both scale pairs centre (16) and neighbours (60).
@@ -62,7 +63,7 @@ module record_writer_properties (input clock);
   reg [29:0] was_taken;
   reg [31:0] was_frames;
   reg [3:0] was_errors;
-  reg [19:0] was_count, was_dropped;
+  reg [19:0] was_count, was_dropped, was_withheld;
   wire [1:0] pending = \dut.hits ;
   // The writes of the step that ends now, by definition.
   wire feature = pending != 2'd0;
@@ -70,7 +71,7 @@ module record_writer_properties (input clock);
   reg now_feature, now_end, ends_waiting;
   reg [31:0] frames_done;
   // Features written and dropped since the trailer, and candidates lost, by definition.
-  reg [19:0] written_now, dropped_now;
+  reg [19:0] written_now, dropped_now, withheld_now;
   always @(posedge clock) begin
     begun <= 1;
     if (advance && take) begin
@@ -85,6 +86,7 @@ module record_writer_properties (input clock);
       now_end <= 0;
       written_now <= 20'd0;
       dropped_now <= 20'd0;
+      withheld_now <= 20'd0;
     end else if (advance) begin
       now_feature <= feature & room;
       now_end <= end_now;
@@ -96,8 +98,10 @@ module record_writer_properties (input clock);
       was_errors <= errors;
       was_count <= count;
       was_dropped <= dropped;
+      was_withheld <= withheld_now;
       written_now <= (done ? 20'd0 : written_now) + {19'd0, feature & room};
       dropped_now <= (done ? 20'd0 : dropped_now) + {18'd0, lost} + {19'd0, feature & ~room};
+      withheld_now <= (done ? 20'd0 : withheld_now) + {18'd0, over_limit};
       had_room_first <= room;
       case (place)
         NOT_YET: if (found && choose) begin place <= WAITS; followed <= candidate; end
@@ -125,9 +129,11 @@ module record_writer_properties (input clock);
       waits_for_its_end: assert (\dut.trailer == ends_waiting && frames == frames_done);
       written: assert (count == written_now);
       not_written: assert (dropped == dropped_now);
+      over: assert (\dut.withheld == withheld_now);
       took: assert (!known_thresholds || \dut.thresholds == taken);
       trailer: assert (!now_end || (record[63] && record[31:0] == was_frames && record[35:32] == was_errors
         && record[83:64] == was_count && record[115:96] == was_dropped
+        && record[211:192] == was_withheld
         && (!known_before || {record[158:144], record[142:128]} == was_taken)));
       in_both: cover (place == WRITTEN_LAST && hits == 2'd3 && write && record[63:0] != 64'd0);
       one_dropped: cover (place == WRITTEN_LAST && !write);

@@ -31,6 +31,7 @@ shipped![
     "decision",
     "cursor",
     "threshold",
+    "record_limit",
     "candidate_queue",
     "record_fifo",
     "sequencer",

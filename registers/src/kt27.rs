@@ -12,13 +12,13 @@ pub const IDENTIFICATION_LETTERS: u32 = 0xffffffff;
 /// Byte address of `version`.
 pub const VERSION: u32 = 0x04;
 /// What `version` reads in this hardware.
-pub const VERSION_VALUE: u32 = 0x00020000;
+pub const VERSION_VALUE: u32 = 0x00020001;
 /// Mask of `number`: major above minor, 16 bits each (read).
 pub const VERSION_NUMBER: u32 = 0xffffffff;
 /// Byte address of `emission`.
 pub const EMISSION: u32 = 0x08;
 /// What `emission` reads in this hardware.
-pub const EMISSION_VALUE: u32 = 0xfeccf130;
+pub const EMISSION_VALUE: u32 = 0x5d8c7989;
 /// Mask of `hash`: first 32 bits of the SHA-256 of the emitted Verilog (read).
 pub const EMISSION_HASH: u32 = 0xffffffff;
 /// Byte address of `control`.
@@ -91,6 +91,10 @@ pub const DROPPED_COUNT: u32 = 0x000fffff;
 pub const COMMIT: u32 = 0x30;
 /// Mask of `pending`: write 1: commits the set for the next frame; reads 1 until captured or until the set is written (write 1 to set).
 pub const COMMIT_PENDING: u32 = 0x00000001;
+/// Byte address of `record_limit`.
+pub const RECORD_LIMIT: u32 = 0x3c;
+/// Mask of `count`: most features that a frame sends; further ones are counted in its trailer (read, write).
+pub const RECORD_LIMIT_COUNT: u32 = 0x0000ffff;
 /// Byte address of `narrow_g`.
 pub const NARROW_G: u32 = 0x40;
 /// Mask of `value`: `g` of the recursion, u0.16 (read, write).

@@ -2,6 +2,8 @@
 
 use hoverlock_design::{DesignPoint, MAX_ROWS, MIN_SIDE, smoother_names};
 
+use crate::record::default_limit;
+
 /// What software may do with a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
@@ -103,6 +105,7 @@ enum Parameter {
     DogBits,
     InitialThreshold,
     Target,
+    RecordLimit,
 }
 
 include!(concat!(env!("OUT_DIR"), "/layout.rs"));
@@ -127,6 +130,7 @@ impl Number {
             Self::Of(Parameter::DogBits) => design.dog_bits,
             Self::Of(Parameter::InitialThreshold) => design.threshold.initial,
             Self::Of(Parameter::Target) => design.threshold.target,
+            Self::Of(Parameter::RecordLimit) => default_limit(design.pairs()),
         }
     }
 }

@@ -39,3 +39,12 @@ include!(concat!(env!("OUT_DIR"), "/record.rs"));
 pub const fn record_words(pairs: usize) -> usize {
     if pairs > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS }
 }
+
+/// Size of a buffer for the packet of one frame, bytes.
+pub const BUFFER_BYTES: usize = 64 << 10;
+
+/// Returns the reset value of the register `record_limit` of a design with `pairs` scale pairs: one feature fewer than
+/// a buffer of [`BUFFER_BYTES`] holds beside the trailer.
+pub const fn default_limit(pairs: usize) -> u32 {
+    (BUFFER_BYTES / (4 * record_words(pairs)) - 2) as u32
+}

@@ -9,11 +9,11 @@
 #define HOVERLOCK_IDENTIFICATION_LETTERS_SHIFT 0
 #define HOVERLOCK_IDENTIFICATION_LETTERS_MASK 0xffffffffu // `HLCK`
 #define HOVERLOCK_VERSION 0x04u
-#define HOVERLOCK_VERSION_VALUE 0x00020000u // what it reads
+#define HOVERLOCK_VERSION_VALUE 0x00020001u // what it reads
 #define HOVERLOCK_VERSION_NUMBER_SHIFT 0
 #define HOVERLOCK_VERSION_NUMBER_MASK 0xffffffffu // major above minor, 16 bits each
 #define HOVERLOCK_EMISSION 0x08u
-#define HOVERLOCK_EMISSION_VALUE 0xfeccf130u // what it reads
+#define HOVERLOCK_EMISSION_VALUE 0x5d8c7989u // what it reads
 #define HOVERLOCK_EMISSION_HASH_SHIFT 0
 #define HOVERLOCK_EMISSION_HASH_MASK 0xffffffffu // first 32 bits of the SHA-256 of the emitted Verilog
 #define HOVERLOCK_CONTROL 0x0cu
@@ -76,6 +76,9 @@
 #define HOVERLOCK_COMMIT 0x30u
 #define HOVERLOCK_COMMIT_PENDING_SHIFT 0
 #define HOVERLOCK_COMMIT_PENDING_MASK 0x00000001u // write 1: commits the set for the next frame; reads 1 until captured or until the set is written
+#define HOVERLOCK_RECORD_LIMIT 0x3cu
+#define HOVERLOCK_RECORD_LIMIT_COUNT_SHIFT 0
+#define HOVERLOCK_RECORD_LIMIT_COUNT_MASK 0x0000ffffu // most features that a frame sends; further ones are counted in its trailer
 #define HOVERLOCK_NARROW_G 0x40u
 #define HOVERLOCK_NARROW_G_VALUE_SHIFT 0
 #define HOVERLOCK_NARROW_G_VALUE_MASK 0x0000ffffu // `g` of the recursion, u0.16

@@ -54,8 +54,8 @@ constants! {
     BEAT_BITS = PIXEL_BITS + 2;
     /// Number of coefficients of all smoothers.
     COEFFICIENTS = coefficients();
-    /// Bits of a bank: the coefficients, a threshold for each scale pair, target and mode, 16 bits each.
-    BANK_BITS = 16 * (COEFFICIENTS + SCALE_PAIRS + 2);
+    /// Bits of a bank: the coefficients, a threshold for each scale pair, target, mode and record limit, 16 bits each.
+    BANK_BITS = 16 * (COEFFICIENTS + SCALE_PAIRS + 3);
     /// Lowest bit of the threshold of scale pair 0 in a bank.
     THRESHOLD_0_AT = 16 * COEFFICIENTS;
     /// Lowest bit of the threshold of scale pair 1 in a bank, if the design has that pair.
@@ -66,6 +66,8 @@ constants! {
     TARGET_AT = THRESHOLD_0_AT + 16 * SCALE_PAIRS;
     /// Lowest bit of the mode in a bank.
     MODE_AT = TARGET_AT + 16;
+    /// Lowest bit of the record limit in a bank.
+    RECORD_LIMIT_AT = MODE_AT + 16;
     /// Bits of the six rows above the newest one of a 7x7 window.
     WINDOW_BITS = 6 * SIGNED_BITS;
     /// Bits of the four neighbours of a centre.

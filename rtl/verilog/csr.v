@@ -19,7 +19,7 @@ module csr (
   output reg  enable,
   output reg  [10:0] width,
   output reg  [11:0] height,
-  output reg  [367:0] bank,
+  output reg  [383:0] bank,
   output reg  committed,
   input  wire busy,
   input  wire [3:0] errors,
@@ -34,8 +34,8 @@ module csr (
 );
 
 wire [31:0] identification_letters = 32'h484c434b;
-wire [31:0] version_number = 32'h20000;
-wire [31:0] emission_hash = 32'hfeccf130;
+wire [31:0] version_number = 32'h20001;
+wire [31:0] emission_hash = 32'h5d8c7989;
 reg  clear_now;
 wire control_reset = 1'b0;
 reg  control_interrupt_error;
@@ -62,6 +62,7 @@ wire [31:0] frames_count = frames;
 reg  [19:0] features_count;
 reg  [19:0] dropped_count;
 reg  commit_pending;
+reg  [15:0] record_limit_count;
 reg  [15:0] narrow_g_value;
 reg  [15:0] narrow_g0_value;
 reg  [15:0] narrow_g1_value;
@@ -83,7 +84,7 @@ reg  [15:0] wide_g4_value;
 reg  [15:0] wide_g5_value;
 
 // A write to a register of the set withdraws the commit.
-wire disturbs = write & ((address == 6'd5) | (address == 6'd6) | (address == 6'd7) | ((address >= 6'd16) & (address <= 6'd34)) | ((address == 6'd3) & (writedata[1] ^ control_automatic)));
+wire disturbs = write & ((address == 6'd5) | (address == 6'd6) | (address == 6'd7) | (address == 6'd15) | ((address >= 6'd16) & (address <= 6'd34)) | ((address == 6'd3) & (writedata[1] ^ control_automatic)));
 // The size as the last frame took it.
 reg  [10:0] taken_width;
 reg  [11:0] taken_height;
@@ -111,6 +112,7 @@ always @(posedge clock)
     features_count <= 20'd0;
     dropped_count <= 20'd0;
     commit_pending <= 1'd1;
+    record_limit_count <= 16'd2046;
     narrow_g_value <= 16'd24536;
     narrow_g0_value <= 16'd40315;
     narrow_g1_value <= 16'd47101;
@@ -165,6 +167,8 @@ always @(posedge clock)
     if (done & ~clear_now)
       dropped_count <= dropped;
     commit_pending <= (commit_pending & ~disturbs & ~begun) | (write & (address == 6'd12) & writedata[0]);
+    if (write & (address == 6'd15))
+      record_limit_count <= writedata[15:0];
     if (write & (address == 6'd16))
       narrow_g_value <= writedata[15:0];
     if (write & (address == 6'd17))
@@ -225,6 +229,7 @@ always @(posedge clock)
       6'd10: readdata <= {12'd0, features_count};
       6'd11: readdata <= {12'd0, dropped_count};
       6'd12: readdata <= {31'd0, commit_pending};
+      6'd15: readdata <= {16'd0, record_limit_count};
       6'd16: readdata <= {16'd0, narrow_g_value};
       6'd17: readdata <= {16'd0, narrow_g0_value};
       6'd18: readdata <= {16'd0, narrow_g1_value};
@@ -256,7 +261,7 @@ always @(*) begin
   committed = commit_pending;
   width  = commit_pending ? size_width : taken_width;
   height = commit_pending ? size_height : taken_height;
-  bank   = {15'd0, control_automatic, target_count, 1'b0, threshold_coarse, 1'b0, threshold_fine,
+  bank   = {record_limit_count, 15'd0, control_automatic, target_count, 1'b0, threshold_coarse, 1'b0, threshold_fine,
             wide_g5_value,
             wide_g4_value,
             wide_g3_value,

@@ -18,7 +18,7 @@ module extractor (
   input  wire [11:0] height,
   input  wire start,
   input  wire [15:0] pixel,
-  input  wire [367:0] frame_bank,
+  input  wire [383:0] frame_bank,
   input  wire [3:0] errors,
   input  wire room,
   output wire write,
@@ -33,7 +33,7 @@ module extractor (
 );
 
 wire [15:0] pixels_y;
-wire [367:0] smoothers_window_bank;
+wire [383:0] smoothers_window_bank;
 wire [9:0] smoothers_address;
 wire [9:0] smoothers_address_delayed_1;
 wire [17:0] smoothers_narrow;
@@ -80,6 +80,9 @@ wire [14:0] controller_0_threshold;
 wire [19:0] controller_0_count;
 wire [14:0] controller_1_threshold;
 wire [19:0] controller_1_count;
+wire record_limit_keep_0;
+wire record_limit_keep_1;
+wire [1:0] record_limit_withheld;
 wire [174:0] candidate_word;
 wire ring_start_y;
 wire ring_cursor_active;
@@ -288,11 +291,31 @@ threshold controller_1 (
 
 assign threshold_0 = controller_0_threshold;
 assign threshold_1 = controller_1_threshold;
+// Of too many features some are withheld.
+record_limit record_limit (
+  .clock(clock),
+  .reset(reset),
+  .advance(advance),
+  .height(height),
+  .y(window_cursor_y),
+  .last_column(window_cursor_last_column),
+  .limit(smoothers_window_bank[(32'h170)+:(16)]),
+  .threshold_0(controller_0_threshold),
+  .threshold_1(controller_1_threshold),
+  .hit_0(decision_0_hit),
+  .hit_1(decision_1_hit),
+  .centre_0(scale_pair_0_centre[(32'h0)+:(15)]),
+  .centre_1(scale_pair_1_centre[(32'h0)+:(15)]),
+  .keep_0(record_limit_keep_0),
+  .keep_1(record_limit_keep_1),
+  .withheld(record_limit_withheld)
+);
+
 // A candidate waits until its ring is complete.
 candidate_word candidate (
   .position(eligible_position),
-  .hit_0(decision_0_hit),
-  .hit_1(decision_1_hit),
+  .hit_0(record_limit_keep_0),
+  .hit_1(record_limit_keep_1),
   .centre_0(scale_pair_0_centre),
   .centre_1(scale_pair_1_centre),
   .neighbours_0(scale_pair_0_neighbours),
@@ -411,6 +434,7 @@ record_writer writer (
   .sign_0(ring_0_sign),
   .sign_1(ring_1_sign),
   .lost(queue_dropped),
+  .over_limit(record_limit_withheld),
   .frame_end(ring_cursor_last_row & ring_cursor_last_column),
   .errors(errors),
   .take(ring_cursor_first_row & ring_cursor_last_column),

@@ -95,6 +95,7 @@ frame_delay_3x10.v
 eligible.v
 decision.v
 threshold.v
+record_limit.v
 candidate_word.v
 frame_delay_15x13.v
 candidate_queue.v

@@ -15,7 +15,7 @@ module hoverlock_core (
   input  wire enable,
   input  wire [10:0] new_width,
   input  wire [11:0] new_height,
-  input  wire [367:0] bank,
+  input  wire [383:0] bank,
   input  wire committed,
   output wire video_ready,
   input  wire video_valid,
@@ -49,7 +49,7 @@ wire [15:0] sequencer_pixel;
 wire sequencer_busy;
 wire [3:0] sequencer_errors;
 wire [3:0] sequencer_frame_errors;
-wire [367:0] frame_bank_q;
+wire [383:0] frame_bank_q;
 wire extractor_write;
 wire [255:0] extractor_record;
 wire extractor_done;

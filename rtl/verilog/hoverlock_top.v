@@ -34,7 +34,7 @@ wire registers_clear;
 wire registers_enable;
 wire [10:0] registers_width;
 wire [11:0] registers_height;
-wire [367:0] registers_bank;
+wire [383:0] registers_bank;
 wire registers_committed;
 wire core_video_ready;
 wire core_feature_valid;

@@ -16,8 +16,8 @@ module smoothers (
   input  wire [11:0] height,
   input  wire start,
   input  wire [15:0] pixel,
-  input  wire [367:0] frame_bank,
-  output wire [367:0] window_bank,
+  input  wire [383:0] frame_bank,
+  output wire [383:0] window_bank,
   output wire [9:0] address,
   output wire [9:0] address_delayed_1,
   output wire [17:0] narrow,
@@ -38,8 +38,8 @@ wire [15:0] pixel_line_delay_y;
 wire [15:0] pixel_delay_0_y;
 wire [15:0] pixel_delay_1_y;
 wire start_delay_y;
-wire [367:0] delayed_bank_q;
-wire [367:0] rows_bank_q;
+wire [383:0] delayed_bank_q;
+wire [383:0] rows_bank_q;
 wire [17:0] delayed_state_y;
 wire [17:0] state_y;
 wire narrow_smoother_columns_done;

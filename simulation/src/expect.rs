@@ -9,6 +9,7 @@ use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, Planes};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_fixed_point::model::record::FeatureRecord;
+use hoverlock_fixed_point::model::record_limit::RecordLimit;
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 
 use hoverlock_reference::features::feature::MAX_PAIRS;
@@ -19,7 +20,10 @@ use crate::job::Job;
 #[derive(Debug)]
 pub(super) struct Expected {
     pub planes: Arc<Planes>,
+    /// The features that the record limit lets through.
     pub records: Vec<FeatureRecord>,
+    /// The number of those that it does not.
+    pub withheld: usize,
     pub thresholds: Vec<u32>,
 }
 
@@ -67,12 +71,15 @@ impl Iterator for Expectation<'_> {
         let shared = self.planes.take().filter(|_| before.is_some_and(same));
         let planes = shared.unwrap_or_else(|| Arc::new(self.planes(job)));
         let thresholds = self.thresholds(job);
-        let records = planes.features(&thresholds);
-        let follows = || (thresholds.clone(), count_per_scale(&records));
+        let features = planes.features(&thresholds);
+        let (max, height) = (self.model.design().max_dog(), job.pixels.height());
+        let records = RecordLimit::sent(job.record_limit, &thresholds, max, height, &features);
+        let withheld = features.len() - records.len();
+        let follows = || (thresholds.clone(), count_per_scale(&features));
         self.follows = job.automatic.filter(|_| !job.is_lost()).map(|_| follows());
         self.planes = Some(planes.clone());
         self.next += 1;
-        Some(Expected { planes, records, thresholds })
+        Some(Expected { planes, records, withheld, thresholds })
     }
 }
 

@@ -6,6 +6,7 @@ use hoverlock_harness::bus::stream::Frame;
 use hoverlock_reference::image::plane::Plane;
 
 use crate::SimulationError;
+use hoverlock_registers::record::default_limit;
 use hoverlock_registers::{COEFFICIENTS_OFFSET, Register};
 use hoverlock_rtl::registers::{default_coefficients, registers};
 
@@ -20,6 +21,8 @@ pub struct Job {
     pub thresholds: Vec<u32>,
     /// Automatic mode with this target: the thresholds follow the count of the previous frame.
     pub automatic: Option<u32>,
+    /// Most features that the frame sends, 0 to 65535.
+    pub record_limit: u32,
     /// Fault of the frame at the input.
     pub fault: Fault,
 }
@@ -44,7 +47,7 @@ pub enum Fault {
 }
 
 impl Job {
-    /// Creates a frame with the coefficients of a design and manual thresholds.
+    /// Creates a frame with the coefficients and the record limit of a design and manual thresholds.
     ///
     /// # Errors
     /// If the design has no coefficients.
@@ -54,7 +57,8 @@ impl Job {
         thresholds: impl Into<Vec<u32>>,
     ) -> Result<Self, CoefficientError> {
         let coefficients = default_coefficients(design)?;
-        Ok(Self { pixels, coefficients, thresholds: thresholds.into(), automatic: None, fault: Fault::None })
+        let (thresholds, record_limit) = (thresholds.into(), default_limit(design.pairs()));
+        Ok(Self { pixels, coefficients, thresholds, automatic: None, record_limit, fault: Fault::None })
     }
 
     /// Creates a frame of the default design.
@@ -178,6 +182,7 @@ impl Map {
         if let Some(target) = job.automatic {
             writes.push(self.word("target", &[target])?);
         }
+        writes.push(self.word("record_limit", &[job.record_limit])?);
         writes.push(self.word("control", &[1, u32::from(job.automatic.is_some())])?);
         writes.push(self.word("commit", &[1])?);
         Ok(writes)

@@ -1,9 +1,9 @@
 //! The record comparisons: records that the datapath writes against `bit_true`, and records that leave the FIFO against
 //! those written.
 //!
-//! Features of `bit_true`'s list may be missing if the FIFO had no room; the trailer must count exactly those. The
-//! two checks locate a fault: a record that is wrong when written is an error before the FIFO, one that changes later
-//! an error of the FIFO.
+//! Features of `bit_true`'s list that the record limit lets through may be missing if the FIFO had no room; the trailer
+//! must count exactly those. The two checks locate a fault: a record that is wrong when written is an error before the
+//! FIFO, one that changes later an error of the FIFO.
 
 use std::collections::VecDeque;
 
@@ -139,7 +139,8 @@ impl Records {
             ("dropped", self.missing.len() as u32, words[3]),
             ("thresholds", threshold_words[0], words[4]),
             ("threshold 2", threshold_words[1], words[5]),
-            ("reserved", 0, words[6..].iter().fold(0, |all, word| all | word)),
+            ("withheld", expected.withheld as u32, words[6]),
+            ("reserved", 0, words[7..].iter().fold(0, |all, word| all | word)),
         ];
         if let Some((field, want, got)) = fields.into_iter().find(|(_, want, got)| want != got) {
             let at = Position { frame: self.frame, x: 0, y: 0 };

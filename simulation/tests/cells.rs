@@ -36,6 +36,7 @@ tests! { crate::three_way::CHECKS =>
     window_maxima_are_those_of_the_definition
     maxima_and_comparisons
     every_threshold_moves_as_the_model_says
+    the_record_limit_is_the_law_of_the_model
     delays
     lines_of_every_depth
     lines_and_addresses

@@ -144,6 +144,7 @@ fn candidates_beyond_the_queue_are_counted() {
     // 15 lines of 1024 pixels hold about 900 such maxima, 512 can wait for their rings.
     let mut jobs = jobs(&[(1024, 64); 2]);
     jobs[0] = Job::new(lattice(1024, 64), [1, 1]).unwrap();
+    jobs[0].record_limit = 0xffff;
     let outcome = exact(&jobs, Streams::default());
     assert!(outcome.frames[0].dropped > 100 && outcome.frames[1].dropped == 0, "{outcome:#?}");
 }

@@ -24,7 +24,7 @@ const FAULTS: [(&str, &str, &str, &str, &str); 10] = [
         "descriptor",
         "sign 0, every ring point; sign 1, every ring point",
     ),
-    ("record_writer", "12'd0, «dropped», 12'd0, count", "count", "trailer", "dropped"),
+    ("record_writer", "12'd0, «dropped»,", "count", "trailer", "dropped"),
     ("record_fifo", "data <= «next»;", "{next[255:32], 32'd0}", "feature FIFO", "x; y"),
     ("csr", "features_count <= «count»;", "dropped", "registers", "features"),
     ("record_fifo", " valid <= «next_valid»;", "1'b0", "end of frame", "trailer"),

@@ -106,7 +106,7 @@ fn rank(stage: &str) -> usize {
 
 /// The first stage that a module can disturb, by the longest beginning of its name that fits.
 fn stage_of(module: &str) -> usize {
-    const STAGES: [(&str, usize); 22] = [
+    const STAGES: [(&str, usize); 23] = [
         ("", 1),
         ("scale_pair", 2),
         ("difference", 2),
@@ -129,6 +129,7 @@ fn stage_of(module: &str) -> usize {
         ("line_delay_16x32_taps", 5),
         ("record_writer", 4),
         ("record_fifo", 4),
+        ("record_limit", 4),
     ];
     STAGES
         .iter()

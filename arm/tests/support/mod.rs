@@ -51,13 +51,13 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
     for (number, path) in files.iter().enumerate() {
         let frame = Picture::open(path).map_err(io::Error::other)?.crop(KT27.width as usize, KT27.height as usize).luma;
         if number == 0 {
-            source.send_registers(frame.width(), frame.height());
+            source.send_registers(frame.width(), frame.height()).unwrap();
             // As if the camera had viewed this ground for a while.
             model.frame(&frame, controller.thresholds());
             controller.settle(|thresholds| count_per_scale(&model.planes().features(thresholds)));
         }
         if number % REFERENCE == 0 {
-            source.send(message::COMMAND, &Command::Capture.encode());
+            source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
         }
         if let Some((rotation, scale)) = motion(&text, number) {
             yaw -= rotation;
@@ -73,7 +73,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
         };
         let features = model.frame(&frame, controller.thresholds());
         let thresholds = controller.thresholds().to_vec();
-        source.send_frame(&telemetry, features, &thresholds);
+        source.send_frame(&telemetry, features, &thresholds).unwrap();
         controller.finish_frame(&count_per_scale(features));
     }
     Ok(source)

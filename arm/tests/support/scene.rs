@@ -139,10 +139,10 @@ fn imaged(
 /// Creates a stream of registers, the command to capture, and `frames` frames of telemetry and records.
 pub fn stream(points: usize, frames: u32) -> Source {
     let mut source = Source::default();
-    source.send_registers(SIZE.0, SIZE.1);
-    source.send(message::COMMAND, &Command::Capture.encode());
+    source.send_registers(SIZE.0, SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     for frame in 0..frames {
-        source.send_frame(&telemetry(frame), &records(points, frame), &[2000, 2000]);
+        source.send_frame(&telemetry(frame), &records(points, frame), &[2000, 2000]).unwrap();
     }
     source
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitStatus;
 
 use hoverlock_arm::arinc429::WordError;
+use hoverlock_arm::framing::PayloadError;
 use hoverlock_arm::hardware::HardwareError;
 use hoverlock_arm::setup::SetupError;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
@@ -36,6 +37,9 @@ pub enum ChainError {
         /// Rows that the design allows.
         max_height: usize,
     },
+    /// A packet does not fit a message.
+    #[error(transparent)]
+    Payload(#[from] PayloadError),
     /// The ARM binary was asked to work with hardware other than that of `kt27`.
     #[error(
         "the ARM binary is built for the Verilog of kt27 and refuses any other hardware; choose the design kt27, or \

@@ -2,16 +2,18 @@
 
 use hoverlock_arm::bus::Bus;
 use hoverlock_arm::hardware::{Fpga, Size};
-use hoverlock_arm::message::encode_frame;
+use hoverlock_arm::message::{Unsent, encode_frame};
 use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_fixed_point::model::record::FeatureRecord;
+use hoverlock_fixed_point::model::record_limit::RecordLimit;
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_registers::record::default_limit;
 use hoverlock_simulation::board::{Driver, RegisterPort};
 use hoverlock_simulation::{SimulationError, Simulator, Trace};
 
@@ -26,8 +28,8 @@ type Features = Box<dyn FnMut(&Plane<u16>, &[u32]) -> Vec<FeatureRecord>>;
 
 /// An extractor that makes a packet for each frame. The thresholds follow the feature count of the frame before.
 pub(super) enum Extractor {
-    /// A model, the control of its thresholds, and the number of frames so far.
-    Model { features: Features, control: ThresholdController, frames: u32 },
+    /// A model, the control of its thresholds, the largest response, and the number of frames so far.
+    Model { features: Features, control: ThresholdController, max: u32, frames: u32 },
     /// The simulated hardware, which controls its thresholds itself.
     Rtl { driver: Box<Driver>, design: Box<DesignPoint> },
 }
@@ -50,7 +52,12 @@ impl Extractor {
     }
 
     fn model(design: &DesignPoint, features: Features, thresholds: &[u32]) -> Self {
-        Self::Model { features, control: ThresholdController::resumed(design, thresholds), frames: 0 }
+        Self::Model {
+            features,
+            control: ThresholdController::resumed(design, thresholds),
+            max: design.max_dog(),
+            frames: 0,
+        }
     }
 
     fn float(design: &DesignPoint, first: &Plane<u16>) -> Result<Self, ChainError> {
@@ -113,12 +120,15 @@ impl Extractor {
                 driver.send(&camera_samples(design, frame))?;
                 Ok(driver.packet()?.ok_or(ChainError::NoPacket)?.bytes)
             }
-            Self::Model { features, control, frames } => {
+            Self::Model { features, control, max, frames } => {
                 let thresholds = control.thresholds().to_vec();
                 let found = features(frame, control.thresholds());
                 control.finish_frame(&count_per_scale(&found));
                 *frames += 1;
-                Ok(encode_frame(*frames - 1, &found, 0, 0, &thresholds))
+                let limit = default_limit(thresholds.len());
+                let sent = RecordLimit::sent(limit, &thresholds, *max, frame.height(), &found);
+                let unsent = Unsent { dropped: 0, withheld: (found.len() - sent.len()) as u32 };
+                Ok(encode_frame(*frames - 1, &sent, 0, unsent, &thresholds))
             }
         }
     }

@@ -96,10 +96,10 @@ impl Chain {
         let extractor = Extractor::new(features, design, &fpga, first, monitor)?;
         let mut stream = MessageStream::default();
         match extractor.registers() {
-            Some(block) => stream.send(message::REGISTERS, &encode_registers(block)),
-            None => stream.send_registers(first.width(), first.height()),
+            Some(block) => stream.send(message::REGISTERS, &encode_registers(block))?,
+            None => stream.send_registers(first.width(), first.height())?,
         }
-        stream.send(message::COMMAND, &Command::Capture.encode());
+        stream.send(message::COMMAND, &Command::Capture.encode())?;
         let mut chain = Self { extractor, stream, host: Host::new(fpga), arm, frames: 0, first_difference: None };
         chain.send()?;
         Ok(chain)
@@ -110,7 +110,7 @@ impl Chain {
     /// # Errors
     /// The flight program has failed.
     pub fn command(&mut self, command: Command) -> Result<Option<u32>, ChainError> {
-        self.stream.send(message::COMMAND, &command.encode());
+        self.stream.send(message::COMMAND, &command.encode())?;
         self.send()?;
         self.host.camera_word()
     }
@@ -121,9 +121,9 @@ impl Chain {
     /// # Errors
     /// The hardware or the flight program has failed.
     pub fn process(&mut self, telemetry: &Telemetry, frame: &Plane<u16>) -> Result<FrameOutput, ChainError> {
-        self.stream.send(message::TELEMETRY, &telemetry.encode());
+        self.stream.send(message::TELEMETRY, &telemetry.encode())?;
         let packet = self.extractor.packet(frame)?;
-        self.stream.send(message::FRAME, &packet);
+        self.stream.send(message::FRAME, &packet)?;
         let lines = self.send()?;
         let [host] = &lines[..] else { return Err(ChainError::LineCount(lines.len())) };
         let text = match &mut self.arm {

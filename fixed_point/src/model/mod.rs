@@ -10,6 +10,7 @@ pub mod design;
 pub mod fastest;
 pub mod lerp;
 pub mod record;
+pub mod record_limit;
 pub mod simd;
 pub mod stages;
 pub mod threshold;

@@ -1,7 +1,8 @@
-//! The register values of one frame: the coefficients, a threshold for each scale pair, target and mode.
+//! The register values of one frame: the coefficients, a threshold for each scale pair, target,
+//! mode and record limit.
 //!
 //! Fields of 16 bits from the lowest bit: `g, g_0 ..` of the narrowest smoother, the same of the wider ones, the manual
-//! thresholds, the target count, and the mode (bit 0: automatic). The next frame may enter the
+//! thresholds, the target count, the mode (bit 0: automatic), and the record limit. The next frame may enter the
 //! pipeline while this one is still in it. So there are three banks, and each is loaded when a frame enters its part of
 //! the pipeline.
 

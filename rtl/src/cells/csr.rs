@@ -6,7 +6,8 @@ use rust_hdl::prelude::*;
 
 use super::{Fields, Height, Response, Width, low, zeros};
 use crate::design::{
-    COEFFICIENT_BITS, DOG_BITS, HEIGHT_BITS, MODE_AT, SCALE_PAIRS, TARGET_AT, THRESHOLD_0_AT, WIDTH_BITS,
+    COEFFICIENT_BITS, DOG_BITS, HEIGHT_BITS, MODE_AT, RECORD_LIMIT_AT, SCALE_PAIRS, TARGET_AT, THRESHOLD_0_AT,
+    WIDTH_BITS,
 };
 
 /// Bits of a register address, which counts 32-bit registers.
@@ -223,6 +224,7 @@ impl Logic for Csr {
         }
         bank.set_bits(TARGET_AT, Bits::<16>::from(u64::from(self.word("target"))));
         bank.set_bits(MODE_AT, Bits::<16>::from(u64::from(control >> 1 & 1)));
+        bank.set_bits(RECORD_LIMIT_AT, Bits::<16>::from(u64::from(self.word("record_limit"))));
         self.bank.next = bank;
     }
 
@@ -363,7 +365,7 @@ always @(*) begin
   committed = commit_pending;
   width  = commit_pending ? size_width : taken_width;
   height = commit_pending ? size_height : taken_height;
-  bank   = {{15'd0, control_automatic, target_count, {},
+  bank   = {{record_limit_count, 15'd0, control_automatic, target_count, {},
             {}}};
 end
 ",

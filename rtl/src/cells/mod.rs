@@ -23,6 +23,7 @@ pub mod line_delay;
 pub mod maximum;
 pub mod queue;
 pub mod record_fifo;
+pub mod record_limit;
 pub mod record_writer;
 pub mod ring;
 pub mod sequencer;

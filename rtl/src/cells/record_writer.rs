@@ -33,6 +33,8 @@ pub struct RecordWriter {
     pub sign: [Signal<In, Bits<32>>; SCALE_PAIRS],
     /// Features that the candidate queue dropped.
     pub lost: Signal<In, Bits<2>>,
+    /// Features withheld because of the record limit.
+    pub over_limit: Signal<In, Bits<2>>,
     /// The last pixel of a frame was at the centre of the ring.
     pub frame_end: Signal<In, Bit>,
     /// Input error bits of the frame.
@@ -62,6 +64,8 @@ pub struct RecordWriter {
     /// Of three scale pairs only; 0 if the pair has no hits.
     _held: Described,
     _trailer: bool,
+    /// Features of the frame withheld because of the record limit.
+    _withheld: u64,
     _thresholds: [u64; SCALE_PAIRS],
 }
 
@@ -87,6 +91,7 @@ impl RecordWriter {
             let keep = |value: u64| if done { 0 } else { value };
             self.count.next = ((keep(count) + u64::from(taken)) & 0xf_ffff).into();
             self.dropped.next = ((keep(dropped) + self.lost.val().to_u64() + u64::from(lost)) & 0xf_ffff).into();
+            self._withheld = (keep(self._withheld) + self.over_limit.val().to_u64()) & 0xf_ffff;
             self.frames.next = ((self.frames.val().to_u64() + u64::from(done)) & 0xffff_ffff).into();
             self.write.next = taken || end_now;
             self.done.next = end_now;
@@ -121,6 +126,7 @@ impl RecordWriter {
         }
         if self.reset.val() {
             (self._waits, self._now.hits, self._held.hits, self._trailer) = (false, 0, 0, false);
+            self._withheld = 0;
             self.write.next = false;
             self.done.next = false;
             self.count.next = 0u64.into();
@@ -155,7 +161,7 @@ impl RecordWriter {
         let mut words = [0; RECORD_BITS / 32];
         words[0] = self.frames.val().to_u64();
         words[1] = layout << 16 | self.errors.val().to_u64();
-        (words[2], words[3]) = (count, dropped);
+        (words[2], words[3], words[6]) = (count, dropped, self._withheld);
         for (k, threshold) in self._thresholds.iter().enumerate() {
             words[4 + k / 2] |= threshold << (16 * (k % 2));
         }
@@ -196,6 +202,7 @@ reg [HIT_TOP:0]   hits;
 reg [CANDIDATE_BITS-1:0] now;
 reg [RING_TOP:0] ring_bits;
 HELDreg         trailer;
+reg [19:0]  withheld;
 reg [THRESHOLDS_TOP:0]  thresholds;
 
 SELECTIONwire         feature = |hits;
@@ -206,8 +213,8 @@ wire [31:0]  position = {ROW_PAD, now[POSITION_BITS-1:COLUMN_BITS], COLUMN_PAD, 
 wire [31:0]  response = {FLAGS, DOG_PAD, centre[DOG_BITS-1:0]};
 wire [63:0]  cardinal = {DOG_PAD, neighbours[4*DOG_BITS-1:3*DOG_BITS], DOG_PAD, neighbours[3*DOG_BITS-1:2*DOG_BITS],
                          DOG_PAD, neighbours[2*DOG_BITS-1:DOG_BITS], DOG_PAD, neighbours[DOG_BITS-1:0]};
-wire [RECORD_TOP:0] trailer_record = {RESERVED, THRESHOLDS, 12'd0, dropped, 12'd0, count,
-                        LAYOUT, 12'd0, errors, frames};
+wire [RECORD_TOP:0] trailer_record = {RESERVED, 12'd0, withheld, NO_THRESHOLDS, THRESHOLDS, 12'd0, dropped,
+                        12'd0, count, LAYOUT, 12'd0, errors, frames};
 
 always @(posedge clock)
   if (reset) begin
@@ -218,6 +225,7 @@ always @(posedge clock)
     done    <= 1'b0;
     count   <= 20'd0;
     dropped <= 20'd0;
+    withheld <= 20'd0;
     frames  <= 32'd0;
   end else if (advance) begin
     waits <= found;
@@ -226,6 +234,7 @@ NEXT_HITS    trailer <= frame_end | (trailer & ~end_now);
     done    <= end_now;
     count   <= done ? {19'd0, feature & room} : count + {19'd0, feature & room};
     dropped <= (done ? 20'd0 : dropped) + {18'd0, lost} + {19'd0, feature & ~room};
+    withheld <= (done ? 20'd0 : withheld) + {18'd0, over_limit};
     frames  <= frames + {31'd0, done};
   end
 
@@ -301,7 +310,8 @@ fn writer_parts() -> Vec<(&'static str, String)> {
             ),
         ),
     };
-    let zero_words = RECORD_BITS - 128 - 16 * pairs;
+    let zero_words = RECORD_BITS - 224;
+    let without_threshold = 64 - 16 * pairs;
     let held = match pairs {
         3 => "reg [2:0]   held_hits;\nreg [CANDIDATE_BITS-1:0] held;\nreg [191:0] held_bits;\n",
         _ => "",
@@ -318,6 +328,7 @@ fn writer_parts() -> Vec<(&'static str, String)> {
         ("THRESHOLDS_TOP", (pairs * DOG_BITS - 1).to_string()),
         ("RESERVED", format!("{zero_words}'d0")),
         ("ALL_THRESHOLDS", all("threshold")),
+        ("NO_THRESHOLDS", format!("{without_threshold}'d0")),
         ("THRESHOLDS", concatenated(|k| format!("DOG_PAD, thresholds[{}:{}]", DOG_BITS * (k + 1) - 1, DOG_BITS * k))),
         ("LAYOUT", if pairs > 2 { "16'h9000" } else { "16'h8000" }.into()),
         ("NO_HITS", if pairs > 2 { "3'd0;\n    held_hits <= 3'd0".to_owned() } else { format!("{pairs}'d0") }),

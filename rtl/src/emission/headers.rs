@@ -365,6 +365,16 @@ Set at the marker of the window stage, when the count of the previous frame is c
 the manual threshold.
 Latency: 1 step from the marker; the count must be stable for two clocks before it.",
     ),
+    (
+        "record_limit",
+        "The ceiling on the records of a frame: a feature of pair k is passed on if its response reaches gate_k and
+the allowance `left` lasts; others are withheld and counted.
+L is the register record_limit, a band has ceil((H - 36) / 64) rows from row 18 on.
+  row 17 ends   left = L - 63 (L >> 6), gate_k = T_k      a feature is passed on   left - 1
+  a band ends   left + (L >> 6), gate_k - (gate_k >> 2) - 1, at least T_k
+  none left     gate_k + (gate_k >> 2) + 1, at most 2^<DOG_BITS> - 1, where a feature reaches its gate
+Latency: none from `hit` to `keep`, 1 step to `withheld`.",
+    ),
     ("candidate_word", "A candidate as one memory word: neighbours, centres, hits, position.\nLatency: none."),
     (
         "candidate_queue",
@@ -385,7 +395,7 @@ Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.",
     (
         "record_writer",
         "Feature records of <RECORD_BITS> bits<PAIR_ORDER>, and the trailer that ends a frame: frame number, errors,
-count, dropped, thresholds.
+count, dropped, withheld, thresholds.
   step 1  candidate waits   step 2  ring bits arrive   step 3  record of pair 0<RECORD_STEPS>
 Latency: 3 steps from `found` to `write`.",
     ),
@@ -419,7 +429,7 @@ Latency: 1 clock from `read` to `readdata`.",
     (
         "bank",
         "The register values of a frame, 16 bits each from the lowest: <COEFFICIENTS> coefficients, \
-<THRESHOLDS>, target, mode.
+<THRESHOLDS>, target, mode, record limit.
 Latency: 1 clock from `load`.",
     ),
 ];

@@ -24,10 +24,13 @@ use crate::cells::{
     join::RingRows,
     line_delay::LineDelay,
     queue::{CandidateQueue, CandidateWord},
+    record_limit::RecordLimit,
     record_writer::RecordWriter,
     ring::{RingComparator, RingTaps, rows},
 };
-use crate::design::{DOG_BITS, OLDER_BITS, PIXEL_BITS, RECORD_BITS, RING_BITS, SCALE_PAIRS, SIGNED_BITS, TARGET_AT};
+use crate::design::{
+    DOG_BITS, OLDER_BITS, PIXEL_BITS, RECORD_BITS, RECORD_LIMIT_AT, RING_BITS, SCALE_PAIRS, SIGNED_BITS, TARGET_AT,
+};
 
 // A pair `k` subtracts `wide` from `narrow` and has its threshold at `threshold_at` in a bank. The lines of a ring are
 // a memory; those of a ring that reaches the newest row are a memory and that row.
@@ -86,6 +89,7 @@ pub struct Extractor {
     eligible: Eligible,
     decision: [Decision; SCALE_PAIRS],
     controller: [Threshold; SCALE_PAIRS],
+    record_limit: RecordLimit,
     candidate: CandidateWord,
     ring_start: FrameDelay,
     ring_cursor: Cursor,
@@ -129,6 +133,7 @@ impl Default for Extractor {
             eligible: Eligible::default(),
             decision: Default::default(),
             controller: Default::default(),
+            record_limit: RecordLimit::default(),
             candidate: CandidateWord::default(),
             ring_start: FrameDelay::new(15, 13),
             ring_cursor: Cursor::default(),
@@ -221,9 +226,21 @@ impl Logic for Extractor {
         self.threshold[$k].next = self.controller[$k].threshold.val();
         )*
 
+        comment!("Of too many features some are withheld.");
+        self.record_limit.clock.next = self.clock.val();
+        self.record_limit.reset.next = self.reset.val();
+        self.record_limit.advance.next = self.advance.val();
+        self.record_limit.height.next = self.height.val();
+        self.record_limit.y.next = self.window_cursor.y.val();
+        self.record_limit.last_column.next = self.window_cursor.last_column.val();
+        self.record_limit.limit.next = self.smoothers.window_bank.val().get_bits::<16>(RECORD_LIMIT_AT);
+        $(self.record_limit.threshold[$k].next = self.controller[$k].threshold.val();)*
+        $(self.record_limit.hit[$k].next = self.decision[$k].hit.val();)*
+        $(self.record_limit.centre[$k].next = self.scale_pair[$k].centre.val().get_bits::<DOG_BITS>(0);)*
+
         comment!("A candidate waits until its ring is complete.");
         self.candidate.position.next = self.eligible.position.val();
-        $(self.candidate.hit[$k].next = self.decision[$k].hit.val();)*
+        $(self.candidate.hit[$k].next = self.record_limit.keep[$k].val();)*
         $(self.candidate.centre[$k].next = self.scale_pair[$k].centre.val();)*
         $(self.candidate.neighbours[$k].next = self.scale_pair[$k].neighbours.val();)*
         self.ring_start.clock.next = self.clock.val();
@@ -290,6 +307,7 @@ impl Logic for Extractor {
         $(self.writer.maxlbp[$k].next = self.ring[$k].maxlbp.val();)*
         $(self.writer.sign[$k].next = self.ring[$k].sign.val();)*
         self.writer.lost.next = self.queue.dropped.val();
+        self.writer.over_limit.next = self.record_limit.withheld.val();
         self.writer.frame_end.next = self.ring_cursor.last_row.val() & self.ring_cursor.last_column.val();
         self.writer.errors.next = self.errors.val();
         self.writer.take.next = self.ring_cursor.first_row.val() & self.ring_cursor.last_column.val();

@@ -13,6 +13,7 @@ use std::collections::VecDeque;
 use hoverlock_harness::{Error, SimError, Time};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_registers::kt27 as map;
+use hoverlock_registers::record::BUFFER_BYTES;
 use hoverlock_rtl::registers::registers;
 
 use super::dma::Descriptor;
@@ -22,9 +23,6 @@ use crate::{SimulationError, Simulator, Top};
 
 /// Buffers in the ring.
 const BUFFERS: usize = 2;
-
-/// Bytes of a buffer: 2047 features of 32 bytes and the trailer.
-const BUFFER_BYTES: usize = 64 << 10;
 
 /// Clock cycles of one register access over the bridge, beside the access itself.
 const BRIDGE_CYCLES: u64 = 20;

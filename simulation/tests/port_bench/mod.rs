@@ -14,12 +14,13 @@ use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::bit_true::{BitTrue, Planes};
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::record::FeatureRecord;
+use hoverlock_fixed_point::model::record_limit::RecordLimit;
 use hoverlock_harness::Error;
 use hoverlock_harness::bus::stream::{Frame as StreamFrame, Rules};
 use hoverlock_harness::bus::{Pause, Switch};
 use hoverlock_harness::sim::{Edge, Signal, Sim};
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_registers::record::FLAG_TRAILER;
+use hoverlock_registers::record::{FLAG_TRAILER, default_limit};
 use hoverlock_rtl::emission::files_of;
 use hoverlock_rtl::registers::default_coefficients;
 use hoverlock_simulation::{Simulator, Top, simulation};
@@ -30,9 +31,10 @@ pub use hoverlock_registers::COEFFICIENTS_OFFSET;
 pub use hoverlock_registers::kt27::{
     COMMIT, CONTROL, CONTROL_AUTOMATIC as AUTOMATIC, CONTROL_ENABLE as ENABLE,
     CONTROL_INTERRUPT_ERROR as INTERRUPT_ERROR, CONTROL_INTERRUPT_FRAME as INTERRUPT_FRAME, CONTROL_RESET as RESET,
-    DROPPED, FEATURES, FRAMES, SIZE, STATUS, STATUS_BEGUN as BEGUN, STATUS_BUSY as BUSY, STATUS_DROPPED as DROPS,
-    STATUS_FRAME as FRAME, STATUS_INTERRUPTED as INTERRUPTED, STATUS_LONG_FRAME as LONG, STATUS_REFUSED as REFUSED,
-    STATUS_SATURATED as SATURATED, STATUS_SHORT_FRAME as SHORT, TARGET, THRESHOLD, THRESHOLD_NOW,
+    DROPPED, FEATURES, FRAMES, RECORD_LIMIT, SIZE, STATUS, STATUS_BEGUN as BEGUN, STATUS_BUSY as BUSY,
+    STATUS_DROPPED as DROPS, STATUS_FRAME as FRAME, STATUS_INTERRUPTED as INTERRUPTED, STATUS_LONG_FRAME as LONG,
+    STATUS_REFUSED as REFUSED, STATUS_SATURATED as SATURATED, STATUS_SHORT_FRAME as SHORT, TARGET, THRESHOLD,
+    THRESHOLD_NOW,
 };
 
 /// The failure of a scenario: the stage and the difference.
@@ -69,17 +71,22 @@ pub struct Frame {
     pub coefficients: Vec<u32>,
     pub thresholds: [u32; 2],
     pub planes: Planes,
+    /// Most features that it sends.
+    pub record_limit: u32,
+    /// The largest response, LSB of the DoG.
+    pub max: u32,
 }
 
 impl Frame {
-    /// With the coefficients of the design. Samples are those of its camera.
+    /// With the coefficients and the record limit of the design. Samples are those of its camera.
     pub fn new(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2]) -> Self {
         Self::with(design, pixels, thresholds, default_coefficients(design).unwrap())
     }
 
     pub fn with(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
         let planes = BitTrue::new(design).unwrap().with_coefficients(&coefficients).planes(&pixels);
-        Self { pixels, coefficients, thresholds, planes }
+        let (record_limit, max) = (default_limit(design.pairs()), design.max_dog());
+        Self { pixels, coefficients, thresholds, planes, record_limit, max }
     }
 
     pub fn width(&self) -> usize {
@@ -94,11 +101,19 @@ impl Frame {
         self.planes.saturated.iter().any(|count| *count > 0)
     }
 
-    /// Returns the records of its features at `thresholds` (LSB of the DoG), packed as the eight words of two scale
-    /// pairs.
+    /// Returns the features that the record limit lets through at `thresholds`, LSB of the DoG, and the number of
+    /// those withheld.
+    pub fn sent(&self, thresholds: [u32; 2]) -> (Vec<FeatureRecord>, usize) {
+        let features = self.planes.features(&thresholds);
+        let sent = RecordLimit::sent(self.record_limit, &thresholds, self.max, self.height(), &features);
+        let withheld = features.len() - sent.len();
+        (sent, withheld)
+    }
+
+    /// Returns the records of [`Frame::sent`], packed as the eight words of two scale pairs.
     pub fn records(&self, thresholds: [u32; 2]) -> Vec<[u32; 8]> {
         let pack = |feature: &FeatureRecord| std::array::from_fn(|i| feature.pack()[i]);
-        self.planes.features(&thresholds).iter().map(pack).collect()
+        self.sent(thresholds).0.iter().map(pack).collect()
     }
 
     /// Its beats, all of them: pixel, start, end.
@@ -388,6 +403,7 @@ impl Bench {
     pub fn configure(&mut self, frame: &Frame) {
         self.write(SIZE, (frame.height() << 16 | frame.width()) as u32);
         self.write(THRESHOLD, frame.thresholds[1] << 16 | frame.thresholds[0]);
+        self.write(RECORD_LIMIT, frame.record_limit);
         for (i, raw) in frame.coefficients.iter().enumerate() {
             self.write(COEFFICIENTS_OFFSET + 4 * i as u32, *raw);
         }
@@ -471,7 +487,8 @@ impl Packet {
         }
         let dropped = (whole.len() - self.records.len()) as u32;
         let now = thresholds[1] << 16 | thresholds[0];
-        let trailer = [number, 0x8000_0000 | errors, self.records.len() as u32, dropped, now, 0, 0, 0];
+        let withheld = frame.sent(thresholds).1 as u32;
+        let trailer = [number, 0x8000_0000 | errors, self.records.len() as u32, dropped, now, 0, withheld, 0];
         if self.trailer != trailer {
             return fail("trailer", format!("frame {number}: expected {trailer:08x?}, actual {:08x?}", self.trailer));
         }

@@ -51,6 +51,8 @@ pub struct Step {
     pub thresholds: [u32; 2],
     pub target: u32,
     pub automatic: bool,
+    /// Most features that the frame sends.
+    pub record_limit: u32,
     /// The registers are written while the frame begins, with this number of beats of the frame before still to come;
     /// otherwise ahead of it. Only behind a frame of the same size.
     pub racing: Option<usize>,
@@ -231,6 +233,7 @@ impl Step {
             thresholds: [random.random_range(0..most), random.random_range(0..most)],
             target: random.random_range(0..600),
             automatic: random.random_ratio(1, 3),
+            record_limit: if random.random_ratio(1, 3) { random.random_range(0..300) } else { 2046 },
             racing: random.random_ratio(1, 2).then(|| random.random_range(0..60)),
             scribbles: random.random_ratio(1, 4),
             reset: random.random_ratio(1, 20).then(|| Reset {

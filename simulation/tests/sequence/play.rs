@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_registers::record::default_limit;
 use hoverlock_rtl::registers::default_coefficients;
 use hoverlock_simulation::Simulator;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
@@ -17,8 +18,8 @@ use rand_chacha::ChaCha8Rng;
 use super::{Before, Fault, Reset, Sequence, Step};
 use crate::port_bench::{
     AUTOMATIC, Access, BEGUN, BUSY, Bench, COEFFICIENTS_OFFSET, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FEATURES,
-    FRAME, FRAMES, Frame, INTERRUPTED, LONG, Outcome, Packet, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET,
-    THRESHOLD, THRESHOLD_NOW, equal, fail, most, strongest,
+    FRAME, FRAMES, Frame, INTERRUPTED, LONG, Outcome, Packet, RECORD_LIMIT, REFUSED, SATURATED, SHORT, SIZE, STATUS,
+    TARGET, THRESHOLD, THRESHOLD_NOW, equal, fail, most, strongest,
 };
 
 /// Cycles after which a frame that does not begin is called a hang.
@@ -49,6 +50,7 @@ struct Set {
     threshold: u32,
     target: u32,
     automatic: bool,
+    record_limit: u32,
     coefficients: Vec<u32>,
 }
 
@@ -60,6 +62,7 @@ impl Set {
             threshold: design.threshold.initial << 16 | design.threshold.initial,
             target: design.threshold.target,
             automatic: false,
+            record_limit: default_limit(design.pairs()),
             coefficients: default_coefficients(design).unwrap(),
         }
     }
@@ -78,6 +81,7 @@ impl Set {
             threshold: step.thresholds[1] << 16 | step.thresholds[0],
             target: step.target,
             automatic: step.automatic,
+            record_limit: step.record_limit,
             coefficients,
         }
     }
@@ -85,7 +89,13 @@ impl Set {
     fn writes(&self) -> Vec<(u32, u32)> {
         let codes = self.coefficients.iter().enumerate().map(|(i, code)| (COEFFICIENTS_OFFSET + 4 * i as u32, *code));
         let control = ENABLE | if self.automatic { AUTOMATIC } else { 0 };
-        let others = [(SIZE, self.size), (THRESHOLD, self.threshold), (TARGET, self.target), (CONTROL, control)];
+        let others = [
+            (SIZE, self.size),
+            (THRESHOLD, self.threshold),
+            (TARGET, self.target),
+            (RECORD_LIMIT, self.record_limit),
+            (CONTROL, control),
+        ];
         codes.chain(others).collect()
     }
 
@@ -95,6 +105,7 @@ impl Set {
             SIZE => Some(&mut self.size),
             THRESHOLD => Some(&mut self.threshold),
             TARGET => Some(&mut self.target),
+            RECORD_LIMIT => Some(&mut self.record_limit),
             _ => self.coefficients.get_mut(usize::try_from(address.checked_sub(COEFFICIENTS_OFFSET)? / 4).ok()?),
         }
     }
@@ -124,8 +135,9 @@ struct Player {
     /// Writes to be done, each after some cycles.
     writes: VecDeque<(u64, u32, u32)>,
     frames: VecDeque<Expected>,
-    /// The set of the last frame that came out, its thresholds and the features they found.
-    last: Option<(Set, [u32; 2], [u32; 3])>,
+    /// The set of the last frame that came out, its thresholds, the features they found, and how many of those the
+    /// record limit let through.
+    last: Option<(Set, [u32; 2], [u32; 3], u32)>,
     /// Frames that came out since the last reset.
     number: u32,
     closed_until: u64,
@@ -404,7 +416,7 @@ impl Player {
     /// Thresholds of the next frame, if it takes this set.
     fn thresholds(&self, set: &Set) -> [u32; 2] {
         match &self.last {
-            Some((before, thresholds, counts)) if before.automatic && set.automatic => {
+            Some((before, thresholds, counts, _)) if before.automatic && set.automatic => {
                 let mut design = self.bench.design.clone();
                 design.threshold.target = set.target;
                 let mut control = ThresholdController::resumed(&design, thresholds);
@@ -426,7 +438,9 @@ impl Player {
         let previous = self.last.as_ref().map(|(set, ..)| set.clone());
         for set in frame.sets.iter().filter_map(|set| set.as_ref().or(previous.as_ref())) {
             let thresholds = self.thresholds(set);
-            let model = Frame::with(&self.bench.design, frame.entered.clone(), thresholds, set.coefficients.clone());
+            let mut model =
+                Frame::with(&self.bench.design, frame.entered.clone(), thresholds, set.coefficients.clone());
+            model.record_limit = set.record_limit;
             match packet.check(&model, self.number, thresholds, frame.errors) {
                 Ok(dropped) => {
                     let features = model.planes.features(&thresholds);
@@ -439,7 +453,8 @@ impl Player {
                     self.tally.frames += 1;
                     self.tally.records += packet.records.len() as u64;
                     self.tally.dropped += u64::from(dropped);
-                    self.last = Some((set.clone(), thresholds, count_per_scale(&features)));
+                    let sent = packet.records.len() as u32 + dropped;
+                    self.last = Some((set.clone(), thresholds, count_per_scale(&features), sent));
                     self.number += 1;
                     return Ok(());
                 }
@@ -473,9 +488,9 @@ impl Player {
     fn last_counts(&mut self) -> Outcome {
         let frames = self.cycle(Some(FRAMES))?;
         equal("registers", "frames", self.number, frames)?;
-        if let Some((_, thresholds, counts)) = self.last.clone() {
+        if let Some((_, thresholds, _, sent)) = self.last.clone() {
             let (features, dropped) = (self.cycle(Some(FEATURES))?, self.cycle(Some(DROPPED))?);
-            equal("registers", "features and dropped ones", counts[0] + counts[1], features + dropped)?;
+            equal("registers", "features and dropped ones", sent, features + dropped)?;
             let now = self.cycle(Some(THRESHOLD_NOW))?;
             equal("registers", "thresholds in use", thresholds[1] << 16 | thresholds[0], now)?;
         }

@@ -1,12 +1,14 @@
 //! Joined samples, queues, sequencer and registers.
 
 use hoverlock_design::KT27;
+use hoverlock_fixed_point::model::record_limit::RecordLimit as Law;
 use hoverlock_rtl::{
     cells::{
         csr::Csr,
         join::{Neighbours, PixelState, RingRows, SignedResponse},
         queue::{CandidateQueue, CandidateWord},
         record_fifo::RecordFifo,
+        record_limit::RecordLimit,
         record_writer::RecordWriter,
         sequencer::Sequencer,
     },
@@ -74,6 +76,7 @@ pub fn queues_and_records() {
             sign[0],
             sign[1],
             lost,
+            over_limit,
             frame_end,
             errors,
             take,
@@ -104,6 +107,115 @@ pub fn queues_and_records() {
             cell.ready.next = draw.random_ratio(if filling { 1 } else { 9 }, 10);
         }
     );
+}
+
+/// A frame of rows of six columns, for the cells that see only where rows end.
+#[derive(Clone, Copy)]
+struct Rows {
+    x: u64,
+    y: u64,
+    height: u64,
+    limit: u64,
+    thresholds: [u64; 2],
+}
+
+impl Rows {
+    fn drawn(draw: &mut ChaCha8Rng) -> Self {
+        let height = [64, 65, 99, 100, 101, 164, 165, 300][draw.random_range(0..8)];
+        let limit = [0, 1, 63, 64, 200, 1000, 0xffff][draw.random_range(0..7)];
+        let thresholds = [draw.random_range(1..40), draw.random_range(1..400)];
+        Self { x: 0, y: 0, height, limit, thresholds }
+    }
+
+    fn is_eligible(&self) -> bool {
+        self.x < 3 && self.y >= 18 && self.y < self.height - 18
+    }
+
+    fn next(&mut self, draw: &mut ChaCha8Rng) {
+        self.x += 1;
+        if self.x == 6 {
+            (self.x, self.y) = (0, self.y + 1);
+        }
+        if self.y == self.height {
+            *self = Self::drawn(draw);
+        }
+    }
+}
+
+pub fn the_record_limit_is_the_law_of_the_model() {
+    let nothing = || Law::new(0, &[0, 0], 0x7fff);
+    let (rows, law) = (RefCell::new(None), RefCell::new(nothing()));
+    // Features sent, and withheld.
+    let tally = RefCell::new([0, 0]);
+    let responses = |cell: &RecordLimit| {
+        let response = |k: usize| cell.hit[k].val().then(|| cell.centre[k].val().to_u32());
+        [response(0), response(1), None]
+    };
+    alike!(
+        RecordLimit::default(),
+        "record_limit",
+        40_000,
+        [
+            reset,
+            advance,
+            height,
+            y,
+            last_column,
+            limit,
+            threshold[0],
+            threshold[1],
+            hit[0],
+            hit[1],
+            centre[0],
+            centre[1]
+        ],
+        [keep[0], keep[1], withheld],
+        |cell: &mut RecordLimit, cycle, draw: &mut ChaCha8Rng| {
+            let mut rows = rows.borrow_mut();
+            let rows = rows.get_or_insert_with(|| Rows::drawn(draw));
+            cell.reset.next = cycle < 2 || draw.random_ratio(1, 9000);
+            cell.height.next = rows.height.into();
+            cell.y.next = rows.y.into();
+            cell.last_column.next = rows.x == 5;
+            cell.limit.next = rows.limit.into();
+            for k in 0..2 {
+                let threshold = rows.thresholds[k];
+                cell.threshold[k].next = threshold.into();
+                cell.hit[k].next = rows.is_eligible() && draw.random();
+                let most = (threshold << draw.random_range(0..8)).min(0x7fff);
+                cell.centre[k].next = draw.random_range(threshold..=most).into();
+            }
+            if cell.advance.next {
+                rows.next(draw);
+            }
+        },
+        |cell: &RecordLimit, _| {
+            let mut law = law.borrow_mut();
+            if cell.reset.val() {
+                *law = nothing();
+            } else if cell.advance.val() {
+                let y = cell.y.val().to_u32();
+                let band_rows = (cell.height.val().to_u32() - 36).div_ceil(64);
+                if cell.last_column.val() && y == 17 {
+                    let thresholds = cell.threshold.each_ref().map(|threshold| threshold.val().to_u32());
+                    *law = Law::new(cell.limit.val().to_u32(), &thresholds, 0x7fff);
+                } else {
+                    let hits = responses(cell);
+                    let [all, sent] = [hits.map(|hit| hit.is_some()), law.pixel(hits)]
+                        .map(|flags| flags.into_iter().filter(|flag| *flag).count() as u64);
+                    assert_eq!(cell.withheld.val().to_u64(), all - sent);
+                    let mut tally = tally.borrow_mut();
+                    *tally = [tally[0] + sent, tally[1] + all - sent];
+                    if cell.last_column.val() && y >= 18 && (y - 17).is_multiple_of(band_rows) {
+                        law.finish_band();
+                    }
+                }
+            }
+            let keep = law.clone().pixel(responses(cell));
+            assert_eq!(cell.keep.each_ref().map(|keep| keep.val()), [keep[0], keep[1]]);
+        }
+    );
+    assert!(!is_driven("record_limit") || tally.borrow().iter().all(|count| *count > 1000), "{tally:?}");
 }
 
 pub fn sequencer_under_any_stream() {

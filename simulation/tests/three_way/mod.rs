@@ -63,7 +63,7 @@ fn random<T: Word>(random: &mut ChaCha8Rng) -> T {
 pub type Check = (&'static str, fn());
 
 /// All checks of leaf cells.
-pub const CHECKS: [Check; 14] = [
+pub const CHECKS: [Check; 15] = [
     ("every_leaf_has_a_check", every_leaf_has_a_check),
     ("lerp_is_the_bit_true_lerp", arithmetic::lerp_is_the_bit_true_lerp),
     (
@@ -73,6 +73,7 @@ pub const CHECKS: [Check; 14] = [
     ("window_maxima_are_those_of_the_definition", arithmetic::window_maxima_are_those_of_the_definition),
     ("maxima_and_comparisons", arithmetic::maxima_and_comparisons),
     ("every_threshold_moves_as_the_model_says", arithmetic::every_threshold_moves_as_the_model_says),
+    ("the_record_limit_is_the_law_of_the_model", control::the_record_limit_is_the_law_of_the_model),
     ("delays", delays::delays),
     ("lines_of_every_depth", delays::lines_of_every_depth),
     ("lines_and_addresses", delays::lines_and_addresses),

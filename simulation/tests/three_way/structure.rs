@@ -145,13 +145,14 @@ fn noise(width: usize, height: usize, seed: u64) -> Plane<u16> {
     Plane::from_fn(width, height, |x, y| ((x * 311 + y * 173) % 30_000) as u16 + random.random_range(0..30_000u16))
 }
 
-fn bank(thresholds: [u64; 2]) -> Bits<368> {
-    let mut bank = Bits::<368>::default();
+fn bank(thresholds: [u64; 2]) -> Bits<384> {
+    let mut bank = Bits::<384>::default();
     for (i, raw) in default_coefficients(&KT27).unwrap().into_iter().enumerate() {
         bank.set_bits(16 * i, Bits::<16>::from(u64::from(raw)));
     }
     bank.set_bits(304, Bits::<16>::from(thresholds[0]));
     bank.set_bits(320, Bits::<16>::from(thresholds[1]));
+    bank.set_bits(368, Bits::<16>::from(2046u64));
     bank
 }
 
