@@ -23,7 +23,7 @@ LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
 .PHONY: help demo test results checks lints arm-where-possible test-long fuzz measure bench bench-accuracy bench-harness bench-arm arm dist \
-    python-reference setup build
+    python-reference setup build wheel
 
 help:
 	@echo "targets of make:"
@@ -137,6 +137,11 @@ bench-arm: setup
 	cargo build --quiet --release --locked --package hoverlock-icount
 	set -o pipefail; cargo bench --quiet --locked --package hoverlock-arm --bench instructions | \
 	    $(PYTHON) setup/results.py record --command "make bench-arm"
+
+## build the wheel of the harness, stripped: a second machine needs no Rust
+wheel: setup
+	.venv/bin/maturin build --quiet --profile wheel --locked --manifest-path harness/python/Cargo.toml --out out/wheels
+	@ls -l out/wheels
 
 ## build the release archive: command, Python wheels, Verilog with its component, documents
 dist: build

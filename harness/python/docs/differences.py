@@ -310,7 +310,7 @@ async def _release_a_register(dut: Any) -> None:
 @row(
     "`inout`", "Z resolves both drivers; X where they differ",
     "the design's value in the bits that it drives, otherwise the bench's: write a pull-up as 1 and `Z` as 0. "
-    "Verilators without `--pins-inout-enables`, such as 5.006: a write is an error",
+    "Verilators without `--pins-inout-enables`, such as 5.006: one that the design drives cannot be written, the others are inputs",
     "two states",
 )  # fmt: skip
 @bench(adder)
@@ -536,12 +536,15 @@ async def _old_names(dut: Any) -> None:
 
 @row(
     "`cocotb_tools.config`, `cocotb-config`", "folders of makefiles and of libraries for simulators",
-    "none",
+    "the folder of `Makefile.sim`; libraries are refused with an error",
     "there are no such libraries",
 )  # fmt: skip
-def no_config() -> None:
-    with pytest.raises(ModuleNotFoundError):
-        __import__("hoverlock.cocotb_tools.config")
+def no_libraries() -> None:
+    from hoverlock.cocotb_tools import config
+
+    assert (config.makefiles_dir() / "Makefile.sim").is_file()
+    with pytest.raises(hoverlock.HoverlockError, match="no VPI"):
+        config.libs_dir()
 
 
 @row("GPI, VHDL, other simulators", "yes", "Verilator only, in the same process", "speed")

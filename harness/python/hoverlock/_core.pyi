@@ -320,6 +320,12 @@ class Task(Generic[_T]):
     def exception(self) -> BaseException | None: ...
     def get_name(self) -> str: ...
 
+def current_task() -> Task[Any]:
+    """The task that runs.
+
+    >>> current_task().get_name()
+    """
+
 def create_task(coro: Any, name: str | None = None) -> Task[Any]:
     """Makes a task of a coroutine, which starts when it is awaited or given to `start_soon`.
 

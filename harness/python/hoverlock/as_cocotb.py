@@ -35,6 +35,8 @@ VERSIONS = {"1.9": "1.9.2", "2.1": "2.1.0"}
 VERSION_HELP = "the version of cocotb that the alias follows where versions differ (default: 2.1)"
 
 _NAMES = {"cocotb": "hoverlock.cocotb", "cocotb_tools": "hoverlock.cocotb_tools"}
+# cocotb-test, if it is installed, stays as it is but for the module that starts simulators: its plug-in of pytest is loaded first.
+_STARTER = "cocotb_test.simulator"
 # The replacement of digits other than 0 and 1, for each value of the variable COCOTB_RESOLVE_X.
 _UNKNOWN = {"ZEROS": "zeros", "ONES": "ones", "RANDOM": "random", "VALUE_ERROR": "error", "ERROR": "error"}
 
@@ -61,18 +63,35 @@ class _Finder:
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         head, dot, tail = fullname.partition(".")
+        if head == "cocotb_test":
+            return _of_cocotb_test(fullname)
         if head not in _NAMES:
             return None
         # After the check of the name, because these imports call this finder too.
-        from importlib.machinery import ModuleSpec
         from importlib.util import find_spec
 
         own = _NAMES[head] + dot + tail
         if find_spec(own) is None:
             # An error, because the finders after this one would load the same file a second time.
             raise ModuleNotFoundError(f"No module named '{fullname}' in hoverlock; see 'Coming from cocotb'", name=fullname)
-        module = importlib.import_module(own)
-        return ModuleSpec(fullname, cast("Loader", _Loader(module)), is_package=hasattr(module, "__path__"))
+        return _spec_of(fullname, own)
+
+
+def _spec_of(fullname: str, own: str) -> ModuleSpec:
+    """Returns the specification of a module here by another name."""
+    from importlib.machinery import ModuleSpec
+
+    module = importlib.import_module(own)
+    return ModuleSpec(fullname, cast("Loader", _Loader(module)), is_package=hasattr(module, "__path__"))
+
+
+def _of_cocotb_test(fullname: str) -> ModuleSpec | None:
+    """Returns the specification of a module of cocotb-test, or None for those that are found where they are installed."""
+    from importlib.machinery import PathFinder
+
+    if fullname != _STARTER and (fullname != "cocotb_test" or PathFinder.find_spec(fullname) is not None):
+        return None
+    return _spec_of(fullname, f"hoverlock.{fullname}")
 
 
 def install(version: str | None = None) -> None:
@@ -103,7 +122,7 @@ def install(version: str | None = None) -> None:
 
     from . import _core, cocotb, deprecated, unknown
 
-    for name in _NAMES:
+    for name in (*_NAMES, _STARTER):
         loaded = sys.modules.get(name)
         if loaded is not None and not str(loaded.__name__).startswith("hoverlock."):
             raise HoverlockError(f"{name} was imported before hoverlock.as_cocotb(): call it first")

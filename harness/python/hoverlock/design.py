@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._core import Library, compile
+from .flags import harness_flags
 
 if TYPE_CHECKING:
     # Loading pathlib takes 4 ms; a test from the cache takes 50 ms in all.
@@ -41,7 +42,8 @@ class Design:
     forceable : iterable of str
         Internal signals that ``Force`` may override, and that are accessible too: ``"u_core.enable"``.
     flags : iterable of str
-        Further arguments of Verilator.
+        Further arguments of Verilator. Those for waves and coverage have the effect of ``waves`` and ``coverage``; those that
+        say how Verilator is run, such as ``--threads``, have none.
     plusargs : iterable of str
         Arguments that ``$test$plusargs`` and ``$value$plusargs`` see, such as ``"+verbose"``.
     waves : "vcd" or "fst", optional
@@ -96,10 +98,10 @@ class Design:
         self.includes: tuple[str | Path, ...] = _tuple_of(includes)
         self.internals: tuple[str, ...] = _tuple_of(internals)
         self.forceable: tuple[str, ...] = _tuple_of(forceable)
-        self.flags: tuple[str, ...] = _tuple_of(flags)
+        self.flags, waves_by_flag, coverage_by_flag = harness_flags(_tuple_of(flags))
         self.plusargs: tuple[str, ...] = _tuple_of(plusargs)
-        self.waves = waves
-        self.coverage = coverage
+        self.waves = waves or waves_by_flag
+        self.coverage = coverage or coverage_by_flag
         self.random_initial = random_initial
         self.assertions = assertions
         self.warnings_are_errors = warnings_are_errors

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 __all__ = ["Constant", "Hierarchy", "TypedHierarchy"]
 
 
+hidden_asked_for: list[str] = []
+"""The internal signals that benches asked for although the model does not give access to them, also those of a `hasattr`. The
+runner clears it."""
+
+
 class Constant:
     """A parameter of the design; its value is an integer, a `float` or a string.
 
@@ -84,7 +89,10 @@ class TypedHierarchy(HierarchyBase):
 
     def _missing(self, name: str) -> AttributeError:
         path = f"{self._below}.{name}" if self._below else name
-        return self._simulation.no_such_signal(path)
+        error: AttributeError = self._simulation.no_such_signal(path)
+        if "internals=" in str(error):
+            hidden_asked_for.append(path)
+        return error
 
     def __getitem__(self, key: Any) -> Any:
         child = self._children.get(str(key))

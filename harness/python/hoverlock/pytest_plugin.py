@@ -137,14 +137,17 @@ def _marked(test: Any) -> list[Any]:
 
 
 def _is_for_the_runner(collector: Any, test: Any) -> bool:
-    """Returns whether the module runs its coroutines with cocotb's runner from a plain test. Such a module names no design."""
+    """Returns whether the module runs its coroutines from a plain test, with cocotb's runner or with cocotb-test. Such a module
+    names no design."""
     if test.design is not None or getattr(collector.obj, "design", None) is not None:
         return False
     if collector.config.getoption("--hoverlock-top") is not None:
         return False
     from .cocotb.runner import Verilator, get_runner
 
-    return any(value is get_runner or value is Verilator for value in vars(collector.obj).values())
+    starter = sys.modules.get("hoverlock.cocotb_test.simulator")
+    starters = [get_runner, Verilator, *(() if starter is None else (starter, starter.run, sys.modules.get("cocotb_test")))]
+    return any(value is one for value in vars(collector.obj).values() for one in starters)
 
 
 def _plain(bench: Any) -> Callable[..., None]:

@@ -9,11 +9,12 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
+import re
 import shlex
 import sys
 import time
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,12 +22,13 @@ from types import ModuleType
 from typing import Any
 
 from .design import Design
-from .errors import HoverlockError
+from .errors import HoverlockError, NotForceable
+from .log import log
 from .outputs import Outputs
 from .session import set_loading
 from .testing import Test, is_failed_check, seed_of
 
-__all__ = ["Result", "collect", "design_of", "new_seed", "replay_text", "run", "say", "write_junit"]
+__all__ = ["Result", "collect", "design_of", "failed_run", "new_seed", "replay_text", "run", "run_widening", "say", "write_junit"]
 
 
 @dataclass
@@ -142,6 +144,9 @@ def run(
     quiet: bool = False,
     outputs: Outputs | None = None,
     fresh: bool = False,
+    filter: str | None = None,
+    listener: Callable[[str, str, Result | None], None] | None = None,
+    until: Callable[[Result], bool] | None = None,
 ) -> list[Result]:
     """Runs the tests of modules.
 
@@ -165,6 +170,13 @@ def run(
         The waves and coverage to write.
     fresh : bool
         Loads modules again that are loaded already, because their top-level code may depend on the design.
+    filter : str, optional
+        Runs only tests for whose ``module.name`` this regular expression matches some part.
+    listener : callable, optional
+        Called with module, test and None before a test, and with its result after it. While a module is loaded, the test
+        is an empty text.
+    until : callable, optional
+        Ends the run after a result for which it returns true.
 
     Returns
     -------
@@ -185,6 +197,8 @@ def run(
     for name in [modules] if isinstance(modules, (str, Path)) else modules:
         try:
             set_loading(design)
+            if listener is not None:
+                listener(Path(name).stem, "", None)
             module = load(name, fresh=fresh)
         except BaseException as error:
             reason = _skipped(error)
@@ -198,8 +212,15 @@ def run(
         finally:
             set_loading(None)
         for test in collect(module):
-            if match in test.name and (wanted is None or test.name in wanted):
+            chosen = match in test.name and (wanted is None or test.name in wanted)
+            if chosen and (filter is None or re.search(filter, f"{module.__name__}.{test.name}")):
+                if listener is not None:
+                    listener(module.__name__, test.name, None)
                 results.append(_run_one(test, module, design, session_seed, wall_timeout, outputs))
+                if until is not None and until(results[-1]):
+                    return results
+                if listener is not None:
+                    listener(module.__name__, test.name, results[-1])
                 if not quiet:
                     _say(results[-1], session_seed, name)
     if not quiet:
@@ -209,6 +230,66 @@ def run(
         if not quiet:
             print(summary)
     return results
+
+
+_AGAIN = "a bench %s: all tests run again on a slower model%s; faster is %s=['u_core.state']"
+# What a bench may need of the model beyond its ports, and the message.
+_MORE = {
+    "internals": _AGAIN % ("uses a signal that is not a port", " with all internal signals accessible", "internals"),
+    "forceable": _AGAIN % ("forces a signal", " in which all can be forced", "forceable"),
+}
+
+
+def run_widening(modules: str | Path | Iterable[str | Path], design: Design | None, **options: Any) -> tuple[list[Result], Design | None]:
+    """Runs the tests of modules as `run` does. If a bench uses an internal signal, or forces a signal, of which the model
+    does not allow it, the model is built again with all of them and all tests begin again.
+
+    Returns
+    -------
+    results : list of Result
+    design : Design or None
+        The one that was enough.
+
+    >>> results, design = run_widening("test_counter.py", Design("counter.v", top="counter"), seed=1)
+    """
+    from . import hierarchy
+
+    modules = [modules] if isinstance(modules, (str, Path)) else list(modules)
+    listener = options.get("listener")
+    while True:
+        hierarchy.hidden_asked_for.clear()
+
+        def missing(error: BaseException | None, design: Design | None = design) -> str | None:
+            if design is None:
+                return None
+            if hierarchy.hidden_asked_for and not design.internals:
+                return "internals"
+            return "forceable" if _caused_by(error, NotForceable) and not design.forceable else None
+
+        results: list[Result] = []
+        try:
+            results = run(modules, design, until=lambda result: missing(result.error) is not None, **options)
+            option = missing(results[-1].error if results else None)
+        except AttributeError as error:  # of a module that is loaded
+            option = missing(error)
+            if option is None:
+                raise
+        if option is None or design is None:
+            return results, design
+        log.warning(_MORE[option])
+        if listener is not None:
+            listener("", "", None)
+        design = design.changed(**{option: ("*",)})
+        options["fresh"] = True
+
+
+def _caused_by(error: BaseException | None, kind: type[BaseException]) -> bool:
+    """Returns whether an error is of a kind, or an error of a kind led to it."""
+    while error is not None:
+        if isinstance(error, kind):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _run_one(
@@ -233,10 +314,25 @@ def _run_one(
         if isinstance(raised, SystemExit):
             error = HoverlockError(f"the bench called sys.exit({raised.code!r})")
             error.__cause__ = raised
-        text = "" if error is None else "".join(traceback.format_exception(error))
+        text = "" if error is None else _traceback(error)
     seconds = time.monotonic() - started
     passed = error is None and skipped is None
     return Result(test.name, module.__name__, seed, seconds, passed, skipped=skipped, error=error, text=text)
+
+
+def _text(error: BaseException) -> str:
+    """Returns the message of an error, also of one whose ``__str__`` fails."""
+    try:
+        return str(error)
+    except Exception as other:
+        return f"{type(error).__name__}, whose message cannot be made: {type(other).__name__}"
+
+
+def _traceback(error: BaseException) -> str:
+    try:
+        return "".join(traceback.format_exception(error))
+    except Exception:
+        return _text(error)
 
 
 def _skipped(error: BaseException) -> str | None:
@@ -245,6 +341,14 @@ def _skipped(error: BaseException) -> str | None:
     if pytest is not None and isinstance(error, (pytest.skip.Exception, pytest.xfail.Exception)):
         return str(error.msg) or "skipped"
     return None
+
+
+def failed_run(error: BaseException) -> Result:
+    """Returns the result that stands for a run that an error has ended outside of the tests.
+
+    >>> results.append(failed_run(error))
+    """
+    return Result("run", "hoverlock", 0, 0.0, False, error=error, text=_traceback(error))
 
 
 def say(results: Iterable[Result], session_seed: int) -> None:
@@ -273,35 +377,46 @@ def _say(result: Result, session_seed: int, module: str | Path) -> None:
         print(replay_text(session_seed, command), flush=True)
 
 
-def write_junit(results: Iterable[Result], path: str | Path) -> None:
-    """Writes the results as JUnit XML.
+# The characters that XML 1.0 does not allow.
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def _xml(text: str) -> str:
+    """Returns the text with each character that XML does not allow as an escape."""
+    return _NOT_XML.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+def write_junit(results: Iterable[Result], path: str | Path, *, errors_are_failures: bool = False) -> None:
+    """Writes the results as JUnit XML. With ``errors_are_failures``, a test with an error has a ``failure`` element, as in
+    cocotb: many a script counts only these.
 
     >>> write_junit(run("test_counter.py"), "results.xml")
     """
     from xml.etree import ElementTree
 
     results = list(results)
+    is_failure = [r.error is not None and (errors_are_failures or is_failed_check(r.error)) for r in results]
     suite = ElementTree.Element(
         "testsuite",
         name="hoverlock",
         tests=str(len(results)),
-        failures=str(sum(is_failed_check(r.error) for r in results)),
-        errors=str(sum(r.error is not None and not is_failed_check(r.error) for r in results)),
+        failures=str(sum(is_failure)),
+        errors=str(sum(r.error is not None for r in results) - sum(is_failure)),
         skipped=str(sum(r.skipped is not None for r in results)),
         time=f"{sum(r.seconds for r in results):.3f}",
     )
-    for result in results:
+    for result, failed in zip(results, is_failure):
         case: Any = ElementTree.SubElement(
-            suite, "testcase", classname=result.module, name=result.name, time=f"{result.seconds:.3f}"
+            suite, "testcase", classname=_xml(result.module), name=_xml(result.name), time=f"{result.seconds:.3f}"
         )
         properties = ElementTree.SubElement(case, "properties")
         ElementTree.SubElement(properties, "property", name="random_seed", value=str(result.seed))
         if result.skipped is not None:
-            ElementTree.SubElement(case, "skipped", message=result.skipped)
+            ElementTree.SubElement(case, "skipped", message=_xml(result.skipped))
         elif result.error is not None:
-            kind = "failure" if is_failed_check(result.error) else "error"
-            node = ElementTree.SubElement(case, kind, message=str(result.error), type=type(result.error).__name__)
-            node.text = result.text
+            kind = "failure" if failed else "error"
+            node = ElementTree.SubElement(case, kind, message=_xml(_text(result.error)), type=type(result.error).__name__)
+            node.text = _xml(result.text)
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     path = Path(path)

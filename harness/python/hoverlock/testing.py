@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import functools
 import itertools
+import os
 import sys
 import zlib
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
-from typing import Any, TypeVar, overload
+from contextlib import contextmanager
+from typing import Any, NoReturn, TypeVar, overload
 
 from . import _core
 from .design import Design
-from .errors import TestSuccess
+from .errors import HoverlockError, TestSuccess
 from .outputs import Outputs
 from .session import Bench, Session, log_of
 
@@ -123,7 +125,7 @@ class Test:
         log_of("test").info("%s: seed %d", self.name, seed)
         session = Session(outputs.design(design), seed=seed, name=self.name)
         session.label = f"{self.module.rpartition('.')[2]}.{self.name}"
-        with session, outputs.of(session):
+        with session, outputs.of(session), _no_silent_exit(self.name):
             self._expect_ending(
                 lambda: session.run(
                     self.function,
@@ -263,6 +265,27 @@ def parametrize(*options: tuple[str | Sequence[str], Iterable[Any]], **named: It
         return target
 
     return decorate
+
+
+@contextmanager
+def _no_silent_exit(name: str) -> Iterator[None]:
+    """Converts `os._exit` of this process into an error: it would end the run, perhaps with status 0, before the results of
+    any test are written. Processes that the bench forks may call it."""
+    real, process, calls = os._exit, os.getpid(), []
+
+    def refuse(status: int) -> NoReturn:
+        if os.getpid() != process:
+            real(status)
+        calls.append(status)
+        raise HoverlockError(f"{name} called os._exit({status})")
+
+    os._exit = refuse
+    try:
+        yield
+    finally:
+        os._exit = real
+    if calls:  # in a thread, or caught by the bench
+        raise HoverlockError(f"{name} called os._exit({calls[0]})")
 
 
 def is_failed_check(error: BaseException | None) -> bool:

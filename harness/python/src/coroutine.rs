@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::errors::{self, Raised};
 use crate::gil;
+use crate::running;
 use crate::wait::{State, Task, Trigger};
 
 /// A Python coroutine as a coroutine of the engine.
@@ -48,7 +49,8 @@ impl PyCoroutine {
         let mut given: *mut ffi::PyObject = std::ptr::null_mut();
         // SAFETY: the lock is held, all pointers are live objects; on success `given` is a new reference.
         let (status, given) = unsafe {
-            let status = (self.send)(self.coroutine.as_ptr(), ffi::Py_None(), &mut given);
+            let status =
+                running::with_task(&self.task, || (self.send)(self.coroutine.as_ptr(), ffi::Py_None(), &mut given));
             (status, Bound::from_owned_ptr_or_opt(py, given).map(Bound::unbind))
         };
         match (status, given) {
@@ -61,7 +63,9 @@ impl PyCoroutine {
     /// Resumes the coroutine by raising an exception in it.
     #[cold]
     fn throw(&self, py: Python<'_>, error: PyErr) -> Result<Sent, PyErr> {
-        match self.coroutine.bind(py).call_method1("throw", (error.into_value(py),)) {
+        let thrown =
+            running::with_task(&self.task, || self.coroutine.bind(py).call_method1("throw", (error.into_value(py),)));
+        match thrown {
             Ok(yielded) => Ok(Sent::Yielded(yielded.unbind())),
             Err(e) if e.is_instance_of::<PyStopIteration>(py) => {
                 Ok(Sent::Returned(e.value(py).getattr("value").map_or_else(|_| py.None(), Bound::unbind)))

@@ -33,7 +33,7 @@ mod _core {
     #[pymodule_export]
     use crate::library::{Coverage, Library, compile};
     #[pymodule_export]
-    use crate::running::{now, region};
+    use crate::running::{current_task, now, region};
     #[pymodule_export]
     use crate::simulation::{RunningClock, Simulation, Waves, start_clock};
     #[pymodule_export]

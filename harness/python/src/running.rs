@@ -1,13 +1,17 @@
 //! Which simulation runs on this thread.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use hoverlock_harness::sim::{Dut, Region};
+use pyo3::ffi;
 use pyo3::prelude::*;
 
 use crate::errors::SimulationError;
+use crate::wait::Task;
 
 thread_local! {
+    /// The task whose coroutine runs on this thread; null if none runs.
+    static TASK: Cell<*mut ffi::PyObject> = const { Cell::new(std::ptr::null_mut()) };
     /// The simulations that are running on this thread, the innermost last.
     static RUNNING: RefCell<Vec<Dut>> = const { RefCell::new(Vec::new()) };
 }
@@ -30,6 +34,31 @@ pub fn is_current(is_it: impl FnOnce(&Dut) -> bool) -> bool {
 /// Returns `true` if a simulation runs on this thread.
 pub fn is_running() -> bool {
     RUNNING.with_borrow(|running| !running.is_empty())
+}
+
+/// Calls `work`, which runs the coroutine of `task`.
+#[inline]
+pub fn with_task<T>(task: &Py<Task>, work: impl FnOnce() -> T) -> T {
+    /// Restores the task that ran before, also when `work` panics.
+    struct Restore(*mut ffi::PyObject);
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            TASK.set(self.0);
+        }
+    }
+    let _restore = Restore(TASK.replace(task.as_ptr()));
+    work()
+}
+
+/// The task that runs.
+///
+/// >>> current_task().get_name()
+#[pyfunction]
+pub fn current_task(py: Python<'_>) -> PyResult<Py<PyAny>> {
+    // SAFETY: `with_task` has a reference to the task for as long as the pointer is set.
+    unsafe { Bound::from_borrowed_ptr_or_opt(py, TASK.get()) }
+        .map(Bound::unbind)
+        .ok_or_else(|| SimulationError::new_err("no task is running: current_task is called from a coroutine"))
 }
 
 /// A guard: the simulation is the current one of this thread until the guard is dropped.

@@ -104,11 +104,13 @@ def __getattr__(name: str) -> Any:
             return {"SIM_NAME": "Verilator", "SIM_VERSION": "5"}[name] if now is not None or not _alias else None
     # Properties of the running test.
     if name in ("top", "RANDOM_SEED", "random_seed", "plusargs", "argv"):
-        now = running()
+        now = running_or_loading()
         if name == "top":
-            return now.dut
+            return running().dut
         if name in ("RANDOM_SEED", "random_seed"):
-            return now.seed
+            return None if now is None else now.seed
+        if now is None:
+            return [] if name == "argv" else {}
         if name == "argv":
             return list(now.plusargs)
         pairs = (text.lstrip("+").partition("=") for text in now.plusargs)

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable
 from typing import Any
 
@@ -120,3 +121,15 @@ class GPIDiscovery:
 
     AUTO = 0
     NATIVE = 1
+
+
+class _Limits(enum.IntEnum):
+    """The range of the numbers that a signal takes; packages import it although it is not public."""
+
+    SIGNED_NBIT = 1
+    UNSIGNED_NBIT = 2
+    VECTOR_NBIT = 3
+
+
+# In cocotb, whether writes are left to the simulator to order. Here the engine orders them.
+_trust_inertial = False

@@ -1,5 +1,13 @@
 """``cocotb.logging``, by cocotb 2's name."""
 
-from .log import SimLog, SimLogFormatter, default_config
+from .log import ANSI, SimColourLogFormatter, SimLog, SimLogFormatter, SimTimeContextFilter, default_config, strip_ansi
 
-__all__ = ["SimLog", "SimLogFormatter", "default_config"]
+__all__ = [
+    "ANSI",
+    "SimColourLogFormatter",
+    "SimLog",
+    "SimLogFormatter",
+    "SimTimeContextFilter",
+    "default_config",
+    "strip_ansi",
+]

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..deprecated import advise
+from ..errors import SimulationError as SimFailure
 from ..testing import Test
 from .decorators import coroutine, test
 
-__all__ = ["TestFactory"]
+__all__ = ["SimFailure", "TestFactory"]
 
 
 class TestFactory:

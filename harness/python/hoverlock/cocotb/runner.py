@@ -14,22 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from ..design import Design
-from ..errors import HoverlockError, NoSuchSignal, NotForceable
-from ..runner import new_seed, run, say, write_junit
+from ..errors import HoverlockError
+from ..runner import new_seed, run, run_widening, write_junit
 
 log = logging.getLogger("hoverlock.runner")
 
 __all__ = ["Verilator", "get_results", "get_runner"]
 
 _OTHERS = ("icarus", "questa", "ghdl", "riviera", "activehdl", "vcs", "xcelium", "nvc", "dsim", "modelsim", "ius")
-
-
-_AGAIN = "a bench %s: all tests run again on a slower model%s; faster is build(..., %s=['u_core.state'])"
-# What a bench may need of the model beyond its ports: the error that shows it, and the message.
-_MORE = (
-    ("internals", NoSuchSignal, _AGAIN % ("uses a signal that is not a port", " with all internal signals accessible", "internals")),
-    ("forceable", NotForceable, _AGAIN % ("forces a signal", " in which all can be forced", "forceable")),
-)
 
 
 class Verilator:
@@ -110,22 +102,18 @@ class Verilator:
             modules = [name for text in modules for name in text.split(",") if name.strip()]
             chosen = seed if seed is not None else os.environ.get("RANDOM_SEED")
             session_seed = new_seed() if chosen is None else int(chosen)
-            # Only a run shows whether a bench uses or forces internals; the results of such a run are not printed.
-            quiet = not self.internals_are_chosen
-            results = run(modules, design, seed=session_seed, names=names, quiet=quiet, fresh=True)
-            for option, kind, text in _MORE if quiet else ():
-                if any(isinstance(result.error, kind) for result in results):
-                    log.warning(text)
-                    self.design, design = self.design.changed(**{option: ("*",)}), design.changed(**{option: ("*",)})
-                    results = run(modules, design, seed=session_seed, names=names, quiet=True, fresh=True)
-            if quiet:
-                say(results, session_seed)
+            if self.internals_are_chosen:
+                results = run(modules, design, seed=session_seed, names=names, fresh=True)
+            else:
+                results, enough = run_widening(modules, design, seed=session_seed, names=names, fresh=True)
+                if enough is not None:
+                    self.design = self.design.changed(internals=enough.internals, forceable=enough.forceable)
         finally:
             os.environ.clear()
             os.environ.update(before)
         path = self.build_dir / (results_xml or "results.xml")
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_junit(results, path)
+        write_junit(results, path, errors_are_failures=True)
         failed = [r.name for r in results if not r.passed and r.skipped is None]
         if failed or not results:
             raise SystemExit(f"failed: {', '.join(failed)}" if failed else f"no tests in {test_module}")

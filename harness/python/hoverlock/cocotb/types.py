@@ -14,9 +14,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-__all__ = ["Array", "Bit", "Logic", "LogicArray", "Range", "concat"]
+__all__ = ["Array", "Bit", "IndexingChangedWarning", "Logic", "LogicArray", "Range", "concat"]
 
 _DIGITS = "UX01ZWLH-"
+
+
+class IndexingChangedWarning(UserWarning):
+    """cocotb 2's warning of indices that meant another bit in cocotb 1; not given here."""
 
 
 class Range:

@@ -8,8 +8,9 @@ from fractions import Fraction
 from ..deprecated import advise
 from ..utils import _UNITS
 from ..utils import get_sim_time as _get_sim_time
+from .log import want_color_output
 
-__all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps"]
+__all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps", "want_color_output"]
 
 
 def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:

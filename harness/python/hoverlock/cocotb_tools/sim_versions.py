@@ -1,4 +1,4 @@
-"""``cocotb_tools.sim_versions``: versions of Verilator that can be compared. There is no other simulator here.
+"""``cocotb_tools.sim_versions``: versions of Verilator that can be compared. Those of other simulators are compared alike.
 
 >>> VerilatorVersion("5.006 2023-01-22") < VerilatorVersion("5.048")
 True
@@ -9,7 +9,10 @@ from __future__ import annotations
 import re
 from functools import total_ordering
 
-__all__ = ["VerilatorVersion"]
+__all__ = [
+    "ActivehdlVersion", "CvcVersion", "DSimVersion", "GhdlVersion", "IcarusVersion", "ModelsimVersion", "NvcVersion", "QuestaVersion",
+    "RivieraVersion", "VcsVersion", "VerilatorVersion", "XceliumVersion",
+]  # fmt: skip
 
 
 @total_ordering
@@ -38,3 +41,8 @@ class VerilatorVersion:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.text!r})"
+
+
+# The classes for other simulators: benches create them for comparisons that they make on those simulators only.
+ActivehdlVersion = CvcVersion = DSimVersion = GhdlVersion = IcarusVersion = ModelsimVersion = VerilatorVersion
+NvcVersion = QuestaVersion = RivieraVersion = VcsVersion = XceliumVersion = VerilatorVersion

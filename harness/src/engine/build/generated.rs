@@ -143,6 +143,39 @@ pub(super) fn classes_in(symbols: &str) -> HashMap<&str, &str> {
     lines.map(|(class, instance)| (instance.trim(), class)).collect()
 }
 
+/// Returns the members of the generated top that its code assigns, other than at the model's creation.
+pub(super) fn driven_ports(generated: &Path) -> Result<HashSet<String>, BuildError> {
+    let mut driven = HashSet::new();
+    for path in files_in(generated)?.iter().filter(|path| path.extension().is_some_and(|e| e == "cpp")) {
+        driven.extend(assigned_in(&read(path)?));
+    }
+    Ok(driven)
+}
+
+/// Returns the members that lines such as `vlSelf->a[1U] = ...` and `VL_ASSIGNSEL_WI(.., vlSelf->a, ..)` assign. A
+/// function that has the member among its arguments counts, because some write to them. The value 0 does not count: a
+/// net without a driver gets it once, at the model's creation.
+fn assigned_in(code: &str) -> HashSet<String> {
+    let mut found = HashSet::new();
+    let statements = code.lines().flat_map(|line| line.split(';')).map(str::trim);
+    let is_reset = |line: &&str| {
+        line.contains("VL_RAND_RESET") || [" = 0U", " = 0ULL", " = 0"].iter().any(|zero| line.ends_with(zero))
+    };
+    for line in statements.filter(|line| !is_reset(line)) {
+        let target = match line.find(" = ") {
+            Some(at) => &line[..at],
+            None if line.starts_with("VL_") => line,
+            None => continue,
+        };
+        for head in ["vlSelf->", "vlSymsp->TOP."] {
+            let members = target.split(head).skip(1);
+            let is_name = |c: char| c.is_alphanumeric() || c == '_';
+            found.extend(members.map(|rest| rest.split(|c| !is_name(c)).next().unwrap_or_default().to_owned()));
+        }
+    }
+    found
+}
+
 /// Returns `true` if a generated class holds objects of the Verilog's classes.
 pub(super) fn has_classes(generated: &Path) -> Result<bool, BuildError> {
     for path in files_in(generated)? {
@@ -231,6 +264,16 @@ mod tests {
         let found = numbers_of(header);
         assert!(["byte", "__PVT__clk", "wide", "r"].iter().all(|name| found.contains(*name)));
         assert!(["q", "qs"].iter().all(|name| !found.contains(*name)));
+    }
+
+    #[test]
+    fn assigned_members_are_found() {
+        let code = "    vlSelf->a = VL_RAND_RESET_I(1);\n    vlSelf->c = 0U;\n    vlSelf->b = vlSelf->c;\n    \
+                    vlSelf->w[1U] = 2U;\n    VL_ASSIGNSEL_WI(70,8,3U, vlSelf->v, vlSelf->d);\n    \
+                    if (vlSelf->e) {\n    vlSymsp->TOP.p = vlSelf->f;";
+        let found = assigned_in(code);
+        assert!(["b", "w", "v", "p"].iter().all(|name| found.contains(*name)), "{found:?}");
+        assert!(["a", "c", "e", "f"].iter().all(|name| !found.contains(*name)), "{found:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::files::{read, write};
-use super::generated::{Structures, Tables};
+use super::generated::{Structures, Tables, driven_ports};
 use super::hierarchy::{self, Hierarchy, PortDirection, Variable};
 use super::ports::ports;
 use super::tool::{self, Verilator, Version};
@@ -17,6 +17,9 @@ use crate::engine::error::{BuildError, nearest};
 /// The option that splits each `inout` of the top into an input and two outputs, value and enable. Older versions do
 /// not have it.
 const SPLIT_INOUTS: &str = "--pins-inout-enables";
+
+/// The flags with which Verilator unrolls the loops over memories of up to 4096 words.
+const UNROLL: [&str; 4] = ["--unroll-count", "4096", "--unroll-stmts", "1000000"];
 
 /// A build in progress with its paths, all absolute.
 pub(super) struct BuildJob<'a> {
@@ -91,6 +94,16 @@ impl BuildJob<'_> {
             let halves: Vec<bool> = signals.iter().map(|(v, _)| v.scope.is_empty() && is_half(&v.name)).collect();
             let mut halves = halves.into_iter();
             signals.retain(|_| !halves.next().unwrap_or(false));
+        }
+        if has_inouts && !drivable {
+            // This version cannot split them. One that nothing inside drives is an input.
+            let driven = driven_ports(&generated)?;
+            let is_inout = |v: &Variable| v.port == Some(PortDirection::Inout) && !v.path.contains('.');
+            for (variable, expression) in signals.iter_mut().filter(|(v, _)| is_inout(v)) {
+                if !expression.strip_prefix("TOP.").is_some_and(|member| driven.contains(member)) {
+                    variable.port = Some(PortDirection::Input);
+                }
+            }
         }
         let overrides = Overrides::new(&generated, &signals, &forceable, drivable)?;
         self.write_unity(&generated, &signals, &overrides)?;
@@ -242,6 +255,12 @@ impl BuildJob<'_> {
         }
         arguments.push("public.vlt");
         let output = self.verilator_command(&arguments)?;
+        let unrolled_by_flag = self.build.flags.iter().any(|flag| flag.starts_with("--unroll-count"));
+        if !unrolled_by_flag && String::from_utf8_lossy(&output.stderr).contains("BLKLOOPINIT") {
+            // Older versions take `<=` to the elements of an array in loops that they unroll, by default to 64 rounds.
+            arguments.extend(UNROLL);
+            return self.check_output(&self.verilator_command(&arguments)?);
+        }
         self.check_output(&output)
     }
 

@@ -61,11 +61,11 @@ fn parse_port(line: &str) -> Option<(&str, Option<(PortDirection, u32)>)> {
     Some((member, Some((direction, u32::try_from(msb - lsb + 1).ok()?))))
 }
 
-/// Returns the Verilog name of a C++ member: `video$data` of `video__024data`. Verilator writes characters that C++
-/// does not allow as `__0` and two hexadecimal digits.
+/// Returns the Verilog name of a C++ member: `video$data` of `video__024data`, `delete` of `__SYM__delete`. Verilator
+/// writes characters that C++ does not allow as `__0` and two hexadecimal digits, and a prefix before a word of C++.
 fn demangle(member: &str) -> String {
     let mut name = String::new();
-    let mut rest = member;
+    let mut rest = member.strip_prefix("__SYM__").unwrap_or(member);
     while let Some(at) = rest.find("__0") {
         let code = rest.get(at + 3..at + 5).and_then(|digits| u8::from_str_radix(digits, 16).ok());
         match code {
@@ -90,6 +90,7 @@ mod tests {
     #[test]
     fn ports_are_read_from_the_header() {
         assert_eq!(parse_port("    VL_OUTW(&wide,69,0,3);"), Some(("wide", Some((PortDirection::Output, 70)))));
+        assert_eq!(demangle("__SYM__delete"), "delete");
         assert_eq!(parse_port("    VL_INOUT8(&io__024x,3,0);"), Some(("io__024x", Some((PortDirection::Inout, 4)))));
         assert_eq!(parse_port("VL_IN16((&taps)[4],8,0);"), Some(("taps", Some((PortDirection::Input, 9)))));
         assert_eq!(parse_port("    VlUnpacked<VlUnpacked<CData/*3:0*/, 3>, 2> &grid;"), Some(("grid", None)));

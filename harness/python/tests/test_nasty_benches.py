@@ -1,0 +1,165 @@
+"""Benches that end in every wrong way, run by a Makefile written for cocotb: the run fails, and says so in `results.xml`."""
+
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+HERE = Path(__file__).parent
+
+HEAD = """
+import asyncio, ctypes, os, signal, sys, threading
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import Event, First, RisingEdge, Timer
+
+class Odd(BaseException):
+    pass
+
+class Mute(Exception):
+    def __str__(self):
+        raise RuntimeError("no text")
+"""
+
+# The body of one test each.
+IN_A_TEST = {
+    "assertion": "assert dut.count.value == 77",
+    "exception": "1 / 0",
+    "base_exception": "raise Odd('odd')",
+    "exit_0": "sys.exit(0)",
+    "exit_none": "sys.exit()",
+    "os_exit_0": "os._exit(0)",
+    "os_exit_1": "os._exit(1)",
+    "os_exit_caught": "try:\n    os._exit(0)\nexcept BaseException:\n    pass",
+    "os_exit_in_a_thread": "thread = threading.Thread(target=os._exit, args=(0,)); thread.start(); thread.join()",
+    "exit_of_the_c_library": "ctypes.CDLL(None)._exit(0)",
+    "exit_with_handlers": "ctypes.CDLL(None).exit(0)",
+    "another_program": "os.execv('/bin/true', ['true'])",
+    "killed": "os.kill(os.getpid(), signal.SIGKILL)",
+    "terminated": "os.kill(os.getpid(), signal.SIGTERM)",
+    "aborted": "os.abort()",
+    "null_pointer": "ctypes.string_at(0)",
+    "keyboard_interrupt": "raise KeyboardInterrupt",
+    "generator_exit": "raise GeneratorExit",
+    "stop_iteration": "raise StopIteration",
+    "cancelled": "raise asyncio.CancelledError",
+    "recursion": "def down():\n    down()\ndown()",
+    "memory": "raise MemoryError",
+    "mute_error": "raise Mute()",
+    "control_characters": "raise ValueError('a\\x00b\\x1b[31mc\\ud800\\uffff')",
+    "finally_raises": "try:\n    await Timer(1, 'ns')\nfinally:\n    raise ValueError('at the end')",
+    "task_raises": "async def fall():\n    raise ValueError('in a task')\ncocotb.start_soon(fall())\nawait Timer(1, 'us')",
+    "task_exits": "async def leave():\n    sys.exit(0)\ncocotb.start_soon(leave())\nawait Timer(1, 'us')",
+    "task_os_exits": "async def leave():\n    os._exit(0)\ncocotb.start_soon(leave())\nawait Timer(1, 'us')",
+    "never": "await Event().wait()",
+    "no_such_signal": "dut.no_such_signal.value = 1",
+    "too_large": "dut.enable.value = 5",
+    "foreign_awaitable": "await asyncio.sleep(0)",
+    "writes_an_output": "dut.count.value = 1",
+    "closes_its_files": "os.closerange(3, 64)\nassert False",
+    "another_folder": "os.chdir('/')\nassert False",
+    "endless": "while True:\n    pass",
+}  # fmt: skip
+
+# Whole modules.
+MODULES = {
+    "loads_with_an_error": "1 / 0",
+    "loads_with_exit": "sys.exit(0)",
+    "loads_with_os_exit": "os._exit(0)",
+    "loads_and_is_killed": "os.kill(os.getpid(), signal.SIGKILL)",
+    "has_an_error_of_syntax": "def (",
+    "imports_nothing": "import no_such_module_anywhere",
+    "exits_at_exit": "import atexit\natexit.register(os._exit, 0)\n@cocotb.test()\nasync def fails(dut):\n    assert False",
+    "expects_a_failure": "@cocotb.test(expect_fail=True)\nasync def passes(dut):\n    pass",
+    "expects_an_error": "@cocotb.test(expect_error=ValueError)\nasync def passes(dut):\n    pass",
+    "times_out": "@cocotb.test(timeout_time=1, timeout_unit='us')\nasync def waits(dut):\n    await Timer(1, 'ms')",
+    "one_of_two": "@cocotb.test()\nasync def passes(dut):\n    pass\n@cocotb.test()\nasync def dies(dut):\n    ctypes.CDLL(None)._exit(0)",
+}
+
+MAKEFILE = """
+    VERILOG_SOURCES = {sources}
+    PYTHON = {python}
+    {more}
+    include $(shell {python} -m hoverlock --makefile)
+    TOPLEVEL = {top}
+    MODULE = bench
+"""
+
+
+def run_make(folder: Path, bench: str, *arguments: str, sources: str = "", top: str = "counter", more: str = "") -> tuple[int, str, list]:
+    """Runs `make` and returns its status, what it printed, and the tests of the results file as (name, failed)."""
+    (folder / "bench.py").write_text(bench)
+    sources = sources or str(HERE / "designs/counter.v")
+    text = textwrap.dedent(MAKEFILE).format(sources=sources, python=sys.executable, top=top, more=more)
+    (folder / "Makefile").write_text(text)
+    (folder / "results.xml").write_text("<testsuites><testsuite><testcase name='stale'/></testsuite></testsuites>")
+    done = subprocess.run(["make", *arguments], cwd=folder, capture_output=True, text=True, timeout=120, errors="replace")
+    results = folder / "results.xml"
+    assert results.is_file(), done.stdout + done.stderr
+    cases = [(case.get("name"), case.find("failure") is not None) for case in ElementTree.parse(results).iter("testcase")]
+    return done.returncode, done.stdout + done.stderr, cases
+
+
+@pytest.mark.parametrize("name", IN_A_TEST)
+def test_a_nasty_test_is_a_failed_run(name: str, tmp_path: Path) -> None:
+    body = textwrap.indent(IN_A_TEST[name], "    ")
+    bench = f"{HEAD}\n@cocotb.test()\nasync def passes(dut):\n    pass\n\n@cocotb.test()\nasync def nasty(dut):\n{body}\n"
+    more = "HOVERLOCK_ARGS = --hoverlock-wall-timeout 2"
+    status, text, cases = run_make(tmp_path, bench, more=more)
+    assert status != 0, text
+    expected = [("passes", False), ("run" if name == "keyboard_interrupt" else "nasty", True)]
+    assert cases == expected, text
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_nasty_module_is_a_failed_run(name: str, tmp_path: Path) -> None:
+    status, text, cases = run_make(tmp_path, f"{HEAD}\n{MODULES[name]}\n")
+    assert status != 0 and any(failed for _, failed in cases), text
+    if name == "one_of_two":
+        assert cases == [("passes", False), ("dies", True)]
+
+
+def test_a_killed_run_is_a_failed_run(tmp_path: Path) -> None:
+    bench = f"{HEAD}\n@cocotb.test()\nasync def forks(dut):\n    child = os.fork()\n    if child == 0:\n        os._exit(3)\n"
+    bench += "    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 3\n"
+    status, text, cases = run_make(tmp_path, bench)
+    assert status == 0 and cases == [("forks", False)], text
+    bench = f"{HEAD}\n@cocotb.test()\nasync def kills(dut):\n    os.kill(os.getppid(), signal.SIGTERM)\n    await Timer(1, 'ns')\n    while True: pass\n"
+    status, text, cases = run_make(tmp_path, bench)
+    assert status != 0 and cases == [("kills", True)], text
+
+
+PASSES = f"{HEAD}\n@cocotb.test()\nasync def passes(dut):\n    Clock(dut.clk, 10, 'ns').start()\n    await RisingEdge(dut.clk)\n"
+
+
+@pytest.mark.parametrize(
+    "flags", ["--trace", "--trace-fst", "--coverage", "--threads 2", "--timing --vpi", "--trace --trace-structs --coverage-line -j 2"]
+)
+def test_flags_of_verilator_that_cocotb_users_pass(flags: str, tmp_path: Path) -> None:
+    status, text, cases = run_make(tmp_path, PASSES, more=f"EXTRA_ARGS += {flags}")
+    assert status == 0 and cases == [("passes", False)], text
+    waves = [path.suffix for path in (tmp_path / "hoverlock-output").glob("bench.passes.*")]
+    assert (".fst" in waves) == ("--trace-fst" in flags) and (".vcd" in waves) == ("--trace " in f"{flags} ")
+
+
+def test_a_flag_that_cannot_be_heeded_is_refused_in_one_line(tmp_path: Path) -> None:
+    status, text, cases = run_make(tmp_path, PASSES, more="EXTRA_ARGS += --sc")
+    assert status != 0 and "the flag --sc of Verilator: models are C++, not SystemC" in text and cases == [("run", True)]
+    status, text, _ = run_make(tmp_path, PASSES, more="EXTRA_ARGS += --no-such-flag")
+    assert status != 0 and "--no-such-flag" in text
+
+
+def test_sources_that_dump_waves_and_names_of_cpp(tmp_path: Path) -> None:
+    words = ("abort", "delete", "template", "class_", "new_", "this_", "public", "private", "operator", "int32_t")
+    ports = "".join(f", input {word}, output reg {word}_q" for word in words)
+    body = "".join(f"    always @(posedge clk) {word}_q <= {word};\n" for word in words)
+    dumps = 'initial begin $dumpfile("own.vcd"); $dumpvars(0, names); end'
+    (tmp_path / "names.v").write_text(f"module names(input clk{ports});\n{body}    {dumps}\nendmodule\n")
+    lines = "".join(f"    dut._id('{word}', extended=False).value = 1\n" for word in words)
+    checks = "".join(f"    assert dut._id('{word}_q', extended=False).value == 1\n" for word in words)
+    bench = f"{PASSES}{lines}    await RisingEdge(dut.clk)\n    await Timer(1, 'ns')\n{checks}"
+    status, text, cases = run_make(tmp_path, bench, sources="names.v", top="names")
+    assert status == 0 and cases == [("passes", False)], text
