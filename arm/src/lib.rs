@@ -7,10 +7,10 @@
 //! | [`hardware`] | register addresses of the FPGA, and the check that it is the one this program was built for |
 //! | [`bus`] | registers by byte address, mapped from a device |
 //! | [`setup`] | checks, configures and enables the FPGA |
-//! | [`navigator`] | messages in, one line per frame out: gate, search, pose |
-//! | `reference` | the frame with which others are matched, and its renewal without a jump |
-//! | `ground` | the ground plane below the reference, from laser ranges |
-//! | `off_plane` | the features of the reference that are on buildings, trees and cars |
+//! | [`navigator`] | messages in, one line per frame out |
+//! | `tracker` | the estimator: prediction, matching, search, keyframes, protection level |
+//! | `filter` | position, attitude and keyframe poses with their covariance |
+//! | `keyframe` | landmarks, and matching where they are predicted |
 //! | [`line`](mod@line) | the result of a frame as a JSON line |
 //! | [`mavlink`] | the result of a frame as a message to an autopilot |
 //! | [`arinc429`] | the words that control the camera |
@@ -22,14 +22,14 @@
 
 pub mod arinc429;
 pub mod bus;
+mod filter;
 pub mod framing;
-mod ground;
 pub mod hardware;
+mod keyframe;
 pub mod line;
 pub mod mavlink;
 pub mod message;
 pub mod navigator;
-mod off_plane;
-mod reference;
 pub mod setup;
 pub mod source;
+mod tracker;

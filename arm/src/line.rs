@@ -7,8 +7,8 @@
 use crate::message::{MessageError, Trailer};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::{Attitude, ViewError};
-use hoverlock_reference::motion::pose::{Pose, PoseError};
 use hoverlock_reference::motion::ransac::RansacError;
+use hoverlock_reference::motion::refusal::Refusal;
 use serde::{Serialize, Serializer};
 use std::fmt::Display;
 
@@ -50,18 +50,30 @@ pub enum Reason {
     /// The frame matches the reference, which has not been confirmed yet.
     #[error("the reference is not confirmed yet: it must be found again half a second after it was captured")]
     Unconfirmed,
-    /// The field of view differs too much from that of the reference.
-    #[error("the field of view has changed since the reference; capture a new one")]
-    Zoom,
+    /// By the prediction the frame shows none of the keyframes at a similar scale.
+    #[error("no keyframe is in view at a similar scale")]
+    OutOfView,
     /// By its readings the camera does not see the ground.
     #[error(transparent)]
     View(#[from] ViewError),
+    /// Too few landmarks of a keyframe agree with one pose.
+    #[error("no estimate: {0} landmarks agree")]
+    Sightings(usize),
+    /// The pictures show a motion that the prediction excludes.
+    #[error("no estimate: pictures and sensors disagree (chi squared {0:.0})")]
+    Implausible(f64),
+    /// The standard error is a metre or more.
+    #[error("no estimate: the displacement is known to {0:.2} m only")]
+    Uncertain(f64),
+    /// The work limit ended the frame before the fit.
+    #[error("no estimate: the work allowed ended before the fit")]
+    Work,
+    /// The matches show the pattern of the sensor.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// The search found no motion.
     #[error(transparent)]
     Motion(#[from] RansacError),
-    /// The fit found no pose.
-    #[error(transparent)]
-    Pose(#[from] PoseError),
 }
 
 /// The result of a frame, as it is written.
@@ -102,37 +114,23 @@ pub struct Estimate {
     pub yaw_rad: f64,
     /// Covariance of `X_e` and `Y_e`: xx, xy, yx, yy, m^2.
     pub covariance_m2: [f64; 4],
-    /// Confidence from 1 (lowest) to 255.
+    /// Protection level: the radius about the estimate that the true displacement leaves in one frame of 100 000, m.
+    pub protection_level_m: f64,
+    /// `255 / (1 + protection level / 0.5 m)`, at least 1.
     pub quality: u8,
     /// Matches that agree with the estimated motion.
     pub inliers: usize,
-    /// Features matched with the reference.
+    /// Features matched with the keyframe.
     pub matches: usize,
+    /// Number of the keyframe.
+    #[serde(skip)]
+    pub keyframe: Option<u32>,
     /// Fitted attitude of the camera.
     #[serde(skip)]
     pub attitude: Attitude,
     /// Standard errors of the frame's sensor readings.
     #[serde(skip)]
     pub sensors: SensorErrors,
-}
-
-impl Estimate {
-    /// Creates the estimate from a fitted pose; `inliers` of `matches` agreed.
-    pub fn from_pose(pose: &Pose, inliers: usize, matches: usize, sensors: SensorErrors) -> Self {
-        let c = pose.covariance;
-        Self {
-            x_e_m: pose.displacement.x,
-            y_e_m: pose.displacement.y,
-            z_e_m: pose.descent,
-            yaw_rad: pose.current.attitude.yaw,
-            covariance_m2: [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]],
-            quality: pose.quality,
-            inliers,
-            matches,
-            attitude: pose.current.attitude,
-            sensors,
-        }
-    }
 }
 
 impl Line {

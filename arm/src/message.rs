@@ -6,12 +6,17 @@
 //! | 2 | telemetry | `u32` frame, `u32` 0, `u64` time in microseconds, then eight `f64`, see below |
 //! | 3 | frame | the records of a packet as the hardware emits them, eight or ten `u32` each, the trailer last |
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop, 5 renew the reference |
+//! | 5 | inertial | samples of the IMU, each a `u64` time in microseconds and six `f64`, see below |
 //!
 //! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
 //! heading (radians) and range (m). Telemetry holds the sensor readings at the exposure of the frame with that number:
 //! roll, pitch and yaw as in [`hoverlock_reference::motion::orthophoto`], range along the optical axis, field of view
 //! across the columns. It may arrive before or after its frame. The standard errors are the present ones of IMU and
 //! laser; over rough ground the laser's includes the relief.
+//!
+//! The six numbers of a sample: angular velocity (rad/s) about and specific force (acceleration minus gravity, m/s^2)
+//! along the camera's axes, at the time at which they were measured. The samples up to a frame are sent before its
+//! telemetry, 100 to 200 of them a second. They are optional.
 
 use crate::framing::MAX_PAYLOAD_BYTES;
 use hoverlock_fixed_point::model::record::FeatureRecord;
@@ -30,9 +35,17 @@ pub const TELEMETRY: u32 = 2;
 pub const FRAME: u32 = 3;
 /// Kind of a message with a command.
 pub const COMMAND: u32 = 4;
+/// Kind of a message with samples of the IMU.
+pub const INERTIAL: u32 = 5;
 
 /// Size of the shorter record, that of one or two scale pairs.
 pub const MIN_RECORD_BYTES: usize = 4 * TWO_PAIR_WORDS;
+
+/// Size of a sample of the IMU.
+const SAMPLE_BYTES: usize = 56;
+
+/// Largest angular velocity of a valid sample, rad/s, and largest specific force, m/s^2.
+const SAMPLE_LIMITS: [f64; 2] = [20.0, 200.0];
 
 /// Size of a telemetry payload.
 const TELEMETRY_BYTES: usize = 80;
@@ -153,6 +166,60 @@ impl Telemetry {
         payload.extend(readings.iter().flat_map(|reading| reading.to_le_bytes()));
         payload
     }
+}
+
+/// Angular velocity and specific force at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InertialSample {
+    /// Time of the measurement, microseconds.
+    pub time_us: u64,
+    /// Angular velocity about the camera's axes, rad/s.
+    pub rates: [f64; 3],
+    /// Specific force (acceleration minus gravity) along the camera's axes, m/s^2.
+    pub force: [f64; 3],
+}
+
+/// Samples of the IMU, borrowed from a payload.
+#[derive(Debug, Clone, Copy)]
+pub struct Inertial<'a>(&'a [u8]);
+
+impl<'a> Inertial<'a> {
+    /// Wraps a payload, without copying it.
+    ///
+    /// # Errors
+    /// If the payload has no whole number of samples, or a value is not finite or above its limit: 20 rad/s, 200
+    /// m/s^2.
+    pub fn parse(payload: &'a [u8]) -> Result<Self, MessageError> {
+        if !payload.len().is_multiple_of(SAMPLE_BYTES) {
+            return Err(MessageError::Length { kind: INERTIAL, bytes: payload.len() });
+        }
+        let inertial = Self(payload);
+        let within = |values: &[f64; 3], limit: f64| values.iter().all(|value| value.abs() <= limit);
+        let [rate, force] = SAMPLE_LIMITS;
+        if !inertial.samples().all(|sample| within(&sample.rates, rate)) {
+            return Err(MessageError::Reading("the angular velocity"));
+        }
+        if !inertial.samples().all(|sample| within(&sample.force, force)) {
+            return Err(MessageError::Reading("the specific force"));
+        }
+        Ok(inertial)
+    }
+
+    /// Returns the samples in order.
+    pub fn samples(&self) -> impl Iterator<Item = InertialSample> + use<'a> {
+        self.0.chunks_exact(SAMPLE_BYTES).map(|bytes| {
+            let long = |i: usize| u64::from(word(bytes, 2 * i)) | u64::from(word(bytes, 2 * i + 1)) << 32;
+            let three = |first: usize| std::array::from_fn(|axis| f64::from_bits(long(first + axis)));
+            InertialSample { time_us: long(0), rates: three(1), force: three(4) }
+        })
+    }
+}
+
+/// Encodes samples of the IMU as a payload.
+pub fn encode_inertial(samples: &[InertialSample]) -> Vec<u8> {
+    let values = |sample: &InertialSample| sample.rates.into_iter().chain(sample.force);
+    let bytes = |sample| values(sample).flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
+    samples.iter().flat_map(|sample| sample.time_us.to_le_bytes().into_iter().chain(bytes(sample))).collect()
 }
 
 /// Thresholds of the scale pairs in a trailer.

@@ -1,12 +1,7 @@
 //! The navigator: messages in, one line per frame out.
 //!
-//! A frame needs two messages, its feature records and its telemetry. Then follow the gate from attitude, range and the
-//! last displacement; the search of [`hoverlock_reference::motion::estimate`]; and the pose fit of
-//! [`hoverlock_reference::motion::pose`].
-//!
-//! **The gate.** `H = G_c^-1 T(-t) G_r` predicts where a feature of the reference is now. `G` is the homography from
-//! pixels to metres by the telemetry of each view, `t` the last displacement. The gate is used if that displacement is
-//! at most `MAX_PREDICTION_AGE_US` old, and not after the clock has jumped.
+//! A frame needs two messages, its feature records and its telemetry; samples of the IMU precede them. The estimate is
+//! that of the module `tracker`.
 //!
 //! **Faulty links.** A message that repeats one of the last `HISTORY_MESSAGES` is ignored. Telemetry belongs to the
 //! frame with its number. A frame whose telemetry comes later waits for it until the next frame arrives, and then gets
@@ -15,23 +10,17 @@
 
 use crate::arinc429::{self, Camera as Addressee, Control, WordError};
 use crate::framing::RawMessage;
-use crate::ground::PlaneUpdate;
 use crate::hardware::{self, Fpga, HardwareError, Size, registers};
 use crate::line::{Estimate, Line, Reason, Status};
-use crate::message::{self, Command, Frame, MessageError, Registers, Telemetry};
-use crate::off_plane::OffPlaneMask;
-use crate::reference::{MAX_ZOOM_CHANGE, Reference, is_accurate};
+use crate::message::{self, Command, Frame, Inertial, MessageError, Registers, Telemetry};
+pub use crate::tracker::RESERVED_WORK;
+use crate::tracker::Tracker;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
-use hoverlock_reference::motion::estimator::{Estimator, Workspace};
 use hoverlock_reference::motion::mark::{Part, mark};
-use hoverlock_reference::motion::matching::{GATE_RADIUS_PX, Gate};
 use hoverlock_reference::motion::model::Pair;
-use hoverlock_reference::motion::observation::Observation;
-use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose::{self, ConsensusPairs, PoseBuffers, PoseError};
-use nalgebra::{Matrix3, Vector2};
+use hoverlock_reference::motion::orthophoto::Camera;
 
 /// Features of a frame that are used at most: those with the largest responses.
 const MAX_FEATURES: usize = 1024;
@@ -40,18 +29,6 @@ const MAX_FEATURES: usize = 1024;
 /// `make bench-arm`, so this is up to 26 million; records and output take one million more. Three rounds of matching
 /// take 0.9 million units if the features are spread evenly over scales and polarities.
 const WORK_UNITS: u64 = 2_200_000;
-
-/// Part of `WORK_UNITS` that is reserved for the pose fit. An iteration over 600 pairs takes 27 thousand units; a fit
-/// takes seven iterations, over hills twenty, and further ones over fewer pairs.
-pub const POSE_WORK_UNITS: u64 = 700_000;
-
-/// Pairs that the pose fit uses at most; of more, every second, third and so on. Over hills the fit to a thousand pairs
-/// does not converge within [`POSE_WORK_UNITS`].
-const MAX_POSE_PAIRS: usize = 600;
-
-/// Age up to which a displacement is used to predict the next, microseconds. From 10 m or higher, a helicopter that
-/// gains 2 m/s within that time moves the ground by less than the gate's radius.
-const MAX_PREDICTION_AGE_US: u64 = 1_000_000;
 
 /// Messages, and telemetry of frames, that are kept to recognise repetitions and to match frames.
 const HISTORY_MESSAGES: usize = 16;
@@ -98,8 +75,6 @@ pub struct Navigator {
     size: Option<Size>,
     capture: bool,
     renew: bool,
-    reference: Option<Reference>,
-    last: Option<LastDisplacement>,
     telemetry: [Option<Telemetry>; HISTORY_MESSAGES],
     telemetry_next: usize,
     seen: [Option<(u32, u32)>; HISTORY_MESSAGES],
@@ -108,27 +83,11 @@ pub struct Navigator {
     waiting: Option<(u32, Line)>,
     zoom: Option<f64>,
     counts: Counts,
-    buffers: Buffers,
-    work: u64,
-}
-
-#[derive(Clone, Copy)]
-struct LastDisplacement {
-    time_us: u64,
-    displacement: Vector2<f64>,
-    /// Downwards, m.
-    descent: f64,
-}
-
-/// Memory that is allocated once and used for every frame.
-struct Buffers {
+    tracker: Tracker,
     records: Vec<FeatureRecord>,
-    reference: Vec<Feature>,
-    off_plane: OffPlaneMask,
+    /// The features of the present frame.
     current: Vec<Feature>,
-    inliers: Vec<Pair>,
-    workspace: Workspace,
-    pose: PoseBuffers,
+    work: u64,
 }
 
 impl Default for Navigator {
@@ -150,8 +109,6 @@ impl Navigator {
             size: None,
             capture: false,
             renew: false,
-            reference: None,
-            last: None,
             telemetry: [None; HISTORY_MESSAGES],
             telemetry_next: 0,
             seen: [None; HISTORY_MESSAGES],
@@ -159,15 +116,9 @@ impl Navigator {
             waiting: None,
             zoom: None,
             counts: Counts::default(),
-            buffers: Buffers {
-                records: Vec::with_capacity(crate::framing::MAX_PAYLOAD_BYTES / message::MIN_RECORD_BYTES),
-                reference: Vec::with_capacity(MAX_FEATURES),
-                off_plane: OffPlaneMask::with_capacity(MAX_FEATURES),
-                current: Vec::with_capacity(MAX_FEATURES),
-                inliers: Vec::with_capacity(MAX_FEATURES),
-                workspace: Workspace::with_capacity(MAX_FEATURES),
-                pose: PoseBuffers::with_capacity(MAX_FEATURES),
-            },
+            tracker: Tracker::with_capacity(MAX_FEATURES),
+            records: Vec::with_capacity(crate::framing::MAX_PAYLOAD_BYTES / message::MIN_RECORD_BYTES),
+            current: Vec::with_capacity(MAX_FEATURES),
             work,
         }
     }
@@ -187,7 +138,7 @@ impl Navigator {
 
     /// Returns the inliers of the last estimate. Valid only if the last line has an estimate.
     pub fn inliers(&self) -> &[Pair] {
-        &self.buffers.inliers
+        self.tracker.inliers()
     }
 
     /// Processes a message. `out` is called with each line that it completes, at most two.
@@ -212,6 +163,13 @@ impl Navigator {
                 false
             }
             message::TELEMETRY => self.telemetry(raw, out).is_err(),
+            message::INERTIAL => match Inertial::parse(raw.payload) {
+                Ok(inertial) => {
+                    inertial.samples().for_each(|sample| self.tracker.take_sample(sample));
+                    false
+                }
+                Err(_) => true,
+            },
             message::COMMAND => match Command::parse(raw.payload) {
                 Ok(Command::Stop) => {
                     self.finish(out);
@@ -246,12 +204,12 @@ impl Navigator {
         let size = hardware::check(&self.fpga, &block)?;
         self.finish(out);
         if self.size.is_some_and(|before| before != size) {
-            self.reference = None;
+            self.tracker.clear();
         }
         self.size = Some(size);
         self.telemetry = [None; HISTORY_MESSAGES];
         self.seen = [None; HISTORY_MESSAGES];
-        self.last = None;
+        self.tracker.restart_clock();
         Ok(())
     }
 
@@ -303,13 +261,13 @@ impl Navigator {
         }
     }
 
-    /// Unpacks the features of a frame into `buffers.current`.
+    /// Unpacks the features of a frame into `current`.
     fn unpack_features(&mut self, frame: &Frame<'_>, line: &mut Line) -> Result<(), Reason> {
         let size = self.size.ok_or(Reason::Registers)?;
         if u32::from(frame.trailer.errors) & DAMAGE_BITS != 0 {
             return Err(Reason::Damaged(frame.trailer.errors));
         }
-        let Buffers { records, current, .. } = &mut self.buffers;
+        let Self { records, current, .. } = self;
         records.clear();
         for (i, record) in frame.features().enumerate() {
             let record = record?;
@@ -332,16 +290,17 @@ impl Navigator {
         Ok(())
     }
 
-    /// Processes the frame whose features are in `buffers.current`, now that its telemetry is known.
+    /// Processes the frame whose features are in `current`, now that its telemetry is known.
     fn finish_frame(&mut self, line: Line, telemetry: &Telemetry, out: &mut impl FnMut(&Line)) {
         let mut line = Line { time_us: Some(telemetry.time_us), ..line };
-        let (mut search, mut fit) = (Budget::new(self.work.saturating_sub(POSE_WORK_UNITS)), Budget::new(0));
-        // Before the estimate, as this frame may become the reference.
-        line.reference = self.reference.filter(|_| !self.capture).and_then(|reference| reference.frame);
-        let outcome = self.estimate(line.frame, telemetry, &mut search, &mut fit);
+        let reserved = RESERVED_WORK.min(self.work);
+        let (mut search, mut fit) = (Budget::new(self.work - reserved), Budget::new(reserved));
+        line.reference = if self.capture { None } else { self.tracker.origin() };
+        let outcome = self.estimate(line.frame, telemetry, [&mut search, &mut fit]);
         mark(Part::Frame);
         match outcome {
             Ok(Some(estimate)) => {
+                line.reference = estimate.keyframe;
                 line.estimate = Some(estimate);
                 line.status = if search.is_exhausted() { Status::Late } else { Status::Estimate };
             }
@@ -357,95 +316,16 @@ impl Navigator {
         &mut self,
         frame: Option<u32>,
         telemetry: &Telemetry,
-        search: &mut Budget,
-        fit: &mut Budget,
+        budgets: [&mut Budget; 2],
     ) -> Result<Option<Estimate>, Reason> {
         let size = self.size.ok_or(Reason::Registers)?;
         let camera =
             Camera::with_field_of_view(usize::from(size.width), usize::from(size.height), telemetry.field_of_view)?;
-        let view = View::new(camera, telemetry.attitude, telemetry.range)?;
-        let Buffers {
-            reference: reference_features, off_plane, current, inliers, workspace, pose: pose_buffers, ..
-        } = &mut self.buffers;
         if self.capture {
-            self.capture = false;
-            self.renew = false;
-            self.reference = Some(Reference::origin(frame, view, telemetry));
-            self.last =
-                Some(LastDisplacement { time_us: telemetry.time_us, displacement: Vector2::zeros(), descent: 0.0 });
-            std::mem::swap(reference_features, current);
-            off_plane.clear();
+            self.tracker.capture(frame, telemetry, camera, &self.current)?;
+            (self.capture, self.renew) = (false, false);
             return Ok(None);
         }
-        let reference = self.reference.as_mut().ok_or(Reason::Reference)?;
-        if reference.zoom_change(telemetry.field_of_view) > MAX_ZOOM_CHANGE {
-            return Err(Reason::Zoom);
-        }
-        let fresh = |last: &LastDisplacement| {
-            telemetry.time_us.checked_sub(last.time_us).is_some_and(|age| age <= MAX_PREDICTION_AGE_US)
-        };
-        let last = self.last.filter(fresh);
-        // The laser range may be to a roof, so the predicted height over the ground is used instead where there is one.
-        let at_height = |height| View::at_height(camera, telemetry.attitude, height).unwrap_or(view);
-        let expected = last.map(|last| reference.sight.view.height() - (last.descent - reference.offset.descent));
-        let gate = last.map(|last| {
-            let moved = last.displacement - reference.offset.displacement;
-            let level = expected.map_or(view, at_height);
-            Gate { prediction: ground_homography(&reference.sight.view, &level, moved), radius: GATE_RADIUS_PX }
-        });
-        let mut estimator = Estimator::default();
-        estimator.matching.gate = gate;
-        mark(Part::Search);
-        let motion = estimator.estimate_in(workspace, search, reference_features, current);
-        mark(Part::Pose);
-        let motion = motion?;
-        *fit = Budget::new(self.work - search.spent());
-        let stride = motion.inliers.len().div_ceil(MAX_POSE_PAIRS).max(1);
-        let pairs = motion.inliers.iter().step_by(stride).map(|&i| (motion.matches[i].reference, motion.pairs[i]));
-        let masked = off_plane.sort(pairs, fit, inliers);
-        let consensus = ConsensusPairs { pairs: inliers, off_plane: masked, quality: motion.quality };
-        let mut sight = Observation { view, errors: telemetry.sensors.into() };
-        if let Some(expected) = expected {
-            // The laser may have hit a building or a tree: the larger its residual, the less it constrains the height.
-            sight.errors.relief_height = sight.errors.relief_height.max((view.height() - expected).abs() / 2.0);
-        }
-        let terrain = reference.ground.terrain();
-        let pose = match pose::fit_in(pose_buffers, fit, &reference.sight, &terrain, &sight, consensus) {
-            Ok(pose) => pose,
-            Err(error) => {
-                let rejected = matches!(error, PoseError::Disagreement { .. } | PoseError::Unexplained { .. });
-                if rejected && reference.reject(view.height()) == PlaneUpdate::Replaced {
-                    off_plane.clear();
-                }
-                return Err(error.into());
-            }
-        };
-        off_plane.update(pose_buffers.off_plane());
-        if reference.update(&pose, telemetry.range, telemetry.sensors.range) == PlaneUpdate::Replaced {
-            off_plane.clear();
-        }
-        let step = Estimate::from_pose(&pose, motion.inliers.len(), motion.matches.len(), telemetry.sensors);
-        let estimate = reference.offset.add(step);
-        let displacement = Vector2::new(estimate.x_e_m, estimate.y_e_m);
-        self.last = Some(LastDisplacement { time_us: telemetry.time_us, displacement, descent: estimate.z_e_m });
-        if !reference.confirm(telemetry.time_us) {
-            return Err(Reason::Unconfirmed);
-        }
-        let level = at_height(pose.current.height);
-        let homography = ground_homography(&reference.sight.view, &level, pose.displacement);
-        let expired = reference.is_expired(&estimate, &homography, (size.width, size.height), telemetry);
-        if (expired || self.renew) && is_accurate(&step) {
-            self.renew = false;
-            *reference = Reference::renewed(frame, level, telemetry, &estimate, &pose, reference);
-            std::mem::swap(reference_features, current);
-            off_plane.clear();
-        }
-        Ok(Some(estimate))
+        self.tracker.estimate(frame, telemetry, camera, &self.current, &mut self.renew, budgets).map(Some)
     }
-}
-
-/// Returns the homography from pixels of the reference to pixels of the current view, for a camera that has moved by
-/// `displacement` (m) over level ground.
-fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64>) -> Matrix3<f64> {
-    current.from_ground() * Matrix3::new_translation(&-displacement) * reference.to_ground()
 }

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
 use hoverlock_cosim::hover::TABLE;
-use hoverlock_cosim::sequence::{SequenceWriter, TELEMETRY};
+use hoverlock_cosim::sequence::{INERTIAL, SequenceWriter, TELEMETRY};
 use hoverlock_cosim::{BoxError, FrameProgress, HoverOutcome, HoverSettings, Monitor, hover};
 use hoverlock_reports::output::PAGE;
 use indicatif::ProgressBar;
@@ -36,6 +36,9 @@ pub struct Args {
     /// A scene of the simulator, or a scene file
     #[arg(long, value_name = "NAME|FILE", default_value = "field")]
     scene: String,
+    /// A scenario file: scene, errors of the camera and timed events; its keys replace the options
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    scenario: Option<PathBuf>,
     /// Where features come from
     #[arg(long, value_enum, default_value = "fixed")]
     features: Features,
@@ -91,6 +94,7 @@ impl Monitor for Recorder {
         if let Some((folder, writer)) = &self.saved {
             let mut writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
             let (name, png) = writer.add(frame.number, frame.picture, frame.telemetry)?;
+            writer.add_inertial(frame.inertial);
             write_file(&folder.join(name), &png)?;
         }
         let seconds = frame.telemetry.time_us as f64 / 1e6;
@@ -109,12 +113,13 @@ impl Recorder {
         self.bar.finish_and_clear();
         let Some((folder, writer)) = &self.saved else { return Ok(()) };
         let writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
+        write_file(&folder.join(INERTIAL), writer.inertial_table().as_bytes())?;
         write_file(&folder.join(TELEMETRY), writer.table().as_bytes())
     }
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let settings = HoverSettings {
+    let mut settings = HoverSettings {
         scene: args.scene.clone(),
         design: args.chosen.design()?,
         features: args.features.into(),
@@ -126,7 +131,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
         altitude: args.altitude.into(),
         view: args.view.into(),
         renew_after_s: args.renew,
+        ..HoverSettings::default()
     };
+    if let Some(path) = &args.scenario {
+        settings.read_scenario(path)?;
+    }
     let folder = Folder::new(&args.out)?;
     let save = args.save.as_deref().map(Folder::new).transpose()?;
     let recorder = Recorder {

@@ -50,7 +50,7 @@ fn a_hover_holds_its_place_repeats_itself_and_is_replayed() {
     assert_eq!(table(&first), table(&again));
     assert_ne!(table(&first), table(&other));
 
-    // Angles travel as degrees, so the last bits differ.
+    // A replay has the samples of the IMU of the last 10 ms, which in flight come too late for their frame.
     let output = hoverlock(&["cosim", "--json", frames.to_str().unwrap()]);
     let replayed: Value = serde_json::from_slice(&output.stdout).unwrap();
     let estimates = replayed["estimates"].as_array().unwrap();
@@ -58,7 +58,7 @@ fn a_hover_holds_its_place_repeats_itself_and_is_replayed() {
     assert_eq!(estimates.len(), flown.len());
     for (line, flown) in estimates.iter().zip(flown) {
         match (line["x_e_m"].as_f64(), flown) {
-            (Some(replayed), Some(flown)) => assert!((replayed - flown).abs() < 1e-3, "{replayed} {flown}"),
+            (Some(replayed), Some(flown)) => assert!((replayed - flown).abs() < 1e-2, "{replayed} {flown}"),
             (replayed, flown) => assert_eq!(replayed, flown),
         }
     }

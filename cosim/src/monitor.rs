@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::error::Error;
 
-use hoverlock_arm::message::Telemetry;
+use hoverlock_arm::message::{InertialSample, Telemetry};
 use hoverlock_reference::image::plane::Plane;
 
 /// Any error of the caller.
@@ -43,6 +43,8 @@ pub struct FrameProgress<'a> {
     pub picture: &'a Plane<u16>,
     /// The telemetry of the frame.
     pub telemetry: &'a Telemetry,
+    /// Samples of the inertial sensor since the frame before.
+    pub inertial: &'a [InertialSample],
     /// Quality of the estimate, 0 to 255; `None` without an estimate.
     pub quality: Option<u8>,
     /// True distance from the target, m; `None` if the truth is unknown.

@@ -145,20 +145,33 @@ impl CosimFrame {
 pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOutcome, CosimError> {
     // A missing or unsuitable ARM binary is reported before the pictures are read.
     check_choice(settings.features, &settings.design, settings.flight_program)?;
-    let Sequence { frames, names, telemetry, is_telemetry_assumed, pseudo_truths } =
+    let Sequence { frames, names, telemetry, inertial, is_telemetry_assumed, pseudo_truths } =
         sequence::read(&settings.sequence, &settings.limits, monitor)?;
     let step = monitor.long_step("frames through extractor and flight program");
     let started = Instant::now();
     let mut chain = Chain::start(settings.features, &settings.design, settings.flight_program, &frames[0], monitor)?;
     let (mut outputs, mut estimates) = (Vec::new(), Vec::new());
     let total = frames.len();
+    let mut inertial = &inertial[..];
     for (number, (((picture, name), telemetry), truth)) in
         frames.into_iter().zip(names).zip(&telemetry).zip(pseudo_truths).enumerate()
     {
+        let due = inertial.partition_point(|sample| sample.time_us <= telemetry.time_us);
+        let (samples, later) = inertial.split_at(due);
+        inertial = later;
+        chain.inertial(samples)?;
         let output = chain.process(telemetry, &picture)?;
         estimates.push(RawValue::from_string(output.text)?);
         let quality = output.line.quality;
-        let progress = FrameProgress { number, frames: total, picture: &picture, telemetry, quality, distance_m: None };
+        let progress = FrameProgress {
+            number,
+            frames: total,
+            picture: &picture,
+            telemetry,
+            inertial: samples,
+            quality,
+            distance_m: None,
+        };
         monitor.frame(&progress).map_err(CosimError::Stopped)?;
         outputs.push(CosimFrame { name, picture, line: output.line, truth, inliers: output.inliers });
     }

@@ -13,7 +13,7 @@ use crate::aircraft::{Aircraft, State};
 use crate::autopilot::Autopilot;
 use crate::pose::Pose;
 use crate::random::{Purpose, stream};
-use crate::sensors::{Barometer, Imu, Inertial, Laser};
+use crate::sensors::{Barometer, Imu, Inertial, LATENCY_S, Laser};
 use crate::wind::{Climate, Wind};
 use hoverlock_reference::motion::orthophoto::Attitude;
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
@@ -242,6 +242,17 @@ pub struct Readings {
     pub time: f64,
 }
 
+/// Rates and specific force of the inertial sensor at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InertialSample {
+    /// Time at which they were measured, s; a sample is available later by the latency of the sensor.
+    pub time: f64,
+    /// Angular velocity about the camera's axes, rad/s.
+    pub rates: Vector3<f64>,
+    /// Specific force along the camera's axes, m/s^2.
+    pub force: Vector3<f64>,
+}
+
 /// A simulated flight under autopilot: helicopter, wind and sensors. The caller passes in the vision fixes.
 #[derive(Debug, Clone)]
 pub struct Flight {
@@ -260,6 +271,8 @@ pub struct Flight {
     now: f64,
     /// Sign of the first change of height.
     upwards: f64,
+    /// Samples since the last call to [`Flight::take_inertial`].
+    inertial: Vec<InertialSample>,
 }
 
 impl Flight {
@@ -289,9 +302,11 @@ impl Flight {
             point,
             now: 0.0,
             upwards: if stream(seed, Purpose::Flight).random::<bool>() { 1.0 } else { -1.0 },
+            inertial: Vec::new(),
             aircraft,
         };
         flight.settle();
+        flight.inertial.clear();
         flight
     }
 
@@ -334,6 +349,7 @@ impl Flight {
         self.wind.advance();
         self.imu.advance(&inertial(&self.aircraft, &self.state, &self.wind, &self.actuators));
         let reading = self.imu.reading();
+        self.inertial.push(InertialSample { time: time - LATENCY_S, rates: reading.rates, force: reading.force });
         if self.point % BAROMETER_STEPS == 0 {
             self.autopilot.apply_height(time, self.barometer.read(self.aircraft.camera(&self.state).height()));
         }
@@ -372,6 +388,11 @@ impl Flight {
     pub fn readings(&mut self, laser: &mut TrueRange) -> Readings {
         let range = laser(self.aircraft.camera(&self.present())).map(|range| self.laser.read(range));
         Readings { attitude: self.imu.reading().attitude, range, time: self.now }
+    }
+
+    /// Returns the samples of the inertial sensor since the last call, 200 a second, the oldest first.
+    pub fn take_inertial(&mut self) -> Vec<InertialSample> {
+        std::mem::take(&mut self.inertial)
     }
 
     /// Passes the vision fix of a frame to the autopilot, at the time of the last call to [`Flight::advance`]. `None`

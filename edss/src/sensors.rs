@@ -19,7 +19,7 @@ pub const VARIANCE_SHARES: [f64; 4] = [0.35, 0.05, 0.35, 0.25];
 /// Time constant of the wander.
 pub const WANDER_TIME_S: f64 = 5.0;
 /// Age of a reading of the inertial sensor.
-const LATENCY_S: f64 = 0.01;
+pub const LATENCY_S: f64 = 0.01;
 /// Rms constant error of an angular rate, rad/s: 0.02 degrees a second; drawn for each axis and flight.
 const RATE_BIAS: f64 = 0.02 * std::f64::consts::PI / 180.0;
 /// Rms white noise of an angular rate, rad/s: 0.05 degrees a second.

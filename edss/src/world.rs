@@ -5,7 +5,7 @@ use hoverlock_reference::motion::orthophoto::ViewError;
 use nalgebra::Vector3;
 
 use crate::camera::{FRAME_RATE, FRAME_SIZE, Kt27, Motion, Optics};
-use crate::flight::{Fix, Flight, Moment, Readings, Setup};
+use crate::flight::{Fix, Flight, InertialSample, Moment, Readings, Setup};
 use crate::pose::Pose;
 use crate::render::{Lens, Renderer, Shot};
 
@@ -16,10 +16,28 @@ pub struct Exposure {
     pub frame: Plane<u16>,
     /// Sensor readings.
     pub readings: Readings,
+    /// Samples of the inertial sensor since the frame before, the oldest first.
+    pub inertial: Vec<InertialSample>,
     /// True state.
     pub moment: Moment,
     /// Field of view across the columns, radians.
     pub field_of_view: f64,
+}
+
+/// What is between the scene and the camera: `radiance <- transmission radiance + veil mean(radiance)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Obstruction {
+    /// Factor of the radiance of the scene: 0 for a covered lens, above 1 for a sudden light.
+    pub transmission: f64,
+    /// Uniform radiance that is added, relative to the mean of the scene: that of a cloud.
+    pub veil: f64,
+}
+
+impl Default for Obstruction {
+    /// Returns a free view.
+    fn default() -> Self {
+        Self { transmission: 1.0, veil: 0.0 }
+    }
 }
 
 /// A flight over a scene, with a camera.
@@ -27,6 +45,8 @@ pub struct World {
     renderer: Renderer,
     /// Camera with its zoom and exposure control.
     pub camera: Kt27,
+    /// What is between scene and camera.
+    pub obstruction: Obstruction,
     flight: Flight,
     radiance: Plane<f32>,
     time: f64,
@@ -39,7 +59,9 @@ impl World {
     pub fn new(renderer: Renderer, setup: &Setup, optics: Optics, field_of_view: f64, seed: u64) -> Self {
         let camera = Kt27::new(optics, field_of_view, seed);
         let radiance = Plane::filled(FRAME_SIZE.0, FRAME_SIZE.1, 0.0);
-        Self { renderer, camera, flight: Flight::new(setup, seed), radiance, time: 0.0, exposure_settled: false }
+        let obstruction = Obstruction::default();
+        let flight = Flight::new(setup, seed);
+        Self { renderer, camera, obstruction, flight, radiance, time: 0.0, exposure_settled: false }
     }
 
     /// Advances to a time (s) and exposes a frame there.
@@ -57,6 +79,7 @@ impl World {
         let [k1, k2] = optics.distortion;
         let shot = Shot { lens: Lens { camera: pinhole, k1, k2 }, first: pose, last, time };
         self.renderer.render(&shot, &mut self.radiance);
+        self.obstruct();
         if !self.exposure_settled {
             self.exposure_settled = true;
             self.camera.settle_exposure(&self.radiance);
@@ -64,7 +87,7 @@ impl World {
         let motion = Motion::over_ground(&pinhole, &pose, &velocity, &rates, self.camera.exposure());
         let field_of_view = self.camera.field_of_view();
         let frame = self.camera.read_out(&mut self.radiance, &motion);
-        Ok(Exposure { frame, readings, moment, field_of_view })
+        Ok(Exposure { frame, readings, inertial: self.flight.take_inertial(), moment, field_of_view })
     }
 
     /// Advances to a time (s) and passes the vision fix of a frame to the autopilot; `None` if there is no estimate.
@@ -76,6 +99,17 @@ impl World {
     /// Makes the present position the one to hold.
     pub fn engage(&mut self) {
         self.flight.engage();
+    }
+
+    /// Applies the obstruction to the radiance.
+    fn obstruct(&mut self) {
+        if self.obstruction == Obstruction::default() {
+            return;
+        }
+        let samples = self.radiance.as_mut_slice();
+        let mean = samples.iter().map(|&value| f64::from(value)).sum::<f64>() / samples.len() as f64;
+        let (factor, added) = (self.obstruction.transmission as f32, (self.obstruction.veil * mean) as f32);
+        samples.iter_mut().for_each(|value| *value = factor * *value + added);
     }
 
     fn advance(&mut self, time: f64) -> Moment {

@@ -126,6 +126,7 @@ pub fn fly_hover(
         altitude: choice("altitude", altitude, &altitudes)?,
         view: choice("view", view, &[("wide", CameraView::Wide), ("narrow", CameraView::Narrow)])?,
         renew_after_s,
+        ..HoverSettings::default()
     };
     let supervisor = Supervisor::default();
     py.detach(|| hoverlock_cosim::hover(&settings, &supervisor)).map(HoverOutcome).map_err(hover_error)

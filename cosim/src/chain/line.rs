@@ -24,6 +24,8 @@ pub struct FlightLine {
     pub yaw_rad: Option<f64>,
     /// Covariance of the displacement: xx, xy, yx, yy, m^2.
     pub covariance_m2: Option<[f64; 4]>,
+    /// Protection level, m.
+    pub protection_level_m: Option<f64>,
     /// Quality, 0 to 255.
     pub quality: Option<u8>,
     /// Number of inliers.

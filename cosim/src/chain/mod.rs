@@ -8,7 +8,7 @@ mod float;
 mod line;
 
 use hoverlock_arm::hardware::Fpga;
-use hoverlock_arm::message::{self, Command, Telemetry, encode_registers};
+use hoverlock_arm::message::{self, Command, InertialSample, Telemetry, encode_inertial, encode_registers};
 use hoverlock_arm::source::Source as MessageStream;
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_reference::image::plane::Plane;
@@ -113,6 +113,18 @@ impl Chain {
         self.stream.send(message::COMMAND, &command.encode())?;
         self.send()?;
         self.host.camera_word()
+    }
+
+    /// Sends the samples of the inertial sensor since the frame before.
+    ///
+    /// # Errors
+    /// The flight program has failed.
+    pub fn inertial(&mut self, samples: &[InertialSample]) -> Result<(), ChainError> {
+        if !samples.is_empty() {
+            self.stream.send(message::INERTIAL, &encode_inertial(samples))?;
+            self.send()?;
+        }
+        Ok(())
     }
 
     /// Processes a frame with its telemetry. With the ARM binary the output is its line; the host's line is compared

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::time::Instant;
 
 use hoverlock_arm::arinc429::{self, Control};
-use hoverlock_arm::message::{Command, Telemetry};
-use hoverlock_edss::camera::{FIELD_OF_VIEW_RANGE_DEG, FRAME_RATE, Optics};
+use hoverlock_arm::message::{Command, InertialSample, Telemetry};
+use hoverlock_edss::camera::{FIELD_OF_VIEW_RANGE_DEG, FRAME_RATE};
 use hoverlock_edss::flight::{Fix, Flight, Hold, Moment, Setup};
 use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
@@ -64,7 +64,7 @@ pub(super) fn fly(
         ..Setup::default()
     };
     setup.check()?;
-    let mut world = World::new(renderer, &setup, Optics::default(), FIELD_OF_VIEW_RANGE_DEG[1], settings.seed);
+    let mut world = World::new(renderer, &setup, settings.scenario.optics(), FIELD_OF_VIEW_RANGE_DEG[1], settings.seed);
     let mut blind = Flight::new(&Setup { mode: Hold::ImuOnly, ..setup }, settings.seed);
     let mut running: Option<Chain> = None;
     let mut due: VecDeque<(f64, Option<Fix>)> = VecDeque::new();
@@ -77,13 +77,14 @@ pub(super) fn fly(
             due.pop_front();
             world.apply_fix(at, fix);
         }
+        world.obstruction = settings.scenario.obstruction(time);
         let exposure = world.expose(time)?;
         if number == 0 {
             world.engage();
             blind.engage();
         }
         let without_vision = blind.advance(time);
-        let telemetry = telemetry(number, &exposure, &setup, &mut range);
+        let telemetry = telemetry(settings, number, &exposure, &setup, &mut range);
         let chain = match &mut running {
             Some(chain) => chain,
             none => none.insert(Chain::start(
@@ -95,9 +96,15 @@ pub(super) fn fly(
             )?),
         };
         command(settings, number, chain, &mut world)?;
+        let samples = inertial(&exposure);
+        chain.inertial(&samples)?;
+        if settings.scenario.is_dropped(time) {
+            continue;
+        }
         let output = chain.process(&telemetry, &exposure.frame)?;
         due.push_back((time + ESTIMATE_LATENCY_S, fix(&output.line, time)));
-        let row = Row::new(&exposure, &telemetry, &output.line, without_vision.camera.ground());
+        let blind = without_vision.camera.ground();
+        let row = Row::new(&exposure, &telemetry, &output.line, blind, settings.scenario.is_blind(time));
         outcome.rows.push(row);
         keep_pictures(&mut outcome, number, frames, &exposure, &output);
         let progress = FrameProgress {
@@ -105,6 +112,7 @@ pub(super) fn fly(
             frames,
             picture: &exposure.frame,
             telemetry: &telemetry,
+            inertial: &samples,
             quality: output.line.quality,
             distance_m: outcome.rows.last().map(|row| (row.position() - outcome.target()).norm()),
         };
@@ -121,9 +129,9 @@ fn command(settings: &HoverSettings, number: usize, chain: &mut Chain, world: &m
         (settings.view == CameraView::Narrow).then_some((NARROW_AFTER_S, Command::Narrow)),
         settings.renew_after_s.map(|at| (at, Command::Renew)),
     ];
-    for (at, command) in commands.into_iter().flatten() {
-        if number == (at * FRAME_RATE).round() as usize
-            && let Some(word) = chain.command(command)?
+    let due = commands.into_iter().flatten().filter(|(at, _)| number == (at * FRAME_RATE).round() as usize);
+    for command in due.map(|(_, command)| command).chain(settings.scenario.commands(number)) {
+        if let Some(word) = chain.command(command)?
             && let (_, Control::Zoom(degrees)) = arinc429::decode(word)?
         {
             world.camera.zoom(degrees);
@@ -132,17 +140,36 @@ fn command(settings: &HoverSettings, number: usize, chain: &mut Chain, world: &m
     Ok(())
 }
 
+/// Converts the samples of the inertial sensor to the form of the message stream. Those before time 0 are left out.
+fn inertial(exposure: &Exposure) -> Vec<InertialSample> {
+    let samples = exposure.inertial.iter().filter(|sample| sample.time >= 0.0);
+    let converted = samples.map(|sample| InertialSample {
+        time_us: (1e6 * sample.time).round() as u64,
+        rates: sample.rates.into(),
+        force: sample.force.into(),
+    });
+    converted.collect()
+}
+
 /// Returns the telemetry of a frame. While the laser has no reading, its last range is held with a large standard
 /// error.
-fn telemetry(number: usize, exposure: &Exposure, setup: &Setup, last_range: &mut f64) -> Telemetry {
-    let error = if exposure.readings.range.is_some() { setup.laser_noise } else { HELD_RANGE_ERROR_M };
-    *last_range = exposure.readings.range.unwrap_or(*last_range);
+fn telemetry(
+    settings: &HoverSettings,
+    number: usize,
+    exposure: &Exposure,
+    setup: &Setup,
+    last_range: &mut f64,
+) -> Telemetry {
+    let range = settings.scenario.range(exposure.readings.time, exposure.readings.range);
+    let error = if range.is_some() { setup.laser_noise } else { HELD_RANGE_ERROR_M };
+    *last_range = range.unwrap_or(*last_range);
+    let half = (exposure.field_of_view / 2.0).tan() / (1.0 + settings.scenario.camera.focal);
     Telemetry {
         frame: number as u32,
         time_us: (1e6 * exposure.readings.time).round() as u64,
         attitude: exposure.readings.attitude,
         range: last_range.max(0.1),
-        field_of_view: exposure.field_of_view,
+        field_of_view: 2.0 * half.atan(),
         sensors: SensorErrors { tilt: setup.tilt_noise, heading: setup.heading_noise, range: error },
     }
 }

@@ -3,6 +3,7 @@
 mod checks;
 mod fly;
 mod outcome;
+mod scenario;
 mod summary;
 mod table;
 
@@ -16,6 +17,7 @@ use hoverlock_edss::scene::{Scene, SceneError};
 use hoverlock_reference::motion::orthophoto::ViewError;
 
 pub use outcome::HoverOutcome;
+pub use scenario::{CameraErrors, Event, Scenario, ScenarioError};
 pub use summary::{Row, Summary};
 pub use table::TABLE;
 
@@ -50,6 +52,8 @@ pub struct HoverSettings {
     pub view: CameraView,
     /// Time at which the flight program is commanded to renew its reference, s.
     pub renew_after_s: Option<f64>,
+    /// Events of the flight, and errors of the camera.
+    pub scenario: Scenario,
 }
 
 impl Default for HoverSettings {
@@ -67,12 +71,14 @@ impl Default for HoverSettings {
             altitude: Altitude::default(),
             view: CameraView::default(),
             renew_after_s: None,
+            scenario: Scenario::default(),
         }
     }
 }
 
 /// The field of view of the camera during a hover.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum CameraView {
     /// A field of view of 50 degrees.
     #[default]

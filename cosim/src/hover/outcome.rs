@@ -62,6 +62,8 @@ impl HoverOutcome {
                 error_rms_m: None,
                 frames: 0,
                 estimates: 0,
+                available: None,
+                misleading: 0,
                 lost: 0,
                 longest_loss_s: 0.0,
                 references: 0,
@@ -100,6 +102,14 @@ impl HoverOutcome {
         // Vision can only be lost after the first estimate.
         let first = rows.iter().position(|row| row.line.x_e_m.is_some()).unwrap_or(1);
         summary.lost = rows.iter().skip(first).filter(|row| row.line.x_e_m.is_none()).count();
+        let in_view = || rows.iter().skip(first).filter(|row| !row.is_blind);
+        let answered = in_view().filter(|row| row.line.x_e_m.is_some()).count();
+        summary.available = (summary.estimates > 0).then(|| answered as f64 / in_view().count().max(1) as f64);
+        let is_misleading = |row: &&Row| {
+            let error = row.line.displacement().map(|estimate| (estimate - (row.position() - target)).norm());
+            error.zip(row.line.protection_level_m).is_some_and(|(error, level)| error > level)
+        };
+        summary.misleading = rows.iter().filter(is_misleading).count();
         let lost_in_a_row = rows.iter().skip(first).scan(0usize, |lost, row| {
             *lost = if row.line.x_e_m.is_none() { *lost + 1 } else { 0 };
             Some(*lost)

@@ -19,11 +19,19 @@ pub struct Row {
     pub telemetry: Telemetry,
     /// Position of the helicopter without vision along `X_e` and `Y_e`, m.
     pub blind: Vector2<f64>,
+    /// The frame shows no texture of the ground.
+    pub is_blind: bool,
 }
 
 impl Row {
-    pub(super) fn new(exposure: &Exposure, telemetry: &Telemetry, line: &FlightLine, blind: Vector2<f64>) -> Self {
-        Self { truth: exposure.moment.row(), line: line.clone(), telemetry: *telemetry, blind }
+    pub(super) fn new(
+        exposure: &Exposure,
+        telemetry: &Telemetry,
+        line: &FlightLine,
+        blind: Vector2<f64>,
+        is_blind: bool,
+    ) -> Self {
+        Self { truth: exposure.moment.row(), line: line.clone(), telemetry: *telemetry, blind, is_blind }
     }
 
     /// Returns the true position along `X_e` and `Y_e`, m.
@@ -68,6 +76,11 @@ pub struct Summary {
     pub frames: usize,
     /// Number of frames with an estimate.
     pub estimates: usize,
+    /// Share of the frames with an estimate, of those that show the ground, after the first that has one; `None`
+    /// without an estimate.
+    pub available: Option<f64>,
+    /// Number of frames whose error exceeds the protection level of their estimate.
+    pub misleading: usize,
     /// Number of frames without an estimate after the first that has one.
     pub lost: usize,
     /// Longest time without an estimate, s.

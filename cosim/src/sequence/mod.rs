@@ -1,12 +1,13 @@
 //! A folder of frames with the data that belong to it: telemetry, and homographies fitted to the pictures.
 
+pub mod inertial;
 mod pseudo_truth;
 pub mod telemetry;
 mod writer;
 
 use std::path::{Path, PathBuf};
 
-use hoverlock_arm::message::Telemetry;
+use hoverlock_arm::message::{InertialSample, Telemetry};
 use hoverlock_design::KT27;
 use hoverlock_pictures::folder::{self, FolderError};
 use hoverlock_pictures::{Limits, PictureError, PictureFile};
@@ -14,6 +15,7 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 
+pub use inertial::InertialError;
 pub use pseudo_truth::{PseudoTruth, PseudoTruthError};
 pub use telemetry::TelemetryError;
 pub use writer::SequenceWriter;
@@ -22,6 +24,8 @@ use crate::Monitor;
 
 /// File name of the telemetry in the folder.
 pub const TELEMETRY: &str = "telemetry.csv";
+/// File name of the samples of the inertial sensor in the folder.
+pub const INERTIAL: &str = "inertial.csv";
 /// File name of the homographies in the folder.
 pub const HOMOGRAPHIES: &str = "pseudo_gt.csv";
 
@@ -56,6 +60,8 @@ pub struct Sequence {
     pub names: Vec<String>,
     /// Telemetry of each frame.
     pub telemetry: Vec<Telemetry>,
+    /// Samples of the inertial sensor, the oldest first; none if the folder has no table of them.
+    pub inertial: Vec<InertialSample>,
     /// The folder has no telemetry.
     pub is_telemetry_assumed: bool,
     /// Position of each frame by the homographies of the folder; that of the first frame is 0.
@@ -94,12 +100,16 @@ pub enum SequenceError {
     /// The telemetry was refused.
     #[error(transparent)]
     Telemetry(#[from] TelemetryError),
+    /// The samples of the inertial sensor were refused.
+    #[error(transparent)]
+    Inertial(#[from] InertialError),
     /// The homographies were refused.
     #[error(transparent)]
     PseudoTruth(#[from] PseudoTruthError),
 }
 
-/// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`] and [`HOMOGRAPHIES`].
+/// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`], [`INERTIAL`]
+/// and [`HOMOGRAPHIES`].
 /// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
 /// The monitor receives a remark for each picture that is turned or cropped.
 ///
@@ -140,13 +150,15 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
         let part = frames[0].width() as f64 / whole.0 as f64;
         readings.field_of_view = 2.0 * (part * (readings.field_of_view / 2.0).tan()).atan();
     }
+    let table = folder.join(INERTIAL);
+    let inertial = if table.exists() { inertial::read(&table)? } else { Vec::new() };
     let table = folder.join(HOMOGRAPHIES);
     let pseudo_truths = if table.exists() {
         pseudo_truth::read(&table, &frames, corner, &telemetry)?
     } else {
         vec![None; frames.len()]
     };
-    Ok(Sequence { frames, names, telemetry, is_telemetry_assumed, pseudo_truths })
+    Ok(Sequence { frames, names, telemetry, inertial, is_telemetry_assumed, pseudo_truths })
 }
 
 /// Returns the assumed telemetry of a number of frames.

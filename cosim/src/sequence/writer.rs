@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use hoverlock_arm::message::Telemetry;
+use hoverlock_arm::message::{InertialSample, Telemetry};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
@@ -11,14 +11,18 @@ use image::{ExtendedColorType, ImageEncoder as _, ImageError};
 
 const HEADER: &str = "time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg,heading_se_deg,range_se_m\n";
 
+const INERTIAL_HEADER: &str =
+    "time_s,rate_x_rad_per_s,rate_y_rad_per_s,rate_z_rad_per_s,force_x_m_per_s2,force_y_m_per_s2,force_z_m_per_s2\n";
+
 /// Encodes frames as PNG files and collects their telemetry. It writes no files.
 pub struct SequenceWriter {
     table: String,
+    inertial: String,
 }
 
 impl Default for SequenceWriter {
     fn default() -> Self {
-        Self { table: HEADER.into() }
+        Self { table: HEADER.into(), inertial: INERTIAL_HEADER.into() }
     }
 }
 
@@ -46,6 +50,20 @@ impl SequenceWriter {
         let time = *time_us as f64 / 1e6;
         self.table += &format!("{time},{angles},{range},{view},{tilt},{heading},{error}\n");
         Ok((format!("{number:05}.png"), png.into_inner()))
+    }
+
+    /// Adds samples of the inertial sensor, later ones than those before.
+    pub fn add_inertial(&mut self, samples: &[InertialSample]) {
+        for sample in samples {
+            let values = sample.rates.iter().chain(&sample.force).map(f64::to_string).collect::<Vec<_>>().join(",");
+            self.inertial += &format!("{},{values}\n", sample.time_us as f64 / 1e6);
+        }
+    }
+
+    /// Returns the samples of the inertial sensor so far as CSV with a header, the content of the file
+    /// [`super::INERTIAL`].
+    pub fn inertial_table(&self) -> &str {
+        &self.inertial
     }
 
     /// Returns the telemetry of all frames added so far as CSV with a header, the content of the file

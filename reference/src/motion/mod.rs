@@ -7,7 +7,7 @@
 //! | [`ransac`], `robust` | the motion that most pairs agree on, and its last fit |
 //! | [`estimator`], [`estimate`] | matching and search in rounds, and their result |
 //! | [`refine`] | positions refined on the raw frames |
-//! | [`refusal`], `repeating_ground`, `sensor_pattern` | reasons to reject an estimate |
+//! | [`refusal`], `repeating_ground`, [`sensor_pattern`] | reasons to reject an estimate |
 //! | [`orthophoto`], [`observation`] | camera, attitude and ground, and their standard errors |
 //! | [`pose`], `relief` | displacement in metres, over plane ground and over hills |
 //! | [`budget`], [`mark`] | counted work, and marks for the instruction counter |
@@ -27,4 +27,4 @@ pub mod refusal;
 mod relief;
 mod repeating_ground;
 mod robust;
-mod sensor_pattern;
+pub mod sensor_pattern;

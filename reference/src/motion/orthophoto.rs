@@ -50,6 +50,13 @@ pub struct Camera {
     principal: Vector2<f64>,
 }
 
+impl Default for Camera {
+    /// Returns a camera with a focal length of one pixel and its axis through pixel (0, 0): `K` is the identity.
+    fn default() -> Self {
+        Self { focal: 1.0, principal: Vector2::zeros() }
+    }
+}
+
 impl Camera {
     /// Returns a camera with the focal length `focal` (px) and the pixel `principal` on the optical axis.
     ///

@@ -19,7 +19,7 @@ const MOTION_SIGMAS: f64 = 4.0;
 ///
 /// # Errors
 /// [`Refusal::SensorPattern`].
-pub(super) fn check(pairs: &[Pair], reference: &Observation, current: &Observation) -> Result<(), Refusal> {
+pub fn check(pairs: &[Pair], reference: &Observation, current: &Observation) -> Result<(), Refusal> {
     let is_still =
         |pair: &&Pair| (pair.current - pair.reference).norm_squared() < MAX_STILL_MOTION_PX * MAX_STILL_MOTION_PX;
     let still = pairs.iter().filter(is_still).count();

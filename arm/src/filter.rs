@@ -1,0 +1,1066 @@
+//! The state of the estimator and its covariance: an error-state Kalman filter with cloned keyframe poses.
+//!
+//! | rows | state | error |
+//! |---|---|---|
+//! | 0..3 | position `p` in the level frame, m; the mean ground is `z = 0`, down is positive | `p - p^` |
+//! | 3..6 | velocity `v`, m/s | `v - v^` |
+//! | 6..9 | rotation `R`, camera to level frame | `t` in `R = exp(t) R^`, rad |
+//! | 9..12, 12..15 | bias of the gyroscopes, rad/s, and of the accelerometers, m/s^2 | difference |
+//! | 15..18 | wander `w` of the attitude reading, `R_read = exp(w) R` | difference |
+//! | 18 + 6 k | position and rotation of the camera in keyframe `k` | as above |
+//!
+//! ```text
+//! dp/dt = v,    dv/dt = R (f - b_a) + g,    dR/dt = R [w - b_g]
+//! ```
+//!
+//! **Heights are considered, not estimated** (Schmidt 1966): each cell of a grid on the ground has a height with the
+//! standard deviation [`HEIGHT_SIGMA_M`] that no measurement reduces. The filter keeps its correlation with the state,
+//! so that the same unknown height does not average out over frames. In `y = (pose, keyframe pose, heights of the
+//! cells in view)` all sightings of a frame have an information matrix `L` and vector `n`, and
+//!
+//! ```text
+//! M = P_xy (I + L P_yy)^-1,    dx = M n,    P_xx -= M L P_yx,    P_xh -= M L P_yh,    P_hh unchanged
+//! ```
+//!
+//! Nothing here allocates after [`Filter::new`].
+
+use hoverlock_reference::motion::observation::SensorErrors;
+use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, SMatrix, Vector2, Vector3, Vector6};
+
+/// Keyframes at most.
+pub const MAX_KEYFRAMES: usize = 8;
+/// States of the vehicle.
+const CORE: usize = 18;
+/// States of a keyframe.
+const POSE: usize = 6;
+/// All states.
+const STATES: usize = CORE + POSE * MAX_KEYFRAMES;
+/// Cells of the grid along each axis.
+const GRID_SIDE: usize = 24;
+/// Cells of the grid.
+const CELLS: usize = GRID_SIDE * GRID_SIDE;
+/// Cells that the sightings of one frame may touch; sightings of further cells are not used.
+const MAX_TOUCHED_CELLS: usize = 96;
+/// Cells across the first picture's columns: 6 m from 50 m with the wide view.
+const CELLS_ACROSS: f64 = 8.0;
+
+const POSITION: usize = 0;
+const VELOCITY: usize = 3;
+const ROTATION: usize = 6;
+const GYRO_BIAS: usize = 9;
+const FORCE_BIAS: usize = 12;
+const WANDER: usize = 15;
+
+/// Standard gravity, m/s^2.
+const GRAVITY: f64 = 9.80665;
+/// Standard deviation of the height of a cell over the mean ground, m: houses and trees, and hills.
+const HEIGHT_SIGMA_M: f64 = 10.0;
+/// Standard error of the height over the mean ground from one laser reading, m.
+const GROUND_SIGMA_M: f64 = 3.0;
+/// Standard error of a laser reading as a measurement of the ground, m. Neighbouring readings hit the same hill, so it
+/// is larger than the roughness.
+const LASER_SIGMA_M: f64 = 4.0;
+
+/// White noise of the gyroscopes, rad/sqrt(s): a tactical-grade IMU in vibration. An assumption.
+const GYRO_NOISE: f64 = 2e-4;
+/// White noise of the accelerometers, m/s/sqrt(s). An assumption.
+const FORCE_NOISE: f64 = 1e-2;
+/// Standard error of the bias of a gyroscope at the start, rad/s.
+const GYRO_BIAS_SIGMA: f64 = 1e-3;
+/// Standard error of the bias of an accelerometer at the start, m/s^2.
+const FORCE_BIAS_SIGMA: f64 = 0.04;
+/// Random walk of the bias of a gyroscope, rad/s/sqrt(s).
+const GYRO_BIAS_WALK: f64 = 2e-5;
+/// Random walk of the bias of an accelerometer, m/s^2/sqrt(s).
+const FORCE_BIAS_WALK: f64 = 1e-3;
+/// Time constant of the wander of the attitude reading, s.
+const WANDER_TIME_S: f64 = 10.0;
+/// Share of the variance of an attitude reading that is white.
+const WHITE_ATTITUDE_SHARE: f64 = 0.25;
+/// Age of an attitude reading, s. Its error in a turn is treated as noise.
+const ATTITUDE_AGE_S: f64 = 0.01;
+/// Standard error of the velocity at the start, m/s.
+const VELOCITY_SIGMA: f64 = 1.0;
+/// Without samples of the IMU: velocity that the camera may have, m/s.
+const FREE_VELOCITY: f64 = 30.0;
+/// Without samples of the IMU: angular velocity that the camera may have, rad/s.
+const FREE_RATE: f64 = 0.3;
+
+/// Part of the information of a sighting that counts: errors of position persist over frames and neighbours.
+const INFORMATION_SHARE: f64 = 1.0 / 16.0;
+/// The same without samples of the IMU: each frame then has a new pose, and only the keyframe's errors persist.
+const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
+/// Iterations of an update.
+const ITERATIONS: usize = 4;
+/// Scale of the Geman-McClure loss, in chi squared of two degrees of freedom.
+const LOSS_CHI2: f64 = 4.0;
+
+/// Chi squared (two degrees of freedom) up to which a sighting is an inlier; noise exceeds it once in 90.
+const MAX_INLIER_CHI2: f64 = 9.0;
+/// Chi squared (six degrees of freedom) up to which a change of the relative pose is possible for the vehicle: noise
+/// exceeds it once in ten million.
+const MAX_INNOVATION_CHI2: f64 = 43.0;
+
+type Core = SMatrix<f64, CORE, CORE>;
+
+/// A sample of the IMU with its interval.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    /// Angular velocity about the camera's axes, rad/s.
+    pub rates: Vector3<f64>,
+    /// Specific force along the camera's axes, m/s^2.
+    pub force: Vector3<f64>,
+    /// Duration, s.
+    pub seconds: f64,
+}
+
+/// Position and rotation of a camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraPose {
+    /// In the level frame, m.
+    pub position: Vector3<f64>,
+    /// Camera to level frame.
+    pub rotation: Matrix3<f64>,
+}
+
+/// A ground point of a keyframe in the present frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Sighting {
+    /// Index of the landmark in its keyframe.
+    pub landmark: usize,
+    /// Position in the keyframe, px.
+    pub reference: Vector2<f64>,
+    /// Position in the present frame, px.
+    pub current: Vector2<f64>,
+    /// Covariance of the difference of both positions, px^2.
+    pub covariance: Matrix2<f64>,
+    /// The sighting counts in the update; others are only judged by it.
+    pub counts: bool,
+    /// Chi squared of the residual after the update, two degrees of freedom; heights are considered.
+    pub chi2: f64,
+    /// Residual after the update, px.
+    pub residual: Vector2<f64>,
+}
+
+impl Sighting {
+    /// Returns `true` if the sighting counts and agrees with the fitted poses.
+    pub fn is_inlier(&self) -> bool {
+        self.counts && self.is_consistent()
+    }
+
+    /// Returns `true` if the sighting agrees with the fitted poses.
+    pub fn is_consistent(&self) -> bool {
+        self.chi2 <= MAX_INLIER_CHI2
+    }
+}
+
+/// The result of an update by sightings.
+#[derive(Debug, Clone, Copy)]
+pub struct Fitted {
+    /// Chi squared of the change of the relative pose over its predicted covariance; six degrees of freedom.
+    pub innovation: f64,
+    /// Sightings that agree.
+    pub inliers: usize,
+    /// The state was changed.
+    pub is_applied: bool,
+}
+
+/// The predicted image of a landmark with its covariance.
+#[derive(Debug, Clone, Copy)]
+pub struct Prediction {
+    /// Position, px.
+    pub image: Vector2<f64>,
+    /// Covariance from pose and height, px^2.
+    pub covariance: Matrix2<f64>,
+}
+
+/// The image of a landmark and its derivatives.
+struct Projection {
+    image: Vector2<f64>,
+    /// By position and rotation of the present camera, and of the keyframe's.
+    by_pose: [Matrix2x3<f64>; 4],
+    /// By the height of the cell.
+    by_height: Vector2<f64>,
+    cell: usize,
+}
+
+/// The filter.
+pub struct Filter {
+    /// Pose of the camera now.
+    pub pose: CameraPose,
+    /// Velocity, m/s.
+    pub velocity: Vector3<f64>,
+    gyro_bias: Vector3<f64>,
+    force_bias: Vector3<f64>,
+    wander: Vector3<f64>,
+    keyframes: [Option<CameraPose>; MAX_KEYFRAMES],
+    /// Row-major, symmetric.
+    covariance: Vec<f64>,
+    /// Correlation of states and heights, `STATES` rows.
+    cross: Vec<f64>,
+    cell_m: f64,
+    /// Angular velocity of the last step, rad/s.
+    rates: Vector3<f64>,
+    /// The last prediction had no samples of the IMU.
+    is_free: bool,
+    scratch: Scratch,
+}
+
+/// Memory of an update.
+struct Scratch {
+    cells: Vec<usize>,
+    /// Place of a cell in `cells`, or `usize::MAX`.
+    place: Vec<usize>,
+    information: Vec<f64>,
+    vector: Vec<f64>,
+    system: Vec<f64>,
+    columns: Vec<f64>,
+    gain: Vec<f64>,
+    product: Vec<f64>,
+}
+
+fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
+    v.cross_matrix()
+}
+
+/// Returns the rotation by a vector, rad (Rodrigues).
+pub fn exponential(v: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = v.norm();
+    let k = skew(v);
+    if angle < 1e-9 {
+        return Matrix3::identity() + k;
+    }
+    let (sin, cos) = libm::sincos(angle);
+    Matrix3::identity() + k * (sin / angle) + k * k * ((1.0 - cos) / (angle * angle))
+}
+
+/// Returns the vector of a small rotation, rad: exact to second order, which 0.1 rad needs.
+fn logarithm(r: &Matrix3<f64>) -> Vector3<f64> {
+    let v = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]) / 2.0;
+    let sine = v.norm().min(1.0);
+    if sine < 1e-6 { v } else { v * (libm::asin(sine) / sine) }
+}
+
+impl Filter {
+    /// Allocates a filter. Its state is that of the next [`Filter::restart`].
+    pub fn new() -> Self {
+        Self {
+            pose: CameraPose { position: Vector3::zeros(), rotation: Matrix3::identity() },
+            velocity: Vector3::zeros(),
+            gyro_bias: Vector3::zeros(),
+            force_bias: Vector3::zeros(),
+            wander: Vector3::zeros(),
+            keyframes: [None; MAX_KEYFRAMES],
+            covariance: vec![0.0; STATES * STATES],
+            cross: vec![0.0; STATES * CELLS],
+            cell_m: 1.0,
+            rates: Vector3::zeros(),
+            is_free: true,
+            scratch: Scratch {
+                cells: Vec::with_capacity(MAX_TOUCHED_CELLS),
+                place: vec![usize::MAX; CELLS],
+                information: vec![0.0; (12 + MAX_TOUCHED_CELLS) * (12 + MAX_TOUCHED_CELLS)],
+                vector: vec![0.0; 12 + MAX_TOUCHED_CELLS],
+                system: vec![0.0; (12 + MAX_TOUCHED_CELLS) * (12 + MAX_TOUCHED_CELLS)],
+                columns: vec![0.0; (12 + MAX_TOUCHED_CELLS) * STATES],
+                gain: vec![0.0; (12 + MAX_TOUCHED_CELLS) * STATES],
+                product: vec![0.0; (12 + MAX_TOUCHED_CELLS) * STATES],
+            },
+        }
+    }
+
+    /// Makes the present place the origin, `height` m over the ground, without keyframes. `width_m` is the ground that
+    /// the picture spans. With `keep`, velocity, attitude and biases stay; otherwise the attitude is the reading.
+    pub fn restart(&mut self, height: f64, attitude: &Attitude, sensors: &SensorErrors, width_m: f64, keep: bool) {
+        self.keyframes = [None; MAX_KEYFRAMES];
+        self.cross.fill(0.0);
+        self.cell_m = (width_m / CELLS_ACROSS).max(1e-3);
+        self.pose.position = Vector3::new(0.0, 0.0, -height);
+        let ground = GROUND_SIGMA_M.hypot(sensors.range);
+        if keep {
+            for row in 0..STATES {
+                for column in 0..STATES {
+                    if row.min(column) < VELOCITY || row.max(column) >= CORE {
+                        self.covariance[row * STATES + column] = 0.0;
+                    }
+                }
+            }
+            self.covariance[2 * STATES + 2] = ground * ground;
+            return;
+        }
+        self.pose.rotation = attitude.rotation();
+        self.velocity = Vector3::zeros();
+        (self.gyro_bias, self.force_bias, self.wander) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        self.covariance.fill(0.0);
+        let mut set = |row: usize, column: usize, value: f64| self.covariance[row * STATES + column] = value;
+        set(2, 2, ground * ground);
+        for axis in 0..3 {
+            let reading = if axis == 2 { sensors.heading } else { sensors.tilt };
+            let variance = reading * reading;
+            set(VELOCITY + axis, VELOCITY + axis, VELOCITY_SIGMA * VELOCITY_SIGMA);
+            set(ROTATION + axis, ROTATION + axis, variance * (1.0 + WHITE_ATTITUDE_SHARE));
+            set(GYRO_BIAS + axis, GYRO_BIAS + axis, GYRO_BIAS_SIGMA * GYRO_BIAS_SIGMA);
+            set(FORCE_BIAS + axis, FORCE_BIAS + axis, FORCE_BIAS_SIGMA * FORCE_BIAS_SIGMA);
+            // The rotation is the reading, so its error is the opposite of the wander.
+            set(WANDER + axis, WANDER + axis, variance);
+            set(ROTATION + axis, WANDER + axis, -variance);
+            set(WANDER + axis, ROTATION + axis, -variance);
+        }
+    }
+
+    fn at(&self, row: usize, column: usize) -> f64 {
+        self.covariance[row * STATES + column]
+    }
+
+    /// Predicts over samples of the IMU.
+    pub fn predict(&mut self, steps: impl Iterator<Item = Step>, sensors: &SensorErrors) {
+        let (mut transition, mut noise) = (Core::identity(), Core::zeros());
+        self.is_free = false;
+        for step in steps {
+            let h = step.seconds;
+            let rates = step.rates - self.gyro_bias;
+            let force = self.pose.rotation * (step.force - self.force_bias);
+            let acceleration = force + Vector3::new(0.0, 0.0, GRAVITY);
+            let mut f = Core::identity();
+            f.fixed_view_mut::<3, 3>(POSITION, VELOCITY).copy_from(&(Matrix3::identity() * h));
+            f.fixed_view_mut::<3, 3>(VELOCITY, ROTATION).copy_from(&(-skew(&force) * h));
+            f.fixed_view_mut::<3, 3>(VELOCITY, FORCE_BIAS).copy_from(&(-self.pose.rotation * h));
+            f.fixed_view_mut::<3, 3>(POSITION, FORCE_BIAS).copy_from(&(-self.pose.rotation * (h * h / 2.0)));
+            f.fixed_view_mut::<3, 3>(ROTATION, GYRO_BIAS).copy_from(&(-self.pose.rotation * h));
+            let decay = libm::exp(-h / WANDER_TIME_S);
+            for axis in WANDER..CORE {
+                f[(axis, axis)] = decay;
+            }
+            transition = f * transition;
+            noise = f * noise * f.transpose();
+            for axis in 0..3 {
+                let reading = if axis == 2 { sensors.heading } else { sensors.tilt };
+                noise[(VELOCITY + axis, VELOCITY + axis)] += FORCE_NOISE * FORCE_NOISE * h;
+                noise[(ROTATION + axis, ROTATION + axis)] += GYRO_NOISE * GYRO_NOISE * h;
+                noise[(GYRO_BIAS + axis, GYRO_BIAS + axis)] += GYRO_BIAS_WALK * GYRO_BIAS_WALK * h;
+                noise[(FORCE_BIAS + axis, FORCE_BIAS + axis)] += FORCE_BIAS_WALK * FORCE_BIAS_WALK * h;
+                noise[(WANDER + axis, WANDER + axis)] += reading * reading * (1.0 - decay * decay);
+            }
+            self.pose.position += self.velocity * h + acceleration * (h * h / 2.0);
+            self.velocity += acceleration * h;
+            self.pose.rotation *= exponential(&(rates * h));
+            self.wander *= decay;
+            self.rates = rates;
+        }
+        self.pose.rotation = orthonormal(&self.pose.rotation);
+        self.propagate(&transition, &noise);
+    }
+
+    /// Predicts without samples of the IMU: the camera may have moved and turned at any rate that is possible.
+    pub fn predict_free(&mut self, seconds: f64) {
+        let mut noise = Core::zeros();
+        self.is_free = true;
+        for axis in 0..3 {
+            let [moved, turned] = [FREE_VELOCITY, FREE_RATE].map(|rate| rate * seconds);
+            noise[(POSITION + axis, POSITION + axis)] = moved * moved;
+            noise[(ROTATION + axis, ROTATION + axis)] = turned * turned;
+        }
+        let mut transition = Core::identity();
+        for axis in VELOCITY..ROTATION {
+            transition[(axis, axis)] = 0.0;
+            noise[(axis, axis)] = VELOCITY_SIGMA * VELOCITY_SIGMA;
+        }
+        self.velocity = Vector3::zeros();
+        self.rates = Vector3::zeros();
+        self.propagate(&transition, &noise);
+    }
+
+    fn propagate(&mut self, transition: &Core, noise: &Core) {
+        let own = Core::from_fn(|row, column| self.at(row, column));
+        let own = transition * own * transition.transpose() + noise;
+        for row in 0..CORE {
+            for column in 0..CORE {
+                self.covariance[row * STATES + column] = (own[(row, column)] + own[(column, row)]) / 2.0;
+            }
+        }
+        let moved = |values: &mut [f64], stride: usize, column: usize| {
+            let before: [f64; CORE] = std::array::from_fn(|row| values[row * stride + column]);
+            if before.iter().all(|value| *value == 0.0) {
+                return;
+            }
+            for row in 0..CORE {
+                values[row * stride + column] = (0..CORE).map(|k| transition[(row, k)] * before[k]).sum();
+            }
+        };
+        for column in CORE..STATES {
+            moved(&mut self.covariance, STATES, column);
+            for row in 0..CORE {
+                self.covariance[column * STATES + row] = self.covariance[row * STATES + column];
+            }
+        }
+        for column in 0..CELLS {
+            moved(&mut self.cross, CELLS, column);
+        }
+    }
+
+    /// Updates by an attitude reading. One that contradicts the state is ignored.
+    pub fn update_attitude(&mut self, attitude: &Attitude, sensors: &SensorErrors) {
+        let turned = logarithm(&(attitude.rotation() * self.pose.rotation.transpose()));
+        let innovation = turned - self.wander;
+        let age = ATTITUDE_AGE_S * self.rates.norm();
+        for axis in 0..3 {
+            let reading = if axis == 2 { sensors.heading } else { sensors.tilt };
+            let noise = WHITE_ATTITUDE_SHARE * reading * reading + age * age;
+            self.update_scalar(&[(ROTATION + axis, 1.0), (WANDER + axis, 1.0)], None, innovation[axis], noise);
+        }
+    }
+
+    /// Updates by the range (m) of the laser along the optical axis and its standard error.
+    pub fn update_range(&mut self, range: f64, error: f64) {
+        let axis = self.pose.rotation.column(2).into_owned();
+        if axis.z < 0.5 {
+            return;
+        }
+        let expected = -self.pose.position.z / axis.z;
+        let hit = self.pose.position + axis * expected;
+        let (cell, noise) = (self.cell(&hit), LASER_SIGMA_M * LASER_SIGMA_M + error * error);
+        // Higher ground and a lower camera have a shorter range.
+        let by = -1.0 / axis.z;
+        self.update_scalar(&[(POSITION + 2, by)], Some((cell, by)), range - expected, noise);
+    }
+
+    /// Schmidt's update by one scalar with derivatives by some states and the height of a cell.
+    fn update_scalar(&mut self, by: &[(usize, f64)], height: Option<(usize, f64)>, innovation: f64, noise: f64) {
+        let mut column = [0.0; STATES];
+        for (row, value) in column.iter_mut().enumerate() {
+            *value = by.iter().map(|(state, factor)| factor * self.at(row, *state)).sum::<f64>()
+                + height.map_or(0.0, |(cell, factor)| factor * self.cross[row * CELLS + cell]);
+        }
+        let own: f64 = by.iter().map(|(state, factor)| factor * column[*state]).sum();
+        let of_height = height.map_or(0.0, |(cell, factor)| {
+            let cross: f64 = by.iter().map(|(state, k)| k * self.cross[state * CELLS + cell]).sum();
+            factor * (cross + factor * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M)
+        });
+        let variance = own + of_height + noise;
+        // Five standard deviations: not by chance.
+        if innovation * innovation > 25.0 * variance {
+            return;
+        }
+        let gain = column.map(|value| value / variance);
+        for cell in 0..CELLS {
+            let mut along: f64 = by.iter().map(|(state, factor)| factor * self.cross[state * CELLS + cell]).sum();
+            if let Some((_, factor)) = height.filter(|(touched, _)| *touched == cell) {
+                along += factor * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M;
+            }
+            if along != 0.0 {
+                (0..STATES).for_each(|row| self.cross[row * CELLS + cell] -= gain[row] * along);
+            }
+        }
+        for (row, gain) in self.covariance.chunks_exact_mut(STATES).zip(&gain) {
+            row.iter_mut().zip(&column).for_each(|(value, other)| *value -= gain * other);
+        }
+        self.correct(&gain.map(|value| value * innovation));
+    }
+
+    /// Adds errors to all states.
+    fn correct(&mut self, by: &[f64; STATES]) {
+        let three = |first: usize| Vector3::new(by[first], by[first + 1], by[first + 2]);
+        self.pose.position += three(POSITION);
+        self.velocity += three(VELOCITY);
+        self.pose.rotation = exponential(&three(ROTATION)) * self.pose.rotation;
+        self.gyro_bias += three(GYRO_BIAS);
+        self.force_bias += three(FORCE_BIAS);
+        self.wander += three(WANDER);
+        for (k, keyframe) in self.keyframes.iter_mut().enumerate() {
+            if let Some(pose) = keyframe {
+                pose.position += three(CORE + POSE * k);
+                pose.rotation = exponential(&three(CORE + POSE * k + 3)) * pose.rotation;
+            }
+        }
+    }
+
+    /// Makes the present pose keyframe `k`.
+    pub fn clone_pose(&mut self, k: usize) {
+        self.keyframes[k] = Some(self.pose);
+        let source = |i: usize| if i < 3 { POSITION + i } else { ROTATION + i - 3 };
+        let first = CORE + POSE * k;
+        for i in 0..POSE {
+            for column in 0..STATES {
+                self.covariance[(first + i) * STATES + column] = self.at(source(i), column);
+            }
+            self.cross.copy_within(source(i) * CELLS..(source(i) + 1) * CELLS, (first + i) * CELLS);
+        }
+        for i in 0..POSE {
+            for row in 0..STATES {
+                let value = if (first..first + POSE).contains(&row) {
+                    self.at(source(row - first), source(i))
+                } else {
+                    self.at(row, source(i))
+                };
+                self.covariance[row * STATES + first + i] = value;
+            }
+        }
+    }
+
+    /// Returns `true` if the state is finite and no variance is negative beyond rounding.
+    pub fn is_sound(&self) -> bool {
+        let finite = self.pose.position.iter().chain(&self.velocity).chain(&self.pose.rotation).all(|x| x.is_finite());
+        finite && (0..CORE).all(|i| self.at(i, i) > -1e-9)
+    }
+
+    /// Returns the pose of a keyframe.
+    pub fn keyframe(&self, k: usize) -> Option<&CameraPose> {
+        self.keyframes[k].as_ref()
+    }
+
+    /// Returns displacement (m) from a keyframe and its covariance.
+    pub fn displacement(&self, k: usize) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        let first = CORE + POSE * k;
+        let covariance = Matrix3::from_fn(|i, j| {
+            self.at(i, j) - self.at(i, first + j) - self.at(first + i, j) + self.at(first + i, first + j)
+        });
+        self.keyframes[k].map(|pose| (self.pose.position - pose.position, covariance))
+    }
+
+    /// Sets the height over the mean ground, m, where the laser of the first frame was wrong. Keyframes keep their
+    /// height relative to the camera; the horizontal displacement so far is scaled, with its change as its error.
+    pub fn scale_height(&mut self, height: f64) {
+        let ratio = -height / self.pose.position.z;
+        let change = height + self.pose.position.z;
+        self.pose.position.z = -height;
+        self.keyframes.iter_mut().flatten().for_each(|pose| pose.position.z -= change);
+        for axis in 0..2 {
+            let moved = self.pose.position[axis] * ratio.abs();
+            self.covariance[axis * STATES + axis] += moved * moved;
+            self.pose.position[axis] *= ratio.abs();
+        }
+    }
+
+    fn cell(&self, point: &Vector3<f64>) -> usize {
+        let index = |value: f64| {
+            let cell = (value / self.cell_m).floor() + GRID_SIDE as f64 / 2.0;
+            cell.clamp(0.0, GRID_SIDE as f64 - 1.0) as usize
+        };
+        index(point.y) * GRID_SIDE + index(point.x)
+    }
+
+    /// Projects a pixel of keyframe `k` into the present camera; `None` if it is not seen. `now` and `then` are the
+    /// present pose and the keyframe's.
+    fn project(
+        &self,
+        [then, now]: [&CameraPose; 2],
+        [from, to]: [&Camera; 2],
+        pixel: &Vector2<f64>,
+    ) -> Option<Projection> {
+        let ray = then.rotation * (from.inverse() * pixel.push(1.0));
+        if ray.z < 1e-3 {
+            return None;
+        }
+        let s = -then.position.z / ray.z;
+        let point = then.position + ray * s;
+        let seen = point - now.position;
+        let q = now.rotation.transpose() * seen;
+        if q.z < 1e-3 * s {
+            return None;
+        }
+        let image = (to.matrix() * q).xy() / q.z;
+        let f = to.focal() / q.z;
+        let by_direction = Matrix2x3::new(f, 0.0, -f * q.x / q.z, 0.0, f, -f * q.y / q.z);
+        let a = by_direction * now.rotation.transpose();
+        let along = Matrix3::identity() - ray * Vector3::z().transpose() / ray.z;
+        let by_pose = [-a, a * skew(&seen), a * along, -a * along * skew(&ray) * s];
+        Some(Projection { image, by_pose, by_height: -a * ray / ray.z, cell: self.cell(&point) })
+    }
+
+    /// Returns the covariance of the poses of the present camera and keyframe `k`.
+    fn pair_covariance(&self, k: usize) -> SMatrix<f64, 12, 12> {
+        let states = pair_states(k);
+        SMatrix::from_fn(|i, j| self.at(states[i], states[j]))
+    }
+
+    /// Predicts the images of pixels of keyframe `k`; `out` is called with the index of each that is seen.
+    pub fn images(
+        &self,
+        k: usize,
+        cameras: [&Camera; 2],
+        pixels: impl Iterator<Item = Vector2<f64>>,
+        mut out: impl FnMut(usize, Prediction),
+    ) {
+        let Some(then) = self.keyframes[k] else { return };
+        let pair = self.pair_covariance(k);
+        for (index, pixel) in pixels.enumerate() {
+            if let Some(seen) = self.project([&then, &self.pose], cameras, &pixel) {
+                let mut by = SMatrix::<f64, 2, 12>::zeros();
+                for (part, block) in seen.by_pose.iter().enumerate() {
+                    by.fixed_view_mut::<2, 3>(0, 3 * part).copy_from(block);
+                }
+                let g = seen.by_height * HEIGHT_SIGMA_M;
+                out(
+                    index,
+                    Prediction { image: seen.image, covariance: by * pair * by.transpose() + g * g.transpose() },
+                );
+            }
+        }
+    }
+
+    /// Fits present pose and keyframe `k` to sightings: iterated, with Geman-McClure's loss. Residual and chi squared
+    /// of each sighting are written into it. The change is applied if at least `min_inliers` sightings agree and its
+    /// chi squared is possible. Returns `None` without sightings that count, or if the system is singular.
+    pub fn update_sightings(
+        &mut self,
+        k: usize,
+        cameras: [&Camera; 2],
+        sightings: &mut [Sighting],
+        min_inliers: usize,
+    ) -> Option<Fitted> {
+        let prior = [self.keyframes[k]?, self.pose];
+        let mut change = [0.0; 12];
+        let states = pair_states(k);
+        for iteration in 0..ITERATIONS {
+            let [then, now] = moved(&prior, &change);
+            self.linearise([&then, &now], cameras, sightings, &change, iteration > 0)?;
+            let size = 12 + self.scratch.cells.len();
+            self.fill_columns(&states, size);
+            self.fill_system(&states, size);
+            let Scratch { system, vector, gain, .. } = &mut self.scratch;
+            gain[..size].copy_from_slice(&vector[..size]);
+            solve(system, gain, size, 1)?;
+            for (i, value) in change.iter_mut().enumerate() {
+                let row = states[i];
+                let own: f64 = (0..size).map(|j| self.scratch.columns[j * STATES + row] * self.scratch.gain[j]).sum();
+                *value = own;
+            }
+        }
+        let innovation = self.innovation(k, &change)?;
+        // The residuals at the solution.
+        let [then, now] = moved(&prior, &change);
+        self.linearise([&then, &now], cameras, sightings, &change, true)?;
+        let inliers = sightings.iter().filter(|sighting| sighting.is_inlier()).count();
+        let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
+        if is_applied {
+            self.apply(&states)?;
+        }
+        Some(Fitted { innovation, inliers, is_applied })
+    }
+
+    /// Returns chi squared of a change of the relative pose.
+    fn innovation(&self, k: usize, change: &[f64; 12]) -> Option<f64> {
+        let relative = Vector6::from_fn(|i, _| change[i] - change[6 + i]);
+        let pair = self.pair_covariance(k);
+        let mut covariance =
+            Matrix6::from_fn(|i, j| pair[(i, j)] - pair[(i, 6 + j)] - pair[(6 + i, j)] + pair[(6 + i, 6 + j)]);
+        for i in 0..6 {
+            // A centimetre, and a tenth of a milliradian: the errors of pictures that no prediction knows.
+            covariance[(i, i)] += if i < 3 { 1e-4 } else { 1e-8 };
+        }
+        Some(relative.dot(&(covariance.try_inverse()? * relative)))
+    }
+
+    /// Fills information matrix and vector at a pose that differs from the prediction by `change`.
+    fn linearise(
+        &mut self,
+        poses: [&CameraPose; 2],
+        cameras: [&Camera; 2],
+        sightings: &mut [Sighting],
+        change: &[f64; 12],
+        weighted: bool,
+    ) -> Option<()> {
+        for cell in self.scratch.cells.drain(..) {
+            self.scratch.place[cell] = usize::MAX;
+        }
+        let stride = 12 + MAX_TOUCHED_CELLS;
+        self.scratch.information.fill(0.0);
+        self.scratch.vector.fill(0.0);
+        let share = if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
+        let mut any = false;
+        for sighting in sightings.iter_mut() {
+            let Some(seen) = self.project(poses, cameras, &sighting.reference) else {
+                sighting.chi2 = f64::INFINITY;
+                continue;
+            };
+            let residual = sighting.current - seen.image;
+            let g = seen.by_height;
+            let spread = sighting.covariance + g * g.transpose() * (HEIGHT_SIGMA_M * HEIGHT_SIGMA_M);
+            let chi2 = spread.try_inverse().map_or(f64::INFINITY, |inverse| residual.dot(&(inverse * residual)));
+            (sighting.residual, sighting.chi2) = (residual, chi2);
+            let Some(inverse) = sighting.covariance.try_inverse().filter(|_| sighting.counts && chi2.is_finite())
+            else {
+                continue;
+            };
+            let loss = LOSS_CHI2 / (LOSS_CHI2 + chi2);
+            let weight = inverse * (share * if weighted { loss * loss } else { 1.0 });
+            let Scratch { cells, place, information, vector, .. } = &mut self.scratch;
+            if place[seen.cell] == usize::MAX {
+                if cells.len() == MAX_TOUCHED_CELLS {
+                    continue;
+                }
+                place[seen.cell] = cells.len();
+                cells.push(seen.cell);
+            }
+            any = true;
+            let height = 12 + place[seen.cell];
+            let mut by = SMatrix::<f64, 2, 12>::zeros();
+            for (part, block) in seen.by_pose.iter().enumerate() {
+                by.fixed_view_mut::<2, 3>(0, 3 * part).copy_from(block);
+            }
+            let target = residual + by * SMatrix::<f64, 12, 1>::from_column_slice(change);
+            let weighted_by = weight * by;
+            let (weighted_g, weighted_target) = (weight * g, weight * target);
+            for i in 0..12 {
+                let column = by.column(i);
+                for j in i..12 {
+                    information[i * stride + j] += column.dot(&weighted_by.column(j));
+                }
+                information[i * stride + height] += column.dot(&weighted_g);
+                vector[i] += column.dot(&weighted_target);
+            }
+            information[height * stride + height] += g.dot(&weighted_g);
+            vector[height] += g.dot(&weighted_target);
+        }
+        let size = 12 + self.scratch.cells.len();
+        for i in 0..size {
+            for j in 0..i {
+                self.scratch.information[i * stride + j] = self.scratch.information[j * stride + i];
+            }
+        }
+        any.then_some(())
+    }
+
+    /// Fills `columns`, row `j` the covariance of all states with element `j` of `y`.
+    fn fill_columns(&mut self, states: &[usize; 12], size: usize) {
+        let Scratch { columns, cells, .. } = &mut self.scratch;
+        let (poses, heights) = columns[..size * STATES].split_at_mut(12 * STATES);
+        for (row, state) in poses.chunks_exact_mut(STATES).zip(states) {
+            row.copy_from_slice(&self.covariance[state * STATES..(state + 1) * STATES]);
+        }
+        for (row, cell) in heights.chunks_exact_mut(STATES).zip(cells) {
+            row.iter_mut().enumerate().for_each(|(state, value)| *value = self.cross[state * CELLS + *cell]);
+        }
+    }
+
+    /// Returns the covariance of elements `i` and `j` of `y`.
+    fn y_covariance(&self, i: usize, j: usize, states: &[usize; 12]) -> f64 {
+        match (i < 12, j < 12) {
+            (true, true) => self.at(states[i], states[j]),
+            (true, false) => self.cross[states[i] * CELLS + self.scratch.cells[j - 12]],
+            (false, true) => self.cross[states[j] * CELLS + self.scratch.cells[i - 12]],
+            (false, false) => f64::from(u8::from(i == j)) * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M,
+        }
+    }
+
+    /// Fills `system` with `I + L P_yy`. `L` has the shape of an arrow: heights are coupled with the poses alone.
+    fn fill_system(&mut self, states: &[usize; 12], size: usize) {
+        let stride = 12 + MAX_TOUCHED_CELLS;
+        for i in 0..size {
+            for j in 0..size {
+                let information = &self.scratch.information[i * stride..(i + 1) * stride];
+                let mut sum = f64::from(u8::from(i == j));
+                if i < 12 {
+                    for (m, value) in information.iter().enumerate().take(size) {
+                        sum += value * self.y_covariance(m, j, states);
+                    }
+                } else {
+                    for (m, value) in information.iter().enumerate().take(12) {
+                        sum += value * self.y_covariance(m, j, states);
+                    }
+                    sum += information[i] * self.y_covariance(i, j, states);
+                }
+                self.scratch.system[i * size + j] = sum;
+            }
+        }
+    }
+
+    /// Applies the update of the last linearisation to all states and their covariance.
+    fn apply(&mut self, states: &[usize; 12]) -> Option<()> {
+        let stride = 12 + MAX_TOUCHED_CELLS;
+        let size = 12 + self.scratch.cells.len();
+        self.fill_columns(states, size);
+        self.fill_system(states, size);
+        // M^T = (I + L P_yy)^-T P_yx: the transposed system with one column for each state.
+        for i in 0..size {
+            for j in 0..i {
+                self.scratch.system.swap(i * size + j, j * size + i);
+            }
+        }
+        let Scratch { system, columns, gain, product, information, vector, cells, .. } = &mut self.scratch;
+        gain[..size * STATES].copy_from_slice(&columns[..size * STATES]);
+        solve(system, gain, size, STATES)?;
+        let mut by = [0.0; STATES];
+        for j in 0..size {
+            for (row, value) in by.iter_mut().enumerate() {
+                *value += gain[j * STATES + row] * vector[j];
+            }
+        }
+        // (M L)^T, row by row of y.
+        product[..size * STATES].fill(0.0);
+        for j in 0..size {
+            for m in 0..size {
+                let value = information[j * stride + m];
+                if value != 0.0 {
+                    for row in 0..STATES {
+                        product[j * STATES + row] += value * gain[m * STATES + row];
+                    }
+                }
+            }
+        }
+        for row in 0..STATES {
+            for column in 0..=row {
+                let less: f64 = (0..size).map(|j| product[j * STATES + row] * columns[j * STATES + column]).sum();
+                let value = self.covariance[row * STATES + column] - less;
+                self.covariance[row * STATES + column] = value;
+                self.covariance[column * STATES + row] = value;
+            }
+        }
+        for cell in 0..CELLS {
+            let touched = cells.iter().position(|other| *other == cell);
+            // P_yh of this cell, before the update.
+            let before: [f64; 12] = std::array::from_fn(|i| self.cross[states[i] * CELLS + cell]);
+            if touched.is_none() && before.iter().all(|value| *value == 0.0) {
+                continue;
+            }
+            for row in 0..STATES {
+                let mut less: f64 = (0..12).map(|j| product[j * STATES + row] * before[j]).sum();
+                if let Some(j) = touched {
+                    less += product[(12 + j) * STATES + row] * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M;
+                }
+                self.cross[row * CELLS + cell] -= less;
+            }
+        }
+        self.correct(&by);
+        Some(())
+    }
+}
+
+/// Returns the rows of position and rotation of the present camera and of keyframe `k`.
+fn pair_states(k: usize) -> [usize; 12] {
+    let first = CORE + POSE * k;
+    std::array::from_fn(|i| match i {
+        0..3 => POSITION + i,
+        3..6 => ROTATION + i - 3,
+        _ => first + i - 6,
+    })
+}
+
+/// Returns keyframe and present pose changed by errors in the order of [`pair_states`].
+fn moved([then, now]: &[CameraPose; 2], change: &[f64; 12]) -> [CameraPose; 2] {
+    let three = |first: usize| Vector3::new(change[first], change[first + 1], change[first + 2]);
+    let by = |pose: &CameraPose, first: usize| CameraPose {
+        position: pose.position + three(first),
+        rotation: exponential(&three(first + 3)) * pose.rotation,
+    };
+    [by(then, 6), by(now, 0)]
+}
+
+/// Returns the rotation next to a matrix that rounding has disturbed.
+fn orthonormal(r: &Matrix3<f64>) -> Matrix3<f64> {
+    let x = r.column(0).normalize();
+    let y = r.column(1) - x * x.dot(&r.column(1));
+    let y = y.normalize();
+    Matrix3::from_columns(&[x, y, x.cross(&y)])
+}
+
+/// Solves `A X = B` by elimination with row pivots: `a` is `size` x `size` and is destroyed, `b` has `columns` columns
+/// and becomes `X`, both row-major. Returns `None` if `A` is singular.
+fn solve(a: &mut [f64], b: &mut [f64], size: usize, columns: usize) -> Option<()> {
+    for i in 0..size {
+        let magnitude = |row: &usize| a[row * size + i].abs();
+        let pivot = (i..size).max_by(|one, other| magnitude(one).total_cmp(&magnitude(other)))?;
+        if magnitude(&pivot).is_nan() || magnitude(&pivot) < 1e-12 {
+            return None;
+        }
+        if pivot != i {
+            (0..size).for_each(|j| a.swap(i * size + j, pivot * size + j));
+            (0..columns).for_each(|j| b.swap(i * columns + j, pivot * columns + j));
+        }
+        let (upper, lower) = a.split_at_mut((i + 1) * size);
+        let (b_upper, b_lower) = b.split_at_mut((i + 1) * columns);
+        let (row, b_row) = (&upper[i * size..], &b_upper[i * columns..]);
+        for (other, b_other) in lower.chunks_exact_mut(size).zip(b_lower.chunks_exact_mut(columns)) {
+            let factor = other[i] / row[i];
+            if factor != 0.0 {
+                (i..size).for_each(|j| other[j] -= factor * row[j]);
+                b_other.iter_mut().zip(b_row).for_each(|(value, above)| *value -= factor * above);
+            }
+        }
+    }
+    for i in (0..size).rev() {
+        let (upper, lower) = b.split_at_mut((i + 1) * columns);
+        let row = &mut upper[i * columns..];
+        for (j, below) in (i + 1..size).zip(lower.chunks_exact(columns)) {
+            let factor = a[i * size + j];
+            row.iter_mut().zip(below).for_each(|(value, other)| *value -= factor * other);
+        }
+        row.iter_mut().for_each(|value| *value /= a[i * size + i]);
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const SENSORS: SensorErrors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
+
+    fn normal(rng: &mut ChaCha8Rng) -> f64 {
+        (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+    }
+
+    fn camera() -> Camera {
+        Camera::with_field_of_view(1024, 768, 0.87).unwrap()
+    }
+
+    fn started() -> Filter {
+        let mut filter = Filter::new();
+        filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
+        filter.clone_pose(0);
+        filter
+    }
+
+    fn hovering(seconds: f64) -> impl Iterator<Item = Step> {
+        let count = (seconds * 200.0).round() as usize;
+        std::iter::repeat_n(
+            Step { rates: Vector3::zeros(), force: Vector3::new(0.0, 0.0, -GRAVITY), seconds: 0.005 },
+            count,
+        )
+    }
+
+    /// Returns sightings of points on flat ground from a place `moved` m beside the keyframe, with noise of 0.3 px.
+    fn sightings(filter: &Filter, moved: Vector3<f64>, rng: &mut ChaCha8Rng) -> Vec<Sighting> {
+        let camera = camera();
+        let origin = *filter.keyframe(0).unwrap();
+        let now = CameraPose { position: origin.position + moved, rotation: Matrix3::identity() };
+        let then = CameraPose { rotation: Matrix3::identity(), ..origin };
+        (0..200)
+            .map(|landmark| {
+                let reference = Vector2::new(1023.0 * rng.random::<f64>(), 767.0 * rng.random::<f64>());
+                let image = filter.project([&then, &now], [&camera, &camera], &reference).unwrap().image;
+                Sighting {
+                    landmark,
+                    reference,
+                    current: image + 0.3 * Vector2::new(normal(rng), normal(rng)),
+                    covariance: Matrix2::identity() * 0.09,
+                    counts: true,
+                    chi2: 0.0,
+                    residual: Vector2::zeros(),
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_system_is_solved_with_pivots() {
+        let mut a = [0.0, 2.0, 1.0, 1.0, 1.0, 0.0, 3.0, 0.0, 1.0];
+        let mut b = [7.0, 3.0, 6.0];
+        solve(&mut a, &mut b, 3, 1).unwrap();
+        assert!(b.iter().zip([1.0, 2.0, 3.0]).all(|(found, expected)| (found - expected).abs() < 1e-12), "{b:?}");
+        assert_eq!(solve(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 2.0], 2, 1), None);
+    }
+
+    #[test]
+    fn the_prediction_follows_force_and_rates() {
+        let mut filter = started();
+        let push = Step { rates: Vector3::z() * 0.5, force: Vector3::new(0.0, 0.0, -GRAVITY - 2.0), seconds: 0.005 };
+        filter.predict(std::iter::repeat_n(push, 200), &SENSORS);
+        // A second of 2 m/s^2 upwards: 1 m.
+        assert!((filter.pose.position - Vector3::new(0.0, 0.0, -51.0)).norm() < 1e-9, "{}", filter.pose.position);
+        assert!((filter.pose.rotation - exponential(&(Vector3::z() * 0.5))).norm() < 1e-9);
+        assert!((logarithm(&filter.pose.rotation) - Vector3::z() * 0.5).norm() < 1e-9);
+    }
+
+    /// Central differences agree with the derivatives of a projection.
+    #[test]
+    fn derivatives_are_those_of_the_projection() {
+        let (filter, camera) = (started(), camera());
+        let poses = [
+            CameraPose {
+                position: Vector3::new(1.0, 2.0, -50.0),
+                rotation: exponential(&Vector3::new(0.02, 0.03, 0.4)),
+            },
+            CameraPose {
+                position: Vector3::new(3.0, 1.0, -48.0),
+                rotation: exponential(&Vector3::new(-0.03, 0.01, 0.5)),
+            },
+        ];
+        let pixel = Vector2::new(300.0, 500.0);
+        let at = |change: &[f64; 12]| {
+            let [then, now] = moved(&poses, change);
+            filter.project([&then, &now], [&camera, &camera], &pixel).unwrap()
+        };
+        let exact = at(&[0.0; 12]);
+        for i in 0..12 {
+            let [plus, minus] = [1e-5, -1e-5].map(|h| {
+                let mut change = [0.0; 12];
+                change[i] = h;
+                at(&change).image
+            });
+            let numeric = (plus - minus) / 2e-5;
+            let found = exact.by_pose[i / 3].column(i % 3).into_owned();
+            assert!((numeric - found).norm() < 1e-3 * (1.0 + numeric.norm()), "{i}: {numeric} {found}");
+        }
+    }
+
+    /// The first sightings of a hover have independent errors, of which a sixteenth counts: the squared error is well
+    /// below its covariance. Readings have their stated errors.
+    #[test]
+    fn the_covariance_includes_the_error() {
+        let (mut sum, runs) = (0.0, 40);
+        for seed in 0..runs {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let mut filter = started();
+            let mut tilt = || SENSORS.tilt * normal(&mut rng);
+            let reading = Attitude { roll: tilt(), pitch: tilt(), yaw: 0.0 };
+            filter.restart(50.0, &reading, &SENSORS, 46.0, false);
+            filter.clone_pose(0);
+            let place = Vector3::new(0.3, -0.2, 0.1);
+            for _ in 0..10 {
+                filter.predict_free(0.066);
+                filter.update_attitude(&reading, &SENSORS);
+                let mut seen = sightings(&filter, place, &mut rng);
+                assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+            }
+            let (found, covariance) = filter.displacement(0).unwrap();
+            let error = (found - place).xy();
+            let covariance = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+            sum += error.dot(&(covariance.try_inverse().unwrap() * error));
+            assert!(error.norm() < 0.15, "{error}");
+        }
+        let nees = sum / runs as f64;
+        assert!((0.01..4.0).contains(&nees), "{nees}");
+    }
+
+    /// What a helicopter cannot do in a fifteenth of a second is not accepted, and coasting widens what is.
+    #[test]
+    fn an_impossible_jump_is_refused_and_coasting_grows_the_covariance() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut filter = started();
+        for _ in 0..15 {
+            filter.predict(hovering(0.065), &SENSORS);
+            let mut seen = sightings(&filter, Vector3::zeros(), &mut rng);
+            assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+        }
+        let sigma = |filter: &Filter| filter.displacement(0).unwrap().1[(0, 0)].sqrt();
+        let before = (filter.pose, sigma(&filter));
+        let mut seen = sightings(&filter, Vector3::new(1.0, 0.0, 0.0), &mut rng);
+        let jump = filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8).unwrap();
+        assert!(!jump.is_applied && filter.pose == before.0, "{jump:?}");
+        filter.predict(hovering(2.0), &SENSORS);
+        assert!(sigma(&filter) > 2.0 * before.1, "{} {}", sigma(&filter), before.1);
+    }
+
+    /// With considered heights, frames from one place 2 m aside never bring the error below that of the heights.
+    #[test]
+    fn heights_do_not_average_out() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let mut filter = started();
+        let place = Vector3::new(2.0, 0.0, 0.0);
+        let mut sigmas = Vec::new();
+        for _ in 0..60 {
+            filter.predict_free(0.066);
+            filter.update_attitude(&Attitude::default(), &SENSORS);
+            let mut seen = sightings(&filter, place, &mut rng);
+            filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8).unwrap();
+            sigmas.push(filter.displacement(0).unwrap().1[(0, 0)].sqrt());
+        }
+        // 10 m in each of about 48 cells, at 2 m from 50 m.
+        let of_heights = 2.0 / 50.0 * HEIGHT_SIGMA_M / 48f64.sqrt();
+        assert!(sigmas[59] > 0.5 * of_heights && filter.is_sound(), "{} {of_heights}", sigmas[59]);
+    }
+}

@@ -1,0 +1,263 @@
+//! Keyframes: the features of earlier frames as landmarks, and matching where the filter predicts them.
+//!
+//! A landmark counts once it was seen [`MIN_GOOD_SIGHTINGS`] times at its place: features of cars are not. Each has its
+//! own covariance of residuals, so that a feature which slides along an edge, or belongs to a crown of leaves, loses
+//! weight in that direction alone.
+
+use crate::filter::{Filter, Prediction, Sighting};
+use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::motion::budget::Budget;
+use hoverlock_reference::motion::orthophoto::Camera;
+use nalgebra::{Matrix2, Vector2};
+
+/// Good sightings after which a landmark counts.
+const MIN_GOOD_SIGHTINGS: u32 = 3;
+/// Landmarks that must count before others are left out.
+const MIN_PROVEN_LANDMARKS: usize = 20;
+/// Sightings over which the covariance of residuals is averaged.
+const AVERAGED_SIGHTINGS: u32 = 16;
+/// Factor of the covariance of residuals.
+const RESIDUAL_FACTOR: f64 = 3.0;
+/// Standard error of a sighting of a landmark without a history, px.
+const NEW_SIGMA_PX: f64 = 0.5;
+/// Smallest standard error of a sighting of a landmark with a history, px.
+const MIN_SIGMA_PX: f64 = 0.25;
+/// Radius of the gate, in standard deviations.
+const GATE_SIGMAS: f64 = 3.5;
+/// Largest radius of the gate, px. A prediction that is less certain needs the search.
+const MAX_GATE_PX: f64 = 48.0;
+/// Bits that may differ, of 128.
+const MAX_HAMMING: u32 = 12;
+/// Radius of agreement of the vote, px; it is taken if the gate is larger than this.
+const VOTE_RADIUS_PX: f64 = 3.0;
+/// Sightings whose shift is a candidate of the vote.
+const MAX_VOTE_CANDIDATES: usize = 64;
+/// Work units of predicting a landmark.
+const PREDICTION_WORK: usize = 40;
+
+/// A feature of a keyframe with its history.
+#[derive(Debug, Clone, Copy, Default)]
+struct Landmark {
+    good: u32,
+    residual: Matrix2<f64>,
+}
+
+/// An earlier frame with its features.
+pub struct Keyframe {
+    /// Frame number; `None` if it was not readable, or the slot is free.
+    pub frame: Option<u32>,
+    /// The camera at its zoom.
+    pub camera: Camera,
+    /// Features, at most the capacity.
+    pub features: Vec<Feature>,
+    /// Largest number of inliers of a frame.
+    pub best_inliers: usize,
+    /// Count of keyframes before this one.
+    pub age: u64,
+    landmarks: Vec<Landmark>,
+}
+
+impl Keyframe {
+    /// Allocates memory for `features` features.
+    pub fn with_capacity(features: usize) -> Self {
+        Self {
+            frame: None,
+            camera: Camera::default(),
+            features: Vec::with_capacity(features),
+            best_inliers: 0,
+            age: 0,
+            landmarks: Vec::with_capacity(features),
+        }
+    }
+
+    /// Takes the features of a frame.
+    pub fn fill(&mut self, frame: Option<u32>, camera: Camera, features: &[Feature], age: u64) {
+        self.frame = frame;
+        self.camera = camera;
+        self.best_inliers = 0;
+        self.age = age;
+        self.features.clear();
+        self.features.extend_from_slice(features);
+        self.landmarks.clear();
+        self.landmarks.resize(features.len(), Landmark::default());
+    }
+
+    /// Returns the covariance of a sighting of a landmark, px^2.
+    pub fn sighting_covariance(&self, landmark: usize) -> Matrix2<f64> {
+        let Landmark { good, residual } = self.landmarks[landmark];
+        if good < MIN_GOOD_SIGHTINGS {
+            return Matrix2::identity() * (NEW_SIGMA_PX * NEW_SIGMA_PX);
+        }
+        Matrix2::identity() * (MIN_SIGMA_PX * MIN_SIGMA_PX) + residual * RESIDUAL_FACTOR
+    }
+
+    /// Updates the landmarks by the sightings of a frame that was fitted to `inliers` of them.
+    pub fn learn(&mut self, sightings: &[Sighting], inliers: usize) {
+        self.best_inliers = self.best_inliers.max(inliers);
+        for sighting in sightings.iter().filter(|sighting| sighting.is_consistent()) {
+            let landmark = &mut self.landmarks[sighting.landmark];
+            landmark.good += 1;
+            let share = 1.0 / f64::from(landmark.good.min(AVERAGED_SIGHTINGS));
+            let square = sighting.residual * sighting.residual.transpose();
+            landmark.residual += (square - landmark.residual) * share;
+        }
+    }
+}
+
+/// Reusable memory of the matching.
+pub struct MatchMemory {
+    /// Prediction of each landmark.
+    predicted: Vec<Option<Prediction>>,
+    /// For each feature of the present frame, the landmark that resembles it most.
+    taken: Vec<Option<(u32, usize)>>,
+    shifts: Vec<Vector2<f64>>,
+    /// The sightings of the last matching.
+    pub sightings: Vec<Sighting>,
+}
+
+impl MatchMemory {
+    /// Allocates memory for `features` features.
+    pub fn with_capacity(features: usize) -> Self {
+        Self {
+            predicted: Vec::with_capacity(features),
+            taken: Vec::with_capacity(features),
+            shifts: Vec::with_capacity(features),
+            sightings: Vec::with_capacity(features),
+        }
+    }
+}
+
+/// The size of a matching.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gated {
+    /// Descriptors that were compared.
+    pub comparisons: usize,
+    /// Landmarks that the present camera should see.
+    pub expected: usize,
+}
+
+/// Returns a position of a feature, px.
+pub fn position(feature: &Feature) -> Vector2<f64> {
+    let (x, y) = feature.subpixel();
+    Vector2::new(x, y)
+}
+
+/// Matches the landmarks of keyframe `k` with the features of the present frame, in raster order, where the filter
+/// predicts them, into `memory.sightings`. Returns `None` if the prediction is too uncertain for that, or if the budget
+/// is exhausted.
+pub fn match_predicted(
+    filter: &Filter,
+    k: usize,
+    keyframe: &Keyframe,
+    camera: &Camera,
+    current: &[Feature],
+    memory: &mut MatchMemory,
+    budget: &mut Budget,
+) -> Option<Gated> {
+    if !budget.spend(PREDICTION_WORK * keyframe.features.len()) {
+        return None;
+    }
+    let MatchMemory { predicted, taken, shifts, sightings } = memory;
+    let (width, height) = size(camera);
+    predicted.clear();
+    predicted.resize(keyframe.features.len(), None);
+    let mut expected = 0;
+    filter.images(k, [&keyframe.camera, camera], keyframe.features.iter().map(position), |landmark, prediction| {
+        if (0.0..=width).contains(&prediction.image.x) && (0.0..=height).contains(&prediction.image.y) {
+            predicted[landmark] = Some(prediction);
+            expected += 1;
+        }
+    });
+    taken.clear();
+    taken.resize(current.len(), None);
+    let mut comparisons = 0;
+    let mut largest: f64 = 0.0;
+    for (landmark, prediction) in predicted.iter().enumerate() {
+        let Some(prediction) = prediction else { continue };
+        let covariance = prediction.covariance + keyframe.sighting_covariance(landmark);
+        let Some(inverse) = covariance.try_inverse() else { continue };
+        let reach = [0, 1].map(|axis| GATE_SIGMAS * covariance[(axis, axis)].sqrt());
+        let reached = reach[0].max(reach[1]);
+        if reached.is_nan() || reached > MAX_GATE_PX {
+            return None;
+        }
+        largest = largest.max(reached);
+        let feature = &keyframe.features[landmark];
+        let top = (prediction.image.y - reach[1]).max(0.0) as u32;
+        let first = current.partition_point(|other| other.y < top);
+        let mut best: Option<(u32, usize)> = None;
+        for (index, other) in current.iter().enumerate().skip(first) {
+            if f64::from(other.y) > prediction.image.y + reach[1] + 1.0 {
+                break;
+            }
+            let near = (f64::from(other.x) - prediction.image.x).abs() <= reach[0] + 1.0;
+            if !near || other.scale != feature.scale || other.bright != feature.bright {
+                continue;
+            }
+            let miss = position(other) - prediction.image;
+            if miss.dot(&(inverse * miss)) > GATE_SIGMAS * GATE_SIGMAS {
+                continue;
+            }
+            comparisons += 1;
+            let differ = feature.descriptor.hamming(&other.descriptor, false);
+            if differ <= MAX_HAMMING && best.is_none_or(|(least, _)| differ < least) {
+                best = Some((differ, index));
+            }
+        }
+        if let Some((differ, index)) = best
+            && taken[index].is_none_or(|(least, _)| differ < least)
+        {
+            taken[index] = Some((differ, landmark));
+        }
+    }
+    if !budget.spend(comparisons) {
+        return None;
+    }
+    sightings.clear();
+    for (index, found) in taken.iter().enumerate() {
+        let Some((_, landmark)) = found else { continue };
+        sightings.push(Sighting {
+            landmark: *landmark,
+            reference: position(&keyframe.features[*landmark]),
+            current: position(&current[index]),
+            covariance: keyframe.sighting_covariance(*landmark),
+            counts: keyframe.landmarks[*landmark].good >= MIN_GOOD_SIGHTINGS,
+            chi2: 0.0,
+            residual: Vector2::zeros(),
+        });
+    }
+    if sightings.iter().filter(|sighting| sighting.counts).count() < MIN_PROVEN_LANDMARKS {
+        sightings.iter_mut().for_each(|sighting| sighting.counts = true);
+    }
+    if largest > VOTE_RADIUS_PX {
+        shifts.clear();
+        shifts.extend(sightings.iter().map(|sighting| {
+            sighting.current - predicted[sighting.landmark].map_or(sighting.current, |prediction| prediction.image)
+        }));
+        if !budget.spend(shifts.len() * MAX_VOTE_CANDIDATES / 16) {
+            return None;
+        }
+        keep_consensus(shifts, sightings);
+    }
+    Some(Gated { comparisons, expected })
+}
+
+/// Keeps the sightings whose shift from the prediction is near the one on which most agree.
+fn keep_consensus(shifts: &[Vector2<f64>], sightings: &mut Vec<Sighting>) {
+    let radius = VOTE_RADIUS_PX * VOTE_RADIUS_PX;
+    let votes = |shift: &Vector2<f64>| shifts.iter().filter(|other| (*other - shift).norm_squared() <= radius).count();
+    let step = shifts.len().div_ceil(MAX_VOTE_CANDIDATES).max(1);
+    // The last of equals is taken, which is the same everywhere.
+    let Some(best) = shifts.iter().step_by(step).max_by_key(|shift| votes(shift)) else { return };
+    let mut index = 0;
+    sightings.retain(|_| {
+        index += 1;
+        (shifts[index - 1] - best).norm_squared() <= 4.0 * radius
+    });
+}
+
+/// Returns the last column and row of a camera's picture, px.
+fn size(camera: &Camera) -> (f64, f64) {
+    let matrix = camera.matrix();
+    (2.0 * matrix[(0, 2)], 2.0 * matrix[(1, 2)])
+}

@@ -1,0 +1,571 @@
+//! The estimator: one filter for all frames, with keyframes that are matched where it predicts them.
+//!
+//! A frame is processed in this order:
+//!
+//! 1. The filter predicts over the samples of the IMU since the frame before, or over any motion if there are none.
+//! 2. Attitude reading and laser range update it.
+//! 3. Landmarks of the first keyframe, and of the most similar other one if the first is far, are matched within the
+//!    gate of the prediction, and the filter is fitted to them ([`crate::keyframe`], [`crate::filter`]).
+//! 4. If no keyframe was found so, because the prediction is uncertain or after a loss, RANSAC acquires: it matches
+//!    without the prediction, and the filter accepts its pairs only if the change is possible for the vehicle.
+//!
+//! A frame without a keyframe has no estimate; the filter coasts and its covariance grows. A frame becomes a keyframe
+//! if the nearest keyframe overlaps by less than [`MIN_OVERLAP`] or differs in scale by more than
+//! [`MAX_SCALE_CHANGE`], and only if it shows enough of the landmarks that it should; or if no keyframe is in view and
+//! the filter still knows its place.
+//!
+//! **Confirmation.** Waves look like ground until they have moved on. So no estimate is published until the captured
+//! frame has been found again [`CONFIRMATION_AGE_US`] after its capture. Until then the laser ranges are collected. If
+//! their median contradicts the range at the capture, the height is corrected.
+//!
+//! **Protection level.** The radius that the error of the displacement exceeds in one frame of 100 000 if errors are
+//! normal: `max(0.05 m, 4.8 s + 0.02 |d|)`, with `s` the standard error along the worse direction and `d` the
+//! displacement, whose scale has the error of the focal length.
+
+use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
+use crate::keyframe::{Gated, Keyframe, MatchMemory, match_predicted, position};
+use crate::line::{Estimate, Reason};
+use crate::message::{InertialSample, Telemetry};
+use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::motion::budget::Budget;
+use hoverlock_reference::motion::estimator::{Estimator, Workspace};
+use hoverlock_reference::motion::mark::{Part, mark};
+use hoverlock_reference::motion::matching::{GATE_RADIUS_PX, Gate};
+use hoverlock_reference::motion::model::{Pair, transfer};
+use hoverlock_reference::motion::observation::Observation;
+use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
+use hoverlock_reference::motion::sensor_pattern;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Samples of the IMU that are kept: five seconds at 200 a second.
+const MAX_SAMPLES: usize = 1024;
+/// Longest interval that two samples, or the last one, may span, us.
+const MAX_SAMPLE_INTERVAL_US: u64 = 50_000;
+/// Longest time over which a prediction without samples grows, s.
+const MAX_FREE_S: f64 = 10.0;
+
+/// Smallest overlap with a keyframe, as a fraction of its picture, from which on the frame becomes a keyframe.
+const MIN_OVERLAP: f64 = 0.6;
+/// Logarithm of the change of scale from which on a frame becomes a keyframe.
+const MAX_SCALE_CHANGE: f64 = 0.10;
+/// Smallest number of inliers of a frame that becomes a keyframe, as a share of the best of the keyframe in view.
+const MIN_INLIER_SHARE: f64 = 0.4;
+/// Largest standard error of a frame without a keyframe in view that becomes one, m.
+const MAX_COASTED_ERROR_M: f64 = 0.3;
+/// Overlap down to which a keyframe is tried.
+const USABLE_OVERLAP: f64 = 0.15;
+/// Logarithm of the change of scale up to which a keyframe is tried.
+const USABLE_SCALE_CHANGE: f64 = 0.16;
+/// Lost overlap, and four times the logarithm of the change of scale, up to which the first keyframe suffices.
+const MAX_FIRST_DISTANCE: f64 = 0.4;
+/// Factor of the change of scale in the distance of a keyframe.
+const SCALE_DISTANCE: f64 = 4.0;
+/// Columns and rows of the points by which the overlap is counted.
+const OVERLAP_GRID: (u32, u32) = (16, 12);
+
+/// Inliers that a keyframe needs at least.
+const MIN_INLIERS: usize = 8;
+/// Comparisons for each further inlier that it needs: one chance match in hundreds of comparisons.
+const COMPARISONS_PER_INLIER: usize = 50;
+/// Work units of fitting a sighting.
+const FIT_WORK: usize = 120;
+/// Work units of a fit besides: a system of a hundred unknowns.
+const UPDATE_WORK: usize = 120_000;
+/// Part of the work of a frame that is reserved for fits: two.
+pub const RESERVED_WORK: u64 = 500_000;
+
+/// Age at which a captured frame must be found again to be confirmed, us. By then waves of 6 m or less have moved by at
+/// least an eighth of their length.
+const CONFIRMATION_AGE_US: u64 = 500_000;
+/// Laser ranges that are collected until then.
+const MAX_FIRST_HEIGHTS: usize = 32;
+/// Laser ranges that a median needs.
+const MIN_FIRST_HEIGHTS: usize = 3;
+/// Deviation of their median from the first height from which on it is corrected, m.
+const HEIGHT_DEVIATION_M: f64 = 3.0;
+/// The same, as a part of the height.
+const HEIGHT_DEVIATION: f64 = 0.1;
+/// Largest standard error of a laser reading that is collected, m.
+const MAX_RANGE_ERROR_M: f64 = 1.0;
+
+/// Largest standard error of an estimate, m: the required accuracy of the whole system.
+const MAX_STANDARD_ERROR_M: f64 = 1.0;
+/// The same far from the origin, as a part of the displacement: the scale is that of the height over unknown ground.
+const MAX_RELATIVE_ERROR: f64 = 0.1;
+/// Smallest protection level, m.
+const MIN_PROTECTION_LEVEL_M: f64 = 0.05;
+/// Standard errors in the protection level: a normal error in the plane exceeds them with a probability of 1e-5.
+const PROTECTION_SIGMAS: f64 = 4.8;
+/// Part of the displacement in the protection level.
+const PROTECTION_SCALE: f64 = 0.02;
+/// Protection level at which the quality has fallen to half, m.
+const HALF_QUALITY_M: f64 = 0.5;
+
+/// A frame with its readings and camera.
+struct Present<'a> {
+    frame: Option<u32>,
+    telemetry: &'a Telemetry,
+    camera: Camera,
+    features: &'a [Feature],
+}
+
+/// A keyframe that was found in a frame.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    keyframe: usize,
+    inliers: usize,
+    matches: usize,
+}
+
+/// The estimator with its memory.
+pub struct Tracker {
+    filter: Filter,
+    keyframes: Vec<Keyframe>,
+    /// Memory of keyframes that are not in use.
+    spare: Vec<Keyframe>,
+    /// The keyframe that was commanded: it is matched beside the first.
+    commanded: Option<usize>,
+    captured: u64,
+    time_us: u64,
+    captured_us: u64,
+    confirmed: bool,
+    first_heights: Vec<f64>,
+    samples: Vec<InertialSample>,
+    steps: Vec<Step>,
+    memory: MatchMemory,
+    workspace: Workspace,
+    inliers: Vec<Pair>,
+}
+
+impl Tracker {
+    /// Allocates memory for `features` features a frame.
+    pub fn with_capacity(features: usize) -> Self {
+        Self {
+            filter: Filter::new(),
+            keyframes: Vec::with_capacity(MAX_KEYFRAMES),
+            spare: std::iter::repeat_with(|| Keyframe::with_capacity(features)).take(MAX_KEYFRAMES).collect(),
+            commanded: None,
+            captured: 0,
+            time_us: 0,
+            captured_us: 0,
+            confirmed: false,
+            first_heights: Vec::with_capacity(MAX_FIRST_HEIGHTS),
+            samples: Vec::with_capacity(MAX_SAMPLES),
+            steps: Vec::with_capacity(MAX_SAMPLES + 1),
+            memory: MatchMemory::with_capacity(features),
+            workspace: Workspace::with_capacity(features),
+            inliers: Vec::with_capacity(features),
+        }
+    }
+
+    /// Returns the inliers of the last estimate.
+    pub fn inliers(&self) -> &[Pair] {
+        &self.inliers
+    }
+
+    /// Returns the frame number of the first keyframe; `None` without one, or if it was not readable.
+    pub fn origin(&self) -> Option<u32> {
+        self.keyframes.first().and_then(|keyframe| keyframe.frame)
+    }
+
+    /// Forgets all frames.
+    pub fn clear(&mut self) {
+        self.spare.append(&mut self.keyframes);
+        self.commanded = None;
+    }
+
+    /// Forgets the samples of the IMU and the time of the last frame.
+    pub fn restart_clock(&mut self) {
+        self.samples.clear();
+        self.time_us = 0;
+    }
+
+    /// Takes a sample of the IMU. Samples that are not later than the one before are ignored.
+    pub fn take_sample(&mut self, sample: InertialSample) {
+        if self.samples.last().is_some_and(|last| last.time_us >= sample.time_us) {
+            return;
+        }
+        if self.samples.len() == MAX_SAMPLES {
+            self.samples.remove(0);
+        }
+        self.samples.push(sample);
+    }
+
+    /// Makes a frame the origin and the only keyframe.
+    ///
+    /// # Errors
+    /// If its readings are no view of the ground.
+    pub fn capture(
+        &mut self,
+        frame: Option<u32>,
+        telemetry: &Telemetry,
+        camera: Camera,
+        features: &[Feature],
+    ) -> Result<(), Reason> {
+        let view = View::new(camera, telemetry.attitude, telemetry.range)?;
+        let width = 2.0 * camera.matrix()[(0, 2)] / camera.focal() * view.height();
+        let is_known = self.predict(telemetry);
+        let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
+        self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
+        self.clear();
+        (self.captured_us, self.confirmed) = (telemetry.time_us, false);
+        self.first_heights.clear();
+        self.add_keyframe(frame, camera, features);
+        Ok(())
+    }
+
+    /// Estimates the pose of a frame relative to the origin. `renew` asks for a keyframe. The budgets are those of
+    /// matching and search, and of the fit.
+    ///
+    /// # Errors
+    /// The reason why there is no estimate.
+    pub fn estimate(
+        &mut self,
+        frame: Option<u32>,
+        telemetry: &Telemetry,
+        camera: Camera,
+        features: &[Feature],
+        renew: &mut bool,
+        [search, fit]: [&mut Budget; 2],
+    ) -> Result<Estimate, Reason> {
+        let view = View::new(camera, telemetry.attitude, telemetry.range)?;
+        if self.keyframes.is_empty() {
+            return Err(Reason::Reference);
+        }
+        self.predict(telemetry);
+        let filter = &mut self.filter;
+        filter.update_attitude(&telemetry.attitude, &telemetry.sensors);
+        filter.update_range(telemetry.range, telemetry.sensors.range);
+        if !self.confirmed
+            && telemetry.sensors.range <= MAX_RANGE_ERROR_M
+            && self.first_heights.len() < MAX_FIRST_HEIGHTS
+        {
+            self.first_heights.push(view.height());
+        }
+        let present = Present { frame, telemetry, camera, features };
+        let found = self.find(&present, search, fit);
+        if !self.filter.is_sound() {
+            self.clear();
+            return Err(Reason::Reference);
+        }
+        let found = found?;
+        let age = telemetry.time_us.checked_sub(self.captured_us);
+        if !self.confirmed {
+            if age.is_some_and(|age| age < CONFIRMATION_AGE_US) {
+                return Err(Reason::Unconfirmed);
+            }
+            self.confirmed = true;
+            self.correct_height();
+        }
+        let estimate = self.result(&present, found)?;
+        self.renew(&present, found, renew);
+        Ok(estimate)
+    }
+
+    /// Predicts the filter to the time of a frame; returns `false` if samples of the IMU are missing.
+    fn predict(&mut self, telemetry: &Telemetry) -> bool {
+        let (from, to) = (self.time_us, telemetry.time_us);
+        self.time_us = to;
+        let filter = &mut self.filter;
+        let elapsed = to.checked_sub(from);
+        let steps = &mut self.steps;
+        steps.clear();
+        let mut covered = 0;
+        let mut push = |begin: u64, end: u64, one: &InertialSample, other: &InertialSample| {
+            let (begin, end) = (begin.max(from), end.min(to));
+            if end > begin && steps.len() <= MAX_SAMPLES {
+                let mean = |a: &[f64; 3], b: &[f64; 3]| (Vector3::from(*a) + Vector3::from(*b)) / 2.0;
+                let (rates, force) = (mean(&one.rates, &other.rates), mean(&one.force, &other.force));
+                covered += end - begin;
+                steps.push(Step { rates, force, seconds: (end - begin) as f64 / 1e6 });
+            }
+        };
+        for pair in self.samples.windows(2) {
+            if pair[1].time_us - pair[0].time_us <= MAX_SAMPLE_INTERVAL_US {
+                push(pair[0].time_us, pair[1].time_us, &pair[0], &pair[1]);
+            }
+        }
+        if let Some(last) = self.samples.last() {
+            push(last.time_us, last.time_us + MAX_SAMPLE_INTERVAL_US, last, last);
+        }
+        // The sample before the frame begins the next interval.
+        let kept = self.samples.iter().rposition(|sample| sample.time_us <= to).unwrap_or(0);
+        self.samples.drain(..kept);
+        let is_covered = elapsed.is_some_and(|elapsed| covered + 10_000 >= elapsed);
+        if is_covered {
+            filter.predict(self.steps.iter().copied(), &telemetry.sensors);
+        } else {
+            filter.predict_free(elapsed.map_or(MAX_FREE_S, |elapsed| elapsed as f64 / 1e6).min(MAX_FREE_S));
+        }
+        is_covered
+    }
+
+    /// Finds keyframes in a frame, and fits the filter to them.
+    fn find(&mut self, present: &Present<'_>, search: &mut Budget, fit: &mut Budget) -> Result<Found, Reason> {
+        let mut usable: [Option<(usize, f64)>; 2] = [None; 2];
+        for k in 0..self.keyframes.len() {
+            let Some((overlap, scale)) = self.overlap_and_scale(k, &present.camera) else { continue };
+            if overlap < USABLE_OVERLAP || scale.abs() > USABLE_SCALE_CHANGE {
+                continue;
+            }
+            let distance = 1.0 - overlap + SCALE_DISTANCE * scale.abs();
+            if k == 0 {
+                usable[0] = Some((k, distance));
+            } else if usable[1].is_none_or(|(_, least)| distance < least) {
+                usable[1] = Some((k, distance));
+            }
+        }
+        if self.commanded.is_none() && usable[0].is_some_and(|(_, distance)| distance < MAX_FIRST_DISTANCE) {
+            usable[1] = None;
+        }
+        let mut best: Option<Found> = None;
+        self.inliers.clear();
+        for (k, _) in usable.into_iter().flatten() {
+            if let Some(found) = self.track(k, present, search, fit) {
+                best = Some(found);
+            }
+        }
+        if let Some(found) = best {
+            return Ok(found);
+        }
+        let Some((k, _)) = usable[1].or(usable[0]) else {
+            self.add_coasted_keyframe(present);
+            return Err(Reason::OutOfView);
+        };
+        self.acquire(k, present, search, fit)
+    }
+
+    /// Matches keyframe `k` where it is predicted, and fits the filter.
+    fn track(&mut self, k: usize, present: &Present<'_>, search: &mut Budget, fit: &mut Budget) -> Option<Found> {
+        mark(Part::Matching);
+        let filter = &self.filter;
+        let keyframe = &self.keyframes[k];
+        let memory = &mut self.memory;
+        let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, search);
+        mark(Part::Pose);
+        let Gated { comparisons, .. } = matched?;
+        let min_inliers = MIN_INLIERS + comparisons / COMPARISONS_PER_INLIER;
+        self.fit(k, present, min_inliers, fit).ok()
+    }
+
+    /// Fits the filter to the sightings of keyframe `k`.
+    fn fit(
+        &mut self,
+        k: usize,
+        present: &Present<'_>,
+        min_inliers: usize,
+        budget: &mut Budget,
+    ) -> Result<Found, Reason> {
+        let filter = &mut self.filter;
+        let keyframe = &mut self.keyframes[k];
+        let sightings = &mut self.memory.sightings;
+        if sightings.len() < min_inliers {
+            return Err(Reason::Sightings(sightings.len()));
+        }
+        if !budget.spend(UPDATE_WORK + FIT_WORK * sightings.len()) {
+            return Err(Reason::Work);
+        }
+        let fitted = filter.update_sightings(k, [&keyframe.camera, &present.camera], sightings, min_inliers);
+        let fitted = fitted.ok_or(Reason::Sightings(sightings.len()))?;
+        if !fitted.is_applied {
+            let few = fitted.inliers < min_inliers;
+            return Err(if few { Reason::Sightings(fitted.inliers) } else { Reason::Implausible(fitted.innovation) });
+        }
+        keyframe.learn(sightings, fitted.inliers);
+        self.inliers.clear();
+        let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
+        self.inliers.extend(inliers.map(|found| Pair { reference: found.reference, current: found.current }));
+        Ok(Found { keyframe: k, inliers: fitted.inliers, matches: sightings.len() })
+    }
+
+    /// Searches keyframe `k` by RANSAC, and fits the filter to the consensus.
+    fn acquire(
+        &mut self,
+        k: usize,
+        present: &Present<'_>,
+        search: &mut Budget,
+        fit: &mut Budget,
+    ) -> Result<Found, Reason> {
+        let filter = &self.filter;
+        let keyframe = &self.keyframes[k];
+        let views = self.views(k, &present.camera).ok_or(Reason::OutOfView)?;
+        let mut estimator = Estimator::default();
+        if let Some((moved, covariance)) = filter.displacement(k) {
+            let sigma = covariance.trace().max(0.0).sqrt() * present.camera.focal() / views[1].height();
+            let prediction = ground_homography(&views[0], &views[1], moved.xy());
+            estimator.matching.gate =
+                (3.5 * sigma <= GATE_RADIUS_PX).then_some(Gate { prediction, radius: GATE_RADIUS_PX });
+        }
+        mark(Part::Search);
+        let motion = estimator.estimate_in(&mut self.workspace, search, &keyframe.features, present.features);
+        mark(Part::Pose);
+        let motion = motion?;
+        self.inliers.clear();
+        self.inliers.extend(motion.inliers.iter().map(|&i| motion.pairs[i]));
+        let readings = present.telemetry;
+        let current = View::new(present.camera, readings.attitude, readings.range)?;
+        let observation = |view| Observation { view, errors: readings.sensors.into() };
+        sensor_pattern::check(&self.inliers, &observation(views[0]), &observation(current))?;
+        let sightings = &mut self.memory.sightings;
+        sightings.clear();
+        sightings.extend(motion.inliers.iter().map(|&i| Sighting {
+            landmark: motion.matches[i].reference,
+            reference: position(&keyframe.features[motion.matches[i].reference]),
+            current: motion.pairs[i].current,
+            covariance: keyframe.sighting_covariance(motion.matches[i].reference),
+            counts: true,
+            chi2: 0.0,
+            residual: Vector2::zeros(),
+        }));
+        let min_inliers = MIN_INLIERS.max(motion.inliers.len() / 3);
+        self.fit(k, present, min_inliers, fit)
+    }
+
+    /// Returns the predicted views of keyframe `k` and of the present frame; `None` if either is above the horizon or
+    /// below the ground.
+    fn views(&self, k: usize, camera: &Camera) -> Option<[View; 2]> {
+        let filter = &self.filter;
+        let then = filter.keyframe(k)?;
+        let view = |camera, rotation: &Matrix3<f64>, z: f64| View::at_height(camera, attitude(rotation), -z).ok();
+        Some([
+            view(self.keyframes[k].camera, &then.rotation, then.position.z)?,
+            view(*camera, &filter.pose.rotation, filter.pose.position.z)?,
+        ])
+    }
+
+    /// Returns the predicted overlap with keyframe `k`, as a fraction, and the logarithm of the change of scale.
+    fn overlap_and_scale(&self, k: usize, camera: &Camera) -> Option<(f64, f64)> {
+        let filter = &self.filter;
+        let views = self.views(k, camera)?;
+        let (moved, _) = filter.displacement(k)?;
+        let homography = ground_homography(&views[0], &views[1], moved.xy());
+        let scale = |view: &View| view.camera().focal() / view.height();
+        Some((overlap(&homography, camera), libm::log(scale(&views[1]) / scale(&views[0]))))
+    }
+
+    /// Corrects the height if the laser ranges since the capture contradict the first.
+    fn correct_height(&mut self) {
+        let heights = &mut self.first_heights;
+        let filter = &mut self.filter;
+        if heights.len() < MIN_FIRST_HEIGHTS {
+            return;
+        }
+        heights.sort_unstable_by(f64::total_cmp);
+        let median = heights[heights.len() / 2];
+        let present = -filter.pose.position.z;
+        if (median - present).abs() > HEIGHT_DEVIATION_M.max(HEIGHT_DEVIATION * present.abs()) {
+            filter.scale_height(median);
+        }
+    }
+
+    /// Returns the estimate of the filter.
+    fn result(&self, present: &Present<'_>, found: Found) -> Result<Estimate, Reason> {
+        let filter = &self.filter;
+        let (moved, covariance) = filter.displacement(0).ok_or(Reason::Reference)?;
+        let [xx, xy, yy] = [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]];
+        let largest = (xx + yy) / 2.0 + ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
+        let sigma = largest.max(0.0).sqrt();
+        if sigma > MAX_STANDARD_ERROR_M.max(MAX_RELATIVE_ERROR * moved.xy().norm()) {
+            return Err(Reason::Uncertain(sigma));
+        }
+        let protection = (PROTECTION_SIGMAS * sigma + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
+        let attitude = attitude(&filter.pose.rotation);
+        Ok(Estimate {
+            x_e_m: moved.x,
+            y_e_m: moved.y,
+            z_e_m: moved.z,
+            yaw_rad: attitude.yaw,
+            covariance_m2: [xx, xy, xy, yy],
+            protection_level_m: protection,
+            quality: (255.0 / (1.0 + protection / HALF_QUALITY_M)).max(1.0) as u8,
+            inliers: found.inliers,
+            matches: found.matches,
+            keyframe: self.keyframes[found.keyframe].frame,
+            attitude,
+            sensors: present.telemetry.sensors,
+        })
+    }
+
+    /// Makes the frame a keyframe if the one it was matched with is far, or if `renew` asks for it.
+    fn renew(&mut self, present: &Present<'_>, found: Found, renew: &mut bool) {
+        let Some((overlap, scale)) = self.overlap_and_scale(found.keyframe, &present.camera) else { return };
+        let is_far = overlap < MIN_OVERLAP || scale.abs() > MAX_SCALE_CHANGE;
+        let possible = overlap * self.keyframes[found.keyframe].best_inliers as f64;
+        if (is_far || *renew) && found.inliers as f64 >= MIN_INLIER_SHARE * possible {
+            let slot = self.add_keyframe(present.frame, present.camera, present.features);
+            self.commanded = renew.then_some(slot).or(self.commanded.filter(|commanded| *commanded != slot));
+            *renew = false;
+        }
+    }
+
+    /// Makes a frame that shows no keyframe one itself if the filter still knows its place: zoom or flight have gone
+    /// too far between two frames with a keyframe.
+    fn add_coasted_keyframe(&mut self, present: &Present<'_>) {
+        let Some((_, covariance)) = self.filter.displacement(0) else { return };
+        if self.confirmed && covariance[(0, 0)] + covariance[(1, 1)] <= MAX_COASTED_ERROR_M * MAX_COASTED_ERROR_M {
+            self.add_keyframe(present.frame, present.camera, present.features);
+        }
+    }
+
+    /// Adds a keyframe and returns its index; without a free slot it replaces the oldest except the first.
+    fn add_keyframe(&mut self, frame: Option<u32>, camera: Camera, features: &[Feature]) -> usize {
+        let slot = match self.spare.pop() {
+            Some(keyframe) => {
+                self.keyframes.push(keyframe);
+                self.keyframes.len() - 1
+            }
+            None => {
+                let rest = self.keyframes.iter().enumerate().skip(1);
+                rest.min_by_key(|(_, keyframe)| keyframe.age).map_or(1, |(slot, _)| slot)
+            }
+        };
+        self.captured += 1;
+        self.keyframes[slot].fill(frame, camera, features, self.captured);
+        self.filter.clone_pose(slot);
+        slot
+    }
+}
+
+/// Returns roll, pitch and yaw of a rotation, rad.
+fn attitude(rotation: &Matrix3<f64>) -> Attitude {
+    Attitude {
+        roll: libm::atan2(-rotation[(2, 0)], rotation[(2, 2)]),
+        pitch: libm::asin((-rotation[(2, 1)]).clamp(-1.0, 1.0)),
+        yaw: libm::atan2(-rotation[(0, 1)], rotation[(1, 1)]),
+    }
+}
+
+/// Returns the homography from pixels of the keyframe to pixels of the current view, for a camera that has moved by
+/// `displacement` (m) over level ground.
+fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64>) -> Matrix3<f64> {
+    current.from_ground() * Matrix3::new_translation(&-displacement) * reference.to_ground()
+}
+
+/// Returns the fraction of a picture that `homography` maps into another of the same size.
+fn overlap(homography: &Matrix3<f64>, camera: &Camera) -> f64 {
+    let matrix = camera.matrix();
+    let (right, bottom) = (2.0 * matrix[(0, 2)], 2.0 * matrix[(1, 2)]);
+    let place = |i: u32, n: u32, side: f64| side * (f64::from(i) + 0.5) / f64::from(n);
+    let inside = |p: Vector2<f64>| (0.0..=right).contains(&p.x) && (0.0..=bottom).contains(&p.y);
+    let points = (0..OVERLAP_GRID.1).flat_map(|y| (0..OVERLAP_GRID.0).map(move |x| (x, y)));
+    let seen = points.filter(|&(x, y)| {
+        let point = Vector2::new(place(x, OVERLAP_GRID.0, right), place(y, OVERLAP_GRID.1, bottom));
+        transfer(homography, point).is_some_and(inside)
+    });
+    seen.count() as f64 / f64::from(OVERLAP_GRID.0 * OVERLAP_GRID.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_overlap_is_that_of_the_rectangles() {
+        let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
+        let moved = |x: f64, y: f64| Matrix3::new(1.0, 0.0, x, 0.0, 1.0, y, 0.0, 0.0, 1.0);
+        assert_eq!(overlap(&moved(0.0, 0.0), &camera), 1.0);
+        // A quarter of the columns and a half of the rows are lost.
+        assert_eq!(overlap(&moved(256.0, -384.0), &camera), 0.375);
+        assert_eq!(overlap(&moved(1100.0, 0.0), &camera), 0.0);
+    }
+}

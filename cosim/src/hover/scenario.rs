@@ -1,0 +1,343 @@
+//! Scenario files: a flight with its faults and commands, as TOML.
+//!
+//! ```toml
+//! scene = "road.toml"
+//! seconds = 12.0
+//!
+//! [[event]]
+//! t = 4.0
+//! event = "black"
+//! seconds = 2.0
+//! ```
+//!
+//! Keys beside `scene` and `event` replace the settings of the same name: `seconds`, `seed`, `height_m`, `gusts_m_s`,
+//! `view`. A scene that is not built in is searched beside the scenario. `[camera]` has errors of the camera that the
+//! flight program does not know.
+
+use std::path::{Path, PathBuf};
+
+use hoverlock_arm::message::Command;
+use hoverlock_edss::camera::{FRAME_RATE, Optics};
+use hoverlock_edss::scene::Scene;
+use hoverlock_edss::world::Obstruction;
+use serde::Deserialize;
+
+use super::{CameraView, HoverSettings};
+
+/// Largest number of bytes of a scenario file.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// Why a scenario could not be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// The file could not be read.
+    #[error("scenario {path}: cannot be read: {source}")]
+    Read {
+        /// The scenario file.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// The path is a folder, a device, a FIFO, or a file of more than a mebibyte.
+    #[error("scenario {path}: not a regular file of at most 1 MiB", path = .0.display())]
+    NotAFile(PathBuf),
+    /// The file is not a valid scenario.
+    #[error("scenario {path}: {why}")]
+    Invalid {
+        /// The scenario file.
+        path: PathBuf,
+        /// What is wrong, on one line.
+        why: String,
+    },
+}
+
+/// Errors of the camera that the flight program does not know.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CameraErrors {
+    /// Radial distortion of the lens, of normalised coordinates (Brown 1966): -1 to 1.
+    pub k1: f64,
+    /// Time from the read-out of the first row to that of the last, s: 0 to 0.1.
+    pub readout_s: f64,
+    /// Relative error of the focal length in the telemetry: -0.1 to 0.1.
+    pub focal: f64,
+}
+
+/// An event of a flight.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(tag = "event", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Event {
+    /// The lens is covered.
+    Black {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+    },
+    /// A cloud comes between: contrast is multiplied by 1 - `density`.
+    Cloud {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+        /// 0 (clear) to 1 (nothing is seen).
+        density: f64,
+    },
+    /// The light changes suddenly by a factor.
+    Light {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+        /// Factor of the radiance, 0 to 100.
+        factor: f64,
+    },
+    /// Frames do not arrive.
+    Dropped {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+    },
+    /// The laser reads wrong ranges.
+    Laser {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+        /// Factor of the range, 0.01 to 100.
+        factor: f64,
+    },
+    /// The laser has no reading.
+    LaserLost {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+    },
+    /// The next frame becomes the reference.
+    Capture {
+        /// Time of the event, s.
+        t: f64,
+    },
+    /// The reference is renewed.
+    Renew {
+        /// Time of the event, s.
+        t: f64,
+    },
+    /// The camera zooms to its wide view.
+    Wide {
+        /// Time of the event, s.
+        t: f64,
+    },
+    /// The camera zooms to its narrow view.
+    Narrow {
+        /// Time of the event, s.
+        t: f64,
+    },
+}
+
+impl Event {
+    /// Returns begin and end, s.
+    fn interval(&self) -> [f64; 2] {
+        match *self {
+            Self::Black { t, seconds }
+            | Self::Cloud { t, seconds, .. }
+            | Self::Light { t, seconds, .. }
+            | Self::Dropped { t, seconds }
+            | Self::Laser { t, seconds, .. }
+            | Self::LaserLost { t, seconds } => [t, t + seconds],
+            Self::Capture { t } | Self::Renew { t } | Self::Wide { t } | Self::Narrow { t } => [t, t],
+        }
+    }
+
+    /// Returns `true` if the event acts at a time (s).
+    fn is_active(&self, time: f64) -> bool {
+        let [begin, end] = self.interval();
+        // Frame times are not exact in binary.
+        (begin - 1e-9..end - 1e-9).contains(&time)
+    }
+
+    /// Returns the command, if the event is one that is due at a frame.
+    fn command(&self, frame: usize) -> Option<Command> {
+        let command = match self {
+            Self::Capture { .. } => Command::Capture,
+            Self::Renew { .. } => Command::Renew,
+            Self::Wide { .. } => Command::Wide,
+            Self::Narrow { .. } => Command::Narrow,
+            _ => return None,
+        };
+        (frame == (self.interval()[0] * FRAME_RATE).round() as usize).then_some(command)
+    }
+
+    /// Returns the name of the first value that is out of range.
+    fn invalid(&self) -> Option<&'static str> {
+        let [begin, end] = self.interval();
+        let valid = |value: f64, min: f64, max: f64| (min..=max).contains(&value);
+        match self {
+            _ if !valid(begin, 0.0, 3600.0) => Some("t"),
+            _ if !valid(end - begin, 0.0, 3600.0) => Some("seconds"),
+            Self::Cloud { density, .. } if !valid(*density, 0.0, 1.0) => Some("density"),
+            Self::Light { factor, .. } if !valid(*factor, 0.0, 100.0) => Some("factor"),
+            Self::Laser { factor, .. } if !valid(*factor, 0.01, 100.0) => Some("factor"),
+            _ => None,
+        }
+    }
+}
+
+/// Events and camera errors of a flight.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scenario {
+    /// The events, in any order.
+    pub events: Vec<Event>,
+    /// Errors of the camera that the flight program does not know.
+    pub camera: CameraErrors,
+}
+
+/// The keys of a scenario file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    scene: String,
+    seconds: Option<f64>,
+    seed: Option<u64>,
+    height_m: Option<f64>,
+    gusts_m_s: Option<f64>,
+    view: Option<CameraView>,
+    #[serde(default)]
+    camera: CameraErrors,
+    #[serde(default)]
+    event: Vec<Event>,
+}
+
+impl Scenario {
+    /// Returns the optics of the camera.
+    pub(super) fn optics(&self) -> Optics {
+        Optics { distortion: [self.camera.k1, 0.0], readout_time: self.camera.readout_s, ..Optics::default() }
+    }
+
+    /// Returns what is between scene and camera at a time (s).
+    pub(super) fn obstruction(&self, time: f64) -> Obstruction {
+        let mut view = Obstruction::default();
+        for event in self.events.iter().filter(|event| event.is_active(time)) {
+            let (transmission, veil) = match *event {
+                Event::Black { .. } => (0.0, 0.0),
+                Event::Cloud { density, .. } => (1.0 - density, density),
+                Event::Light { factor, .. } => (factor, 0.0),
+                _ => continue,
+            };
+            view.transmission *= transmission;
+            view.veil = view.veil * transmission + veil;
+        }
+        view
+    }
+
+    /// Returns `true` if the frame at a time (s) does not arrive.
+    pub(super) fn is_dropped(&self, time: f64) -> bool {
+        self.events.iter().any(|event| matches!(event, Event::Dropped { .. }) && event.is_active(time))
+    }
+
+    /// Returns `true` if the frame at a time (s) shows no texture of the ground, or does not arrive.
+    pub(super) fn is_blind(&self, time: f64) -> bool {
+        self.is_dropped(time) || self.obstruction(time).transmission < 0.05
+    }
+
+    /// Returns the range that the laser reports at a time (s) for its reading `range` (m).
+    pub(super) fn range(&self, time: f64, range: Option<f64>) -> Option<f64> {
+        self.events.iter().filter(|event| event.is_active(time)).fold(range, |range, event| match *event {
+            Event::Laser { factor, .. } => range.map(|range| factor * range),
+            Event::LaserLost { .. } => None,
+            _ => range,
+        })
+    }
+
+    /// Returns the commands that are due at a frame.
+    pub(super) fn commands(&self, frame: usize) -> impl Iterator<Item = Command> {
+        self.events.iter().filter_map(move |event| event.command(frame))
+    }
+}
+
+impl HoverSettings {
+    /// Reads a scenario: its keys replace those settings, its events are added.
+    ///
+    /// # Errors
+    /// The file cannot be read, has an unknown key, or a value out of range.
+    pub fn read_scenario(&mut self, path: &Path) -> Result<(), ScenarioError> {
+        let read = |source| ScenarioError::Read { path: path.into(), source };
+        let about = std::fs::metadata(path).map_err(read)?;
+        if !about.is_file() || about.len() > MAX_BYTES {
+            return Err(ScenarioError::NotAFile(path.into()));
+        }
+        let text = std::fs::read_to_string(path).map_err(read)?;
+        self.apply_scenario(&text, path)
+    }
+
+    /// Applies the text of the scenario at `path`, as [`HoverSettings::read_scenario`] does.
+    fn apply_scenario(&mut self, text: &str, path: &Path) -> Result<(), ScenarioError> {
+        let invalid = |why: String| ScenarioError::Invalid { path: path.into(), why };
+        let file: File = toml::from_str(text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let line = text.as_bytes()[..start.min(text.len())].iter().filter(|&&byte| byte == b'\n').count() + 1;
+            invalid(format!("line {line}: {}", error.message().split_whitespace().collect::<Vec<_>>().join(" ")))
+        })?;
+        if let Some((index, key)) = file.event.iter().enumerate().find_map(|(i, event)| Some((i, event.invalid()?))) {
+            return Err(invalid(format!("event {}: {key} is out of range", index + 1)));
+        }
+        let CameraErrors { k1, readout_s, focal } = file.camera;
+        let limits = [("k1", k1, -1.0, 1.0), ("readout_s", readout_s, 0.0, 0.1), ("focal", focal, -0.1, 0.1)];
+        if let Some((name, value, min, max)) = limits.into_iter().find(|(_, v, min, max)| !(min..=max).contains(&v)) {
+            return Err(invalid(format!("camera.{name} is {value}, and must be {min} to {max}")));
+        }
+        let beside = path.parent().unwrap_or(Path::new(".")).join(&file.scene);
+        let is_named = Scene::named(&file.scene).is_some();
+        self.scene = if is_named { file.scene } else { beside.to_string_lossy().into_owned() };
+        self.seconds = file.seconds.unwrap_or(self.seconds);
+        self.seed = file.seed.unwrap_or(self.seed);
+        self.height_m = file.height_m.unwrap_or(self.height_m);
+        self.gusts_m_s = file.gusts_m_s.unwrap_or(self.gusts_m_s);
+        self.view = file.view.unwrap_or(self.view);
+        self.scenario = Scenario { events: file.event, camera: file.camera };
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<HoverSettings, String> {
+        let mut settings = HoverSettings::default();
+        settings.apply_scenario(text, Path::new("flights/a.toml")).map_err(|error| error.to_string())?;
+        Ok(settings)
+    }
+
+    #[test]
+    fn keys_replace_settings_and_events_act_in_their_interval() {
+        let text = "scene = 'road.toml'\nheight_m = 60.0\nview = 'narrow'\n[camera]\nfocal = 0.01\n\
+            [[event]]\nt = 4.0\nevent = 'black'\nseconds = 2.0\n\
+            [[event]]\nt = 1.0\nevent = 'laser'\nseconds = 0.5\nfactor = 0.5\n[[event]]\nt = 3.0\nevent = 'renew'";
+        let settings = read(text).unwrap();
+        assert_eq!((settings.scene.as_str(), settings.height_m), ("flights/road.toml", 60.0));
+        assert_eq!((settings.view, settings.seconds), (CameraView::Narrow, 10.0));
+        let scenario = &settings.scenario;
+        let dark = [3.9, 4.0, 5.9, 6.0].map(|time| scenario.obstruction(time).transmission == 0.0);
+        assert_eq!(dark, [false, true, true, false]);
+        assert_eq!([0.9, 1.2, 1.6].map(|time| scenario.range(time, Some(50.0))), [Some(50.0), Some(25.0), Some(50.0)]);
+        assert_eq!(scenario.commands(45).collect::<Vec<_>>(), [Command::Renew]);
+        assert_eq!(scenario.commands(44).count(), 0);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_place() {
+        let refused = |text: &str, why: &str| {
+            let error = read(text).unwrap_err();
+            assert!(error.starts_with("scenario flights/a.toml: ") && error.contains(why), "{error}");
+            assert_eq!(error.lines().count(), 1);
+        };
+        refused("scene = 'field'\nspeed = 3\n", "line 2: unknown field `speed`");
+        refused("scene = 'field'\n[[event]]\nt = 1.0\nevent = 'storm'\n", "unknown variant `storm`");
+        refused("scene = 'field'\n[[event]]\nt = -1.0\nevent = 'renew'\n", "event 1: t is out of range");
+        refused("scene = 'field'\n[camera]\nk1 = 3.0\n", "camera.k1 is 3, and must be -1 to 1");
+        refused("seconds = 3.0\n", "missing field `scene`");
+    }
+}

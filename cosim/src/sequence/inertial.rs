@@ -1,0 +1,83 @@
+//! The samples of the inertial sensor: a CSV table with one row per sample.
+
+use std::path::{Path, PathBuf};
+
+use hoverlock_arm::message::{Inertial, InertialSample, encode_inertial};
+use serde::Deserialize;
+
+/// Largest time of a sample, s.
+const MAX_TIME_S: f64 = 1e9;
+
+/// A row of the table.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    time_s: f64,
+    rate_x_rad_per_s: f64,
+    rate_y_rad_per_s: f64,
+    rate_z_rad_per_s: f64,
+    force_x_m_per_s2: f64,
+    force_y_m_per_s2: f64,
+    force_z_m_per_s2: f64,
+}
+
+/// Why a table of samples was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum InertialError {
+    /// The table is a folder, a device or a FIFO.
+    #[error("{path}: the table of the inertial sensor is not a regular file", path = .0.display())]
+    NotAFile(PathBuf),
+    /// The table cannot be read.
+    #[error("{path}: the table of the inertial sensor cannot be read: {source}")]
+    Csv {
+        /// The table.
+        path: PathBuf,
+        /// The error of the CSV parser.
+        source: csv::Error,
+    },
+    /// A row has a value out of range, or a time that does not grow.
+    #[error("{path}: row {row} of the table of the inertial sensor: {reason}")]
+    Row {
+        /// The table.
+        path: PathBuf,
+        /// Number of the row, from 1.
+        row: usize,
+        /// What is wrong with the row.
+        reason: String,
+    },
+}
+
+/// Reads a table of samples in the order of their times.
+///
+/// # Errors
+/// The table cannot be read, has another column, a value out of range, or times that do not grow.
+pub fn read(path: &Path) -> Result<Vec<InertialSample>, InertialError> {
+    // A device or a FIFO may never end.
+    if !path.is_file() {
+        return Err(InertialError::NotAFile(path.into()));
+    }
+    let unread = |source| InertialError::Csv { path: path.into(), source };
+    let mut table =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_path(path).map_err(unread)?;
+    let mut samples: Vec<InertialSample> = Vec::new();
+    for row in table.deserialize::<Row>() {
+        let row = row.map_err(unread)?;
+        let refused = |reason: String| InertialError::Row { path: path.into(), row: samples.len() + 1, reason };
+        if !(0.0..=MAX_TIME_S).contains(&row.time_s) {
+            return Err(refused(format!("time_s is {}, and must be 0 to {MAX_TIME_S}", row.time_s)));
+        }
+        let sample = InertialSample {
+            time_us: (1e6 * row.time_s).round() as u64,
+            rates: [row.rate_x_rad_per_s, row.rate_y_rad_per_s, row.rate_z_rad_per_s],
+            force: [row.force_x_m_per_s2, row.force_y_m_per_s2, row.force_z_m_per_s2],
+        };
+        if let Err(error) = Inertial::parse(&encode_inertial(&[sample])) {
+            return Err(refused(error.to_string()));
+        }
+        if samples.last().is_some_and(|last| last.time_us >= sample.time_us) {
+            return Err(refused("time_s does not grow".into()));
+        }
+        samples.push(sample);
+    }
+    Ok(samples)
+}
