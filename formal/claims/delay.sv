@@ -75,14 +75,44 @@ module delay_properties (input clock);
     .position(\dut_16x11.position ), .watched(\dut_16x11.watched ), .slot(\dut_16x11.slot )
   );
 
-  wire [15:0] y_16x22;
-  delay_16x22 dut_16x22 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x22));
-  (* hierconn *) wire [4:0] \dut_16x22.position ;
-  (* hierconn *) wire [4:0] \dut_16x22.slot ;
-  (* hierconn *) wire [15:0] \dut_16x22.watched ;
-  followed #(.WIDTH(16), .BITS(5), .LENGTH(21)) followed_16x22 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[15:0]), .y(y_16x22),
-    .position(\dut_16x22.position ), .watched(\dut_16x22.watched ), .slot(\dut_16x22.slot )
+  wire [15:0] y_16x4;
+  delay_16x4 dut_16x4 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x4));
+  (* hierconn *) wire [1:0] \dut_16x4.position ;
+  (* hierconn *) wire [1:0] \dut_16x4.slot ;
+  (* hierconn *) wire [15:0] \dut_16x4.watched ;
+  followed #(.WIDTH(16), .BITS(2), .LENGTH(3)) followed_16x4 (
+    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[15:0]), .y(y_16x4),
+    .position(\dut_16x4.position ), .watched(\dut_16x4.watched ), .slot(\dut_16x4.slot )
+  );
+
+  wire [15:0] y_16x7;
+  delay_16x7 dut_16x7 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x7));
+  (* hierconn *) wire [2:0] \dut_16x7.position ;
+  (* hierconn *) wire [2:0] \dut_16x7.slot ;
+  (* hierconn *) wire [15:0] \dut_16x7.watched ;
+  followed #(.WIDTH(16), .BITS(3), .LENGTH(6)) followed_16x7 (
+    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[15:0]), .y(y_16x7),
+    .position(\dut_16x7.position ), .watched(\dut_16x7.watched ), .slot(\dut_16x7.slot )
+  );
+
+  wire [17:0] y_18x20;
+  delay_18x20 dut_18x20 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x20));
+  (* hierconn *) wire [4:0] \dut_18x20.position ;
+  (* hierconn *) wire [4:0] \dut_18x20.slot ;
+  (* hierconn *) wire [17:0] \dut_18x20.watched ;
+  followed #(.WIDTH(18), .BITS(5), .LENGTH(19)) followed_18x20 (
+    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[17:0]), .y(y_18x20),
+    .position(\dut_18x20.position ), .watched(\dut_18x20.watched ), .slot(\dut_18x20.slot )
+  );
+
+  wire [63:0] y_64x4;
+  delay_64x4 dut_64x4 (.clock(clock), .reset(reset), .advance(advance), .x({x[9:0], x, x, x}), .y(y_64x4));
+  (* hierconn *) wire [1:0] \dut_64x4.position ;
+  (* hierconn *) wire [1:0] \dut_64x4.slot ;
+  (* hierconn *) wire [63:0] \dut_64x4.watched ;
+  followed #(.WIDTH(64), .BITS(2), .LENGTH(3)) followed_64x4 (
+    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x({x[9:0], x, x, x}), .y(y_64x4),
+    .position(\dut_64x4.position ), .watched(\dut_64x4.watched ), .slot(\dut_64x4.slot )
   );
 
   wire [17:0] y_18x4;

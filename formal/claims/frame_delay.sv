@@ -80,37 +80,26 @@ module frame_delay_properties (input clock);
     .remaining({3'd0, \dut_8x4.remaining }), .total({3'd0, \dut_8x4.total }), .y(y_8x4)
   );
 
-  wire y_16x4;
-  frame_delay_16x4 dut_16x4 (
-    .clock(clock), .reset(1'b0), .advance(advance), .width(width), .x(x), .y(y_16x4)
+  wire y_8x7;
+  frame_delay_8x7 dut_8x7 (
+    .clock(clock), .reset(1'b0), .advance(advance), .width(width), .x(x), .y(y_8x7)
   );
-  (* hierconn *) wire [14:0] \dut_16x4.remaining ;
-  (* hierconn *) wire [14:0] \dut_16x4.total ;
-  frame_delay_checked #(.LINES(16), .STEPS(4)) checked_16x4 (
+  (* hierconn *) wire [13:0] \dut_8x7.remaining ;
+  (* hierconn *) wire [13:0] \dut_8x7.total ;
+  frame_delay_checked #(.LINES(8), .STEPS(7)) checked_8x7 (
     .clock(clock), .width(width), .seen(seen), .since(since), .begun(begun),
-    .remaining({2'd0, \dut_16x4.remaining }), .total({2'd0, \dut_16x4.total }), .y(y_16x4)
+    .remaining({3'd0, \dut_8x7.remaining }), .total({3'd0, \dut_8x7.total }), .y(y_8x7)
   );
 
-  wire y_32x4;
-  frame_delay_32x4 dut_32x4 (
-    .clock(clock), .reset(1'b0), .advance(advance), .width(width), .x(x), .y(y_32x4)
+  wire y_48x1;
+  frame_delay_48x1 dut_48x1 (
+    .clock(clock), .reset(1'b0), .advance(advance), .width(width), .x(x), .y(y_48x1)
   );
-  (* hierconn *) wire [15:0] \dut_32x4.remaining ;
-  (* hierconn *) wire [15:0] \dut_32x4.total ;
-  frame_delay_checked #(.LINES(32), .STEPS(4)) checked_32x4 (
+  (* hierconn *) wire [15:0] \dut_48x1.remaining ;
+  (* hierconn *) wire [15:0] \dut_48x1.total ;
+  frame_delay_checked #(.LINES(48), .STEPS(1)) checked_48x1 (
     .clock(clock), .width(width), .seen(seen), .since(since), .begun(begun),
-    .remaining({1'd0, \dut_32x4.remaining }), .total({1'd0, \dut_32x4.total }), .y(y_32x4)
-  );
-
-  wire y_32x44;
-  frame_delay_32x44 dut_32x44 (
-    .clock(clock), .reset(1'b0), .advance(advance), .width(width), .x(x), .y(y_32x44)
-  );
-  (* hierconn *) wire [15:0] \dut_32x44.remaining ;
-  (* hierconn *) wire [15:0] \dut_32x44.total ;
-  frame_delay_checked #(.LINES(32), .STEPS(44)) checked_32x44 (
-    .clock(clock), .width(width), .seen(seen), .since(since), .begun(begun),
-    .remaining({1'd0, \dut_32x44.remaining }), .total({1'd0, \dut_32x44.total }), .y(y_32x44)
+    .remaining({1'd0, \dut_48x1.remaining }), .total({1'd0, \dut_48x1.total }), .y(y_48x1)
   );
 
   wire y_3x10;

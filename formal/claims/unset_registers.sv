@@ -45,20 +45,13 @@ module unset_registers_properties (input clock);
   (* hierconn *) wire [9:0] \golden.x ;
   (* hierconn *) wire [10:0] \golden.y ;
   (* hierconn *) wire [2:0] \golden.own ;
-  wire [5:0] golden_select, golden_outside;
+  wire [9:0] golden_outside;
   golden_tail_counter golden_tail (
-    .clock(clock), .reset(reset), .advance(advance), .width(width), .start(start), .select(golden_select),
-    .outside(golden_outside)
+    .clock(clock), .reset(reset), .advance(advance), .width(width), .start(start), .outside(golden_outside)
   );
   (* hierconn *) wire [9:0] \golden_tail.x ;
   (* hierconn *) wire [5:0] \golden_tail.line ;
   (* hierconn *) wire [0:0] \golden_tail.active ;
-  (* hierconn *) wire [0:0] \golden_tail.delayed_0 ;
-  (* hierconn *) wire [4:0] \golden_tail.delayed_1 ;
-  (* hierconn *) wire [8:0] \golden_tail.delayed_2 ;
-  (* hierconn *) wire [12:0] \golden_tail.delayed_3 ;
-  (* hierconn *) wire [16:0] \golden_tail.delayed_4 ;
-  (* hierconn *) wire [20:0] \golden_tail.delayed_5 ;
 
   wire [0:0] dut_ready;
   wire [10:0] dut_width;
@@ -99,37 +92,26 @@ module unset_registers_properties (input clock);
   (* hierconn *) wire [9:0] \dut.x ;
   (* hierconn *) wire [10:0] \dut.y ;
   (* hierconn *) wire [2:0] \dut.own ;
-  wire [5:0] dut_select, dut_outside;
+  wire [9:0] dut_outside;
   tail_counter dut_tail (
-    .clock(clock), .reset(reset), .advance(advance), .width(width), .start(start), .select(dut_select),
-    .outside(dut_outside)
+    .clock(clock), .reset(reset), .advance(advance), .width(width), .start(start), .outside(dut_outside)
   );
   (* hierconn *) wire [9:0] \dut_tail.x ;
   (* hierconn *) wire [5:0] \dut_tail.line ;
   (* hierconn *) wire [0:0] \dut_tail.active ;
-  (* hierconn *) wire [0:0] \dut_tail.delayed_0 ;
-  (* hierconn *) wire [4:0] \dut_tail.delayed_1 ;
-  (* hierconn *) wire [8:0] \dut_tail.delayed_2 ;
-  (* hierconn *) wire [12:0] \dut_tail.delayed_3 ;
-  (* hierconn *) wire [16:0] \dut_tail.delayed_4 ;
-  (* hierconn *) wire [20:0] \dut_tail.delayed_5 ;
 
-  wire [252:0] golden_rest = {
+  wire [186:0] golden_rest = {
     \golden.skid_front , \golden.skid_back , \golden.skid_count , \golden.state , \golden.ignoring ,
     \golden.settle , \golden.drain , \golden.drain_from , \golden.offered_width , \golden.offered_height ,
     \golden.possible , \golden.same , \golden.drained , \golden.committed_delayed , \golden.last_x ,
     \golden.last_y , \golden.done_before , \golden.kept , \golden.frames , golden_width, golden_height,
-    golden_advance, golden_start, golden_pixel, golden_errors, \golden_tail.active , \golden_tail.delayed_0 ,
-    \golden_tail.delayed_1 , \golden_tail.delayed_2 , \golden_tail.delayed_3 , \golden_tail.delayed_4 ,
-    \golden_tail.delayed_5 
+    golden_advance, golden_start, golden_pixel, golden_errors, \golden_tail.active 
   };
-  wire [252:0] dut_rest = {
+  wire [186:0] dut_rest = {
     \dut.skid_front , \dut.skid_back , \dut.skid_count , \dut.state , \dut.ignoring , \dut.settle ,
     \dut.drain , \dut.drain_from , \dut.offered_width , \dut.offered_height , \dut.possible , \dut.same ,
     \dut.drained , \dut.committed_delayed , \dut.last_x , \dut.last_y , \dut.done_before , \dut.kept ,
-    \dut.frames , dut_width, dut_height, dut_advance, dut_start, dut_pixel, dut_errors, \dut_tail.active ,
-    \dut_tail.delayed_0 , \dut_tail.delayed_1 , \dut_tail.delayed_2 , \dut_tail.delayed_3 ,
-    \dut_tail.delayed_4 , \dut_tail.delayed_5 
+    \dut.frames , dut_width, dut_height, dut_advance, dut_start, dut_pixel, dut_errors, \dut_tail.active 
   };
 
   reg begun = 0;
@@ -145,7 +127,7 @@ module unset_registers_properties (input clock);
         || {\golden.x , \golden.y , \golden.own } == {\dut.x , \dut.y , \dut.own });
       in_tail: assert (!\golden_tail.active || {\golden_tail.x , \golden_tail.line } == {\dut_tail.x , \dut_tail.line });
       outputs: assert (golden_ready == dut_ready && golden_capture == dut_capture && golden_busy == dut_busy
-        && golden_frame_errors == dut_frame_errors && golden_select == dut_select && golden_outside == dut_outside);
+        && golden_frame_errors == dut_frame_errors && golden_outside == dut_outside);
       frame: cover (\golden.state == 2'd1);
     end
   end

@@ -4,8 +4,8 @@
 //! `y = (1 - g) p + g q + r`, `|r| <= 1/2` (proved of the Verilog: claim `lerp`), so
 //!
 //! ```text
-//! recursion        |e[n]| <= (1 - g) |e[n-1]| + 1/2, e[0] = 0     => |e| <= E_0     = 1 / (2 g)
-//! each other stage |e|    <= (1 - g_j) |e_p| + g_j |e_q| + 1/2    => |e| <= E_(n+1) = E_n + 1/2
+//! look-ahead, look-back  |e| <= (1 - g_j) |e_p| + g_j |e_q| + 1/2, of pixels 0     => |e| <= E_(n+1) = E_n + 1/2
+//! recursion              |e[n]| <= (1 - g) |e[n-1]| + g E_n + 1/2, |e[0]| <= E_n  => |e| <= E_n + 1/(2 g)
 //! DoG, its LSB     2^s state LSB, rounded half up                 => |e| <= (E + E') / 2^s + 1/2
 //! saturation       |d| <= FS S + E + E' < 2^s 2^N - 2^(s-1)       => DOG <= 2^N - 1
 //! ```
@@ -114,7 +114,7 @@ const MICRO_PER_LSB: u64 = 1_000_000;
 /// The bounds of the errors of a design.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bounds {
-    /// For each smoother the error of the recursion, then of each stage, 10^-6 state LSB.
+    /// For each smoother the error of each stage in order, 10^-6 state LSB.
     pub stages: Vec<Vec<u64>>,
     /// Error of each DoG, 10^-6 DoG LSB.
     pub dog: Vec<u64>,
@@ -130,7 +130,10 @@ impl Bounds {
             .iter()
             .map(|smoother| {
                 let dead_band = (MICRO_PER_LSB << (design.coefficient_bits - 1)).div_ceil(u64::from(smoother.g));
-                (0..=3 * smoother.g_j.len() as u64).map(|stage| dead_band + stage * MICRO_PER_LSB / 2).collect()
+                let m = smoother.g_j.len() as u64;
+                let halves = |stages: u64| stages * MICRO_PER_LSB / 2;
+                let columns = (1..=m).map(halves);
+                columns.chain((m..=3 * m).map(|stages| dead_band + halves(stages))).collect()
             })
             .collect();
         let last: Vec<u64> = stages.iter().map(|of| of[of.len() - 1]).collect();
@@ -153,11 +156,12 @@ fn saturation_limit(design: &Design) -> u64 {
     (1 << (design.dog_shift + design.dog_bits)) - (1 << (design.dog_shift - 1))
 }
 
-/// Returns the names of the stages of a smoother with look-ahead `m`.
-fn stage_names(m: usize) -> impl Iterator<Item = String> {
-    let kinds = ["column_look_ahead", "row_look_back", "row_look_ahead"];
-    let stages = kinds.into_iter().flat_map(move |kind| (0..m).map(move |j| format!("{kind}_{j}")));
-    std::iter::once("recursion".to_owned()).chain(stages)
+/// Returns the stages of a smoother in order, with their names and coefficients.
+fn stages(smoother: &Smoother) -> impl Iterator<Item = (String, u32)> {
+    let numbered = |kind: &'static str| smoother.g_j.iter().enumerate().map(move |(j, g)| (format!("{kind}_{j}"), *g));
+    let columns = numbered("column_look_ahead").rev();
+    let rows = numbered("row_look_back").chain(numbered("row_look_ahead"));
+    columns.chain(std::iter::once(("recursion".to_owned(), smoother.g))).chain(rows)
 }
 
 /// A query: a name, and constraints that must be unsatisfiable for a proof.
@@ -198,12 +202,12 @@ fn stage(design: &Design, g: u32, (p, q, after): (u64, u64, u64), reached: bool)
 fn rounding_queries(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Query> {
     let mut queries = Vec::new();
     for (k, (smoother, bounds)) in design.smoothers.iter().zip(&bounds.stages).enumerate() {
-        let names = stage_names(smoother.g_j.len()).map(|name| format!("smoother {k}, {name}"));
-        let g = std::iter::once(&smoother.g).chain(smoother.g_j.iter().cycle());
-        for (n, (name, &g)) in names.zip(g).enumerate() {
-            // The recursion's q is the picture, which is exact.
-            let (p, q) = if n == 0 { (bounds[0], 0) } else { (bounds[n - 1], bounds[n - 1]) };
-            queries.push(Query { name, text: stage(design, g, (p, q, bounds[n]), reached) });
+        // The inputs of the first stage are the picture, which is exact.
+        let inputs = std::iter::once(&0).chain(bounds);
+        for (((name, g), &q), &y) in stages(smoother).zip(inputs).zip(bounds) {
+            let p = if name == "recursion" { y } else { q };
+            let name = format!("smoother {k}, {name}");
+            queries.push(Query { name, text: stage(design, g, (p, q, y), reached) });
         }
     }
     let scale = 1u64 << design.dog_shift;
@@ -352,15 +356,15 @@ pub fn table(design: &Design, measured: &[f64], of: &str) -> String {
     // Rounded up, as the bound itself.
     let three = |micro: u64| format!("{:.3}", micro.div_ceil(1000) as f64 / 1000.0);
     let mut text =
-        "| smoother | recursion | after the column stages | after the row stages back | smoother's output |\n\
+        "| smoother | after the column stages | recursion | after the row stages back | smoother's output |\n\
                     |---|---|---|---|---|\n"
             .to_owned();
     for (k, (of, smoother)) in bounds.stages.iter().zip(&design.smoothers).enumerate() {
         let m = smoother.g_j.len();
-        let ends = [0, m, 2 * m, 3 * m].map(|n| three(of[n]));
+        let ends = [m - 1, m, 2 * m, 3 * m].map(|n| three(of[n]));
         text += &format!("| {k} | {} |\n", ends.join(" | "));
     }
-    text += "\nState LSB; each stage adds half an LSB.\n\n\
+    text += "\nState LSB; the recursion adds `1 / (2 g)`, each other stage half an LSB.\n\n\
          | DoG | error, proved, DoG LSB | measured, DoG LSB | largest \\|d\\|, proved, state LSB | saturates from |\n\
          |---|---|---|---|---|\n";
     for (k, (dog, largest)) in bounds.dog.iter().zip(&bounds.largest).enumerate() {

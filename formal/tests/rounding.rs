@@ -18,12 +18,12 @@ fn design(dog_bits: u32) -> Design {
 #[test]
 fn bounds_are_those_of_the_equations() {
     let bounds = Bounds::of(&design(10));
-    // 1/2 and 1 LSB of the recursions, then half an LSB a stage.
+    // Half an LSB a stage, and 1/2 and 1 LSB of the recursions behind the first.
     assert_eq!(bounds.stages[0], [500_000, 1_000_000, 1_500_000, 2_000_000]);
-    assert_eq!(bounds.stages[1], [1_000_000, 1_500_000, 2_000_000, 2_500_000]);
+    assert_eq!(bounds.stages[1], [500_000, 1_500_000, 2_000_000, 2_500_000]);
     assert_eq!(bounds.dog, [2_750_000]);
     // The narrow smoother is the identity, so d is largest where the weight of the sample in the wide one is smallest:
-    // away from the lower border, 1/2 of the 1/2 of its recursion and 1/2 of the 1/4 in the row below, and along the
+    // away from the upper border, 1/2 of the 1/2 of its look-ahead and 1/4 of the 1/2 in the row above, and along the
     // row 1/2 * 1/2 twice.
     let column = 0.5 * 0.5 + 0.5 * 0.5 * 0.5;
     let row = 0.25 + 0.25;

@@ -35,13 +35,13 @@ def lerp(p, q, c):
 
 
 def smooth(state, g, g_j):
-    """Columns, then rows, in the order of the hardware: causal recursion and look-ahead down, look-back and look-ahead across."""
+    """Columns, then rows, in the order of the hardware: look-ahead and recursion down, look-back and look-ahead across."""
     height, width = state.shape
     s = state.copy()
-    for r in range(1, height):
-        s[r] = lerp(s[r - 1], state[r], g)
-    for j, c in enumerate(g_j):
+    for j, c in reversed(list(enumerate(g_j))):
         s = lerp(s[np.minimum(np.arange(height) + 2**j, height - 1)], s, c)
+    for r in range(1, height):
+        s[r] = lerp(s[r - 1], s[r], g)
     for j, c in enumerate(g_j):
         s = lerp(s[:, np.maximum(np.arange(width) - 2**j, 0)], s, c)
     for j, c in enumerate(g_j):

@@ -1,4 +1,9 @@
-//! The module `smoothers` in rust-hdl: the smoothers with the delays that align their outputs.
+//! The module `smoothers` in rust-hdl: the smoothers, the line memories and markers of their column stages, and the
+//! delays that align their outputs.
+//!
+//! All smoothers end their column stages in the same step, the longest after `2^M - 1` lines. A smoother of
+//! look-ahead `m` filters row `r` when it is `2^M - q` lines old, `q = 2^(m-2)`, and also uses the rows `q`, `2 q` and
+//! `3 q` below.
 
 use std::collections::BTreeSet;
 
@@ -10,42 +15,43 @@ const TEMPLATE: &str = include_str!("smoothers.template");
 /// Longest delay of one cell, steps, as in `cells/delay.rs`.
 const LONGEST_DELAY: u64 = 33;
 
+/// Steps of one cell with its border, as in `smoother/mod.rs`.
+const CELL_STEPS: u64 = 4;
+
+/// Steps of the first two column stages with the border of their rows, as in `smoother/mod.rs`.
+const TREE_STEPS: u64 = 7;
+
 /// Bits of a field of the register bank.
 const FIELD_BITS: u64 = 16;
 
-/// Delays of the line memory address that a smoother uses, steps.
-const ADDRESS_DELAYS: [u64; 7] = [1, 4, 5, 8, 12, 16, 20];
+/// Rows of the first two column stages that may lie outside the frame.
+const OUTER_ROWS: u64 = 3;
 
 /// Returns the source of the module: a smoother type for each look-ahead, then the module itself.
 pub fn module(design: &DesignPoint) -> String {
     let mut module = Module::new(design);
     module.cell("counter", "AddressCounter", "AddressCounter::default()");
-    if !module.delays.is_empty() {
-        module.delay_pixels();
-    }
-    module.banks();
-    module.load_banks();
+    module.memory();
+    module.last_row();
+    module.markers();
+    module.first_rows();
     module.smoothers();
     module.text()
-}
-
-/// A delay that aligns smoothers of less look-ahead, in lines and steps.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Delay {
-    lines: u64,
-    steps: u64,
 }
 
 /// The module while it is written.
 struct Module {
     pixel_bits: u64,
+    state_bits: u64,
     coefficient_bits: u64,
     /// Look-ahead of each smoother, stages.
     look_ahead: Vec<u64>,
+    /// The different look-aheads, the shortest first.
+    lengths: Vec<u64>,
     /// Names of the smoothers, the narrowest first.
     names: &'static [&'static str],
-    /// The different delays, the shortest first.
-    delays: Vec<Delay>,
+    /// Lines after which the memory outputs pixels, rising.
+    taps: Vec<u64>,
     /// Declarations of the cells.
     fields: String,
     /// Initial values of the cells.
@@ -57,17 +63,39 @@ struct Module {
 impl Module {
     fn new(design: &DesignPoint) -> Self {
         let look_ahead: Vec<u64> = design.look_ahead.iter().copied().map(u64::from).collect();
-        let delays: BTreeSet<Delay> = look_ahead.iter().filter_map(|m| delay(&look_ahead, *m)).collect();
-        Self {
+        let lengths: BTreeSet<u64> = look_ahead.iter().copied().collect();
+        let mut module = Self {
             pixel_bits: design.pixel.bits().into(),
+            state_bits: design.state.bits().into(),
             coefficient_bits: design.coefficient.bits().into(),
             look_ahead,
+            lengths: lengths.into_iter().collect(),
             names: smoother_names(design.smoothers()),
-            delays: delays.into_iter().collect(),
+            taps: Vec::new(),
             fields: String::new(),
             initial: String::new(),
             body: String::new(),
-        }
+        };
+        let ages: BTreeSet<u64> = module.lengths.iter().flat_map(|m| module.ages(*m)).filter(|age| *age > 0).collect();
+        module.taps = ages.into_iter().collect();
+        module
+    }
+
+    /// Returns the longest look-ahead.
+    fn longest(&self) -> u64 {
+        self.lengths.last().copied().unwrap_or_default()
+    }
+
+    /// Returns the ages of the rows `r`, `r + q`, `r + 2 q`, `r + 3 q` of a smoother of look-ahead `m`, lines.
+    fn ages(&self, m: u64) -> [u64; 4] {
+        let q = 1 << (m - 2);
+        [1, 2, 3, 4].map(|i| (1 << self.longest()) - i * q)
+    }
+
+    /// Returns the stages with a line memory: smoother and `j`, in the order of the memory's ports.
+    fn stages(&self) -> Vec<(usize, u64)> {
+        let of = |(smoother, m): (usize, &u64)| (0..m - 2).map(move |j| (smoother, j));
+        self.look_ahead.iter().enumerate().flat_map(of).collect()
     }
 
     /// Declares a cell of a type with its initial value.
@@ -81,111 +109,177 @@ impl Module {
         self.body += &format!("        self.{port}.next = {source};\n");
     }
 
-    /// Connects clock, reset and clock enable of a cell.
-    fn clock(&mut self, cell: &str) {
-        for port in ["clock", "reset", "advance"] {
+    /// Connects ports of a cell that have the names of ports of this module.
+    fn ports(&mut self, cell: &str, ports: &[&str]) {
+        for port in ports {
             self.connect(&format!("{cell}.{port}"), &format!("self.{port}.val()"));
         }
     }
 
-    /// Returns the name of the longest smoother.
-    fn longest(&self) -> &'static str {
-        self.names[self.names.len() - 1]
+    /// Connects clock, reset and clock enable of a cell.
+    fn clock(&mut self, cell: &str) {
+        self.ports(cell, &["clock", "reset", "advance"]);
     }
 
-    /// Returns the number that distinguishes the cells of a delay; empty for the only delay.
-    fn suffix(&self, delay: &Delay) -> String {
-        match self.delays.len() {
-            1 => String::new(),
-            _ => format!("_{}", self.delays.iter().position(|known| known == delay).unwrap_or_default()),
-        }
+    fn comment(&mut self, text: &str) {
+        self.body += &format!("\n        comment!(\"{text}\");\n");
     }
 
-    /// Writes the line memory and the cells that delay pixel and start marker for the shorter smoothers.
-    fn delay_pixels(&mut self) {
-        let (pixel, delays) = (self.pixel_bits, self.delays.clone());
-        let taps: Vec<u64> = delays.iter().map(|delay| delay.lines).collect();
-        let out = pixel * taps.len() as u64;
-        self.cell("pixel_line_delay", &format!("LineDelay<{pixel}, {out}>"), &format!("LineDelay::new(&{taps:?})"));
-        let shorter = self.look_ahead.iter().filter(|m| delay(&self.look_ahead, **m).is_some()).count();
-        let comment = match (delays.as_slice(), shorter) {
-            ([Delay { lines, steps }], 2) if self.look_ahead.len() == 3 => format!(
-                "The wide smoother is {lines} lines and {steps} steps longer than the others, so their pixels are \
-                 delayed by that."
-            ),
-            _ => format!("The {} smoother is the longest, so the pixels of the others are delayed.", self.longest()),
-        };
-        self.body += &format!("        comment!(\"{comment}\");\n");
-        for (port, source) in [
-            ("clock", "clock"),
-            ("advance", "advance"),
-            ("address", "counter.address"),
-            ("write_address", "counter.delayed_1"),
-            ("x", "pixel"),
-        ] {
-            self.connect(&format!("pixel_line_delay.{port}"), &format!("self.{source}.val()"));
-        }
-        for (tap, delay) in delays.iter().enumerate() {
-            let suffix = self.suffix(delay);
-            let mut from = match delays.len() {
-                1 => "self.pixel_line_delay.y.val()".to_owned(),
-                _ => format!("self.pixel_line_delay.y.val().get_bits::<{pixel}>({})", tap as u64 * pixel),
-            };
-            let cells = delay.steps.div_ceil(LONGEST_DELAY);
-            for i in 0..cells {
-                let name = format!("pixel_delay{suffix}_{i}");
-                let steps = delay.steps / cells + u64::from(i < delay.steps % cells);
-                self.cell(&name, &format!("Delay<{pixel}>"), &format!("Delay::new({steps})"));
-                self.clock(&name);
-                self.connect(&format!("{name}.x"), &from);
-                from = format!("self.{name}.y.val()");
-            }
-            let name = format!("start_delay{suffix}");
-            self.cell(&name, "FrameDelay", &format!("FrameDelay::new({}, {})", delay.lines, delay.steps));
+    /// Declares and connects a delay of a flag, and returns its output.
+    fn flag_delay(&mut self, name: &str, steps: u64, from: &str) -> String {
+        self.cell(name, "FlagDelay", &format!("FlagDelay::new({steps})"));
+        self.clock(name);
+        self.connect(&format!("{name}.x"), from);
+        format!("self.{name}.y.val()")
+    }
+
+    /// Declares and connects a delay of a frame's marker, and returns its output.
+    fn frame_delay(&mut self, name: &str, lines: u64, steps: u64, from: &str) -> String {
+        self.cell(name, "FrameDelay", &format!("FrameDelay::new({lines}, {steps})"));
+        self.clock(name);
+        self.ports(name, &["width"]);
+        self.connect(&format!("{name}.x"), from);
+        format!("self.{name}.y.val()")
+    }
+
+    /// Declares and connects a delay of samples in as few cells as possible, and returns its output.
+    fn delay(&mut self, name: &str, bits: u64, steps: u64, from: &str) -> String {
+        let cells = steps.div_ceil(LONGEST_DELAY);
+        let mut from = from.to_owned();
+        for i in 0..cells {
+            let name = if cells == 1 { name.to_owned() } else { format!("{name}_{i}") };
+            let steps = steps / cells + u64::from(i < steps % cells);
+            self.cell(&name, &format!("Delay<{bits}>"), &format!("Delay::new({steps})"));
             self.clock(&name);
-            self.connect(&format!("{name}.width"), "self.width.val()");
-            self.connect(&format!("{name}.x"), "self.start.val()");
-            self.connect(&format!("delayed_state{suffix}.x"), &from);
+            self.connect(&format!("{name}.x"), &from);
+            from = format!("self.{name}.y.val()");
+        }
+        from
+    }
+
+    /// Declares and connects a cursor.
+    fn cursor(&mut self, name: &str, start: &str) {
+        self.cell(name, "Cursor", "Cursor::default()");
+        self.clock(name);
+        self.ports(name, &["width", "height"]);
+        self.connect(&format!("{name}.start"), start);
+    }
+
+    /// Writes the line memory of all column look-ahead stages.
+    fn memory(&mut self) {
+        let (taps, stages) = (self.taps.clone(), self.stages());
+        let lines: Vec<u64> = stages.iter().map(|(_, j)| 1 << j).collect();
+        self.cell(
+            "line_memory",
+            &format!("ColumnMemory<{}, {}>", taps.len(), stages.len()),
+            &format!("ColumnMemory::new(&{taps:?}, &{lines:?})"),
+        );
+        self.comment("Rows of pixels for the first two column stages, rows of states for the others.");
+        self.ports("line_memory", &["clock", "advance", "pixel"]);
+        self.connect("line_memory.address", "self.counter.address.val()");
+        self.connect("line_memory.write_address", "self.counter.delayed_1.val()");
+        for (i, (smoother, j)) in stages.into_iter().enumerate() {
+            let smoother = format!("{}_smoother", self.names[smoother]);
+            self.connect(&format!("line_memory.x[{i}]"), &format!("self.{smoother}.arriving[{j}].val()"));
+            self.connect(&format!("{smoother}.delayed[{j}]"), &format!("self.line_memory.y[{i}].val()"));
         }
     }
 
-    /// Declares the register banks and the conversions of a pixel to a state.
-    fn banks(&mut self) {
-        for delay in self.delays.clone() {
-            self.cell(&format!("delayed_bank{}", self.suffix(&delay)), "Bank", "Bank::default()");
+    /// Writes the held last row and the flags of the rows outside the frame.
+    fn last_row(&mut self) {
+        self.comment("The last row of a frame is held for the column stages.");
+        self.cursor("cursor", "self.start.val()");
+        self.cell("tail", "TailCounter", "TailCounter::default()");
+        self.clock("tail");
+        self.ports("tail", &["width"]);
+        self.connect("tail.start", "self.cursor.last_row.val() & self.cursor.last_column.val()");
+        self.cell("held", "HeldRow", "HeldRow::default()");
+        self.ports("held", &["clock", "advance"]);
+        self.connect("held.write", "self.cursor.last_row.val()");
+        self.connect("held.address", "self.counter.address.val()");
+        self.connect("held.write_address", "self.counter.delayed_1.val()");
+        self.connect("held.x", "self.pixel.val()");
+        let (mut held, mut steps) = ("self.held.y.val()".to_owned(), 0);
+        for j in (0..self.longest() - 2).rev() {
+            let more = if steps == 0 { TREE_STEPS } else { CELL_STEPS };
+            steps += more;
+            held = self.delay(&format!("held_delay_{j}"), self.pixel_bits, more, &held);
+            let state = format!("held_state_{j}");
+            self.cell(&state, "PixelState", "PixelState::default()");
+            self.connect(&format!("{state}.x"), &held);
+            let bit = OUTER_ROWS * self.lengths.len() as u64 + j;
+            let tail = format!("self.tail.outside.val().get_bit({bit})");
+            self.flag_delay(&format!("outside_delay_{j}"), steps, &tail);
         }
-        self.cell("rows_bank", "Bank", "Bank::default()");
-        for delay in self.delays.clone() {
-            self.cell(&format!("delayed_state{}", self.suffix(&delay)), "PixelState", "PixelState::default()");
-        }
-        self.cell("state", "PixelState", "PixelState::default()");
-        self.connect("state.x", "self.pixel.val()");
-        self.body += "\n";
     }
 
-    /// Connects the register banks: each is loaded when the frame reaches the cells that use it.
-    fn load_banks(&mut self) {
-        let longest = self.longest();
-        self.body += &if self.delays.is_empty() {
-            "        comment!(\"Banks: frame_bank for the columns, rows_bank for all rows.\");\n".to_owned()
-        } else {
-            format!(
-                "        comment!(\"Banks: frame_bank for the {longest} columns, delayed_bank for the other columns, \
-                 rows_bank for all rows.\");\n"
-            )
-        };
-        for delay in self.delays.clone() {
-            let suffix = self.suffix(&delay);
-            self.load_bank(&format!("delayed_bank{suffix}"), &format!("start_delay{suffix}.y"));
+    /// Writes the bank and the markers that follow a frame through the pipeline.
+    fn markers(&mut self) {
+        let (longest, first) = (self.longest(), self.ages(self.longest())[0]);
+        self.comment(
+            "The bank is loaded before the frame reaches its first stage, and serves all parts of the pipeline.",
+        );
+        let bank = self.frame_delay("bank_load", first, 1, "self.start.val()");
+        self.cell("bank", "Bank", "Bank::default()");
+        self.ports("bank", &["clock"]);
+        self.connect("bank.load", &bank);
+        self.connect("bank.d", "self.frame_bank.val()");
+        self.connect("window_bank", "self.bank.q.val()");
+        self.comment("Markers: each stage loads its coefficient with the first operands of a frame.");
+        let rows = self.flag_delay(&format!("rows_load_{longest}"), 1, &bank);
+        for m in self.lengths.clone() {
+            if m < longest {
+                let (lines, steps) = (self.ages(m)[0] - first, CELL_STEPS * (longest - m));
+                self.frame_delay(&format!("rows_load_{m}"), lines, steps, &rows);
+            }
         }
-        self.load_bank("rows_bank", &format!("{longest}_smoother.columns_done"));
-        self.connect("window_bank", "self.rows_bank.q.val()");
+        let (mut marker, mut steps) = (rows, TREE_STEPS);
+        for j in (0..longest - 2).rev() {
+            marker = self.frame_delay(&format!("stage_load_{j}"), 1 << j, steps, &marker);
+            steps = CELL_STEPS;
+        }
+        // A marker that loads comes two steps after one that starts a cursor.
+        let start = self.flag_delay("recursion_start", steps - 2, &marker);
+        self.cursor("recursion_cursor", &start);
+        self.flag_delay("recursion_load", 2, &start);
+        let done = self.flag_delay("columns_done", CELL_STEPS, &start);
+        self.cursor("row_cursor", &done);
+        self.flag_delay("row_load", 2, &done);
+        let last = self.names[self.names.len() - 1];
+        self.connect("start_out", &format!("self.{last}_smoother.start_out.val()"));
     }
 
-    fn load_bank(&mut self, bank: &str, load: &str) {
-        self.connect(&format!("{bank}.clock"), "self.clock.val()");
-        self.connect(&format!("{bank}.load"), &format!("self.{load}.val()"));
-        self.connect(&format!("{bank}.d"), "self.frame_bank.val()");
+    /// Returns the steps of the row stages of a smoother, as in `smoother/mod.rs`.
+    fn row_steps(&self, m: u64) -> u64 {
+        2 * CELL_STEPS * m + (1 << m) - 1
+    }
+
+    /// Writes the rows of the first two column stages, for each look-ahead.
+    fn first_rows(&mut self) {
+        for (i, m) in self.lengths.clone().into_iter().enumerate() {
+            let q = 1u64 << (m - 2);
+            self.comment(&format!("Look-ahead {m}: rows r, r + {q}, r + {} and r + {}.", 2 * q, 3 * q));
+            let rows = format!("rows_{m}");
+            self.cell(&rows, "RepeatedRows", "RepeatedRows::default()");
+            self.ports(&rows, &["clock", "advance"]);
+            for (row, age) in self.ages(m).into_iter().enumerate() {
+                let source = match self.taps.iter().position(|tap| *tap == age) {
+                    Some(tap) => format!("self.line_memory.taps[{tap}].val()"),
+                    None => "self.pixel.val()".to_owned(),
+                };
+                self.connect(&format!("{rows}.rows[{row}]"), &source);
+            }
+            self.connect(&format!("{rows}.held"), "self.held.y.val()");
+            let outside = format!("self.tail.outside.val().get_bits::<{OUTER_ROWS}>({})", OUTER_ROWS * i as u64);
+            self.connect(&format!("{rows}.outside"), &outside);
+            let (bits, steps) = (4 * self.pixel_bits, CELL_STEPS * (self.longest() - m));
+            let pixels = self.delay(&format!("rows_delay_{m}"), bits, steps, &format!("self.{rows}.y.val()"));
+            for smoother in 0..self.look_ahead.len() {
+                if self.look_ahead[smoother] == m {
+                    self.connect(&format!("{}_smoother.rows", self.names[smoother]), &pixels);
+                }
+            }
+        }
     }
 
     /// Declares and connects the smoothers.
@@ -194,70 +288,56 @@ impl Module {
         for (name, m) in self.names.iter().zip(self.look_ahead.clone()) {
             let smoother = format!("{name}_smoother");
             self.cell(&smoother, &format!("Smoother{m}"), &format!("Smoother{m}::default()"));
-            let (start, x, bank) = match delay(&self.look_ahead, m) {
-                None => ("start".to_owned(), "state.y".to_owned(), "frame_bank".to_owned()),
-                Some(delay) => {
-                    let suffix = self.suffix(&delay);
-                    (
-                        format!("start_delay{suffix}.y"),
-                        format!("delayed_state{suffix}.y"),
-                        format!("delayed_bank{suffix}.q"),
-                    )
-                }
-            };
             self.body += "\n";
             self.clock(&smoother);
-            for size in ["width", "height"] {
-                self.connect(&format!("{smoother}.{size}"), &format!("self.{size}.val()"));
-            }
             self.connect(&format!("{smoother}.address"), "self.counter.address.val()");
-            for steps in ADDRESS_DELAYS {
-                let delayed = format!("self.counter.delayed_{steps}.val()");
-                self.connect(&format!("{smoother}.address_delayed_{steps}"), &delayed);
+            self.connect(&format!("{smoother}.address_delayed_5"), "self.counter.delayed_5.val()");
+            self.connect(&format!("{smoother}.rows_load"), &format!("self.rows_load_{m}.y.val()"));
+            for j in 0..m - 2 {
+                self.connect(&format!("{smoother}.held[{j}]"), &format!("self.held_state_{j}.y.val()"));
+                self.connect(&format!("{smoother}.outside[{j}]"), &format!("self.outside_delay_{j}.y.val()"));
+                self.connect(&format!("{smoother}.stage_load[{j}]"), &format!("self.stage_load_{j}.y.val()"));
             }
-            self.connect(&format!("{smoother}.start"), &format!("self.{start}.val()"));
-            self.connect(&format!("{smoother}.x"), &format!("self.{x}.val()"));
+            for (port, source) in [
+                ("first_row", "recursion_cursor.first_row"),
+                ("recursion_load", "recursion_load.y"),
+                ("first_column", "row_cursor.first_column"),
+                ("last_column", "row_cursor.last_column"),
+                ("row_load", "row_load.y"),
+            ] {
+                self.connect(&format!("{smoother}.{port}"), &format!("self.{source}.val()"));
+            }
             let bits = self.coefficient_bits;
-            let coefficient =
-                |bank: &str, field: u64| format!("self.{bank}.val().get_bits::<{bits}>({})", FIELD_BITS * field);
-            self.connect(&format!("{smoother}.g"), &coefficient(&bank, field));
+            let coefficient = |field: u64| format!("self.bank.q.val().get_bits::<{bits}>({})", FIELD_BITS * field);
+            self.connect(&format!("{smoother}.g"), &coefficient(field));
             for j in 0..m {
-                let at = field + 1 + j;
-                self.connect(&format!("{smoother}.column_g[{j}]"), &coefficient(&bank, at));
-                self.connect(&format!("{smoother}.row_g[{j}]"), &coefficient("rows_bank.q", at));
+                self.connect(&format!("{smoother}.g_j[{j}]"), &coefficient(field + 1 + j));
             }
             field += 1 + m;
+            let steps = self.row_steps(self.longest()) - self.row_steps(m);
+            let y = self.delay(&format!("{name}_delay"), self.state_bits, steps, &format!("self.{smoother}.y.val()"));
+            self.connect(name, &y);
         }
     }
 
     /// Returns the smoother types and the template with all parts.
     fn text(self) -> String {
         let mut types = String::new();
-        for m in self.look_ahead.iter().copied().collect::<BTreeSet<_>>() {
-            types += &format!("smoother!(Smoother{m}, {m}, \"module: smoother_{m}\");\n");
+        for m in &self.lengths {
+            types += &format!("smoother!(Smoother{m}, {m}, {}, \"module: smoother_{m}\");\n", m - 2);
         }
-        let (mut ports, mut signals, mut outputs) = (String::new(), String::new(), String::new());
+        let (mut ports, mut signals) = (String::new(), String::new());
         for (i, name) in self.names.iter().enumerate() {
             ports += &format!("    /// `G_{i}`.\n    pub {name}: Signal<Out, State>,\n");
             signals += &format!("            {name}: Signal::default(),\n");
-            outputs += &format!("        self.{name}.next = self.{name}_smoother.y.val();\n");
         }
-        outputs += &format!("        self.start_out.next = self.{}_smoother.start_out.val();\n", self.longest());
         let parts = [
             ("PORTS", ports),
             ("SIGNALS", signals),
-            ("OUTPUTS", outputs),
             ("FIELDS", self.fields),
             ("INITIAL", self.initial),
             ("BODY", self.body),
         ];
         types + &parts.iter().fold(TEMPLATE.to_owned(), |text, (name, part)| text.replace(name, part))
     }
-}
-
-/// Returns the delay of a smoother to the longest one, or `None` if it is as long.
-fn delay(look_ahead: &[u64], m: u64) -> Option<Delay> {
-    let longest = look_ahead.iter().copied().max().unwrap_or(m);
-    let lines = (1 << longest) - (1 << m);
-    (lines > 0).then_some(Delay { lines, steps: 12 * (longest - m) + lines })
 }

@@ -24,6 +24,14 @@ constants! {
     STATE_TOP = STATE_BITS - 1;
     /// Bits of a difference of two states with its sign.
     DIFFERENCE_BITS = STATE_BITS + 1;
+    /// Bits of the pixels of four rows.
+    PIXEL_ROWS_BITS = 4 * PIXEL_BITS;
+    /// Lowest bit of the second of four pixels.
+    PIXEL_ROW_1_AT = PIXEL_BITS;
+    /// Lowest bit of the third of four pixels.
+    PIXEL_ROW_2_AT = 2 * PIXEL_BITS;
+    /// Lowest bit of the fourth of four pixels.
+    PIXEL_ROW_3_AT = 3 * PIXEL_BITS;
     /// Bits of a coefficient times a distance.
     PRODUCT_BITS = STATE_BITS + COEFFICIENT_BITS;
     /// Bits of a response and its sign.
@@ -105,6 +113,19 @@ const fn coefficients() -> usize {
     }
     sum
 }
+
+/// Rows of the column stages that may lie outside the frame: three for the first two stages of each different
+/// look-ahead, and one for each of the others.
+pub const BANDS: usize = {
+    let (mut smoother, mut bands) = (1, 3 + MAX_LOOK_AHEAD - 2);
+    while smoother < LOOK_AHEAD.len() {
+        if LOOK_AHEAD[smoother] != LOOK_AHEAD[smoother - 1] {
+            bands += 3;
+        }
+        smoother += 1;
+    }
+    bands
+};
 
 /// One DoG LSB is `2^s` state LSB.
 pub const DOG_SHIFT: usize = STATE_BITS - 2 - DOG_BITS;

@@ -10,35 +10,25 @@ module address_counter (
   input  wire [10:0] width,
   output reg  [9:0] address,
   output reg  [9:0] delayed_1,
-  output reg  [9:0] delayed_4,
-  output reg  [9:0] delayed_5,
-  output reg  [9:0] delayed_8,
-  output reg  [9:0] delayed_12,
-  output reg  [9:0] delayed_16,
-  output reg  [9:0] delayed_20
+  output reg  [9:0] delayed_5
 );
 
 wire [10:0] last = width - 11'd1;
-reg [199:0] delayed;
+reg [49:0] delayed;
 
 always @(posedge clock)
   if (reset) begin
     address <= 10'd0;
-    delayed <= 200'd0;
+    delayed <= 50'd0;
   end else if (advance) begin
     address <= {1'b0, address} >= last ? 10'd0 : address + 10'd1;
-    delayed <= {delayed[189:0], address};
+    delayed <= {delayed[39:0], address};
   end else if ({1'b0, address} > last)
     address <= 10'd0; // the width became smaller since the last step
 
 always @(*) begin
   delayed_1 = delayed[9:0];
-  delayed_4 = delayed[39:30];
   delayed_5 = delayed[49:40];
-  delayed_8 = delayed[79:70];
-  delayed_12 = delayed[119:110];
-  delayed_16 = delayed[159:150];
-  delayed_20 = delayed[199:190];
 end
 
 endmodule

@@ -4,12 +4,12 @@
 // From pixels to records.
 //   lines       steps   from the pixel
 //   0               1   input of the smoothers
-//   63            140   smoothed states
-//   63            142   response DOG and its sign, both scale pairs
-//   65            150   MaxDOG and sign, input of the ring's line memories
-//   66            152   operands of the decision at the centre of the 7x7 window; candidates enter the queue
-//   81            165   the ring of the candidate is complete and its record is written
-// Latency: 81 lines and 165 steps from a pixel to the record at `record`.
+//   63            139   smoothed states
+//   63            141   response DOG and its sign, both scale pairs
+//   65            149   MaxDOG and sign, input of the ring's line memories
+//   66            151   operands of the decision at the centre of the 7x7 window; candidates enter the queue
+//   81            164   the ring of the candidate is complete and its record is written
+// Latency: 81 lines and 164 steps from a pixel to the record at `record`.
 module extractor (
   input  wire clock,
   input  wire reset,

@@ -184,13 +184,12 @@ impl View {
             (path(signal), self.state, format!("{label}, {}", self.units.state.2), self.units.state.0)
         };
         let signals = vec![
-            (path("start"), 1, "start".into(), Bit),
-            sample("x", "in"),
+            (path("rows_load"), 1, "the first row of a frame arrives".into(), Bit),
+            sample("second_stage_y", "two column stages done"),
+            sample("column_0", "column_look_ahead done"),
+            (path("first_row"), 1, "recursion, first row".into(), Bit),
             sample("recursion_y", "recursion"),
-            (path("tail_outside"), 6, "stages that use the held row".into(), Hex),
-            sample(&format!("column_look_ahead_{last}_y"), "column_look_ahead done"),
-            (path("row_cursor_x"), self.column, "row stages x".into(), Decimal),
-            (path("row_cursor_y"), self.row, "row stages y".into(), Decimal),
+            (path("first_column"), 1, "row stages, first column".into(), Bit),
             sample(&format!("row_look_back_{last}_y"), "row_look_back done"),
             sample(&format!("row_look_ahead_{last}_y"), "row_look_ahead done"),
         ];

@@ -39,6 +39,7 @@ tests! { crate::three_way::CHECKS =>
     the_record_limit_is_the_law_of_the_model
     delays
     lines_of_every_depth
+    column_rows
     lines_and_addresses
     borders_and_positions
     samples_side_by_side

@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 /// File, what stands there with the expression at fault in guillemets, what is put in its place, stage and field to be
 /// named.
 const FAULTS: [(&str, &str, &str, &str, &str); 10] = [
-    ("line_delay_18x32", "memory[«write_address»] <= {", "address", "smoother wide", "sample"),
+    ("column_memory", "column[1399:1274], «x_9»", "x_8", "smoother wide", "sample"),
     ("difference", "distance} + «19'd1»;", "19'd0", "DoG", "sign and response"),
     ("window_maximum_5", "y <= «r2 > r2_delayed_1» ?", "r2 < r2_delayed_1", "MaxDOG", "sign and maximum"),
     ("decision", "(«p >= loose»)", "p <= loose", "decision", "feature"),

@@ -166,7 +166,7 @@ fn the_memory_model_equals_it(estimate: &Estimate) {
 /// counted them in the Verilog of each.
 #[test]
 fn the_memory_model_counts_what_yosys_counted_in_every_shipped_design() {
-    for (name, m10k, dsp) in [("kt27", 437, 26), ("hd1080", 622, 26), ("small", 160, 18)] {
+    for (name, m10k, dsp) in [("kt27", 291, 27), ("hd1080", 377, 27), ("small", 118, 20)] {
         let model = resources(&DesignPoint::shipped(name).unwrap());
         assert_eq!((model.m10k, model.dsp), (m10k, dsp), "{name}");
     }

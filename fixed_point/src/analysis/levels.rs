@@ -10,7 +10,10 @@
 //! | `rtl` | the emitted Verilog, simulated; it gives the bits of `bit_true` |
 //!
 //! Frames are pictures of 16-bit samples, which every level first takes as the camera does: in its steps, `2^(16-P)` DN
-//! for `P` bits. All planes are in DN, `0 ..= 65535`, at every level. Those of `bit_true` are exact, because its
+//! for `P` bits. `recursive` smooths the columns upward first, then downward, as the levels below it do: the two orders
+//! differ at the upper and the lower border, where each pass repeats its own border sample.
+//!
+//! All planes are in DN, `0 ..= 65535`, at every level. Those of `bit_true` are exact, because its
 //! integers are whole multiples of a power of two. *Approximation* is a level against `ideal`,
 //! *quantisation* against `streaming`.
 
@@ -212,20 +215,19 @@ impl Levels {
         let whole = |filter: &Smoother| {
             let frame = self.dn(pixels);
             // Both passes over single columns are the vertical pass alone.
-            Smoothed { columns: columns_only(filter, &frame), rows: filter.smooth(&frame, Border::Held) }
+            Smoothed { columns: columns_only(filter, &frame), rows: upward_first(filter, &frame) }
         };
         match level {
             Level::Ideal => whole(&self.ideal[smoother]),
             Level::Recursive => whole(&self.recursive[smoother]),
             Level::Streaming | Level::Quantised | Level::BitTrue | Level::Rtl => {
-                let last = Stage::ColumnLookAhead(self.design.look_ahead[smoother] - 1);
                 let mut columns = None;
                 let rows = self.stages(level, smoother, pixels, |stage, plane| {
-                    if stage == last {
+                    if stage == Stage::Recursion {
                         columns = Some(plane.clone());
                     }
                 });
-                Smoothed { columns: columns.expect("the look-ahead is at least 1"), rows }
+                Smoothed { columns: columns.expect("every chain has a recursion"), rows }
             }
         }
     }
@@ -239,8 +241,8 @@ impl Levels {
             return self.in_dn(&self.bit_true_planes(pixels));
         }
         let smooth = |smoother: usize| match level {
-            Level::Ideal => self.ideal[smoother].smooth(&self.dn(pixels), Border::Held),
-            Level::Recursive => self.recursive[smoother].smooth(&self.dn(pixels), Border::Held),
+            Level::Ideal => upward_first(&self.ideal[smoother], &self.dn(pixels)),
+            Level::Recursive => upward_first(&self.recursive[smoother], &self.dn(pixels)),
             _ => self.stages(level, smoother, pixels, |_, _| ()),
         };
         LevelPlanes::of(self.per_smoother(smooth), rings(&self.design))
@@ -309,14 +311,27 @@ impl Levels {
     }
 }
 
-/// Applies the vertical pass of a smoother alone. Each column is smoothed as a picture of one column, on which the
+/// Smooths a frame with the upward pass before the downward pass. A smoother does it in the other order, so it gets the
+/// frame upside down.
+fn upward_first(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
+    let upside_down =
+        |plane: &Plane<f64>| Plane::from_fn(plane.width(), plane.height(), |x, y| plane[(x, plane.height() - 1 - y)]);
+    upside_down(&filter.smooth(&upside_down(frame), Border::Held))
+}
+
+/// Applies the vertical pass of a smoother alone, upward first.
+///
+/// Each column is smoothed as a picture of one column, on which the
 /// horizontal pass has no effect.
 fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
     let columns: Vec<Vec<f64>> = (0..frame.width())
         .into_par_iter()
         .map(|x| {
-            let column: Vec<f64> = frame.rows().map(|row| row[x]).collect();
-            filter.smooth_line(&column, Border::Held)
+            let mut column: Vec<f64> = frame.rows().map(|row| row[x]).collect();
+            column.reverse();
+            let mut smoothed = filter.smooth_line(&column, Border::Held);
+            smoothed.reverse();
+            smoothed
         })
         .collect();
     Plane::from_fn(frame.width(), frame.height(), |x, y| columns[x][y])
@@ -409,12 +424,12 @@ mod tests {
                     let bound = levels.worst_case(*level, smoother, range).unwrap() + FLOAT;
                     let (above, below) = (&above.smoothed[smoother], &below.smoothed[smoother]);
                     if *level == Level::Recursive {
-                        // Each pass repeats its own border sample: the weight a^(H - y) + a^(W - x) is on other
+                        // Each pass repeats its own border sample: the weight a^(y + 1) + a^(W - x) is on other
                         // samples.
                         let a = first_order::pole(design.sigmas[smoother]).unwrap();
                         for y in 0..height {
                             for x in 0..width {
-                                let border = a.powi((height - y) as i32) + a.powi((width - x) as i32);
+                                let border = a.powi(y as i32 + 1) + a.powi((width - x) as i32);
                                 let error = (below[(x, y)] - above[(x, y)]).abs();
                                 prop_assert!(
                                     error <= bound + border * range,

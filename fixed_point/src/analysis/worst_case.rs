@@ -3,9 +3,10 @@
 //! Every lerp is a weighted mean of its two inputs. A smoother is therefore a weighted mean too: it does not amplify an
 //! error of its input, and the errors of successive stages add.
 //!
-//! - **Integers against the same coefficients in f64.** Each lerp rounds by at most half a state LSB. In the recursion
-//!   `|e[r]| <= (1 - g) |e[r-1]| + 1/2` adds up to `1/(2 g)`: the dead band, within which a state does not follow its
-//!   input. With `3 m` further stages `|e| <= 1/(2 g) + 3 m / 2` state LSB.
+//! - **Integers against the same coefficients in f64.** Each lerp rounds by at most half a state LSB. The `m` column
+//!   look-ahead stages add `m / 2`. In the recursion behind them `|e[r]| <= (1 - g) |e[r-1]| + g m / 2 + 1/2`, from
+//!   `|e[0]| <= m / 2`, stays within `m / 2 + 1/(2 g)`: the second term is the dead band, within which a state does not
+//!   follow its input. With `2 m` stages along the rows `|e| <= 1/(2 g) + 3 m / 2` state LSB.
 //! - **Rounded coefficients.** A coefficient error of `delta` gives an error of `|delta| |q - p| <= |delta| R`, `R` the
 //!   range of the picture (largest less smallest pixel): `|e| <= (|delta_g| / g + 3 sum_j |delta_j|) R`, `g` the
 //!   rounded one.
@@ -13,14 +14,17 @@
 //!   samples: `a^(2^m) R` for each of three chains.
 //! - **Recursion in place of the Gaussian.** With `h` and `w` the two impulse responses, the error of one pass is at
 //!   most half the l1 norm of their difference times `R`; both passes add: `||h - w||_1 R`. Repeating the border sample
-//!   of each pass, not of the picture, changes the weights of the samples beyond the border: `a^(H - y) R + a^(W - x)
+//!   of each pass, not of the picture, changes the weights of the samples beyond the border: `a^(y + 1) R + a^(W - x)
 //!   R` more.
 //!
 //! **Saturation.** `d_k` at a position is a weighted sum of pixels; it is largest with white where the weight is
 //! positive and black elsewhere, so `|d_k| <= FS sum of the positive weights` (the negative weights have the same sum).
-//! Near the lower and right borders the weights change with the position, because each stage holds its own border
-//! sample there; at the upper and left borders weights fall together, which lessens the sum. So the largest over the
-//! positions up to one reach from the lower right corner is the largest of any frame.
+//! At the left and lower borders, where the first pass of a line comes from, weights fall together, which lessens the
+//! sum: the frame is one without that border whose samples beyond it are equal. At the right border the stages hold a
+//! sample of the stage before, so the weights change with the position, up to one reach from the border. At the upper
+//! border the recursion starts from a row of look-ahead: the weight `a^y` of the rows above is on that row. From three
+//! of the longest reaches on, and at least 32 rows, it is added to the sum in full, so the largest over the positions
+//! up to there from the upper right corner bounds that of any frame.
 
 use hoverlock_reference::image::plane::Plane;
 use rayon::prelude::*;
@@ -62,24 +66,26 @@ pub fn response_difference(h: &[f64], w: &[f64]) -> f64 {
 /// Computes the largest `|d_k|` of any frame before rounding, relative to full scale.
 pub fn largest_difference(narrow: &StageCoefficients<f64>, wide: &StageCoefficients<f64>) -> f64 {
     let reach = 1usize << narrow.g_j.len().max(wide.g_j.len());
-    // Only this many samples before the position are evaluated. The weight of the rest is at most `left_out`, and is
-    // added in full.
-    let length = 5 * reach;
-    let left_out = [narrow, wide].map(|coefficients| 2.0 * (1.0 - coefficients.g).powi((length - 2 * reach) as i32));
-    let [down, along] = [true, false].map(|vertical| {
-        [narrow, wide].map(|coefficients| {
-            let weights = weights(coefficients, length, vertical);
-            (0..=reach).map(|from_end| weights.row(length - 1 - from_end).to_vec()).collect::<Vec<_>>()
-        })
+    // Below this row the weight `a^y` of a smoother, which the recursion leaves on its first row, may be anywhere.
+    let rows = (3 * reach).max(32);
+    let length = rows + 2 * reach;
+    let moved = [narrow, wide].map(|coefficients| 2.0 * (1.0 - coefficients.g).powi(rows as i32));
+    let down = [narrow, wide].map(|coefficients| {
+        let weights = weights(coefficients, length, true);
+        (0..=rows).map(|y| weights.row(y).to_vec()).collect::<Vec<_>>()
     });
-    let largest = (0..=reach)
+    let along = [narrow, wide].map(|coefficients| {
+        let weights = weights(coefficients, length, false);
+        (0..=reach).map(|from_end| weights.row(length - 1 - from_end).to_vec()).collect::<Vec<_>>()
+    });
+    let largest = (0..=rows)
         .into_par_iter()
         .map(|y| {
             let positions = along[0].iter().zip(&along[1]);
             positions.map(|(narrow, wide)| positive_part(&down[0][y], narrow, &down[1][y], wide)).fold(0.0, f64::max)
         })
         .reduce(|| 0.0, f64::max);
-    largest + left_out.iter().sum::<f64>()
+    largest + moved.iter().sum::<f64>()
 }
 
 /// Computes the weights of a pass: row `n` holds the weights of all samples of a line in sample `n` after the vertical
@@ -97,7 +103,8 @@ fn weights(coefficients: &StageCoefficients<f64>, length: usize, vertical: bool)
 /// Computes `sum_{i,j} max(0, u1[i] v1[j] - u2[i] v2[j])`.
 fn positive_part(u1: &[f64], v1: &[f64], u2: &[f64], v2: &[f64]) -> f64 {
     let row = |u1: f64, u2: f64| v1.iter().zip(v2).map(|(v1, v2)| (u1 * v1 - u2 * v2).max(0.0)).sum::<f64>();
-    u1.iter().zip(u2).map(|(u1, u2)| row(*u1, *u2)).sum()
+    // A row without weight adds nothing.
+    u1.iter().zip(u2).filter(|(u1, _)| **u1 > 0.0).map(|(u1, u2)| row(*u1, *u2)).sum()
 }
 
 #[cfg(test)]

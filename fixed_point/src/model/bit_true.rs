@@ -211,13 +211,12 @@ mod tests {
             u[r.clamp(0, height as i64 - 1) as usize][c.clamp(0, width as i64 - 1) as usize]
         };
         let mut u = x.to_vec();
-        for r in 1..height {
-            for c in 0..width {
-                u[r][c] = lerp(u[r - 1][c], x[r][c], coefficients.g);
-            }
-        }
         for (dr, dc) in [(1, 0), (0, -1), (0, 1)] {
-            for (j, raw) in coefficients.g_j.iter().enumerate() {
+            let mut stages: Vec<_> = coefficients.g_j.iter().enumerate().collect();
+            if dr == 1 {
+                stages.reverse();
+            }
+            for (j, raw) in stages {
                 let step = 1i64 << j;
                 let before = u.clone();
                 for r in 0..height {
@@ -225,6 +224,12 @@ mod tests {
                         let p = at(&before, r as i64 + dr * step, c as i64 + dc * step);
                         u[r][c] = lerp(p, before[r][c], *raw);
                     }
+                }
+            }
+            if dr == 1 {
+                for r in 1..height {
+                    let above = u[r - 1].clone();
+                    u[r].iter_mut().zip(above).for_each(|(s, p)| *s = lerp(p, *s, coefficients.g));
                 }
             }
         }

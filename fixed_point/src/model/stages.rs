@@ -3,13 +3,17 @@
 //! With the pole `a`, `g = 1 - a` and `g_j = 1 / (1 + a^(2^j))`, `u` the input of a stage, `m` the look-ahead in
 //! stages:
 //!
-//! - `recursion`, vertical: `s[0] = x[0]`, `s[r] = lerp(p = s[r-1], q = x[r], g)`,
-//! - `column_look_ahead_j`, `j = 0 .. m-1`: `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`,
+//! - `column_look_ahead_j`, `j = m-1 .. 0`: `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`,
+//! - `recursion`, vertical: `s[0] = u[0]`, `s[r] = lerp(p = s[r-1], q = u[r], g)`,
 //! - `row_look_back_j`, `j = 0 .. m-1`: `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`,
 //! - `row_look_ahead_j`, `j = 0 .. m-1`: `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`.
 //!
 //! `m` such stages in series are `sum_{k < 2^m} a^k u[n + k]`, scaled to sum 1, as `prod_j (1 + a^(2^j) z^(2^j))`.
-//! Every stage repeats the border sample of its own input.
+//! Every stage repeats the border sample of its own input. A lerp of two equal samples is that sample, so the last row
+//! of every column look-ahead stage is the last row of the picture.
+//!
+//! The longest column stage comes first, because its rows are pixels: they are the shortest words, and all smoothers
+//! share them in one memory.
 
 use hoverlock_reference::image::plane::Plane;
 
@@ -44,10 +48,10 @@ impl StageCoefficients<u32> {
 /// One stage of the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Stage {
-    /// The causal recursion down the columns.
-    Recursion,
     /// Down the columns, a lerp with the row `2^j` below.
     ColumnLookAhead(u32),
+    /// The causal recursion down the columns.
+    Recursion,
     /// Along the rows, a lerp with the column `2^j` to the left.
     RowLookBack(u32),
     /// Along the rows, a lerp with the column `2^j` to the right.
@@ -57,10 +61,10 @@ pub enum Stage {
 impl Stage {
     /// Returns the stages of a smoother with look-ahead `m`, in order: `1 + 3 m` stages.
     pub fn chain(m: u32) -> impl Iterator<Item = Stage> {
-        let down = (0..m).map(Stage::ColumnLookAhead);
+        let up = (0..m).rev().map(Stage::ColumnLookAhead);
         let left = (0..m).map(Stage::RowLookBack);
         let right = (0..m).map(Stage::RowLookAhead);
-        std::iter::once(Stage::Recursion).chain(down).chain(left).chain(right)
+        up.chain(std::iter::once(Stage::Recursion)).chain(left).chain(right)
     }
 
     /// Applies this stage alone to its input.
@@ -103,7 +107,7 @@ pub fn smooth<T: Copy, C: Copy>(
         each(stage, &output);
         plane = Some(output);
     }
-    plane.expect("the chain begins with the recursion")
+    plane.expect("every chain has a recursion")
 }
 
 fn recursion<T: Copy>(x: &Plane<T>, lerp: impl Fn(T, T) -> T) -> Plane<T> {
@@ -168,9 +172,9 @@ mod tests {
         assert_eq!(
             names,
             [
-                "recursion",
-                "column_look_ahead_0",
                 "column_look_ahead_1",
+                "column_look_ahead_0",
+                "recursion",
                 "row_look_back_0",
                 "row_look_back_1",
                 "row_look_ahead_0",

@@ -7,9 +7,8 @@ use rust_hdl::prelude::*;
 use super::{Address, Width, low};
 use crate::design::COLUMN_BITS;
 
-/// The delays of [`AddressCounter`] in steps: one to write a line memory, five to write the memory of the recursion,
-/// and four more for each look-ahead stage that reads the held row.
-pub const ADDRESS_DELAYS: [usize; 7] = [1, 4, 5, 8, 12, 16, 20];
+/// The delays of [`AddressCounter`] in steps: one to write a line memory, five to write the memory of the recursion.
+pub const ADDRESS_DELAYS: [usize; 2] = [1, 5];
 
 /// The address counter that all line memories share.
 ///
@@ -30,25 +29,15 @@ pub struct AddressCounter {
     pub address: Signal<Out, Address>,
     /// The address one step ago.
     pub delayed_1: Signal<Out, Address>,
-    /// The address four steps ago.
-    pub delayed_4: Signal<Out, Address>,
     /// The address five steps ago.
     pub delayed_5: Signal<Out, Address>,
-    /// The address eight steps ago.
-    pub delayed_8: Signal<Out, Address>,
-    /// The address twelve steps ago.
-    pub delayed_12: Signal<Out, Address>,
-    /// The address sixteen steps ago.
-    pub delayed_16: Signal<Out, Address>,
-    /// The address twenty steps ago.
-    pub delayed_20: Signal<Out, Address>,
     _delayed: VecDeque<u64>,
 }
 
 impl Logic for AddressCounter {
     fn update(&mut self) {
         if self._delayed.is_empty() {
-            self._delayed = vec![0; 21].into();
+            self._delayed = vec![0; 6].into();
         }
         if self.clock.pos_edge() {
             let last = self.width.val().to_u64().wrapping_sub(1);
@@ -65,23 +54,13 @@ impl Logic for AddressCounter {
         let delayed = &self._delayed;
         self.address.next = delayed[0].into();
         self.delayed_1.next = delayed[1].into();
-        self.delayed_4.next = delayed[4].into();
         self.delayed_5.next = delayed[5].into();
-        self.delayed_8.next = delayed[8].into();
-        self.delayed_12.next = delayed[12].into();
-        self.delayed_16.next = delayed[16].into();
-        self.delayed_20.next = delayed[20].into();
     }
 
     fn connect(&mut self) {
         self.address.connect();
         self.delayed_1.connect();
-        self.delayed_4.connect();
         self.delayed_5.connect();
-        self.delayed_8.connect();
-        self.delayed_12.connect();
-        self.delayed_16.connect();
-        self.delayed_20.connect();
     }
 
     fn hdl(&self) -> Verilog {
@@ -92,7 +71,7 @@ impl Logic for AddressCounter {
         Verilog::Custom(format!(
             "// module: address_counter
 wire [WIDTH_BITS-1:0] last = width - WIDTH_BITS'd1;
-reg [20*COLUMN_BITS-1:0] delayed;
+reg [5*COLUMN_BITS-1:0] delayed;
 
 always @(posedge clock)
   if (reset) begin
@@ -100,14 +79,14 @@ always @(posedge clock)
     delayed <= {history}'d0;
   end else if (advance) begin
     address <= {{1'b0, address}} >= last ? COLUMN_BITS'd0 : address + COLUMN_BITS'd1;
-    delayed <= {{delayed[19*COLUMN_BITS-1:0], address}};
+    delayed <= {{delayed[4*COLUMN_BITS-1:0], address}};
   end else if ({{1'b0, address}} > last)
     address <= COLUMN_BITS'd0; // the width became smaller since the last step
 
 always @(*) begin
 {taps}end
 ",
-            history = 20 * COLUMN_BITS
+            history = 5 * COLUMN_BITS
         ))
     }
 }

@@ -6,7 +6,8 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Coefficient, State};
+use super::{Coefficient, Pixel, PixelRows, State};
+use crate::design::PIXEL_BITS;
 
 /// Steps from the samples to `p` and `q`.
 pub const BORDER_STEPS: u32 = 1;
@@ -54,6 +55,53 @@ always @(posedge clock)
     p <= outside ? border : neighbour;
     q <= x;
   end
+"
+            .into(),
+        )
+    }
+}
+
+/// The rows of a column that the first two stages of a smoother use, with the last row of the frame in place of rows
+/// outside it.
+#[derive(LogicBlock, Default)]
+pub struct RepeatedRows {
+    /// Clock: registers sample at its rising edge.
+    pub clock: Signal<In, Clock>,
+    /// Clock enable: one step.
+    pub advance: Signal<In, Bit>,
+    /// Pixels of rows `r`, `r + q`, `r + 2 q` and `r + 3 q`.
+    pub rows: [Signal<In, Pixel>; 4],
+    /// Pixel of the last row.
+    pub held: Signal<In, Pixel>,
+    /// Rows `r + q`, `r + 2 q` and `r + 3 q` lie outside the frame.
+    pub outside: Signal<In, Bits<3>>,
+    /// The four pixels one step later, that of row `r` lowest.
+    pub y: Signal<Out, PixelRows>,
+}
+
+impl Logic for RepeatedRows {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            let mut rows = PixelRows::default();
+            for (i, row) in self.rows.iter().enumerate() {
+                let outside = i > 0 && self.outside.val().get_bit(i - 1);
+                rows.set_bits(i * PIXEL_BITS, if outside { self.held.val() } else { row.val() });
+            }
+            self.y.next = rows;
+        }
+    }
+
+    fn connect(&mut self) {
+        self.y.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Verilog::Custom(
+            "\
+// module: repeated_rows
+always @(posedge clock)
+  if (advance)
+    y <= {outside[2] ? held : rows_3, outside[1] ? held : rows_2, outside[0] ? held : rows_1, rows_0};
 "
             .into(),
         )

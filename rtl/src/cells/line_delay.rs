@@ -11,8 +11,8 @@
 
 use rust_hdl::prelude::*;
 
-use super::Address;
-use crate::design::LINE_WORDS;
+use super::{Address, Pixel, State};
+use crate::design::{LINE_WORDS, PIXEL_BITS, STATE_BITS};
 
 /// The line memory. A sample has `B` bits; `OUT` is `B` times the number of taps.
 #[derive(LogicBlock)]
@@ -105,6 +105,130 @@ always @(*)
   y = {{{}}};
 ",
             slices.join(", ")
+        ))
+    }
+}
+
+/// The rows of all column look-ahead stages in one memory: `taps_i[n] = pixel[n - k_i W]`, `y_i[n] = x_i[n - l_i W]`.
+///
+/// One word for all of them leaves no bits of a block unused, and all smoothers share the rows of pixels.
+#[derive(LogicBlock)]
+pub struct ColumnMemory<const TAPS: usize, const STAGES: usize> {
+    /// Clock: registers sample at its rising edge.
+    pub clock: Signal<In, Clock>,
+    /// Clock enable: one step.
+    pub advance: Signal<In, Bit>,
+    /// Line memory address: the number of steps modulo `W`.
+    pub address: Signal<In, Address>,
+    /// The address one step ago.
+    pub write_address: Signal<In, Address>,
+    /// One pixel per step.
+    pub pixel: Signal<In, Pixel>,
+    /// The pixel `k_i` lines ago.
+    pub taps: [Signal<Out, Pixel>; TAPS],
+    /// One state per step and stage.
+    pub x: [Signal<In, State>; STAGES],
+    /// The state `l_i` lines ago.
+    pub y: [Signal<Out, State>; STAGES],
+    _taps: Vec<usize>,
+    _lines: Vec<usize>,
+    _pixels: Vec<Vec<Pixel>>,
+    _states: Vec<Vec<Vec<State>>>,
+    _column: (Vec<Pixel>, Vec<Vec<State>>),
+}
+
+impl<const TAPS: usize, const STAGES: usize> ColumnMemory<TAPS, STAGES> {
+    /// Taps of the pixel after these numbers of lines, rising, at least 1, and states after these.
+    pub fn new(taps: &[usize; TAPS], lines: &[usize; STAGES]) -> Self {
+        debug_assert!(taps.is_sorted() && taps[0] >= 1);
+        let pixels = vec![Pixel::default(); taps[TAPS - 1]];
+        let states: Vec<_> = lines.iter().map(|lines| vec![State::default(); *lines]).collect();
+        Self {
+            clock: Signal::default(),
+            advance: Signal::default(),
+            address: Signal::default(),
+            write_address: Signal::default(),
+            pixel: Signal::default(),
+            taps: std::array::from_fn(|_| Signal::default()),
+            x: std::array::from_fn(|_| Signal::default()),
+            y: std::array::from_fn(|_| Signal::default()),
+            _taps: taps.to_vec(),
+            _lines: lines.to_vec(),
+            _pixels: vec![pixels.clone(); LINE_WORDS],
+            _states: vec![states.clone(); LINE_WORDS],
+            _column: (pixels, states),
+        }
+    }
+}
+
+impl<const TAPS: usize, const STAGES: usize> Logic for ColumnMemory<TAPS, STAGES> {
+    fn update(&mut self) {
+        if self.clock.pos_edge() && self.advance.val() {
+            let (read, written) = (self.address.val().index(), self.write_address.val().index());
+            let next = (self._pixels[read].clone(), self._states[read].clone());
+            let (mut pixels, mut states) = std::mem::replace(&mut self._column, next);
+            pixels.rotate_right(1);
+            pixels[0] = self.pixel.val();
+            for (rows, x) in states.iter_mut().zip(&self.x) {
+                rows.rotate_right(1);
+                rows[0] = x.val();
+            }
+            (self._pixels[written], self._states[written]) = (pixels, states);
+            let (pixels, states) = &self._column;
+            for (y, tap) in self.taps.iter_mut().zip(&self._taps) {
+                y.next = pixels[tap - 1];
+            }
+            for (y, rows) in self.y.iter_mut().zip(states) {
+                y.next = rows[rows.len() - 1];
+            }
+        }
+    }
+
+    fn connect(&mut self) {
+        self.taps.iter_mut().for_each(|tap| tap.connect());
+        self.y.iter_mut().for_each(|y| y.connect());
+    }
+
+    fn hdl(&self) -> Verilog {
+        let mut from = 0;
+        let (mut outputs, mut words) = (String::new(), Vec::new());
+        let mut add = |input: String, bits: usize, lines: usize| {
+            let kept = (from + (lines - 1) * bits).checked_sub(1).filter(|_| lines > 1);
+            words.push(match kept {
+                Some(top) => format!("column[{top}:{from}], {input}"),
+                None => input,
+            });
+            from += lines * bits;
+            from
+        };
+        let rows = self._taps[TAPS - 1];
+        add("pixel".into(), PIXEL_BITS, rows);
+        for (i, tap) in self._taps.iter().enumerate() {
+            outputs += &format!("  taps_{i} = column[{}:{}];\n", tap * PIXEL_BITS - 1, (tap - 1) * PIXEL_BITS);
+        }
+        for (i, lines) in self._lines.iter().enumerate() {
+            let end = add(format!("x_{i}"), STATE_BITS, *lines);
+            outputs += &format!("  y_{i} = column[{}:{}];\n", end - 1, end - STATE_BITS);
+        }
+        words.reverse();
+        Verilog::Custom(format!(
+            "// module: column_memory
+reg [{top}:0] memory [0:LINE_WORDS-1];
+reg [{top}:0] column;
+
+always @(posedge clock)
+  if (advance) begin
+    column <= memory[address];
+    memory[write_address] <= {{
+      {}
+    }};
+  end
+
+always @(*) begin
+{outputs}end
+",
+            words.join(",\n      "),
+            top = from - 1,
         ))
     }
 }

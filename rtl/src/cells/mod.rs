@@ -34,11 +34,14 @@ use rust_hdl::prelude::Bits;
 pub use crate::design::STATE_BITS;
 use crate::design::{
     BANK_BITS, CANDIDATE_BITS, COEFFICIENT_BITS, COLUMN_BITS, DOG_BITS, HEIGHT_BITS, NEIGHBOURS_BITS, PIXEL_BITS,
-    POINTS_BITS, POSITION_BITS, ROW_BITS, SIGNED_BITS, WIDTH_BITS,
+    PIXEL_ROWS_BITS, POINTS_BITS, POSITION_BITS, ROW_BITS, SIGNED_BITS, WIDTH_BITS,
 };
 
 /// A camera sample.
 pub type Pixel = Bits<PIXEL_BITS>;
+
+/// The pixels of four rows of a column.
+pub type PixelRows = Bits<PIXEL_ROWS_BITS>;
 
 /// A filter state.
 pub type State = Bits<STATE_BITS>;

@@ -7,6 +7,7 @@ use crate::design::{
     CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, LOOK_AHEAD, MAX_LOOK_AHEAD, MAX_WIDTH,
     PIXEL_BITS, RECORD_BITS, RECORD_FIFO, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS, STATE_FRACTION_BITS,
 };
+use crate::smoother::{CELL_STEPS, TREE_STEPS, row_steps};
 use hoverlock_design::smoother_names;
 
 /// Returns the comment above a module.
@@ -22,12 +23,14 @@ fn filled(text: &str, module: &str) -> String {
     let numbers = module.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse::<u32>().ok());
     numbers.enumerate().fold(text.to_owned(), |text, (i, number)| {
         let power = 1u64.checked_shl(number).unwrap_or_default();
-        // A smoother's look-ahead m: 2^m - 1 lines and 3 + 12 m + 2^m steps.
-        let steps = 3 + 12 * u64::from(number) + power;
+        // Only smoothers have row stages; other numbers are larger than a look-ahead.
+        let row_steps = if number as usize <= MAX_LOOK_AHEAD { row_steps(number.into()) } else { 0 };
         text.replace(&format!("{{{i}}}"), &number.to_string())
             .replace(&format!("{{2^{i}}}"), &power.to_string())
-            .replace(&format!("{{2^{i}-1}}"), &power.saturating_sub(1).to_string())
-            .replace(&format!("{{steps{i}}}"), &steps.to_string())
+            .replace(&format!("{{{i}-1}}"), &number.saturating_sub(1).to_string())
+            .replace(&format!("{{{i}-2}}"), &number.saturating_sub(2).to_string())
+            .replace(&format!("{{{i}-3}}"), &number.saturating_sub(3).to_string())
+            .replace(&format!("{{row_steps{i}}}"), &row_steps.to_string())
     })
 }
 
@@ -40,6 +43,7 @@ fn of_design(text: &str) -> String {
         ("LINES+2", lines + 2),
         ("LINES+3", lines + 3),
         ("LINES+18", lines + 18),
+        ("TREE_STEPS", TREE_STEPS as usize),
         ("STEPS", steps),
         ("STEPS+1", steps + 1),
         ("STEPS+3", steps + 3),
@@ -81,51 +85,27 @@ fn of_design(text: &str) -> String {
 /// Describes how the smoothers are aligned.
 fn aligned() -> String {
     let longest = MAX_LOOK_AHEAD;
-    let delay = |m: usize| ((1usize << longest) - (1 << m), 12 * (longest - m) + (1 << longest) - (1 << m));
-    let pixel = PIXEL_BITS;
     let count = ["two", "three", "four"][SCALE_PAIRS - 1];
     // Look-ahead rises from the narrowest smoother to the widest.
-    let shorter: Vec<usize> = LOOK_AHEAD.into_iter().filter(|m| *m != longest).collect();
-    match shorter.as_slice() {
-        [] => format!("The {count} smoothers on the same pixels. They have the same look-ahead."),
-        [a, b] if a == b && SCALE_PAIRS == 2 => {
-            let (lines, steps) = delay(*a);
-            format!(
-                "The three smoothers on the same pixels, aligned: the pixels of the two short ones are delayed by \
-                 {lines} lines and\n{steps} steps.\n  pixel_line_delay, pixel_delay_0, pixel_delay_1   x[n - {lines} W \
-                 - {steps}]: {pixel}-bit pixels in place of two smoothed states\n  delayed_bank   coefficients of the \
-                 frame that leaves this delay, for the columns of the short smoothers"
-            )
-        }
-        _ => {
-            let mut delays: Vec<String> = shorter
-                .iter()
-                .map(|m| {
-                    let (lines, steps) = delay(*m);
-                    format!("x[n - {lines} W - {steps}] for look-ahead {m}")
-                })
-                .collect();
-            delays.dedup();
-            format!(
-                "The {count} smoothers on the same pixels, aligned: those of less look-ahead than {longest} get their \
-                 pixels later.\n  pixel_line_delay, pixel_delay*   {}\n  delayed_bank*   coefficients of the frame \
-                 that leaves the delay, for the columns of that smoother",
-                delays.join(", ")
-            )
-        }
-    }
+    let mut shorter: Vec<usize> = LOOK_AHEAD.into_iter().filter(|m| *m != longest).collect();
+    shorter.dedup();
+    let delays: Vec<String> = shorter
+        .iter()
+        .map(|m| {
+            let rows = CELL_STEPS as usize * (longest - m);
+            let output = row_steps(longest as u64) - row_steps(*m as u64);
+            format!("\n  look-ahead {m}   pixels {rows} steps later, output {output} steps later")
+        })
+        .collect();
+    format!(
+        "The {count} smoothers on the same pixels. Their column stages share one line memory and end in the same \
+         step.{}",
+        delays.concat()
+    )
 }
 
 /// Texts by the start and a part of the name, before those by the start alone.
 const SPECIAL: &[(&str, &str, &str)] = &[
-    (
-        "line_delay",
-        "_taps2",
-        "y_i[n] = x[n - k_i W] for the {2} delays k_i of the short smoothers, the shorter lowest: all {1} rows of a
-column are one
-memory word, read, shifted by one row and written back. The address counts steps modulo W.
-Latency: up to {1} lines.",
-    ),
     (
         "line_delay",
         "_all",
@@ -190,26 +170,40 @@ Latency: <LINES+18> lines and <STEPS+26> steps from a pixel to the record at `re
     (
         "smoothers",
         "<ALIGNED>
-  rows_bank      coefficients of the frame that leaves the columns, for all rows and the window
+  line_memory   rows of pixels for the two longest column stages of a smoother, rows of states for the others
+  held          the last row of a frame, in place of the rows below it
+  bank          the register values of the frame that reaches the column stages
 `start` and `start_out` are one step before the first sample of a frame.
 Latency: <LINES> lines and <STEPS> steps from `pixel` to <SMOOTHED>.",
     ),
     (
         "smoother_",
         "One two-sided first-order smoother of look-ahead m = {0}; every cell is a lerp, y = p + g (q - p).
-  recursion             s[r] = lerp(p = s[r-1], q = x[r], g)                          4 steps
-  column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and 4 steps, j = 0 .. m-1
+  first_stage, second_stage   column_look_ahead_j, j = {0-1}, {0-2}, on pixels of four rows   <TREE_STEPS> steps
+  column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and 4 steps, j = m-3 .. 0
+  recursion             s[r] = lerp(p = s[r-1], q = u[r], g)                          4 steps
   row_look_back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            4 steps
   row_look_ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + 4 steps
-Markers are one step before their sample.
-Latency: {2^0-1} lines and {steps0} steps.",
+Latency: {row_steps0} steps from the state of the recursion to y.",
     ),
     (
         "column_look_ahead",
-        "Column look-ahead stage {0}: y[r] = lerp(p = u[min(r + {2^0}, H - 1)], q = u[r], g_{0}).
-`x` is u[r + {2^0}], arriving; u[r] comes from the line memory; `held` is row H - 1 for the last {2^0} rows.
+        "A column look-ahead stage: y[r] = lerp(p = u[min(r + 2^j, H - 1)], q = u[r], g_j).
+`x` is u[r + 2^j], arriving; `delayed` is u[r], from the line memory; `held` is row H - 1 for the last 2^j rows.
   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
-Latency: {2^0} lines and 4 steps from a sample to its y.",
+Latency: 4 steps from `delayed` to its y.",
+    ),
+    (
+        "column_memory",
+        "Rows of all column look-ahead stages: taps_i[n] = pixel[n - k_i W], y_i[n] = x_i[n - l_i W]. All rows of
+a column are one memory word, read, shifted by one row and written back. The address counts steps modulo W.
+Latency: the lines of the output.",
+    ),
+    (
+        "repeated_rows",
+        "Pixels of the rows r, r + q, r + 2 q and r + 3 q of a column, the first lowest; `held`, the last row of the
+frame, in place of rows outside it.
+Latency: 1 step.",
     ),
     (
         "row_look_back",
@@ -291,16 +285,15 @@ Latency: none; the counter is a register.",
     ),
     (
         "tail_counter",
-        "Selects the column look-ahead stage that needs the held last row: stage j for 2^j <= n < 2^(j+1) lines n after
-that row, delayed by 4 j steps.
-Latency: `select` 1 step before the sample that needs the row, `outside` together with it.",
+        "Counts the lines n after the last row of a frame. A row that is used k lines late beside one K lines late is
+outside the frame for k < n <= K: three rows for each look-ahead of a smoother, then the arriving row of each stage j.
+Latency: none; the counters are registers.",
     ),
     (
         "held_row",
-        "The last row of a frame as it left the recursion, one line with one read port for all stages: no two need it
-at the same time.
-A lerp of equal samples is that sample, so row H - 1 is the same after every stage.
-Latency: 1 step from `select` to y.",
+        "The last row of a frame, one line of pixels. A lerp of equal samples is that sample, so row H - 1 is the same
+after every column look-ahead stage.
+Latency: one line or more.",
     ),
     (
         "pixel_state",

@@ -1,21 +1,25 @@
-//! The three smoothers, aligned: a smoother of less look-ahead than the longest gets its pixels later.
+//! The smoothers, aligned, with one line memory for the column look-ahead of all.
 //!
-//! The build script writes this module, because the look-ahead decides which delays there are.
+//! The column stages of all smoothers end in the same step. A smoother of less look-ahead than the longest begins with
+//! older rows of the shared memory, and its output is delayed by the row stages that it does not have.
+//!
+//! The build script writes this module, because the look-ahead decides which rows and delays there are.
 
 use rust_hdl::prelude::*;
 
 use crate::{
     cells::{
-        Address, Coefficient, Fields, Height, Pixel, STATE_BITS, State, Width,
+        Address, Coefficient, Fields, Height, Pixel, PixelRows, STATE_BITS, State, Width,
         address::AddressCounter,
         bank::Bank,
-        border::{CoefficientRegister, ColumnBorder},
+        border::{CoefficientRegister, ColumnBorder, RepeatedRows},
         delay::{Cursor, Delay, FlagDelay, FrameDelay, PulseDelay},
         join::PixelState,
         lerp::Lerp,
-        line_delay::LineDelay,
+        line_delay::{ColumnMemory, LineDelay},
         tail::{HeldRow, TailCounter},
     },
+    design::{PIXEL_BITS, PIXEL_ROW_1_AT, PIXEL_ROW_2_AT, PIXEL_ROW_3_AT},
     smoother::{
         CELL_STEPS, smoother,
         stages::{ColumnLookAhead, RowLookAhead, RowLookBack},

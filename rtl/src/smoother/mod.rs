@@ -1,30 +1,43 @@
-//! One two-sided smoother: `s[r] = s[r-1] + g (x[r] - s[r-1])` down the columns, then `m` column look-ahead stages, `m`
-//! row look-back stages and `m` row look-ahead stages. Every cell is a lerp.
+//! One two-sided smoother: `m` column look-ahead stages, the longest first, the recursion
+//! `s[r] = s[r-1] + g (u[r] - s[r-1])` down the columns, then `m` row look-back stages and `m` row look-ahead stages.
+//! Every cell is a lerp.
 //!
 //! | part | steps | lines |
 //! |---|---|---|
+//! | `first_stage`, `second_stage`: `column_look_ahead_j`, `j = m-1, m-2` | 7 | 0 |
+//! | `column_look_ahead_j`, `j = m-3 .. 0` | 4 | `2^j` |
 //! | `recursion` | 4 | 0 |
-//! | `column_look_ahead_j` | 4 | `2^j` |
 //! | `row_look_back_j` | 4 | 0 |
 //! | `row_look_ahead_j` | `4 + 2^j` | 0 |
 //!
-//! Together `2^m - 1` lines and `4 + 12 m + 2^m - 1` steps. A marker comes one step before its sample, so that
-//! registers loaded by the marker are valid with the sample.
+//! The first two stages see pixels: rows `r`, `r + q`, `r + 2 q` and `r + 3 q`, `q = 2^(m-2)`, come in together, so two
+//! cells of the first stage replace the line memory of the second. All line memories of the column stages are one
+//! memory outside, which the smoothers share; so are the markers, because the column stages of all smoothers run side
+//! by side. A marker loads the coefficient of a cell in the step in which the first operands of a frame are at its
+//! lerp.
 
 pub mod stages;
 
 /// Steps of one cell with its border.
 pub const CELL_STEPS: u64 = 4;
 
+/// Steps of the first two column stages with the border of their rows.
+pub const TREE_STEPS: u64 = CELL_STEPS + 3;
+
 /// Steps of a smoother in addition to its lines.
 pub const fn steps(look_ahead: u64) -> u64 {
-    CELL_STEPS + 3 * CELL_STEPS * look_ahead + (1 << look_ahead) - 1
+    TREE_STEPS + CELL_STEPS * (look_ahead - 1) + row_steps(look_ahead)
+}
+
+/// Steps of the row stages of a smoother.
+pub const fn row_steps(look_ahead: u64) -> u64 {
+    2 * CELL_STEPS * look_ahead + (1 << look_ahead) - 1
 }
 
 // An index of an array, `[M - 1]`, is printed by its name, so each length has a type of its own and not a const
-// generic.
+// generic. `$stages` is `m - 2`.
 macro_rules! smoother {
-    ($smoother:ident, $m:tt, $tag:tt) => {
+    ($smoother:ident, $m:tt, $stages:tt, $tag:tt) => {
         #[doc = concat!("A smoother of look-ahead `m = ", $m, "`.")]
         #[derive(LogicBlock)]
         pub struct $smoother {
@@ -34,56 +47,54 @@ macro_rules! smoother {
             pub reset: Signal<In, Bit>,
             /// Clock enable: one step.
             pub advance: Signal<In, Bit>,
-            /// `W`, the columns of the frame.
-            pub width: Signal<In, Width>,
-            /// `H`, the rows of the frame.
-            pub height: Signal<In, Height>,
             /// Line memory address: the number of steps modulo `W`.
             pub address: Signal<In, Address>,
-            /// The address one step ago.
-            pub address_delayed_1: Signal<In, Address>,
-            /// The address four steps ago.
-            pub address_delayed_4: Signal<In, Address>,
             /// The address five steps ago.
             pub address_delayed_5: Signal<In, Address>,
-            /// The address eight steps ago.
-            pub address_delayed_8: Signal<In, Address>,
-            /// The address twelve steps ago.
-            pub address_delayed_12: Signal<In, Address>,
-            /// The address sixteen steps ago.
-            pub address_delayed_16: Signal<In, Address>,
-            /// The address twenty steps ago.
-            pub address_delayed_20: Signal<In, Address>,
-            /// Marker one step before the first sample of a frame.
-            pub start: Signal<In, Bit>,
-            /// One sample per step.
-            pub x: Signal<In, State>,
-            /// `g` of the recursion, valid with the first sample of a frame.
+            /// Pixels of rows `r`, `r + q`, `r + 2 q` and `r + 3 q` of a column, the first lowest.
+            pub rows: Signal<In, PixelRows>,
+            /// Marker: the first stage loads its coefficient.
+            pub rows_load: Signal<In, Bit>,
+            /// Input of stage `j` as it was `2^j` lines ago.
+            pub delayed: [Signal<In, State>; $stages],
+            /// Input of stage `j`, for the line memory.
+            pub arriving: [Signal<Out, State>; $stages],
+            /// Row `H - 1` at stage `j`.
+            pub held: [Signal<In, State>; $stages],
+            /// Row `r + 2^j` of stage `j` lies outside the frame.
+            pub outside: [Signal<In, Bit>; $stages],
+            /// Marker: stage `j` loads its coefficient.
+            pub stage_load: [Signal<In, Bit>; $stages],
+            /// The sample at the recursion is of the first row.
+            pub first_row: Signal<In, Bit>,
+            /// Marker: the recursion loads its coefficient.
+            pub recursion_load: Signal<In, Bit>,
+            /// The sample at the row stages is the first of its row.
+            pub first_column: Signal<In, Bit>,
+            /// The sample at the row stages is the last of its row.
+            pub last_column: Signal<In, Bit>,
+            /// Marker: the first row stage loads its coefficient.
+            pub row_load: Signal<In, Bit>,
+            /// `g` of the recursion.
             pub g: Signal<In, Coefficient>,
-            /// `g_j` of the column stages, stable until the frame has loaded them.
-            pub column_g: [Signal<In, Coefficient>; $m],
-            /// `g_j` of the row stages, stable until the frame has loaded them.
-            pub row_g: [Signal<In, Coefficient>; $m],
-            /// Marker one step before the first sample leaves the column stages.
-            pub columns_done: Signal<Out, Bit>,
+            /// `g_j` of the column and row stages.
+            pub g_j: [Signal<In, Coefficient>; $m],
             /// The smoothed sample.
             pub y: Signal<Out, State>,
             /// Marker one step before the first smoothed sample of a frame.
             pub start_out: Signal<Out, Bit>,
-            cursor: Cursor,
-            recursion_load: FlagDelay,
+            pixel_state: [PixelState; 4],
+            first_coefficient: CoefficientRegister,
+            first_stage: [Lerp; 2],
+            second_load: FlagDelay,
+            second_coefficient: CoefficientRegister,
+            second_stage: Lerp,
+            column_look_ahead: [ColumnLookAhead; $stages],
+            column: [Signal<Local, State>; $stages + 1],
             recursion_coefficient: CoefficientRegister,
             recursion_memory: LineDelay<STATE_BITS, STATE_BITS>,
             recursion_border: ColumnBorder,
             recursion: Lerp,
-            last_row: FlagDelay,
-            tail_start: FlagDelay,
-            tail: TailCounter,
-            held: HeldRow,
-            column_look_ahead: [ColumnLookAhead; $m],
-            column_start: FlagDelay,
-            row_cursor: Cursor,
-            row_load: FlagDelay,
             row_look_back: [RowLookBack; $m],
             row_end: PulseDelay,
             row_look_ahead: [RowLookAhead; $m],
@@ -97,38 +108,36 @@ macro_rules! smoother {
                     clock: Signal::default(),
                     reset: Signal::default(),
                     advance: Signal::default(),
-                    width: Signal::default(),
-                    height: Signal::default(),
                     address: Signal::default(),
-                    address_delayed_1: Signal::default(),
-                    address_delayed_4: Signal::default(),
                     address_delayed_5: Signal::default(),
-                    address_delayed_8: Signal::default(),
-                    address_delayed_12: Signal::default(),
-                    address_delayed_16: Signal::default(),
-                    address_delayed_20: Signal::default(),
-                    start: Signal::default(),
-                    x: Signal::default(),
+                    rows: Signal::default(),
+                    rows_load: Signal::default(),
+                    delayed: std::array::from_fn(|_| Signal::default()),
+                    arriving: std::array::from_fn(|_| Signal::default()),
+                    held: std::array::from_fn(|_| Signal::default()),
+                    outside: std::array::from_fn(|_| Signal::default()),
+                    stage_load: std::array::from_fn(|_| Signal::default()),
+                    first_row: Signal::default(),
+                    recursion_load: Signal::default(),
+                    first_column: Signal::default(),
+                    last_column: Signal::default(),
+                    row_load: Signal::default(),
                     g: Signal::default(),
-                    column_g: std::array::from_fn(|_| Signal::default()),
-                    row_g: std::array::from_fn(|_| Signal::default()),
-                    columns_done: Signal::default(),
+                    g_j: std::array::from_fn(|_| Signal::default()),
                     y: Signal::default(),
                     start_out: Signal::default(),
-                    cursor: Cursor::default(),
-                    recursion_load: FlagDelay::new(2),
+                    pixel_state: Default::default(),
+                    first_coefficient: CoefficientRegister::default(),
+                    first_stage: Default::default(),
+                    second_load: FlagDelay::new(3),
+                    second_coefficient: CoefficientRegister::default(),
+                    second_stage: Lerp::default(),
+                    column_look_ahead: std::array::from_fn(|_| ColumnLookAhead::default()),
+                    column: std::array::from_fn(|_| Signal::default()),
                     recursion_coefficient: CoefficientRegister::default(),
                     recursion_memory: LineDelay::new(&[1]),
                     recursion_border: ColumnBorder::default(),
                     recursion: Lerp::default(),
-                    last_row: FlagDelay::new(4),
-                    tail_start: FlagDelay::new(2),
-                    tail: TailCounter::default(),
-                    held: HeldRow::default(),
-                    column_look_ahead: std::array::from_fn(|stage| ColumnLookAhead::new(stage as u32)),
-                    column_start: FlagDelay::new(2),
-                    row_cursor: Cursor::default(),
-                    row_load: FlagDelay::new(2),
                     row_look_back: std::array::from_fn(|stage| RowLookBack::new(stage as u32)),
                     row_end: PulseDelay::new(CELL_STEPS * $m as u64),
                     row_look_ahead: std::array::from_fn(|stage| RowLookAhead::new(stage as u32)),
@@ -147,22 +156,60 @@ macro_rules! smoother {
             #[hdl_gen]
             fn update(&mut self) {
                 comment!($tag);
+                comment!("The two longest column stages: two cells of the first give both rows of the second.");
+                self.pixel_state[0].x.next = self.rows.val().get_bits::<PIXEL_BITS>(0);
+                self.pixel_state[1].x.next = self.rows.val().get_bits::<PIXEL_BITS>(PIXEL_ROW_1_AT);
+                self.pixel_state[2].x.next = self.rows.val().get_bits::<PIXEL_BITS>(PIXEL_ROW_2_AT);
+                self.pixel_state[3].x.next = self.rows.val().get_bits::<PIXEL_BITS>(PIXEL_ROW_3_AT);
+
+                self.first_coefficient.clock.next = self.clock.val();
+                self.first_coefficient.advance.next = self.advance.val();
+                self.first_coefficient.load.next = self.rows_load.val();
+                self.first_coefficient.d.next = self.g_j[$m - 1].val();
+
+                for i in 0..2 {
+                    self.first_stage[i].clock.next = self.clock.val();
+                    self.first_stage[i].advance.next = self.advance.val();
+                    self.first_stage[i].p.next = self.pixel_state[i + 2].y.val();
+                    self.first_stage[i].q.next = self.pixel_state[i].y.val();
+                    self.first_stage[i].g.next = self.first_coefficient.g.val();
+                }
+
+                self.second_load.clock.next = self.clock.val();
+                self.second_load.reset.next = self.reset.val();
+                self.second_load.advance.next = self.advance.val();
+                self.second_load.x.next = self.rows_load.val();
+
+                self.second_coefficient.clock.next = self.clock.val();
+                self.second_coefficient.advance.next = self.advance.val();
+                self.second_coefficient.load.next = self.second_load.y.val();
+                self.second_coefficient.d.next = self.g_j[$m - 2].val();
+
+                self.second_stage.clock.next = self.clock.val();
+                self.second_stage.advance.next = self.advance.val();
+                self.second_stage.p.next = self.first_stage[1].y.val();
+                self.second_stage.q.next = self.first_stage[0].y.val();
+                self.second_stage.g.next = self.second_coefficient.g.val();
+                self.column[$stages].next = self.second_stage.y.val();
+
+                comment!("The other column stages: stage j uses the row 2^j lines later. column[j] leaves stage j.");
+                for j in 0..$stages {
+                    self.column_look_ahead[j].clock.next = self.clock.val();
+                    self.column_look_ahead[j].advance.next = self.advance.val();
+                    self.column_look_ahead[j].x.next = self.column[j + 1].val();
+                    self.column_look_ahead[j].delayed.next = self.delayed[j].val();
+                    self.column_look_ahead[j].held.next = self.held[j].val();
+                    self.column_look_ahead[j].outside.next = self.outside[j].val();
+                    self.column_look_ahead[j].load.next = self.stage_load[j].val();
+                    self.column_look_ahead[j].g.next = self.g_j[j].val();
+                    self.arriving[j].next = self.column[j + 1].val();
+                    self.column[j].next = self.column_look_ahead[j].y.val();
+                }
+
                 comment!("Recursion down the columns; its state returns one line later through a memory.");
-                self.cursor.clock.next = self.clock.val();
-                self.cursor.reset.next = self.reset.val();
-                self.cursor.advance.next = self.advance.val();
-                self.cursor.width.next = self.width.val();
-                self.cursor.height.next = self.height.val();
-                self.cursor.start.next = self.start.val();
-
-                self.recursion_load.clock.next = self.clock.val();
-                self.recursion_load.reset.next = self.reset.val();
-                self.recursion_load.advance.next = self.advance.val();
-                self.recursion_load.x.next = self.start.val();
-
                 self.recursion_coefficient.clock.next = self.clock.val();
                 self.recursion_coefficient.advance.next = self.advance.val();
-                self.recursion_coefficient.load.next = self.recursion_load.y.val();
+                self.recursion_coefficient.load.next = self.recursion_load.val();
                 self.recursion_coefficient.d.next = self.g.val();
 
                 self.recursion_memory.clock.next = self.clock.val();
@@ -173,10 +220,10 @@ macro_rules! smoother {
 
                 self.recursion_border.clock.next = self.clock.val();
                 self.recursion_border.advance.next = self.advance.val();
-                self.recursion_border.x.next = self.x.val();
+                self.recursion_border.x.next = self.column[0].val();
                 self.recursion_border.neighbour.next = self.recursion_memory.y.val();
-                self.recursion_border.border.next = self.x.val();
-                self.recursion_border.outside.next = self.cursor.first_row.val();
+                self.recursion_border.border.next = self.column[0].val();
+                self.recursion_border.outside.next = self.first_row.val();
 
                 self.recursion.clock.next = self.clock.val();
                 self.recursion.advance.next = self.advance.val();
@@ -184,83 +231,16 @@ macro_rules! smoother {
                 self.recursion.q.next = self.recursion_border.q.val();
                 self.recursion.g.next = self.recursion_coefficient.g.val();
 
-                comment!("The last row is held for the column look-ahead stages.");
-                self.last_row.clock.next = self.clock.val();
-                self.last_row.reset.next = self.reset.val();
-                self.last_row.advance.next = self.advance.val();
-                self.last_row.x.next = self.cursor.last_row.val();
-
-                self.tail_start.clock.next = self.clock.val();
-                self.tail_start.reset.next = self.reset.val();
-                self.tail_start.advance.next = self.advance.val();
-                self.tail_start.x.next = self.cursor.last_row.val() & self.cursor.first_column.val();
-
-                self.tail.clock.next = self.clock.val();
-                self.tail.reset.next = self.reset.val();
-                self.tail.advance.next = self.advance.val();
-                self.tail.width.next = self.width.val();
-                self.tail.start.next = self.tail_start.y.val();
-
-                self.held.clock.next = self.clock.val();
-                self.held.advance.next = self.advance.val();
-                self.held.write.next = self.last_row.y.val();
-                self.held.write_address.next = self.address_delayed_1.val();
-                self.held.x.next = self.recursion.y.val();
-                self.held.select.next = self.tail.select.val();
-                self.held.address_0.next = self.address.val();
-                self.held.address_1.next = self.address_delayed_4.val();
-                self.held.address_2.next = self.address_delayed_8.val();
-                self.held.address_3.next = self.address_delayed_12.val();
-                self.held.address_4.next = self.address_delayed_16.val();
-                self.held.address_5.next = self.address_delayed_20.val();
-
-                comment!("Column look-ahead: stage j uses the row 2^j lines later.");
-                for j in 0..$m {
-                    self.column_look_ahead[j].clock.next = self.clock.val();
-                    self.column_look_ahead[j].reset.next = self.reset.val();
-                    self.column_look_ahead[j].advance.next = self.advance.val();
-                    self.column_look_ahead[j].width.next = self.width.val();
-                    self.column_look_ahead[j].address.next = self.address.val();
-                    self.column_look_ahead[j].write_address.next = self.address_delayed_1.val();
-                    self.column_look_ahead[j].held.next = self.held.y.val();
-                    self.column_look_ahead[j].outside.next = self.tail.outside.val().get_bit(j);
-                    self.column_look_ahead[j].g.next = self.column_g[j].val();
-                }
-                self.column_look_ahead[0].x.next = self.recursion.y.val();
-                self.column_look_ahead[0].load.next = self.recursion_load.y.val();
-                for j in 1..$m {
-                    self.column_look_ahead[j].x.next = self.column_look_ahead[j - 1].y.val();
-                    self.column_look_ahead[j].load.next = self.column_look_ahead[j - 1].loads.val();
-                }
-
-                self.column_start.clock.next = self.clock.val();
-                self.column_start.reset.next = self.reset.val();
-                self.column_start.advance.next = self.advance.val();
-                self.column_start.x.next = self.column_look_ahead[$m - 1].loads.val();
-                self.columns_done.next = self.column_start.y.val();
-
                 comment!("Row look-back, then row look-ahead.");
-                self.row_cursor.clock.next = self.clock.val();
-                self.row_cursor.reset.next = self.reset.val();
-                self.row_cursor.advance.next = self.advance.val();
-                self.row_cursor.width.next = self.width.val();
-                self.row_cursor.height.next = self.height.val();
-                self.row_cursor.start.next = self.column_start.y.val();
-
-                self.row_load.clock.next = self.clock.val();
-                self.row_load.reset.next = self.reset.val();
-                self.row_load.advance.next = self.advance.val();
-                self.row_load.x.next = self.column_start.y.val();
-
                 for j in 0..$m {
                     self.row_look_back[j].clock.next = self.clock.val();
                     self.row_look_back[j].reset.next = self.reset.val();
                     self.row_look_back[j].advance.next = self.advance.val();
-                    self.row_look_back[j].g.next = self.row_g[j].val();
+                    self.row_look_back[j].g.next = self.g_j[j].val();
                 }
-                self.row_look_back[0].x.next = self.column_look_ahead[$m - 1].y.val();
-                self.row_look_back[0].first.next = self.row_cursor.first_column.val();
-                self.row_look_back[0].load.next = self.row_load.y.val();
+                self.row_look_back[0].x.next = self.recursion.y.val();
+                self.row_look_back[0].first.next = self.first_column.val();
+                self.row_look_back[0].load.next = self.row_load.val();
                 for j in 1..$m {
                     self.row_look_back[j].x.next = self.row_look_back[j - 1].y.val();
                     self.row_look_back[j].first.next = self.row_look_back[j - 1].first_out.val();
@@ -270,13 +250,13 @@ macro_rules! smoother {
                 self.row_end.clock.next = self.clock.val();
                 self.row_end.reset.next = self.reset.val();
                 self.row_end.advance.next = self.advance.val();
-                self.row_end.x.next = self.row_cursor.last_column.val();
+                self.row_end.x.next = self.last_column.val();
 
                 for j in 0..$m {
                     self.row_look_ahead[j].clock.next = self.clock.val();
                     self.row_look_ahead[j].reset.next = self.reset.val();
                     self.row_look_ahead[j].advance.next = self.advance.val();
-                    self.row_look_ahead[j].g.next = self.row_g[j].val();
+                    self.row_look_ahead[j].g.next = self.g_j[j].val();
                 }
                 self.row_look_ahead[0].x.next = self.row_look_back[$m - 1].y.val();
                 self.row_look_ahead[0].last.next = self.row_end.y.val();

@@ -1,107 +1,57 @@
-//! The stages `column_look_ahead_j`, `row_look_back_j` and `row_look_ahead_j`: delay, border, lerp and the coefficient
-//! of the frame.
+//! The stages `column_look_ahead_j`, `row_look_back_j` and `row_look_ahead_j`: border, lerp and the coefficient of the
+//! frame, along the rows with the delay.
 
 use rust_hdl::prelude::*;
 
 use super::CELL_STEPS;
 use crate::cells::{
-    Address, Coefficient, STATE_BITS, State, Width,
+    Coefficient, STATE_BITS, State,
     border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
-    delay::{Delay, FlagDelay, FrameDelay, PulseDelay},
+    delay::{Delay, FlagDelay, PulseDelay},
     lerp::Lerp,
-    line_delay::LineDelay,
 };
 
-/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`.
-#[derive(LogicBlock)]
+/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`, for any `j`. The line memory is
+/// outside.
+#[derive(LogicBlock, Default)]
 pub struct ColumnLookAhead {
     /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
-    /// Synchronous reset, active high.
-    pub reset: Signal<In, Bit>,
     /// Clock enable: one step.
     pub advance: Signal<In, Bit>,
-    /// `W`, the columns of the frame.
-    pub width: Signal<In, Width>,
-    /// Line memory address: the number of steps modulo `W`.
-    pub address: Signal<In, Address>,
-    /// The address one step ago.
-    pub write_address: Signal<In, Address>,
-    /// Arriving sample `u`.
+    /// Arriving sample `u[r + 2^j]`.
     pub x: Signal<In, State>,
+    /// Filtered sample `u[r]`, from the line memory.
+    pub delayed: Signal<In, State>,
     /// Sample of row `H - 1`.
     pub held: Signal<In, State>,
     /// Row `r + 2^j` lies outside the frame.
     pub outside: Signal<In, Bit>,
-    /// Marker: the previous stage loads its coefficient.
+    /// Marker: load the coefficient.
     pub load: Signal<In, Bit>,
     /// `g_j` of the frame.
     pub g: Signal<In, Coefficient>,
     /// `y`.
     pub y: Signal<Out, State>,
-    /// Marker: this stage loads its coefficient.
-    pub loads: Signal<Out, Bit>,
-    line_delay: LineDelay<STATE_BITS, STATE_BITS>,
     border: ColumnBorder,
-    load_delay: FrameDelay,
     coefficient: CoefficientRegister,
     lerp: Lerp,
-}
-
-impl ColumnLookAhead {
-    /// Stage `j`.
-    pub fn new(stage: u32) -> Self {
-        let lines = 1 << stage;
-        Self {
-            clock: Signal::default(),
-            reset: Signal::default(),
-            advance: Signal::default(),
-            width: Signal::default(),
-            address: Signal::default(),
-            write_address: Signal::default(),
-            x: Signal::default(),
-            held: Signal::default(),
-            outside: Signal::default(),
-            load: Signal::default(),
-            g: Signal::default(),
-            y: Signal::default(),
-            loads: Signal::default(),
-            line_delay: LineDelay::new(&[lines]),
-            border: ColumnBorder::default(),
-            load_delay: FrameDelay::new(lines as u64, CELL_STEPS),
-            coefficient: CoefficientRegister::default(),
-            lerp: Lerp::default(),
-        }
-    }
 }
 
 impl Logic for ColumnLookAhead {
     #[hdl_gen]
     fn update(&mut self) {
-        comment!("module: column_look_ahead_*");
-        self.line_delay.clock.next = self.clock.val();
-        self.line_delay.advance.next = self.advance.val();
-        self.line_delay.address.next = self.address.val();
-        self.line_delay.write_address.next = self.write_address.val();
-        self.line_delay.x.next = self.x.val();
-
+        comment!("module: column_look_ahead");
         self.border.clock.next = self.clock.val();
         self.border.advance.next = self.advance.val();
-        self.border.x.next = self.line_delay.y.val();
+        self.border.x.next = self.delayed.val();
         self.border.neighbour.next = self.x.val();
         self.border.border.next = self.held.val();
         self.border.outside.next = self.outside.val();
 
-        self.load_delay.clock.next = self.clock.val();
-        self.load_delay.reset.next = self.reset.val();
-        self.load_delay.advance.next = self.advance.val();
-        self.load_delay.width.next = self.width.val();
-        self.load_delay.x.next = self.load.val();
-        self.loads.next = self.load_delay.y.val();
-
         self.coefficient.clock.next = self.clock.val();
         self.coefficient.advance.next = self.advance.val();
-        self.coefficient.load.next = self.load_delay.y.val();
+        self.coefficient.load.next = self.load.val();
         self.coefficient.d.next = self.g.val();
 
         self.lerp.clock.next = self.clock.val();

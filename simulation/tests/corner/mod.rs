@@ -579,4 +579,4 @@ fn first_offer(bench: &Bench) -> u64 {
 const TO_THE_THIRD: u64 = 7;
 
 /// Cycles from a frame's last beat to its trailer, behind 81 lines.
-const TO_THE_TRAILER: u64 = 172;
+const TO_THE_TRAILER: u64 = 171;

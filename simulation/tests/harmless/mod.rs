@@ -36,7 +36,6 @@ const UNUSED: u32 = 16;
 const FLAG: u32 = 17;
 const POSITION: &str = "the address of a circular memory may begin anywhere";
 const ROWS: &str = "what a reset leaves in the rows has left them within 64 steps";
-const MARKER: &str = "a false marker is overtaken by the true one in the next stage; it only loads a coefficient early";
 const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
 const HARMLESS: &[Harmless] = &[
     ("delay_*", RESETS, "", "", POSITION, Later("delay")),
@@ -88,16 +87,6 @@ const HARMLESS: &[Harmless] = &[
         "the count begins at half of its range: counting up or down, it is 0 after the same number of steps",
         By("row_look_ahead_border"),
     ),
-    ("frame_delay_1x4", RESETS, "", "", MARKER, Later("markers")),
-    ("frame_delay_2x4", RESETS, "", "", MARKER, Later("markers")),
-    ("frame_delay_4x4", RESETS, "", "", MARKER, Later("markers")),
-    ("frame_delay_8x4", RESETS, "", "", MARKER, Later("markers")),
-    ("frame_delay_16x4", RESETS, "", "", MARKER, Later("markers")),
-    ("column_look_ahead_0", RESETS, "", "", MARKER, Later("markers")),
-    ("column_look_ahead_1", RESETS, "", "", MARKER, Later("markers")),
-    ("column_look_ahead_2", RESETS, "", "", MARKER, Later("markers")),
-    ("column_look_ahead_3", RESETS, "", "", MARKER, Later("markers")),
-    ("column_look_ahead_4", RESETS, "", "", MARKER, Later("markers")),
     ("sequencer", RESETS, "1'd0", "", "x and y are set as a frame begins, before they count", By("unset_registers")),
     ("sequencer", RESETS, "1'b0", "same", "sizes are compared again before a beat can be taken", By("sequencer")),
     (
@@ -113,14 +102,6 @@ const HARMLESS: &[Harmless] = &[
     ("extractor", &[Kind::Width], "writer_dropped", "", COUNTS, Hole(UNUSED)),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS, Hole(UNUSED)),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_dropped", "<< 19", COUNTS, Hole(UNUSED)),
-    (
-        "smoother_5",
-        &[Kind::Stuck],
-        "column_start_y",
-        "",
-        "only the columns_done of the wide smoother is used",
-        Hole(UNUSED),
-    ),
     ("smoother_5", &[Kind::Stuck], "row_start_y", "", "only the start_out of the wide smoother is used", Hole(UNUSED)),
 ];
 

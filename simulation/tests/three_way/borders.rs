@@ -2,7 +2,7 @@
 
 use hoverlock_rtl::cells::{
     bank::Bank,
-    border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
+    border::{CoefficientRegister, ColumnBorder, RepeatedRows, RowLookAheadBorder, RowLookBackBorder},
     decision::{Eligible, Threshold},
     delay::Cursor,
 };
@@ -21,6 +21,22 @@ pub fn borders_and_positions() {
         [advance, x, neighbour, border, outside],
         [p, q],
         |_: &mut ColumnBorder, _, _: &mut ChaCha8Rng| {}
+    );
+    alike!(
+        RepeatedRows::default(),
+        "repeated_rows",
+        500,
+        [advance, rows[0], rows[1], rows[2], rows[3], held, outside],
+        [y],
+        |_: &mut RepeatedRows, _, _: &mut ChaCha8Rng| {},
+        |cell: &RepeatedRows, _| {
+            if cell.advance.val() {
+                let outside = |i: usize| i > 0 && cell.outside.val().get_bit(i - 1);
+                let row = |i: usize| if outside(i) { cell.held.val() } else { cell.rows[i].val() };
+                let expected: u64 = (0..4).map(|i| row(i).to_u64() << (16 * i)).sum();
+                assert_eq!(cell.y.val().to_u64(), expected);
+            }
+        }
     );
     for (module, reach) in family("row_look_back_border_") {
         agree!(

@@ -3,7 +3,7 @@
 use hoverlock_rtl::cells::{
     address::AddressCounter,
     delay::{Delay, FlagDelay, FrameDelay, PulseDelay},
-    line_delay::LineDelay,
+    line_delay::{ColumnMemory, LineDelay},
     ring::{RingTaps, rows},
     tail::{HeldRow, TailCounter},
 };
@@ -42,6 +42,7 @@ pub fn delays() {
     delay!(15, family("delay_15x"));
     delay!(16, family("delay_16x"));
     delay!(18, family("delay_18x"));
+    delay!(64, family("delay_64x"));
     for (module, steps) in family("flag_delay_") {
         agree!(
             FlagDelay,
@@ -88,9 +89,8 @@ pub fn delays() {
         ("frame_delay_2x4", 2, 4),
         ("frame_delay_4x4", 4, 4),
         ("frame_delay_8x4", 8, 4),
-        ("frame_delay_16x4", 16, 4),
-        ("frame_delay_32x4", 32, 4),
-        ("frame_delay_32x44", 32, 44),
+        ("frame_delay_8x7", 8, 7),
+        ("frame_delay_48x1", 48, 1),
         ("frame_delay_3x10", 3, 10),
         ("frame_delay_15x13", 15, 13),
     ] {
@@ -161,13 +161,48 @@ pub fn lines_of_every_depth() {
     for (module, rows) in family("line_delay_18x") {
         lines!(18, 18, &module, &[rows]);
     }
-    lines!(16, 16, "line_delay_16x32", &[32]);
     lines!(16, 96, "line_delay_16x6_all", &[1, 2, 3, 4, 5, 6]);
     let ring =
         |scale: usize| rows(scale).into_iter().map(|(line, _)| line).filter(|line| *line > 0).collect::<Vec<_>>();
     // The fine ring lies deeper inside: it has a newest line of its own to wait for.
     lines!(16, 240, "line_delay_16x28_taps15", &ring(0));
     lines!(16, 224, "line_delay_16x32_taps14", &ring(1));
+}
+
+/// The rows of all column stages of the default design in one memory, against their delays.
+pub fn column_rows() {
+    const LINES: [usize; 10] = [1, 2, 4, 1, 2, 4, 1, 2, 4, 8];
+    const TAPS: [usize; 5] = [16, 32, 40, 48, 56];
+    let (mut count, mut pixels) = (0u64, Vec::new());
+    let mut states: [Vec<Bits<18>>; 10] = Default::default();
+    alike!(
+        ColumnMemory::new(&TAPS, &LINES),
+        "column_memory",
+        64 * 56 + 400,
+        [advance, address, write_address, pixel, x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9]],
+        [taps[0], taps[1], taps[2], taps[3], taps[4], y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], y[8], y[9]],
+        |cell: &mut ColumnMemory<5, 10>, cycle, draw: &mut ChaCha8Rng| {
+            cell.advance.next = cycle < 100 || draw.random_ratio(19, 20);
+            cell.address.next = (count % 60).into();
+            cell.write_address.next = ((count + 59) % 60).into();
+            count += u64::from(cell.advance.next);
+        },
+        |cell: &ColumnMemory<5, 10>, _| {
+            if cell.advance.val() {
+                pixels.push(cell.pixel.val());
+                for (y, tap) in cell.taps.iter().zip(TAPS).filter(|(_, tap)| pixels.len() > 60 * tap) {
+                    assert_eq!(y.val(), pixels[pixels.len() - 60 * tap], "{tap} lines");
+                }
+                for (i, lines) in LINES.into_iter().enumerate() {
+                    states[i].push(cell.x[i].val());
+                    if states[i].len() > 60 * lines {
+                        assert_eq!(cell.y[i].val(), states[i][states[i].len() - 60 * lines], "stage {i}");
+                    }
+                }
+            }
+        }
+    );
+    assert!(!is_driven("column_memory") || pixels.len() > 60 * 56 + 100);
 }
 
 pub fn lines_and_addresses() {
@@ -177,7 +212,7 @@ pub fn lines_and_addresses() {
         "address_counter",
         1500,
         [reset, advance, width],
-        [address, delayed_1, delayed_4, delayed_5, delayed_8, delayed_12, delayed_16, delayed_20],
+        [address, delayed_1, delayed_5],
         |cell: &mut AddressCounter, cycle, draw: &mut ChaCha8Rng| {
             resets!(cell, cycle, draw);
             cell.width.next = if cycle < 700 { 100u64 } else { 64 }.into();
@@ -188,15 +223,11 @@ pub fn lines_and_addresses() {
         HeldRow::default(),
         "held_row",
         2000,
-        [advance, write, write_address, x, select, address_0, address_1, address_2, address_3, address_4, address_5],
+        [advance, write, address, write_address, x],
         [y],
         |cell: &mut HeldRow, _, draw: &mut ChaCha8Rng| {
-            cell.select.next = (1u64 << draw.random_range(0..7) & 63).into();
-            let address = |draw: &mut ChaCha8Rng| Bits::<10>::from(draw.random_range(0..16u64));
-            cell.write_address.next = address(draw);
-            for port in [&mut cell.address_0, &mut cell.address_1, &mut cell.address_2, &mut cell.address_3] {
-                port.next = address(draw);
-            }
+            cell.address.next = draw.random_range(0..16u64).into();
+            cell.write_address.next = draw.random_range(0..16u64).into();
         }
     );
     agree!(
@@ -205,7 +236,7 @@ pub fn lines_and_addresses() {
         "tail_counter",
         9000,
         [reset, advance, width, start],
-        [select, outside],
+        [outside],
         |cell: &mut TailCounter, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 2 || draw.random_ratio(1, 5000);
             cell.width.next = 64u64.into();

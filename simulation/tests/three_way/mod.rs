@@ -63,7 +63,7 @@ fn random<T: Word>(random: &mut ChaCha8Rng) -> T {
 pub type Check = (&'static str, fn());
 
 /// All checks of leaf cells.
-pub const CHECKS: [Check; 15] = [
+pub const CHECKS: [Check; 16] = [
     ("every_leaf_has_a_check", every_leaf_has_a_check),
     ("lerp_is_the_bit_true_lerp", arithmetic::lerp_is_the_bit_true_lerp),
     (
@@ -76,6 +76,7 @@ pub const CHECKS: [Check; 15] = [
     ("the_record_limit_is_the_law_of_the_model", control::the_record_limit_is_the_law_of_the_model),
     ("delays", delays::delays),
     ("lines_of_every_depth", delays::lines_of_every_depth),
+    ("column_rows", delays::column_rows),
     ("lines_and_addresses", delays::lines_and_addresses),
     ("borders_and_positions", borders::borders_and_positions),
     ("samples_side_by_side", control::samples_side_by_side),

@@ -25,7 +25,7 @@ use super::{Check, Word, instance, is_driven, random};
 
 /// Modules that are driven here and not in the checks of the leaves.
 pub const MODULES: [&str; 6] =
-    ["column_look_ahead_1", "row_look_back_1", "row_look_ahead_1", "smoothers", "scale_pair", "hoverlock_core"];
+    ["column_look_ahead", "row_look_back_1", "row_look_ahead_1", "smoothers", "scale_pair", "hoverlock_core"];
 
 /// All checks of what is built of cells.
 pub const CHECKS: [Check; 5] = [
@@ -103,27 +103,22 @@ pub fn row_stages() {
 
 /// A column stage with rows that are outside now and then.
 pub fn column_look_ahead() {
-    const WIDTH: usize = 64;
     let g = 42_386u64;
-    let (mut count, mut given): (usize, Vec<u32>) = (0, Vec::new());
-    let mut sent: Vec<(u32, Option<u32>)> = Vec::new();
+    let (mut sent, mut given): (Vec<(u32, u32)>, Vec<u32>) = (Vec::new(), Vec::new());
     alike!(
-        ColumnLookAhead::new(1),
-        "column_look_ahead_1",
-        2000,
-        [reset, advance, width, address, write_address, x, held, outside, load, g],
-        [y, loads],
+        ColumnLookAhead::default(),
+        "column_look_ahead",
+        1000,
+        [advance, x, delayed, held, outside, load, g],
+        [y],
         |cell: &mut ColumnLookAhead, cycle, _: &mut ChaCha8Rng| {
-            cell.reset.next = cycle < 2;
             cell.advance.next &= cycle >= 2;
-            cell.width.next = (WIDTH as u64).into();
-            cell.address.next = (count as u64 % 64).into();
-            cell.write_address.next = ((count as u64 + 63) % 64).into();
             cell.g.next = g.into();
-            cell.load.next = count == 0;
+            // The marker comes with the first operands, a step after their samples.
+            cell.load.next = sent.len() == 1;
             if cell.advance.next {
-                count += 1;
-                sent.push((cell.x.next.to_u32(), cell.outside.next.then(|| cell.held.next.to_u32())));
+                let p = if cell.outside.next { &cell.held } else { &cell.x };
+                sent.push((p.next.to_u32(), cell.delayed.next.to_u32()));
             }
         },
         |cell: &ColumnLookAhead, _| {
@@ -132,11 +127,9 @@ pub fn column_look_ahead() {
             }
         }
     );
-    // What arrives at step n is two rows below what is smoothed. The coefficient follows its marker by two rows and
-    // four steps.
-    for n in 2 * WIDTH + 8..given.len().saturating_sub(3) {
-        let (x, held) = sent[n];
-        assert_eq!(given[n + 3], lerp(held.unwrap_or(x), sent[n - 2 * WIDTH].0, g as u32, 16), "step {n}");
+    for n in 0..given.len().saturating_sub(3) {
+        let (p, q) = sent[n];
+        assert_eq!(given[n + 3], lerp(p, q, g as u32, 16), "step {n}");
     }
 }
 

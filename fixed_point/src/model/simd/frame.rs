@@ -199,28 +199,23 @@ fn columns(
         }
         states
     };
-    // Number of rows that each stage has output; [0] is the recursion.
+    // Number of rows that are converted, then of those that each look-ahead stage has output, the longest first.
     let mut given = [0; MAX_LOOK_AHEAD as usize + 1];
     let stages = gains.g_j.len();
-    let mut state = states(pixels.row(0));
+    let mut state = [0; LANES];
     let mut written = 0;
     while written < height {
         let rows = given[0]..(given[0] + BLOCK).min(height);
         given[0] = rows.end;
-        with_cell!(gains.g, cell => {
-            for r in rows {
-                let x = states(pixels.row(r));
-                for l in 0..LANES {
-                    state[l] = cell(state[l], x[l]);
-                }
-                strip[r] = state;
-            }
-        });
-        for (j, gain) in gains.g_j.iter().enumerate() {
+        for r in rows {
+            strip[r] = states(pixels.row(r));
+        }
+        for (stage, (j, gain)) in gains.g_j.iter().enumerate().rev().enumerate() {
             let reach = 1 << j;
-            let ready = if given[j] == height { height } else { given[j].saturating_sub(reach).max(given[j + 1]) };
-            let rows = given[j + 1]..ready;
-            given[j + 1] = ready;
+            let ready =
+                if given[stage] == height { height } else { given[stage].saturating_sub(reach).max(given[stage + 1]) };
+            let rows = given[stage + 1]..ready;
+            given[stage + 1] = ready;
             // In place: this stage has not changed the row ahead yet. The last row is the same before and after every
             // stage, because it is a lerp of itself with itself.
             // The row ahead is copied so that the compiler knows that the two do not overlap. Without the copy the loop
@@ -235,6 +230,17 @@ fn columns(
                 }
             });
         }
+        if written == 0 {
+            state = strip[0];
+        }
+        with_cell!(gains.g, cell => {
+            for here in &mut strip[written..given[stages]] {
+                for l in 0..LANES {
+                    state[l] = cell(state[l], here[l]);
+                }
+                *here = state;
+            }
+        });
         for (y, lanes) in (written..given[stages]).zip(&strip[written..]) {
             let row = &mut smoothed.row_mut(y)[left..left + used];
             match row.first_chunk_mut::<LANES>() {
