@@ -292,7 +292,11 @@ impl Source {
 /// Returns the records that the hardware sends for each frame, in one simulation.
 fn simulated(design: &DesignPoint, frames: &[Crop]) -> Result<Vec<Vec<FeatureRecord>>> {
     let all = &ALL[..design.pairs()];
-    let jobs = frames.iter().map(|frame| Job::of(design, frame.luma.clone(), all)).collect::<Result<Vec<_>, _>>()?;
+    let job = |frame: &Crop| {
+        // The strongest are taken afterwards, so nothing is withheld.
+        Job::of(design, frame.luma.clone(), all).map(|job| Job { record_limit: u16::MAX.into(), ..job })
+    };
+    let jobs = frames.iter().map(job).collect::<Result<Vec<_>, _>>()?;
     let build = || Simulator::of_design(design, None, Trace::None);
     let simulator = spinning("building the Verilated model (once; later runs find it)", build)?;
     let outcome = simulate(&simulator, &jobs, Streams::default())?;
