@@ -68,11 +68,11 @@ const MIN_INLIERS: usize = 8;
 /// Comparisons for each further inlier that it needs: one chance match in hundreds of comparisons.
 const COMPARISONS_PER_INLIER: usize = 50;
 /// Work units of fitting a sighting.
-const FIT_WORK: usize = 120;
+const FIT_WORK: usize = 160;
 /// Work units of a fit besides: a system of a hundred unknowns.
-const UPDATE_WORK: usize = 120_000;
+const UPDATE_WORK: usize = 160_000;
 /// Part of the work of a frame that is reserved for fits: two.
-pub const RESERVED_WORK: u64 = 500_000;
+pub const RESERVED_WORK: u64 = 700_000;
 
 /// Age at which a captured frame must be found again to be confirmed, us. By then waves of 6 m or less have moved by at
 /// least an eighth of their length.
