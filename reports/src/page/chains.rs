@@ -100,6 +100,6 @@ mod tests {
         // The axis has the stages of the longest chain, in the order of the data.
         let labels: Vec<String> = (1..=1 + 3 * 7).map(|x| chart.x.format_ext(&f64::from(x))).collect();
         assert_eq!(labels, Stage::chain(7).map(|stage| short(&stage.to_string())).collect::<Vec<_>>());
-        assert_eq!([&labels[0], &labels[7], &labels[14], &labels[21]], ["rec", "cla 6", "rlb 6", "rla 6"]);
+        assert_eq!([&labels[0], &labels[7], &labels[14], &labels[21]], ["cla 6", "rec", "rlb 6", "rla 6"]);
     }
 }
