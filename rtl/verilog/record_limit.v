@@ -36,10 +36,12 @@ reg [14:0] gate_1;
 
 wire begins = last_column & (y == 11'd17);
 wire band_ends = last_column & (rows == last_row);
+wire over_0 = left > 17'd0;
+wire over_1 = left > 17'd1;
 wire passes_0 = hit_0 & (centre_0 >= gate_0);
 wire passes_1 = hit_1 & (centre_1 >= gate_1);
-wire keeps_0 = passes_0 & (left > 17'd0);
-wire keeps_1 = passes_1 & (left > {16'd0, passes_0});
+wire keeps_0 = passes_0 & over_0;
+wire keeps_1 = passes_1 & (passes_0 ? over_1 : over_0);
 wire [1:0] hits = {1'b0, hit_0} + {1'b0, hit_1};
 wire [1:0] passing = {1'b0, passes_0} + {1'b0, passes_1};
 wire [1:0] keeping = {1'b0, keeps_0} + {1'b0, keeps_1};

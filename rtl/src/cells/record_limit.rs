@@ -109,11 +109,12 @@ impl Logic for RecordLimit {
 
     fn hdl(&self) -> Verilog {
         let each = |text: &str| of_pairs(|k| text.replace("_k", &format!("_{k}")), "");
-        // How many features of the pixel come before that of pair k.
-        let before = |k: usize| match k {
-            0 => zeros(17),
-            1 => "{16'd0, passes_0}".to_owned(),
-            _ => "{15'd0, {1'b0, passes_0} + {1'b0, passes_1}}".to_owned(),
+        // Whether more are left than features of the pixel come before that of pair k. The comparisons of `left` do not
+        // wait for those of the responses.
+        let enough = |k: usize| match k {
+            0 => "over_0",
+            1 => "(passes_0 ? over_1 : over_0)",
+            _ => "((passes_0 & passes_1) ? over_2 : (passes_0 | passes_1) ? over_1 : over_0)",
         };
         let sum = |port: &str| of_pairs(|k| format!("{{1'b0, {port}_{k}}}"), " + ");
         Verilog::Custom(format!(
@@ -126,7 +127,7 @@ reg [{top}:0]  last_row;
 {gates}
 wire begins = last_column & (y == ROW_BITS'd17);
 wire band_ends = last_column & (rows == last_row);
-{passing}{kept}wire [1:0] hits = {hits};
+{over}{passing}{kept}wire [1:0] hits = {hits};
 wire [1:0] passing = {passings};
 wire [1:0] keeping = {keepings};
 {moved}
@@ -164,7 +165,8 @@ always @(*) begin
             band_bits = BAND_BITS,
             gates = each("reg [DOG_BITS-1:0] gate_k;\n"),
             passing = each("wire passes_k = hit_k & (centre_k >= gate_k);\n"),
-            kept = of_pairs(|k| format!("wire keeps_{k} = passes_{k} & (left > {});\n", before(k)), ""),
+            over = of_pairs(|k| format!("wire over_{k} = left > 17'd{k};\n"), ""),
+            kept = of_pairs(|k| format!("wire keeps_{k} = passes_{k} & {};\n", enough(k)), ""),
             hits = sum("hit"),
             passings = sum("passes"),
             keepings = sum("keeps"),
