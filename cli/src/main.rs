@@ -18,6 +18,7 @@ mod matching;
 mod output;
 mod picture;
 mod progress;
+mod random_sweep;
 mod report;
 mod rtl;
 mod rtl_level;

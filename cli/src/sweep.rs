@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use hoverlock_cosim::campaign::random::RandomSettings;
 use hoverlock_cosim::campaign::{Campaign, CampaignProgress, CampaignSettings, Cluster, DesignStatistics, Place};
 use hoverlock_cosim::{BoxError, CampaignOutcome};
 use hoverlock_reports::output::PAGE;
@@ -11,17 +12,24 @@ use crate::Verdict;
 use crate::choice::{Features, between};
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
 use crate::progress::{Reporter, bar};
+use crate::random_sweep;
 
-/// Fly a campaign over seeds, scenes, gusts, heights and word lengths, with the FPGA resources of each design.
+/// Fly a campaign over seeds, scenes, gusts, heights and word lengths, or over flights that are drawn at random.
 ///
 /// Writes results.csv, one row a point, and index.html: the distance from the target against word lengths, and which
 /// designs no other beats in both error and memory. A stopped campaign is continued. Status 0 only if every
 /// point of the design kt27 passes its checks.
 ///
+/// With --random ground, weather, errors of the camera and faults of each flight are drawn from --seed. It writes
+/// flights.csv, one row a flight, a scenario file for each, and index.html: errors against protection levels. Status 0
+/// only if no error exceeds the protection level of its estimate.
+///
 /// Examples:
 ///   hoverlock sweep --seeds 20 --scene field,town,helipad-in-mist --seconds 60
 ///   hoverlock sweep --config dog_bits=10 --config state=u16.0,coefficient=u0.8
 ///   hoverlock sweep --dask tcp://cluster:8786
+///   hoverlock sweep --random 300 --seed 7
+///   hoverlock sweep --random 300 --seed 7 --shrink 42
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, after_long_help = include_str!("../help/sweep.txt"))]
 pub struct Args {
@@ -43,9 +51,22 @@ pub struct Args {
     /// A further design, as changes of kt27: dog_bits=12 or state=u16.0,coefficient=u0.8
     #[arg(long, value_name = "CHANGES")]
     config: Vec<String>,
-    /// Duration of each hover, seconds
-    #[arg(long, value_name = "T", default_value = "10", value_parser = between(1.0, 3600.0))]
-    seconds: f64,
+    /// Fly this number of random flights
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000),
+          conflicts_with_all = ["scene", "seeds", "gusts", "height", "design", "config", "dask"])]
+    random: Option<u32>,
+    /// Seed of the random flights
+    #[arg(long, value_name = "S", default_value = "1", requires = "random")]
+    seed: u64,
+    /// Remove ingredients of this random flight as long as it fails, and write the scenario file of what remains
+    #[arg(long, value_name = "NUMBER", requires = "random", value_parser = clap::value_parser!(u32).range(1..))]
+    shrink: Option<u32>,
+    /// The table of random flights, which the campaign continues, if not flights.csv in the folder of --out
+    #[arg(long, value_name = "FILE", requires = "random")]
+    table: Option<PathBuf>,
+    /// Duration of each hover, seconds; by default 10, and 20 for random flights
+    #[arg(long, value_name = "T", value_parser = between(1.0, 3600.0))]
+    seconds: Option<f64>,
     /// Where features come from
     #[arg(long, value_enum, default_value = "fixed")]
     features: Features,
@@ -60,19 +81,31 @@ pub struct Args {
     json: bool,
 }
 
+/// Duration of a hover, s.
+const SECONDS: f64 = 10.0;
+/// Duration of a random flight, s.
+const RANDOM_SECONDS: f64 = 20.0;
 /// File name of the table.
 const TABLE: &str = "results.csv";
 /// Environment variable that names the Python interpreter.
 const PYTHON: &str = "HOVERLOCK_PYTHON";
 
 pub fn run(args: &Args) -> Result<Verdict> {
+    if let Some(flights) = args.random {
+        let seconds = args.seconds.unwrap_or(RANDOM_SECONDS);
+        let settings = RandomSettings { seed: args.seed, flights, seconds, features: args.features.into() };
+        return match args.shrink {
+            Some(number) => random_sweep::run_shrink(&settings, number, &args.out, args.json),
+            None => random_sweep::run(&settings, args.table.as_deref(), &args.out, args.json),
+        };
+    }
     let campaign = Campaign::new(&CampaignSettings {
         scenes: args.scene.clone(),
         seeds: args.seeds,
         gusts_m_s: args.gusts.clone(),
         heights_m: args.height.clone(),
         designs: args.design.iter().chain(&args.config).cloned().collect(),
-        seconds: args.seconds,
+        seconds: args.seconds.unwrap_or(SECONDS),
         features: args.features.into(),
     })?;
     let folder = Folder::new(&args.out)?;

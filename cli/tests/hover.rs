@@ -134,6 +134,9 @@ fn bad_input_is_one_line_and_status_2() {
     sweep(&["--design", "small"], "640 x 480");
     sweep(&["--config", "dog_bits=99"], "dog_bits");
     sweep(&["--config", "dog_bits=12", "--features", "float"], "no word lengths");
+    sweep(&["--random", "0"], "--random");
+    sweep(&["--random", "2", "--scene", "field"], "--scene");
+    sweep(&["--shrink", "2"], "--random");
 }
 
 /// Points that are in the table are not flown again, a row that was cut off is.
@@ -155,6 +158,31 @@ fn a_campaign_goes_on_where_it_stopped() {
     let summary_again: Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(summary, summary_again);
     assert!(String::from_utf8_lossy(&again.stderr).contains("1 of 2 points are in"));
+}
+
+/// A random flight is a scenario file, and `hover` repeats its numbers; flights in the table are not flown again.
+#[test]
+fn random_flights_repeat_from_their_scenario_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let args = ["sweep", "--random", "2", "--seed", "3", "--seconds", "1", "--json", "--out", out];
+    let whole = hoverlock(&args);
+    assert!(whole.status.code() != Some(2), "{}", String::from_utf8_lossy(&whole.stderr));
+    let outcome: Value = serde_json::from_slice(&whole.stdout).unwrap();
+    let flights = outcome["flights"].as_array().unwrap();
+    assert_eq!((flights.len(), &outcome["totals"]["flights"]), (2, &2.into()));
+    let page = fs::read_to_string(folder.path().join("index.html")).unwrap();
+    assert!(page.contains("Random flights") && page.contains(flights[0]["ingredients"].as_str().unwrap()));
+
+    let scenario = folder.path().join("3-0002.toml");
+    let repeated = hover(&folder.path().join("again"), &["--scenario", scenario.to_str().unwrap()]);
+    for key in ["rms_m", "max_m", "error_rms_m", "frames", "misleading"] {
+        assert_eq!(repeated[key], flights[1][key], "{key}");
+    }
+
+    let again = hoverlock(&args);
+    assert_eq!(again.stdout, whole.stdout);
+    assert!(String::from_utf8_lossy(&again.stderr).contains("2 of 2 flights are in"));
 }
 
 /// The hardware's features and the ARM binary's estimates steer the same flight as the models in this process.

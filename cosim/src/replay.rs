@@ -12,7 +12,7 @@ use nalgebra::Vector2;
 use serde::{Serialize, Serializer};
 use serde_json::value::RawValue;
 
-use crate::chain::{Chain, ChainError, FeatureSource, FlightLine, FlightProgram, check_choice};
+use crate::chain::{Chain, ChainError, Delivery, FeatureSource, FlightLine, FlightProgram, check_choice};
 use crate::monitor::{BoxError, FrameProgress, Monitor};
 use crate::pages::flight::{self, Flight};
 use crate::sequence::{self, ASSUMED_TELEMETRY, PseudoTruth, Sequence, SequenceError, TELEMETRY};
@@ -160,7 +160,7 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
         let (samples, later) = inertial.split_at(due);
         inertial = later;
         chain.inertial(samples)?;
-        let output = chain.process(telemetry, &picture)?;
+        let output = chain.process(telemetry, &picture, Delivery::Once)?;
         estimates.push(RawValue::from_string(output.text)?);
         let quality = output.line.quality;
         let progress = FrameProgress {

@@ -1,7 +1,7 @@
 //! Hovers and campaigns through the library, as another program uses it.
 
 use hoverlock_cosim::campaign::{Campaign, CampaignSettings, fly_row};
-use hoverlock_cosim::hover::HoverError;
+use hoverlock_cosim::hover::{Event, HoverError, Scenario};
 use hoverlock_cosim::{BoxError, FeatureSource, FrameProgress, HoverSettings, Monitor, fly_point, hover};
 use serde_json::Value;
 
@@ -34,6 +34,36 @@ fn settings_out_of_range_are_refused() {
     assert!(matches!(hover(&HoverSettings { gusts_m_s: 6.0, ..short() }, &()), Err(HoverError::Setup(_))));
     let unknown = hover(&HoverSettings { scene: "moon".into(), ..short() }, &()).unwrap_err();
     assert!(unknown.to_string().contains("helipad-in-mist"), "{unknown}");
+}
+
+/// A lost frame has no row, and those after it are answered; a repeated message changes nothing.
+#[test]
+fn lost_and_repeated_messages_disturb_no_other_frame() {
+    let events = |events: Vec<Event>| HoverSettings {
+        seconds: 2.0,
+        scenario: Scenario { events, ..Scenario::default() },
+        ..short()
+    };
+    let quiet = hover(&events(Vec::new()), &()).unwrap();
+    let lossy = hover(&events(vec![Event::Dropped { t: 1.0, seconds: 0.2 }]), &()).unwrap();
+    assert_eq!((quiet.rows.len(), lossy.rows.len()), (31, 28));
+    assert_eq!(lossy.answered(), (lossy.rows.len() - 8, lossy.rows.len() - 8));
+    let twice = hover(&events(vec![Event::Repeated { t: 0.5, seconds: 1.0 }]), &()).unwrap();
+    assert_eq!(twice.table().unwrap(), quiet.table().unwrap());
+}
+
+/// After a capture the truth counts from the new reference, so the estimates stay right.
+#[test]
+fn the_truth_counts_from_the_reference() {
+    let scenario = Scenario { events: vec![Event::Capture { t: 2.0 }], ..Scenario::default() };
+    let outcome = hover(&HoverSettings { seconds: 4.0, gusts_m_s: 5.0, scenario, ..short() }, &()).unwrap();
+    let references: Vec<_> = outcome.rows.iter().filter(|row| row.line.is_reference()).collect();
+    let [first, second] = references[..] else { panic!("{} references", references.len()) };
+    assert_eq!((first.truth.time, second.truth.time), (0.0, 2.0));
+    let apart = (second.position() - first.position()).norm();
+    assert!(apart > 0.05, "references only {apart} m apart");
+    let last = outcome.rows.last().unwrap();
+    assert!(last.error().unwrap().norm() < 0.05 && last.origin == second.position(), "{last:?}");
 }
 
 #[test]

@@ -18,7 +18,7 @@ use crate::wind::{Climate, Wind};
 use hoverlock_reference::motion::orthophoto::Attitude;
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
 use rand::RngExt;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Time step of the integration.
 const STEP_S: f64 = 0.005;
@@ -37,7 +37,8 @@ const ABRUPT_INTERVAL_S: f64 = 10.0;
 pub type TrueRange<'a> = dyn FnMut(Pose) -> Option<f64> + 'a;
 
 /// The height profile of a flight.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Altitude {
     /// Constant height.
     #[default]
@@ -401,6 +402,11 @@ impl Flight {
         if let Some(fix) = fix {
             self.autopilot.apply_fix(&fix);
         }
+    }
+
+    /// Adds to the constant errors of the inertial sensor: angular rates (rad/s) and specific force (m/s^2).
+    pub fn add_inertial_bias(&mut self, rates: &Vector3<f64>, force: &Vector3<f64>) {
+        self.imu.add_bias(rates, force);
     }
 
     /// Makes the present position the one to hold. Call it when the reference of the vision system is exposed.

@@ -106,6 +106,12 @@ impl Imu {
         };
     }
 
+    /// Adds to the constant errors of angular rates (rad/s) and specific force (m/s^2).
+    pub fn add_bias(&mut self, rates: &Vector3<f64>, force: &Vector3<f64>) {
+        self.rate_bias += rates;
+        self.force_bias += force;
+    }
+
     /// Returns the latest reading.
     pub fn reading(&self) -> &Inertial {
         &self.reading

@@ -101,6 +101,11 @@ impl World {
         self.flight.engage();
     }
 
+    /// Adds to the constant errors of the inertial sensor: angular rates (rad/s) and specific force (m/s^2).
+    pub fn add_inertial_bias(&mut self, rates: &Vector3<f64>, force: &Vector3<f64>) {
+        self.flight.add_inertial_bias(rates, force);
+    }
+
     /// Applies the obstruction to the radiance.
     fn obstruct(&mut self) {
         if self.obstruction == Obstruction::default() {

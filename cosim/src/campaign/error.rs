@@ -53,6 +53,24 @@ pub enum CampaignError {
     /// A point could not be flown.
     #[error(transparent)]
     Hover(#[from] HoverError),
+    /// A random flight could not be flown.
+    #[error("flight {number} of seed {seed}: {source}")]
+    Flight {
+        /// Seed of the campaign.
+        seed: u64,
+        /// Number of the flight.
+        number: u32,
+        /// The error of the scenario or of the hover.
+        source: BoxError,
+    },
+    /// A flight without a failure was to be shrunk.
+    #[error("flight {number} of seed {seed} does not fail")]
+    NoFailure {
+        /// Seed of the campaign.
+        seed: u64,
+        /// Number of the flight.
+        number: u32,
+    },
     /// The table could not be read or written.
     #[error(transparent)]
     Journal(#[from] JournalError),

@@ -1,14 +1,14 @@
-//! Flies points on all cores of this machine.
+//! Flies on all cores of this machine.
 
 use std::any::Any;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use super::{CampaignError, FlownPoint, Point, fly_point};
+use super::CampaignError;
 use crate::monitor::Monitor;
 
 /// A monitor that forwards long steps, but not the frames of the many hovers.
-struct LongStepsOnly<'a>(&'a dyn Monitor);
+pub(super) struct LongStepsOnly<'a>(pub(super) &'a dyn Monitor);
 
 impl Monitor for LongStepsOnly<'_> {
     fn long_step(&self, name: &'static str) -> Option<Box<dyn Any>> {
@@ -16,11 +16,12 @@ impl Monitor for LongStepsOnly<'_> {
     }
 }
 
-/// Flies points, one per core at a time, and passes each to `keep`. After an error no further point is begun.
-pub(super) fn fly_all(
-    points: &[Point],
-    monitor: &dyn Monitor,
-    keep: &mut (dyn FnMut(FlownPoint) -> Result<(), CampaignError> + Send),
+/// Flies points with `fly`, one per core at a time, and passes each result to `keep`. After an error no further point is
+/// begun.
+pub(super) fn fly_all<P: Sync, F>(
+    points: &[P],
+    fly: impl Fn(&P) -> Result<F, CampaignError> + Sync,
+    keep: &mut (dyn FnMut(F) -> Result<(), CampaignError> + Send),
 ) -> Result<(), CampaignError> {
     let next = AtomicUsize::new(0);
     let has_failed = AtomicBool::new(false);
@@ -30,7 +31,7 @@ pub(super) fn fly_all(
             if has_failed.load(Ordering::Relaxed) {
                 break;
             }
-            let flown = fly_point(point, &LongStepsOnly(monitor))?;
+            let flown = fly(point)?;
             let mut keep = keep.lock().map_err(|_| CampaignError::Panic)?;
             (*keep)(flown)?;
         }

@@ -9,6 +9,7 @@ mod cluster;
 mod error;
 mod local;
 mod point;
+pub mod random;
 mod statistics;
 mod table;
 
@@ -20,6 +21,7 @@ use serde::Serialize;
 
 pub use cluster::Cluster;
 pub use error::CampaignError;
+use local::LongStepsOnly;
 pub use point::{FlownPoint, Point, fly_point, fly_row};
 pub use statistics::DesignStatistics;
 
@@ -157,7 +159,7 @@ impl Campaign {
         monitor: &dyn Monitor,
         progress: ReportProgress<'_>,
     ) -> Result<CampaignOutcome, CampaignError> {
-        let mut known = table::read(table)?;
+        let mut known = table::read(table, |flown: &FlownPoint| flown.point().key())?;
         let left: Vec<Point> = self.points.iter().filter(|point| !known.contains_key(&point.key())).cloned().collect();
         let points = self.points.len();
         progress(CampaignProgress::Started { known: points - left.len(), points }).map_err(CampaignError::Stopped)?;
@@ -168,7 +170,7 @@ impl Campaign {
             Ok(())
         };
         match place {
-            Place::Local => local::fly_all(&left, monitor, &mut keep)?,
+            Place::Local => local::fly_all(&left, |point| fly_point(point, &LongStepsOnly(monitor)), &mut keep)?,
             Place::Cluster(cluster) => cluster.fly_all(&left, &mut keep)?,
         }
         let flown: Vec<FlownPoint> = self.points.iter().filter_map(|point| known.get(&point.key()).cloned()).collect();

@@ -37,6 +37,11 @@ pub struct FlightLine {
 }
 
 impl FlightLine {
+    /// Returns `true` if the frame was captured as the reference.
+    pub fn is_reference(&self) -> bool {
+        self.status == "reference"
+    }
+
     /// Returns the displacement along `X_e` and `Y_e`, m.
     pub fn displacement(&self) -> Option<Vector2<f64>> {
         Some(Vector2::new(self.x_e_m?, self.y_e_m?))

@@ -38,6 +38,16 @@ pub struct Chain {
     first_difference: Option<usize>,
 }
 
+/// How the messages of a frame reach the flight program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Delivery {
+    /// Each message arrives once.
+    #[default]
+    Once,
+    /// Each message arrives twice.
+    Twice,
+}
+
 /// The output of the flight program for a frame.
 #[derive(Debug, Clone)]
 pub struct FrameOutput {
@@ -101,7 +111,7 @@ impl Chain {
         }
         stream.send(message::COMMAND, &Command::Capture.encode())?;
         let mut chain = Self { extractor, stream, host: Host::new(fpga), arm, frames: 0, first_difference: None };
-        chain.send()?;
+        chain.send(Delivery::Once)?;
         Ok(chain)
     }
 
@@ -111,7 +121,7 @@ impl Chain {
     /// The flight program has failed.
     pub fn command(&mut self, command: Command) -> Result<Option<u32>, ChainError> {
         self.stream.send(message::COMMAND, &command.encode())?;
-        self.send()?;
+        self.send(Delivery::Once)?;
         self.host.camera_word()
     }
 
@@ -122,7 +132,7 @@ impl Chain {
     pub fn inertial(&mut self, samples: &[InertialSample]) -> Result<(), ChainError> {
         if !samples.is_empty() {
             self.stream.send(message::INERTIAL, &encode_inertial(samples))?;
-            self.send()?;
+            self.send(Delivery::Once)?;
         }
         Ok(())
     }
@@ -132,11 +142,16 @@ impl Chain {
     ///
     /// # Errors
     /// The hardware or the flight program has failed.
-    pub fn process(&mut self, telemetry: &Telemetry, frame: &Plane<u16>) -> Result<FrameOutput, ChainError> {
+    pub fn process(
+        &mut self,
+        telemetry: &Telemetry,
+        frame: &Plane<u16>,
+        delivery: Delivery,
+    ) -> Result<FrameOutput, ChainError> {
         self.stream.send(message::TELEMETRY, &telemetry.encode())?;
         let packet = self.extractor.packet(frame)?;
         self.stream.send(message::FRAME, &packet)?;
-        let lines = self.send()?;
+        let lines = self.send(delivery)?;
         let [host] = &lines[..] else { return Err(ChainError::LineCount(lines.len())) };
         let text = match &mut self.arm {
             Some(arm) => arm.next_line()?,
@@ -152,6 +167,14 @@ impl Chain {
         }
     }
 
+    /// Extracts a frame whose messages get lost on the way to the flight program.
+    ///
+    /// # Errors
+    /// The hardware has failed.
+    pub fn lose(&mut self, frame: &Plane<u16>) -> Result<(), ChainError> {
+        self.extractor.packet(frame).map(|_| ())
+    }
+
     /// Returns the first frame for which the lines of ARM binary and host differ.
     pub fn first_difference(&self) -> Option<usize> {
         self.first_difference
@@ -163,12 +186,15 @@ impl Chain {
     }
 
     /// Sends the pending messages and returns the lines of the host.
-    fn send(&mut self) -> Result<Vec<String>, ChainError> {
+    fn send(&mut self, delivery: Delivery) -> Result<Vec<String>, ChainError> {
         let mut lines = Vec::new();
+        let times = if delivery == Delivery::Twice { 2 } else { 1 };
         for message in self.stream.messages.drain(..) {
-            lines.extend(self.host.process(&message)?);
-            if let Some(arm) = &mut self.arm {
-                arm.send(&message)?;
+            for _ in 0..times {
+                lines.extend(self.host.process(&message)?);
+                if let Some(arm) = &mut self.arm {
+                    arm.send(&message)?;
+                }
             }
         }
         Ok(lines)

@@ -11,7 +11,7 @@ use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
 use hoverlock_edss::world::{Exposure, World, frame_time};
 use hoverlock_reference::motion::observation::SensorErrors;
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::outcome::HoverOutcome;
 use super::summary::Row;
@@ -68,6 +68,8 @@ pub(super) fn fly(
     let mut blind = Flight::new(&Setup { mode: Hold::ImuOnly, ..setup }, settings.seed);
     let mut running: Option<Chain> = None;
     let mut due: VecDeque<(f64, Option<Fix>)> = VecDeque::new();
+    let mut arrival = 0.0f64;
+    let mut origin = Vector2::zeros();
     let mut outcome = HoverOutcome::new(settings, scene, &setup, ESTIMATE_LATENCY_S);
     let frames = frame_count(settings.seconds);
     let mut range = settings.height_m;
@@ -78,9 +80,11 @@ pub(super) fn fly(
             world.apply_fix(at, fix);
         }
         world.obstruction = settings.scenario.obstruction(time);
+        for (rates, force) in settings.scenario.inertial_steps(number) {
+            world.add_inertial_bias(&rates.into(), &force.into());
+        }
         let exposure = world.expose(time)?;
         if number == 0 {
-            world.engage();
             blind.engage();
         }
         let without_vision = blind.advance(time);
@@ -99,13 +103,25 @@ pub(super) fn fly(
         let samples = inertial(&exposure);
         chain.inertial(&samples)?;
         if settings.scenario.is_dropped(time) {
+            chain.lose(&exposure.frame)?;
             continue;
         }
-        let output = chain.process(&telemetry, &exposure.frame)?;
-        due.push_back((time + ESTIMATE_LATENCY_S, fix(&output.line, time)));
-        let blind = without_vision.camera.ground();
-        let row = Row::new(&exposure, &telemetry, &output.line, blind, settings.scenario.is_blind(time));
-        outcome.rows.push(row);
+        let output = chain.process(&telemetry, &exposure.frame, settings.scenario.delivery(time))?;
+        if output.line.is_reference() {
+            world.engage();
+            origin = exposure.moment.camera.ground();
+        }
+        // A late estimate delays those behind it: they come through one link.
+        arrival = arrival.max(time + ESTIMATE_LATENCY_S + settings.scenario.delay(time));
+        due.push_back((arrival, fix(&output.line, time)));
+        outcome.rows.push(Row {
+            truth: exposure.moment.row(),
+            origin,
+            line: output.line.clone(),
+            telemetry,
+            blind: without_vision.camera.ground(),
+            is_blind: settings.scenario.is_blind(time),
+        });
         keep_pictures(&mut outcome, number, frames, &exposure, &output);
         let progress = FrameProgress {
             number,
@@ -114,7 +130,7 @@ pub(super) fn fly(
             telemetry: &telemetry,
             inertial: &samples,
             quality: output.line.quality,
-            distance_m: outcome.rows.last().map(|row| (row.position() - outcome.target()).norm()),
+            distance_m: outcome.rows.last().map(|row| row.displacement().norm()),
         };
         monitor.frame(&progress).map_err(HoverError::Stopped)?;
     }

@@ -161,7 +161,10 @@ pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOut
         return Err(HoverError::Seconds(settings.seconds));
     }
     check_choice(settings.features, &settings.design, settings.flight_program)?;
-    let scene = load_scene(&settings.scene)?;
+    let scene = match &settings.scenario.scene {
+        Some(text) => parse_scene(text, &settings.scene)?,
+        None => load_scene(&settings.scene)?,
+    };
     let step = monitor.long_step("making the scene");
     let renderer = Renderer::new(&scene, settings.seed)
         .map_err(|source| HoverError::Render { name: settings.scene.clone(), source })?;
@@ -174,11 +177,8 @@ pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOut
 /// # Errors
 /// There is neither, or the file is not a valid scene.
 pub fn load_scene(name: &str) -> Result<Scene, SceneFileError> {
-    let parse = |text: &str, folder: &Path| {
-        Scene::parse(text, folder).map_err(|source| SceneFileError::Scene { name: name.into(), source })
-    };
     if let Some(text) = Scene::named(name) {
-        return parse(text, ".".as_ref());
+        return parse_scene(text, name);
     }
     let path = PathBuf::from(name);
     if !path.exists() {
@@ -188,5 +188,11 @@ pub fn load_scene(name: &str) -> Result<Scene, SceneFileError> {
         return Err(SceneFileError::NotAFile(name.into()));
     }
     let text = std::fs::read_to_string(&path).map_err(|source| SceneFileError::Read { name: name.into(), source })?;
-    parse(&text, path.parent().unwrap_or(&path))
+    parse_scene(&text, name)
+}
+
+/// Parses a scene; its pictures are searched in the folder of the file `name`.
+fn parse_scene(text: &str, name: &str) -> Result<Scene, SceneFileError> {
+    let folder = Path::new(name).parent().unwrap_or(Path::new("."));
+    Scene::parse(text, folder).map_err(|source| SceneFileError::Scene { name: name.into(), source })
 }

@@ -87,29 +87,30 @@ impl HoverOutcome {
         self.rows.first().map_or(self.target(), |row| row.blind)
     }
 
+    /// Returns the number of frames with an estimate, and of all, among those that show the ground. They count from the
+    /// first that has an estimate; from the reference on if none has.
+    pub fn answered(&self) -> (usize, usize) {
+        let first = self.rows.iter().position(|row| row.line.x_e_m.is_some()).unwrap_or(1);
+        let in_view = || self.rows.iter().skip(first).filter(|row| !row.is_blind);
+        (in_view().filter(|row| row.line.x_e_m.is_some()).count(), in_view().count())
+    }
+
     /// Computes the statistics and the checks of the whole hover.
     pub(super) fn finish(&mut self, scene: &Scene, cycles: Option<u64>, first_difference: Option<usize>, wall_s: f64) {
-        let (target, blind_target) = (self.target(), self.blind_target());
+        let (blind_target, (answered, in_view)) = (self.blind_target(), self.answered());
         let (summary, rows) = (&mut self.summary, &self.rows);
-        (summary.rms_m, summary.max_m) = rms_and_max(rows.iter().map(|row| (row.position() - target).norm()));
+        (summary.rms_m, summary.max_m) = rms_and_max(rows.iter().map(|row| row.displacement().norm()));
         (summary.imu_only_rms_m, summary.imu_only_max_m) =
             rms_and_max(rows.iter().map(|row| (row.blind - blind_target).norm()));
-        let errors: Vec<f64> =
-            rows.iter().filter_map(|row| Some((row.line.displacement()? - (row.position() - target)).norm())).collect();
+        let errors: Vec<f64> = rows.iter().filter_map(|row| Some(row.error()?.norm())).collect();
         summary.estimates = errors.len();
         summary.error_rms_m = (!errors.is_empty()).then(|| rms_and_max(errors.into_iter()).0);
         summary.frames = rows.len();
         // Vision can only be lost after the first estimate.
         let first = rows.iter().position(|row| row.line.x_e_m.is_some()).unwrap_or(1);
         summary.lost = rows.iter().skip(first).filter(|row| row.line.x_e_m.is_none()).count();
-        let in_view = || rows.iter().skip(first).filter(|row| !row.is_blind);
-        let answered = in_view().filter(|row| row.line.x_e_m.is_some()).count();
-        summary.available = (summary.estimates > 0).then(|| answered as f64 / in_view().count().max(1) as f64);
-        let is_misleading = |row: &&Row| {
-            let error = row.line.displacement().map(|estimate| (estimate - (row.position() - target)).norm());
-            error.zip(row.line.protection_level_m).is_some_and(|(error, level)| error > level)
-        };
-        summary.misleading = rows.iter().filter(is_misleading).count();
+        summary.available = (summary.estimates > 0).then(|| answered as f64 / in_view.max(1) as f64);
+        summary.misleading = rows.iter().filter(|row| row.is_misleading()).count();
         let lost_in_a_row = rows.iter().skip(first).scan(0usize, |lost, row| {
             *lost = if row.line.x_e_m.is_none() { *lost + 1 } else { 0 };
             Some(*lost)
@@ -143,9 +144,9 @@ impl HoverOutcome {
     /// # Errors
     /// A plot, the animation or the template fails. Each is a defect of this program, not of the input.
     pub fn page(&self, command: &str) -> Result<String, PageError> {
-        let (summary, target, blind_target) = (&self.summary, self.target(), self.blind_target());
+        let (summary, blind_target) = (&self.summary, self.blind_target());
         let frame = |row: &Row| {
-            let position = row.position() - target;
+            let position = row.displacement();
             Frame {
                 time: row.truth.time,
                 truth: [position.x, position.y, -row.truth.z],

@@ -11,18 +11,20 @@
 //! ```
 //!
 //! Keys beside `scene` and `event` replace the settings of the same name: `seconds`, `seed`, `height_m`, `gusts_m_s`,
-//! `view`. A scene that is not built in is searched beside the scenario. `[camera]` has errors of the camera that the
-//! flight program does not know.
+//! `altitude`, `view`. A scene that is not built in is searched beside the scenario; a table `[scene]` is a scene itself.
+//! `[camera]` has errors of the camera that the flight program does not know.
 
 use std::path::{Path, PathBuf};
 
 use hoverlock_arm::message::Command;
 use hoverlock_edss::camera::{FRAME_RATE, Optics};
+use hoverlock_edss::flight::Altitude;
 use hoverlock_edss::scene::Scene;
 use hoverlock_edss::world::Obstruction;
 use serde::Deserialize;
 
 use super::{CameraView, HoverSettings};
+use crate::chain::Delivery;
 
 /// Largest number of bytes of a scenario file.
 const MAX_BYTES: u64 = 1 << 20;
@@ -115,6 +117,31 @@ pub enum Event {
         /// Duration, s.
         seconds: f64,
     },
+    /// Estimates reach the autopilot late.
+    Late {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+        /// Delay beyond the usual one, s: 0 to 2.
+        delay_s: f64,
+    },
+    /// Each message arrives twice.
+    Repeated {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+    },
+    /// The constant errors of the inertial sensor change.
+    ImuBias {
+        /// Time of the event, s.
+        t: f64,
+        /// Change of the error of the angular rates, degrees/s: -1 to 1 each.
+        rates_deg_per_s: [f64; 3],
+        /// Change of the error of the specific force, m/s^2: -1 to 1 each.
+        force_m_per_s2: [f64; 3],
+    },
     /// The next frame becomes the reference.
     Capture {
         /// Time of the event, s.
@@ -146,8 +173,14 @@ impl Event {
             | Self::Light { t, seconds, .. }
             | Self::Dropped { t, seconds }
             | Self::Laser { t, seconds, .. }
-            | Self::LaserLost { t, seconds } => [t, t + seconds],
-            Self::Capture { t } | Self::Renew { t } | Self::Wide { t } | Self::Narrow { t } => [t, t],
+            | Self::LaserLost { t, seconds }
+            | Self::Late { t, seconds, .. }
+            | Self::Repeated { t, seconds } => [t, t + seconds],
+            Self::Capture { t }
+            | Self::Renew { t }
+            | Self::Wide { t }
+            | Self::Narrow { t }
+            | Self::ImuBias { t, .. } => [t, t],
         }
     }
 
@@ -167,7 +200,12 @@ impl Event {
             Self::Narrow { .. } => Command::Narrow,
             _ => return None,
         };
-        (frame == (self.interval()[0] * FRAME_RATE).round() as usize).then_some(command)
+        self.is_due(frame).then_some(command)
+    }
+
+    /// Returns `true` for the frame at which an event without a duration acts.
+    fn is_due(&self, frame: usize) -> bool {
+        frame == (self.interval()[0] * FRAME_RATE).round() as usize
     }
 
     /// Returns the name of the first value that is out of range.
@@ -180,6 +218,13 @@ impl Event {
             Self::Cloud { density, .. } if !valid(*density, 0.0, 1.0) => Some("density"),
             Self::Light { factor, .. } if !valid(*factor, 0.0, 100.0) => Some("factor"),
             Self::Laser { factor, .. } if !valid(*factor, 0.01, 100.0) => Some("factor"),
+            Self::Late { delay_s, .. } if !valid(*delay_s, 0.0, 2.0) => Some("delay_s"),
+            Self::ImuBias { rates_deg_per_s, .. } if !rates_deg_per_s.iter().all(|&rate| valid(rate, -1.0, 1.0)) => {
+                Some("rates_deg_per_s")
+            }
+            Self::ImuBias { force_m_per_s2, .. } if !force_m_per_s2.iter().all(|&force| valid(force, -1.0, 1.0)) => {
+                Some("force_m_per_s2")
+            }
             _ => None,
         }
     }
@@ -192,17 +237,30 @@ pub struct Scenario {
     pub events: Vec<Event>,
     /// Errors of the camera that the flight program does not know.
     pub camera: CameraErrors,
+    /// The text of a scene that the scenario contains; it replaces that of [`HoverSettings::scene`].
+    pub scene: Option<String>,
+}
+
+/// The key `scene`.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum SceneKey {
+    /// The name of a scene, or a file.
+    Name(String),
+    /// The scene.
+    Inline(toml::Table),
 }
 
 /// The keys of a scenario file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    scene: String,
+    scene: SceneKey,
     seconds: Option<f64>,
     seed: Option<u64>,
     height_m: Option<f64>,
     gusts_m_s: Option<f64>,
+    altitude: Option<Altitude>,
     view: Option<CameraView>,
     #[serde(default)]
     camera: CameraErrors,
@@ -251,6 +309,32 @@ impl Scenario {
         })
     }
 
+    /// Returns how the messages of the frame at a time (s) arrive.
+    pub(super) fn delivery(&self, time: f64) -> Delivery {
+        let is_repeated = |event: &Event| matches!(event, Event::Repeated { .. }) && event.is_active(time);
+        if self.events.iter().any(is_repeated) { Delivery::Twice } else { Delivery::Once }
+    }
+
+    /// Returns the delay of the estimate of the frame at a time (s) beyond the usual one, s.
+    pub(super) fn delay(&self, time: f64) -> f64 {
+        let delay = |event: &Event| match event {
+            Event::Late { delay_s, .. } if event.is_active(time) => *delay_s,
+            _ => 0.0,
+        };
+        self.events.iter().map(delay).sum()
+    }
+
+    /// Returns the changes of the errors of the inertial sensor that are due at a frame: rates (rad/s) and specific
+    /// force (m/s^2).
+    pub(super) fn inertial_steps(&self, frame: usize) -> impl Iterator<Item = ([f64; 3], [f64; 3])> {
+        self.events.iter().filter_map(move |event| match event {
+            Event::ImuBias { rates_deg_per_s, force_m_per_s2, .. } if event.is_due(frame) => {
+                Some((rates_deg_per_s.map(f64::to_radians), *force_m_per_s2))
+            }
+            _ => None,
+        })
+    }
+
     /// Returns the commands that are due at a frame.
     pub(super) fn commands(&self, frame: usize) -> impl Iterator<Item = Command> {
         self.events.iter().filter_map(move |event| event.command(frame))
@@ -272,8 +356,11 @@ impl HoverSettings {
         self.apply_scenario(&text, path)
     }
 
-    /// Applies the text of the scenario at `path`, as [`HoverSettings::read_scenario`] does.
-    fn apply_scenario(&mut self, text: &str, path: &Path) -> Result<(), ScenarioError> {
+    /// Applies the text of a scenario, as [`HoverSettings::read_scenario`] does. Scene files are searched beside `path`.
+    ///
+    /// # Errors
+    /// The text has an unknown key, or a value out of range.
+    pub fn apply_scenario(&mut self, text: &str, path: &Path) -> Result<(), ScenarioError> {
         let invalid = |why: String| ScenarioError::Invalid { path: path.into(), why };
         let file: File = toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start);
@@ -288,15 +375,25 @@ impl HoverSettings {
         if let Some((name, value, min, max)) = limits.into_iter().find(|(_, v, min, max)| !(min..=max).contains(&v)) {
             return Err(invalid(format!("camera.{name} is {value}, and must be {min} to {max}")));
         }
-        let beside = path.parent().unwrap_or(Path::new(".")).join(&file.scene);
-        let is_named = Scene::named(&file.scene).is_some();
-        self.scene = if is_named { file.scene } else { beside.to_string_lossy().into_owned() };
+        let (scene, inline) = match file.scene {
+            SceneKey::Inline(scene) => {
+                let text = toml::to_string(&scene).map_err(|error| invalid(format!("scene: {error}")))?;
+                (path.to_string_lossy().into_owned(), Some(text))
+            }
+            SceneKey::Name(name) if Scene::named(&name).is_some() => (name, None),
+            SceneKey::Name(file) => {
+                let beside = path.parent().unwrap_or(Path::new(".")).join(file);
+                (beside.to_string_lossy().into_owned(), None)
+            }
+        };
+        self.scene = scene;
         self.seconds = file.seconds.unwrap_or(self.seconds);
         self.seed = file.seed.unwrap_or(self.seed);
         self.height_m = file.height_m.unwrap_or(self.height_m);
         self.gusts_m_s = file.gusts_m_s.unwrap_or(self.gusts_m_s);
         self.view = file.view.unwrap_or(self.view);
-        self.scenario = Scenario { events: file.event, camera: file.camera };
+        self.altitude = file.altitude.unwrap_or(self.altitude);
+        self.scenario = Scenario { events: file.event, camera: file.camera, scene: inline };
         Ok(())
     }
 }
@@ -328,6 +425,24 @@ mod tests {
     }
 
     #[test]
+    fn a_scenario_can_contain_its_scene_and_faults_of_link_and_sensors() {
+        let text = "altitude = 'smooth'\n[scene.ground.field]\nparcel_m = 30.0\n\
+            [[event]]\nt = 2.0\nevent = 'late'\nseconds = 1.0\ndelay_s = 0.2\n\
+            [[event]]\nt = 3.0\nevent = 'repeated'\nseconds = 1.0\n\
+            [[event]]\nt = 1.0\nevent = 'imu-bias'\nrates_deg_per_s = [0.0, 0.0, 180e-3]\nforce_m_per_s2 = [0.01, 0.0, 0.0]";
+        let settings = read(text).unwrap();
+        assert_eq!((settings.scene.as_str(), settings.altitude), ("flights/a.toml", Altitude::Smooth));
+        let scenario = &settings.scenario;
+        let scene = Scene::parse(scenario.scene.as_deref().unwrap(), Path::new(".")).unwrap();
+        assert!(scene.is_flat());
+        assert_eq!([1.9, 2.5, 3.1].map(|time| scenario.delay(time)), [0.0, 0.2, 0.0]);
+        assert_eq!([2.5, 3.5].map(|time| scenario.delivery(time)), [Delivery::Once, Delivery::Twice]);
+        let [(rates, force)] = scenario.inertial_steps(15).collect::<Vec<_>>()[..] else { panic!() };
+        assert!((rates[2] - 1e-3 * std::f64::consts::PI).abs() < 1e-12 && force == [0.01, 0.0, 0.0]);
+        assert_eq!(scenario.inertial_steps(16).count(), 0);
+    }
+
+    #[test]
     fn what_is_wrong_is_named_with_its_place() {
         let refused = |text: &str, why: &str| {
             let error = read(text).unwrap_err();
@@ -339,5 +454,9 @@ mod tests {
         refused("scene = 'field'\n[[event]]\nt = -1.0\nevent = 'renew'\n", "event 1: t is out of range");
         refused("scene = 'field'\n[camera]\nk1 = 3.0\n", "camera.k1 is 3, and must be -1 to 1");
         refused("seconds = 3.0\n", "missing field `scene`");
+        refused(
+            "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'late'\nseconds = 1.0\ndelay_s = 3.0\n",
+            "event 1: delay_s is out of range",
+        );
     }
 }

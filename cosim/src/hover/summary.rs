@@ -2,8 +2,7 @@
 
 use hoverlock_arm::message::Telemetry;
 use hoverlock_edss::flight::Row as Truth;
-use hoverlock_edss::world::Exposure;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 
 use crate::chain::{FeatureSource, FlightLine, FlightProgram};
@@ -13,6 +12,8 @@ use crate::chain::{FeatureSource, FlightLine, FlightProgram};
 pub struct Row {
     /// True state at the exposure.
     pub truth: Truth,
+    /// True position at the exposure of the reference along `X_e` and `Y_e`, m.
+    pub origin: Vector2<f64>,
     /// The line of the flight program.
     pub line: FlightLine,
     /// The readings of the sensors.
@@ -24,19 +25,31 @@ pub struct Row {
 }
 
 impl Row {
-    pub(super) fn new(
-        exposure: &Exposure,
-        telemetry: &Telemetry,
-        line: &FlightLine,
-        blind: Vector2<f64>,
-        is_blind: bool,
-    ) -> Self {
-        Self { truth: exposure.moment.row(), line: line.clone(), telemetry: *telemetry, blind, is_blind }
-    }
-
     /// Returns the true position along `X_e` and `Y_e`, m.
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.truth.x, self.truth.y)
+    }
+
+    /// Returns the true displacement from the reference along `X_e` and `Y_e`, m.
+    pub fn displacement(&self) -> Vector2<f64> {
+        self.position() - self.origin
+    }
+
+    /// Returns estimate less truth along `X_e` and `Y_e`, m; `None` without an estimate.
+    pub fn error(&self) -> Option<Vector2<f64>> {
+        Some(self.line.displacement()? - self.displacement())
+    }
+
+    /// Returns the normalised squared error, 2 on average if the covariance is true; `None` without an estimate.
+    pub fn normalised_squared_error(&self) -> Option<f64> {
+        let [xx, xy, yx, yy] = self.line.covariance_m2?;
+        let error = self.error()?;
+        Some(error.dot(&(Matrix2::new(xx, xy, yx, yy).try_inverse()? * error)))
+    }
+
+    /// Returns `true` if the error exceeds the protection level of the estimate.
+    pub fn is_misleading(&self) -> bool {
+        self.error().zip(self.line.protection_level_m).is_some_and(|(error, level)| error.norm() > level)
     }
 }
 

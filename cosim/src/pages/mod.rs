@@ -5,4 +5,5 @@ pub(crate) mod campaign;
 pub(crate) mod estimates;
 pub(crate) mod flight;
 pub(crate) mod hover;
+pub(crate) mod random;
 pub(crate) mod still;
