@@ -21,7 +21,7 @@
 //! predict. Two frames from one pose have the same errors, so only motion makes the errors observable.
 //!
 //! **Heights are considered, not estimated** (Schmidt 1966): each cell of a grid on the ground has a height with the
-//! standard deviation [`HEIGHT_SIGMA_M`] that no measurement reduces. The filter keeps its correlation with the state,
+//! standard deviation `min(10 m, 0.2 h)` that no measurement reduces. The filter keeps its correlation with the state,
 //! so that the same unknown height does not average out over frames. In `y = (pose, keyframe pose, errors of the
 //! camera, heights of the cells in view)` all sightings of a frame have an information matrix `L` and vector `n`, and
 //!
@@ -68,13 +68,17 @@ const CAMERA: usize = VEHICLE;
 
 /// Standard gravity, m/s^2.
 const GRAVITY: f64 = 9.80665;
-/// Standard deviation of the height of a cell over the mean ground, m: houses and trees, and hills.
-const HEIGHT_SIGMA_M: f64 = 10.0;
-/// Standard error of the height over the mean ground from one laser reading, m.
-const GROUND_SIGMA_M: f64 = 3.0;
-/// Standard error of a laser reading as a measurement of the ground, m. Neighbouring readings hit the same hill, so it
-/// is larger than the roughness.
-const LASER_SIGMA_M: f64 = 4.0;
+/// Largest standard deviation of the height of a cell over the mean ground, m: houses and trees, and hills.
+const MAX_HEIGHT_SIGMA_M: f64 = 10.0;
+/// The same, as a part of the height over the ground: a picture from nearby shows less of a hill.
+const HEIGHT_SIGMA: f64 = 0.2;
+/// The same without samples of the IMU: RANSAC has left out what is not on one plane.
+const FREE_HEIGHT_SIGMA: f64 = 0.05;
+/// Standard error of the height over the mean ground from one laser reading, as a part of that of a cell.
+const GROUND_SIGMA: f64 = 0.3;
+/// Standard error of a laser reading as a measurement of the ground, as a part of the same. Neighbouring readings hit
+/// the same hill, so it is larger than the roughness.
+const LASER_SIGMA: f64 = 0.4;
 
 /// White noise of the gyroscopes, rad/sqrt(s): a tactical-grade IMU in vibration. An assumption.
 const GYRO_NOISE: f64 = 2e-4;
@@ -97,6 +101,9 @@ const ATTITUDE_AGE_S: f64 = 0.01;
 /// Standard deviations of the errors of a camera that nobody has calibrated: distortion of normalised coordinates,
 /// read-out time (s) and relative error of the focal length. Assumptions.
 const CAMERA_SIGMAS: [f64; ERRORS] = [0.05, 0.015, 0.01];
+/// Standard deviation of the distortion without samples of the IMU: the camera is taken as calibrated. A distortion
+/// `k1` moves pairs like a tilt of `3 k1 d / h`, and without the IMU nothing else says which of them it is.
+const FREE_DISTORTION_SIGMA: f64 = 0.01;
 /// Newton's steps of the inverse of the lens: 1e-6 of the radius at a distortion of 10 %.
 const LENS_STEPS: usize = 3;
 /// Standard error of the velocity at the start, m/s.
@@ -110,8 +117,12 @@ const FREE_RATE: f64 = 0.3;
 const INFORMATION_SHARE: f64 = 1.0 / 16.0;
 /// The same without samples of the IMU: each frame then has a new pose, and only the keyframe's errors persist.
 const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
-/// Iterations of an update.
-const ITERATIONS: usize = 4;
+/// Iterations of an update near the prediction, and without samples of the IMU, where the prediction is far.
+const ITERATIONS: [usize; 2] = [4, 8];
+/// Work units of a sighting in an iteration.
+const SIGHTING_WORK: usize = 40;
+/// Work units of an iteration besides: a system of a hundred unknowns.
+const ITERATION_WORK: usize = 40_000;
 /// Scale of the Geman-McClure loss, in chi squared of two degrees of freedom.
 const LOSS_CHI2: f64 = 4.0;
 
@@ -315,6 +326,12 @@ pub struct Filter {
     /// Correlation of states and heights, `STATES` rows.
     cross: Vec<f64>,
     cell_m: f64,
+    /// Standard deviation of the height of a cell, m.
+    height_sigma: f64,
+    /// The same where nothing is known of the relief, m.
+    max_height_sigma: f64,
+    /// Variance of the distortion that is left out without samples of the IMU.
+    withheld_distortion: f64,
     /// Angular velocity of the last step, rad/s.
     rates: Vector3<f64>,
     /// The last prediction had no samples of the IMU.
@@ -377,6 +394,9 @@ impl Filter {
             covariance,
             cross: vec![0.0; STATES * CELLS],
             cell_m: 1.0,
+            height_sigma: MAX_HEIGHT_SIGMA_M,
+            max_height_sigma: MAX_HEIGHT_SIGMA_M,
+            withheld_distortion: 0.0,
             rates: Vector3::zeros(),
             is_free: true,
             scratch: Scratch {
@@ -401,7 +421,9 @@ impl Filter {
         self.cross.fill(0.0);
         self.cell_m = (width_m / CELLS_ACROSS).max(1e-3);
         self.pose.position = Vector3::new(0.0, 0.0, -height);
-        let ground = GROUND_SIGMA_M.hypot(sensors.range);
+        self.max_height_sigma = MAX_HEIGHT_SIGMA_M.min(HEIGHT_SIGMA * height);
+        self.height_sigma = self.max_height_sigma;
+        let ground = (GROUND_SIGMA * self.max_height_sigma).hypot(sensors.range);
         if keep && is_sound {
             for row in 0..STATES {
                 for column in 0..STATES {
@@ -419,7 +441,7 @@ impl Filter {
         let of_camera = if is_sound {
             Matrix3::from_fn(|row, column| self.at(CAMERA + row, CAMERA + column))
         } else {
-            self.errors = CameraErrors::default();
+            (self.errors, self.withheld_distortion) = (CameraErrors::default(), 0.0);
             Matrix3::from_diagonal(&Vector3::from(CAMERA_SIGMAS.map(|sigma| sigma * sigma)))
         };
         self.covariance.fill(0.0);
@@ -447,7 +469,8 @@ impl Filter {
     /// Predicts over samples of the IMU.
     pub fn predict(&mut self, steps: impl Iterator<Item = Step>, sensors: &SensorErrors) {
         let (mut transition, mut noise) = (Vehicle::identity(), Vehicle::zeros());
-        (self.is_free, self.has_rates) = (false, false);
+        self.set_free(false);
+        self.has_rates = false;
         for step in steps {
             let h = step.seconds;
             let rates = step.rates - self.gyro_bias;
@@ -486,10 +509,39 @@ impl Filter {
         self.propagate(&transition, &noise);
     }
 
+    /// Changes the prior to that of frames with or without samples of the IMU.
+    fn set_free(&mut self, is_free: bool) {
+        let share = if is_free { FREE_HEIGHT_SIGMA / HEIGHT_SIGMA } else { 1.0 };
+        self.set_height_sigma(self.max_height_sigma * share);
+        let sigma = self.at(CAMERA, CAMERA).max(0.0).sqrt();
+        if is_free && sigma > FREE_DISTORTION_SIGMA {
+            let share = FREE_DISTORTION_SIGMA / sigma;
+            (0..STATES).for_each(|i| self.covariance[CAMERA * STATES + i] *= share);
+            (0..STATES).for_each(|i| self.covariance[i * STATES + CAMERA] *= share);
+            self.cross[CAMERA * CELLS..(CAMERA + 1) * CELLS].iter_mut().for_each(|value| *value *= share);
+            self.withheld_distortion += sigma * sigma - FREE_DISTORTION_SIGMA * FREE_DISTORTION_SIGMA;
+        }
+        if !is_free {
+            self.covariance[CAMERA * (STATES + 1)] += std::mem::take(&mut self.withheld_distortion);
+        }
+        self.is_free = is_free;
+    }
+
+    /// Sets the standard deviation of heights. The correlation of the state with lower heights is lower in proportion;
+    /// the covariance of the state stays.
+    fn set_height_sigma(&mut self, sigma: f64) {
+        if sigma < self.height_sigma {
+            let share = sigma / self.height_sigma;
+            self.cross.iter_mut().for_each(|value| *value *= share);
+        }
+        self.height_sigma = sigma;
+    }
+
     /// Predicts without samples of the IMU: the camera may have moved and turned at any rate that is possible.
     pub fn predict_free(&mut self, seconds: f64) {
         let mut noise = Vehicle::zeros();
-        (self.is_free, self.has_rates, self.without_rates) = (true, false, None);
+        self.set_free(true);
+        (self.has_rates, self.without_rates) = (false, None);
         for axis in 0..3 {
             let [moved, turned] = [FREE_VELOCITY, FREE_RATE].map(|rate| rate * seconds);
             noise[(POSITION + axis, POSITION + axis)] = moved * moved;
@@ -553,7 +605,8 @@ impl Filter {
         }
         let expected = -self.pose.position.z / axis.z;
         let hit = self.pose.position + axis * expected;
-        let (cell, noise) = (self.cell(&hit), LASER_SIGMA_M * LASER_SIGMA_M + error * error);
+        let cell = self.cell(&hit);
+        let noise = (LASER_SIGMA * self.max_height_sigma).powi(2) + error * error;
         // Higher ground and a lower camera have a shorter range.
         let by = -1.0 / axis.z;
         self.update_scalar(&[(POSITION + 2, by)], Some((cell, by)), range - expected, noise);
@@ -561,6 +614,7 @@ impl Filter {
 
     /// Schmidt's update by one scalar with derivatives by some states and the height of a cell.
     fn update_scalar(&mut self, by: &[(usize, f64)], height: Option<(usize, f64)>, innovation: f64, noise: f64) {
+        let height_variance = self.height_variance();
         let mut column = [0.0; STATES];
         for (row, value) in column.iter_mut().enumerate() {
             *value = by.iter().map(|(state, factor)| factor * self.at(row, *state)).sum::<f64>()
@@ -569,7 +623,7 @@ impl Filter {
         let own: f64 = by.iter().map(|(state, factor)| factor * column[*state]).sum();
         let of_height = height.map_or(0.0, |(cell, factor)| {
             let cross: f64 = by.iter().map(|(state, k)| k * self.cross[state * CELLS + cell]).sum();
-            factor * (cross + factor * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M)
+            factor * (cross + factor * height_variance)
         });
         let variance = own + of_height + noise;
         // Five standard deviations: not by chance.
@@ -580,7 +634,7 @@ impl Filter {
         for cell in 0..CELLS {
             let mut along: f64 = by.iter().map(|(state, factor)| factor * self.cross[state * CELLS + cell]).sum();
             if let Some((_, factor)) = height.filter(|(touched, _)| *touched == cell) {
-                along += factor * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M;
+                along += factor * height_variance;
             }
             if along != 0.0 {
                 (0..STATES).for_each(|row| self.cross[row * CELLS + cell] -= gain[row] * along);
@@ -674,6 +728,10 @@ impl Filter {
         }
     }
 
+    fn height_variance(&self) -> f64 {
+        self.height_sigma * self.height_sigma
+    }
+
     fn cell(&self, point: &Vector3<f64>) -> usize {
         let index = |value: f64| {
             let cell = (value / self.cell_m).floor() + GRID_SIDE as f64 / 2.0;
@@ -754,13 +812,22 @@ impl Filter {
         for (index, pixel) in pixels.enumerate() {
             if let Some(seen) = self.project(&state, cameras, &pixel) {
                 let by = seen.by_pair();
-                let g = seen.by_height * HEIGHT_SIGMA_M;
+                let g = seen.by_height * self.height_sigma;
                 out(
                     index,
                     Prediction { image: seen.image, covariance: by * pair * by.transpose() + g * g.transpose() },
                 );
             }
         }
+    }
+
+    fn iterations(&self) -> usize {
+        ITERATIONS[usize::from(self.is_free)]
+    }
+
+    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings.
+    pub fn work(&self, sightings: usize) -> usize {
+        self.iterations() * (ITERATION_WORK + SIGHTING_WORK * sightings)
     }
 
     /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
@@ -777,7 +844,7 @@ impl Filter {
         let prior = self.pair_state(k)?;
         let mut change = [0.0; PAIR];
         let states = pair_states(k);
-        for iteration in 0..ITERATIONS {
+        for iteration in 0..self.iterations() {
             self.linearise(&prior.moved(&change), cameras, sightings, &change, iteration > 0)?;
             let size = PAIR + self.scratch.cells.len();
             self.fill_columns(&states, size);
@@ -831,6 +898,7 @@ impl Filter {
         self.scratch.information.fill(0.0);
         self.scratch.vector.fill(0.0);
         let share = if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
+        let height_variance = self.height_variance();
         let mut any = false;
         for sighting in sightings.iter_mut() {
             let Some(seen) = self.project(state, cameras, &sighting.reference) else {
@@ -839,7 +907,7 @@ impl Filter {
             };
             let residual = sighting.current - seen.image;
             let g = seen.by_height;
-            let spread = sighting.covariance + g * g.transpose() * (HEIGHT_SIGMA_M * HEIGHT_SIGMA_M);
+            let spread = sighting.covariance + g * g.transpose() * height_variance;
             let chi2 = spread.try_inverse().map_or(f64::INFINITY, |inverse| residual.dot(&(inverse * residual)));
             (sighting.residual, sighting.chi2) = (residual, chi2);
             let Some(inverse) = sighting.covariance.try_inverse().filter(|_| sighting.counts && chi2.is_finite())
@@ -900,7 +968,7 @@ impl Filter {
             (true, true) => self.at(states[i], states[j]),
             (true, false) => self.cross[states[i] * CELLS + self.scratch.cells[j - PAIR]],
             (false, true) => self.cross[states[j] * CELLS + self.scratch.cells[i - PAIR]],
-            (false, false) => f64::from(u8::from(i == j)) * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M,
+            (false, false) => f64::from(u8::from(i == j)) * self.height_variance(),
         }
     }
 
@@ -930,6 +998,7 @@ impl Filter {
     fn apply(&mut self, states: &[usize; PAIR]) -> Option<()> {
         let stride = PAIR + MAX_TOUCHED_CELLS;
         let size = PAIR + self.scratch.cells.len();
+        let height_variance = self.height_variance();
         self.fill_columns(states, size);
         self.fill_system(states, size);
         // M^T = (I + L P_yy)^-T P_yx: the transposed system with one column for each state.
@@ -977,7 +1046,7 @@ impl Filter {
             for row in 0..STATES {
                 let mut less: f64 = (0..PAIR).map(|j| product[j * STATES + row] * before[j]).sum();
                 if let Some(j) = touched {
-                    less += product[(PAIR + j) * STATES + row] * HEIGHT_SIGMA_M * HEIGHT_SIGMA_M;
+                    less += product[(PAIR + j) * STATES + row] * height_variance;
                 }
                 self.cross[row * CELLS + cell] -= less;
             }
@@ -1194,7 +1263,7 @@ mod tests {
         let errors = CameraErrors { distortion: -0.08, ..CameraErrors::default() };
         for frame in 0..120 {
             let place = Vector3::new(0.05 * f64::from(frame), 0.03 * f64::from(frame), 0.0);
-            filter.predict_free(0.066);
+            filter.predict(hovering(0.065), &SENSORS);
             filter.update_attitude(&Attitude::default(), &SENSORS);
             let mut seen = sightings(&filter, place, errors, &mut rng);
             filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
@@ -1202,14 +1271,36 @@ mod tests {
         let sigma = filter.at(CAMERA, CAMERA).sqrt();
         let error = filter.errors.distortion - errors.distortion;
         assert!(sigma < 0.5 * CAMERA_SIGMAS[0] && error.abs() < 3.0 * sigma, "{error} {sigma}");
-        // Without samples of the IMU nothing is known of the motion during a read-out.
-        assert_eq!(filter.at(CAMERA + 1, CAMERA + 1).sqrt(), CAMERA_SIGMAS[1]);
         let before = filter.errors.distortion;
         filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
         assert_eq!((filter.errors.distortion, filter.at(CAMERA, CAMERA).sqrt()), (before, sigma));
         filter.errors.distortion = f64::NAN;
         filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, true);
         assert!(filter.is_sound() && filter.at(CAMERA, CAMERA).sqrt() == CAMERA_SIGMAS[0]);
+    }
+
+    /// Without samples of the IMU camera and ground are taken as better known, until samples come again.
+    #[test]
+    fn without_samples_the_camera_is_calibrated_and_the_ground_is_flat() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut filter = started();
+        let place = Vector3::new(4.0, 0.0, 0.0);
+        filter.predict_free(0.066);
+        assert!((filter.at(CAMERA, CAMERA).sqrt() - FREE_DISTORTION_SIGMA).abs() < 1e-12);
+        assert_eq!(filter.height_sigma, 50.0 * FREE_HEIGHT_SIGMA);
+        let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
+        assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+        let (known, moved) = (filter.at(CAMERA, CAMERA), filter.displacement(0).unwrap().1[(0, 0)]);
+        let correlation = filter.cross.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        filter.predict(hovering(0.005), &SENSORS);
+        let withheld = CAMERA_SIGMAS[0].powi(2) - FREE_DISTORTION_SIGMA.powi(2);
+        assert!((filter.at(CAMERA, CAMERA) - known - withheld).abs() < 1e-12);
+        assert_eq!(filter.height_sigma, MAX_HEIGHT_SIGMA_M);
+        filter.predict_free(1e-6);
+        let reduced = filter.cross.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        assert!((reduced / correlation - FREE_HEIGHT_SIGMA / HEIGHT_SIGMA).abs() < 1e-3, "{reduced} {correlation}");
+        assert!(filter.at(CAMERA, CAMERA).sqrt() < FREE_DISTORTION_SIGMA + 1e-12 && filter.is_sound());
+        assert!(filter.displacement(0).unwrap().1[(0, 0)] >= moved);
     }
 
     /// The first sightings of a hover have independent errors, of which a sixteenth counts: the squared error is well
@@ -1275,7 +1366,7 @@ mod tests {
             sigmas.push(filter.displacement(0).unwrap().1[(0, 0)].sqrt());
         }
         // 10 m in each of about 48 cells, at 2 m from 50 m.
-        let of_heights = 2.0 / 50.0 * HEIGHT_SIGMA_M / 48f64.sqrt();
+        let of_heights = 2.0 / 50.0 * MAX_HEIGHT_SIGMA_M / 48f64.sqrt();
         assert!(sigmas[59] > 0.5 * of_heights && filter.is_sound(), "{} {of_heights}", sigmas[59]);
     }
 }

@@ -67,11 +67,7 @@ const OVERLAP_GRID: (u32, u32) = (16, 12);
 const MIN_INLIERS: usize = 8;
 /// Comparisons for each further inlier that it needs: one chance match in hundreds of comparisons.
 const COMPARISONS_PER_INLIER: usize = 50;
-/// Work units of fitting a sighting.
-const FIT_WORK: usize = 160;
-/// Work units of a fit besides: a system of a hundred unknowns.
-const UPDATE_WORK: usize = 160_000;
-/// Part of the work of a frame that is reserved for fits: two.
+/// Part of the work of a frame that is reserved for fits: two, or one without samples of the IMU.
 pub const RESERVED_WORK: u64 = 700_000;
 
 /// Age at which a captured frame must be found again to be confirmed, us. By then waves of 6 m or less have moved by at
@@ -257,9 +253,9 @@ impl Tracker {
             self.confirmed = true;
             self.correct_height();
         }
-        let estimate = self.result(&present, found)?;
+        let estimate = self.result(&present, found);
         self.renew(&present, found, renew);
-        Ok(estimate)
+        estimate
     }
 
     /// Predicts the filter to the time of a frame; returns `false` if samples of the IMU are missing.
@@ -362,7 +358,7 @@ impl Tracker {
         if sightings.len() < min_inliers {
             return Err(Reason::Sightings(sightings.len()));
         }
-        if !budget.spend(UPDATE_WORK + FIT_WORK * sightings.len()) {
+        if !budget.spend(filter.work(sightings.len())) {
             return Err(Reason::Work);
         }
         let fitted = filter.update_sightings(k, [&keyframe.camera, &present.camera], sightings, min_inliers);
@@ -465,7 +461,8 @@ impl Tracker {
         let [xx, xy, yy] = [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]];
         let largest = (xx + yy) / 2.0 + ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
         let sigma = largest.max(0.0).sqrt();
-        if sigma > MAX_STANDARD_ERROR_M.max(MAX_RELATIVE_ERROR * moved.xy().norm()) {
+        let heading = present.telemetry.sensors.heading;
+        if sigma > MAX_STANDARD_ERROR_M.max(MAX_RELATIVE_ERROR.hypot(heading) * moved.xy().norm()) {
             return Err(Reason::Uncertain(sigma));
         }
         let protection = (PROTECTION_SIGMAS * sigma + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);

@@ -55,6 +55,7 @@ fn host_and_arm_write_the_same_bytes() {
         estimates += lines.matches("x_e_m").count();
         references += lines.matches("\"status\":\"reference\"").count();
     }
-    // Every second of 27 frames is a reference. Others have an estimate, so search and fit are compared, too.
-    assert!(references == 14 && estimates > 0, "{references} references, {estimates} estimates");
+    // Every second of 27 frames is a reference. All others but one, whose displacement is known to 1.8 m only, have an
+    // estimate, so search and fit are compared, too.
+    assert_eq!((references, estimates), (14, 12));
 }

@@ -208,7 +208,7 @@ fn a_tree_below_the_reference_does_not_mislead() {
         let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
         let (x, y) = place(line.frame.unwrap());
         let miss = (estimate.x_e_m - x).hypot(estimate.y_e_m - y);
-        assert!(miss < 0.5 && miss < estimate.protection_level_m, "{miss} m: {line:?}");
+        assert!(miss < 0.35 && miss < estimate.protection_level_m, "{miss} m: {line:?}");
     }
 }
 
@@ -229,7 +229,7 @@ fn a_roof_does_not_mislead() {
         let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
         let (x, y) = place(line.frame.unwrap());
         let miss = (estimate.x_e_m - x).hypot(estimate.y_e_m - y);
-        assert!(miss < 0.25 && miss < estimate.protection_level_m, "{miss} m: {line:?}");
+        assert!(miss < 0.2 && miss < estimate.protection_level_m, "{miss} m: {line:?}");
     }
 }
 
@@ -255,7 +255,7 @@ fn the_reference_is_renewed_without_a_jump() {
         let (x, y) = place(line.frame.unwrap());
         let miss = (estimate.x_e_m - x).hypot(estimate.y_e_m - y);
         let [xx, .., yy] = estimate.covariance_m2;
-        assert!(miss < 1.0 && miss < 5.0 * (xx + yy).sqrt(), "{miss} m: {line:?}");
+        assert!(miss < 0.2 && miss < 5.0 * (xx + yy).sqrt(), "{miss} m: {line:?}");
         references.extend(line.reference);
     }
     references.dedup();
@@ -302,7 +302,7 @@ fn the_estimate_continues_through_a_zoom() {
     for line in &lines(&source)[1..] {
         let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
         let miss = (estimate.x_e_m - 0.02 * f64::from(line.frame.unwrap())).hypot(estimate.y_e_m);
-        assert!(miss < 0.3, "{miss} m: {line:?}");
+        assert!(miss < 0.05, "{miss} m: {line:?}");
     }
 }
 

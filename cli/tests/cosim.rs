@@ -315,8 +315,8 @@ fn real_sequences_give_the_same_lines_from_hardware_and_model() {
     if estimator == "host" {
         skipped("real_sequences: the ARM binary's half: no ARM binary or no qemu-arm; run `make arm`");
     }
-    // Sequences and the estimates in them; the others' displacement is known to more than a metre, or nothing agrees.
-    for (name, least) in [("drone_park", 2), ("caliterra", 1), ("copr_dunes", 2), ("forest_flight", 1)] {
+    // Sequences and the estimates in them: all frames but the first, and one of the forest that is known to 1.8 m only.
+    for (name, least) in [("drone_park", 7), ("caliterra", 5), ("copr_dunes", 7), ("forest_flight", 3)] {
         let folder = data.join("sequences").join(name);
         let sequence = folder.to_str().unwrap();
         let (fixed, text) = json(&["cosim", sequence]);
@@ -333,7 +333,7 @@ fn real_sequences_give_the_same_lines_from_hardware_and_model() {
             assert!(error < level, "{name}: {error} m from the homography, protection level {level} m");
         }
         let error = fixed["against_truth"]["max_m"].as_f64().unwrap();
-        assert!(error < 1.0, "{name}: {error} m from the homographies");
+        assert!(error < 0.5, "{name}: {error} m from the homographies");
     }
 }
 
