@@ -99,12 +99,12 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// Within three standard errors along each axis, and within 10 cm.
+/// Within three standard errors along each axis, and within 11 cm: 0.8 px at 50 m.
 #[track_caller]
 fn close(found: [f64; 2], covariance: &[f64], place: &Place) {
     for axis in 0..2 {
         let (error, sigma) = (found[axis] - place.0[axis], covariance[3 * axis].sqrt());
-        assert!(error.abs() < 3.0 * sigma && error.abs() < 0.1, "axis {axis}: {error} m, sigma {sigma} m");
+        assert!(error.abs() < 3.0 * sigma && error.abs() < 0.11, "axis {axis}: {error} m, sigma {sigma} m");
     }
 }
 
