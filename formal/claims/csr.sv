@@ -26,7 +26,8 @@ module csr_properties (input clock);
   (* hierconn *) wire [11:0] \dut.taken_height ;
   (* hierconn *) wire \dut.control_interrupt_error ;
   (* hierconn *) wire \dut.control_interrupt_frame ;
-  (* hierconn *) wire \dut.control_automatic ;
+  (* hierconn *) wire [19:0] \dut.features_count ;
+  (* hierconn *) wire [19:0] \dut.dropped_count ;
   (* hierconn *) wire \dut.status_begun ;
   (* hierconn *) wire \dut.status_saturated ;
   (* hierconn *) wire \dut.status_dropped ;
@@ -36,6 +37,7 @@ module csr_properties (input clock);
   (* hierconn *) wire \dut.status_short_frame ;
   (* hierconn *) wire \dut.status_frame ;
 
+  localparam VERSION = 6'd1, HASH = 6'd2, THRESHOLD_NOW = 6'd8, FRAMES = 6'd9, FEATURES = 6'd10, DROPPED = 6'd11;
   localparam CONTROL = 6'd3, STATUS = 6'd4, SIZE = 6'd5, THRESHOLD = 6'd6, TARGET = 6'd7, COMMIT = 6'd12, RECORD_LIMIT = 6'd15;
   localparam FIRST_COEFFICIENT = 6'd16, LAST_COEFFICIENT = 6'd34;
   wire coefficient = followed >= FIRST_COEFFICIENT && followed <= LAST_COEFFICIENT;
@@ -49,7 +51,7 @@ module csr_properties (input clock);
   wire [5:0] index = followed - FIRST_COEFFICIENT;
   wire [15:0] in_bank = bank[index * 16 +: 16];
   wire [31:0] held = coefficient ? {16'd0, in_bank}
-    : followed == CONTROL ? {28'd0, \dut.control_interrupt_error , \dut.control_interrupt_frame , \dut.control_automatic , enable}
+    : followed == CONTROL ? {28'd0, \dut.control_interrupt_error , \dut.control_interrupt_frame , bank[352] , enable}
     : followed == SIZE ? {4'd0, \dut.size_height , 5'd0, \dut.size_width }
     : followed == THRESHOLD ? {bank[335:304]}
     : followed == RECORD_LIMIT ? {16'd0, bank[383:368]}
@@ -69,7 +71,7 @@ module csr_properties (input clock);
   );
   reg was_reset;
   // The set at the time of its commit.
-  wire [407:0] set = {\dut.control_automatic , \dut.size_height , \dut.size_width , bank};
+  wire [407:0] set = {bank[352] , \dut.size_height , \dut.size_width , bank};
   reg [407:0] set_committed, was_set;
   reg was_quiet;
   wire [7:0] status = {
@@ -77,6 +79,20 @@ module csr_properties (input clock);
     \dut.status_long_frame , \dut.status_short_frame , \dut.status_frame
   };
   wire [7:0] events = clear ? 8'd0 : {begun, saturated, done & dropped != 20'd0, errors[3:0], done};
+  // A commit by its definition: written as 1, it holds until a frame takes the set or a register of the set is written,
+  // of which `control` counts only where it changes its automatic bit.
+  wire in_set = (address >= SIZE && address <= TARGET) || address == RECORD_LIMIT
+    || (address >= FIRST_COEFFICIENT && address <= LAST_COEFFICIENT)
+    || (address == CONTROL && writedata[1] != bank[352]);
+  reg commit_wanted;
+  // The counts of the last frame that ended.
+  reg [19:0] last_count, last_dropped;
+  // Registers that software cannot write.
+  reg [31:0] read_only;
+  reg is_read_only;
+  reg [10:0] was_width;
+  reg [11:0] was_height;
+  reg was_committed, clear_wanted;
   reg [7:0] status_wanted;
   reg [10:0] width_taken;
   reg [11:0] height_taken;
@@ -86,6 +102,34 @@ module csr_properties (input clock);
     was_read <= read & ~reset;
     was_set <= set;
     was_quiet <= !write && !reset;
+    was_width <= width;
+    was_height <= height;
+    was_committed <= committed;
+    clear_wanted <= reset || (write && address == CONTROL && writedata[31]);
+    commit_wanted <= reset || (commit_wanted && !begun && !(write && in_set))
+      || (write && address == COMMIT && writedata[0]);
+    if (reset) begin
+      last_count <= 20'd0;
+      last_dropped <= 20'd0;
+    end else if (done && !clear) begin
+      last_count <= count;
+      last_dropped <= dropped;
+    end
+    if (read) begin
+      is_read_only <= !(address >= CONTROL && address <= TARGET && address != STATUS) && address != HASH
+        && address != RECORD_LIMIT && !(address >= FIRST_COEFFICIENT && address <= LAST_COEFFICIENT);
+      case (address)
+        6'd0: read_only <= "HLCK";
+        VERSION: read_only <= 32'h20001;
+        STATUS: read_only <= {busy, 23'd0, status};
+        THRESHOLD_NOW: read_only <= {1'b0, threshold_1, 1'b0, threshold_0};
+        FRAMES: read_only <= frames;
+        FEATURES: read_only <= {12'd0, last_count};
+        DROPPED: read_only <= {12'd0, last_dropped};
+        COMMIT: read_only <= {31'd0, committed};
+        default: read_only <= 32'd0;
+      endcase
+    end
     if (!committed || was_reset)
       set_committed <= set;
     status_wanted <= reset ? 8'd0 : (status & ~(write && address == STATUS ? writedata[7:0] : 8'd0)) | events;
@@ -107,6 +151,13 @@ module csr_properties (input clock);
       one_read: assert (outstanding == {7'd0, was_read} && (!asked || (was_read && ahead == 8'd0 && readdata == wanted)));
       reads_change_nothing: assert (!was_quiet || set == was_set);
       whole_set: assert (!committed || was_reset || set == set_committed);
+      commit: assert (committed == commit_wanted);
+      // The assumption of claim `sequencer`.
+      with_commit: assert (clear || (width == was_width && height == was_height) || committed != was_committed);
+      cleared: assert (clear == clear_wanted);
+      unused_bits: assert (bank[367:353] == 15'd0 && !bank[335] && !bank[319]);
+      by_hardware: assert (!was_read || !is_read_only || readdata == read_only);
+      counts: assert (last_count == \dut.features_count && last_dropped == \dut.dropped_count );
       status_bits: assert (status == status_wanted);
       last_size: assert (\dut.taken_width == width_taken && \dut.taken_height == height_taken);
       offered: assert (committed ? width == \dut.size_width && height == \dut.size_height

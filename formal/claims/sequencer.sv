@@ -1,7 +1,7 @@
-// sequencer: beats to steps. One arbitrary beat is followed through the skid buffer; the raster, the drain and the
-// outputs are compared with their definitions.
+// sequencer: beats to steps. One arbitrary beat is followed through the skid buffer, and the error bits of one arbitrary
+// frame to its trailer; the raster, the drain and the outputs are compared with their definitions.
 module sequencer_properties (input clock);
-  (* anyseq *) reg reset, enable, committed, stall, valid, start_of_packet, end_of_packet, frame_done, choose;
+  (* anyseq *) reg reset, enable, committed, stall, valid, start_of_packet, end_of_packet, frame_done, choose, choose_frame;
   (* anyseq *) reg [10:0] new_width;
   (* anyseq *) reg [11:0] new_height;
   (* anyseq *) reg [15:0] data;
@@ -41,6 +41,13 @@ module sequencer_properties (input clock);
   (* hierconn *) wire \dut.pads ;
   (* hierconn *) wire \dut.drains ;
   (* hierconn *) wire \dut.keep ;
+  (* hierconn *) wire \dut.breaks ;
+  (* hierconn *) wire \dut.ignoring ;
+  (* hierconn *) wire \dut.committed_delayed ;
+  (* hierconn *) wire \dut.done_before ;
+  (* hierconn *) wire [2:0] \dut.own ;
+  (* hierconn *) wire [11:0] \dut.kept ;
+  (* hierconn *) wire [2:0] \dut.frames ;
 
   localparam IDLE = 2'd0, FRAME = 2'd1, PAD = 2'd2;
   localparam NOT_YET = 2'd0, FRONT = 2'd1, BACK = 2'd2, GONE = 2'd3;
@@ -98,7 +105,65 @@ module sequencer_properties (input clock);
         since <= since + 18'd1;
     end
 
+  // Errors by their definitions: a packet that ends before its frame is full, one that does not end there, a start of
+  // packet inside a frame whose packet has not ended, and a packet that no frame can take.
+  wire first_beat = \dut.skid_front [16];
+  wire last_beat = \dut.skid_front [17];
+  wire taken = \dut.begins | \dut.takes ;
+  wire ends_early = taken & last_beat & ~ends;
+  wire ends_late = \dut.takes & ends & ~last_beat;
+  wire cut_off = inside & packet_open & \dut.skid_count != 2'd0 & first_beat;
+  // The packet of the last beat used has not ended, neither by an end nor by the start of another.
+  reg packet_open = 0;
+  // Errors of the frame in progress.
+  reg [2:0] own;
+  wire [2:0] own_now = (\dut.begins ? 3'd0 : own) | {cut_off, ends_late, ends_early};
+  always @(posedge clock) begin
+    if (reset) packet_open <= 0;
+    else if (cut_off) packet_open <= 0;
+    else if (used) packet_open <= ~last_beat;
+    own <= own_now;
+  end
+
+  // The errors of an arbitrary frame, from its end to its trailer: `tags` frames have ended and wait, `tags_ahead` of them
+  // before it. A trailer takes the oldest away one clock after `frame_done`.
+  reg was_done = 0, followed = 0;
+  reg [2:0] tags = 3'd0, tags_ahead, tag;
+  wire tag_leaves = was_done & tags != 3'd0;
+  wire [2:0] tags_left = tags - {2'd0, tag_leaves};
+  always @(posedge clock) begin
+    was_done <= frame_done & ~reset;
+    if (reset) begin
+      tags <= 3'd0;
+      followed <= 0;
+    end else begin
+      tags <= tags_left + {2'd0, ends & tags_left != 3'd4};
+      if (!followed && choose_frame && ends && tags_left != 3'd4) begin
+        followed <= 1;
+        tags_ahead <= tags_left;
+        tag <= own_now;
+      end else if (followed && tag_leaves) begin
+        followed <= tags_ahead != 3'd0;
+        tags_ahead <= tags_ahead - 3'd1;
+      end
+    end
+  end
+  wire [11:0] from_tag = \dut.kept >> (tags_ahead * 3);
+
   // Values of the previous clock.
+  reg [3:0] was_errors;
+  reg was_captured, was_committed;
+  reg [10:0] was_new_width;
+  reg [11:0] was_new_height;
+  wire was_possible = was_new_width >= 11'd64 && was_new_width <= 11'd1024 && was_new_height >= 12'd64
+    && was_new_height <= 12'd2048;
+  always @(posedge clock) begin
+    was_errors <= {enable & (\dut.refuse | (\dut.stray & ~packet_open)), cut_off, ends_late, ends_early};
+    was_captured <= capture;
+    was_committed <= committed;
+    was_new_width <= new_width;
+    was_new_height <= new_height;
+  end
   reg was_waiting, was_begins, was_step, was_pixel, was_stalled, was_new, was_idle_and_drained, was_ever;
   reg [15:0] was_beat, was_data;
   reg [10:0] was_width;
@@ -124,6 +189,8 @@ module sequencer_properties (input clock);
   always @(posedge clock) begin
     if (!begun) assume (reset);
     if (begun) begin
+      // Proved of `csr`: the offered size changes only with `committed`.
+      assume (reset || (new_width == was_new_width && new_height == was_new_height) || committed != was_committed);
       // Rules for beats.
       count: assert (\dut.skid_count <= 2'd2);
       front: assert (place != FRONT || (\dut.skid_count != 2'd0 && \dut.skid_front == beat));
@@ -142,6 +209,23 @@ module sequencer_properties (input clock);
       settling: assert (width == 11'd0 || \dut.settle == 2'd3 || settled);
       // After a start of packet inside a frame the frame is padded from the next clock on; nothing else blocks the beat.
       progress: assert (was_reset || !was_waiting || \dut.state == PAD);
+      // A frame begins with the size that is offered in the clock of its capture, and is captured one clock before its
+      // first step.
+      offered: assert (!capture || (enable && width == new_width && height == new_height));
+      captured: assert (was_reset || (advance && start) == was_captured);
+      refused: assert (!\dut.refuse || !enable || !was_possible);
+      latest: assert (\dut.offered_width == was_new_width && \dut.offered_height == was_new_height
+        && \dut.possible == was_possible && \dut.committed_delayed == was_committed);
+      compared: assert (was_reset || \dut.same == (width == was_new_width && height == was_new_height));
+      // Rules for errors.
+      reported: assert (was_reset || errors == was_errors);
+      open: assert (inside ? packet_open == (\dut.state == FRAME) : packet_open == \dut.ignoring );
+      own_errors: assert (!inside || own == \dut.own );
+      done: assert (was_reset || was_done == \dut.done_before );
+      waiting_tags: assert (tags == \dut.frames && tags <= 3'd4 && (\dut.kept >> (tags * 3)) == 12'd0);
+      position: assert (!followed || (tags_ahead < tags && from_tag[2:0] == tag));
+      own_trailer: assert (!followed || tags_ahead != 3'd0 || frame_errors == {1'b0, tag});
+      no_frame: assert (tags != 3'd0 || frame_errors == 4'd0);
       // Rules for steps.
       steps: assert (was_reset || advance == was_step);
       no_stalled_step: assert (was_reset || !was_stalled || !advance);

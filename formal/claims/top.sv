@@ -30,6 +30,44 @@ module top_properties (input clock);
   (* hierconn *) wire \dut.core.extractor.writer_write ;
   (* hierconn *) wire \dut.core.sequencer_advance ;
 
+  (* hierconn *) wire \dut.core.sequencer_capture ;
+  (* hierconn *) wire [10:0] \dut.core.sequencer_width ;
+  (* hierconn *) wire [11:0] \dut.core.sequencer_height ;
+  (* hierconn *) wire [383:0] \dut.core.extractor.frame_bank ;
+  (* hierconn *) wire [10:0] \dut.core.extractor.width ;
+  (* hierconn *) wire [11:0] \dut.core.extractor.height ;
+  (* hierconn *) wire [383:0] \dut.registers_bank ;
+  (* hierconn *) wire [10:0] \dut.registers_width ;
+  (* hierconn *) wire [11:0] \dut.registers_height ;
+  (* hierconn *) wire \dut.registers_committed ;
+  (* hierconn *) wire [10:0] \dut.registers.taken_width ;
+  (* hierconn *) wire [11:0] \dut.registers.taken_height ;
+  (* hierconn *) wire [1:0] \dut.core.sequencer.state ;
+  (* hierconn *) wire \dut.core.sequencer.same ;
+  (* hierconn *) wire \dut.core.sequencer.possible ;
+  (* hierconn *) wire \dut.core.sequencer.committed_delayed ;
+  (* hierconn *) wire [10:0] \dut.core.sequencer.offered_width ;
+  (* hierconn *) wire [11:0] \dut.core.sequencer.offered_height ;
+
+  // The set of the frame in progress, or of the last one: registers and size in the clock in which it began, if they were
+  // committed then, and otherwise the set of the frame before. A reset by software leaves it.
+  wire [406:0] offered = {\dut.registers_height , \dut.registers_width , \dut.registers_bank };
+  wire [406:0] used = {\dut.core.extractor.height , \dut.core.extractor.width , \dut.core.extractor.frame_bank };
+  reg taken = 0, was_committed;
+  reg [406:0] set, was_offered;
+  wire [10:0] was_width = was_offered[394:384];
+  wire [11:0] was_height = was_offered[406:395];
+  always @(posedge clock) begin
+    was_offered <= offered;
+    was_committed <= \dut.registers_committed ;
+    if (reset)
+      taken <= 0;
+    else if (\dut.core.sequencer_capture && \dut.registers_committed ) begin
+      taken <= 1;
+      set <= offered;
+    end
+  end
+
   // `reset` reaches the pipeline a clock later: before, its registers may have any value.
   reg begun = 0, cleared = 0, was_reset, was_stalled;
   wire in_packet;
@@ -51,6 +89,7 @@ module top_properties (input clock);
 
   always @(posedge clock) begin
     if (!begun) assume (reset);
+    before: assert (cleared || (!taken && (!begun || \dut.registers_clear )));
     if (cleared) begin
       // The assumption of claim `record_fifo`, here proved of the writer and the sequencer together.
       no_write_after_stall: assert (was_reset || !was_stalled || !\dut.core.extractor_write );
@@ -62,6 +101,19 @@ module top_properties (input clock);
       one_end_a_frame: assert (!\dut.core.extractor.writer_write
         || \dut.core.extractor_record [63] == \dut.core.extractor.writer_done );
       ends_are_written: assert (!\dut.core.extractor.writer_done || \dut.core.extractor.writer_write );
+      one_set: assert (!taken || used[383:0] == set[383:0]);
+      its_size: assert (\dut.registers_clear || \dut.core.sequencer.state == 2'd0 || (taken && used[406:384] == set[406:384]));
+      begins_with_a_set: assert (!\dut.core.sequencer_capture || taken || \dut.registers_committed );
+      // Invariants, proved of `csr` and `sequencer` too.
+      last_size: assert ({\dut.registers.taken_height , \dut.registers.taken_width } == (taken ? set[406:384] : 23'd0));
+      with_commit: assert (\dut.registers_clear || offered[406:384] == was_offered[406:384]
+        || \dut.registers_committed != was_committed);
+      sequencer_size: assert ({\dut.core.sequencer.offered_height , \dut.core.sequencer.offered_width } == was_offered[406:384]
+        && \dut.core.sequencer.committed_delayed == was_committed
+        && \dut.core.sequencer.possible == (was_width >= 11'd64 && was_width <= 11'd1024 && was_height >= 12'd64
+          && was_height <= 12'd2048)
+        && (was_reset || \dut.core.sequencer.same
+          == (was_offered[406:384] == {\dut.core.sequencer_height , \dut.core.sequencer_width })));
       packet_ends: cover (feature_valid && feature_endofpacket && !feature_startofpacket);
       held_back: cover (inside == 10'd3);
     end

@@ -30,10 +30,12 @@ scenarios! {
     status_bits_are_sticky_and_the_interrupt_follows_them: "status";
     frames_back_to_back_keep_their_coefficients_and_thresholds: "frames";
     faulty_frames_are_reported_once_and_leave_their_neighbours_exact: "faults";
+    error_bits_stay_with_their_frame_at_any_phase: "tags";
     impossible_sizes_are_refused_and_sizes_change_in_all_directions: "sizes";
     frames_begin_at_any_phase_of_the_drain: "gaps";
     a_disabled_core_drains_under_a_stream_that_goes_on: "disabled";
     a_reset_at_any_moment_leaves_nothing_behind: "resets";
+    a_reset_forgets_the_last_set_and_its_thresholds: "cleared";
     thresholds_follow_the_count: "automatic";
     a_full_fifo_drops_and_counts_then_stops_the_video: "overflow";
 }

@@ -13,15 +13,17 @@ use super::*;
 pub type Scenario = fn(&Simulator) -> Outcome;
 
 /// All of them, the quick and telling ones first.
-pub const SCENARIOS: [(&str, Scenario); 10] = [
+pub const SCENARIOS: [(&str, Scenario); 12] = [
     ("registers", register_map),
     ("status", status_and_interrupt),
     ("frames", frames_keep_their_registers),
     ("faults", faulty_frames),
+    ("tags", errors_keep_to_their_trailer),
     ("sizes", refused_and_changed_sizes),
     ("gaps", gaps_of_every_kind),
     ("disabled", a_disabled_core_drains),
     ("resets", resets_at_any_moment),
+    ("cleared", a_reset_clears_set_and_thresholds),
     ("automatic", automatic_thresholds),
     ("overflow", a_sink_that_sleeps),
 ];
@@ -255,6 +257,38 @@ pub fn faulty_frames(simulator: &Simulator) -> Outcome {
     Ok(())
 }
 
+/// A frame ends in any of the clocks around the trailer of the one before, which has an error: each trailer reports the
+/// errors of its own frame.
+pub fn errors_keep_to_their_trailer(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = low(design);
+    let mut bench = Bench::new(simulator, 12);
+    let [good, ..] = &small(design);
+    let length = good.pixels.as_slice().len() - 1;
+    let pixels = good.pixels.as_slice();
+    let short = Frame::new(design, Plane::from_fn(64, 64, |x, y| pixels[(y * 64 + x).min(length - 1)]), low);
+    let mut cut: Vec<Beat> = good.beats().into_iter().take(length).collect();
+    cut[length - 1].2 = true;
+    bench.write(CONTROL, ENABLE);
+    bench.begin(good, good.beats())?;
+    bench.until("the frame is in", 10_000, |bench| bench.is_sent())?;
+    let end = bench.cycle;
+    bench.until("the packet", 20_000, |bench| !bench.packets.is_empty())?;
+    // From the last beat to the last record out of the FIFO, some clocks behind the trailer.
+    let latency = bench.cycle - end;
+    bench.exactly(good, 0, low, 0)?;
+    let mut number = 1;
+    for early in 0..20 {
+        bench.idle()?;
+        bench.send(cut.iter().copied());
+        bench.send_after((latency + 2).saturating_sub(4096 + early), good.beats());
+        bench.exactly(&short, number, low, 1)?;
+        bench.exactly(good, number + 1, low, 0)?;
+        number += 2;
+    }
+    Ok(())
+}
+
 /// Checks that invalid sizes are refused with a sticky bit, that the next valid frame is exact, and that sizes can grow
 /// and shrink in both directions.
 pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
@@ -415,6 +449,38 @@ pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -
     bench.exactly(before, 1, low, 0)?;
     bench.idle()?;
     status(&mut bench, FRAME)
+}
+
+/// A hardware reset forgets the size that the last frame took: without a commit no frame begins. Any reset forgets that
+/// the thresholds followed the count: the first automatic frame takes the manual ones.
+pub fn a_reset_clears_set_and_thresholds(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let mut bench = Bench::new(simulator, 13);
+    let frame = &Frame::new(design, ground(design, 64, 64, 1), low(design).map(|threshold| threshold + 9));
+    for software in [false, true] {
+        bench.write(CONTROL, ENABLE | AUTOMATIC);
+        bench.begin(frame, frame.beats())?;
+        bench.exactly(frame, 0, frame.thresholds, 0)?;
+        bench.begin(frame, frame.beats())?;
+        bench.packet()?;
+        if software {
+            bench.clear(ENABLE | AUTOMATIC);
+        } else {
+            bench.reset(1);
+            bench.write(TARGET, 600);
+            bench.write(CONTROL, ENABLE);
+            bench.send(frame.beats());
+            bench.until("the frame is swallowed", 10_000, |bench| bench.is_sent())?;
+            bench.run(4);
+            equal("reset", "a frame without a set", REFUSED, bench.read(STATUS) & (REFUSED | BEGUN))?;
+            bench.write(STATUS, u32::MAX);
+            bench.write(CONTROL, ENABLE | AUTOMATIC);
+        }
+        bench.begin(frame, frame.beats())?;
+        bench.exactly(frame, 0, frame.thresholds, 0)?;
+        bench.reset(1);
+    }
+    Ok(())
 }
 
 /// Thresholds that follow the count: up, down, held, from the manual one, and back to it.
