@@ -1,5 +1,5 @@
-//! Rare cases of the control logic from the ports; and each fault that only they find, put into the Verilog, is found
-//! by its own case.
+//! Rare cases of the control logic from the ports; and each fault that only they or one scenario find, put into the
+//! Verilog, is found by its own case.
 
 mod corner;
 mod port_bench;
@@ -10,6 +10,7 @@ use corner::CORNERS;
 use hoverlock_design::KT27;
 use hoverlock_rtl::emission::files;
 use hoverlock_simulation::Simulator;
+use port_bench::scenarios::SCENARIOS;
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
 
@@ -27,8 +28,8 @@ fn rare_cases_are_exact() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// File, what stands there with the expression at fault in guillemets, what is put in its place, the case that finds
-/// it.
+/// File, what stands there with the expression or the statements at fault in guillemets, what is put in its place, the
+/// case that finds it.
 const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("sequencer", "skid_back <= «{end_of_packet, start_of_packet, data}»;", "{1'b0, start_of_packet, data}", "skid"),
     ("sequencer", "skid_front <= skid_count == 2'd2 ? «skid_back»", "{skid_back[17], 1'b0, skid_back[15:0]}", "skid"),
@@ -144,6 +145,15 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ),
     ("address_counter", "if («{1'b0, address} > last»)", "1'b0", "narrower"),
     ("sequencer", "capture      = «begins & ~reset»;", "(begins | start) & ~reset", "standing start"),
+    ("sequencer", "frames_left = frames - {2'd0, «kept_out»};", "kept_out & ~keep", "tags"),
+    ("sequencer", "kept   <= («kept_out» ?", "kept_out & ~keep", "tags"),
+    ("sequencer", "own_now} << («frames_left == 3'd1» ?", "frames == 3'd1", "tags"),
+    ("sequencer", "wire short_frame = («begins & is_end»)", "1'b0", "faults"),
+    ("csr", "(write & (address == 6'd12) & «writedata[0]»);", "1'b1", "registers"),
+    ("csr", "dropped_count <= «dropped»;", "count", "one drop"),
+    ("csr", "15'd0, «control_automatic», target_count", "1'b0", "automatic"),
+    ("csr", "    «taken_width <= 11'd0;\n    taken_height <= 12'd0;»", "", "forgotten"),
+    ("threshold", "follows   <= «1'b0»;", "follows", "forgotten"),
 ];
 
 /// The emitted Verilog with all faults in it, each asleep until its `+FAULTn`.
@@ -160,7 +170,11 @@ fn faulty() -> Simulator {
             // A statement may carry several faults: each goes round the expression with the others in it.
             let whole = format!("{before}{expression}{after}");
             assert_eq!(text.matches(&whole).count(), 1, "{name}: `{whole}`");
-            let either = format!("(fault == 32'd{} ? {fault} : {expression})", at + 1);
+            let either = if expression.ends_with(';') {
+                format!("if (fault == 32'd{}) begin {fault} end else begin {expression} end", at + 1)
+            } else {
+                format!("(fault == 32'd{} ? {fault} : {expression})", at + 1)
+            };
             text = text.replace(&whole, &format!("{before}{either}{after}"));
         }
         let body = text.find(");\n").unwrap() + 3;
@@ -179,7 +193,7 @@ fn each_fault_is_found_by_its_case() {
     let simulator = faulty();
     let mut wrong = Vec::new();
     for (at, (file, place, fault, name)) in FAULTS.iter().enumerate() {
-        let (_, corner) = CORNERS.iter().find(|(this, _)| this == name).unwrap();
+        let (_, corner) = CORNERS.iter().chain(&SCENARIOS).find(|(this, _)| this == name).unwrap();
         let found = corner(&simulator.clone().with_plusargs(vec![format!("+FAULT={}", at + 1)])).err();
         eprintln!("{file}: `{place}` becomes `{fault}`: {name}: {found:?}");
         if found.as_ref().is_none_or(|failure| failure.stage == "bench") {

@@ -35,7 +35,7 @@ scenarios! {
     frames_begin_at_any_phase_of_the_drain: "gaps";
     a_disabled_core_drains_under_a_stream_that_goes_on: "disabled";
     a_reset_at_any_moment_leaves_nothing_behind: "resets";
-    a_reset_forgets_the_last_set_and_its_thresholds: "cleared";
+    a_reset_forgets_the_last_set_and_its_thresholds: "forgotten";
     thresholds_follow_the_count: "automatic";
     a_full_fifo_drops_and_counts_then_stops_the_video: "overflow";
 }

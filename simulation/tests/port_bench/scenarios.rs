@@ -23,7 +23,7 @@ pub const SCENARIOS: [(&str, Scenario); 12] = [
     ("gaps", gaps_of_every_kind),
     ("disabled", a_disabled_core_drains),
     ("resets", resets_at_any_moment),
-    ("cleared", a_reset_clears_set_and_thresholds),
+    ("forgotten", a_reset_forgets_set_and_thresholds),
     ("automatic", automatic_thresholds),
     ("overflow", a_sink_that_sleeps),
 ];
@@ -81,6 +81,11 @@ pub fn register_map(simulator: &Simulator) -> Outcome {
         expected[COMMIT as usize / 4] = 0;
         all(&mut bench, &expected, "after writes")?;
     }
+    for word in [0, u32::MAX - 1, 1] {
+        bench.write(COMMIT, word);
+        equal("registers", "the commit", word & 1, bench.read(COMMIT))?;
+    }
+    expected[COMMIT as usize / 4] = 1;
     // A reset by software leaves the registers alone, one by hardware does not.
     bench.write(CONTROL, expected[3] | RESET);
     all(&mut bench, &expected, "after a software reset")?;
@@ -257,8 +262,8 @@ pub fn faulty_frames(simulator: &Simulator) -> Outcome {
     Ok(())
 }
 
-/// A frame ends in any of the clocks around the trailer of the one before, which has an error: each trailer reports the
-/// errors of its own frame.
+/// A frame ends in any of the clocks around the trailer of the one before, and one of both has an error: each trailer
+/// reports the errors of its own frame.
 pub fn errors_keep_to_their_trailer(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let low = low(design);
@@ -278,13 +283,18 @@ pub fn errors_keep_to_their_trailer(simulator: &Simulator) -> Outcome {
     let latency = bench.cycle - end;
     bench.exactly(good, 0, low, 0)?;
     let mut number = 1;
-    for early in 0..20 {
-        bench.idle()?;
-        bench.send(cut.iter().copied());
-        bench.send_after((latency + 2).saturating_sub(4096 + early), good.beats());
-        bench.exactly(&short, number, low, 1)?;
-        bench.exactly(good, number + 1, low, 0)?;
-        number += 2;
+    let whole = (good, good.beats(), 0);
+    let faulty = (&short, cut, 1);
+    for early in 0..10 {
+        for [first, second] in [[&faulty, &whole], [&whole, &faulty]] {
+            bench.idle()?;
+            bench.send(first.1.iter().copied());
+            bench.send_after((latency + 2).saturating_sub(4096 + early), second.1.iter().copied());
+            for (frame, _, errors) in [first, second] {
+                bench.exactly(frame, number, low, *errors)?;
+                number += 1;
+            }
+        }
     }
     Ok(())
 }
@@ -453,7 +463,7 @@ pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -
 
 /// A hardware reset forgets the size that the last frame took: without a commit no frame begins. Any reset forgets that
 /// the thresholds followed the count: the first automatic frame takes the manual ones.
-pub fn a_reset_clears_set_and_thresholds(simulator: &Simulator) -> Outcome {
+pub fn a_reset_forgets_set_and_thresholds(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = Bench::new(simulator, 13);
     let frame = &Frame::new(design, ground(design, 64, 64, 1), low(design).map(|threshold| threshold + 9));
