@@ -15,6 +15,7 @@ pub mod shrink;
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_rtl::design::SMOOTHER_STEPS;
 use hoverlock_simulation::Simulator;
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
@@ -113,9 +114,16 @@ impl Sequence {
     pub fn random(design: &DesignPoint, seed: u64, frames: usize) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut sequence = Self { seed, frames: Vec::new() };
+        // Numbers of their own, so that the other sequences stay what they are.
+        let mut crowding = ChaCha8Rng::seed_from_u64(!seed);
+        let crowd = (seed.is_multiple_of(4)).then(|| Crowd::random(design, &mut crowding));
         for _ in 0..frames {
             let before = sequence.frames.last().map(|step: &Step| (step.width, step.height));
-            sequence.frames.push(Step::random(design, &mut random, before));
+            let step = Step::random(design, &mut random, before);
+            sequence.frames.push(match &crowd {
+                Some(crowd) => crowd.join(step, &mut crowding),
+                None => step,
+            });
         }
         sequence.agreed()
     }
@@ -159,6 +167,46 @@ impl Sequence {
     /// The text that plays it again.
     pub fn text(&self) -> String {
         serde_json::to_string(self).unwrap()
+    }
+}
+
+/// Small frames of one size, more than half of them with a fault, so close that each ends in some clock around the
+/// trailer of the one before: several error tags are on their way, and come and go at once.
+struct Crowd {
+    width: usize,
+    height: usize,
+    /// Cycles between two frames that let the second end with the trailer of the first, about.
+    gap: usize,
+}
+
+impl Crowd {
+    fn random(design: &DesignPoint, random: &mut ChaCha8Rng) -> Self {
+        // From a frame's last pixel to its trailer: the steps are those of the default design, near those of others.
+        let longest = design.look_ahead.iter().copied().max().unwrap_or(0);
+        let (lines, steps) = ((1 << longest) - 1 + 18, SMOOTHER_STEPS + 26);
+        // As high as the pipeline, or one row more and so wide that the steps of the latency are that row.
+        let (width, height) = match random.random_bool(0.5) {
+            true => (random.random_range(64..=96), random.random_range(64..=lines.max(64))),
+            false => (steps + random.random_range(2..9), lines.max(63) + 1),
+        };
+        Self { width, height, gap: (lines * width + steps).saturating_sub(width * height) }
+    }
+
+    fn join(&self, step: Step, random: &mut ChaCha8Rng) -> Step {
+        let size = self.width * self.height;
+        let fault = match random.random_range(0..8) {
+            0..3 => Fault::Short(size - random.random_range(1..4)),
+            3 => Fault::Interrupted(size - random.random_range(1..4)),
+            4 => Fault::Long(random.random_range(0..4), random.random()),
+            _ => Fault::None,
+        };
+        let gap = match self.gap {
+            0 => 0,
+            gap => (gap + random.random_range(0..8)) as u64,
+        };
+        let (width, height) = (self.width, self.height);
+        let (pauses, closed, before, reset) = ([0, 0], 0, Before::Nothing, None);
+        Step { width, height, fault, gap, pauses, closed, before, reset, ..step }
     }
 }
 
