@@ -356,7 +356,8 @@ impl HoverSettings {
         self.apply_scenario(&text, path)
     }
 
-    /// Applies the text of a scenario, as [`HoverSettings::read_scenario`] does. Scene files are searched beside `path`.
+    /// Applies the text of a scenario, as [`HoverSettings::read_scenario`] does. Scene files are searched beside
+    /// `path`.
     ///
     /// # Errors
     /// The text has an unknown key, or a value out of range.
@@ -429,7 +430,8 @@ mod tests {
         let text = "altitude = 'smooth'\n[scene.ground.field]\nparcel_m = 30.0\n\
             [[event]]\nt = 2.0\nevent = 'late'\nseconds = 1.0\ndelay_s = 0.2\n\
             [[event]]\nt = 3.0\nevent = 'repeated'\nseconds = 1.0\n\
-            [[event]]\nt = 1.0\nevent = 'imu-bias'\nrates_deg_per_s = [0.0, 0.0, 180e-3]\nforce_m_per_s2 = [0.01, 0.0, 0.0]";
+            [[event]]\nt = 1.0\nevent = 'imu-bias'\nrates_deg_per_s = [0.0, 0.0, 180e-3]\n\
+            force_m_per_s2 = [0.01, 0.0, 0.0]";
         let settings = read(text).unwrap();
         assert_eq!((settings.scene.as_str(), settings.altitude), ("flights/a.toml", Altitude::Smooth));
         let scenario = &settings.scenario;

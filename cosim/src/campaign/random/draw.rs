@@ -204,7 +204,9 @@ impl Draw {
             (name.into(), format!("\n[scene.ground.{name}]\n{keys}"))
         });
         self.add("relief", Part::Object, 0.45, |random| {
-            let (rms, wave) = (random.log_uniform(0.3, 8.0), random.log_uniform(40.0, 400.0));
+            let wave = random.log_uniform(40.0, 400.0);
+            // Four octaves at 0.043 of the wavelength have slopes above 1, which the renderer refuses.
+            let rms = random.log_uniform(0.3, 8.0).min(0.03 * wave).min(0.1 * height);
             let octaves = random.count(1, 4);
             let keys = format!("rms_m = {rms:.2}\nwavelength_m = {wave:.0}.0\noctaves = {octaves}\n");
             (format!("{rms:.1}"), format!("\n[scene.relief.hills]\n{keys}"))
