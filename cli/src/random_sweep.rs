@@ -86,7 +86,8 @@ fn scenario_name(flight: &RandomFlight) -> String {
 fn result(flight: &FlownFlight) -> String {
     match flight.error_max_m.zip(flight.worst_ratio) {
         Some((error, ratio)) => format!(
-            "error {error:.3} m at most, {ratio:.2} of the protection level, {} misleading of {} frames, {:.1} % answered",
+            "error {error:.3} m at most, {ratio:.2} of the protection level, {} misleading of {} frames, \
+             {:.1} % answered",
             flight.misleading,
             flight.frames,
             100.0 * flight.availability()

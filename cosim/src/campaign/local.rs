@@ -16,8 +16,8 @@ impl Monitor for LongStepsOnly<'_> {
     }
 }
 
-/// Flies points with `fly`, one per core at a time, and passes each result to `keep`. After an error no further point is
-/// begun.
+/// Flies points with `fly`, one per core at a time, and passes each result to `keep`. After an error no further point
+/// is begun.
 pub(super) fn fly_all<P: Sync, F>(
     points: &[P],
     fly: impl Fn(&P) -> Result<F, CampaignError> + Sync,

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Keys beside `scene` and `event` replace the settings of the same name: `seconds`, `seed`, `height_m`, `gusts_m_s`,
-//! `altitude`, `view`. A scene that is not built in is searched beside the scenario; a table `[scene]` is a scene itself.
-//! `[camera]` has errors of the camera that the flight program does not know.
+//! `altitude`, `view`. A scene that is not built in is searched beside the scenario; a table `[scene]` is a scene
+//! itself. `[camera]` has errors of the camera that the flight program does not know.
 
 use std::path::{Path, PathBuf};
 

@@ -75,11 +75,11 @@ fn stanford(flights: &[FlownFlight]) -> Result<String, PlotError> {
         x: Axis::log("error, m", min, max),
         y: Axis::log("", min, max),
         series: vec![
-            dots("1 to 9 estimates", GREY, Mark::Dots(2), of(1, 10)),
+            dots("1 to 9", GREY, Mark::Dots(2), of(1, 10)),
             dots("10 to 99", ORANGE, Mark::Dots(3), of(10, 100)),
-            dots("100 and more", BLUE, Mark::Dots(4), of(100, usize::MAX)),
+            dots("100 estimates and more", BLUE, Mark::Dots(4), of(100, usize::MAX)),
             dots("misleading", RED, Mark::Ring(6), below),
-            dots("error = protection level", INK, Mark::Line, vec![(min, min), (max, max)]),
+            dots("error = level", INK, Mark::Line, vec![(min, min), (max, max)]),
         ],
         rules: Vec::new(),
     }

@@ -41,8 +41,8 @@ pub struct Ingredient {
     text: String,
 }
 
-/// A random flight. Equal seeds and numbers give equal flights; an ingredient does not depend on the others, except that
-/// objects are scattered over the view from the height that was drawn.
+/// A random flight. Equal seeds and numbers give equal flights. An ingredient does not depend on the others, except
+/// that objects, hills and mist are drawn for the height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomFlight {
     /// Seed of the campaign.

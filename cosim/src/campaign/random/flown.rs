@@ -24,6 +24,8 @@ pub struct FlownFlight {
     pub seed: u64,
     /// Number of the flight.
     pub number: u32,
+    /// Duration, s.
+    pub seconds: f64,
     /// Hash of the scenario, hexadecimal. A flight that is drawn in another way is another one.
     pub scenario: String,
     /// The source of the features.
@@ -116,6 +118,7 @@ impl FlownFlight {
         Self {
             seed: flight.seed,
             number: flight.number,
+            seconds: flight.seconds,
             scenario: hash(flight),
             features,
             commit: COMMIT.to_owned(),
@@ -195,6 +198,7 @@ pub(crate) mod tests {
         FlownFlight {
             seed: 1,
             number,
+            seconds: 20.0,
             scenario: "0123abcd".into(),
             features: FeatureSource::Fixed,
             commit: "0123456789ab".into(),
