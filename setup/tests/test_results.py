@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import flights
 import hold
 import results
 
@@ -152,6 +153,12 @@ def test_the_flights_of_the_table_are_those_of_the_file():
     entries, rows = results.Results().entries, hold.flights()
     recorded = {key: entry["values"] for key, entry in entries.items() if key.startswith("hold.")}
     assert recorded == hold.summaries(rows) | {"hold.imu_only": hold.imu_only(rows)}
+
+
+def test_the_random_flights_of_the_table_are_those_of_the_file():
+    entries = results.Results().entries
+    recorded = {key: entry["values"] for key, entry in entries.items() if key.startswith("flights.random.")}
+    assert recorded == flights.summaries(flights.flights())
 
 
 def test_the_counts_of_written_tables_are_those_of_the_file():
