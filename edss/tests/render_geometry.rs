@@ -333,6 +333,23 @@ fn another_seed_is_another_ground() {
     assert!(first != second);
 }
 
+/// Above the middle of a crown a climb leaves the picture's centre as it is: the pattern of the leaves stays on it.
+#[test]
+fn the_leaves_of_a_crown_stay_where_they_are_while_the_camera_climbs() {
+    let renderer = renderer("[ground.grass]\n[[tree]]\nat_m = [0, 0]\nradius_m = 4\nheight_m = 6\n");
+    let centre = |height: f64| -> Vec<f64> {
+        let frame = render(&renderer, &shot(lens(30.0, 0.0, 0.0), pose(0.0, 0.0, height, [0.0; 3])));
+        let at = |i: usize| frame[(WIDTH / 2 - 20 + i % 41, HEIGHT / 2 - 20 + i / 41)];
+        let values: Vec<f64> = (0..41 * 41).map(|i| f64::from(at(i))).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        values.iter().map(|value| value - mean).collect()
+    };
+    let (low, high) = (centre(30.0), centre(30.3));
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let correlation = product(&low, &high) / (product(&low, &low) * product(&high, &high)).sqrt();
+    assert!(correlation > 0.9, "{correlation}");
+}
+
 /// Frame sizes that are not multiples of blocks and tiles.
 #[test]
 fn every_size_of_frame_is_rendered() {

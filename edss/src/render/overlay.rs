@@ -340,8 +340,10 @@ impl Renderer {
                     let courses = course_brightness(&hit, &(point - object.centre), a.footprint);
                     (facing, hit.albedo * (1.0 + 0.07 * fine[HARD] + courses))
                 } else {
-                    // Leaves transmit light and have all orientations.
-                    let [fine] = grain.sample(&[point.x + 0.7 * point.z], &[point.y - 0.5 * point.z], a.footprint);
+                    // Leaves transmit light and have all orientations. The height is that over the object, not over the
+                    // camera: otherwise the pattern would slide over the crown while the camera climbs.
+                    let z = point.z - object.centre.z;
+                    let [fine] = grain.sample(&[point.x + 0.7 * z], &[point.y - 0.5 * z], a.footprint);
                     (0.25 + 0.75 * facing, hit.albedo * (1.0 + 0.30 * fine[LEAF]).max(0.2))
                 };
                 let shaded = facing > 0.0 && self.is_shaded(&near.shading, &(point + hit.normal * 0.02));
